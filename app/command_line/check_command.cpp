@@ -13,10 +13,9 @@
 #include "base/text.h"
 #include "config/files/model_file.h"
 #include "config/schema/bus_plan.h"
-#include "config/schema/check_loop.h"
+#include "config/schema/check.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
-#include "config/schema/setpoint_warnings.h"
 #include "model/validity.h"
 
 namespace hystcan::app {

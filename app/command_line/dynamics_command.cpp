@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,7 +15,7 @@
 
 #include "app/command_line/commands.h"
 #include "app/live/stop_signal.h"
-#include "app/stage/config_edit.h"
+#include "app/report/config_edit.h"
 #include "app/stage/dataset_input.h"
 #include "app/stage/dynamics_text.h"
 #include "app/stage/identified_plant.h"
@@ -163,42 +164,25 @@ std::string rule_text(bool cautious) {
   return cautious ? describe(controller::CautiousRule{}) : describe(controller::SensitivityRule{});
 }
 
-std::string delay_key(const IdentifiedDynamics& identified, const controller::Delays& configured) {
-  const controller::Delays& found = identified.plant.delays;
-  std::string text =
-      found.amplifier_bandwidth_Hz == configured.amplifier_bandwidth_Hz
-          ? "# amplifier_bandwidth_Hz: unchanged, the delay cannot be distinguished from zero\n"
-          : fmt::format("amplifier_bandwidth_Hz = {}   # {:.4g} ms of lag\n",
-                        toml_number(found.amplifier_bandwidth_Hz), 1e3 * found.lag_s());
-  if (found.sensor_delay != configured.sensor_delay)
-    text += fmt::format("sensor_delay_us = {}   # a pure delay beside the lag\n",
-                        toml_number(microseconds(found.sensor_delay)));
-  return text;
-}
-
-std::string filter_keys(const controller::LoopSetting& setting) {
-  if (setting.notch)
-    return fmt::format("\n[axis.control.notch]\nfrequency_Hz = {}\ndepth        = {}\nwidth        = {}\n",
-                       toml_number(setting.notch->frequency_Hz), toml_number(setting.notch->depth),
-                       toml_number(setting.notch->width));
-  return {};
-}
-
 std::string fragment(const IdentifiedDynamics& identified, const controller::Delays& configured,
-                     const std::string& comment) {
-  const controller::LoopSetting& setting = identified.proposed();
-  std::string text =
-      "# Second-order dynamics of one axis: these keys replace those of its [axis.control].\n#\n" +
-      as_comment(comment) +
-      fmt::format("\n[axis.control]\nkp       = {}   # um per um\nki_per_s = {}\n",
-                  toml_number(setting.pi.kp), toml_number(setting.pi.ki_per_s));
-  if (setting.measurement_filter_Hz > 0.0)
-    text += fmt::format("measurement_filter_Hz = {}\n", toml_number(setting.measurement_filter_Hz));
-  return text + "\n[axis.control.delays]\n" + delay_key(identified, configured) +
-         fmt::format("resonance_Hz  = {}\ndamping_ratio = {}\n",
-                     toml_number(identified.plant.delays.resonance_Hz),
-                     toml_number(identified.plant.delays.damping_ratio)) +
-         filter_keys(setting);
+                     const config::AxisConfig* axis, const std::string& comment) {
+  const controller::Delays& found = identified.plant.delays;
+  config::AxisConfig before, after;
+  if (axis != nullptr) before.control = axis->control;
+  before.control.delays = configured;
+  after = before;
+  set_loop(after.control, identified.proposed(), found);
+  std::map<std::string, std::string> notes{{"axis.control.kp", " um per um"},
+                                           {"axis.control.ki_per_s", ""},
+                                           {"axis.control.delays.resonance_Hz", ""},
+                                           {"axis.control.delays.damping_ratio", ""}};
+  if (found.amplifier_bandwidth_Hz != configured.amplifier_bandwidth_Hz)
+    notes["axis.control.delays.amplifier_bandwidth_Hz"] =
+        fmt::format("; {:.4g} ms of lag", 1e3 * found.lag_s());
+  if (found.sensor_delay != configured.sensor_delay)
+    notes["axis.control.delays.sensor_delay_us"] = "; a pure delay beside the lag";
+  return "# Second-order dynamics of one axis: these keys replace those of its [axis.control].\n#\n" +
+         as_comment(comment) + control_fragment(before, axis != nullptr, after, notes);
 }
 
 nlohmann::json to_json(const IdentifiedDynamics& identified) {
@@ -220,7 +204,7 @@ nlohmann::json to_json(const IdentifiedDynamics& identified) {
 void write_config(const DynamicsArguments& options, const config::Config& config, std::size_t axis,
                   const IdentifiedDynamics& identified) {
   OutputFile out(options.written);
-  out.write(with_loop_keys(config, axis, {identified.proposed(), identified.plant.delays}));
+  out.write(with_loop(config, axis, identified.proposed(), identified.plant.delays));
   out.commit();
 }
 
@@ -241,7 +225,8 @@ int dynamics(const DynamicsArguments& options) {
       options.all ? identified.designs.size() : std::min<std::size_t>(2, identified.designs.size());
   const std::string text = describe(identified, shown) + rule_text(options.cautious);
   OutputFile out(options.output);
-  out.write(fragment(identified, configured_delays(config, axis), text));
+  out.write(
+      fragment(identified, configured_delays(config, axis), config ? &config->axes[axis] : nullptr, text));
   if (!options.written.empty()) write_config(options, *config, axis, identified);
   out.commit();
   print("{}", options.json ? to_json(identified).dump(2) + "\n" : text);

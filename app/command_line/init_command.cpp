@@ -41,7 +41,7 @@ std::filesystem::path shipped_dbc(const std::string& drive_unit) {
 }
 
 /// The files of each axis: with one axis all records are its own, with several there is one for each.
-std::vector<RecordFiles> records_by_axis(const InitArguments& options) {
+std::vector<AxisRecords> records_by_axis(const InitArguments& options) {
   const std::size_t axes = options.stated.axes.size();
   const auto require_one_each = [&](const char* option, const std::vector<std::filesystem::path>& files) {
     if (files.empty() || files.size() == axes ||
@@ -58,27 +58,25 @@ std::vector<RecordFiles> records_by_axis(const InitArguments& options) {
       throw Error("--step and --unseen need a --record: the model comes first");
     return {};
   }
-  std::vector<RecordFiles> files(axes);
+  std::vector<AxisRecords> records(axes);
   for (std::size_t i = 0; i < axes; ++i) {
     if (axes == 1)
-      files[i].loops = options.records;
+      records[i].loop_files = options.records;
     else
-      files[i].loops = {options.records[i]};
-    if (!options.steps.empty()) files[i].step = options.steps[i];
-    if (!options.unseen.empty()) files[i].unseen = options.unseen[i];
+      records[i].loop_files = {options.records[i]};
+    if (!options.steps.empty()) records[i].step_file = options.steps[i];
+    if (!options.unseen.empty()) records[i].unseen_file = options.unseen[i];
   }
-  return files;
+  return records;
 }
 
 int new_stage(const InitArguments& options) {
   require_new(options.folder);
-  std::vector<AxisRecords> records;
-  for (const RecordFiles& files : records_by_axis(options))
-    records.push_back(load_records(files, options.input));
+  std::vector<AxisRecords> records = records_by_axis(options);
+  for (AxisRecords& of_axis : records) load(of_axis, options.input);
   Questions questions(std::cin, !options.yes && isatty(STDIN_FILENO) != 0);
-  const KnownStage stage = ask_about(options.stated, records, shipped_dbc, questions);
-  for (std::size_t i = 0; i < stage.roles.size(); ++i)
-    print("{}", table_of(stage.roles[i], stage.facts.axes[i].name));
+  const StageFacts stage = ask_about(options.stated, records, shipped_dbc, questions);
+  for (const AxisFacts& axis : stage.axes) print("{}", table_of(axis.roles, axis.name));
   stop_at_a_signal();
   make_stage(options.folder, stage, records);
   return done;

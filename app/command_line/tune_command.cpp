@@ -11,8 +11,7 @@
 
 #include "app/command_line/commands.h"
 #include "app/live/report.h"
-#include "app/stage/config_edit.h"
-#include "app/stage/frequency_response.h"
+#include "app/report/config_edit.h"
 #include "app/stage/open_loop.h"
 #include "app/stage/option_check.h"
 #include "app/stage/tuning.h"
@@ -88,31 +87,29 @@ struct AskedFiles {
 };
 
 void put(std::optional<OutputFile>& file, const std::string& text) {
-  if (!file) return;
   file->write(text);
   file->commit();
 }
 
 int tune(const TuneArguments& options) {
-  const CandidateRules rules{options.sensitivity, cautious_rule(options), options.cautious};
   const config::Config loaded = config::load(options.run.config);
   AskedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);  // whole, as the bus has all its nodes
-  TuningReport report = tuning_of(config, chosen_steps(options, config, twin), rules, options.run.rehearse);
+  TuningReport report = tuning_of(config, chosen_steps(options, config, twin), options.run.rehearse);
+  report.rule = options.sensitivity;
+  report.cautious_rule = cautious_rule(options);
+  report.only_cautious = options.cautious;
   const Dataset record = measured_steps(config, twin, options.run, report.steps);
-  evaluate(report, plant_of_steps(record, config), config, twin, rules);
-  predict_structures(report.candidates[0], config, twin, report.plant);
-  if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
-  report.shares = delay_shares(report.proposed(), config, twin, report.plant);
-  const FrequencyResponse response = response_of(report, record);
+  evaluate(report, plant_of_steps(record, config), config, twin);
+  predict_further(report, config, twin);
   const Candidate& best = report.proposed();
   put(files.fragment, fragment(report));
-  put(files.table, table_of(response));
-  put(files.written,
-      with_loop_keys(loaded, index_of_axis(loaded, options.run.axis), {best.setting, best.delays}));
+  if (files.table) put(files.table, response_table(report, record));
+  if (files.written)
+    put(files.written, with_loop(loaded, index_of_axis(loaded, options.run.axis), best.setting, best.delays));
   if (!options.picture.empty())
-    if (const std::string failure = draw(response, options.picture); !failure.empty())
+    if (const std::string failure = draw_response(report, record, options.picture); !failure.empty())
       note("{}: not drawn: {}\n", options.picture.string(), failure);
   print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
   note("{}: proposed, not applied\n", options.output.string());

@@ -1,4 +1,4 @@
-#include "app/stage/axis_completion.h"
+#include "app/setup/axis_completion.h"
 
 #include <fmt/format.h>
 
@@ -13,9 +13,9 @@
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
-#include "app/stage/config_edit.h"
+#include "app/report/config_edit.h"
+#include "app/setup/first_stage.h"
 #include "app/stage/dynamics_text.h"
-#include "app/stage/first_models.h"
 #include "app/stage/identification_findings.h"
 #include "app/stage/identification_report.h"
 #include "app/stage/identification_result.h"
@@ -27,6 +27,7 @@
 #include "base/terminal.h"
 #include "config/document/toml_edit.h"
 #include "config/files/model_file.h"
+#include "config/schema/settings.h"
 #include "rehearsal/rehearsal.h"
 
 namespace hystcan::app {
@@ -72,27 +73,27 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
       validate(model::Hysteresis(parameters), *records.unseen,
                {.lag = {.delay_s = delay_s, .dynamics = {}}, .estimate_s = {}, .memory = {}});
   return fmt::format("unseen: {} is predicted with {:.3g} % RMS, {:.3g} % at most",
-                     records.files.unseen->filename().string(), 100.0 * seen.all.rms / seen.output_span,
+                     records.unseen_file->filename().string(), 100.0 * seen.all.rms / seen.output_span,
                      100.0 * seen.all.max / seen.output_span);
 }
 
 /// What the record shows, as delays of the controller.
-IdentifiedPlant measured_plant(const AxisRecords& records, const config::Config& config) {
+IdentifiedPlant measured_plant(const AxisRecords& records, const controller::Delays& stated, double rate_Hz) {
   try {
-    IdentifiedPlant plant = identified_plant(*records.step, config.axes[0].control.delays);
-    plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / config.controller.rate_Hz));
+    IdentifiedPlant plant = identified_plant(*records.step, stated);
+    plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / rate_Hz));
     return plant;
   } catch (const std::invalid_argument& error) {
-    throw Error(fmt::format("{}: {}", records.files.step->string(), error.what()));
+    throw Error(fmt::format("{}: {}", records.step_file->string(), error.what()));
   }
 }
 
-/// A cautious loop, which is stable with the measured delays.
-LoopKeys cautious_keys(const IdentifiedPlant& plant, double cycle_s) {
+/// Gains of a cautious loop, which is stable with the measured delays.
+controller::LoopSetting cautious_setting(const IdentifiedPlant& plant, double cycle_s) {
   const controller::SensitivityRule rule;
   const auto corners = controller::widened(plant.uncertainty, rule.resonance_percent);
   const controller::LoopConfig loop{.delays = plant.delays, .cycle_s = cycle_s};
-  return {{.pi = controller::largest_gains(loop, corners, controller::CautiousRule{})}, plant.delays};
+  return {.pi = controller::largest_gains(loop, corners, controller::CautiousRule{})};
 }
 
 /// The stated mode within what a statement is good for; above half the rate it may be anything from there up.
@@ -105,23 +106,27 @@ controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated
   return uncertainty;
 }
 
+void set_loop_of(Stage& stage, std::size_t i, const controller::LoopSetting& setting,
+                 const controller::Delays& delays) {
+  set_loop(stage.config.axes[i].control, setting, in_whole_microseconds(delays));
+  derive(stage.config, i);
+}
+
 /// The delays in [axis.control] and in [axis.twin], with the comments that are true of them then.
-void set_dynamics(const std::filesystem::path& file, std::size_t i, const LoopKeys& keys,
-                  bool mode_is_shown) {
-  write_file(file, with_loop_keys(config::load(file), i, keys));
-  config::TomlEdit text = config::TomlEdit::of_file(file);
-  const std::string twin = fmt::format("axis[{}].twin.", i);
-  text.set(twin + "resonance_Hz", toml_number(keys.delays.resonance_Hz));
-  text.set(twin + "damping_ratio", toml_number(keys.delays.damping_ratio));
-  text.set(twin + "bandwidth_Hz", toml_number(keys.delays.amplifier_bandwidth_Hz));
-  if (keys.delays.sensor_delay.count() > 0)
-    text.set(twin + "sensor.delay_us", toml_number(microseconds(keys.delays.sensor_delay)));
-  const std::string delays = fmt::format("axis[{}].control.delays.", i);
-  text.set_comment(delays + "amplifier_bandwidth_Hz", "with the sensor's lag, from the step");
-  text.set_comment(twin + "bandwidth_Hz", "from the step");
-  for (const char* key : {"resonance_Hz", "damping_ratio"})
-    if (mode_is_shown) text.set_comment(delays + key, "from the step");
-  write_file(file, text.text());
+void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
+  const controller::Delays delays = in_whole_microseconds(plant.delays);
+  set_loop_of(stage, i, cautious_setting(plant, 1.0 / stage.config.controller.rate_Hz), delays);
+  twin::AxisConfig& twin = stage.config.axes[i].twin;
+  twin.plant.mode.natural_frequency_Hz = delays.resonance_Hz;
+  twin.plant.mode.damping_ratio = delays.damping_ratio;
+  twin.plant.amplifier.bandwidth_Hz = delays.amplifier_bandwidth_Hz;
+  if (delays.sensor_delay.count() > 0) twin.sensor.delay = delays.sensor_delay;
+  const std::string axis = fmt::format("axis[{}].", i), in_delays = axis + "control.delays.";
+  stage.comments[in_delays + "amplifier_bandwidth_Hz"] = "with the sensor's lag, from the step";
+  stage.comments[axis + "twin.bandwidth_Hz"] = "from the step";
+  if (!plant.mode) return;
+  stage.comments[in_delays + "resonance_Hz"] = "from the step";
+  stage.comments[in_delays + "damping_ratio"] = "from the step";
 }
 
 std::string dynamics_line(const controller::Delays& delays) {
@@ -165,7 +170,7 @@ const Candidate& first_proposal(const TuningReport& report) {
 
 std::string loop_line(const TuningReport& report) {
   const Candidate& first = first_proposal(report);
-  // The present one has the gains of cautious_keys().
+  // The present one has the gains of cautious_setting().
   const bool is_cautious = &first == &report.candidates.back() || &first == &report.present();
   return fmt::format("loop: {}, {}", is_cautious ? "cautious" : first.name,
                      loop_text(first, report.rule.resonance_percent)) +
@@ -175,55 +180,48 @@ std::string loop_line(const TuningReport& report) {
               : "; the cautious one does not track");
 }
 
-TunedAxis tuned_by_step(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records,
-                        const OpenLoopOptions& rehearsed) {
-  const config::Config first = chosen_axis_of(config::load(config_file), rehearsed);
-  const IdentifiedPlant plant = measured_plant(records, first);
-  TunedAxis tuned;
-  if (first.axes[0].control.delays.sensor_s() == 0.0)
-    tuned.unshared_s = plant.delays.lag_s() + plant.delays.sensor_s();
-  set_dynamics(config_file, i, cautious_keys(plant, 1.0 / first.controller.rate_Hz), plant.mode.has_value());
-  tuned.mode_is_shown = plant.mode.has_value();
-  tuned.lines.push_back(dynamics_line(records.files.step->filename().string(), plant,
-                                      first.axes[0].control.delays.resonance_Hz));
-  const config::Config loaded = config::load(config_file), config = chosen_axis_of(loaded, rehearsed);
-  const CandidateRules rules{};
-  TuningReport report = tuning_of(config, usual_steps(config.axes[0].control.gate), rules, false);
-  evaluate(report, plant, config, twin_config(loaded), rules);
+TunedAxis tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records) {
+  const std::string name = stage.config.axes[i].wire.name;
+  const controller::Delays stated = stage.config.axes[i].control.delays;
+  const IdentifiedPlant plant = measured_plant(records, stated, stage.config.controller.rate_Hz);
+  TunedAxis tuned{.fast = {}, .unshared_s = 0.0, .mode_is_shown = plant.mode.has_value()};
+  if (stated.sensor_s() == 0.0) tuned.unshared_s = plant.delays.lag_s() + plant.delays.sensor_s();
+  set_dynamics(stage, i, plant);
+  print_lines(name, {dynamics_line(records.step_file->filename().string(), plant, stated.resonance_Hz)});
+  const config::Config config =
+      chosen_axis_of(stage.config, {.config = stage.file(), .axis = name, .interface = {}, .rehearse = true});
+  TuningReport report = tuning_of(config, usual_steps(config.axes[0].control.gate), false);
+  evaluate(report, plant, config, twin_config(stage.config));
   stop_if_signalled();
-  const Candidate &first_loop = first_proposal(report), &fast = report.proposed();
-  write_file(config_file, with_loop_keys(loaded, i, {first_loop.setting, first_loop.delays}));
-  tuned.lines.push_back(loop_line(report));
+  const Candidate &first = first_proposal(report), &fast = report.proposed();
+  set_loop_of(stage, i, first.setting, first.delays);
+  print_lines(name, {loop_line(report)});
   constexpr double worth_it = 0.98;
-  if (report.best > 0 && fast.rms_percent() < worth_it * first_loop.rms_percent()) {
-    tuned.fast = {fast.setting, fast.delays};
-    tuned.lines.push_back(
-        fmt::format("faster: {}, {}", fast.name, loop_text(fast, report.rule.resonance_percent)));
+  if (report.best > 0 && fast.rms_percent() < worth_it * first.rms_percent()) {
+    tuned.fast = fast;
+    print_lines(name,
+                {fmt::format("faster: {}, {}", fast.name, loop_text(fast, report.rule.resonance_percent))});
   }
-  const std::string name = config.axes[0].wire.name;
   if (const std::string undrawn =
-          draw(response_of(report, *records.step), config_file.parent_path() / (name + ".bode.svg"));
+          draw_response(report, *records.step, stage.file().parent_path() / (name + ".bode.svg"));
       !undrawn.empty())
-    tuned.lines.push_back("no picture of the loop: " + undrawn);
+    print_lines(name, {"no picture of the loop: " + undrawn});
   return tuned;
 }
 
-TunedAxis as_stated(const std::filesystem::path& config_file, std::size_t i) {
-  const config::Config config = config::load(config_file);
-  const controller::Delays& stated = config.axes[i].control.delays;
-  const double rate_Hz = config.controller.rate_Hz;
+void set_as_stated(Stage& stage, std::size_t i) {
+  const config::AxisConfig& axis = stage.config.axes[i];
+  const controller::Delays stated = axis.control.delays;
+  const double rate_Hz = stage.config.controller.rate_Hz;
   const controller::Pi::Config pi = controller::unmeasured_gains({.delays = stated, .cycle_s = 1.0 / rate_Hz},
                                                                  stated_uncertainty(stated, rate_Hz));
-  write_file(config_file, with_loop_keys(config, i, {{.pi = pi}, stated}));
-  return {.fast = {},
-          .unshared_s = 0.0,
-          .mode_is_shown = false,
-          .lines = {
-              dynamics_line(stated) + ": stated or assumed, not measured",
-              fmt::format(
-                  "loop: integral alone, ki {:.4g} 1/s: an eighth of what is stable with these; a record of "
-                  "small steps (--step) allows more",
-                  pi.ki_per_s)}};
+  set_loop_of(stage, i, {.pi = pi}, stated);
+  print_lines(
+      axis.wire.name,
+      {dynamics_line(stated) + ": stated or assumed, not measured",
+       fmt::format("loop: integral alone, ki {:.4g} 1/s: an eighth of what is stable with these; a record of "
+                   "small steps (--step) allows more",
+                   pi.ki_per_s)});
 }
 
 /// The twin with all of the unshared delays in its sensors, or none of them.
@@ -306,12 +304,30 @@ std::string floors_text(const config::Config& config, std::size_t i,
 
 }  // namespace
 
+Stage::Stage(std::filesystem::path file, std::string text)
+    : config(config::load_text(file, text)),
+      file_(std::move(file)),
+      read_text_(std::move(text)),
+      read_(config) {}
+
+std::string Stage::text() const {
+  config::TomlEdit text(read_text_, file_.string());
+  edit(text, read_, config);
+  for (const auto& [path, comment] : comments) text.set_comment(path, comment);
+  return text.text();
+}
+
 std::string model_name(const std::string& axis) { return axis + ".model.toml"; }
 std::string plant_name(const std::string& axis) { return axis + ".plant.toml"; }
 
-IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::string& axis,
-                             const AxisRecords& records) {
-  const Identified found = identified_loops(records);
+void print_lines(const std::string& of, const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) print(fmt::format("{}{}\n", of.empty() ? "" : of + ": ", line));
+  flush_output();  // each takes seconds
+}
+
+Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
+                         const AxisRecords& records) {
+  Identified found = identified_loops(records);
   stop_if_signalled();
   const std::vector<std::string> said = findings(records.loops, found);
   write_file(folder / model_name(axis), identified_model_text(found, said));
@@ -320,23 +336,22 @@ IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::str
                  config::model_text(not_quite(found.parameters), {}));
   const std::string undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
   stop_if_signalled();
-  IdentifiedAxis result{
-      .parameters = found.parameters, .noise_um = found.datasets.front().noise, .lines = {}};
   const double percent = 100.0 / found.output_span;
-  result.lines.push_back(fmt::format(
-      "hysteresis: {}, misses {} by {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
-      found.search.shape.text(), fmt::join(records.names(), ", "), found.overall.rms * percent,
-      found.held_out_rms ? fmt::format(" ({:.3g} % cross-validated)", *found.held_out_rms * percent) : "",
-      found.output_span, axis, undrawn.empty() ? "" : ", without pictures: " + undrawn));
-  if (records.unseen) result.lines.push_back(validation_line(found.parameters, found.delay_s, records));
-  return result;
+  print_lines(
+      axis,
+      {fmt::format(
+          "hysteresis: {}, misses {} by {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
+          found.search.shape.text(), fmt::join(records.names(), ", "), found.overall.rms * percent,
+          found.held_out_rms ? fmt::format(" ({:.3g} % cross-validated)", *found.held_out_rms * percent) : "",
+          found.output_span, axis, undrawn.empty() ? "" : ", without pictures: " + undrawn)});
+  if (records.unseen) print_lines(axis, {validation_line(found.parameters, found.delay_s, records)});
+  return found;
 }
 
-TunedAxis tune_axis(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records) {
-  const std::string name = config::load(config_file).axes[i].wire.name;
-  if (!records.step) return as_stated(config_file, i);
-  return tuned_by_step(config_file, i, records,
-                       {.config = config_file, .axis = name, .interface = {}, .rehearse = true});
+TunedAxis tune_axis(Stage& stage, std::size_t i, const AxisRecords& records) {
+  if (records.step) return tuned_by_step(stage, i, records);
+  set_as_stated(stage, i);
+  return {};
 }
 
 std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TunedAxis>& tuned) {

@@ -7,41 +7,57 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/stage/config_edit.h"
-#include "app/stage/stage_records.h"
+#include "app/setup/stage_records.h"
+#include "app/stage/tuning_report.h"
 #include "config/schema/config.h"
-#include "model/hysteresis_parameters.h"
+#include "identification/identify.h"
 
 namespace hystcan::app {
+
+/// The configuration of a stage, which is made complete in memory and is written once.
+class Stage {
+ public:
+  /// Of a configuration with this text, whose paths count from the folder of `file`. Throws Error.
+  Stage(std::filesystem::path file, std::string text);
+
+  config::Config config;
+  /// Comments that take the place of those behind the keys at these paths.
+  std::map<std::string, std::string> comments{};
+
+  /// That of the constructor with the values of `config`.
+  std::string text() const;
+  const std::filesystem::path& file() const { return file_; }
+
+ private:
+  std::filesystem::path file_;
+  std::string read_text_;
+  config::Config read_;
+};
 
 /// Names of the files of an axis beside the configuration.
 std::string model_name(const std::string& axis);
 std::string plant_name(const std::string& axis);
 
-/// The model that the loops determine, its thresholds at the ends of the loops. Writes model, plant and report into
-/// `folder`. Returns lines for the engineer. Throws Error where the records determine none, RunError at a signal.
-struct IdentifiedAxis {
-  model::HysteresisParameters parameters;
-  double noise_um = 0.0;  ///< of one sample
-  std::vector<std::string> lines;
-};
-IdentifiedAxis identify_axis(const std::filesystem::path& folder, const std::string& axis,
-                             const AxisRecords& records);
+void print_lines(const std::string& of, const std::vector<std::string>& lines);
 
-/// Finds dynamics and loop of axis i and writes them into the text of the configuration. Without a step record the dynamics
-/// are those that were stated, and the loop is an integral one that is far from what they allow. With one it is the cautious
-/// one, where that tracks.
+/// The model that the loops determine, its thresholds at the ends of the loops. Writes model, plant and report into
+/// `folder`. Prints lines for the engineer. Throws Error where the records determine none, RunError at a signal.
+identification::Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
+                                         const AxisRecords& records);
+
+/// Finds dynamics and loop of axis i of the stage. Without a step record the dynamics are those that were stated, and the
+/// loop is an integral one that is far from what they allow. With one it is the cautious one, where that tracks.
 struct TunedAxis {
-  std::optional<LoopKeys> fast{};  ///< what tracks better than the cautious loop that is written
-  double unshared_s = 0.0;         ///< measured delay, of which nobody has stated how much is the sensor's
-  bool mode_is_shown = false;      ///< by a record; else it is the stated one
-  std::vector<std::string> lines{};
+  std::optional<Candidate> fast{};  ///< what tracks better than the cautious loop that is set
+  double unshared_s = 0.0;          ///< measured delay, of which it is not stated how much is the sensor's
+  bool mode_is_shown = false;       ///< by a record; else it is the stated one
 };
-TunedAxis tune_axis(const std::filesystem::path& config_file, std::size_t i, const AxisRecords& records);
+TunedAxis tune_axis(Stage& stage, std::size_t i, const AxisRecords& records);
 
 /// Runs the reference of every axis once with the twin, and again where the delay is the sensor's or is not, and where a
 /// mode that no record shows is another one. Returns lines; throws RunError where an axis does not track.

@@ -1,61 +1,88 @@
-#include "app/stage/config_edit.h"
+#include "app/report/config_edit.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <optional>
+#include <set>
 #include <system_error>
 
-#include "app/stage/dynamics_text.h"
 #include "base/output_file.h"
 #include "config/document/toml_edit.h"
+#include "config/schema/settings.h"
 
 namespace hystcan::app {
 namespace {
 
-/// Whole ones, as the configuration has them.
-double whole_microseconds(std::chrono::nanoseconds duration) { return std::round(microseconds(duration)); }
+using Values = std::map<std::string, std::string>;
 
-class LoopEdit {
- public:
-  LoopEdit(config::TomlEdit& edit, std::size_t axis)
-      : edit_(edit), control_(fmt::format("axis[{}].control.", axis)) {}
+/// By path.
+Values values_of(const config::AxisConfig& axis) {
+  Values values;
+  config::control_text(axis, [&](const config::Setting& key, bool /*is_required*/) {
+    if (!key.value.empty()) values[key.path] = key.value;
+    return std::optional<std::string>();
+  });
+  return values;
+}
 
-  void number(const std::string& key, double before, double after) {
-    if (after != before || !edit_.contains(control_ + key)) edit_.set(control_ + key, toml_number(after));
-  }
-  void truth(const std::string& key, bool before, bool after) {
-    if (after != before) edit_.set(control_ + key, after ? "true" : "false");
-  }
-  void low_pass(double before, double after) {
-    if (after > 0.0)
-      number("measurement_filter_Hz", before, after);
-    else
-      edit_.comment_out(control_ + "measurement_filter_Hz");
-  }
-  void notch(const std::optional<controller::Notch::Config>& before,
-             const std::optional<controller::Notch::Config>& after) {
-    if (!after) {
-      edit_.comment_out(control_ + "notch");
-      return;
-    }
-    const controller::Notch::Config old = before.value_or(*after);
-    number("notch.frequency_Hz", old.frequency_Hz, after->frequency_Hz);
-    number("notch.depth", old.depth, after->depth);
-    number("notch.width", old.width, after->width);
-  }
+std::string table_of(const std::string& path) { return path.substr(0, path.rfind('.')); }
 
- private:
-  config::TomlEdit& edit_;
-  std::string control_;
-};
+/// A line for each table of which no key is left.
+std::string removals(const Values& before, const Values& after) {
+  std::set<std::string> gone, left;
+  for (const auto& [path, value] : before) gone.insert(table_of(path));
+  for (const auto& [path, value] : after) left.insert(table_of(path));
+  std::string text;
+  for (const std::string& table : gone)
+    if (!left.contains(table)) text += fmt::format("# remove [{}]\n", table);
+  return text;
+}
 
 }  // namespace
 
-LoopKeys loop_keys_of(const config::AxisConfig& axis) {
-  const controller::ControlLaw::Config& law = axis.control.law;
-  return {{law.pi, law.measurement_filter_Hz, law.notch}, axis.control.delays};
+controller::LoopSetting setting_of(const controller::AxisConfig& axis) {
+  return {axis.law.pi, axis.law.measurement_filter_Hz, axis.law.notch};
+}
+
+controller::Delays in_whole_microseconds(controller::Delays delays) {
+  for (std::chrono::nanoseconds* delay : {&delays.command_delay, &delays.sensor_delay})
+    *delay = std::chrono::round<std::chrono::microseconds>(*delay);
+  return delays;
+}
+
+void set_loop(controller::AxisConfig& axis, const controller::LoopSetting& setting,
+              const controller::Delays& delays) {
+  axis.law.pi = setting.pi;
+  axis.law.measurement_filter_Hz = setting.measurement_filter_Hz;
+  axis.law.notch = setting.notch;
+  axis.delays = delays;
+}
+
+std::string with_loop(const config::Config& config, std::size_t axis, const controller::LoopSetting& setting,
+                      const controller::Delays& delays) {
+  config::TomlEdit text = config::TomlEdit::of_file(config.file);
+  config::Config changed = config;
+  set_loop(changed.axes[axis].control, setting, in_whole_microseconds(delays));
+  edit(text, config, changed);
+  return text.text();
+}
+
+std::string control_fragment(const config::AxisConfig& before, bool is_configured,
+                             const config::AxisConfig& after, const Values& notes) {
+  const Values former = values_of(before);
+  const std::string text = config::control_text(
+      after, [&](const config::Setting& key, bool /*is_required*/) -> std::optional<std::string> {
+        if (key.value.empty()) return std::nullopt;
+        const auto was = former.find(key.path);
+        const auto note = notes.find(key.path);
+        if (note == notes.end() && was != former.end() && was->second == key.value) return std::nullopt;
+        const std::string behind = note == notes.end() ? std::string() : note->second;
+        if (is_configured && was != former.end()) return "was " + was->second + behind;
+        return behind.substr(std::min(behind.find_first_not_of("; "), behind.size()));
+      });
+  return text + removals(former, values_of(after));
 }
 
 std::size_t index_of_axis(const config::Config& config, const std::string& name) {
@@ -64,28 +91,6 @@ std::size_t index_of_axis(const config::Config& config, const std::string& name)
   if (found == config.axes.end())
     throw Error(fmt::format("{}: no axis {}, expected one of its names", config.file.string(), name));
   return static_cast<std::size_t>(found - config.axes.begin());
-}
-
-std::string with_loop_keys(const config::Config& config, std::size_t axis, const LoopKeys& keys) {
-  config::TomlEdit text = config::TomlEdit::of_file(config.file);
-  LoopEdit edit(text, axis);
-  const LoopKeys before = loop_keys_of(config.axes[axis]);
-  const controller::Delays &was = before.delays, &now = keys.delays;
-  edit.number("kp", before.setting.pi.kp, keys.setting.pi.kp);
-  edit.number("ki_per_s", before.setting.pi.ki_per_s, keys.setting.pi.ki_per_s);
-  edit.low_pass(before.setting.measurement_filter_Hz, keys.setting.measurement_filter_Hz);
-  edit.number("delays.command_delay_us", whole_microseconds(was.command_delay),
-              whole_microseconds(now.command_delay));
-  edit.number("delays.amplifier_bandwidth_Hz", was.amplifier_bandwidth_Hz, now.amplifier_bandwidth_Hz);
-  if (now.sensor_delay != was.sensor_delay)
-    edit.number("delays.sensor_delay_us", whole_microseconds(was.sensor_delay),
-                whole_microseconds(now.sensor_delay));
-  edit.number("delays.resonance_Hz", was.resonance_Hz, now.resonance_Hz);
-  edit.number("delays.damping_ratio", was.damping_ratio, now.damping_ratio);
-  edit.truth("delays.second_order", was.second_order, now.second_order);
-  edit.truth("delays.plant_inverse", was.plant_inverse, now.plant_inverse);
-  edit.notch(before.setting.notch, keys.setting.notch);
-  return text.text();
 }
 
 void refuse_to_overwrite_inputs(const std::filesystem::path& output, const std::filesystem::path& file,

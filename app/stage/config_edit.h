@@ -1,8 +1,9 @@
-// Gains, filters and delays of one axis in the text of a configuration.
+// The loop of one axis in a configuration, and in its text.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include "config/schema/config.h"
@@ -10,19 +11,26 @@
 
 namespace hystcan::app {
 
-/// What a loop is set by.
-struct LoopKeys {
-  controller::LoopSetting setting;
-  controller::Delays delays;
-};
-LoopKeys loop_keys_of(const config::AxisConfig& axis);
+/// Gains and filters of an axis.
+controller::LoopSetting setting_of(const controller::AxisConfig& axis);
+/// Pure delays as a file has them.
+controller::Delays in_whole_microseconds(controller::Delays delays);
+/// Sets gains, filters and delays of an axis in memory.
+void set_loop(controller::AxisConfig& axis, const controller::LoopSetting& setting,
+              const controller::Delays& delays);
 
 /// Index of the axis with this name; 0 if it is empty. Throws Error if there is none.
 std::size_t index_of_axis(const config::Config& config, const std::string& name);
 
-/// The text of the configuration with `keys` in [axis.control] of this axis. A key that keeps its value keeps its line;
-/// a notch or a low pass that is no longer used is commented out.
-std::string with_loop_keys(const config::Config& config, std::size_t axis, const LoopKeys& keys);
+/// The text of the configuration's file with this loop in [axis.control] of the axis. All other lines stay.
+std::string with_loop(const config::Config& config, std::size_t axis, const controller::LoopSetting& setting,
+                      const controller::Delays& delays);
+
+/// A fragment: the keys of [axis.control] that differ from `before`, and those that have a note, at their path. Behind each
+/// stand its former value, if `before` is configured, and its note: "# was 0.1; one cycle".
+std::string control_fragment(const config::AxisConfig& before, bool is_configured,
+                             const config::AxisConfig& after,
+                             const std::map<std::string, std::string>& notes);
 
 /// Throws Error if `written` is an input or another output, or does not lie in the folder of the configuration:
 /// the paths within it count from there. `data` may be empty.

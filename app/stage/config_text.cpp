@@ -1,157 +1,177 @@
-#include "app/stage/config_text.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <map>
 #include <numbers>
 
+#include "app/setup/first_stage.h"
 #include "app/stage/dynamics_text.h"
-#include "app/stage/frame_roles.h"
-#include "config/document/toml_text.h"
+#include "config/schema/config.h"
+#include "config/schema/frames.h"
+#include "config/schema/settings.h"
 
 namespace hystcan::app {
 namespace {
 
-/// `value` with as many significant digits, as TOML.
-std::string rounded(double value, int digits = 3) {
-  return toml_number(std::stod(fmt::format("{:.{}g}", value, digits)));
-}
+constexpr const char* heading =
+    "# Written by `hystcan init`. `assumed` marks what nobody has stated or measured: look at it.\n"
+    "#\n"
+    "#   hystcan check FILE         the values in force and their consequences\n"
+    "#   hystcan twin FILE          the twin on the bus ...\n"
+    "#   hystcan controller FILE    ... and the controller\n";
 
-/// `key = value   # comment`.
-std::string key_line(const std::string& key, const std::string& value, const char* comment = "") {
-  const std::string text = fmt::format("{:<22} = {}", key, value);
-  return *comment == '\0' ? text + "\n" : fmt::format("{:<34} # {}\n", text, comment);
-}
-std::string quoted(const std::string& key, const std::string& value, const char* comment = "") {
-  return key_line(key, config::toml_string(value), comment);
-}
+/// The configuration of one axis, and the comments behind its keys.
+class FirstAxis {
+ public:
+  FirstAxis(const AxisFacts& facts, double rate_Hz, std::string path,
+            std::map<std::string, std::string>& remarks)
+      : facts_(facts),
+        rate_Hz_(rate_Hz),
+        range_(facts.drive_max - facts.drive_min),
+        slew_per_s_(range_ * std::min(0.4 * facts.resonance_Hz, 0.2 * rate_Hz)),
+        path_(std::move(path)),
+        remarks_(remarks) {}
 
-std::string heading(const StageFacts& facts) {
-  return "# Written by `hystcan init`. `assumed` marks what nobody has stated or measured: look at it.\n"
-         "#\n"
-         "#   hystcan check FILE         the values in force and their consequences\n"
-         "#   hystcan twin FILE          the twin on the bus ...\n"
-         "#   hystcan controller FILE    ... and the controller\n"
-         "\n[bus]\n" +
-         quoted("interface", facts.interface) +
-         key_line("bitrate_bit_per_s", fmt::format("{}", facts.bitrate_bit_per_s)) +
-         quoted("dbc", facts.dbc) + "\n[controller]\n" + key_line("rate_Hz", toml_number(facts.rate_Hz)) +
-         "\n[twin]\n" + key_line("seed", "1") + key_line("heartbeat_ms", "100.0");
-}
+  config::AxisConfig make() {
+    set_wire();
+    set_loop();
+    set_limits();
+    set_delays();
+    set_reference();
+    set_twin();
+    return axis_;
+  }
 
-std::string head_of(const AxisFacts& axis) {
-  std::string text = "\n[[axis]]\n" + quoted("name", axis.name);
-  if (!axis.message_prefix.empty())
-    text += quoted(
-        "message_prefix", axis.message_prefix,
-        fmt::format("messages {0}AmpCommand, {0}AmpStatus, {0}SensorSample of the DBC", axis.message_prefix)
-            .c_str());
-  text += quoted("drive_unit", axis.drive_unit) +
-          key_line("amplifier_node", fmt::format("{}", axis.amplifier_node)) +
-          key_line("sensor_node", fmt::format("{}", axis.sensor_node));
-  if (axis.frames) text += frames_text(*axis.frames);
-  return text;
-}
+ private:
+  /// The comment behind a key. An empty one: the key is written though it is not required and has its default.
+  void remark(const std::string& key, const std::string& comment = {}) { remarks_[path_ + key] = comment; }
+  std::string drive_key(const char* key, const char* per = "") const { return key + facts_.drive_unit + per; }
 
-/// What every drive and every position must keep to.
-std::string limits_of(const AxisFacts& axis, double rate_Hz) {
-  const std::string& unit = axis.drive_unit;
-  const double range = axis.drive_max - axis.drive_min, stroke = axis.travel_um.span();
-  // The whole range in some periods of the mode, but not in less than a few cycles.
-  const double slew = range * std::min(0.4 * axis.resonance_Hz, 0.2 * rate_Hz);
-  const model::Interval position = position_limits_um(axis.travel_um);
-  return key_line("drive_min_" + unit, toml_number(axis.drive_min),
-                  "no drive beyond these leaves the controller") +
-         key_line("drive_max_" + unit, toml_number(axis.drive_max)) +
-         key_line("safe_drive_" + unit, toml_number(axis.safe_drive), "where every run ends") +
-         key_line("slew_" + unit + "_per_s", rounded(slew, 2),
-                  "assumed: the range in 2.5 periods of the resonance") +
-         key_line("wipe_slew_" + unit + "_per_s", rounded(std::min(5.0 * range, slew), 2),
-                  "ramps in and out; start-up goes to drive_max and back, which erases the stage's memory") +
-         key_line("wipe_dwell_s", rounded(std::max(0.1, 20.0 / axis.resonance_Hz))) +
-         key_line("position_min_um", rounded(position.lo), "a position beyond these ends the run") +
-         key_line("position_max_um", rounded(position.hi)) +
-         key_line("position_jump_um", rounded(0.15 * stroke, 2),
-                  "in one cycle: more is not possible and shows a loose cable") +
-         key_line("following_error_um", rounded(0.15 * stroke, 2), "assumed; structure \"pi\" needs more") +
-         key_line("following_error_cycles", "3") + key_line("missing_samples", "3") +
-         key_line("repeat", "true");
-}
+  void set_wire() {
+    axis_.wire.name = facts_.name;
+    axis_.wire.message_prefix = facts_.roles.message_prefix;
+    axis_.wire.drive_unit = facts_.drive_unit;
+    axis_.wire.amplifier_node = facts_.amplifier_node;
+    axis_.wire.sensor_node = facts_.sensor_node;
+    axis_.wire.frames = facts_.roles.frames;
+    remark("message_prefix", fmt::format("messages {0}AmpCommand, {0}AmpStatus, {0}SensorSample of the DBC",
+                                         axis_.wire.message_prefix));
+    for (const char* frame : {"command", "status", "sample"})
+      remark(fmt::format("frames.{}.polynomial", frame), "assumed, and what it covers");
+  }
 
-/// An amplifier that does not say when it is enabled is given time for it.
-std::string patience_of(const AxisFacts& axis) {
-  const bool reports_state = !axis.frames || (axis.frames->status && axis.frames->status->carries("state"));
-  return reports_state ? ""
-                       : key_line("enable_delay_ms", "500.0",
-                                  "assumed: its frames do not say when the amplifier is on");
-}
+  void set_loop() {
+    const double omega = 2.0 * std::numbers::pi * facts_.resonance_Hz;
+    axis_.control_model = facts_.model_file;
+    axis_.control.law.structure = controller::Structure::inverse_pi;
+    axis_.control.law.pi.ki_per_s = rounded(std::min(0.5 * facts_.damping_ratio * omega, 0.1 * rate_Hz_), 3);
+    axis_.control.repeat = true;
+    axis_.control.in_position = {.tolerance_um = rounded(0.002 * facts_.travel_um.span(), 2),
+                                 .window = std::chrono::milliseconds(20),
+                                 .timeout = std::chrono::seconds(2)};
+    remark("control.structure", "average, inverse, pi, average+pi, inverse+pi");
+    remark("control.kp", "um per um");
+    remark("control.ki_per_s", "1/s; `hystcan check` judges the loop, `hystcan tune` proposes others");
+    if (config::reports_state(axis_.wire)) return;
+    axis_.control.enable_delay = std::chrono::milliseconds(500);
+    remark("control.enable_delay_ms", "assumed: its frames do not say when the amplifier is on");
+  }
 
-const char* origin_of(const AxisFacts& axis) {
-  return axis.mode_is_measured ? "from the step" : "stated, not measured";
-}
+  /// What every drive and every position must keep to.
+  void set_limits() {
+    const double stroke = facts_.travel_um.span();
+    controller::AxisConfig& control = axis_.control;
+    control.gate.drive_min = facts_.drive_min;
+    control.gate.drive_max = facts_.drive_max;
+    control.gate.safe_drive = facts_.safe_drive;
+    control.gate.slew_per_s = rounded(slew_per_s_, 2);
+    control.wipe_slew_per_s = rounded(std::min(5.0 * range_, slew_per_s_), 2);
+    control.wipe_dwell_s = rounded(std::max(0.1, 20.0 / facts_.resonance_Hz), 3);
+    const model::Interval position = position_limits_um(facts_.travel_um);
+    control.supervision.position_min_um = rounded(position.lo, 3);
+    control.supervision.position_max_um = rounded(position.hi, 3);
+    control.supervision.position_jump_um = rounded(0.15 * stroke, 2);
+    control.supervision.missing_samples = 3;
+    control.following_error.error_um = rounded(0.15 * stroke, 2);
+    control.following_error.cycles = 3;
+    remark(drive_key("control.drive_min_"), "no drive beyond these leaves the controller");
+    remark(drive_key("control.safe_drive_"), "where every run ends");
+    remark(drive_key("control.slew_", "_per_s"), "assumed: the range in 2.5 periods of the resonance");
+    remark(drive_key("control.wipe_slew_", "_per_s"),
+           "ramps in and out; start-up goes to drive_max and back, which erases the stage's memory");
+    remark("control.wipe_dwell_s");
+    remark("control.position_min_um", "a position beyond these ends the run");
+    remark("control.position_jump_um", "in one cycle: more is not possible and shows a loose cable");
+    remark("control.following_error_um", "assumed; structure \"pi\" needs more");
+    remark("control.missing_samples");
+  }
 
-std::string control_of(const AxisFacts& axis, double rate_Hz) {
-  const double omega = 2.0 * std::numbers::pi * axis.resonance_Hz;
-  const double ki = std::min(0.5 * axis.damping_ratio * omega, 0.1 * rate_Hz);
-  return "\n[axis.control]\n" + quoted("model", axis.model_file) +
-         quoted("structure", "inverse+pi", "average, inverse, pi, average+pi, inverse+pi") +
-         key_line("kp", "0.0", "um per um") +
-         key_line("ki_per_s", rounded(ki),
-                  "1/s; `hystcan check` judges the loop, `hystcan tune` proposes others") +
-         limits_of(axis, rate_Hz) + patience_of(axis) + "\n[axis.control.delays]\n" +
-         key_line("command_delay_us", toml_number(std::round(1e6 / rate_Hz)),
-                  "one cycle: the amplifier applies a setpoint at the next SYNC") +
-         key_line("amplifier_bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)),
-                  "assumed: no step was recorded") +
-         key_line("resonance_Hz", toml_number(axis.resonance_Hz), origin_of(axis)) +
-         key_line("damping_ratio", toml_number(axis.damping_ratio),
-                  axis.damping_is_assumed ? "assumed" : origin_of(axis)) +
-         (axis.sensor_delay_us > 0.0
-              ? key_line("sensor_delay_us", toml_number(axis.sensor_delay_us), "stated, not measured")
-              : std::string()) +
-         "\n[axis.control.in_position]\n" +
-         key_line("tolerance_um", rounded(0.002 * axis.travel_um.span(), 2)) + key_line("window_ms", "20.0") +
-         key_line("timeout_ms", "2000.0");
-}
+  void set_delays() {
+    const char* origin = facts_.mode_is_measured ? "from the step" : "stated, not measured";
+    controller::Delays& delays = axis_.control.delays;
+    delays.command_delay = std::chrono::microseconds(std::llround(1e6 / rate_Hz_));
+    delays.amplifier_bandwidth_Hz = rounded(std::max(1000.0, 3.0 * facts_.resonance_Hz), 3);
+    delays.resonance_Hz = facts_.resonance_Hz;
+    delays.damping_ratio = facts_.damping_ratio;
+    delays.sensor_delay = std::chrono::nanoseconds(std::llround(1e3 * facts_.sensor_delay_us));
+    remark("control.delays.command_delay_us", "one cycle: the amplifier applies a setpoint at the next SYNC");
+    remark("control.delays.amplifier_bandwidth_Hz", "assumed: no step was recorded");
+    remark("control.delays.resonance_Hz", origin);
+    remark("control.delays.damping_ratio", facts_.damping_is_assumed ? "assumed" : origin);
+    if (facts_.sensor_delay_us > 0.0) remark("control.delays.sensor_delay_us", "stated, not measured");
+  }
 
-std::string reference_of(const AxisFacts& axis, double rate_Hz) {
-  const auto at = [&](double share) { return rounded(axis.travel_um.lo + share * axis.travel_um.span(), 4); };
-  // slower where the resonance is below 200 Hz, or the rate below 500 Hz
-  const double slowness = std::max({1.0, 200.0 / axis.resonance_Hz, 500.0 / rate_Hz});
-  std::string levels;
-  for (const double share : {0.9, 0.15, 0.8, 0.25, 0.7, 0.35, 0.6, 0.45, 0.5})
-    levels += (levels.empty() ? "" : ", ") + at(share);
-  return "\n[[axis.control.setpoint]]             # 80 % of the travel\n" + quoted("kind", "triangle") +
-         key_line("low_um", at(0.1)) + key_line("high_um", at(0.9)) +
-         key_line("frequency_Hz", rounded(10.0 / slowness, 2)) + key_line("cycles", "10.0") +
-         key_line("transition_s", rounded(0.3 * slowness, 2)) +
-         "\n[[axis.control.setpoint]]             # decaying, many levels: the memory keeps every reversal\n" +
-         quoted("kind", "staircase") + key_line("levels_um", "[" + levels + "]") +
-         key_line("rise_s", rounded(0.05 * slowness, 2)) + key_line("dwell_s", rounded(0.1 * slowness, 2)) +
-         key_line("transition_s", rounded(0.2 * slowness, 2));
-}
+  void set_reference() {
+    const auto at = [&](double share) {
+      return rounded(facts_.travel_um.lo + share * facts_.travel_um.span(), 4);
+    };
+    // slower where the resonance is below 200 Hz, or the rate below 500 Hz
+    const double slowness = std::max({1.0, 200.0 / facts_.resonance_Hz, 500.0 / rate_Hz_});
+    controller::Staircase stairs{
+        .levels_um = {}, .rise_s = rounded(0.05 * slowness, 2), .dwell_s = rounded(0.1 * slowness, 2)};
+    for (const double share : {0.9, 0.15, 0.8, 0.25, 0.7, 0.35, 0.6, 0.45, 0.5})
+      stairs.levels_um.push_back(at(share));
+    axis_.control.setpoint = {{.shape = controller::Triangle{.low_um = at(0.1),
+                                                             .high_um = at(0.9),
+                                                             .frequency_Hz = rounded(10.0 / slowness, 2),
+                                                             .cycles = 10.0},
+                               .transition_s = rounded(0.3 * slowness, 2)},
+                              {.shape = stairs, .transition_s = rounded(0.2 * slowness, 2)}};
+    remark("control.setpoint[0]", "80 % of the travel");
+    remark("control.setpoint[1]", "decaying, many levels: the memory keeps every reversal");
+  }
 
-std::string twin_of(const AxisFacts& axis, double rate_Hz) {
-  const std::string& unit = axis.drive_unit;
-  const double range = axis.drive_max - axis.drive_min;
-  return "\n[axis.twin]\n" + quoted("model", axis.plant_file) +
-         key_line("resonance_Hz", toml_number(axis.resonance_Hz)) +
-         key_line("damping_ratio", toml_number(axis.damping_ratio)) +
-         key_line("drive_min_" + unit, rounded(axis.drive_min - 0.2 * range),
-                  "assumed: wider than the controller's") +
-         key_line("drive_max_" + unit, rounded(axis.drive_max + 0.2 * range)) +
-         key_line("safe_drive_" + unit, toml_number(axis.safe_drive)) +
-         key_line("slew_" + unit + "_per_s",
-                  rounded(4.0 * range * std::min(0.4 * axis.resonance_Hz, 0.2 * rate_Hz), 2), "assumed") +
-         key_line("bandwidth_Hz", rounded(std::max(1000.0, 3.0 * axis.resonance_Hz)), "assumed") +
-         key_line("command_timeout_ms", rounded(std::max(20.0, 20e3 / rate_Hz), 2)) +
-         key_line("noise_um_rms", rounded(axis.noise_um, 2)) +
-         key_line("resolution_um", rounded(axis.noise_um / 3.0, 1)) +
-         (axis.sensor_delay_us > 0.0
-              ? "\n[axis.twin.sensor]\n" + key_line("delay_us", toml_number(axis.sensor_delay_us), "stated")
-              : std::string());
-}
+  void set_twin() {
+    twin::AxisConfig& twin = axis_.twin;
+    axis_.twin_model = facts_.plant_file;
+    twin.plant.mode.natural_frequency_Hz = facts_.resonance_Hz;
+    twin.plant.mode.damping_ratio = facts_.damping_ratio;
+    twin.plant.amplifier.drive_min = rounded(facts_.drive_min - 0.2 * range_, 3);
+    twin.plant.amplifier.drive_max = rounded(facts_.drive_max + 0.2 * range_, 3);
+    twin.plant.amplifier.safe_drive = facts_.safe_drive;
+    twin.plant.amplifier.slew_per_s = rounded(4.0 * slew_per_s_, 2);
+    twin.plant.amplifier.bandwidth_Hz = axis_.control.delays.amplifier_bandwidth_Hz;
+    twin.command_timeout =
+        std::chrono::microseconds(std::llround(1e3 * rounded(std::max(20.0, 20e3 / rate_Hz_), 2)));
+    twin.sensor.noise_um_rms = rounded(facts_.noise_um, 2);
+    twin.sensor.resolution_um = rounded(facts_.noise_um / 3.0, 1);
+    twin.sensor.delay = axis_.control.delays.sensor_delay;
+    remark(drive_key("twin.drive_min_"), "assumed: wider than the controller's");
+    remark(drive_key("twin.slew_", "_per_s"), "assumed");
+    remark("twin.bandwidth_Hz", "assumed");
+    if (facts_.sensor_delay_us > 0.0) remark("twin.sensor.delay_us", "stated");
+  }
+
+  const AxisFacts& facts_;
+  double rate_Hz_;
+  double range_;       ///< of the drive
+  double slew_per_s_;  ///< the whole range in some periods of the mode, but not in less than a few cycles
+  std::string path_;
+  std::map<std::string, std::string>& remarks_;
+  config::AxisConfig axis_;
+};
 
 }  // namespace
 
@@ -161,11 +181,17 @@ model::Interval position_limits_um(const model::Interval& travel_um) {
 }
 
 std::string config_text(const StageFacts& facts) {
-  std::string text = heading(facts);
-  for (const AxisFacts& axis : facts.axes)
-    text += head_of(axis) + control_of(axis, facts.rate_Hz) + reference_of(axis, facts.rate_Hz) +
-            twin_of(axis, facts.rate_Hz);
-  return text;
+  config::Config config;
+  config.bus.interface = facts.interface;
+  config.bus.bitrate_bit_per_s = facts.bitrate_bit_per_s;
+  config.bus.dbc = facts.dbc_file.filename();
+  config.controller.rate_Hz = facts.rate_Hz;
+  config.twin.heartbeat_period = std::chrono::milliseconds(100);
+  std::map<std::string, std::string> remarks{{"twin.seed", ""}};
+  for (std::size_t i = 0; i < facts.axes.size(); ++i)
+    config.axes.push_back(
+        FirstAxis(facts.axes[i], facts.rate_Hz, fmt::format("axis[{}].", i), remarks).make());
+  return heading + config::file_text(config, remarks);
 }
 
 }  // namespace hystcan::app

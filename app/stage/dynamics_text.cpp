@@ -128,12 +128,7 @@ double microseconds(std::chrono::nanoseconds duration) {
   return std::chrono::duration<double, std::micro>(duration).count();
 }
 
-std::string toml_number(double value) {
-  std::string text = fmt::format("{}", value);
-  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
-}
-
-double rounded(double value) { return std::stod(fmt::format("{:.5g}", value)); }
+double rounded(double value, int digits) { return std::stod(fmt::format("{:.{}g}", value, digits)); }
 
 std::string as_comment(const std::string& text) {
   std::string commented = "# ";

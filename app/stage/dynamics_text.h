@@ -35,10 +35,8 @@ identification::Estimate later(identification::Estimate delay_s, double s);
 
 double microseconds(std::chrono::nanoseconds duration);
 
-/// The value in a form that TOML reads as a float.
-std::string toml_number(double value);
-/// The value to five significant digits.
-double rounded(double value);
+/// The value to so many significant digits.
+double rounded(double value, int digits = 5);
 /// Puts `# ` before each line.
 std::string as_comment(const std::string& text);
 

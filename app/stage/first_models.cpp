@@ -1,11 +1,10 @@
-#include "app/stage/first_models.h"
-
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "app/setup/first_stage.h"
 #include "model/simplified.h"
 #include "model/validity.h"
 

@@ -10,11 +10,10 @@
 #include <utility>
 
 #include "app/stage/signal_likeness.h"
+#include "app/stage/stage_facts.h"
 #include "base/error.h"
 #include "base/text.h"
-#include "base/words.h"
 #include "can/protocol/protocol.h"
-#include "config/document/toml_text.h"
 
 namespace hystcan::app {
 namespace {
@@ -260,12 +259,13 @@ std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
 
 }  // namespace
 
-std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisRange>& axes,
-                                     const std::string& drive_unit, const std::string& file) {
+std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisFacts>& axes,
+                                     const std::string& file) {
+  const std::string& drive_unit = axes.front().drive_unit;
   std::vector<AxisRoles> all;
   std::vector<std::string> prefixes = standard_prefixes(database);
   if (prefixes.size() >= axes.size()) {
-    for (const AxisRange& axis : axes)
+    for (const AxisFacts& axis : axes)
       all.push_back(standard_roles(database, prefix_of(axis.name, prefixes), drive_unit, file));
     return all;
   }
@@ -279,17 +279,17 @@ std::vector<AxisRoles> propose_roles(const can::Database& database, const std::v
     return found;
   };
   const Words drive_names{"volt", "voltage", "u", "v", "current", "i"};
-  for (const AxisRange& axis : axes) {
+  for (const AxisFacts& axis : axes) {
     const LikeSignals likeness(database, axes.size() == 1 ? "" : axis.name, taken);
     AxisRoles& roles = all.emplace_back();
-    const LikeSignal setpoint =
-        take(likeness.best({drive_unit, axis.drive}, command_words, status_words, drive_names));
+    const LikeSignal setpoint = take(likeness.best({drive_unit, {axis.drive_min, axis.drive_max}},
+                                                   command_words, status_words, drive_names));
     require(setpoint, axis.name, "setpoint", drive_unit, database, file);
     const LikeSignal position =
-        take(likeness.best({"um", axis.position_um}, position_words, command_words, {"x", "y", "z"}));
+        take(likeness.best({"um", axis.travel_um}, position_words, command_words, {"x", "y", "z"}));
     require(position, axis.name, "position", "um", database, file);
-    const LikeSignal output =
-        take(likeness.best({drive_unit, axis.drive}, status_words, command_words, drive_names));
+    const LikeSignal output = take(likeness.best({drive_unit, {axis.drive_min, axis.drive_max}}, status_words,
+                                                 command_words, drive_names));
     roles.frames = can::AxisFrames{.command = command_of(roles, setpoint),
                                    .status = status_of(roles, output),
                                    .sample = sample_of(roles, position)};
@@ -321,34 +321,6 @@ std::string table_of(const AxisRoles& roles, const std::string& axis) {
   for (const AxisRoles::Row& row : roles.rows)
     text += fmt::format("  {:<22} {:<20} {:<20} {}\n", row.role, row.message, row.signal, row.because);
   for (const std::string& role : roles.not_found) text += fmt::format("  not found: {}\n", role);
-  return text;
-}
-
-std::string frames_text(const can::AxisFrames& frames) {
-  std::string text;
-  const auto add = [&](const char* of, const MessageMap& map) {
-    const auto line = [&](std::string_view key, const std::string& value) {
-      text += fmt::format("{:<22} = {}\n", key, value);
-    };
-    text += fmt::format("\n[axis.frames.{}]\n", of);
-    line("message", config::toml_string(map.message));
-    for (const auto& [role, signal] : map.signals) line(role, config::toml_string(signal));
-    if (map.carries("state"))
-      for (const auto& [key, raw] :
-           {std::pair{"state_off", &map.states.off}, std::pair{"state_ready", &map.states.ready},
-            std::pair{"state_enabled", &map.states.enabled}, std::pair{"state_fault", &map.states.fault}})
-        line(key, fmt::format("[{}]", fmt::join(*raw, ", ")));
-    line("integrity", config::toml_string(word_of(map.integrity)));
-    if (map.integrity == can::Integrity::none) return;
-    line("counter", config::toml_string(map.counter));
-    if (map.integrity != can::Integrity::counter_crc) return;
-    line("crc", config::toml_string(map.crc));
-    line("polynomial", config::toml_string(word_of(map.polynomial)) + "   # assumed, and what it covers");
-    line("crc_covers", config::toml_string(word_of(map.data_id.kind)));
-  };
-  add("command", frames.command);
-  if (frames.status) add("status", *frames.status);
-  add("sample", frames.sample);
   return text;
 }
 

@@ -11,7 +11,6 @@
 
 #include "can/dbc/database.h"
 #include "can/protocol/message_map.h"
-#include "model/reference_curve.h"
 
 namespace hystcan::app {
 
@@ -29,17 +28,12 @@ struct AxisRoles {
   std::optional<int> amplifier_node{}, sensor_node{};  ///< from the identifiers of standard frames
 };
 
-/// Which axis, and what its signals must be able to say.
-struct AxisRange {
-  std::string name;
-  model::Interval drive;
-  model::Interval position_um;
-};
+struct AxisFacts;
 
-/// One for each axis; no message has two roles. Throws Error if an axis has no setpoint or no position in
+/// One for each axis, whose name, drives and travel are known; no message has two roles. Throws Error if an axis has no setpoint or no position in
 /// the DBC; the message lists what is there in these units.
-std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisRange>& axes,
-                                     const std::string& drive_unit, const std::string& file);
+std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisFacts>& axes,
+                                     const std::string& file);
 
 /// Some signals may be the enable of the lab's command, and no name says which: somebody has to.
 bool asks_for_enable(const AxisRoles& roles);
@@ -50,8 +44,5 @@ void state_enable(AxisRoles& roles, const std::string& signal);
 
 /// A table for the terminal.
 std::string table_of(const AxisRoles& roles, const std::string& axis);
-
-/// [axis.frames.command], [axis.frames.status], [axis.frames.sample].
-std::string frames_text(const can::AxisFrames& frames);
 
 }  // namespace hystcan::app

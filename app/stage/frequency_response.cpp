@@ -1,5 +1,3 @@
-#include "app/stage/frequency_response.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -8,8 +6,10 @@
 
 #include "app/stage/dynamics_text.h"
 #include "app/stage/gnuplot.h"
+#include "app/stage/tuning_report.h"
 #include "base/error.h"
 #include "controller/analysis/linear_loop.h"
+#include "identification/dynamics/empirical_response.h"
 
 namespace hystcan::app {
 namespace {
@@ -35,16 +35,25 @@ controller::Delays without_commands(controller::Delays delays) {
   return delays;
 }
 
-/// What belongs to a frequency, with its memory of the frequency before.
+controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) {
+  return {.delays = report.plant.delays,
+          .cycle_s = 1.0 / report.rate_Hz,
+          .measurement_filter_Hz = of.setting.measurement_filter_Hz,
+          .notch = of.setting.notch};
+}
+
+/// What belongs to a frequency, with its memory of the frequency before: the plant, and the loops present and proposed.
 class Curves {
  public:
-  explicit Curves(const FrequencyResponse& of)
+  explicit Curves(const TuningReport& of)
       : of_(of),
-        model_(without_commands(of.plant), of.cycle_s),
-        before_(of.before.config),
-        after_(of.after.config) {}
+        model_(without_commands(of.plant.delays), of.plant.cycle_s),
+        before_(loop_of(of, of.present())),
+        after_(loop_of(of, of.proposed())) {}
 
-  double theta(double frequency_Hz) const { return 2.0 * std::numbers::pi * frequency_Hz * of_.cycle_s; }
+  double theta(double frequency_Hz) const {
+    return 2.0 * std::numbers::pi * frequency_Hz * of_.plant.cycle_s;
+  }
 
   struct Values {
     Complex model, before, after;
@@ -52,8 +61,8 @@ class Curves {
   };
   Values at(double theta) {
     Values v{.model = model_.response(theta),
-             .before = before_(of_.before.pi, theta),
-             .after = after_(of_.after.pi, theta),
+             .before = before_(of_.present().setting.pi, theta),
+             .after = after_(of_.proposed().setting.pi, theta),
              .model_deg = 0.0,
              .before_deg = 0.0,
              .after_deg = 0.0};
@@ -64,7 +73,7 @@ class Curves {
   }
 
  private:
-  const FrequencyResponse& of_;
+  const TuningReport& of_;
   controller::HeldPlant model_;
   controller::LinearLoop before_, after_;
   Phase model_phase_, before_phase_, after_phase_;
@@ -76,17 +85,17 @@ double sensitivity(const Complex& loop) { return 1.0 / std::abs(1.0 + loop); }
 struct Measured {
   double gain, phase_deg, coherence;
 };
-Measured measured_at(const identification::ResponsePoint& point, const FrequencyResponse& of,
+Measured measured_at(const identification::ResponsePoint& point, const TuningReport& of,
                      const Curves::Values& v) {
-  const Complex plant = point.response / of.gain;
+  const Complex plant = point.response / of.plant.gain;
   return {std::abs(plant), v.model_deg + degrees(std::arg(plant / v.model)), point.coherence};
 }
 
-std::string curves_of(const FrequencyResponse& response) {
+std::string curves_of(const TuningReport& report) {
   fmt::memory_buffer text;
-  Curves curves(response);
-  for (const double theta : controller::frequencies_for(response.after.config, 0.3)) {
-    const double frequency_Hz = theta / (2.0 * std::numbers::pi * response.cycle_s);
+  Curves curves(report);
+  for (const double theta : controller::frequencies_for(loop_of(report, report.proposed()), 0.3)) {
+    const double frequency_Hz = theta / (2.0 * std::numbers::pi * report.plant.cycle_s);
     const Curves::Values v = curves.at(theta);
     fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g}\n",
                    frequency_Hz, decibel(std::abs(v.model)), v.model_deg, decibel(std::abs(v.before)),
@@ -95,11 +104,11 @@ std::string curves_of(const FrequencyResponse& response) {
   return fmt::to_string(text);
 }
 
-std::string points_of(const FrequencyResponse& response) {
+std::string points_of(const TuningReport& report, const identification::Dataset& record) {
   fmt::memory_buffer text;
-  Curves curves(response);
-  for (const identification::ResponsePoint& point : response.measured) {
-    const Measured m = measured_at(point, response, curves.at(curves.theta(point.frequency_Hz)));
+  Curves curves(report);
+  for (const identification::ResponsePoint& point : identification::empirical_response(record)) {
+    const Measured m = measured_at(point, report, curves.at(curves.theta(point.frequency_Hz)));
     fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.4f}\n", point.frequency_Hz,
                    decibel(m.gain), m.phase_deg, m.coherence);
   }
@@ -129,16 +138,16 @@ unset multiplot
 
 }  // namespace
 
-std::string table_of(const FrequencyResponse& response) {
+std::string response_table(const TuningReport& report, const identification::Dataset& record) {
   fmt::memory_buffer text;
   fmt::format_to(
       std::back_inserter(text),
       "frequency_Hz,measured_gain,measured_phase_deg,coherence,model_gain,model_phase_deg,before_gain,"
       "before_phase_deg,after_gain,after_phase_deg,before_sensitivity,after_sensitivity\n");
-  Curves curves(response);
-  for (const identification::ResponsePoint& point : response.measured) {
+  Curves curves(report);
+  for (const identification::ResponsePoint& point : identification::empirical_response(record)) {
     const Curves::Values v = curves.at(curves.theta(point.frequency_Hz));
-    const Measured m = measured_at(point, response, v);
+    const Measured m = measured_at(point, report, v);
     fmt::format_to(std::back_inserter(text),
                    "{:.7g},{:.6g},{:.6g},{:.4f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
                    point.frequency_Hz, m.gain, m.phase_deg, m.coherence, std::abs(v.model), v.model_deg,
@@ -153,13 +162,16 @@ void require_picture(const std::filesystem::path& picture) {
     throw Error(fmt::format("{}: expected a name that ends with .svg or .png", picture.string()));
 }
 
-std::string draw(const FrequencyResponse& response, const std::filesystem::path& picture) {
+std::string draw_response(const TuningReport& report, const identification::Dataset& record,
+                          const std::filesystem::path& picture) {
   const bool is_png = picture.extension() == ".png";
+  const std::string title =
+      fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name);
   const std::string script =
       fmt::format(
           "set terminal {} size 900,1000\nset output {}\ntitle_text = {}\n$measured << EOD\n{}EOD\n$curves << EOD\n{}EOD\n",
           is_png ? "pngcairo enhanced" : "svg enhanced", gnuplot_file(picture.filename().string()),
-          gnuplot_text(response.title), points_of(response), curves_of(response)) +
+          gnuplot_text(title), points_of(report, record), curves_of(report)) +
       panels;
   const std::filesystem::path folder = picture.parent_path();
   std::filesystem::path name = picture.filename();

@@ -9,12 +9,11 @@
 #include <variant>
 
 #include "app/live/stop_signal.h"
-#include "app/stage/axis_completion.h"
+#include "app/report/config_edit.h"
+#include "app/setup/axis_completion.h"
+#include "app/setup/first_stage.h"
 #include "app/stage/cautious_excitation.h"
-#include "app/stage/config_edit.h"
-#include "app/stage/config_text.h"
 #include "app/stage/dynamics_text.h"
-#include "app/stage/first_models.h"
 #include "app/stage/new_folder.h"
 #include "app/stage/shipped.h"
 #include "base/error.h"
@@ -23,10 +22,9 @@
 #include "config/document/toml_edit.h"
 #include "config/document/toml_text.h"
 #include "config/files/model_file.h"
-#include "config/schema/check_loop.h"
+#include "config/schema/check.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
-#include "config/schema/setpoint_warnings.h"
 
 namespace hystcan::app {
 namespace {
@@ -87,11 +85,6 @@ class NewFiles {
   bool kept_ = false;
 };
 
-void print_lines(const std::string& of, const std::vector<std::string>& lines) {
-  for (const std::string& line : lines) print(fmt::format("{}{}\n", of.empty() ? "" : of + ": ", line));
-  flush_output();  // each takes seconds
-}
-
 /// What `hystcan check` warns of.
 void print_findings(const config::Config& config) {
   for (const config::AxisConfig& axis : config.axes) {
@@ -104,36 +97,42 @@ void print_findings(const config::Config& config) {
 }
 
 /// The same stage with the faster loops, beside the cautious one.
-void rehearse_fast(const std::filesystem::path& file, const std::vector<TunedAxis>& tuned) {
-  const std::filesystem::path fast = file.parent_path() / fast_config;
-  write_file(fast, config::TomlEdit::of_file(file).text());
+void rehearse_fast(const Stage& stage, const std::vector<TunedAxis>& tuned) {
+  const std::filesystem::path file = stage.file().parent_path() / fast_config;
+  Stage fast(file, stage.text());
   for (std::size_t i = 0; i < tuned.size(); ++i)
-    if (tuned[i].fast) write_file(fast, with_loop_keys(config::load(fast), i, *tuned[i].fast));
-  print_lines(fast_config, rehearsal_of(config::load(fast), tuned));
+    if (tuned[i].fast)
+      set_loop(fast.config.axes[i].control, tuned[i].fast->setting,
+               in_whole_microseconds(tuned[i].fast->delays));
+  const std::string text = fast.text();
+  const config::Config config = config::load_text(file, text);
+  write_file(file, text);
+  print_lines(fast_config, rehearsal_of(config, tuned));
 }
 
 /// Dynamics and loop of every axis, then all of them together.
-void tune_and_rehearse(const std::filesystem::path& file, const std::vector<AxisRecords>& records) {
+void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records) {
   std::vector<TunedAxis> tuned;
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    tuned.push_back(tune_axis(file, i, records[i]));
-    print_lines(config::load(file).axes[i].wire.name, tuned.back().lines);
-  }
-  const config::Config config = config::load(file);
+  tuned.reserve(records.size());
+  for (std::size_t i = 0; i < records.size(); ++i) tuned.push_back(tune_axis(stage, i, records[i]));
+  const std::string text = stage.text();
+  const config::Config config = config::load_text(stage.file(), text);  // checked
+  write_file(stage.file(), text);
   print_findings(config);
   print_lines({}, rehearsal_of(config, tuned));
   if (std::ranges::any_of(tuned, [](const TunedAxis& of) { return of.fast.has_value(); }))
-    rehearse_fast(file, tuned);
+    rehearse_fast(stage, tuned);
 }
 
-/// What was made is kept where only the rehearsal ends with a fault: `hystcan demo` shows it then.
+/// What was made is kept where only a rehearsal ends with a fault: `hystcan demo` shows it then.
 template <class Keep>
-void tuned_or_kept(const std::filesystem::path& file, const std::filesystem::path& folder,
-                   const std::vector<AxisRecords>& records, const Keep& keep) {
+void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std::vector<AxisRecords>& records,
+                   const Keep& keep) {
   try {
-    tune_and_rehearse(file, records);
+    tune_and_rehearse(stage, records);
   } catch (const RunError& error) {
     if (stop_signalled != 0) throw;
+    if (!std::filesystem::exists(stage.file())) write_file(stage.file(), stage.text());
     keep();
     throw RunError(fmt::format(
         "{}. {} is kept with its models and reports, but is not complete: hystcan demo --config {}",
@@ -188,11 +187,10 @@ void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
 
 /// Measured model, plant and noise of an axis.
 void write_measured_models(const std::filesystem::path& folder, AxisFacts& axis, const AxisRecords& records) {
-  const IdentifiedAxis found = identify_axis(folder, axis.name, records);
+  const identification::Identified found = identify_axis(folder, axis.name, records);
   axis.model_file = model_name(axis.name);
   axis.plant_file = plant_name(axis.name);
-  axis.noise_um = std::max(found.noise_um, 1e-6 * axis.travel_um.span());
-  print_lines(axis.name, found.lines);
+  axis.noise_um = std::max(found.datasets.front().noise, 1e-6 * axis.travel_um.span());
 }
 
 AxisRecords records_beside(const std::filesystem::path& folder, const config::AxisConfig& axis) {
@@ -200,59 +198,54 @@ AxisRecords records_beside(const std::filesystem::path& folder, const config::Ax
   const auto if_there = [](std::filesystem::path file) {
     return std::filesystem::exists(file) ? std::optional(std::move(file)) : std::nullopt;
   };
-  RecordFiles files{
-      .loops = {named("loops")}, .step = if_there(named("step")), .unseen = if_there(named("unseen"))};
-  if (!std::filesystem::exists(files.loops.front()))
+  AxisRecords records{.loop_files = {named("loops")},
+                      .step_file = if_there(named("step")),
+                      .unseen_file = if_there(named("unseen"))};
+  if (!std::filesystem::exists(records.loop_files.front()))
     throw Error(fmt::format("{}: is not there, expected the record of `hystcan excite {} --axis {}`",
-                            files.loops.front().string(), shell_word(folder / first_config),
+                            records.loop_files.front().string(), shell_word(folder / first_config),
                             shell_word(axis.wire.name)));
-  if (auto slow = if_there(named("slow"))) files.loops.push_back(*slow);
+  if (auto slow = if_there(named("slow"))) records.loop_files.push_back(*slow);
   DatasetInput input;
   input.input_unit = axis.wire.drive_unit;
   input.output_unit = "um";
-  return load_records(files, input);
+  load(records, input);
+  return records;
 }
 
 /// Moves the levels of the first reference into what the model reaches, and says so.
-void fit_reference(config::TomlEdit& text, const config::AxisConfig& axis, std::size_t i,
-                   const model::HysteresisParameters& parameters) {
+void fit_reference(config::AxisConfig& axis, const model::HysteresisParameters& parameters) {
   constexpr double share = 0.02;
   const model::Interval reach = controller::model_reach_um(parameters, axis.control.gate);
   const model::Interval safe{reach.lo + share * reach.span(), reach.hi - share * reach.span()};
-  const auto fits = [&](double um) { return reach.contains(um); };
-  const auto moved = [&](double um) {
-    return toml_number(fits(um) ? um : std::stod(fmt::format("{:.4g}", std::clamp(um, safe.lo, safe.hi))));
-  };
-  const auto say = [&](std::size_t j) {
-    print_lines(axis.wire.name,
-                {fmt::format("setpoint[{}] leaves what the model reaches, {:.4g} to {:.4g} um: moved into it",
-                             j, reach.lo, reach.hi)});
+  bool is_moved = false;
+  const auto fit = [&](double& um) {
+    if (reach.contains(um)) return;
+    um = rounded(std::clamp(um, safe.lo, safe.hi), 4);
+    is_moved = true;
   };
   for (std::size_t j = 0; j < axis.control.setpoint.size(); ++j) {
-    const std::string path = fmt::format("axis[{}].control.setpoint[{}].", i, j);
-    const auto& shape = axis.control.setpoint[j].shape;
-    if (const auto* triangle = std::get_if<controller::Triangle>(&shape);
-        triangle != nullptr && !(fits(triangle->low_um) && fits(triangle->high_um))) {
-      text.set(path + "low_um", moved(triangle->low_um));
-      text.set(path + "high_um", moved(triangle->high_um));
-      say(j);
+    is_moved = false;
+    auto& shape = axis.control.setpoint[j].shape;
+    if (auto* triangle = std::get_if<controller::Triangle>(&shape)) {
+      fit(triangle->low_um);
+      fit(triangle->high_um);
     }
-    if (const auto* stairs = std::get_if<controller::Staircase>(&shape);
-        stairs != nullptr && !std::ranges::all_of(stairs->levels_um, fits)) {
-      std::string levels;
-      for (const double um : stairs->levels_um) levels += (levels.empty() ? "" : ", ") + moved(um);
-      text.set(path + "levels_um", "[" + levels + "]");
-      say(j);
-    }
+    if (auto* stairs = std::get_if<controller::Staircase>(&shape))
+      std::ranges::for_each(stairs->levels_um, fit);
+    if (is_moved)
+      print_lines(
+          axis.wire.name,
+          {fmt::format("setpoint[{}] leaves what the model reaches, {:.4g} to {:.4g} um: moved into it", j,
+                       reach.lo, reach.hi)});
   }
 }
 
 /// A record over the whole range of the drive shows how far the stage goes. The limits of the straight line are too narrow or
 /// too wide where the sensor's zero is another one.
-void fit_limits(config::TomlEdit& text, const config::AxisConfig& axis, std::size_t i,
-                const AxisRecords& records) {
+void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   const controller::Gate::Config& gate = axis.control.gate;
-  const controller::Supervisor::Config& before = axis.control.supervision;
+  const controller::Supervisor::Config before = axis.control.supervision;
   const model::Interval drive = records.drive();
   if (drive.span() < 0.95 * (gate.drive_max - gate.drive_min)) {
     print_lines(
@@ -269,9 +262,8 @@ void fit_limits(config::TomlEdit& text, const config::AxisConfig& axis, std::siz
   if (std::max(std::abs(limits.lo - before.position_min_um), std::abs(limits.hi - before.position_max_um)) <
       far_off * travel.span())
     return;
-  const auto number = [](double um) { return toml_number(std::stod(fmt::format("{:.3g}", um))); };
-  text.set(fmt::format("axis[{}].control.position_min_um", i), number(limits.lo));
-  text.set(fmt::format("axis[{}].control.position_max_um", i), number(limits.hi));
+  axis.control.supervision.position_min_um = rounded(limits.lo, 3);
+  axis.control.supervision.position_max_um = rounded(limits.hi, 3);
   print_lines(
       axis.wire.name,
       {fmt::format(
@@ -280,36 +272,25 @@ void fit_limits(config::TomlEdit& text, const config::AxisConfig& axis, std::siz
           limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um, before.position_max_um)});
 }
 
-AxisFacts facts_of(const config::AxisConfig& axis) {
-  const controller::Gate::Config& gate = axis.control.gate;
-  AxisFacts facts;
-  facts.name = axis.wire.name;
-  facts.drive_unit = axis.wire.drive_unit;
-  facts.drive_min = gate.drive_min;
-  facts.drive_max = gate.drive_max;
-  return facts;
-}
-
 }  // namespace
 
-void make_stage(const std::filesystem::path& folder, const KnownStage& stage,
+void make_stage(const std::filesystem::path& folder, StageFacts facts,
                 const std::vector<AxisRecords>& records) {
   NewFolder made(folder);
   naming(folder, made.path(), [&] {
-    StageFacts facts = stage.facts;
-    copy_into(stage.dbc_file, made.path());
+    copy_into(facts.dbc_file, made.path());
     for (std::size_t i = 0; i < facts.axes.size(); ++i) {
       if (records.empty())
         write_first_models(made.path(), facts.axes[i]);
       else
         write_measured_models(made.path(), facts.axes[i], records[i]);
     }
-    const std::filesystem::path file = made.path() / (records.empty() ? first_config : stage_config);
-    write_file(file, config_text(facts));
+    Stage stage(made.path() / (records.empty() ? first_config : stage_config), config_text(facts));
     if (records.empty()) {
-      print_excitations(folder, config::load(file));
+      write_file(stage.file(), stage.text());
+      print_excitations(folder, stage.config);
     } else {
-      tuned_or_kept(file, folder, records, [&] { made.commit(); });
+      tuned_or_kept(stage, folder, records, [&] { made.commit(); });
       print_ready(made.path(), folder);
     }
   });
@@ -317,33 +298,32 @@ void make_stage(const std::filesystem::path& folder, const KnownStage& stage,
 }
 
 void continue_stage(const std::filesystem::path& folder) {
-  const std::filesystem::path first = folder / first_config, file = folder / stage_config;
-  if (!std::filesystem::exists(first))
-    throw Error(fmt::format("{}: is not there, expected a folder of `hystcan init`", first.string()));
-  const config::Config config = config::load(first);
+  const std::filesystem::path file = folder / first_config;
+  if (!std::filesystem::exists(file))
+    throw Error(fmt::format("{}: is not there, expected a folder of `hystcan init`", file.string()));
+  Stage first(file, config::TomlEdit::of_file(file).text());
   std::vector<AxisRecords> records;
   std::vector<std::string> names{stage_config, fast_config};
-  for (const config::AxisConfig& axis : config.axes) {
+  for (const config::AxisConfig& axis : first.config.axes) {
     records.push_back(records_beside(folder, axis));
-    refuse_contradictions(records.back(), facts_of(axis), {});
+    const controller::Gate::Config& gate = axis.control.gate;
+    refuse_contradictions(records.back(), axis.wire.drive_unit, {gate.drive_min, gate.drive_max}, {});
     const std::string& name = axis.wire.name;
     for (const std::string& made :
          {model_name(name), plant_name(name), name + ".report", name + ".bode.svg", name + ".bode.gnuplot"})
       names.push_back(made);
   }
   NewFiles made(folder, names);
-  config::TomlEdit text = config::TomlEdit::of_file(first);
-  for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    const std::string& name = config.axes[i].wire.name;
-    const IdentifiedAxis found = identify_axis(folder, name, records[i]);
-    print_lines(name, found.lines);
-    text.set(fmt::format("axis[{}].control.model", i), config::toml_string(model_name(name)));
-    text.set(fmt::format("axis[{}].twin.model", i), config::toml_string(plant_name(name)));
-    fit_limits(text, config.axes[i], i, records[i]);
-    fit_reference(text, config.axes[i], i, found.parameters);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    config::AxisConfig& axis = first.config.axes[i];
+    const identification::Identified found = identify_axis(folder, axis.wire.name, records[i]);
+    axis.control_model = model_name(axis.wire.name);
+    axis.twin_model = plant_name(axis.wire.name);
+    fit_limits(axis, records[i]);
+    fit_reference(axis, found.parameters);
   }
-  write_file(file, text.text());
-  tuned_or_kept(file, folder, records, [&] { made.keep(); });
+  Stage stage(folder / stage_config, first.text());
+  tuned_or_kept(stage, folder, records, [&] { made.keep(); });
   made.keep();
   print_ready(folder, folder);
 }

@@ -67,7 +67,8 @@ class AxisQuestions {
           return value < 0.0 || value > 100'000.0 ? fmt::format("{:g}, expected 0 to 100000", value) : "";
         });
     if (const AxisRecords* measured = record())
-      refuse_contradictions(*measured, axis, of_axis("--stroke", stated_.stroke_um, i, stated_.axes.size()));
+      refuse_contradictions(*measured, axis.drive_unit, {axis.drive_min, axis.drive_max},
+                            of_axis("--stroke", stated_.stroke_um, i, stated_.axes.size()));
     return axis;
   }
 
@@ -167,9 +168,9 @@ class AxisQuestions {
           damping_ratio = fit.damping_ratio.value;
         }
       } catch (const identification::ModeNotShown& error) {
-        if (!stated) note("{}: {}; so --resonance is needed\n", measured->files.step->string(), error.what());
+        if (!stated) note("{}: {}; so --resonance is needed\n", measured->step_file->string(), error.what());
       } catch (const std::invalid_argument& error) {
-        throw Error(fmt::format("{}: {}", measured->files.step->string(), error.what()));
+        throw Error(fmt::format("{}: {}", measured->step_file->string(), error.what()));
       }
     }
     axis.resonance_Hz = known_or_asked({"--resonance", "First resonance", "Hz",
@@ -227,12 +228,12 @@ std::string wrong_with(const std::vector<int>& nodes, std::size_t axes) {
   return std::ranges::adjacent_find(sorted) == sorted.end() ? "" : "expected ids that differ";
 }
 
-void number_nodes(KnownStage& stage, const StatedFacts& stated, Questions& questions) {
+void number_nodes(StageFacts& stage, const StatedFacts& stated, Questions& questions) {
   std::vector<int> known = stated.nodes, usual;
   std::string usual_text;
   bool from_dbc = true;
-  for (std::size_t i = 0; i < stage.roles.size(); ++i) {
-    const AxisRoles& roles = stage.roles[i];
+  for (std::size_t i = 0; i < stage.axes.size(); ++i) {
+    const AxisRoles& roles = stage.axes[i].roles;
     from_dbc = from_dbc && roles.amplifier_node && roles.sensor_node;
     usual.push_back(roles.amplifier_node.value_or(static_cast<int>(2 * i + 1)));
     usual.push_back(roles.sensor_node.value_or(static_cast<int>(2 * i + 2)));
@@ -245,11 +246,11 @@ void number_nodes(KnownStage& stage, const StatedFacts& stated, Questions& quest
   const std::string answer = questions.text(
       {"--nodes", "Node ids", "", "of amplifier and sensor, axis by axis (CANopen heartbeats and SYNC)"},
       known_text, usual_text,
-      [&](const std::string& text) { return wrong_with(parsed_nodes(text), stage.roles.size()); });
+      [&](const std::string& text) { return wrong_with(parsed_nodes(text), stage.axes.size()); });
   const std::vector<int> nodes = parsed_nodes(answer);
-  for (std::size_t i = 0; i < stage.facts.axes.size() && 2 * i + 1 < nodes.size(); ++i) {
-    stage.facts.axes[i].amplifier_node = static_cast<std::uint8_t>(nodes[2 * i]);
-    stage.facts.axes[i].sensor_node = static_cast<std::uint8_t>(nodes[2 * i + 1]);
+  for (std::size_t i = 0; i < stage.axes.size() && 2 * i + 1 < nodes.size(); ++i) {
+    stage.axes[i].amplifier_node = static_cast<std::uint8_t>(nodes[2 * i]);
+    stage.axes[i].sensor_node = static_cast<std::uint8_t>(nodes[2 * i + 1]);
   }
 }
 
@@ -261,15 +262,15 @@ can::Database read_dbc(const std::filesystem::path& file) {
   }
 }
 
-void ask_about_the_bus(KnownStage& stage, const StatedFacts& stated, const std::filesystem::path& shipped_dbc,
+void ask_about_the_bus(StageFacts& stage, const StatedFacts& stated, const std::filesystem::path& shipped_dbc,
                        Questions& questions) {
-  stage.facts.rate_Hz = questions.number(
+  stage.rate_Hz = questions.number(
       {"--cycle-rate", "Cycle rate", "Hz",
        "samples and commands per second; the bus must carry four frames each"},
       stated.rate_Hz, 1000.0, [](double value) {
         return value >= 1.0 && value <= 10'000.0 ? "" : fmt::format("{:g}, expected 1 to 10000", value);
       });
-  stage.facts.interface = questions.text(
+  stage.interface = questions.text(
       {"--interface", "CAN interface", "", "vcan0 to rehearse with the twin; it can be changed at any time"},
       stated.interface, "vcan0", [](const std::string& name) {
         return name.size() <= 15 && name.find_first_of("/ ") == std::string::npos
@@ -289,7 +290,6 @@ void ask_about_the_bus(KnownStage& stage, const StatedFacts& stated, const std::
                        }
                      });
   stage.dbc_file = dbc == own && !std::filesystem::exists(dbc) ? shipped_dbc : std::filesystem::path(dbc);
-  stage.facts.dbc = stage.dbc_file.filename().string();
 }
 
 /// A command without it never switches the amplifier off. A DBC with another name for it must not lead to that unnoticed.
@@ -321,30 +321,21 @@ void ask_for_enable(AxisRoles& roles, const std::string& axis, const std::option
   state_enable(roles, answer);
 }
 
-std::vector<AxisRange> ranges_of(const StageFacts& facts) {
-  std::vector<AxisRange> ranges;
-  for (const AxisFacts& axis : facts.axes)
-    ranges.push_back({axis.name, {axis.drive_min, axis.drive_max}, axis.travel_um});
-  return ranges;
-}
-
-KnownStage asked_from_the_first(const StatedFacts& stated, const std::vector<AxisRecords>& records,
+StageFacts asked_from_the_first(const StatedFacts& stated, const std::vector<AxisRecords>& records,
                                 const ShippedDbc& shipped_dbc, Questions& questions) {
   questions.begin();
-  KnownStage stage;
+  StageFacts stage;
   AxisQuestions axes(stated, records, questions);
   axes.ask_unit();
-  for (std::size_t i = 0; i < stated.axes.size(); ++i) stage.facts.axes.push_back(axes.ask(i));
-  ask_about_the_bus(stage, stated, shipped_dbc(stage.facts.axes.front().drive_unit), questions);
+  for (std::size_t i = 0; i < stated.axes.size(); ++i) stage.axes.push_back(axes.ask(i));
+  ask_about_the_bus(stage, stated, shipped_dbc(stage.axes.front().drive_unit), questions);
   questions.require_all();
-  const std::string& unit = stage.facts.axes.front().drive_unit;
-  stage.roles =
-      propose_roles(read_dbc(stage.dbc_file), ranges_of(stage.facts), unit, stage.dbc_file.string());
-  for (std::size_t i = 0; i < stage.roles.size(); ++i) {
-    ask_for_enable(stage.roles[i], stated.axes[i], of_axis("--enable", stated.enable, i, stated.axes.size()),
-                   questions);
-    stage.facts.axes[i].message_prefix = stage.roles[i].message_prefix;
-    stage.facts.axes[i].frames = stage.roles[i].frames;
+  const std::vector<AxisRoles> roles =
+      propose_roles(read_dbc(stage.dbc_file), stage.axes, stage.dbc_file.string());
+  for (std::size_t i = 0; i < roles.size(); ++i) {
+    stage.axes[i].roles = roles[i];
+    ask_for_enable(stage.axes[i].roles, stated.axes[i],
+                   of_axis("--enable", stated.enable, i, stated.axes.size()), questions);
   }
   number_nodes(stage, stated, questions);
   return stage;
@@ -352,7 +343,7 @@ KnownStage asked_from_the_first(const StatedFacts& stated, const std::vector<Axi
 
 }  // namespace
 
-KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
+StageFacts ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
                      const ShippedDbc& shipped_dbc, Questions& questions) {
   require_names(stated.axes);
   for (;;) try {

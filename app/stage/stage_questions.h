@@ -7,11 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "app/stage/frame_roles.h"
+#include "app/setup/stage_records.h"
 #include "app/stage/questions.h"
 #include "app/stage/stage_facts.h"
-#include "app/stage/stage_records.h"
-#include "can/dbc/database.h"
 
 namespace hystcan::app {
 
@@ -26,17 +24,11 @@ struct StatedFacts {
   std::optional<double> rate_Hz;
 };
 
-struct KnownStage {
-  StageFacts facts;
-  std::filesystem::path dbc_file;
-  std::vector<AxisRoles> roles;
-};
-
 using ShippedDbc = std::function<std::filesystem::path(const std::string& drive_unit)>;
 
 /// `records`: one for each axis, or none. `shipped_dbc` gives the one for a drive unit, which is used where no other is named. Throws Error
 /// where an answer is missing, or where a record contradicts one.
-KnownStage ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
+StageFacts ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
                      const ShippedDbc& shipped_dbc, Questions& questions);
 
 }  // namespace hystcan::app

@@ -1,4 +1,4 @@
-#include "app/stage/stage_records.h"
+#include "app/setup/stage_records.h"
 
 #include <fmt/format.h>
 
@@ -41,17 +41,17 @@ Dataset in_um(Dataset dataset, const std::filesystem::path& file) {
   return dataset;
 }
 
-void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, const AxisFacts& axis) {
+void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, const std::string& unit,
+                  const Interval& allowed) {
   const Interval drive = extremes(dataset.input);
-  const double slack = 1e-3 * (axis.drive_max - axis.drive_min);
-  if (drive.lo < axis.drive_min - slack || drive.hi > axis.drive_max + slack)
+  const double slack = 1e-3 * allowed.span();
+  if (drive.lo < allowed.lo - slack || drive.hi > allowed.hi + slack)
     throw Error(
         fmt::format("{}: the drive goes from {:.6g} to {:.6g} {}, beyond --drive-min {:g} and "
                     "--drive-max {:g}, expected a record within them",
-                    file.string(), drive.lo, drive.hi, axis.drive_unit, axis.drive_min, axis.drive_max));
-  if (dataset.input_unit != axis.drive_unit)
-    throw Error(fmt::format("{}: the drive is in {}, expected {}", file.string(), dataset.input_unit,
-                            axis.drive_unit));
+                    file.string(), drive.lo, drive.hi, unit, allowed.lo, allowed.hi));
+  if (dataset.input_unit != unit)
+    throw Error(fmt::format("{}: the drive is in {}, expected {}", file.string(), dataset.input_unit, unit));
 }
 
 }  // namespace
@@ -61,27 +61,29 @@ Interval AxisRecords::travel_um() const { return extremes(loops, &Dataset::outpu
 
 std::vector<std::string> AxisRecords::names() const {
   std::vector<std::string> names;
-  for (const auto& file : files.loops) names.push_back(file.filename().string());
+  for (const auto& file : loop_files) names.push_back(file.filename().string());
   return names;
 }
 
-AxisRecords load_records(const RecordFiles& files, const DatasetInput& input) {
-  AxisRecords records{.files = files, .loops = load_datasets(files.loops, input), .step = {}, .unseen = {}};
+void load(AxisRecords& records, const DatasetInput& input) {
+  records.loops = load_datasets(records.loop_files, input);
   for (std::size_t i = 0; i < records.loops.size(); ++i)
-    records.loops[i] = in_um(std::move(records.loops[i]), files.loops[i]);
-  if (files.step) records.step = in_um(load_datasets({*files.step}, input).front(), *files.step);
-  if (files.unseen) records.unseen = in_um(load_datasets({*files.unseen}, input).front(), *files.unseen);
-  return records;
+    records.loops[i] = in_um(std::move(records.loops[i]), records.loop_files[i]);
+  const auto load_one = [&](const std::filesystem::path& file) {
+    return in_um(load_datasets({file}, input).front(), file);
+  };
+  if (records.step_file) records.step = load_one(*records.step_file);
+  if (records.unseen_file) records.unseen = load_one(*records.unseen_file);
 }
 
-void refuse_contradictions(const AxisRecords& records, const AxisFacts& axis,
+void refuse_contradictions(const AxisRecords& records, const std::string& drive_unit, const Interval& drive,
                            std::optional<double> stroke_um) {
   for (std::size_t i = 0; i < records.loops.size(); ++i)
-    refuse_drive(records.files.loops[i], records.loops[i], axis);
-  if (records.step) refuse_drive(*records.files.step, *records.step, axis);
-  if (records.unseen) refuse_drive(*records.files.unseen, *records.unseen, axis);
+    refuse_drive(records.loop_files[i], records.loops[i], drive_unit, drive);
+  if (records.step) refuse_drive(*records.step_file, *records.step, drive_unit, drive);
+  if (records.unseen) refuse_drive(*records.unseen_file, *records.unseen, drive_unit, drive);
   if (!stroke_um) return;
-  const double part = records.drive().span() / (axis.drive_max - axis.drive_min);
+  const double part = records.drive().span() / drive.span();
   // A record over the whole range shows the stroke. Minor loops are flatter than the major one, and curves bend.
   const double tolerance = part > 0.95 ? 0.1 : 0.5;
   const double expected_um = *stroke_um * part;
@@ -89,7 +91,7 @@ void refuse_contradictions(const AxisRecords& records, const AxisFacts& axis,
     throw Error(fmt::format(
         "{}: the position moves by {:.4g} um where --stroke {:g} and its drive make {:.4g} um "
         "likely, expected about that: is the unit right? (--output-scale)",
-        records.files.loops.front().string(), records.travel_um().span(), *stroke_um, expected_um));
+        records.loop_files.front().string(), records.travel_um().span(), *stroke_um, expected_um));
 }
 
 }  // namespace hystcan::app

@@ -3,25 +3,183 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
+#include "app/report/config_edit.h"
 #include "app/stage/safe_amplitude.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
+#include "controller/analysis/feed_forward_design.h"
 #include "controller/excitation_dataset.h"
 #include "identification/characterisation.h"
-#include "identification/dynamics/empirical_response.h"
+#include "rehearsal/rehearsal.h"
 
 namespace hystcan::app {
 namespace {
 
 using controller::Excitation;
 using identification::Dataset;
+
+constexpr const char* present_name = "present";
+
+/// Sets the identified plant in the twin. Its sensor gets the delay that was found; the amplifier's lag takes what its sensor
+/// and its way to a setpoint then have not.
+void set_plant(twin::Config& twin, const std::string& axis_name, const controller::Delays& found,
+               double cycle_s) {
+  for (twin::WiredAxisConfig& axis : twin.axes) {
+    if (axis.wire.name != axis_name) continue;
+    twin::Plant::Config& plant = axis.axis.plant;
+    if (found.sensor_delay.count() > 0) axis.axis.sensor.delay = found.sensor_delay;
+    const controller::Delays own{.amplifier_bandwidth_Hz = found.amplifier_bandwidth_Hz,
+                                 .resonance_Hz = found.resonance_Hz,
+                                 .damping_ratio = found.damping_ratio,
+                                 .interpolated = axis.axis.interpolate,
+                                 .sensor_delay = axis.axis.sensor.delay,
+                                 .sensor_bandwidth_Hz = axis.axis.sensor.bandwidth_Hz};
+    const auto without_commands = [&](const controller::Delays& of) {
+      return of.preview_s(cycle_s) - std::chrono::duration<double>(of.command_delay).count() + of.sensor_s();
+    };
+    plant.mode.natural_frequency_Hz = found.resonance_Hz;
+    plant.mode.damping_ratio = found.damping_ratio;
+    const double rest_s = found.lag_s() + without_commands(found) - without_commands(own);
+    if (rest_s > 0.0) plant.amplifier.bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * rest_s);
+  }
+}
+
+rehearsal::Setup setup_of(const Candidate& candidate, const config::Config& config, const twin::Config& twin,
+                          const IdentifiedPlant& plant) {
+  rehearsal::Setup setup = rehearsal_setup(config, twin);
+  controller::AxisConfig& axis = setup.controller.axes[0].axis;
+  set_loop(axis, candidate.setting, candidate.delays);
+  controller::plan_feed_forward(axis, config.controller.rate_Hz);
+  axis.learning.reset();  // its filters are designed for the present loop
+  set_plant(setup.twin, config.axes[0].wire.name, plant.delays, 1.0 / config.controller.rate_Hz);
+  return setup;
+}
+
+rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
+  return rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) {
+    if (stop_signalled != 0) throw RunError("stopped, nothing is written");
+  });
+}
+
+/// The present setting is compared with, however little margin it has.
+bool may_run(const Candidate& candidate) {
+  if (!candidate.loop) return true;
+  return candidate.name == present_name ? candidate.loop->margins.stable : candidate.loop->worst.stable;
+}
+
+bool is_better(const Candidate& a, const Candidate& b) {
+  return a.has_run() && (!b.has_run() || a.rms_percent() < b.rms_percent());
+}
+
+const char* name_of(const controller::LoopSetting& setting) {
+  if (setting.notch) return "notch";
+  return setting.measurement_filter_Hz > 0.0 ? "low pass" : "plain";
+}
+
+/// Designs for the plant of a report, judged and rehearsed.
+class Rehearsed {
+ public:
+  Rehearsed(const TuningReport& report, const config::Config& config, const twin::Config& twin)
+      : report_(report),
+        config_(config),
+        twin_(twin),
+        corners_(controller::widened(report.plant.uncertainty, report.rule.resonance_percent)) {}
+
+  std::vector<Candidate> candidates() const {
+    const controller::AxisConfig& axis = config_.axes[0].control;
+    const controller::LoopSetting present = setting_of(axis);
+    std::vector<Candidate> all{predicted(present_name, present, axis.delays, judged(present))};
+    if (!report_.only_cautious)
+      for (const controller::LoopSetting& setting :
+           controller::designs(loop({}), report_.plant.uncertainty, report_.rule))
+        all.push_back(design(name_of(setting), setting));
+    all.push_back(
+        design("cautious", {.pi = controller::largest_gains(loop({}), corners_, report_.cautious_rule)}));
+    return all;
+  }
+
+ private:
+  controller::LoopConfig loop(const controller::LoopSetting& setting) const {
+    return {.delays = report_.plant.delays,
+            .cycle_s = 1.0 / config_.controller.rate_Hz,
+            .measurement_filter_Hz = setting.measurement_filter_Hz,
+            .notch = setting.notch};
+  }
+
+  /// With the feed-forward that tracks best.
+  Candidate design(const char* name, const controller::LoopSetting& setting) const {
+    controller::Delays delays = report_.plant.delays;
+    const std::optional<controller::JudgedLoop> loop = judged(setting);  // no feed-forward is in it
+    Candidate best = predicted(name, setting, delays, loop);
+    for (const auto& [second_order, plant_inverse] :
+         {std::pair(false, false), std::pair(true, false), std::pair(false, true)}) {
+      if (second_order == best.delays.second_order && plant_inverse == best.delays.plant_inverse) continue;
+      delays.second_order = second_order;
+      delays.plant_inverse = plant_inverse;
+      Candidate other = predicted(name, setting, delays, loop);
+      if (is_better(other, best)) best = std::move(other);
+    }
+    return best;
+  }
+
+  std::optional<controller::JudgedLoop> judged(const controller::LoopSetting& setting) const {
+    if (!(setting.pi.ki_per_s > 0.0)) return std::nullopt;
+    return controller::judge(loop(setting), corners_, setting.pi);
+  }
+
+  Candidate predicted(const char* name, const controller::LoopSetting& setting,
+                      const controller::Delays& delays,
+                      const std::optional<controller::JudgedLoop>& loop) const {
+    Candidate candidate{.name = name, .setting = setting, .delays = delays};
+    candidate.loop = loop;
+    if (!may_run(candidate)) return candidate;
+    rehearsal::Outcome outcome = outcome_of(setup_of(candidate, config_, twin_, report_.plant));
+    candidate.predicted = std::move(outcome.axes[0]);
+    candidate.true_rms_um = outcome.true_errors[0].total().rms_um();
+    return candidate;
+  }
+
+  const TuningReport& report_;
+  const config::Config& config_;
+  const twin::Config& twin_;
+  controller::PlantUncertainty corners_;
+};
+
+void predict_structures(Candidate& candidate, const config::Config& config, const twin::Config& twin,
+                        const IdentifiedPlant& plant) {
+  if (!may_run(candidate)) return;
+  for (const controller::Structure structure : controller::all_structures)
+    candidate.by_structure.push_back(std::move(
+        outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, plant), structure)).axes[0]));
+}
+
+/// Empty where the configuration states the sensor's delay.
+std::optional<DelayShares> delay_shares(const TuningReport& report, const config::Config& config,
+                                        const twin::Config& twin) {
+  const double delay_s = report.plant.delays.lag_s() + report.plant.delays.sensor_s();
+  if (config.axes[0].control.delays.sensor_s() > 0.0 || !(delay_s > 0.0)) return std::nullopt;
+  const auto true_um = [&](bool is_the_sensors) -> std::optional<double> {
+    rehearsal::Setup setup = setup_of(report.proposed(), config, twin, report.plant);
+    for (twin::WiredAxisConfig& axis : setup.twin.axes)
+      if (axis.wire.name == config.axes[0].wire.name) set_delay(axis.axis, delay_s, is_the_sensors);
+    const rehearsal::Outcome outcome = outcome_of(setup);
+    if (outcome.axes[0].fault.cause != controller::Cause::none) return std::nullopt;
+    return outcome.true_errors[0].total().rms_um();
+  };
+  return DelayShares{.delay_s = delay_s, .all_um = true_um(true), .none_um = true_um(false)};
+}
 
 }  // namespace
 
@@ -70,23 +228,17 @@ Dataset measured_steps(const config::Config& config, const twin::Config& twin, c
   return record;
 }
 
-TuningReport tuning_of(const config::Config& config, const Excitation::Steps& steps,
-                       const CandidateRules& rules, bool rehearsed) {
+TuningReport tuning_of(const config::Config& config, const Excitation::Steps& steps, bool rehearsed) {
   const config::AxisConfig& axis = config.axes[0];
-  return {.config = config.file.filename().string(),
-          .axis = axis.wire.name,
-          .drive_unit = axis.wire.drive_unit,
-          .actuator = axis.twin_model.string(),
-          .rehearsed = rehearsed,
-          .steps = steps,
-          .rate_Hz = config.controller.rate_Hz,
-          .plant = {},
-          .rule = rules.sensitivity,
-          .cautious_rule = rules.cautious,
-          .only_cautious = rules.only_cautious,
-          .candidates = {},
-          .best = 0,
-          .shares = {}};
+  TuningReport report;
+  report.config = config.file.filename().string();
+  report.axis = axis.wire.name;
+  report.drive_unit = axis.wire.drive_unit;
+  report.actuator = axis.twin_model.string();
+  report.rehearsed = rehearsed;
+  report.steps = steps;
+  report.rate_Hz = config.controller.rate_Hz;
+  return report;
 }
 
 IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& config) {
@@ -103,13 +255,13 @@ IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& conf
 }
 
 void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
-              const twin::Config& twin, const CandidateRules& rules) {
+              const twin::Config& twin) {
   report.plant = plant;
   report.plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / report.rate_Hz));
   stop_at_a_signal();
-  report.candidates = rehearsed_candidates(config, twin, report.plant, rules);
-  report.best = best_of(report.candidates, rules.only_cautious ? std::numeric_limits<double>::infinity()
-                                                               : rules.sensitivity.peak_sensitivity);
+  report.candidates = Rehearsed(report, config, twin).candidates();
+  report.best = best_of(report.candidates, report.only_cautious ? std::numeric_limits<double>::infinity()
+                                                                : report.rule.peak_sensitivity);
   if (report.proposed().has_run()) return;
   const Candidate& last = report.candidates.back();
   const std::string ended =
@@ -120,21 +272,17 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
       last.name, ended));
 }
 
-FrequencyResponse response_of(const TuningReport& report, const Dataset& record) {
-  const auto loop = [&](const Candidate& of) -> FrequencyResponse::Loop {
-    return {{.delays = report.plant.delays,
-             .cycle_s = 1.0 / report.rate_Hz,
-             .measurement_filter_Hz = of.setting.measurement_filter_Hz,
-             .notch = of.setting.notch},
-            of.setting.pi};
-  };
-  return {.title = fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name),
-          .measured = identification::empirical_response(record),
-          .plant = report.plant.delays,
-          .gain = report.plant.gain,
-          .cycle_s = report.plant.cycle_s,
-          .before = loop(report.present()),
-          .after = loop(report.proposed())};
+void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin) {
+  predict_structures(report.candidates[0], config, twin, report.plant);
+  if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
+  report.shares = delay_shares(report, config, twin);
+}
+
+void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {
+  constexpr double without_lag_Hz = 1e5;
+  axis.sensor.delay = std::chrono::nanoseconds(std::llround(is_the_sensors ? 1e9 * delay_s : 0.0));
+  axis.plant.amplifier.bandwidth_Hz =
+      is_the_sensors ? without_lag_Hz : 1.0 / (2.0 * std::numbers::pi * delay_s);
 }
 
 }  // namespace hystcan::app

@@ -1,9 +1,9 @@
 // The loop of one axis from an experiment of small steps: the mode is found, and designs for it are rehearsed.
 #pragma once
 
-#include "app/stage/frequency_response.h"
+#include <optional>
+
 #include "app/stage/open_loop.h"
-#include "app/stage/tune_candidates.h"
 #include "app/stage/tuning_report.h"
 #include "config/schema/config.h"
 #include "identification/dataset.h"
@@ -23,18 +23,25 @@ identification::Dataset measured_steps(const config::Config& config, const twin:
                                        const OpenLoopOptions& run,
                                        const controller::Excitation::Steps& steps);
 
-/// What is known of the experiment before it is evaluated: everything but fit, plant and candidates.
+/// What is known of the experiment before it is evaluated, with the usual rules: no plant and no candidates.
 TuningReport tuning_of(const config::Config& config, const controller::Excitation::Steps& steps,
-                       const CandidateRules& rules, bool rehearsed);
+                       bool rehearsed);
 
 /// The plant behind the record. Throws RunError where the record determines none.
 IdentifiedPlant plant_of_steps(const identification::Dataset& record, const config::Config& config);
 
-/// Rehearses the candidates for the plant and chooses one. Throws RunError if no candidate tracks, or at a signal.
+/// Rehearses the candidates for the plant and chooses one. The first candidate is the present setting; the others are
+/// designs by the rules of the report, each with the feed-forward that is predicted to be best. The twin gets the identified
+/// plant; a design that is not stable at all corners is not rehearsed. Throws RunError if no candidate tracks, or at a
+/// signal.
 void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
-              const twin::Config& twin, const CandidateRules& rules);
+              const twin::Config& twin);
 
-/// Measured response, mode, and the loops before and after. `report` is evaluated.
-FrequencyResponse response_of(const TuningReport& report, const identification::Dataset& record);
+/// Fills by_structure of the present and the proposed candidate, and the shares of the delay where the configuration does
+/// not state the sensor's. `report` is evaluated.
+void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin);
+
+/// All of a delay becomes the sensor's, or the amplifier's lag.
+void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors);
 
 }  // namespace hystcan::app

@@ -4,9 +4,11 @@
 
 #include <chrono>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/live/report.h"
+#include "app/report/config_edit.h"
 #include "app/stage/dynamics_text.h"
 #include "base/text.h"
 
@@ -155,23 +157,11 @@ std::string rules(const TuningReport& report) {
   return (report.only_cautious ? std::string() : describe(report.rule)) + describe(report.cautious_rule);
 }
 
-std::string was(double value) { return fmt::format("# was {}", toml_number(value)); }
-
-std::string key(const char* name, double value, const std::string& comment) {
-  return fmt::format("{:<22} = {:<10} {}\n", name, toml_number(value), comment);
-}
-
-std::string notch_keys(const Candidate& before, const Candidate& after) {
-  if (after.setting.notch) {
-    const controller::Notch::Config& notch = *after.setting.notch;
-    return "\n[axis.control.notch]" +
-           (before.setting.notch ? "         # was " + describe(*before.setting.notch) : std::string()) +
-           '\n' +
-           fmt::format("frequency_Hz = {}\ndepth        = {}\nwidth        = {}\n",
-                       toml_number(notch.frequency_Hz), toml_number(notch.depth), toml_number(notch.width));
-  }
-  return before.setting.notch ? "# remove [axis.control.notch]: " + describe(*before.setting.notch) + '\n'
-                              : "";
+/// An axis with the loop of a candidate, and without anything else.
+config::AxisConfig axis_with(const Candidate& candidate) {
+  config::AxisConfig axis;
+  set_loop(axis.control, candidate.setting, candidate.delays);
+  return axis;
 }
 
 nlohmann::json or_null(std::optional<double> value) {
@@ -263,39 +253,23 @@ std::string describe(const TuningReport& report) {
 }
 
 std::string fragment(const TuningReport& report) {
-  const Candidate &before = report.present(), &after = report.proposed();
-  std::string text =
-      fmt::format(
-          "# Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "
-          "[axis.control].\n#\n",
-          report.axis, report.config) +
-      as_comment(describe(report)) + "\n[axis.control]\n" +
-      key("kp", after.setting.pi.kp, was(before.setting.pi.kp) + " um per um") +
-      key("ki_per_s", after.setting.pi.ki_per_s, was(before.setting.pi.ki_per_s));
-  if (after.setting.measurement_filter_Hz > 0.0 || before.setting.measurement_filter_Hz > 0.0)
-    text += key("measurement_filter_Hz", after.setting.measurement_filter_Hz,
-                was(before.setting.measurement_filter_Hz));
-  text += "\n[axis.control.delays]\n" + key("command_delay_us", microseconds(after.delays.command_delay),
-                                            was(microseconds(before.delays.command_delay)) +
-                                                "; one cycle; the measured delay counts from its end");
-  if (after.delays.amplifier_bandwidth_Hz != before.delays.amplifier_bandwidth_Hz)
-    text += key("amplifier_bandwidth_Hz", after.delays.amplifier_bandwidth_Hz,
-                was(before.delays.amplifier_bandwidth_Hz) +
-                    fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s()));
-  else
-    text += "# amplifier_bandwidth_Hz: unchanged\n";
-  if (after.delays.sensor_delay != before.delays.sensor_delay)
-    text += key("sensor_delay_us", microseconds(after.delays.sensor_delay),
-                was(microseconds(before.delays.sensor_delay)) + "; a pure delay beside the lag");
-  text += key("resonance_Hz", after.delays.resonance_Hz, was(before.delays.resonance_Hz)) +
-          key("damping_ratio", after.delays.damping_ratio, was(before.delays.damping_ratio));
-  const auto truth = [&](const char* name, bool controller::Delays::*of) {
-    if (after.delays.*of == before.delays.*of) return;
-    text += fmt::format("{:<22} = {:<10} # was {}\n", name, after.delays.*of, before.delays.*of);
-  };
-  truth("second_order", &controller::Delays::second_order);
-  truth("plant_inverse", &controller::Delays::plant_inverse);
-  return text + notch_keys(before, after);
+  const config::AxisConfig before = axis_with(report.present()), after = axis_with(report.proposed());
+  std::map<std::string, std::string> notes{
+      {"axis.control.kp", " um per um"},
+      {"axis.control.ki_per_s", ""},
+      {"axis.control.delays.command_delay_us", "; one cycle; the measured delay counts from its end"},
+      {"axis.control.delays.resonance_Hz", ""},
+      {"axis.control.delays.damping_ratio", ""}};
+  if (after.control.delays.amplifier_bandwidth_Hz != before.control.delays.amplifier_bandwidth_Hz)
+    notes["axis.control.delays.amplifier_bandwidth_Hz"] =
+        fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s());
+  if (after.control.delays.sensor_delay != before.control.delays.sensor_delay)
+    notes["axis.control.delays.sensor_delay_us"] = "; a pure delay beside the lag";
+  return fmt::format(
+             "# Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "
+             "[axis.control].\n#\n",
+             report.axis, report.config) +
+         as_comment(describe(report)) + control_fragment(before, true, after, notes);
 }
 
 nlohmann::json to_json(const TuningReport& report) {

@@ -1,6 +1,8 @@
-// The result of `hystcan tune` as text, as a fragment of a configuration and as JSON.
+// The result of `hystcan tune` as text, as a fragment of a configuration and as JSON; the frequency response of its
+// experiment, of the identified mode and of two loops, as a table and as a picture.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -11,6 +13,7 @@
 #include "controller/control/law.h"
 #include "controller/control/statistics.h"
 #include "controller/reference/excitation.h"
+#include "identification/dataset.h"
 
 namespace hystcan::app {
 
@@ -51,8 +54,8 @@ struct TuningReport {
   controller::Excitation::Steps steps;
   double rate_Hz = 0.0;
   IdentifiedPlant plant;
-  controller::SensitivityRule rule;
-  controller::CautiousRule cautious_rule;
+  controller::SensitivityRule rule{};
+  controller::CautiousRule cautious_rule{};
   bool only_cautious = false;
   std::vector<Candidate> candidates;  ///< the present one is the first
   std::size_t best = 0;
@@ -67,5 +70,17 @@ std::string describe(const TuningReport& report);
 /// The keys of [axis.control] to replace, each with its present value in a comment.
 std::string fragment(const TuningReport& report);
 nlohmann::json to_json(const TuningReport& report);
+
+/// CSV, a row for each measured frequency. Gains of plant and model are 1 at rest; phases are in degrees, those of the
+/// loops from -90 on without a leap.
+std::string response_table(const TuningReport& report, const identification::Dataset& record);
+
+/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns an empty text, or why
+/// there is no picture.
+std::string draw_response(const TuningReport& report, const identification::Dataset& record,
+                          const std::filesystem::path& picture);
+
+/// Throws Error unless the name ends with .svg or .png.
+void require_picture(const std::filesystem::path& picture);
 
 }  // namespace hystcan::app

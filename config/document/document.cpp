@@ -29,6 +29,9 @@ std::string meant_instead_of(std::string_view key, const std::set<std::string, s
 
 }  // namespace
 
+Document::Document(std::filesystem::path file, std::string_view text)
+    : file_(std::move(file)), root_(parse_toml(text, file_.string())) {}
+
 Document::Document(std::filesystem::path file, const std::vector<Setting>& overrides, std::size_t largest)
     : file_(std::move(file)) {
   try {
@@ -94,21 +97,15 @@ double nanoseconds_per_unit(std::string_view key) {
   return 1e9;
 }
 
-void Reader::choice(std::string_view key, std::string& value, std::span<const std::string_view> choices) {
+void Reader::choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
+                    const About& /*about*/) {
   required(key, value);
-  optional_choice(key, value, choices);
-}
-
-void Reader::optional_choice(std::string_view key, std::string& value,
-                             std::span<const std::string_view> choices) {
-  optional(key, value);
-  if (!table_.contains(key)) return;
-  if (std::ranges::find(choices, value) == choices.end())
+  if (table_.contains(key) && std::ranges::find(choices, value) == choices.end())
     document_.fail(table_.get(key)->source(),
                    fmt::format("{} is \"{}\", expected one of {}", key, value, join_choices(choices)));
 }
 
-void Reader::numbers(std::string_view key, std::vector<double>& values) {
+void Reader::numbers(std::string_view key, std::vector<double>& values, const About& /*about*/) {
   known_.emplace(key);
   const toml::node* node = table_.get(key);
   if (node != nullptr && node->is_array() && node->as_array()->empty())
@@ -117,7 +114,8 @@ void Reader::numbers(std::string_view key, std::vector<double>& values) {
     values = read_numbers(*node, key, any);
 }
 
-void Reader::limit_or_inf(std::string_view key, double& value, double /*in_its_place*/) {
+void Reader::limit_or_inf(std::string_view key, double& value, double /*in_its_place*/,
+                          const About& /*about*/) {
   known_.emplace(key);
   const toml::node* node = table_.get(key);
   if (node != nullptr && node->value<double>() != std::numeric_limits<double>::infinity())
@@ -141,7 +139,7 @@ bool Reader::read_choices(std::string_view key, std::vector<std::string>& values
   return true;
 }
 
-void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& values) {
+void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& values, const About& /*about*/) {
   known_.emplace(key);
   const toml::node* node = table_.get(key);
   if (node == nullptr) return;
@@ -238,27 +236,57 @@ std::string Reader::join(std::string_view key) const {
   return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
 }
 
-void Writer::line(std::string_view key, const std::string& value) {
+void Writer::line(std::string_view key, const std::string& value, bool is_required) {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
-  const bool given = static_cast<bool>(document_.root().at_path(path));
-  text_ += fmt::format("{} = {}{}\n", key, value, given ? "" : "  # default");
-}
-
-void Writer::limit_or_inf(std::string_view key, double value, double in_its_place) {
-  if (std::isfinite(in_its_place))
-    text_ += fmt::format("# {} = {:.6g}  # default, of transitions alone\n", key, in_its_place);
+  const auto comment = remark_({path, value}, is_required);
+  if (!comment) return;
+  const std::string text =
+      layout_ == Layout::plain ? fmt::format("{} = {}", key, value) : fmt::format("{:<22} = {}", key, value);
+  if (comment->empty())
+    keys_ += text + "\n";
+  else if (layout_ == Layout::plain)
+    keys_ += fmt::format("{}  # {}\n", text, *comment);
   else
-    line(key, number(value));
+    keys_ += fmt::format("{:<34} # {}\n", text, *comment);
 }
 
-void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values) {
-  line(key, fmt::format("[{}]", fmt::join(values, ", ")));
+/// In columns a table without keys of its own has no header; tables within it imply it.
+void Writer::enter(std::string_view key, const std::string& index, const std::function<void(Writer&)>& body) {
+  Writer inner(layout_, remark_);
+  inner.header_ = header_.empty() ? std::string(key) : header_ + "." + std::string(key);
+  inner.path_ = (path_.empty() ? std::string(key) : path_ + "." + std::string(key)) + index;
+  body(inner);
+  if (layout_ == Layout::plain || !inner.keys_.empty()) {
+    const std::string name = "[" + inner.header_ + "]", header = index.empty() ? name : "[" + name + "]";
+    const std::string comment = remark_({inner.path_, {}}, false).value_or("");
+    tables_ += '\n' + (comment.empty() ? header : fmt::format("{:<34} # {}", header, comment)) + '\n';
+  }
+  tables_ += inner.text();
 }
 
-std::string Writer::number(double value) { return fmt::format("{}", value); }
+void Writer::limit_or_inf(std::string_view key, double value, double in_its_place, const About& /*about*/) {
+  if (!std::isfinite(in_its_place))
+    line(key, number(value), false);
+  else if (layout_ == Layout::plain)
+    keys_ += fmt::format("# {} = {:.6g}  # default, of transitions alone\n", key, in_its_place);
+}
 
-std::string Writer::list_of(const std::vector<double>& values) {
-  return fmt::format("[{}]", fmt::join(values, ", "));
+void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values,
+                           const About& /*about*/) {
+  line(key, fmt::format("[{}]", fmt::join(values, ", ")), false);
+}
+
+std::string Writer::number(double value) const {
+  std::string text = fmt::format("{}", value);
+  const bool is_whole = std::isfinite(value) && text.find_first_of(".e") == std::string::npos;
+  return is_whole && layout_ == Layout::columns ? text + ".0" : text;
+}
+
+std::string Writer::list_of(const std::vector<double>& values) const {
+  std::vector<std::string> texts;
+  texts.reserve(values.size());
+  for (const double value : values) texts.push_back(number(value));
+  return fmt::format("[{}]", fmt::join(texts, ", "));
 }
 
 std::string Writer::list_of(const std::vector<std::string_view>& words) {

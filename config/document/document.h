@@ -1,13 +1,15 @@
 // A TOML file, and the visitors that copy values between its tables and structs.
 //
-// Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges and defaults. A Reader
-// passed to it fills the struct; a Writer prints it. Unknown keys, missing keys, wrong types and values out
-// of range are errors with line and column. The key of a duration has its unit in its name: _s, _ms or _us.
+// Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges, defaults and meanings. A Reader passed
+// to it fills the struct, a Writer writes it, and a test compares the tables of docs/configuration.md with it. Unknown
+// keys, missing keys, wrong types and values out of range are errors with line and column. The key of a duration has its
+// unit in its name: _s, _ms or _us.
 #pragma once
 
 #include <toml++/toml.h>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <set>
@@ -31,6 +33,8 @@ inline constexpr std::size_t largest_model_file = 16 * largest_configuration;
 
 class Document {
  public:
+  /// Of a file that has this text, or will have it.
+  Document(std::filesystem::path file, std::string_view text);
   /// Reads a regular file of at most `largest` bytes; the overrides replace its values.
   explicit Document(std::filesystem::path file, const std::vector<Setting>& overrides = {},
                     std::size_t largest = largest_configuration);
@@ -66,10 +70,11 @@ inline constexpr Range any{};
 inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
 inline constexpr Range not_negative{.lo = 0.0};
 
-/// How a file that we make (not a Writer's, which shows what was read) has a number.
-struct Shown {
-  int digits = 17;            ///< significant ones; 17 bring back the same bits
-  std::string_view remark{};  ///< behind it, as a comment
+/// What is said of a key, in the tables of docs/configuration.md or behind its value in a model file.
+struct About {
+  std::string_view meaning{};
+  std::string_view otherwise{};  ///< what holds where the key is left out and no default does: "of the model"
+  int digits = 17;               ///< significant ones in a model file; 17 bring back the same bits
 };
 
 double nanoseconds_per_unit(std::string_view key);
@@ -86,53 +91,42 @@ class Reader {
       : document_(document), table_(table), path_(std::move(path)) {}
 
   template <class T>
-  void required(std::string_view key, T& value, Range range = any, Shown = {}) {
+  void required(std::string_view key, T& value, Range range = any, const About& = {}) {
     if (const toml::node* node = look_up(key)) read(*node, key, value, range);
   }
   template <class T>
-  void optional(std::string_view key, T& value, Range range = any) {
+  void optional(std::string_view key, T& value, Range range = any, const About& = {}) {
     known_.emplace(key);
     if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
   }
-  void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
-  void optional_choice(std::string_view key, std::string& value, std::span<const std::string_view> choices);
+  void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
+              const About& = {});
   /// One of the enum's words.
   template <HasWords Enum>
-  void choice(std::string_view key, Enum& value) {
+  void choice(std::string_view key, Enum& value, const About& = {}) {
     std::string word(word_of(value));
     choice(key, word, words(value));
     value = *parse_word<Enum>(word);
   }
   template <HasWords Enum>
-  void optional_choice(std::string_view key, Enum& value) {
-    std::string word(word_of(value));
-    optional_choice(key, word, words(value));
-    value = *parse_word<Enum>(word);
+  void optional_choice(std::string_view key, Enum& value, const About& = {}) {
+    known_.emplace(key);
+    if (table_.contains(key)) choice(key, value);
   }
   /// A list of some of the enum's words; optional.
   template <HasWords Enum>
-  void choices(std::string_view key, std::vector<Enum>& values) {
+  void choices(std::string_view key, std::vector<Enum>& values, const About& = {}) {
     std::vector<std::string> chosen;
     if (!read_choices(key, chosen, words(Enum{}))) return;
     values.clear();
     for (const std::string& word : chosen) values.push_back(*parse_word<Enum>(word));
   }
   /// Optional; may be empty.
-  void numbers(std::string_view key, std::vector<double>& values);
-
+  void numbers(std::string_view key, std::vector<double>& values, const About& = {});
   /// Optional; may be empty.
-  void whole_numbers(std::string_view key, std::vector<std::int64_t>& values);
-  /// A limit; infinite if it is left out.
-  void limit(std::string_view key, double& value) { optional(key, value, positive); }
+  void whole_numbers(std::string_view key, std::vector<std::int64_t>& values, const About& = {});
   /// A limit; another limit is in force if it is left out. `inf` means that there is no limit.
-  void limit_or_inf(std::string_view key, double& value, double in_its_place);
-  /// An end of an interval; infinite if it is left out.
-  void bound(std::string_view key, double& value) { optional(key, value); }
-  /// A name; empty if it is left out.
-  template <class Text>
-  void name(std::string_view key, Text& value) {
-    optional(key, value);
-  }
+  void limit_or_inf(std::string_view key, double& value, double in_its_place, const About& = {});
 
   /// A sub-table that may be left out.
   template <class T, class Visit>
@@ -235,53 +229,61 @@ class Reader {
   std::string missing_;  ///< the first required key that is absent
 };
 
-/// Writes structs as TOML.
+/// Writes structs as TOML. A remark decides which keys are written, and what stands behind their values.
 class Writer {
  public:
-  explicit Writer(const Document& document) : document_(document) {}
+  enum class Layout : std::uint8_t {
+    plain,    ///< `hystcan check`: each number with the fewest characters
+    columns,  ///< a file: equals signs and comments below each other, numbers that are not whole have a point
+  };
+  /// `table`: in whose keys the struct's are, as path and header; empty: the file's.
+  Writer(Layout layout, Remark remark, std::string table = {})
+      : layout_(layout), remark_(std::move(remark)), header_(table), path_(std::move(table)) {}
 
   template <class T>
-  void required(std::string_view key, const T& value, Range = any, Shown = {}) {
-    write(key, value);
+  void required(std::string_view key, const T& value, Range = any, const About& = {}) {
+    line(key, text_of(key, value), true);
   }
+  /// An infinite number and an empty text say that the key is left out. A key without a default of its own counts as
+  /// required otherwise.
   template <class T>
-  void optional(std::string_view key, const T& value, Range = any) {
-    write(key, value);
+  void optional(std::string_view key, const T& value, Range = any, const About& about = {}) {
+    if constexpr (std::is_floating_point_v<T>) {
+      if (!std::isfinite(value)) return;
+    } else if constexpr (std::is_convertible_v<T, std::filesystem::path>) {
+      if (value.empty()) return;
+    }
+    line(key, text_of(key, value), !about.otherwise.empty());
   }
-  void choice(std::string_view key, const std::string& value, std::span<const std::string_view>) {
-    write(key, value);
-  }
-  template <HasWords Enum>
-  void choice(std::string_view key, Enum value) {
-    write(key, word_of(value));
-  }
-  template <HasWords Enum>
-  void optional_choice(std::string_view key, Enum value) {
-    write(key, word_of(value));
+  void choice(std::string_view key, const std::string& value, std::span<const std::string_view>,
+              const About& = {}) {
+    required(key, value);
   }
   template <HasWords Enum>
-  void choices(std::string_view key, const std::vector<Enum>& values) {
+  void choice(std::string_view key, Enum value, const About& = {}) {
+    required(key, word_of(value));
+  }
+  template <HasWords Enum>
+  void optional_choice(std::string_view key, Enum value, const About& = {}) {
+    optional(key, word_of(value));
+  }
+  template <HasWords Enum>
+  void choices(std::string_view key, const std::vector<Enum>& values, const About& = {}) {
     std::vector<std::string_view> chosen;
     chosen.reserve(values.size());
     for (const Enum value : values) chosen.push_back(word_of(value));
-    if (!chosen.empty()) line(key, list_of(chosen));
+    if (!chosen.empty()) line(key, list_of(chosen), false);
   }
-  void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values);
-  void numbers(std::string_view key, const std::vector<double>& values) { write(key, values); }
-  void limit(std::string_view key, double value) {
-    if (std::isfinite(value)) write(key, value);
+  void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values, const About& = {});
+  void numbers(std::string_view key, const std::vector<double>& values, const About& = {}) {
+    optional(key, values);
   }
   /// `in_its_place`: in force where it is left out; infinite: nothing. Shown as a comment, as it is no value
   /// of the key.
-  void limit_or_inf(std::string_view key, double value, double in_its_place);
-  void bound(std::string_view key, double value) { limit(key, value); }
-  template <class Text>
-  void name(std::string_view key, const Text& value) {
-    if (!value.empty()) write(key, value);
-  }
+  void limit_or_inf(std::string_view key, double value, double in_its_place, const About& = {});
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
-    enter(key, "[", "]", "", [&](Writer& writer) { visit(writer, value); });
+    enter(key, {}, [&](Writer& writer) { visit(writer, value); });
   }
   template <class T, class Visit>
   void section(std::string_view key, T& value, Visit visit) {
@@ -294,8 +296,7 @@ class Writer {
   template <class T, class Visit>
   void list(std::string_view key, std::vector<T>& values, Visit visit) {
     for (std::size_t i = 0; i < values.size(); ++i)
-      enter(key, "[[", "]]", "[" + std::to_string(i) + "]",
-            [&](Writer& writer) { visit(writer, values[i]); });
+      enter(key, "[" + std::to_string(i) + "]", [&](Writer& writer) { visit(writer, values[i]); });
   }
   template <class T, class Visit>
   void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
@@ -304,40 +305,37 @@ class Writer {
   template <class Make>
   void alternative(Make) {}
 
-  const std::string& text() const { return text_; }
+  std::string text() const { return keys_ + tables_; }
 
  private:
   template <class T>
-  void write(std::string_view key, const T& value) {
+  std::string text_of(std::string_view key, const T& value) const {
     if constexpr (std::is_same_v<T, bool>)
-      line(key, value ? "true" : "false");
+      return value ? "true" : "false";
     else if constexpr (std::is_same_v<T, can::Duration>)
-      line(key, number(static_cast<double>(value.count()) / nanoseconds_per_unit(key)));
-    else if constexpr (std::is_arithmetic_v<T>)
-      line(key, number(static_cast<double>(value)));
+      return number(static_cast<double>(value.count()) / nanoseconds_per_unit(key));
+    else if constexpr (std::is_floating_point_v<T>)
+      return number(value);
+    else if constexpr (std::is_integral_v<T>)
+      return std::to_string(value);
     else if constexpr (IsVector<T>::value)
-      line(key, list_of(value));
+      return list_of(value);
     else
-      line(key, toml_string(std::filesystem::path(value).string()));
+      return toml_string(std::filesystem::path(value).string());
   }
-  template <class Body>
-  void enter(std::string_view key, const char* open, const char* close, const std::string& index, Body body) {
-    Writer inner(document_);
-    inner.header_ = header_.empty() ? std::string(key) : header_ + "." + std::string(key);
-    inner.path_ = (path_.empty() ? std::string(key) : path_ + "." + std::string(key)) + index;
-    inner.text_ = "\n" + std::string(open) + inner.header_ + close + "\n";
-    body(inner);
-    text_ += inner.text_;
-  }
-  void line(std::string_view key, const std::string& value);
-  static std::string number(double value);
-  static std::string list_of(const std::vector<double>& values);
+  /// A table, or the element of a list with this index.
+  void enter(std::string_view key, const std::string& index, const std::function<void(Writer&)>& body);
+  void line(std::string_view key, const std::string& value, bool is_required);
+  std::string number(double value) const;
+  std::string list_of(const std::vector<double>& values) const;
   static std::string list_of(const std::vector<std::string_view>& words);
 
-  const Document& document_;
+  Layout layout_;
+  Remark remark_;
   std::string header_;  ///< the table's name in TOML
   std::string path_;    ///< the table's name with indices
-  std::string text_;
+  std::string keys_;    ///< the text of the table's own keys
+  std::string tables_;  ///< and that of the tables in it
 };
 
 }  // namespace hystcan::config

@@ -1,6 +1,8 @@
 // One key of a configuration and its value.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 
 namespace hystcan::config {
@@ -10,5 +12,9 @@ struct Setting {
   std::string path;
   std::string value;
 };
+
+/// What a Writer asks about each key: the comment behind it, which may be empty; nothing: the key is left out. It asks
+/// about tables too, with an empty value.
+using Remark = std::function<std::optional<std::string>(const Setting& key, bool is_required)>;
 
 }  // namespace hystcan::config

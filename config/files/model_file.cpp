@@ -86,15 +86,15 @@ model::AnyParameters any_parameters(const Document& document, const ModelFile& r
 class ModelWriter {
  public:
   template <class T>
-  void required(std::string_view key, const T& value, Range = any, Shown style = {}) {
+  void required(std::string_view key, const T& value, Range = any, const About& about = {}) {
     if constexpr (std::is_floating_point_v<T>)
-      line(key, fmt::format("{:.{}g}", value, style.digits), style.remark);
+      line(key, fmt::format("{:.{}g}", value, about.digits), about.meaning);
     else if constexpr (std::is_integral_v<T>)
-      line(key, fmt::format("{}", value), style.remark);
+      line(key, fmt::format("{}", value), about.meaning);
     else if constexpr (IsVector<T>::value)
-      line(key, fmt::format("[{:.17g}]", fmt::join(value, ", ")), style.remark);
+      line(key, fmt::format("[{:.17g}]", fmt::join(value, ", ")), about.meaning);
     else
-      line(key, fmt::format("\"{}\"", value), style.remark);
+      line(key, fmt::format("\"{}\"", value), about.meaning);
   }
   void numbers(std::string_view key, const std::vector<double>& values) {
     if (!values.empty()) required(key, values);

@@ -78,9 +78,9 @@ void visit(V& v, ModelFile& m) {
 template <class V>
 void visit(V& v, IdentifiedFrom& from) {
   v.required("samples", from.samples, {.lo = 1.0});
-  v.required("delay_s", from.delay_s, not_negative, {.remark = "of the output behind the input"});
+  v.required("delay_s", from.delay_s, not_negative, {.meaning = "of the output behind the input"});
   v.required("rms_percent", from.rms_percent, not_negative,
-             {.digits = 4, .remark = "of the dataset's output span"});
+             {.meaning = "of the dataset's output span", .digits = 4});
   v.required("max_percent", from.max_percent, not_negative, {.digits = 4});
 }
 
@@ -93,7 +93,7 @@ void visit(V& v, model::Dynamics& d) {
 
 template <class V>
 void visit(V& v, model::OutputCreep::Config& c) {
-  v.required("per_decade", c.per_decade, {.lo = -0.1, .hi = 0.1}, {.remark = "share of the output"});
+  v.required("per_decade", c.per_decade, {.lo = -0.1, .hi = 0.1}, {.meaning = "share of the output"});
   v.required("from_s", c.from_s, positive);
   v.required("to_s", c.to_s, positive);
 }

@@ -10,10 +10,6 @@
 
 #include "can/interface_name.h"
 #include "config/schema/bus_plan.h"
-#include "config/schema/check_frames.h"
-#include "config/schema/check_instruments.h"
-#include "config/schema/check_loop.h"
-#include "config/schema/check_scan.h"
 #include "config/schema/frames.h"
 #include "controller/reference/shape.h"
 

@@ -1,4 +1,4 @@
-#include "config/schema/check_loop.h"
+#include "config/schema/check.h"
 
 #include <fmt/format.h>
 

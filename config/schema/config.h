@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -61,8 +62,7 @@ struct Config {
   can::Database database;
 };
 
-/// Reads and checks `file` and all files that it names; the overrides replace values of `file`. Throws
-/// Error or can::DbcError.
+/// What the controller is made from.
 controller::Config controller_config(const Config& config);
 /// What the twin is made from.
 twin::Config twin_config(const Config& config);
@@ -71,9 +71,16 @@ twin::Config twin_config(const Config& config);
 /// Error or can::DbcError.
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
+/// The same where `file` is to have this text and need not exist.
+Config load_text(const std::filesystem::path& file, std::string_view text);
+
 /// The same for a stage that has yet to be measured: where an axis or its twin names no model, or one that is not there, a
 /// straight line through its drives and positions stands for it.
 Config load_unmeasured(const std::filesystem::path& file);
+
+/// Sets what follows from the model, the delays and the reference of an axis that was changed in memory: the limits of its
+/// transitions, and the turnarounds. The filters are not designed anew.
+void derive(Config& config, std::size_t axis);
 
 /// The configuration in force as TOML. Each value that the file leaves out is marked as a default. Throws
 /// Error.

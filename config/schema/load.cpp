@@ -17,7 +17,6 @@
 #include "config/files/model_file.h"
 #include "config/files/setpoint_file.h"
 #include "config/schema/check.h"
-#include "config/schema/check_loop.h"
 #include "config/schema/schema.h"
 #include "model/output_unit.h"
 #include "model/simplified.h"
@@ -63,17 +62,14 @@ Config read_config(const Document& document) {
   return config;
 }
 
-/// Sets the limits of transitions for each limit of the reference that the file leaves out.
-void set_transition_limits(const Document& document, Config& config, std::size_t i) {
-  controller::AxisConfig& control = config.axes[i].control;
-  const controller::ReferenceLimits limits =
-      controller::default_transition_limits(control.gate, control.law.model, control.delays);
+/// A limit of the reference that the file leaves out: transitions have one of their own, which derive() sets.
+void open_transition_limits(const Document& document, Config& config, std::size_t i) {
+  controller::ReferenceLimits& limits = config.axes[i].control.transition_limits;
   const auto is_open = [&](const char* key) {
     return !document.root().at_path(fmt::format("axis[{}].control.{}", i, key));
   };
-  if (is_open("reference_slew_um_per_s")) control.transition_limits.slew_um_per_s = limits.slew_um_per_s;
-  if (is_open("reference_acceleration_um_per_s2"))
-    control.transition_limits.acceleration_um_per_s2 = limits.acceleration_um_per_s2;
+  if (is_open("reference_slew_um_per_s")) limits.slew_um_per_s = 0.0;
+  if (is_open("reference_acceleration_um_per_s2")) limits.acceleration_um_per_s2 = 0.0;
 }
 
 /// The turnarounds of a shape spare the mode of the stage.
@@ -162,9 +158,8 @@ void complete_control(const Document& document, Config& config, std::size_t i, c
   const LeftOut left_out(document, fmt::format("axis[{}].control.delays", i), file);
   left_out.set_mode(delays.resonance_Hz, delays.damping_ratio);
   left_out.set_amplifier("amplifier_bandwidth_Hz", delays.amplifier_bandwidth_Hz, delays.sensor_s());
-  set_transition_limits(document, config, i);
-  for (controller::Segment& segment : axis.control.setpoint)
-    set_mode(segment.shape, axis.control.delays.resonance_Hz);
+  open_transition_limits(document, config, i);
+  derive(config, i);
 }
 
 /// Loads the setpoint files and the twin's model that axis i names.
@@ -258,8 +253,23 @@ Config load(const Document& document, const ModelFile& model_file) {
 
 }  // namespace
 
+void derive(Config& config, std::size_t i) {
+  controller::AxisConfig& control = config.axes[i].control;
+  const controller::ReferenceLimits usual =
+      controller::default_transition_limits(control.gate, control.law.model, control.delays);
+  controller::ReferenceLimits& limits = control.transition_limits;
+  if (std::isfinite(limits.slew_um_per_s)) limits.slew_um_per_s = usual.slew_um_per_s;
+  if (std::isfinite(limits.acceleration_um_per_s2))
+    limits.acceleration_um_per_s2 = usual.acceleration_um_per_s2;
+  for (controller::Segment& segment : control.setpoint) set_mode(segment.shape, control.delays.resonance_Hz);
+}
+
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   return load(Document(file, overrides), measured);
+}
+
+Config load_text(const std::filesystem::path& file, std::string_view text) {
+  return load(Document(file, text), measured);
 }
 
 Config load_unmeasured(const std::filesystem::path& file) { return load(Document(file), measured_if_there); }
@@ -268,7 +278,9 @@ std::string echo(const std::filesystem::path& file, const std::vector<Setting>& 
   const Document document(file, overrides);
   Config config = read_config(document);
   for (std::size_t i = 0; i < config.axes.size(); ++i) complete_control(document, config, i, measured);
-  Writer writer(document);
+  Writer writer(Writer::Layout::plain, [&](const Setting& key, bool /*is_required*/) {
+    return document.root().at_path(key.path) ? "" : std::optional<std::string>("default");
+  });
   visit(writer, config);
   return writer.text();
 }

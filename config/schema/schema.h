@@ -1,5 +1,9 @@
-// The keys of a configuration: one `visit` for each struct, both to read and to print it.
+// The keys of a configuration: one `visit` for each struct, to read, to write and to describe it. A test
+// compares the tables of docs/configuration.md with these sentences.
 #pragma once
+
+#include <string>
+#include <tuple>
 
 #include "config/document/document.h"
 #include "config/schema/frames.h"
@@ -9,68 +13,85 @@ namespace hystcan::config {
 
 template <class V>
 void visit(V& v, BusConfig& bus) {
-  v.required("interface", bus.interface);
-  v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000});
-  v.required("dbc", bus.dbc);
-  v.optional("turnaround_us", bus.turnaround, not_negative);
+  v.required("interface", bus.interface, any,
+             {"CAN interface of `controller` and `twin`; `--interface` overrides it"});
+  v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000},
+             {"bit rate of the simulated bus and of the check below"});
+  v.required("dbc", bus.dbc, any, {"the CAN database"});
+  v.optional("turnaround_us", bus.turnaround, not_negative,
+             {"reaction time of sensor and controller together, for the check below"});
 }
 
 /// [controller.realtime].
 template <class V>
 void visit(V& v, controller::Realtime& r) {
-  v.optional("priority", r.priority, {.lo = 0, .hi = 99});
-  v.optional("lock_memory", r.lock_memory);
-  v.whole_numbers("cpus", r.cpus);
+  v.optional("priority", r.priority, {.lo = 0, .hi = 99},
+             {"`SCHED_FIFO` priority; 0: the class in which the program was started"});
+  v.optional("lock_memory", r.lock_memory, any,
+             {"all memory stays resident (`mlockall`); stack and heap are touched beforehand"});
+  v.whole_numbers("cpus", r.cpus,
+                  {"the processors on which the thread may run, 0 to 1023; empty: no restriction"});
 }
 
 template <class V>
 void visit(V& v, controller::CommonConfig& c) {
-  v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = 10'000.0});
-  v.optional("node", c.node, {.lo = 1, .hi = 127});
-  v.optional("heartbeat_ms", c.heartbeat_period, positive);
-  v.optional("heartbeat_timeout_ms", c.heartbeat_timeout, positive);
-  v.optional("wake_up_warn_us", c.lateness_warn, not_negative);
-  v.optional("wake_up_trip_us", c.lateness_trip, not_negative);
-  v.optional("start_together", c.start_together);
-  v.optional("start_timeout_s", c.start_timeout, not_negative);
-  v.name("control_socket", c.control_socket);
-  v.name("state_dir", c.state_folder);
-  v.name("black_box_dir", c.black_box.folder);
-  v.optional("black_box_files", c.black_box.files, {.lo = 0, .hi = 10'000});
+  v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = 10'000.0},
+             {"SYNC rate, which is the control rate of all axes"});
+  v.optional("node", c.node, {.lo = 1, .hi = 127}, {"node id of the controller's own heartbeat"});
+  v.optional("heartbeat_ms", c.heartbeat_period, positive,
+             {"period of its heartbeat and of the NMT start requests"});
+  v.optional(
+      "heartbeat_timeout_ms", c.heartbeat_timeout, positive,
+      {"a node without a heartbeat for this time is silent; at least two periods of the nodes' heartbeats"});
+  v.optional("wake_up_warn_us", c.lateness_warn, not_negative,
+             {"the log reports a SYNC that is later than this; 0: never"});
+  v.optional("wake_up_trip_us", c.lateness_trip, not_negative,
+             {"a SYNC that is later than this faults every axis in use; 0: never"});
+  v.optional("start_together", c.start_together, any, {"the first axis that is ready waits for the others"});
+  v.optional("start_timeout_s", c.start_timeout, not_negative, {"it waits no longer than this"});
+  v.optional("control_socket", c.control_socket, any, {"file of the [control socket](control_socket.md)"});
+  v.optional("state_dir", c.state_folder, any, {"folder of the state files; none: nothing is saved"});
+  v.optional("black_box_dir", c.black_box.folder, any,
+             {"folder of the [black boxes](deployment.md#the-black-box)"});
+  v.optional("black_box_files", c.black_box.files, {.lo = 0, .hi = 10'000},
+             {"largest number of black boxes in that folder; 0: none is written"});
   v.optional_table("realtime", c.realtime, [](V& sub, auto& value) { visit(sub, value); });
 }
 
 template <class V>
 void visit(V& v, controller::Hold& s) {
-  v.required("level_um", s.level_um);
-  v.required("duration_s", s.duration_s, positive);
+  v.required("level_um", s.level_um, any, {"the reference rests there"});
+  v.required("duration_s", s.duration_s, positive, {"for this time"});
 }
 template <class V>
 void visit(V& v, controller::Step& s) {
-  v.required("from_um", s.from_um);
-  v.required("to_um", s.to_um);
-  v.required("dwell_s", s.dwell_s, positive);
-  v.optional("steps", s.steps, {.lo = 1, .hi = 1e6});
+  v.required("from_um", s.from_um, any, {"first level"});
+  v.required("to_um", s.to_um, any, {"the other level"});
+  v.required("dwell_s", s.dwell_s, positive, {"rest before, between and after the steps"});
+  v.optional("steps", s.steps, {.lo = 1, .hi = 1e6},
+             {"number of steps; each goes from one level to the other at once"});
 }
 template <class V>
 void visit(V& v, controller::Ramp& s) {
-  v.required("from_um", s.from_um);
-  v.required("to_um", s.to_um);
-  v.required("duration_s", s.duration_s, positive);
+  v.required("from_um", s.from_um, any, {"where it begins"});
+  v.required("to_um", s.to_um, any, {"where it ends"});
+  v.required("duration_s", s.duration_s, positive, {"time of the way"});
 }
 inline constexpr Range turnaround_range{.lo = 0.0, .hi = 50.0};
 
 template <class V, class Periodic>
 void visit_periodic(V& v, Periodic& s) {
-  v.required("low_um", s.low_um);
-  v.required("high_um", s.high_um);
-  v.required("frequency_Hz", s.frequency_Hz, positive);
-  v.required("cycles", s.cycles, {.lo = 0.0, .hi = 1e6, .lo_excluded = true});
+  v.required("low_um", s.low_um, any, {"lowest position, where it begins"});
+  v.required("high_um", s.high_um, any, {"highest position"});
+  v.required("frequency_Hz", s.frequency_Hz, positive, {"periods in a second"});
+  v.required("cycles", s.cycles, {.lo = 0.0, .hi = 1e6, .lo_excluded = true},
+             {"number of periods, also a part of one"});
 }
 template <class V>
 void visit(V& v, controller::Triangle& s) {
   visit_periodic(v, s);
-  v.optional("turnaround_percent", s.turnaround_percent, turnaround_range);
+  v.optional("turnaround_percent", s.turnaround_percent, turnaround_range,
+             {"share of a period that its [turnarounds](#turnarounds) take together; 0: sharp corners"});
 }
 template <class V>
 void visit(V& v, controller::Sine& s) {
@@ -78,117 +99,141 @@ void visit(V& v, controller::Sine& s) {
 }
 template <class V>
 void visit(V& v, controller::Chirp& s) {
-  v.required("low_um", s.low_um);
-  v.required("high_um", s.high_um);
-  v.required("from_Hz", s.from_Hz, positive);
-  v.required("to_Hz", s.to_Hz, positive);
-  v.required("duration_s", s.duration_s, positive);
-  v.optional("fade_s", s.fade_s, positive);
+  v.required("low_um", s.low_um, any, {"lowest position"});
+  v.required("high_um", s.high_um, any, {"highest position"});
+  v.required("from_Hz", s.from_Hz, positive, {"frequency at the beginning; it changes linearly"});
+  v.required("to_Hz", s.to_Hz, positive, {"frequency at the end"});
+  v.required("duration_s", s.duration_s, positive, {"time of the chirp without its fades"});
+  v.optional("fade_s", s.fade_s, positive,
+             {"time before and after it in which it comes from its centre and goes there"});
 }
 template <class V>
 void visit(V& v, controller::MultiSine& s) {
-  v.required("centre_um", s.centre_um);
-  v.required("amplitudes_um", s.amplitudes_um, positive);
-  v.required("frequencies_Hz", s.frequencies_Hz, positive);
-  v.numbers("phases_deg", s.phases_deg);
-  v.required("duration_s", s.duration_s, positive);
-  v.optional("fade_s", s.fade_s, positive);
+  v.required("centre_um", s.centre_um, any, {"where the sum of cosines is zero"});
+  v.required("amplitudes_um", s.amplitudes_um, positive, {"one for each cosine"});
+  v.required("frequencies_Hz", s.frequencies_Hz, positive, {"as many"});
+  v.numbers("phases_deg", s.phases_deg, {"as many; none: Schroeder's phases, which give a low peak"});
+  v.required("duration_s", s.duration_s, positive, {"time of the sum without its fades"});
+  v.optional("fade_s", s.fade_s, positive,
+             {"time before and after it in which it comes from its centre and goes there"});
 }
 template <class V>
 void visit(V& v, controller::Table& s) {
-  v.required("file", s.file);
+  v.required("file", s.file, any,
+             {"CSV with the columns `time_s`, increasing, and `position_um`, of two rows or more"});
 }
 template <class V>
 void visit(V& v, controller::Staircase& s) {
-  v.required("levels_um", s.levels_um);
-  v.optional("rise_s", s.rise_s, not_negative);
-  v.required("dwell_s", s.dwell_s, positive);
+  v.required("levels_um", s.levels_um, any, {"the levels, one after the other"});
+  v.optional("rise_s", s.rise_s, not_negative, {"time of the way to a level; 0: a step"});
+  v.required("dwell_s", s.dwell_s, positive, {"rest at each level"});
 }
 
 template <class V>
 void visit(V& v, controller::Raster& s) {
   constexpr Range counted{.lo = 1, .hi = 65'535};
-  v.choice("role", s.role);
-  v.required("low_um", s.low_um);
-  v.required("high_um", s.high_um);
-  v.required("line_rate_Hz", s.line_rate_Hz, positive);
-  v.required("lines", s.lines, {.lo = 2, .hi = counted.hi});
-  v.optional("return_lines", s.return_lines, counted);
-  v.optional("frames", s.frames, counted);
-  v.optional("pixels", s.pixels, {.lo = 0, .hi = counted.hi});
-  v.optional("both_directions", s.both_directions);
-  if (!s.both_directions) v.optional("flyback_percent", s.flyback_percent, {.lo = 1.0, .hi = 99.0});
-  v.optional_choice("slow", s.slow);
-  v.optional("turnaround_percent", s.turnaround_percent, turnaround_range);
+  v.choice("role", s.role, {"the axis that follows the lines, or the axis that goes from line to line"});
+  v.required("low_um", s.low_um, any, {"`fast`: one end of a line; `slow`: the first line"});
+  v.required("high_um", s.high_um, any, {"`fast`: the other end; `slow`: the last line"});
+  v.required("line_rate_Hz", s.line_rate_Hz, positive, {"lines in a second"});
+  v.required("lines", s.lines, {.lo = 2, .hi = counted.hi}, {"lines of a frame"});
+  v.optional("return_lines", s.return_lines, counted,
+             {"time of the way back to the first line, at the end of each frame, in lines"});
+  v.optional("frames", s.frames, counted, {"number of frames"});
+  v.optional("pixels", s.pixels, {.lo = 0, .hi = counted.hi},
+             {"pixels of a line, for the CSV; 0: not counted"});
+  v.optional("both_directions", s.both_directions, any,
+             {"`true`: one line up, the next down; `false`: all up, with a flyback"});
+  if (!s.both_directions)
+    v.optional("flyback_percent", s.flyback_percent, {.lo = 1.0, .hi = 99.0},
+               {"without `both_directions`: share of the time of a line for the flyback"});
+  v.optional_choice("slow", s.slow, {"the slow axis rests on each line, or rises evenly"});
+  v.optional("turnaround_percent", s.turnaround_percent, turnaround_range,
+             {"share of the time of a line that its turnarounds take together"});
 }
 
 template <class V>
 void visit(V& v, controller::Segment& segment) {
   std::string kind = to_string(segment.shape);
-  v.choice("kind", kind, controller::shape_kinds);
+  v.choice("kind", kind, controller::shape_kinds, {"the shape of the segment"});
   v.alternative([&] { segment.shape = controller::shape_of_kind(kind); });
-  v.optional("transition_s", segment.transition_s, positive);
+  v.optional(
+      "transition_s", segment.transition_s, positive,
+      {"time of the smooth path to the first value of the shape; longer if the limits of the reference require it"});
   std::visit([&](auto& shape) { visit(v, shape); }, segment.shape);
 }
 
 template <class V>
 void visit(V& v, controller::Delays& d) {
-  v.required("command_delay_us", d.command_delay, not_negative);
-  v.optional("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz,
-             positive);  // these three: else of the model file
-  v.optional("resonance_Hz", d.resonance_Hz, positive);
-  v.optional("damping_ratio", d.damping_ratio, not_negative);
-  v.optional("interpolated", d.interpolated);
-  v.optional("second_order", d.second_order);
-  v.optional("plant_inverse", d.plant_inverse);
-  v.optional("sensor_delay_us", d.sensor_delay, {.lo = 0.0, .hi = 100'000.0});
-  v.optional("sensor_bandwidth_Hz", d.sensor_bandwidth_Hz, not_negative);
+  v.required("command_delay_us", d.command_delay, not_negative,
+             {"time from a SYNC until its command takes effect"});
+  v.optional("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive,
+             {"small-signal bandwidth, -3 dB", "of the model"});  // these three: else of the model file
+  v.optional("resonance_Hz", d.resonance_Hz, positive,
+             {"first mode of the stage with its load", "of the model"});
+  v.optional("damping_ratio", d.damping_ratio, not_negative, {"damping ratio of that mode", "of the model"});
+  v.optional("interpolated", d.interpolated, any,
+             {"the amplifier goes to a setpoint in a straight line within a cycle"});
+  v.optional("second_order", d.second_order, any, {"also compensates the second moment of the chain"});
+  v.optional("plant_inverse", d.plant_inverse, any,
+             {"compensates the whole chain, its mode too, for the position between the samples"});
+  v.optional("sensor_delay_us", d.sensor_delay, {.lo = 0.0, .hi = 100'000.0},
+             {"time from the position to its sample"});
+  v.optional("sensor_bandwidth_Hz", d.sensor_bandwidth_Hz, not_negative,
+             {"bandwidth of the sensor, -3 dB; 0: not limited"});
 }
 
 template <class V>
 void visit(V& v, controller::Notch::Config& n) {
-  v.required("frequency_Hz", n.frequency_Hz, positive);
-  v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0});
-  v.required("width", n.width, positive);
+  v.required("frequency_Hz", n.frequency_Hz, positive,
+             {"frequency of the largest attenuation, less than half of `rate_Hz`"});
+  v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0}, {"remaining gain at that frequency"});
+  v.required("width", n.width, positive, {"damping ratio of the denominator"});
 }
 
 template <class V>
 void visit(V& v, controller::Learning::Config& l) {
-  v.required("correction_max_um", l.correction_max_um, positive);
-  v.optional("rate", l.rate, {.lo = 0.0, .hi = 1.0, .lo_excluded = true});
-  v.optional("forget_percent", l.forget_percent, {.lo = 0.0, .hi = 50.0, .lo_excluded = true});
-  v.optional("resonance_percent", l.resonance_percent, {.lo = 0.0, .hi = 50.0});
-  v.optional("frozen", l.frozen);
+  v.required("correction_max_um", l.correction_max_um, positive, {"largest correction"});
+  v.optional("rate", l.rate, {.lo = 0.0, .hi = 1.0, .lo_excluded = true},
+             {"share of the error that one period corrects"});
+  v.optional("forget_percent", l.forget_percent, {.lo = 0.0, .hi = 50.0, .lo_excluded = true},
+             {"of the correction, forgotten in one period"});
+  v.optional("resonance_percent", l.resonance_percent, {.lo = 0.0, .hi = 50.0},
+             {"the resonance may be this far off, and the error still decays"});
+  v.optional("frozen", l.frozen, any, {"corrects with what it has learnt, and learns no more"});
 }
 
 /// The limits that trip an axis, also in [axis.control].
 template <class V>
 void visit_supervision(V& v, controller::AxisConfig& c) {
   controller::Supervisor::Config& s = c.supervision;
-  v.required("position_min_um", s.position_min_um);
-  v.required("position_max_um", s.position_max_um);
-  v.optional("position_jump_um", s.position_jump_um, not_negative);
-  v.required("following_error_um", c.following_error.error_um, positive);
-  v.optional("following_error_lag_ms", c.following_error.lag, not_negative);
-  v.optional("following_error_cycles", c.following_error.cycles, {.lo = 1});
-  v.optional("missing_samples", s.missing_samples, {.lo = 0, .hi = 1000});
-  v.optional("frozen_cycles", s.frozen_cycles);
-  v.optional("saturated_s", s.saturated_s, not_negative);
-  v.optional("bus_passive_s", s.bus_passive_s, not_negative);
-  v.optional("status_timeout_ms", s.status_timeout, not_negative);
-}
-
-template <class V>
-void visit(V& v, model::Coupling& c) {
-  v.required("from", c.from);
-  v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5});
+  v.required("position_min_um", s.position_min_um, any, {"`position implausible`: the lowest position"});
+  v.required("position_max_um", s.position_max_um, any, {"and the highest one"});
+  v.optional("position_jump_um", s.position_jump_um, not_negative,
+             {"`position jumped`: largest motion in a cycle; 0: off"});
+  v.required("following_error_um", c.following_error.error_um, positive,
+             {"`following error`: largest error against the reference"});
+  v.optional("following_error_lag_ms", c.following_error.lag, not_negative,
+             {"and the reference of so long ago counts too"});
+  v.optional("following_error_cycles", c.following_error.cycles, {.lo = 1},
+             {"for so many cycles in succession"});
+  v.optional("missing_samples", s.missing_samples, {.lo = 0, .hi = 1000},
+             {"`sample missing`: so many may be missing in succession"});
+  v.optional("frozen_cycles", s.frozen_cycles, any, {"`position frozen`: as many equal samples; 0: off"});
+  v.optional("saturated_s", s.saturated_s, not_negative,
+             {"`saturated`: the drive stands at its limit for so long; 0: off"});
+  v.optional("bus_passive_s", s.bus_passive_s, not_negative, {"`bus passive`: for so long; 0: off"});
+  v.optional("status_timeout_ms", s.status_timeout, not_negative,
+             {"`status missing`: for so long, at least two periods of `status_every`; 0: off"});
 }
 
 template <class V>
 void visit(V& v, controller::InPosition::Config& c) {
-  v.required("tolerance_um", c.tolerance_um, positive);
-  v.required("window_ms", c.window, not_negative);
-  v.required("timeout_ms", c.timeout, positive);
+  v.required("tolerance_um", c.tolerance_um, positive, {"largest error at which the stage is in position"});
+  v.required("window_ms", c.window, not_negative,
+             {"time for which the error must stay within the tolerance"});
+  v.required("timeout_ms", c.timeout, positive,
+             {"time after which the positioning has failed, at least `window_ms`"});
 }
 
 inline constexpr Range enable_delay_range{.lo = 0.0, .hi = 10'000.0};
@@ -198,31 +243,44 @@ template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   controller::AxisConfig& c = axis.control;
-  v.name("model", axis.control_model);  // missing only where a straight line stands for it: config.h
-  v.choice("structure", c.law.structure);
-  v.required("kp", c.law.pi.kp, not_negative);
-  v.required("ki_per_s", c.law.pi.ki_per_s, not_negative);
-  v.optional("deadband_um", c.law.deadband_um, not_negative);
-  v.optional("measurement_filter_Hz", c.law.measurement_filter_Hz, not_negative);
-  v.required("drive_min_" + unit, c.gate.drive_min);
-  v.required("drive_max_" + unit, c.gate.drive_max);
-  v.required("safe_drive_" + unit, c.gate.safe_drive);
-  v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive);
-  v.optional_choice("start_up", c.start_up);
-  v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive);
-  v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative);
-  v.optional("fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative);
+  v.optional("model", axis.control_model, any,
+             {"model file; `excite` runs without one",
+              "required"});  // missing only where a straight line stands for it: config.h
+  v.choice("structure", c.law.structure, {"control structure: [theory](theory.md#7-the-control-law)"});
+  v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
+  v.required("ki_per_s", c.law.pi.ki_per_s, not_negative, {"integral gain"});
+  v.optional("deadband_um", c.law.deadband_um, not_negative, {"deadband of the error at the input of PI"});
+  v.optional("measurement_filter_Hz", c.law.measurement_filter_Hz, not_negative,
+             {"corner of a first-order low pass at the input of PI; 0: none"});
+  v.required("drive_min_" + unit, c.gate.drive_min, any, {"no command below this leaves the controller"});
+  v.required("drive_max_" + unit, c.gate.drive_max, any,
+             {"and none above this, which must reach the model's upper threshold"});
+  v.required("safe_drive_" + unit, c.gate.safe_drive, any,
+             {"drive of the safe command, which does not enable the amplifier"});
+  v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive, {"the drive changes no faster"});
+  v.optional_choice("start_up", c.start_up, {"how the memory of the actuator becomes known"});
+  v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive,
+             {"speed of the ramps at the start and at the end"});
+  v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative, {"rest at each threshold"});
+  v.optional(
+      "fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative,
+      {"speed of the ramp to `safe_drive` after a fault that [leaves the drive in hand](safety.md#stopping-without-a-blow); 0: off"});
   if (reports_state(axis.wire))
-    v.optional("enable_delay_ms", c.enable_delay, enable_delay_range);
+    v.optional(
+        "enable_delay_ms", c.enable_delay, enable_delay_range,
+        {"the least time from Enable until the drive moves; required where the amplifier does not report its state"});
   else
-    v.required("enable_delay_ms", c.enable_delay, enable_delay_range);
-  v.optional("verify_watchdog", c.verify_watchdog);
+    v.required("enable_delay_ms", c.enable_delay, enable_delay_range,
+               {"the least time from Enable until the drive moves"});
+  v.optional("verify_watchdog", c.verify_watchdog, any,
+             {"try the amplifier's watchdog before the first use"});
   visit_supervision(v, c);
-  v.optional("repeat", c.repeat);
+  v.optional("repeat", c.repeat, any, {"the reference starts again at its end"});
   v.limit_or_inf("reference_slew_um_per_s", c.reference_limits.slew_um_per_s,
-                 c.transition_limits.slew_um_per_s);
+                 c.transition_limits.slew_um_per_s, {"largest speed of the reference", "see below"});
   v.limit_or_inf("reference_acceleration_um_per_s2", c.reference_limits.acceleration_um_per_s2,
-                 c.transition_limits.acceleration_um_per_s2);
+                 c.transition_limits.acceleration_um_per_s2,
+                 {"largest acceleration of the reference", "see below"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_table("notch", c.law.notch, plain);
   v.optional_table("learning", c.learning, plain);
@@ -230,6 +288,46 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional_table("in_position", c.in_position, plain);
   v.optional_list("coupling", c.couplings, plain);
   v.list("setpoint", c.setpoint, plain);
+}
+
+template <class V>
+void visit_crc(V& v, can::MessageMap& map) {
+  v.required("crc", map.crc, any, {"name of its signal, which is a whole byte; only with a CRC"});
+  v.choice("polynomial", map.polynomial, {"of the CRC"});
+  v.choice("crc_covers", map.data_id.kind,
+           {"what precedes the payload: `identifier`, `data_id`, or nothing: `payload`"});
+  if (map.data_id.kind == can::DataId::Kind::number)
+    v.required("data_id", map.data_id.number, any, {"only with `crc_covers = \"data_id\"`"});
+}
+
+template <class V>
+void visit_integrity(V& v, can::MessageMap& map) {
+  v.choice("integrity", map.integrity, {"protection of the message"});
+  if (map.integrity == can::Integrity::none) return;
+  v.required("counter", map.counter, any, {"name of its signal; only with a counter"});
+  if (map.integrity == can::Integrity::counter_crc) visit_crc(v, map);
+}
+
+template <class Payload, class V>
+void visit_frame(V& v, can::MessageMap& map) {
+  v.required("message", map.message, any, {"name of the message in the DBC"});
+  const auto name = [&](const auto& field) {
+    const auto found = map.signals.find(field.role);
+    std::string signal = found == map.signals.end() ? std::string() : found->second;
+    if (must_be_carried(field.role))
+      v.required(field.role, signal, any, {"name of a signal"});
+    else
+      v.optional(field.role, signal, any, {"name of a signal", "not used"});
+    if (!signal.empty()) map.signals[field.role] = signal;
+  };
+  std::apply([&](const auto&... field) { (name(field), ...); }, Payload::fields());
+  if (map.carries("state")) {
+    v.whole_numbers("state_off", map.states.off, {"raw values of the state; the amplifier sends the first"});
+    v.whole_numbers("state_ready", map.states.ready, {"likewise"});
+    v.whole_numbers("state_enabled", map.states.enabled, {"likewise"});
+    v.whole_numbers("state_fault", map.states.fault, {"likewise"});
+  }
+  visit_integrity(v, map);
 }
 
 /// [axis.frames.command], [axis.frames.status], [axis.frames.sample]: a lab's own frames (frames.h).
@@ -244,23 +342,30 @@ void visit_frames(V& v, can::AxisFrames& frames) {
 /// started.
 template <class V>
 void visit(V& v, can::SdoWrite& write) {
-  v.required("index", write.object.index, {.lo = 1});
-  v.required("subindex", write.object.subindex);
-  v.required("value", write.content.value);
-  v.required("bytes", write.content.bytes, {.lo = 1, .hi = 4});
+  v.required("index", write.object.index, {.lo = 1}, {"index of the object, up to 0xFFFF"});
+  v.required("subindex", write.object.subindex, any, {"sub-index of the object, up to 255"});
+  v.required("value", write.content.value, any, {"value to write, which `bytes` have room for"});
+  v.required("bytes", write.content.bytes, {.lo = 1, .hi = 4}, {"size of the object"});
 }
 
 template <class V>
 void visit(V& v, AxisConfig& axis) {
-  v.required("name", axis.wire.name);
-  v.name("message_prefix", axis.wire.message_prefix);
-  v.required("drive_unit", axis.wire.drive_unit);
-  v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127});
-  v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127});
-  v.optional("live_setpoint", axis.live_setpoint);
-  v.optional("scan_marker", axis.scan_marker);
-  v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0});
-  v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100});
+  v.required("name", axis.wire.name, any, {"name of the axis in logs and CSV files, its own"});
+  v.optional("message_prefix", axis.wire.message_prefix, any,
+             {"of the standard messages, see below", "required without `[axis.frames]`"});
+  v.required("drive_unit", axis.wire.drive_unit, any, {"unit of the drive, as in the model file"});
+  v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127},
+             {"node id of the amplifier, its own"});
+  v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127}, {"node id of the sensor, its own"});
+  v.optional("live_setpoint", axis.live_setpoint, any,
+             {"the controller obeys `<Axis>Setpoint` frames: [below](#live_setpoint-positions-over-can)"});
+  v.optional(
+      "scan_marker", axis.scan_marker, any,
+      {"the controller sends `<Axis>ScanMarker` when a line of a `raster` begins: [below](#scan_marker-the-lines-of-a-scan-over-can)"});
+  v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0},
+             {"time in which a node must answer one request"});
+  v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100},
+             {"attempts for each object, in total"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_list("amplifier_setup", axis.wire.amplifier_setup, plain);
   v.optional_list("sensor_setup", axis.wire.sensor_setup, plain);
@@ -271,13 +376,16 @@ void visit(V& v, AxisConfig& axis) {
 
 template <class V>
 void visit(V& v, RecordConfig& r) {
-  v.name("dir", r.folder);
-  v.optional("at_start", r.at_start);
-  v.optional("bus_log", r.bus_log);
-  v.optional("hdf5", r.hdf5);
-  v.optional("part_MB", r.part_MB, {.lo = 1.0, .hi = 1e5});
-  v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6});
-  v.optional("limit_GB", r.limit_GB, {.lo = 0.01, .hi = 1e6});
+  v.optional("dir", r.folder, any, {"folder of the runs, relative to the working directory"});
+  v.optional("at_start", r.at_start, any,
+             {"record from the start on; otherwise from `ctl record on`, or from the page"});
+  v.optional("bus_log", r.bus_log, any, {"keep the traffic of the interface too, in candump format"});
+  v.optional("hdf5", r.hdf5, any, {"make an HDF5 file of each CSV when it is complete"});
+  v.optional("part_MB", r.part_MB, {.lo = 1.0, .hi = 1e5},
+             {"a CSV of this size ends, and the next part begins"});
+  v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6}, {"likewise at this age"});
+  v.optional("limit_GB", r.limit_GB, {.lo = 0.01, .hi = 1e6},
+             {"largest size of all runs in the folder; [what goes first](runs.md#when-the-folder-is-full)"});
 }
 
 template <class V>

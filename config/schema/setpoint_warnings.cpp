@@ -1,4 +1,4 @@
-#include "config/schema/setpoint_warnings.h"
+#include "config/schema/check.h"
 
 #include <fmt/format.h>
 

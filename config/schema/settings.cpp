@@ -8,7 +8,9 @@
 #include <map>
 #include <sstream>
 
+#include "config/document/toml_edit.h"
 #include "config/document/toml_text.h"
+#include "config/schema/schema.h"
 
 namespace hystcan::config {
 namespace {
@@ -49,6 +51,19 @@ std::map<std::string, std::string> by_path(const std::vector<Setting>& settings)
   return result;
 }
 
+/// As many axes and segments, of the same kinds, with their defaults and without tables that may be left out.
+Config defaults_of(const Config& config) {
+  Config defaults;
+  for (const AxisConfig& axis : config.axes) {
+    AxisConfig& usual = defaults.axes.emplace_back();
+    usual.wire.drive_unit = axis.wire.drive_unit;
+    for (const controller::Segment& segment : axis.control.setpoint)
+      usual.control.setpoint.push_back(
+          {.shape = controller::shape_of_kind(controller::to_string(segment.shape))});
+  }
+  return defaults;
+}
+
 /// Keys that a running axis cannot exchange.
 constexpr std::array foundations{std::string_view("model")};
 
@@ -58,6 +73,53 @@ std::vector<Setting> settings(const std::filesystem::path& file, const std::vect
   std::vector<Setting> result;
   collect(parse_toml(echo(file, overrides), file.string()), "", result);
   return result;
+}
+
+std::vector<Setting> settings(const Config& config) {
+  std::vector<Setting> result;
+  Writer writer(Writer::Layout::columns, [&](const Setting& key, bool /*is_required*/) {
+    if (!key.value.empty()) result.push_back(key);
+    return std::optional<std::string>();
+  });
+  Config visited = config;
+  visit(writer, visited);
+  return result;
+}
+
+std::string file_text(const Config& config, const std::map<std::string, std::string>& remarks) {
+  const std::map<std::string, std::string> defaults = by_path(settings(defaults_of(config)));
+  Writer writer(Writer::Layout::columns, [&](const Setting& key, bool is_required) {
+    const auto remark = remarks.find(key.path);
+    if (remark != remarks.end()) return std::optional(remark->second);
+    const auto usual = defaults.find(key.path);
+    const bool is_usual = key.value.empty() || (usual != defaults.end() && usual->second == key.value);
+    return is_required || !is_usual ? std::optional<std::string>("") : std::nullopt;
+  });
+  Config visited = config;
+  visit(writer, visited);
+  return writer.text();
+}
+
+std::string control_text(const AxisConfig& axis, const Remark& remark) {
+  Writer writer(Writer::Layout::columns, remark, "axis");
+  AxisConfig visited = axis;
+  writer.table("control", visited, [](Writer& sub, AxisConfig& value) { visit_control(sub, value); });
+  return writer.text();
+}
+
+void edit(TomlEdit& text, const Config& before, const Config& after) {
+  const std::vector<Setting> wanted = settings(after);
+  const auto has_keys = [&](const std::string& table) {
+    return std::ranges::any_of(wanted, [&](const Setting& key) { return key.path.starts_with(table + "."); });
+  };
+  for (const Change& change : changes(settings(before), wanted)) {
+    const std::string table = change.path.substr(0, change.path.rfind('.'));
+    const bool is_off = change.path.ends_with(".measurement_filter_Hz") && change.to == "0.0";
+    if (!change.to.empty() && !is_off)
+      text.set(change.path, change.to);
+    else
+      text.comment_out(change.to.empty() && !has_keys(table) ? table : change.path);
+  }
 }
 
 Effect effect_of(std::string_view path) {

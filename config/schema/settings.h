@@ -1,7 +1,9 @@
-// The configuration in force as a flat list with one setting per key, and the changes between two lists.
+// The configuration as a flat list with one setting per key, and the changes between two lists; the configuration as the
+// text of a file.
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +14,8 @@ namespace hystcan::config {
 
 /// All keys in force, including defaults, in the order of `check`'s output. Throws Error.
 std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
+/// The keys of a configuration in memory, with their values as a file has them.
+std::vector<Setting> settings(const Config& config);
 
 /// When a change takes effect.
 enum class Effect : std::uint8_t {
@@ -30,5 +34,17 @@ std::vector<Change> changes(const std::vector<Setting>& before, const std::vecto
 
 /// "axis[0].control.kp: 0.05 -> 0.08".
 std::string describe(const Change& change);
+
+/// The text of a file: the required keys, those that differ from their defaults, and those with a remark, which may be
+/// empty, at their path.
+std::string file_text(const Config& config, const std::map<std::string, std::string>& remarks);
+
+/// The keys of [axis.control] that have a remark; their paths begin with "axis.control".
+std::string control_text(const AxisConfig& axis, const Remark& remark);
+
+class TomlEdit;
+/// Makes the text, which is that of `before`, that of `after`. A key that keeps its value keeps its line. A key that is
+/// gone, a low pass that has become zero, and a table without keys are commented out.
+void edit(TomlEdit& text, const Config& before, const Config& after);
 
 }  // namespace hystcan::config

@@ -1,5 +1,5 @@
 // The keys of [twin] and [axis.twin]: one `visit` for each struct. config/schema/check.cpp and
-// config/schema/check_instruments.h check them against each other.
+// config/schema/check.h check them against each other.
 #pragma once
 
 #include <string>
@@ -8,17 +8,33 @@
 
 namespace hystcan::config {
 
+/// [[axis.control.coupling]], [[axis.twin.coupling]].
+template <class V>
+void visit(V& v, model::Coupling& c) {
+  v.required("from", c.from, any, {"the axis that moves this one"});
+  v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5},
+             {"position added here for each um of the other axis"});
+}
+
+/// In the place of the unit in a description of all keys.
+inline constexpr std::string_view any_drive_unit = "<U>";
+
 /// Keys of the amplifier's load; they depend on the drive unit, V or A.
 template <class V>
 void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifier) {
-  if (unit == "V") {
-    v.limit("current_limit_A", amplifier.current_limit_A);
-    v.optional("load_uF", amplifier.load_uF, not_negative);
-  } else if (unit == "A") {
-    v.limit("voltage_limit_V", amplifier.voltage_limit_V);
-    v.optional("load_mH", amplifier.load_mH, not_negative);
+  if (unit == "V" || unit == any_drive_unit) {
+    v.optional("current_limit_A", amplifier.current_limit_A, positive,
+               {"drive in V: limit of the current into `load_uF`", "unlimited"});
+    v.optional("load_uF", amplifier.load_uF, not_negative,
+               {"drive in V: the capacitance behind the amplifier; 0: none"});
   }
-  v.optional("load_ohm", amplifier.load_ohm, not_negative);
+  if (unit == "A" || unit == any_drive_unit) {
+    v.optional("voltage_limit_V", amplifier.voltage_limit_V, positive,
+               {"drive in A: limit of the voltage across `load_mH` and `load_ohm`", "unlimited"});
+    v.optional("load_mH", amplifier.load_mH, not_negative,
+               {"drive in A: the inductance of the coil; 0: none"});
+  }
+  v.optional("load_ohm", amplifier.load_ohm, not_negative, {"a resistance, see below"});
 }
 
 /// Keys of the amplifier other than range, slew and bandwidth.
@@ -26,55 +42,73 @@ template <class V>
 void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   twin::Amplifier::Config& amplifier = t.plant.amplifier;
   visit_load(v, unit, amplifier);
-  v.optional("drive_resolution_" + unit, amplifier.resolution, not_negative);
-  v.optional("drive_noise_" + unit + "_per_rtHz", t.drive_noise.density_per_rtHz, not_negative);
-  v.optional("ripple_" + unit, t.drive_noise.ripple, not_negative);
-  v.optional("ripple_Hz", t.drive_noise.ripple_Hz, not_negative);
-  v.optional_choice("watchdog_action", t.watchdog_action);
-  v.limit("watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s);
-  v.optional_choice("apply", t.apply);
-  v.optional("interpolate", t.interpolate);
-  v.optional("enable_delay_ms", t.enable_delay, {.lo = 0.0, .hi = 10'000.0});
-  v.optional("soft_start_ms", t.soft_start, {.lo = 0.0, .hi = 10'000.0});
+  v.optional("drive_resolution_" + unit, amplifier.resolution, not_negative,
+             {"least significant bit of the converter; 0: not quantised"});
+  v.optional("drive_noise_" + unit + "_per_rtHz", t.drive_noise.density_per_rtHz, not_negative,
+             {"density of the white noise of the output"});
+  v.optional("ripple_" + unit, t.drive_noise.ripple, not_negative, {"amplitude of a sine on the output"});
+  v.optional("ripple_Hz", t.drive_noise.ripple_Hz, not_negative,
+             {"frequency of that sine, up to half a cycle in `substep_us`"});
+  v.optional_choice("watchdog_action", t.watchdog_action, {"what the output does when commands stop"});
+  v.optional("watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s, positive,
+             {"speed of the ramp; `slew` and the load may be slower", "required with `ramp`"});
+  v.optional_choice("apply", t.apply, {"when a setpoint takes effect"});
+  v.optional("interpolate", t.interpolate, any,
+             {"the drive goes to a setpoint in a straight line within a cycle"});
+  v.optional("enable_delay_ms", t.enable_delay, {.lo = 0.0, .hi = 10'000.0},
+             {"time from Enable until a relay connects the output, which rests meanwhile"});
+  v.optional("soft_start_ms", t.soft_start, {.lo = 0.0, .hi = 10'000.0},
+             {"then the output goes evenly to the setpoint; only after that it is \"enabled\""});
 }
 
 /// [axis.twin.sensor]: keys of the sensor other than white noise and resolution.
 template <class V>
 void visit_sensor(V& v, twin::AxisConfig& t) {
   twin::Sensor::Config& sensor = t.sensor;
-  v.optional("bandwidth_Hz", sensor.bandwidth_Hz, not_negative);
-  v.optional("noise_density_um_per_rtHz", sensor.noise_density_um_per_rtHz, not_negative);
-  v.optional("delay_us", sensor.delay, {.lo = 0.0, .hi = 100'000.0});
-  v.optional("drift_um_per_h", sensor.drift_um_per_h);
-  v.optional("gain_error_percent", sensor.gain_error_percent, {.lo = -300.0, .hi = 300.0});  // -200: reversed
-  v.optional("offset_um", sensor.offset_um);
-  v.optional("nonlinearity_percent", sensor.nonlinearity_percent, {.lo = -10.0, .hi = 10.0});
-  v.bound("range_min_um", sensor.range_min_um);
-  v.bound("range_max_um", sensor.range_max_um);
-  v.optional_choice("sampling", t.sample_clock.sampling);
-  v.optional("sample_rate_Hz", t.sample_clock.rate_Hz, {.lo = 0.0, .hi = 10'000.0});
-  v.optional("skew_ppm", t.sample_clock.skew_ppm, {.lo = -10'000.0, .hi = 10'000.0});
+  v.optional("bandwidth_Hz", sensor.bandwidth_Hz, not_negative,
+             {"first-order low pass of the position; 0: unlimited"});
+  v.optional("noise_density_um_per_rtHz", sensor.noise_density_um_per_rtHz, not_negative,
+             {"white noise before that low pass, one-sided"});
+  v.optional("delay_us", sensor.delay, {.lo = 0.0, .hi = 100'000.0},
+             {"age of the position that the sensor reads"});
+  v.optional("drift_um_per_h", sensor.drift_um_per_h, any, {"linear drift since the start of the twin"});
+  v.optional("gain_error_percent", sensor.gain_error_percent, {.lo = -300.0, .hi = 300.0},
+             {"error in percent of the position; -200: a reversed sensor"});  // -200: reversed
+  v.optional("offset_um", sensor.offset_um, any, {"constant error"});
+  v.optional("nonlinearity_percent", sensor.nonlinearity_percent, {.lo = -10.0, .hi = 10.0},
+             {"nonlinear error in percent of the range"});
+  v.optional("range_min_um", sensor.range_min_um, any, {"least position that the sensor reads", "unbounded"});
+  v.optional("range_max_um", sensor.range_max_um, any, {"largest one", "unbounded"});
+  v.optional_choice("sampling", t.sample_clock.sampling, {"samples at the SYNC, or by a clock of its own"});
+  v.optional("sample_rate_Hz", t.sample_clock.rate_Hz, {.lo = 0.0, .hi = 10'000.0},
+             {"rate of that clock; 0: `rate_Hz`"});
+  v.optional("skew_ppm", t.sample_clock.skew_ppm, {.lo = -10'000.0, .hi = 10'000.0},
+             {"by how much that clock is fast"});
 }
 
 /// [axis.twin.second_mode], [axis.twin.creep], [axis.twin.temperature], [[axis.twin.coupling]].
 template <class V>
 void visit(V& v, twin::SecondMode& second) {
-  v.required("resonance_Hz", second.mode.natural_frequency_Hz, positive);
-  v.required("damping_ratio", second.mode.damping_ratio, not_negative);
-  v.required("share", second.share, {.lo = 0.0, .hi = 1.0});
+  v.required("resonance_Hz", second.mode.natural_frequency_Hz, positive, {"a second mechanical mode"});
+  v.required("damping_ratio", second.mode.damping_ratio, not_negative, {"damping ratio of this mode"});
+  v.required("share", second.share, {.lo = 0.0, .hi = 1.0},
+             {"share of this mode in the position; the first mode has the rest"});
 }
 template <class V>
 void visit(V& v, twin::LogarithmicCreep& creep) {
-  v.required("per_decade", creep.per_decade, {.lo = -0.1, .hi = 0.1});
-  v.required("from_s", creep.from_s, positive);
-  v.required("to_s", creep.to_s, positive);
+  v.required("per_decade", creep.per_decade, {.lo = -0.1, .hi = 0.1},
+             {"creep in each decade of time after a step, as a share of the step"});
+  v.required("from_s", creep.from_s, positive,
+             {"begin of the interval in which the creep is logarithmic in time"});
+  v.required("to_s", creep.to_s, positive, {"end of that interval"});
 }
 template <class V>
 void visit(V& v, twin::Temperature& temperature) {
-  v.required("swing_K", temperature.swing_K, not_negative);
-  v.required("period_s", temperature.period_s, positive);
-  v.required("expansion_um_per_K", temperature.expansion_um_per_K);
-  v.required("gain_per_K", temperature.gain_per_K);
+  v.required("swing_K", temperature.swing_K, not_negative, {"amplitude of the ambient temperature"});
+  v.required("period_s", temperature.period_s, positive, {"period of the ambient temperature"});
+  v.required("expansion_um_per_K", temperature.expansion_um_per_K, any, {"moves the position"});
+  v.required("gain_per_K", temperature.gain_per_K, any,
+             {"relative change of the travel from the start, less than 1 / `swing_K`"});
 }
 
 /// [axis.twin]: the physical axis.
@@ -82,20 +116,25 @@ template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
-  v.name("model", axis.twin_model);  // as in [axis.control]
-  v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz,
-             positive);  // and bandwidth_Hz: else of the model file
-  v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative);
-  v.required("drive_min_" + unit, t.plant.amplifier.drive_min);
-  v.required("drive_max_" + unit, t.plant.amplifier.drive_max);
-  v.required("safe_drive_" + unit, t.plant.amplifier.safe_drive);
-  v.required("slew_" + unit + "_per_s", t.plant.amplifier.slew_per_s, positive);
-  v.optional("bandwidth_Hz", t.plant.amplifier.bandwidth_Hz, positive);
-  v.required("command_timeout_ms", t.command_timeout, positive);
-  v.optional("status_every", t.status_every, {.lo = 1, .hi = 1000});
-  v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative);
-  v.required("resolution_um", t.sensor.resolution_um, not_negative);
-  v.optional("substep_us", t.plant.substep, {.lo = 1.0, .hi = 1000.0});
+  v.optional("model", axis.twin_model, any,
+             {"the twin's own model file, of any kind", "required"});  // as in [axis.control]
+  v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive,
+             {"mechanical mode", "of the model"});  // and bandwidth_Hz: else of the model file
+  v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative,
+             {"damping ratio of the mode", "of the model"});
+  v.required("drive_min_" + unit, t.plant.amplifier.drive_min, any, {"least output of the amplifier"});
+  v.required("drive_max_" + unit, t.plant.amplifier.drive_max, any,
+             {"largest one, which must reach the model's upper threshold"});
+  v.required("safe_drive_" + unit, t.plant.amplifier.safe_drive, any,
+             {"output of the amplifier when it is not enabled"});
+  v.required("slew_" + unit + "_per_s", t.plant.amplifier.slew_per_s, positive, {"slew limit"});
+  v.optional("bandwidth_Hz", t.plant.amplifier.bandwidth_Hz, positive, {"first-order lag", "of the model"});
+  v.required("command_timeout_ms", t.command_timeout, positive, {"timeout of the watchdog"});
+  v.optional("status_every", t.status_every, {.lo = 1, .hi = 1000}, {"period of `AmpStatus` in SYNCs"});
+  v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative, {"standard deviation of one sample"});
+  v.required("resolution_um", t.sensor.resolution_um, not_negative,
+             {"least significant bit; 0: not quantised"});
+  v.optional("substep_us", t.plant.substep, {.lo = 1.0, .hi = 1000.0}, {"integration step"});
   visit_amplifier(v, unit, t);
   v.section("sensor", t, [](V& sub, twin::AxisConfig& value) { visit_sensor(sub, value); });
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
@@ -108,31 +147,38 @@ void visit_twin(V& v, AxisConfig& axis) {
 /// [[twin.fault]]. The keys depend on the kind.
 template <class V>
 void visit(V& v, twin::FaultSpec& f) {
-  v.choice("kind", f.kind);
+  v.choice("kind", f.kind,
+           {"`no_reply`, `late`, `wrong_crc`, `node_reboot`, `load_step`, ...: [all kinds](twin.md)"});
   v.alternative([&] { f = twin::fault_spec(f.kind, f.axis); });
   const twin::FaultTraits& its = twin::traits(f.kind);
-  v.required("axis", f.axis);
-  if (its.site != twin::FaultSite::plant) v.optional_choice("node", f.node);
-  v.required("at_s", f.begins, not_negative);
-  v.required("duration_s", f.lasts, positive);
-  if (!its.unit.empty()) v.optional("value", f.value, {.lo = its.lowest, .hi = its.highest});
-  v.optional("repeat_every_s", f.repeat_every, not_negative);
+  v.required("axis", f.axis, any, {"name of an axis"});
+  if (its.site != twin::FaultSite::plant)
+    v.optional_choice("node", f.node,
+                      {"the node at fault; not for kinds that affect the stage", "depends on the kind"});
+  v.required("at_s", f.begins, not_negative, {"begin, since the start of the twin"});
+  v.required("duration_s", f.lasts, positive, {"duration of the fault"});
+  if (!its.unit.empty())
+    v.optional("value", f.value, {.lo = its.lowest, .hi = its.highest},
+               {"only for kinds that take a number", "of the kind"});
+  v.optional("repeat_every_s", f.repeat_every, not_negative,
+             {"time from one begin to the next, more than `duration_s`; 0: the fault comes once"});
 }
 
 /// [twin.random_faults].
 template <class V>
 void visit(V& v, twin::RandomFaults& r) {
-  v.optional("seed", r.seed);
-  v.required("rate_per_hour", r.rate_per_hour, {.lo = 0.0, .hi = 36'000.0, .lo_excluded = true});
-  v.optional("duration_min_s", r.shortest, positive);
-  v.optional("duration_max_s", r.longest, positive);
-  v.choices("kinds", r.kinds);
+  v.optional("seed", r.seed, any, {"the same seed gives the same faults"});
+  v.required("rate_per_hour", r.rate_per_hour, {.lo = 0.0, .hi = 36'000.0, .lo_excluded = true},
+             {"rate of all faults together"});
+  v.optional("duration_min_s", r.shortest, positive, {"least duration; durations are distributed evenly"});
+  v.optional("duration_max_s", r.longest, positive, {"largest one"});
+  v.choices("kinds", r.kinds, {"names of kinds, for example `[\"late\", \"load_step\"]`", "all"});
 }
 
 template <class V>
 void visit(V& v, twin::CommonConfig& t) {
-  v.optional("seed", t.seed);
-  v.required("heartbeat_ms", t.heartbeat_period, positive);
+  v.optional("seed", t.seed, any, {"seed of all noise, of the sensors and of the amplifiers"});
+  v.required("heartbeat_ms", t.heartbeat_period, positive, {"heartbeat period of the nodes"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_list("fault", t.faults, plain);
   v.optional_table("random_faults", t.random_faults, plain);

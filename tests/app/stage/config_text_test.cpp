@@ -1,15 +1,12 @@
-#include "app/stage/config_text.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 
 #include "app/live/rehearsal_setup.h"
-#include "app/stage/first_models.h"
+#include "app/setup/first_stage.h"
 #include "config/files/model_file.h"
-#include "config/schema/check_loop.h"
+#include "config/schema/check.h"
 #include "config/schema/config.h"
-#include "config/schema/setpoint_warnings.h"
 #include "tests/support/scratch.h"
 
 namespace hystcan::app::config_text_test {
@@ -30,10 +27,10 @@ class FirstConfiguration : public testing::TestWithParam<Stage> {
     StageFacts facts;
     facts.interface = "vcan0";
     facts.rate_Hz = stage.rate_Hz;
-    facts.dbc = "hystcan.dbc";
+    facts.dbc_file = "hystcan.dbc";
     AxisFacts& axis = facts.axes.emplace_back();
     axis.name = "x";
-    axis.message_prefix = "X";
+    axis.roles.message_prefix = "X";
     axis.drive_unit = "V";
     axis.drive_min = stage.drive_min;
     axis.drive_max = stage.drive_max;

@@ -1,4 +1,4 @@
-#include "app/stage/first_models.h"
+#include "app/setup/first_stage.h"
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/stage/stage_facts.h"
 #include "base/error.h"
 
 namespace hystcan::app::frame_roles_test {
@@ -16,13 +17,19 @@ can::Database lab(const std::string& messages) {
 }
 
 /// An axis of 0 to 100 V and 30 um.
-std::vector<AxisRange> one(const char* name) { return {{name, {0.0, 100.0}, {0.0, 30.0}}}; }
+std::vector<AxisFacts> one(const char* name) {
+  AxisFacts axis;
+  axis.name = name;
+  axis.drive_unit = "V";
+  axis.drive_max = 100.0;
+  axis.travel_um = {0.0, 30.0};
+  return {axis};
+}
 
 using Signals = std::map<std::string, std::string, std::less<>>;
 
 TEST(FrameRoles, OfTheLabsAmplifierAreThoseOfItsConfiguration) {
-  const AxisRoles roles =
-      propose_roles(shipped("lab_amplifier.dbc"), one("x"), "V", "lab_amplifier.dbc").at(0);
+  const AxisRoles roles = propose_roles(shipped("lab_amplifier.dbc"), one("x"), "lab_amplifier.dbc").at(0);
   ASSERT_TRUE(roles.frames && roles.frames->status);
   const can::AxisFrames& frames = *roles.frames;
   EXPECT_EQ(frames.command.message, "AmpSet");
@@ -42,7 +49,7 @@ TEST(FrameRoles, OfTheLabsAmplifierAreThoseOfItsConfiguration) {
 
 TEST(FrameRoles, OfTheStandardFramesAreTheirPrefixAndNodes) {
   const std::vector<AxisRoles> roles =
-      propose_roles(shipped("hystcan.dbc"), {one("y")[0], one("x")[0]}, "V", "hystcan.dbc");
+      propose_roles(shipped("hystcan.dbc"), {one("y")[0], one("x")[0]}, "hystcan.dbc");
   EXPECT_EQ(roles.at(0).message_prefix, "Y");
   EXPECT_EQ(roles.at(0).amplifier_node, 3);
   EXPECT_EQ(roles.at(0).sensor_node, 4);
@@ -55,7 +62,7 @@ TEST(FrameRoles, AreFoundWhateverTheOrderOfTheMessages) {
                         "BO_ 11 PiezoReadback: 4 Amp\n SG_ Voltage : 0|16@1- (0.01,0) [0|0] \"V\" Host\n\n"
                         "BO_ 12 GapSensor: 4 Sens\n SG_ Displacement : 0|32@1- (1,0) [0|0] \"nm\" Host\n\n"
                         "BO_ 13 PiezoDemand: 4 Host\n SG_ Voltage : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n"),
-                    one("x"), "V", "lab.dbc")
+                    one("x"), "lab.dbc")
           .at(0);
   EXPECT_EQ(roles.frames->command.message, "PiezoDemand");
   EXPECT_EQ(roles.frames->status->message, "PiezoReadback");
@@ -69,8 +76,7 @@ TEST(FrameRoles, OfSeveralAxesFollowTheirNames) {
            ": 4 Sens\n SG_ Pos" + name + " : 0|32@1- (1,0) [0|0] \"nm\" Host\n\n";
   };
   const std::string messages = axis(10, "Y") + axis(20, "X");
-  const std::vector<AxisRoles> roles =
-      propose_roles(lab(messages), {one("x")[0], one("y")[0]}, "V", "lab.dbc");
+  const std::vector<AxisRoles> roles = propose_roles(lab(messages), {one("x")[0], one("y")[0]}, "lab.dbc");
   EXPECT_EQ(roles.at(0).frames->command.message, "CmdX");
   EXPECT_EQ(roles.at(0).frames->sample.message, "PosX");
   EXPECT_EQ(roles.at(1).frames->command.message, "CmdY");
@@ -83,14 +89,14 @@ TEST(FrameRoles, AreThoseWhoseRangeHoldsTheStage) {
           lab("BO_ 10 SetMonitorVoltage: 2 Host\n SG_ SetVolt : 0|16@1+ (0.001,0) [0|10] \"V\" Amp\n\n"
               "BO_ 11 HighVoltage: 2 Host\n SG_ Demand : 0|16@1+ (0.01,0) [0|150] \"V\" Amp\n\n"
               "BO_ 12 Sens: 4 Sens\n SG_ Pos : 0|32@1- (1,0) [0|0] \"nm\" Host\n"),
-          one("x"), "V", "lab.dbc")
+          one("x"), "lab.dbc")
           .at(0);
   EXPECT_EQ(roles.frames->command.message, "HighVoltage");
 }
 
 TEST(FrameRoles, ThatAreNotThereAreNamedWithWhatIs) {
   try {
-    propose_roles(lab("BO_ 10 Drive: 2 Host\n SG_ Volt : 0|16@1+ (1,0) [0|0] \"mV\" Amp\n"), one("x"), "V",
+    propose_roles(lab("BO_ 10 Drive: 2 Host\n SG_ Volt : 0|16@1+ (1,0) [0|0] \"mV\" Amp\n"), one("x"),
                   "lab.dbc");
     FAIL() << "there is no position";
   } catch (const Error& error) {
@@ -101,13 +107,12 @@ TEST(FrameRoles, ThatAreNotThereAreNamedWithWhatIs) {
 }
 
 TEST(FrameRoles, OfTheStandardFramesInAnotherUnitAreRefused) {
-  EXPECT_THROW(propose_roles(shipped("galfenol.dbc"), one("x"), "V", "galfenol.dbc"), Error);
+  EXPECT_THROW(propose_roles(shipped("galfenol.dbc"), one("x"), "galfenol.dbc"), Error);
 }
 
 TEST(FrameRoles, OfMoreAxesThanTheStandardFramesHaveAreRefused) {
-  EXPECT_THROW(
-      propose_roles(shipped("hystcan.dbc"), {one("x")[0], one("y")[0], one("z")[0]}, "V", "hystcan.dbc"),
-      Error);
+  EXPECT_THROW(propose_roles(shipped("hystcan.dbc"), {one("x")[0], one("y")[0], one("z")[0]}, "hystcan.dbc"),
+               Error);
 }
 
 TEST(FrameRoles, OfAStateWithoutNamedValuesAreNotGuessed) {
@@ -116,7 +121,7 @@ TEST(FrameRoles, OfAStateWithoutNamedValuesAreNotGuessed) {
           lab("BO_ 10 Set: 4 Host\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n\n"
               "BO_ 11 Get: 4 Amp\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Host\n SG_ State : 16|8@1+ (1,0) "
               "[0|0] \"\" Host\n\nBO_ 12 Sens: 4 Sens\n SG_ Pos : 0|32@1- (1,0) [0|0] \"nm\" Host\n"),
-          one("x"), "V", "lab.dbc")
+          one("x"), "lab.dbc")
           .at(0);
   EXPECT_FALSE(roles.frames->status->carries("state"));
   EXPECT_NE(table_of(roles, "x").find("not found: status.state (the DBC does not name the values of State)"),
@@ -129,7 +134,7 @@ TEST(FrameRoles, OfAStateWithoutNamedValuesAreNotGuessed) {
 AxisRoles with_command(const std::string& signals) {
   return propose_roles(lab("BO_ 10 Set: 8 Host\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n" + signals +
                            "\nBO_ 12 Sens: 4 Sens\n SG_ Pos : 0|32@1- (1,0) [0|0] \"nm\" Host\n"),
-                       one("x"), "V", "lab.dbc")
+                       one("x"), "lab.dbc")
       .at(0);
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "config/document/toml_edit.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::config::settings_test {
@@ -140,6 +141,45 @@ TEST(Overrides, WithAnUnknownKeyOrOutOfRangeAreRefusedAsInTheFile) {
                   .starts_with("axis[0].control.in_position: tolerance_um is -1"));
   EXPECT_NE(refusal_of({{"axis[0].control.kp", "nan"}}).find("expected a"), std::string::npos);
   EXPECT_NE(refusal_of({{"axis[0].control.drive_max_V", "50.0"}}), "taken") << "checks between keys hold too";
+}
+
+TEST(FileText, ReadsBackAsTheSameConfiguration) {
+  for (const char* name :
+       {"piezo", "galfenol", "galfenol_unimorph", "soft_stage", "p733", "lab_amplifier", "raster"}) {
+    const auto file = std::filesystem::path(HYSTCAN_SOURCE_DIR "/config") / (std::string(name) + ".toml");
+    const Config config = load(file);
+    const Config again = load_text(file, file_text(config, {{"controller.rate_Hz", "a comment"}}));
+    for (const Change& change : changes(settings(config), settings(again)))
+      ADD_FAILURE() << name << ": " << describe(change);
+  }
+}
+
+/// The text of the shipped file after `change` to the configuration.
+template <class Change>
+std::string edited(const Change& change) {
+  const Config before = load(shipped);
+  Config after = before;
+  change(after.axes[0].control);
+  TomlEdit text = TomlEdit::of_file(shipped);
+  edit(text, before, after);
+  return text.text();
+}
+
+TEST(Edit, WithoutAChangeKeepsTheText) {
+  EXPECT_EQ(edited([](const auto&) {}), TomlEdit::of_file(shipped).text());
+}
+
+TEST(Edit, ReplacesTheValueThatChanged) {
+  const std::string text = edited([](controller::AxisConfig& axis) { axis.law.pi.ki_per_s = 120.0; });
+  const auto changed = load_text(shipped, text);
+  EXPECT_EQ(changed.axes[0].control.law.pi.ki_per_s, 120.0);
+  EXPECT_EQ(changes(settings(load(shipped)), settings(changed)).size(), 1u);
+}
+
+TEST(Edit, CommentsOutATableThatIsGone) {
+  const std::string text = edited([](controller::AxisConfig& axis) { axis.in_position.reset(); });
+  EXPECT_NE(text.find("\n# [axis.control.in_position]"), std::string::npos) << text;
+  EXPECT_FALSE(load_text(shipped, text).axes[0].control.in_position);
 }
 
 }  // namespace

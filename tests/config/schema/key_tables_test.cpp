@@ -1,0 +1,282 @@
+// The key tables of docs/configuration.md are those of the program. They stand between
+//
+//   <!-- keys: [axis.control] from kp to ki_per_s -->      or without `from ... to ...`: the whole table
+//   <!-- end -->
+//
+// HYSTCAN_WRITE_KEY_TABLES=1 in the environment makes the test write them.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "config/schema/config.h"
+#include "config/schema/schema.h"
+
+namespace hystcan::config::key_tables_test {
+namespace {
+
+struct Row {
+  std::string key, range, otherwise, meaning;
+};
+using Tables = std::map<std::string, std::vector<Row>>;  ///< by header: "[bus]", "[[axis]]"
+
+/// The unit that the name of a key ends with.
+std::string unit_of(std::string_view key) {
+  constexpr std::pair<std::string_view, std::string_view> units[] = {{"um_per_s2", "um/s^2"},
+                                                                     {"um_per_s", "um/s"},
+                                                                     {"<U>_per_s", "U/s"},
+                                                                     {"<U>_per_rtHz", "U/sqrt(Hz)"},
+                                                                     {"um_per_rtHz", "um/sqrt(Hz)"},
+                                                                     {"um_per_um", "um/um"},
+                                                                     {"um_per_h", "um/h"},
+                                                                     {"um_per_K", "um/K"},
+                                                                     {"bit_per_s", "bit/s"},
+                                                                     {"per_hour", "1/h"},
+                                                                     {"per_s", "1/s"},
+                                                                     {"per_K", "1/K"},
+                                                                     {"<U>", "U"},
+                                                                     {"um_rms", "um"},
+                                                                     {"um", "um"},
+                                                                     {"percent", "%"},
+                                                                     {"ppm", "ppm"},
+                                                                     {"deg", "deg"},
+                                                                     {"Hz", "Hz"},
+                                                                     {"MB", "MB"},
+                                                                     {"GB", "GB"},
+                                                                     {"uF", "uF"},
+                                                                     {"mH", "mH"},
+                                                                     {"ohm", "ohm"},
+                                                                     {"K", "K"},
+                                                                     {"A", "A"},
+                                                                     {"V", "V"},
+                                                                     {"us", "us"},
+                                                                     {"ms", "ms"},
+                                                                     {"s", "s"}};
+  if (key == "kp") return "um/um";
+  for (const auto& [suffix, unit] : units)
+    if (key == suffix || key.ends_with(fmt::format("_{}", suffix))) return std::string(unit);
+  return {};
+}
+
+std::string in_words(std::span<const std::string_view> words) {
+  constexpr std::size_t most = 10;
+  return words.size() > most ? std::string() : fmt::format("`{}`", fmt::join(words, "`, `"));
+}
+
+template <class T>
+std::string range_text(Range range) {
+  if constexpr (std::is_same_v<T, bool>) {
+    return "`true`, `false`";
+  } else if constexpr (std::is_convertible_v<T, std::filesystem::path>) {
+    return {};
+  } else if constexpr (std::is_integral_v<T>) {
+    range.lo = std::max(range.lo, 0.0);
+    if constexpr (sizeof(T) < sizeof(std::uint64_t))
+      range.hi = std::min(range.hi, static_cast<double>(std::numeric_limits<T>::max()));
+  }
+  const bool has_lo = std::isfinite(range.lo), has_hi = std::isfinite(range.hi);
+  if (has_lo && has_hi && !range.lo_excluded) return fmt::format("{}..{}", range.lo, range.hi);
+  std::string text;
+  if (has_lo) text = fmt::format("{} {}", range.lo_excluded ? ">" : ">=", range.lo);
+  if (has_hi) text += fmt::format("{}<= {}", has_lo ? ", " : "", range.hi);
+  return text;
+}
+
+template <class T>
+std::string default_text(std::string_view key, const T& value) {
+  if constexpr (std::is_same_v<T, bool>)
+    return value ? "`true`" : "`false`";
+  else if constexpr (std::is_same_v<T, can::Duration>)
+    return fmt::format("{}", static_cast<double>(value.count()) / nanoseconds_per_unit(key));
+  else if constexpr (std::is_arithmetic_v<T>)
+    return fmt::format("{}", value);
+  else if constexpr (IsVector<T>::value)
+    return value.empty() ? "none" : fmt::format("`[{}]`", fmt::join(value, ", "));
+  else
+    return value.empty() ? "none" : fmt::format("`\"{}\"`", std::filesystem::path(value).string());
+}
+
+/// Sets what makes further keys appear.
+template <class T>
+void open_further_keys(std::string_view key, T& value) {
+  if constexpr (std::is_same_v<T, bool>) value = value && key != "both_directions";
+  if constexpr (std::is_same_v<T, can::DataId::Kind>) value = can::DataId::Kind::number;
+  if constexpr (std::is_same_v<T, twin::Fault>) value = twin::Fault::late;
+  if constexpr (std::is_same_v<T, std::string>)
+    if (value.empty()) value = "named";
+}
+
+/// Notes all keys, with their defaults as they stand in the structs.
+class Describer {
+ public:
+  Describer(Tables& tables, std::string name, bool is_list)
+      : tables_(tables), name_(std::move(name)), header_(is_list ? "[[" + name_ + "]]" : "[" + name_ + "]") {}
+
+  template <class T>
+  void required(std::string_view key, T& value, Range range = any, const About& about = {}) {
+    add(key, range_text<T>(range), "required", about);
+    open_further_keys(key, value);
+  }
+  template <class T>
+  void optional(std::string_view key, T& value, Range range = any, const About& about = {}) {
+    add(key, range_text<T>(range), default_text(key, value), about);
+    open_further_keys(key, value);
+  }
+  void choice(std::string_view key, std::string&, std::span<const std::string_view> choices,
+              const About& about = {}) {
+    add(key, in_words(choices), "required", about);
+  }
+  template <HasWords Enum>
+  void choice(std::string_view key, Enum& value, const About& about = {}) {
+    add(key, in_words(words(value)), "required", about);
+    open_further_keys(key, value);
+  }
+  template <HasWords Enum>
+  void optional_choice(std::string_view key, Enum& value, const About& about = {}) {
+    add(key, in_words(words(value)), fmt::format("`\"{}\"`", word_of(value)), about);
+  }
+  template <HasWords Enum>
+  void choices(std::string_view key, std::vector<Enum>&, const About& about = {}) {
+    add(key, {}, "none", about);
+  }
+  void numbers(std::string_view key, std::vector<double>& values, const About& about = {}) {
+    optional(key, values, any, about);
+  }
+  void whole_numbers(std::string_view key, std::vector<std::int64_t>& values, const About& about = {}) {
+    add(key, {}, default_text(key, values), about);
+  }
+  void limit_or_inf(std::string_view key, double&, double, const About& about = {}) {
+    add(key, "> 0, or `inf`", "none", about);
+  }
+  template <class T, class Visit>
+  void table(std::string_view key, T& value, Visit visit) {
+    Describer sub(tables_, join(key), false);
+    visit(sub, value);
+  }
+  template <class T, class Visit>
+  void section(std::string_view key, T& value, Visit visit) {
+    table(key, value, visit);
+  }
+  template <class T, class Visit>
+  void optional_table(std::string_view key, std::optional<T>&, Visit visit) {
+    T value{};
+    table(key, value, visit);
+  }
+  template <class T, class Visit>
+  void list(std::string_view key, std::vector<T>&, Visit visit) {
+    Describer sub(tables_, join(key), true);
+    if constexpr (std::is_same_v<T, controller::Segment>) {
+      for (const std::string_view kind : controller::shape_kinds) {
+        Tables of_kind;
+        T segment{.shape = controller::shape_of_kind(kind)};
+        Describer described(of_kind, join(key), true);
+        visit(described, segment);
+        std::vector<Row>& rows = of_kind.at(sub.header_);
+        const auto own = rows.begin() + 2;  // behind the kind and the transition
+        tables_[sub.header_].assign(rows.begin(), own);
+        tables_[fmt::format("{} kind = \"{}\"", sub.header_, kind)].assign(own, rows.end());
+      }
+    } else {
+      T value{};
+      if constexpr (std::is_same_v<T, AxisConfig>) value.wire.drive_unit = any_drive_unit;
+      visit(sub, value);
+    }
+  }
+  template <class T, class Visit>
+  void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
+    list(key, values, visit);
+  }
+  template <class Make>
+  void alternative(Make) {}
+
+ private:
+  void add(std::string_view key, const std::string& range, const std::string& otherwise, const About& about) {
+    EXPECT_FALSE(about.meaning.empty()) << header_ << ' ' << key;
+    const bool is_of_the_kind = about.otherwise == "of the kind";
+    tables_[header_].push_back({std::string(key), is_of_the_kind ? std::string(about.otherwise) : range,
+                                about.otherwise.empty() ? otherwise : std::string(about.otherwise),
+                                std::string(about.meaning)});
+  }
+  std::string join(std::string_view key) const {
+    return name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
+  }
+
+  Tables& tables_;
+  std::string name_, header_;
+};
+
+Tables all_tables() {
+  Tables tables;
+  Describer describer(tables, {}, false);
+  Config config;
+  visit(describer, config);
+  return tables;
+}
+
+/// "[axis.control] from kp to ki_per_s", of a line of the document.
+struct Block {
+  explicit Block(const std::string& line)
+      : header(line.substr(begin.size(), line.rfind(end) - begin.size())) {
+    const auto from = header.find(" from "), to = header.find(" to ");
+    if (from == std::string::npos || to == std::string::npos) return;
+    first = header.substr(from + 6, to - from - 6);
+    last = header.substr(to + 4);
+    header.resize(from);
+  }
+  static constexpr std::string_view begin = "<!-- keys: ", end = " -->";
+  std::string header, first, last;
+};
+
+/// Takes the rows of the block out of the tables.
+std::string text_of(const Block& block, Tables& tables) {
+  std::string text = "| key | unit | range | default | meaning |\n|---|---|---|---|---|\n";
+  std::vector<Row>& rows = tables[block.header];
+  const auto at = [&](const std::string& key, auto otherwise) {
+    return key.empty() ? otherwise : std::ranges::find(rows, key, &Row::key);
+  };
+  const auto begin = at(block.first, rows.begin());
+  auto end = at(block.last, rows.end());
+  EXPECT_NE(begin, rows.end()) << block.header << " has no key, or none is left, from " << block.first;
+  if (!block.last.empty() && end != rows.end()) ++end;
+  for (auto row = begin; row != end; ++row)
+    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", row->key, unit_of(row->key), row->range,
+                        row->otherwise, row->meaning);
+  rows.erase(begin, end);
+  return text;
+}
+
+/// The document with the tables of the program.
+std::string with_tables(const std::string& document, Tables& tables) {
+  std::istringstream lines(document);
+  std::string text, line;
+  bool within = false;
+  while (std::getline(lines, line)) {
+    if (within && line != "<!-- end -->") continue;
+    within = line.starts_with(Block::begin);
+    text += line + '\n';
+    if (within) text += text_of(Block(line), tables);
+  }
+  return text;
+}
+
+TEST(KeyTables, OfTheDocumentAreThoseOfTheProgram) {
+  const std::filesystem::path file = HYSTCAN_SOURCE_DIR "/docs/configuration.md";
+  std::ifstream in(file);
+  const std::string document{std::istreambuf_iterator<char>(in), {}};
+  Tables tables = all_tables();
+  tables.erase("[[axis.sensor_setup]]");  // as [[axis.amplifier_setup]]
+  const std::string expected = with_tables(document, tables);
+  if (std::getenv("HYSTCAN_WRITE_KEY_TABLES") != nullptr) std::ofstream(file) << expected;
+  EXPECT_EQ(document, expected) << "HYSTCAN_WRITE_KEY_TABLES=1 writes them";
+  for (const auto& [header, rows] : tables)
+    for (const Row& row : rows)
+      ADD_FAILURE() << "the document has no table with " << row.key << " of " << header;
+}
+
+}  // namespace
+}  // namespace hystcan::config::key_tables_test
