@@ -1,4 +1,4 @@
-#include "app/setup/axis_completion.h"
+#include "app/stage/axis_completion.h"
 
 #include <fmt/format.h>
 
@@ -13,9 +13,9 @@
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
-#include "app/report/config_edit.h"
-#include "app/setup/first_stage.h"
+#include "app/stage/config_edit.h"
 #include "app/stage/dynamics_text.h"
+#include "app/stage/first_stage.h"
 #include "app/stage/identification_findings.h"
 #include "app/stage/identification_report.h"
 #include "app/stage/identification_result.h"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "app/setup/stage_records.h"
+#include "app/stage/stage_records.h"
 #include "app/stage/tuning_report.h"
 #include "config/schema/config.h"
 #include "identification/identify.h"

@@ -6,8 +6,8 @@
 #include <map>
 #include <numbers>
 
-#include "app/setup/first_stage.h"
 #include "app/stage/dynamics_text.h"
+#include "app/stage/first_stage.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
 #include "config/schema/settings.h"

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/setup/first_stage.h"
+#include "app/stage/first_stage.h"
 #include "model/simplified.h"
 #include "model/validity.h"
 

@@ -9,11 +9,11 @@
 #include <variant>
 
 #include "app/live/stop_signal.h"
-#include "app/report/config_edit.h"
-#include "app/setup/axis_completion.h"
-#include "app/setup/first_stage.h"
+#include "app/stage/axis_completion.h"
 #include "app/stage/cautious_excitation.h"
+#include "app/stage/config_edit.h"
 #include "app/stage/dynamics_text.h"
+#include "app/stage/first_stage.h"
 #include "app/stage/new_folder.h"
 #include "app/stage/shipped.h"
 #include "base/error.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "app/setup/stage_records.h"
 #include "app/stage/questions.h"
 #include "app/stage/stage_facts.h"
+#include "app/stage/stage_records.h"
 
 namespace hystcan::app {
 

@@ -1,4 +1,4 @@
-#include "app/setup/stage_records.h"
+#include "app/stage/stage_records.h"
 
 #include <fmt/format.h>
 

@@ -15,7 +15,7 @@
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
-#include "app/report/config_edit.h"
+#include "app/stage/config_edit.h"
 #include "app/stage/safe_amplitude.h"
 #include "base/error.h"
 #include "base/standard_streams.h"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/live/report.h"
-#include "app/report/config_edit.h"
+#include "app/stage/config_edit.h"
 #include "app/stage/dynamics_text.h"
 #include "base/text.h"
 
