@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/simplified.h"
+#include "model/hysteresis_parameters.h"
 #include "model/validity.h"
 
 namespace hystcan::app {

@@ -13,8 +13,8 @@
 
 #include "identification/baselines/comparison.h"
 #include "identification/dataset.h"
+#include "identification/determination.h"
 #include "identification/identify.h"
-#include "identification/landscape.h"
 
 namespace hystcan::app {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "identification/determination.h"
 #include "identification/identify.h"
-#include "identification/landscape.h"
 
 namespace hystcan::app {
 
