@@ -10,7 +10,7 @@
 
 #include "base/text.h"
 #include "identification/curve_basis.h"
-#include "identification/excerpt.h"
+#include "identification/regression.h"
 
 namespace hystcan::identification {
 namespace {
@@ -56,8 +56,8 @@ double valley_of(const Dataset& dataset, const std::vector<Swing>& swings) {
   return lowest;
 }
 
-// -1 before the valley, 1 beyond it. In a swing without a valley the output rises with the input beyond it. A swing that
-// hardly changes the output stays where the last one was.
+// -1 before the valley, 1 beyond it. In a swing without a valley the output rises with the input beyond it. A
+// swing that hardly changes the output stays where the last one was.
 std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& swings) {
   std::vector<double> sides(dataset.size(), 1.0);
   const double nothing = 0.2 * valley_depth * span_of(dataset.output);
@@ -73,8 +73,8 @@ std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& s
   return sides;
 }
 
-// Weights of 1 on average, so that errors have the size of m. Returns what an error of 1 then is in x, if it was
-// `slope` at a weight of 1 before.
+// Weights of 1 on average, so that errors have the size of m. Returns what an error of 1 then is in x, if it
+// was `slope` at a weight of 1 before.
 double scale_weights(std::vector<Dataset>& datasets, double slope) {
   double largest = 0.0, square = 0.0, samples = 0.0;
   for (const Dataset& dataset : datasets)
@@ -211,7 +211,7 @@ class Butterfly {
     levels_ = levels_of(found.parameters, found, linear_.datasets);
     for (std::size_t i = 0; i < given_.size(); ++i) offsets_[i] += linear_.unit * found.offsets[i];
     const model::Interval inner{found.parameters.ascending.value(found.parameters.input_range().lo),
-                                found.parameters.upper_point().output};
+                                found.parameters.upper_point().level};
     std::optional<FittedMap> best;
     for (int order = 2; order <= 8; ++order)
       if (std::optional<FittedMap> next = fitted(inner, order);
@@ -260,7 +260,7 @@ class Butterfly {
       *curve = curve->with(coefficients);
     }
     p.output_map.emplace(fitted.map.coefficients(),
-                         model::Interval{p.ascending.value(p.input_range().lo), p.upper_point().output});
+                         model::Interval{p.ascending.value(p.input_range().lo), p.upper_point().level});
     found.offsets = offsets_;
     for (double& drift : found.drifts) drift *= linear_.unit;
     measure(found);
@@ -270,14 +270,9 @@ class Butterfly {
 
   void measure(Identified& found) const {
     judge(found, given_);
-    model::Interval outputs{std::numeric_limits<double>::infinity(),
-                            -std::numeric_limits<double>::infinity()};
-    for (std::size_t i = 0; i < given_.size(); ++i) {
+    measure_span(found, given_);
+    for (std::size_t i = 0; i < given_.size(); ++i)
       found.datasets[i] = characterise(given_[i], found.observed);
-      const auto [low, high] = std::ranges::minmax(given_[i].output);
-      outputs = {std::min(outputs.lo, low - offsets_[i]), std::max(outputs.hi, high - offsets_[i])};
-    }
-    found.output_span = outputs.span();
   }
 
   void in_units_of_output(Identified& found) const {

@@ -1,11 +1,12 @@
-// Identification of a butterfly x = g(m), m = H[v] (model/output_map.h): Gauss-Newton steps. With m and g from before,
+// Identification of a butterfly x = g(m), m = H[v] (model/output_map.h): Gauss-Newton steps. With m and g
+// from before,
 //
 //   z = m + (x - g(m)) / g'(m),  weight |g'(m)|
 //
-// is a dataset of m: the best curves, k, delay and memory for it are found as for any dataset. Then g is fitted to
-// x and the new m, and so on. Each step also corrects g to first order, by regressors T_3 to T_6 of m (T_1 and T_2 would
-// only shift and stretch m). The first m is read off the dataset: its size is that of sqrt(x - x_valley), its sign
-// changes where x passes a valley between two turning points of the input.
+// is a dataset of m: the best curves, k, delay and memory for it are found as for any dataset. Then g is
+// fitted to x and the new m, and so on. Each step also corrects g to first order, by regressors T_3 to T_6 of
+// m (T_1 and T_2 would only shift and stretch m). The first m is read off the dataset: its size is that of
+// sqrt(x - x_valley), its sign changes where x passes a valley between two turning points of the input.
 #pragma once
 
 #include <vector>

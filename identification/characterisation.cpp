@@ -6,25 +6,13 @@
 #include <numeric>
 
 #include "base/text.h"
-#include "identification/branch_rows.h"
-#include "identification/excerpt.h"
-#include "identification/numerics/orthogonal_decomposition.h"
+#include "identification/numerics/decompositions.h"
 #include "identification/path.h"
 #include "identification/prediction.h"
+#include "identification/regression.h"
 
 namespace hystcan::identification {
 namespace {
-
-model::Interval range_of(const std::vector<double>& values) {
-  const auto [low, high] = std::ranges::minmax_element(values);
-  return {*low, *high};
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 // White noise of standard deviation s has second differences of standard deviation s sqrt(6). The median of
 // |x| of a normal x is 0.6745 times its standard deviation.

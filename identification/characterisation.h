@@ -41,8 +41,8 @@ Trends trends(const Dataset& dataset, const std::vector<double>& predicted);
 /// Even if the output hardly changes with the sign of the input: x(v) = x(-v).
 model::Symmetry symmetry_of(const Dataset& dataset);
 
-/// Throws std::invalid_argument, with the row, if a value is beyond the limits of dataset.h, and if a column moves by less
-/// than they say.
+/// Throws std::invalid_argument, with the row, if a value is beyond the limits of dataset.h, and if a column
+/// moves by less than they say.
 void check_limits(const Dataset& dataset);
 
 /// Thrown where a sensor is reversed, or mirrored.

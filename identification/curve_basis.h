@@ -30,7 +30,8 @@ struct Pace {
   }
 };
 
-/// A polynomial of some order, or a cubic spline with these knots (input units); how distances along a branch count.
+/// A polynomial of some order, or a cubic spline with these knots (input units); how distances along a branch
+/// count.
 struct CurveShape {
   int order = 1;
   std::vector<double> knots;                         ///< empty: a polynomial
@@ -38,8 +39,8 @@ struct CurveShape {
 
   static CurveShape polynomial(int order) { return {order, {}}; }
   static CurveShape spline(std::vector<double> knots) { return {3, std::move(knots)}; }
-  /// The spline with an input map: `share` of it follows `course`, which never falls, the rest is h(v) = v. It maps both
-  /// ends of `observed` to themselves.
+  /// The spline with an input map: `share` of it follows `course`, which never falls, the rest is h(v) = v.
+  /// It maps both ends of `observed` to themselves.
   CurveShape mapped(const std::function<double(double)>& course, model::Interval observed,
                     double share) const;
 
@@ -78,8 +79,8 @@ class CurveBasis {
   Eigen::VectorXd line() const;
   Eigen::VectorXd open() const;
 
-  /// A small quadratic form in theta: coefficients that the samples do not determine become zero (polynomials)
-  /// or straight (splines). In samples.
+  /// A small quadratic form in theta: coefficients that the samples do not determine become zero
+  /// (polynomials) or straight (splines). In samples.
   Eigen::MatrixXd regularisation() const;
 
   /// The model with the two curves of theta.

@@ -1,4 +1,8 @@
-// A measured dataset: the applied input and the measured output.
+// A measured dataset: the applied input and the measured output; its turning points and half cycles.
+//
+// The caller of an identification owns the datasets. The identification refers to them (Excerpt in
+// regression.h), and copies one only to change it: to fold its inputs, or to leave dynamics, a map or unseen
+// samples out.
 #pragma once
 
 #include <cstddef>
@@ -6,10 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "model/reference_curve.h"
+
 namespace hystcan::identification {
 
-/// Limits of inputs and outputs in their units, and of times in s: beyond them, squares and powers of a fit overflow or
-/// vanish. A column that moves, moves by `least_span` at least.
+/// Limits of inputs and outputs in their units, and of times in s: beyond them, squares and powers of a fit
+/// overflow or vanish. A column that moves, moves by `least_span` at least.
 inline constexpr double largest_value = 1e12;
 inline constexpr double least_span = 1e-12;
 
@@ -31,5 +37,48 @@ struct Dataset {
 inline double drift_course(std::span<const double> time_s, std::size_t i) {
   return (time_s[i] - time_s.front()) / (time_s.back() - time_s.front()) - 0.5;
 }
+
+/// Ends of a column.
+model::Interval range_of(const std::vector<double>& values);
+inline double span_of(const std::vector<double>& values) { return range_of(values).span(); }
+double median(std::vector<double> values);
+
+/// The samples at which the input reverses after a swing of more than `least_swing`.
+std::vector<std::size_t> turning_points(const Dataset& dataset, double least_swing);
+
+/// The smallest swing that counts as a turning point in a search, where the inputs of all datasets have this
+/// span: smaller ones are noise, and the kept samples are enough for them.
+double least_swing(const Dataset& dataset, double span);
+
+/// The samples from one turning point to the next, both included.
+struct HalfCycle {
+  std::size_t begin = 0, end = 0;  ///< samples
+  double from = 0.0, to = 0.0;     ///< input
+};
+
+/// All samples, divided at the turning points.
+std::vector<HalfCycle> half_cycles(const Dataset& dataset, double least_swing);
+
+/// The dataset with |v| in the place of v.
+Dataset folded(const Dataset& dataset);
+
+/// Selects the samples that are held out together: whole cycles, so that a model predicts unseen cycles, or
+/// whole records, so that it predicts another session.
+///
+/// Fold 0 is never held out. It contains the first cycles that reach the ends of the input range, because a
+/// model is not valid beyond them. The other cycles are assigned in turn to folds 1 to count - 1.
+struct Folds {
+  std::vector<std::vector<int>> of;  ///< the fold of each sample, per dataset
+  int count = 1;                     ///< 1: too few cycles to hold any out
+  std::size_t cycles = 0;
+};
+
+/// `observed`: input range of all datasets. A cycle goes from one lower turning point to the next; swings
+/// below a fiftieth of the range do not count as cycles.
+Folds assign_folds(const std::vector<Dataset>& datasets, model::Interval observed);
+
+/// Several datasets: those cycles of dataset i whose inputs lie within those of the others are fold i + 1,
+/// the rest is fold 0.
+Folds records_as_folds(const std::vector<Dataset>& datasets, model::Interval observed);
 
 }  // namespace hystcan::identification

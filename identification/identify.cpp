@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <iterator>
 #include <limits>
 #include <numeric>
 
 #include "base/text.h"
 #include "identification/butterfly.h"
-#include "identification/excerpt.h"
-#include "identification/knot_places.h"
+#include "identification/determination.h"
+#include "identification/regression.h"
+#include "identification/shape_choice.h"
 
 namespace hystcan::identification {
 namespace {
@@ -18,6 +20,7 @@ constexpr double unexplained = 0.5;       // of the output's standard deviation:
 constexpr double worth_a_map = 0.9;       // of the held-out error without it
 constexpr int most_pieces = 22;           // of a spline
 constexpr std::size_t finer_samples = 5;  // times those of the search, for its last steps
+constexpr double worth_creep = 0.97;      // of the score without it
 constexpr double shows_creep_s = 0.005;   // between samples: half of the shortest lag
 
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
@@ -67,15 +70,15 @@ model::Interval thresholds_observed(const std::vector<Dataset>& datasets, model:
   return range;
 }
 
-// The problem with all samples in one fold, without unseen samples.
-Problem unfolded(const Problem& excerpt, const std::vector<Dataset>& datasets, const Folds& folds) {
+// The problem with all samples in one fold, without unseen samples. It keeps views of `folds`, which are
+// changed.
+Problem unfolded(const Problem& excerpt, const std::vector<Dataset>& datasets, Folds& folds) {
   Problem problem = excerpt;
   problem.folds = 1;
   problem.excerpts.clear();
   for (std::size_t r = 0; r < datasets.size(); ++r) {
-    std::vector<int> fold = folds.of[r];
-    for (int& part : fold) part = std::min(part, 0);
-    problem.excerpts.emplace_back(datasets[r], std::move(fold), datasets[r].size(), 0.0);
+    for (int& part : folds.of[r]) part = std::min(part, 0);
+    problem.excerpts.emplace_back(datasets[r], folds.of[r], datasets[r].size(), 0.0);
   }
   return problem;
 }
@@ -91,8 +94,8 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   return fitted;
 }
 
-// A zero of its own can be told from the curves only where others have the same inputs: each dataset must be tied to
-// the first, directly or through others.
+// A zero of its own can be distinguished from the curves only where others have the same inputs: each dataset must be
+// tied to the first, directly or through others.
 void check_common_inputs(const std::vector<Dataset>& datasets) {
   std::vector<model::Interval> ranges;
   ranges.reserve(datasets.size());
@@ -115,44 +118,40 @@ void check_common_inputs(const std::vector<Dataset>& datasets) {
 
 class Identification {
  public:
-  Identification(const std::vector<Dataset>& datasets, const IdentifyOptions& options) : options_(options) {
+  Identification(const std::vector<Dataset>& given, const IdentifyOptions& options)
+      : options_(options), given_(given) {
     if (!options_.go_on) options_.go_on = [] { return true; };
-    if (datasets.empty()) refuse("no dataset, expected at least one");
-    std::ranges::for_each(datasets, check_limits);
-    if (!options.unseen.empty() && options.unseen.size() != datasets.size())
-      refuse("unseen flags of ", options.unseen.size(), " datasets, expected ", datasets.size());
-    for (std::size_t r = 0; r < datasets.size(); ++r)
-      seen_.push_back(options.unseen.empty() ? datasets[r] : without(datasets[r], options.unseen[r]));
+    if (given.empty()) refuse("no dataset, expected at least one");
+    std::ranges::for_each(given, check_limits);
+    if (!options.unseen.empty() && options.unseen.size() != given.size())
+      refuse("unseen flags of ", options.unseen.size(), " datasets, expected ", given.size());
+    for (std::size_t r = 0; r < options.unseen.size(); ++r)
+      without_unseen_.push_back(without(given[r], options.unseen[r]));
     if (options_.delay_s && !(*options_.delay_s >= 0.0))
       refuse("delay ", *options_.delay_s, " s, expected 0 or more");
-    symmetry_ = options.output == ShapeOfOutput::automatic ? symmetry_of(seen_.front())
+    symmetry_ = options.output == ShapeOfOutput::automatic ? symmetry_of(seen().front())
                 : options.output == ShapeOfOutput::even    ? model::Symmetry::even
                                                            : model::Symmetry::none;
-    for (const Dataset& dataset : seen_) check_identifiable(dataset, symmetry_);
-    for (const Dataset& dataset : datasets)
-      datasets_.push_back(symmetry_ == model::Symmetry::even ? folded(dataset) : dataset);
-    if (!options_.common_zero) check_common_inputs(datasets_);
-    for (const Dataset& dataset : datasets_) check_delay(dataset);
+    for (const Dataset& dataset : seen()) check_identifiable(dataset, symmetry_);
+    if (symmetry_ == model::Symmetry::even)
+      std::ranges::transform(given, std::back_inserter(folded_), folded);
+    if (!options_.common_zero) check_common_inputs(datasets());
+    for (const Dataset& dataset : given) check_delay(dataset);
   }
 
   Identified run() {
     set_up();
-    SearchOptions options = search_options();
-    const Problem finer = excerpts_of(finer_samples * options_.search_samples);
-    options.finer = &finer;
-    CreepChoice chosen = choose_creep(problem_, first_inputs(), options);
-    result_.search = std::move(chosen.found);
-    result_.other = std::move(chosen.other);
-    if (result_.search.rms > unexplained * deviation(seen_))
+    choose_creep(excerpts_of(finer_samples * options_.search_samples));
+    if (result_.search.rms > unexplained * deviation(seen()))
       refuse("the best model misses the output by ",
-             std::round(100.0 * result_.search.rms / deviation(seen_)),
+             std::round(100.0 * result_.search.rms / deviation(seen())),
              " % of its standard deviation: the output does not follow the input");
     fit_all();
-    result_.pace_ascending = pace_range(&Trial::k_span_ascending);
-    result_.pace_descending = pace_range(&Trial::k_span_descending);
-    if (options.sample_time_s > 0.0 && !options.delay_s && options_.go_on())
-      result_.delay_range = delay_range(problem_, result_.search, datasets_, options_.go_on);
-    if (result_.creep && !options.creep_per_decade && options_.go_on())
+    result_.pace_ascending = pace_range(problem_, result_.search, &Trial::k_span_ascending, options_.go_on);
+    result_.pace_descending = pace_range(problem_, result_.search, &Trial::k_span_descending, options_.go_on);
+    if (problem_.sample_time_s > 0.0 && !options_.delay_s && options_.go_on())
+      result_.delay_range = delay_range(problem_, result_.search, datasets(), options_.go_on);
+    if (result_.creep && !options_.creep_per_decade && options_.go_on())
       result_.creep_range = creep_range(problem_, result_.search, options_.go_on);
     if (problem_.whole_excerpts && options_.go_on())
       result_.left_out = SeparableFit(problem_, result_.search.shape, SeparableFit::Scan::coarse)
@@ -162,6 +161,9 @@ class Identification {
   }
 
  private:
+  const std::vector<Dataset>& seen() const { return options_.unseen.empty() ? given_ : without_unseen_; }
+  const std::vector<Dataset>& datasets() const { return folded_.empty() ? given_ : folded_; }
+
   void check_delay(const Dataset& dataset) const {
     const double lasts_s = dataset.time_s.back() - dataset.time_s.front();
     if (options_.delay_s && !(*options_.delay_s < lasts_s))
@@ -170,28 +172,29 @@ class Identification {
 
   void set_up() {
     problem_.symmetry = symmetry_;
-    problem_.observed = thresholds_observed(datasets_, symmetry_);
-    problem_.output_span = span_over(seen_, &Dataset::output).span();
-    result_.folds = folds_that_count(assign_folds(datasets_, problem_.observed));
-    problem_.whole_excerpts = datasets_.size() - options_.never_held_out > 1;
-    held_out_ = problem_.whole_excerpts ? folds_that_count(records_as_folds(datasets_, problem_.observed))
+    problem_.observed = thresholds_observed(datasets(), symmetry_);
+    problem_.output_span = span_over(seen(), &Dataset::output).span();
+    result_.folds = folds_that_count(assign_folds(datasets(), problem_.observed));
+    problem_.whole_excerpts = datasets().size() - options_.never_held_out > 1;
+    held_out_ = problem_.whole_excerpts ? folds_that_count(records_as_folds(datasets(), problem_.observed))
                                         : result_.folds;
     problem_.folds = held_out_.count;
-    problem_.regressors = static_cast<Eigen::Index>(datasets_.front().regressors.size());
-    for (std::size_t i = 0; i < datasets_.size(); ++i) {
-      result_.datasets.push_back(characterise(datasets_[i], problem_.observed));
+    problem_.regressors = static_cast<Eigen::Index>(datasets().front().regressors.size());
+    for (std::size_t i = 0; i < datasets().size(); ++i) {
+      result_.datasets.push_back(characterise(datasets()[i], problem_.observed));
       problem_.nuisances.push_back({i > 0 && !options_.common_zero, options_.drift});
     }
     problem_ = excerpts_of(options_.search_samples);
+    limit_search();
     result_.observed = problem_.observed;
     result_.output_span = problem_.output_span;
   }
 
   Folds folds_that_count(Folds folds) const {
-    for (std::size_t r = datasets_.size() - options_.never_held_out; r < datasets_.size(); ++r)
+    for (std::size_t r = datasets().size() - options_.never_held_out; r < datasets().size(); ++r)
       std::ranges::fill(folds.of[r], 0);
     for (std::size_t r = 0; r < options_.unseen.size(); ++r)
-      for (std::size_t i = 0; i < datasets_[r].size(); ++i)
+      for (std::size_t i = 0; i < datasets()[r].size(); ++i)
         if (options_.unseen[r][i]) folds.of[r][i] = Regression::left_out;
     return folds;
   }
@@ -199,9 +202,9 @@ class Identification {
   Problem excerpts_of(std::size_t search_samples) const {
     Problem problem = problem_;
     problem.excerpts.clear();
-    const std::size_t samples = samples_of(datasets_);
-    for (std::size_t i = 0; i < datasets_.size(); ++i) {
-      const Dataset& dataset = datasets_[i];
+    const std::size_t samples = samples_of(datasets());
+    for (std::size_t i = 0; i < datasets().size(); ++i) {
+      const Dataset& dataset = datasets()[i];
       const std::size_t share = std::max<std::size_t>(50, search_samples * dataset.size() / samples);
       problem.excerpts.emplace_back(dataset, held_out_.of[i], share,
                                     least_swing(dataset, problem.observed.span()));
@@ -209,53 +212,51 @@ class Identification {
     return problem;
   }
 
-  std::vector<double> first_inputs() const {
-    std::vector<double> first;
-    for (const Dataset& dataset : datasets_) first.push_back(dataset.input.front());
-    return first;
-  }
-
-  SearchOptions search_options() const {
-    const auto samples = static_cast<int>(std::min<std::size_t>(samples_of(datasets_), 10000));
-    SearchOptions search;
-    search.highest_order = std::clamp((samples / 3 - 3) / 2, 1, highest_order);
+  void limit_search() {
+    const auto samples = static_cast<int>(std::min<std::size_t>(samples_of(datasets()), 10000));
+    problem_.highest_order = std::clamp((samples / 3 - 3) / 2, 1, highest_order);
     if (const auto& shape = options_.shape; shape && !shape->is_spline()) {
       if (shape->order < 1) refuse("order ", shape->order, ", expected at least 1");
-      if (shape->order > search.highest_order)
+      if (shape->order > problem_.highest_order)
         refuse("order ", shape->order, " from ", samples, " samples, expected at most ",
-               search.highest_order);
+               problem_.highest_order);
     }
-    search.curves = options_.curves;
-    search.shape = options_.shape;
-    search.delay_s = options_.delay_s;
-    search.creep_per_decade = options_.creep_per_decade;
     if (std::ranges::all_of(result_.datasets,
                             [](const Characterisation& is) { return is.sample_time_s > shows_creep_s; }))
-      search.creep_per_decade = search.creep_per_decade.value_or(0.0);
-    if (options_.longest_delay_s) search.longest_delay_s = *options_.longest_delay_s;
-    search.knots = [places = KnotPlaces(datasets_, problem_.observed)](int pieces) {
-      return places.knots(pieces);
-    };
-    search.most_pieces = std::min(most_pieces, (samples / 3 - 3) / 2 - 2);
-    search.own_gains = datasets_.size() > 1 && !options_.common_gain;
-    search.observed_thresholds = options_.observed_thresholds;
-    search.go_on = options_.go_on;
+      options_.creep_per_decade = options_.creep_per_decade.value_or(0.0);
+    problem_.knots = knot_places(datasets(), problem_.observed);
+    problem_.most_pieces = std::min(most_pieces, (samples / 3 - 3) / 2 - 2);
     // A delay can be distinguished from the width of a loop only if a half cycle has enough samples.
     for (const Characterisation& is : result_.datasets)
       if (static_cast<double>(is.samples) > 100.0 * static_cast<double>(is.cycles))
-        search.sample_time_s =
-            search.sample_time_s > 0.0 ? std::min(search.sample_time_s, is.sample_time_s) : is.sample_time_s;
-    return search;
+        problem_.sample_time_s = problem_.sample_time_s > 0.0
+                                     ? std::min(problem_.sample_time_s, is.sample_time_s)
+                                     : is.sample_time_s;
+  }
+
+  // What a search takes in next depends on whether it has taken in creep: at one rate, a delay, a wider loop
+  // and another past make up for it. So both ways are gone to their end, and what is held out decides.
+  void choose_creep(const Problem& finer) {
+    const auto score_of = [](const SearchResult& of) { return score(of.rms, of.held_out, of.shape); };
+    SearchResult& found = result_.search;
+    found = search(problem_, finer, options_);
+    if (options_.creep_per_decade || found.trial.creep_per_decade == 0.0 || !options_.go_on()) return;
+    IdentifyOptions none = options_;
+    none.creep_per_decade = 0.0;
+    result_.other = search(problem_, finer, none);
+    if (options_.go_on() && score_of(found) > worth_creep * score_of(*result_.other))
+      std::swap(found, *result_.other);
   }
 
   void fit_all() {
-    const Problem all = options_.go_on() ? unfolded(problem_, datasets_, result_.folds) : problem_;
+    Folds one_fold = result_.folds;
+    const Problem all = options_.go_on() ? unfolded(problem_, datasets(), one_fold) : problem_;
     SeparableFit fit(all, result_.search.shape, SeparableFit::Scan::fine);
     Trial& trial = result_.search.trial;
     const Fitted fitted = fit_to_all(fit, trial);
     result_.parameters = fitted.parameters;
-    result_.parameters.input_unit = datasets_.front().input_unit;
-    result_.parameters.output_unit = datasets_.front().output_unit;
+    result_.parameters.input_unit = datasets().front().input_unit;
+    result_.parameters.output_unit = datasets().front().output_unit;
     if (!fitted.valid)
       refuse("no model with an inverse fits: some branch decreases for every k; is this a hysteresis loop?");
     result_.delay_s = trial.delay_s;
@@ -263,43 +264,19 @@ class Identification {
     result_.memories = trial.memories;
     result_.offsets = fitted.offsets;
     result_.drifts = fitted.drifts;
-    for (std::size_t i = 0; i < datasets_.size(); ++i) result_.gains.push_back(trial.gain(i));
-    std::vector<Dataset> on_one_zero = seen_;
-    for (std::size_t i = 0; i < on_one_zero.size(); ++i)
-      for (double& output : on_one_zero[i].output) output = (output - result_.offsets[i]) / result_.gains[i];
-    result_.output_span = span_over(on_one_zero, &Dataset::output).span();
+    for (std::size_t i = 0; i < datasets().size(); ++i) result_.gains.push_back(trial.gain(i));
+    measure_span(result_, given_, options_.unseen);
     result_.held_out_rms = result_.search.held_out;
-    judge(result_, datasets_);
+    judge(result_, datasets());
     if (!std::isfinite(result_.overall.rms))
       refuse("the model that fits best has no finite error; expected a dataset that a model can describe");
   }
 
-  // Searches outwards from the best k, in steps that grow by half each time.
-  PaceRange pace_range(double Trial::*k) const {
-    SeparableFit fit(problem_, result_.search.shape, SeparableFit::Scan::coarse);
-    Trial trial = result_.search.trial;
-    const double best = trial.*k, largest_rms = 1.05 * fit.fit(trial).rms;
-    const auto is_as_good = [&](double value) {
-      trial.*k = value;
-      const Fitted fitted = fit.fit(trial);
-      return fitted.valid && fitted.rms <= largest_rms;
-    };
-    const double scale = std::max(std::abs(best), 0.03);
-    const auto farthest = [&](double way) {
-      double last = best, step = 0.05 * scale;
-      for (int i = 0; i < 19 && options_.go_on() && is_as_good(best + way * step); ++i, step *= 1.5)
-        last = best + way * step;
-      return last;
-    };
-    const double lo = farthest(-1.0), hi = farthest(1.0);
-    const double span = result_.parameters.input_range().span();
-    return {lo / span, hi / span, lo * hi > 0.0 && std::max(lo / hi, hi / lo) < 10.0};
-  }
-
   IdentifyOptions options_;
   model::Symmetry symmetry_ = model::Symmetry::none;
-  std::vector<Dataset> seen_;      // without unseen samples
-  std::vector<Dataset> datasets_;  // folded
+  const std::vector<Dataset>& given_;
+  std::vector<Dataset> without_unseen_;  // if there are unseen samples
+  std::vector<Dataset> folded_;          // if the symmetry is even
   Problem problem_;
   Folds held_out_;  // in the search
   Identified result_;
@@ -336,6 +313,19 @@ std::vector<double> predict(const Identified& identified, const std::vector<Data
   for (std::size_t j = 0; j < predicted.size(); ++j)
     predicted[j] = identified.gains[i] * predicted[j] + identified.zero_at(i, dataset.time_s, j);
   return predicted;
+}
+
+void measure_span(Identified& identified, const std::vector<Dataset>& datasets,
+                  const std::vector<std::vector<bool>>& unseen) {
+  double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    for (std::size_t j = 0; j < datasets[i].size(); ++j) {
+      if (!unseen.empty() && unseen[i][j]) continue;
+      const double output = (datasets[i].output[j] - identified.offsets[i]) / identified.gains[i];
+      lo = std::min(lo, output);
+      hi = std::max(hi, output);
+    }
+  identified.output_span = hi - lo;
 }
 
 void judge(Identified& identified, const std::vector<Dataset>& datasets) {

@@ -10,47 +10,13 @@
 #include <vector>
 
 #include "identification/characterisation.h"
-#include "identification/creep_choice.h"
-#include "identification/delay_range.h"
-#include "identification/hold_out.h"
+#include "identification/dataset.h"
+#include "identification/determination.h"
 #include "identification/prediction.h"
 #include "identification/search.h"
 #include "model/dynamics.h"
 
 namespace hystcan::identification {
-
-/// Of the model: a symmetry, or a butterfly with an output map. automatic: determined from the dataset, the butterfly by
-/// hold-out where the output passes a valley inside a swing of the input.
-enum class ShapeOfOutput { automatic, none, even, butterfly };
-constexpr auto words(ShapeOfOutput) {
-  return std::to_array<std::string_view>({"auto", "none", "even", "butterfly"});
-}
-
-struct IdentifyOptions {
-  CurveChoice curves = CurveChoice::automatic;
-  std::optional<CurveShape> shape;  ///< of the reference curves; none: chosen by hold-out
-  ShapeOfOutput output = ShapeOfOutput::automatic;
-  bool observed_thresholds = false;  ///< thresholds at the ends of the observed input range
-  bool common_zero = false;          ///< several datasets: no offsets between them
-  bool common_gain = false;          ///< several datasets: no gains between them
-  bool drift = false;                ///< each dataset has a linear drift of its own
-  std::optional<double> delay_s;     ///< known; none: searched
-  std::optional<double> longest_delay_s;
-  std::optional<double> creep_per_decade;  ///< known, 0: none; none: searched
-  std::size_t search_samples = 3000;       ///< samples that the search uses; the last fit uses all
-  std::function<bool()> go_on;             ///< returns false: stop with the best so far; none: never stop
-  /// A flag for each sample, per dataset. The fit does not use the output of an unseen sample, but it applies
-  /// its input. Empty: no sample is unseen.
-  std::vector<std::vector<bool>> unseen;
-  std::size_t never_held_out = 0;  ///< the last ones of the datasets
-};
-
-/// The range of one k in which the RMS is within 5 % of the best. 1 / input unit.
-struct PaceRange {
-  double lo = 0.0;
-  double hi = 0.0;
-  bool is_fixed = true;  ///< false: wider than a factor of ten, or k = 0 is also good
-};
 
 struct Identified {
   model::HysteresisParameters parameters;
@@ -70,11 +36,10 @@ struct Identified {
   std::optional<double> held_out_rms;
   double output_span = 0.0;  ///< over all datasets, in the first one's zero and gain, without unseen samples
   model::Interval observed;
-  PaceRange pace_ascending, pace_descending;
-  std::optional<ValueRange> creep_range;  ///< per decade; none: it was given, or there is none
-  std::optional<SearchResult>
-      other;                      ///< with creep if the result has none, without if it has (creep_choice.h)
-  std::vector<LeftOut> left_out;  ///< each dataset, predicted by the others; empty: only one
+  model::Interval pace_ascending, pace_descending;  ///< determination.h
+  std::optional<model::Interval> creep_range;       ///< per decade; none: it was given, or there is none
+  std::optional<SearchResult> other;                ///< with creep if the result has none, without if it has
+  std::vector<LeftOut> left_out;          ///< each dataset, predicted by the others; empty: only one
   std::optional<DelayRange> delay_range;  ///< none: the delay was given, or no delay can be determined
   bool stopped = false;                   ///< go_on stopped the search; this is the best so far
 
@@ -91,8 +56,12 @@ using IdentifyDatasets = std::function<Identified(const std::vector<Dataset>&, c
 
 /// Sets `misses` and `overall` from the predictions.
 void judge(Identified& identified, const std::vector<Dataset>& datasets);
+/// Sets `output_span`. `unseen`: as in IdentifyOptions.
+void measure_span(Identified& identified, const std::vector<Dataset>& datasets,
+                  const std::vector<std::vector<bool>>& unseen = {});
 
-/// The model's prediction of a dataset that it was identified from, with its dynamics, offset, gain and drift.
+/// The model's prediction of a dataset that it was identified from, with its dynamics, offset, gain and
+/// drift.
 std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
                             std::size_t i);
 

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
 #include "base/text.h"
-#include "identification/creep_rows.h"
+#include "identification/quasi_static.h"
 #include "model/hysteresis.h"
 
 namespace hystcan::identification {
@@ -19,8 +18,8 @@ constexpr double least_rows = 400.0;              // of the old model
 constexpr double worth_no_delay = 0.97;           // of the error with the old delay
 constexpr double rows_of_datasets_to_one = 60.0;  // at least: the search thins all alike
 
-/// Inputs at which the old model turns: the major loop from the upper threshold, which wipes its memory out, then the
-/// reversal curves.
+/// Inputs at which the old model turns: the major loop from the upper threshold, which wipes its memory out,
+/// then the reversal curves.
 std::vector<double> turns_of(const model::Interval& range) {
   std::vector<double> turns{range.hi, range.lo};
   const auto level = [&](int i) { return range.lo + range.span() * i / (reversal_curves + 1.0); };
@@ -85,13 +84,7 @@ void leave_out_old_model(Identified& identified, const std::vector<Dataset>& dat
   for (Step& step : identified.search.steps)
     if (step.what == "gain of dataset " + std::to_string(count + 1)) step.what = "gain of the old model";
   judge(identified, datasets);
-  double lo = std::numeric_limits<double>::infinity(), hi = -lo;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto [least, most] = std::ranges::minmax(datasets[i].output);
-    lo = std::min(lo, (least - identified.offsets[i]) / identified.gains[i]);
-    hi = std::max(hi, (most - identified.offsets[i]) / identified.gains[i]);
-  }
-  identified.output_span = hi - lo;
+  measure_span(identified, datasets);
 }
 
 }  // namespace

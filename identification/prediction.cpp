@@ -2,13 +2,56 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <utility>
 
-#include "identification/creep_rows.h"
-#include "identification/excerpt.h"
 #include "identification/quasi_static.h"
+#include "identification/regression.h"
 
 namespace hystcan::identification {
+namespace {
+
+constexpr int loops = 16;
+
+}  // namespace
+
+model::Origin InitialMemory::origin() const {
+  switch (kind) {
+    case Kind::virgin:
+      return model::Origin::virgin;
+    case Kind::from_upper:
+      return model::Origin::upper_threshold;
+    case Kind::from_lower:
+    case Kind::nested:
+      break;
+  }
+  return model::Origin::lower_threshold;
+}
+
+std::vector<double> prehistory(const InitialMemory& memory, model::Interval thresholds, double first) {
+  std::vector<double> inputs;
+  if (memory.kind != InitialMemory::Kind::nested) return inputs;
+  const double up = std::exp(memory.bias), down = std::exp(-memory.bias);
+  for (int j = 1; j <= loops; ++j) {
+    const double left = 1.0 - j / (loops + 1.0);
+    inputs.push_back(first + (thresholds.hi - first) * std::pow(left, up));
+    inputs.push_back(first - (first - thresholds.lo) * std::pow(left, down));
+  }
+  return inputs;
+}
+
+model::HysteresisState state_of(const model::Hysteresis& model, const InitialMemory& memory, double first) {
+  const model::Interval& range = model.input_range();
+  const double travelled = model.symmetry() == model::Symmetry::even ? std::abs(first) : first;
+  const double start = std::clamp(travelled, range.lo, range.hi);
+  if (memory.kind == InitialMemory::Kind::virgin) return model.virgin(start);
+  model::HysteresisState state = memory.kind == InitialMemory::Kind::from_upper ? model.at_upper_threshold()
+                                                                                : model.at_lower_threshold();
+  for (const double input : prehistory(memory, range, start)) model.advance(state, input);
+  model.advance(state, start);
+  return state;
+}
 
 ErrorNorms ErrorNorms::of(const std::vector<double>& predicted, const std::vector<double>& measured,
                           std::size_t begin) {
@@ -23,11 +66,6 @@ ErrorNorms ErrorNorms::of(const std::vector<double>& predicted, const std::vecto
   return errors;
 }
 
-double span_of(const std::vector<double>& values) {
-  const auto [low, high] = std::ranges::minmax_element(values);
-  return *high - *low;
-}
-
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             model::HysteresisState& state,
                             const std::optional<model::HeldCreep::State>& crept) {
@@ -39,7 +77,7 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
     predicted = with_creep(creep, dataset.time_s, std::move(predicted), crept);
     return lag.dynamics ? respond(*lag.dynamics, dataset.time_s, predicted) : predicted;
   }
-  const Excerpt::Sequence sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(lag.delay_s);
+  const Regression::Samples sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(lag.delay_s);
   for (std::size_t i = 0; i < sequence.input.size(); ++i) {
     const double output = model.advance(state, sequence.input[i]).value;
     if (sequence.fold[i] != Regression::left_out) predicted.push_back(output);
@@ -53,6 +91,81 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
       model.symmetry() == model::Symmetry::even ? std::abs(dataset.input.front()) : dataset.input.front();
   model::HysteresisState state = state_of(model, memory, first);
   return predict(model, dataset, lag, state);
+}
+
+std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<double>& predicted) {
+  const double range = span_of(dataset.input);
+  struct Class {
+    double way = 0.0, lasts_s = 0.0, square = 0.0;
+    std::size_t samples = 0;
+  };
+  std::map<int, Class> classes;
+  for (const HalfCycle& half : half_cycles(dataset, 0.02 * range)) {
+    const double way = std::abs(half.to - half.from);
+    const double lasts_s = dataset.time_s[half.end - 1] - dataset.time_s[half.begin];
+    if (!(way > 0.05 * range) || !(lasts_s > 0.0)) continue;
+    Class& of = classes[static_cast<int>(std::floor(std::log2(way / lasts_s)))];
+    of.way += way;
+    of.lasts_s += lasts_s;
+    of.samples += half.end - half.begin;
+    for (std::size_t i = half.begin; i < half.end; ++i)
+      of.square += (predicted[i] - dataset.output[i]) * (predicted[i] - dataset.output[i]);
+  }
+  std::vector<RateError> errors;
+  errors.reserve(classes.size());
+  for (const auto& [octave, of] : classes)
+    errors.push_back(
+        {of.way / of.lasts_s, std::sqrt(of.square / static_cast<double>(of.samples)), of.samples});
+  return errors;
+}
+
+namespace {
+
+constexpr double bias_step = 0.5;  // on the grid
+constexpr int widest_bias = 10;    // in steps
+
+Dataset beginning_of(const Dataset& dataset, std::size_t samples) {
+  Dataset beginning = dataset;
+  for (auto* column : {&beginning.time_s, &beginning.input, &beginning.output}) column->resize(samples);
+  return beginning;
+}
+
+}  // namespace
+
+MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
+                               std::size_t samples, bool with_offset) {
+  using Kind = InitialMemory::Kind;
+  const Dataset beginning = beginning_of(dataset, std::min(samples, dataset.size()));
+  const auto estimate_with = [&](const InitialMemory& memory) {
+    const std::vector<double> predicted = predict(model, beginning, lag, memory);
+    MemoryEstimate estimate{memory, 0.0, 0.0};
+    const auto count = static_cast<double>(predicted.size());
+    if (with_offset)
+      for (std::size_t i = 0; i < predicted.size(); ++i)
+        estimate.offset += (beginning.output[i] - predicted[i]) / count;
+    for (std::size_t i = 0; i < predicted.size(); ++i) {
+      const double error = beginning.output[i] - predicted[i] - estimate.offset;
+      estimate.rms += error * error / count;
+    }
+    estimate.rms = std::sqrt(estimate.rms);
+    return estimate;
+  };
+  // A grid of the bias, then a golden section search around the best one.
+  MemoryEstimate best{{}, 0.0, std::numeric_limits<double>::infinity()};
+  for (int i = -widest_bias; i <= widest_bias; ++i)
+    if (const auto now = estimate_with({Kind::nested, i * bias_step}); now.rms < best.rms) best = now;
+  double lo = best.memory.bias - bias_step, hi = best.memory.bias + bias_step;
+  const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
+  while (hi - lo > 1e-4) {
+    const auto left = estimate_with({Kind::nested, hi - golden * (hi - lo)});
+    const auto right = estimate_with({Kind::nested, lo + golden * (hi - lo)});
+    for (const auto& now : {left, right})
+      if (now.rms < best.rms) best = now;
+    (left.rms < right.rms ? hi : lo) = left.rms < right.rms ? right.memory.bias : left.memory.bias;
+  }
+  for (const Kind kind : {Kind::virgin, Kind::from_lower, Kind::from_upper})
+    if (const auto now = estimate_with({kind, 0.0}); now.rms <= best.rms) best = now;
+  return best;
 }
 
 }  // namespace hystcan::identification

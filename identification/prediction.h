@@ -1,16 +1,44 @@
-// A model's prediction for a dataset, sample by sample.
+// A model's prediction for a dataset, sample by sample, from the memory of the actuator at its beginning.
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "identification/dataset.h"
-#include "identification/initial_memory.h"
 #include "model/dynamics.h"
-#include "model/held_creep.h"
 #include "model/hysteresis.h"
+#include "model/output_creep.h"
 
 namespace hystcan::identification {
+
+/// The memory of an actuator at the beginning of a dataset. It is unknown and is estimated from the dataset.
+///
+/// The dataset shows only how the earlier turning points lay around the first input v_0. They are modelled as
+/// a decaying oscillation of N nested loops between the thresholds, with one parameter, the bias b:
+///
+///   u_j = v_0 + (v_hi - v_0) (1 - j / (N + 1))^(e^b)
+///   l_j = v_0 - (v_0 - v_lo) (1 - j / (N + 1))^(e^-b)
+///
+///   b = 0               demagnetised
+///   b ->  infinity      arrived directly from the lower threshold
+///   b -> -infinity      arrived directly from the upper threshold
+///
+/// In the Preisach plane the u_j, l_j are the staircase between the two half planes.
+struct InitialMemory {
+  enum class Kind { virgin, from_lower, from_upper, nested };
+  Kind kind = Kind::virgin;
+  double bias = 0.0;  ///< b, for `nested` only
+
+  model::Origin origin() const;
+};
+
+/// Inputs that lead from the origin to `first`, without `first`; empty if the memory is virgin.
+std::vector<double> prehistory(const InitialMemory& memory, model::Interval thresholds, double first);
+
+/// The same memory as a state of the model, at the input `first`.
+model::HysteresisState state_of(const model::Hysteresis& model, const InitialMemory& memory, double first);
 
 struct ErrorNorms {
   double rms = 0.0;
@@ -21,25 +49,46 @@ struct ErrorNorms {
                        std::size_t begin = 0);
 };
 
-/// max - min.
-double span_of(const std::vector<double>& values);
-
 /// What stands between the output of a model and the measured one.
 struct Lag {
-  double delay_s = 0.0;                       ///< of the input; its turning points are kept (excerpt.h)
-  std::optional<model::Dynamics> dynamics{};  ///< with a delay of their own: delay_s is then not used
+  double delay_s = 0.0;  ///< of the input; its turning points are kept (Excerpt in regression.h)
+  std::optional<model::Dynamics> dynamics{};          ///< with a delay of their own: delay_s is then not used
   std::optional<model::OutputCreep::Config> creep{};  ///< before them; it begins settled
 
   double delay() const { return dynamics ? dynamics->delay_s : delay_s; }
   void set_delay(double s) { (dynamics ? dynamics->delay_s : delay_s) = s; }
 };
 
-/// Output at each sample of `dataset`. `state` is the memory at the first input, and afterwards the memory at the last
-/// one; `crept`: creep at the first sample, none: settled. Throws std::invalid_argument if there are dynamics and the dataset is not evenly sampled.
+/// Output at each sample of `dataset`. `state` is the memory at the first input, and afterwards the memory at
+/// the last one; `crept`: creep at the first sample, none: settled. Throws std::invalid_argument if there are
+/// dynamics and the dataset is not evenly sampled.
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             model::HysteresisState& state,
                             const std::optional<model::HeldCreep::State>& crept = {});
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             const InitialMemory& memory);
+
+/// The error of a prediction at different speeds of the input.
+struct RateError {
+  double speed = 0.0;  ///< mean of the half cycles of this class, input units per second
+  double rms = 0.0;    ///< output units
+  std::size_t samples = 0;
+};
+
+/// Half cycles are divided into classes a factor of two wide, slowest first. One class: all have about the
+/// same speed.
+std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<double>& predicted);
+
+/// The memory of an actuator at the beginning of a dataset, with a model of the actuator.
+struct MemoryEstimate {
+  InitialMemory memory;
+  double offset = 0.0;  ///< to be added to the model's output
+  double rms = 0.0;     ///< error over the samples of the estimate, output units
+};
+
+/// Returns the memory and the offset with the smallest RMS error over the first `samples` samples. Without
+/// `with_offset`, the offset is 0.
+MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
+                               std::size_t samples, bool with_offset);
 
 }  // namespace hystcan::identification

@@ -6,8 +6,57 @@
 #include <utility>
 
 #include "identification/dataset.h"
+#include "identification/quasi_static.h"
 
 namespace hystcan::identification {
+
+namespace {
+
+double phi(double k, double d) { return std::abs(k * d) > 1e-17 ? -std::expm1(-k * d) / k : d; }
+
+}  // namespace
+
+// Computes c and S as at a reversal (model/hysteresis.h), for each unknown.
+BranchRows::BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace)
+    : basis_(basis), pace_(pace) {
+  const auto count = static_cast<Eigen::Index>(path.branches.size());
+  offset_ = convergence_ = Eigen::MatrixXd::Zero(basis.unknowns(), count);
+  Eigen::VectorXd here(basis.size());
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const PathBranch& branch = path.branches[static_cast<std::size_t>(j)];
+    if (branch.virgin) continue;
+    const double k = pace.k(branch.direction);
+    const auto distance = [&](double from) {
+      return std::abs(basis.place(branch.start) - basis.place(from));
+    };
+    const double length = distance(branch.target);
+    basis.values(branch.start, here);
+    Eigen::VectorXd start = basis.row(opposite(branch.direction), here);
+    if (branch.parent != PathBranch::none) {
+      const double d = distance(path.branches[branch.parent].start);
+      start +=
+          offset(branch.parent) - convergence(branch.parent) * phi(pace.k(opposite(branch.direction)), d);
+    }
+    offset_.col(j) = start - basis.row(branch.direction, here);
+    Eigen::VectorXd gap = offset_.col(j);
+    if (branch.below != PathBranch::none) {
+      const double d = distance(path.branches[branch.below].start);
+      gap -= offset(branch.below) - convergence(branch.below) * phi(k, d);
+      convergence_.col(j) = convergence(branch.below) * std::exp(-k * d);
+    }
+    if (length > 0.0) convergence_.col(j) += gap / phi(k, length);
+  }
+}
+
+Eigen::VectorXd BranchRows::slope(const PathBranch& shape, std::size_t branch, double input) const {
+  Eigen::VectorXd here(basis_.size());
+  basis_.slopes(input, here);
+  const double d = std::abs(basis_.place(input) - basis_.place(shape.start));
+  const double decay = std::exp(-pace_.k(shape.direction) * d);
+  return basis_.row(shape.direction, here) / basis_.stretch(input) -
+         sign(shape.direction) * decay * convergence(branch);
+}
+
 namespace {
 
 using model::Direction;
@@ -65,8 +114,8 @@ void NormalEquations::leave_out(const Eigen::VectorXd& direction) {
   square -= slope * slope / curvature;
 }
 
-// H11 theta + H12 z = g1,  H21 theta + H22 z = g2:  z = H22^-1 (g2 - H21 theta). Where no sample determines a z,
-// it is zero.
+// H11 theta + H12 z = g1,  H21 theta + H22 z = g2:  z = H22^-1 (g2 - H21 theta).
+// Where no sample determines a z, it is zero.
 Eliminated::Eliminated(const NormalEquations& system, Eigen::Index kept) : rest_(kept) {
   const Eigen::Index gone = system.g.size() - kept;
   rest_.H = system.H.topLeftCorner(kept, kept);
@@ -185,6 +234,54 @@ void Regression::add(const Pace& pace, std::vector<NormalEquations>& folds) cons
   for (std::size_t fold = 0; fold < base_.size(); ++fold) folds[fold] += base_[fold];
   const BranchRows rows(path_, basis_, pace);
   for (const Sums& run : runs_) add_run(run, pace, rows, folds[static_cast<std::size_t>(run.fold)]);
+}
+
+Excerpt::Excerpt(const Dataset& dataset, std::span<const int> fold, std::size_t samples, double least_swing)
+    : dataset_(&dataset),
+      fold_(fold),
+      stride_(std::max<std::size_t>(1, (dataset.size() + samples - 1) / samples)),
+      turning_points_(turning_points(dataset, least_swing)) {}
+
+std::vector<double> Excerpt::outputs_without(const model::OutputCreep& creep) const {
+  std::vector<bool> counts;
+  counts.reserve(fold_.size());
+  for (const int part : fold_) counts.push_back(part != Regression::left_out);
+  return without_creep(creep, dataset_->time_s, dataset_->output, counts);
+}
+
+Regression::Samples Excerpt::delayed_by(double delay_s, const model::OutputCreep& creep) const {
+  Regression::Samples kept;
+  const std::vector<double>&time_s = dataset_->time_s, &input = dataset_->input, &weight = dataset_->weight;
+  const std::vector<std::vector<double>>& regressors = dataset_->regressors;
+  const std::vector<double> at_once = creep.lags() > 0 ? outputs_without(creep) : std::vector<double>{};
+  const std::vector<double>& outputs = creep.lags() > 0 ? at_once : dataset_->output;
+  const std::size_t samples = (input.size() + stride_ - 1) / stride_ + turning_points_.size();
+  for (auto* column : {&kept.time_s, &kept.input, &kept.output, &kept.weight}) column->reserve(samples);
+  kept.fold.reserve(samples);
+  kept.regressors.resize(regressors.size());
+  std::size_t next = 0, before = 0;
+  for (std::size_t i = 0; i < input.size(); i += stride_) {
+    const double t = time_s[i] - delay_s;
+    for (; next < turning_points_.size() && time_s[turning_points_[next]] < t; ++next) {
+      kept.time_s.push_back(time_s[i]);
+      kept.input.push_back(input[turning_points_[next]]);
+      kept.output.push_back(0.0);
+      kept.weight.push_back(0.0);
+      for (std::vector<double>& column : kept.regressors) column.push_back(0.0);
+      kept.fold.push_back(Regression::left_out);
+    }
+    while (before + 1 < input.size() && time_s[before + 1] <= t) ++before;
+    double v = input[before];
+    if (t > time_s[before] && before + 1 < input.size())
+      v += (input[before + 1] - v) * (t - time_s[before]) / (time_s[before + 1] - time_s[before]);
+    kept.time_s.push_back(time_s[i]);
+    kept.input.push_back(v);
+    kept.output.push_back(outputs[i]);
+    kept.weight.push_back(weight.empty() ? 1.0 : weight[i]);
+    for (std::size_t r = 0; r < regressors.size(); ++r) kept.regressors[r].push_back(regressors[r][i]);
+    kept.fold.push_back(fold_.empty() ? 0 : fold_[i]);
+  }
+  return kept;
 }
 
 }  // namespace hystcan::identification

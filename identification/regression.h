@@ -1,10 +1,10 @@
-// The linear least-squares problem of the reference curves for a given k, with the rows of branch_rows.h.
+// The linear least-squares problem of the reference curves for a given k, with the rows of BranchRows.
 //
 // Its normal equations are summed branch by branch. The sums of B_i B_j do not depend on k and are computed
 // once, so that another k costs one exponential and n + 4 products per sample.
 //
-// After theta come further linear unknowns: those of regressors, which all datasets share, then what a dataset has of its
-// own, a zero and a slow drift (columns 1 and its time from -1/2 to 1/2).
+// After theta come further linear unknowns: those of regressors, which all datasets share, then what a
+// dataset has of its own, a zero and a slow drift (columns 1 and its time from -1/2 to 1/2).
 #pragma once
 
 #include <Eigen/Core>
@@ -12,10 +12,37 @@
 #include <span>
 #include <vector>
 
-#include "identification/branch_rows.h"
+#include "identification/curve_basis.h"
+#include "identification/dataset.h"
 #include "identification/path.h"
+#include "model/output_creep.h"
 
 namespace hystcan::identification {
+
+/// Outputs and slopes along a path for a given k, as rows of the linear problem in theta, the coefficients of
+/// the reference curves (curve_basis.h). On each branch of a path
+///
+///   x = f_0(v) + c - S phi(d),    d = |h(v) - h(v_s)|
+///
+/// c and S are linear in theta (model/hysteresis.h). Each branch has one row for c and one for S, which are
+/// computed at its reversal.
+class BranchRows {
+ public:
+  /// `basis` must outlive the rows.
+  BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace);
+
+  auto offset(std::size_t branch) const { return offset_.col(static_cast<Eigen::Index>(branch)); }  // c
+  auto convergence(std::size_t branch) const {
+    return convergence_.col(static_cast<Eigen::Index>(branch));
+  }  // S
+  /// dx/dh at `input` on a branch of the path.
+  Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
+
+ private:
+  const CurveBasis& basis_;
+  Pace pace_;
+  Eigen::MatrixXd offset_, convergence_;  // a column for each branch
+};
 
 /// What a dataset has of its own beside the curves.
 struct Nuisances {
@@ -45,7 +72,8 @@ struct NormalEquations {
   /// The equations for outputs divided by `gain`.
   void divide_outputs(double gain);
   double residual_square(const Eigen::VectorXd& theta) const;
-  /// The residuals without the part that `direction` can explain: theta + a direction has the least square for every theta.
+  /// The residuals without the part that `direction` can explain: theta + a direction has the least square
+  /// for every theta.
   void leave_out(const Eigen::VectorXd& direction);
 };
 
@@ -67,17 +95,16 @@ class Eliminated {
 
 class Regression {
  public:
-  /// `sequence.fold[i]`: the fold of sample i, 0 to folds - 1. A sample with `left_out` does not count in any
-  /// fold.
+  /// In place of a fold: the sample does not count, but the path goes through its input.
   static constexpr int left_out = -1;
   struct Samples {
-    std::span<const double> time_s;  ///< used for a drift only; else it may be empty
-    std::span<const double> input;
-    std::span<const double> output;
-    std::span<const int> fold;
-    std::span<const double>
+    std::vector<double> time_s;  ///< of the output; used for a drift only, else it may be empty
+    std::vector<double> input;
+    std::vector<double> output;
+    std::vector<int> fold;  ///< of each sample, 0 to folds - 1, or left_out
+    std::vector<double>
         weight{};  ///< of the error of each; empty: all 1. Regressors and nuisances are not weighted
-    std::span<const std::vector<double>> regressors{};
+    std::vector<std::vector<double>> regressors{};
   };
   Regression(Path path, CurveBasis basis, const Samples& samples, int folds, Nuisances nuisances = {});
 
@@ -111,6 +138,33 @@ class Regression {
   Eigen::VectorXd weight_, output_;
   Eigen::MatrixXd values_;  // B
   Eigen::MatrixXd beside_;  // regressors and nuisances, not weighted
+};
+
+// The part of a dataset that the fit uses: all turning points, and as many samples as the search can afford.
+//
+// The memory of an actuator depends on the turning points; between them a few samples are as good as many. A
+// delay tau shifts the input to v(t - tau), which is interpolated linearly; turning points are kept exactly.
+
+/// A view of one dataset, which is folded if symmetry is even. Its samples are divided into folds for
+/// hold-out.
+class Excerpt {
+ public:
+  /// `fold`: the fold of each sample; if empty, all are in fold 0. At most `samples` are kept, evenly.
+  /// Dataset and folds must outlive the excerpt.
+  Excerpt(const Dataset& dataset, std::span<const int> fold, std::size_t samples, double least_swing);
+
+  double first_input() const { return dataset_->input.front(); }
+  /// The outputs are those of the hysteresis alone: without the creep, which begins settled. The time of
+  /// samples that are left out does not pass for it. An inserted turning point is left out, too.
+  Regression::Samples delayed_by(double delay_s, const model::OutputCreep& creep = {}) const;
+
+ private:
+  std::vector<double> outputs_without(const model::OutputCreep& creep) const;
+
+  const Dataset* dataset_;  // all samples: the input is interpolated between them
+  std::span<const int> fold_;
+  std::size_t stride_;
+  std::vector<std::size_t> turning_points_;
 };
 
 }  // namespace hystcan::identification

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/text.h"
-#include "identification/mean_course.h"
-#include "identification/numerics/nelder_mead.h"
+#include "identification/numerics/nonlinear_fit.h"
+#include "identification/shape_choice.h"
 #include "identification/unknowns.h"
 
 namespace hystcan::identification {
@@ -35,15 +35,14 @@ using Kind = InitialMemory::Kind;
 
 class Searcher {
  public:
-  Searcher(const Problem& problem, const std::vector<double>& first_inputs, const SearchOptions& options)
-      : problem_(&problem), first_inputs_(first_inputs), options_(options) {
+  Searcher(const Problem& problem, const IdentifyOptions& options) : problem_(&problem), options_(options) {
     unknowns_ = both_k(best_);
     best_.delay_s = options_.delay_s.value_or(0.0);
     best_.creep_per_decade = options_.creep_per_decade.value_or(0.0);
   }
 
-  SearchResult run() {
-    const CurveShape first = CurveShape::polynomial(std::min(first_order, options_.highest_order));
+  SearchResult run(const Problem& finer) {
+    const CurveShape first = CurveShape::polynomial(std::min(first_order, problem_->highest_order));
     const bool is_rich =
         options_.shape && !options_.shape->is_spline() && options_.shape->order > first_order;
     begin_with(is_rich ? first : options_.shape.value_or(first));
@@ -55,16 +54,14 @@ class Searcher {
     }
     if (!options_.shape) choose_order();
     finish();
-    if (options_.most_pieces > 1 && !options_.shape && options_.curves != CurveChoice::polynomial)
+    if (problem_->most_pieces > 1 && !options_.shape && options_.curves != CurveChoice::polynomial)
       try_splines();
     const std::optional<double> held_out = fit_->held_out(best_);
-    polish();
+    polish(finer);
     SearchResult found = result_;
     found.trial = best_;
     found.shape = shape_;
-    const Fitted fitted = fit_->fit(best_);
-    found.rms = fitted.rms;
-    found.valid = fitted.valid;
+    found.rms = fit_->fit(best_).rms;
     found.held_out = held_out;
     return found;
   }
@@ -103,9 +100,9 @@ class Searcher {
   }
 
   // More samples make all unknowns more exact, the delay above all.
-  void polish() {
-    if (options_.finer == nullptr || !options_.go_on()) return;
-    problem_ = options_.finer;
+  void polish(const Problem& finer) {
+    if (!options_.go_on()) return;
+    problem_ = &finer;
     use(shape_);
     best_cost_ = cost(best_);
     for (Unknown& unknown : unknowns_) unknown.step = 0.05;
@@ -118,12 +115,14 @@ class Searcher {
   }
 
   double cost(const Trial& trial) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const double longest_delay_s = options_.longest_delay_s.value_or(infinity);
     if (trial.below < 0.0 || trial.above < 0.0 || trial.below > 3.0 || trial.above > 3.0 ||
-        trial.delay_s < 0.0 || trial.delay_s > options_.longest_delay_s || trial.creep_per_decade < 0.0 ||
+        trial.delay_s < 0.0 || trial.delay_s > longest_delay_s || trial.creep_per_decade < 0.0 ||
         trial.creep_per_decade > most_creep ||
         std::min(trial.k_span_ascending, trial.k_span_descending) < -widest_k_span ||
         std::max(trial.k_span_ascending, trial.k_span_descending) > widest_k_span * steepness())
-      return std::numeric_limits<double>::infinity();
+      return infinity;
     const Fitted fitted = fit_->fit(trial);
     if (fitted.valid || !std::isfinite(fitted.rms)) return fitted.rms;
     return fitted.rms * (1.01 + 2.0 * fitted.violation) +
@@ -149,13 +148,13 @@ class Searcher {
 
   // Chooses roughly the initial memory that fits best, for each dataset separately.
   void choose_memories() {
-    best_.memories.assign(first_inputs_.size(), {Kind::from_lower, 0.0});
-    for (std::size_t i = 0; i < first_inputs_.size(); ++i) {
+    best_.memories.assign(problem_->excerpts.size(), {Kind::from_lower, 0.0});
+    for (std::size_t i = 0; i < best_.memories.size(); ++i) {
+      const double first = problem_->excerpts[i].first_input();
+      const bool mid_range = first > problem_->observed.lo && first < problem_->observed.hi;
       double least = std::numeric_limits<double>::infinity();
       InitialMemory chosen;
       for (const Kind kind : {Kind::from_lower, Kind::virgin, Kind::from_upper, Kind::nested}) {
-        const bool mid_range =
-            first_inputs_[i] > problem_->observed.lo && first_inputs_[i] < problem_->observed.hi;
         if (!mid_range && (kind == Kind::from_upper || kind == Kind::nested)) continue;
         Trial trial = best_;
         trial.memories[i] = {kind, 0.0};
@@ -170,7 +169,7 @@ class Searcher {
       }
       best_.memories[i] = chosen;
     }
-    for (std::size_t i = 0; i < first_inputs_.size(); ++i)
+    for (std::size_t i = 0; i < best_.memories.size(); ++i)
       if (best_.memories[i].kind == Kind::nested) unknowns_.push_back(bias_of(i, 0.0));
   }
 
@@ -189,30 +188,23 @@ class Searcher {
           unknowns_[1].start = std::asinh(descending);
         }
       }
-    best_ = at(unknowns_, starts(unknowns_));
+    best_ = at_start(unknowns_);
     best_cost_ = cost(best_);
   }
 
-  static Eigen::VectorXd starts(const std::vector<Unknown>& unknowns) {
-    Eigen::VectorXd start(static_cast<Eigen::Index>(unknowns.size()));
-    for (std::size_t i = 0; i < unknowns.size(); ++i) start[static_cast<Eigen::Index>(i)] = unknowns[i].start;
-    return start;
-  }
-  Trial at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& x) const {
-    Trial trial = best_;
-    for (std::size_t i = 0; i < unknowns.size(); ++i) unknowns[i].set(trial, x[static_cast<Eigen::Index>(i)]);
-    return trial;
+  // At the start values.
+  Trial at_start(const std::vector<Unknown>& unknowns) const {
+    return moved_to(numbers_of(unknowns, &Unknown::start), unknowns, best_);
   }
 
   // Moves all unknowns. The next search starts from the result, with half the steps.
   double descend(std::vector<Unknown>& unknowns, int evaluations) {
-    Eigen::VectorXd first_steps(static_cast<Eigen::Index>(unknowns.size()));
-    for (std::size_t i = 0; i < unknowns.size(); ++i)
-      first_steps[static_cast<Eigen::Index>(i)] = unknowns[i].step;
-    const Minimum found = minimise([&](const Eigen::VectorXd& x) { return cost(at(unknowns, x)); },
-                                   starts(unknowns), first_steps, 1e-4, evaluations, options_.go_on);
+    const Minimum found =
+        minimise([&](const Eigen::VectorXd& x) { return cost(moved_to(x, unknowns, best_)); },
+                 numbers_of(unknowns, &Unknown::start), numbers_of(unknowns, &Unknown::step), 1e-4,
+                 evaluations, options_.go_on);
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
-      unknowns[i].start = found.at[static_cast<Eigen::Index>(i)];
+      unknowns[i].start = found.x[static_cast<Eigen::Index>(i)];
       unknowns[i].step *= 0.5;
     }
     return found.value;
@@ -223,7 +215,7 @@ class Searcher {
     const double c = descend(moved, evaluations);
     if (!(c <= best_cost_)) return;
     for (std::size_t i = 0; i < moved.size(); ++i) unknowns_[i].start = moved[i].start;
-    best_ = at(unknowns_, starts(unknowns_));
+    best_ = at_start(unknowns_);
     best_cost_ = c;
   }
 
@@ -233,7 +225,7 @@ class Searcher {
     while (is_added && options_.go_on()) {
       result_.refused.clear();  // they are tried again beside what was added
       std::vector<std::pair<double, std::vector<Unknown>>> tried;
-      for (const Unknown& candidate : candidates(best_, unknowns_, problem_->symmetry, options_)) {
+      for (const Unknown& candidate : candidates(best_, unknowns_, *problem_, options_)) {
         std::vector<Unknown> unknowns = unknowns_;
         for (Unknown& known : unknowns) known.step = 0.2;
         unknowns.push_back(candidate);
@@ -247,7 +239,7 @@ class Searcher {
   }
 
   bool add_unknown(const std::vector<Unknown>& unknowns, double c) {
-    const Trial trial = at(unknowns, starts(unknowns));
+    const Trial trial = at_start(unknowns);
     Step taken{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
                fit_->held_out(trial)};
     if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before) {
@@ -294,7 +286,7 @@ class Searcher {
   void choose_order() {
     std::vector<CurveShape> polynomials;
     for (const int order : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20})
-      if (order <= options_.highest_order) polynomials.push_back(CurveShape::polynomial(order));
+      if (order <= problem_->highest_order) polynomials.push_back(CurveShape::polynomial(order));
     choose_shape(polynomials);
   }
 
@@ -306,7 +298,7 @@ class Searcher {
     if (before < exact * problem_->output_span && options_.curves == CurveChoice::automatic) return;
     std::vector<CurveShape> splines;
     for (const int pieces : {2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 22})
-      if (pieces <= options_.most_pieces) splines.push_back(CurveShape::spline(options_.knots(pieces)));
+      if (pieces <= problem_->most_pieces) splines.push_back(CurveShape::spline(problem_->knots(pieces)));
     part_the_k();
     if (before > poor * problem_->output_span)
       begin_again(splines[std::min(splines.size() - 1, usual_spline)]);
@@ -326,13 +318,14 @@ class Searcher {
     result_.one_k = false;
   }
 
-  // Where the outputs are steep, loops close in a small part of the inputs: a rate that follows the course of the outputs.
+  // Where the outputs are steep, loops close in a small part of the inputs: a rate that follows the course of
+  // the outputs.
   void try_input_maps(std::vector<CurveShape> splines) {
     const ShapeScore before = scored();
     if (score(before) < poor * problem_->output_span) return;
     const Searcher plain = *this;
     const std::size_t rich = std::min(splines.size() - 1, usual_spline);
-    const MeanCourse course(*problem_, best_, fit_->fit(best_).offsets);
+    const auto course = mean_course(*problem_, best_, fit_->fit(best_).offsets);
     double least = worth_an_input_map * score(before);
     std::optional<double> share;
     for (const double tried : {0.5, 0.8, 0.95}) {
@@ -375,7 +368,7 @@ class Searcher {
     for (Unknown& unknown : unknowns) unknown.step = 0.2;
     double c = descend(unknowns, 100);
     c = std::min(c, descend(unknowns, 100));
-    const Trial trial = at(unknowns, starts(unknowns));
+    const Trial trial = at_start(unknowns);
     const auto with = fit_->held_out(best_), without = fit_->held_out(trial);
     if (c > as_good * best_cost_ || (with && *without > as_good * *with)) return;
     unknowns_ = unknowns;
@@ -385,8 +378,7 @@ class Searcher {
   }
 
   const Problem* problem_;
-  const std::vector<double>& first_inputs_;
-  const SearchOptions& options_;
+  const IdentifyOptions& options_;
   std::vector<Unknown> unknowns_;
   std::optional<SeparableFit> fit_;
   CurveShape shape_;
@@ -397,9 +389,8 @@ class Searcher {
 
 }  // namespace
 
-SearchResult search(const Problem& problem, const std::vector<double>& first_inputs,
-                    const SearchOptions& options) {
-  return Searcher(problem, first_inputs, options).run();
+SearchResult search(const Problem& problem, const Problem& finer, const IdentifyOptions& options) {
+  return Searcher(problem, options).run(finer);
 }
 
 }  // namespace hystcan::identification

@@ -8,7 +8,8 @@
 namespace hystcan::identification {
 namespace {
 
-// Of the weight of a record that is left out: where the others determine nothing, it shall not be held against a model.
+// Of the weight of a record that is left out: where the others determine nothing, it shall not be held
+// against a model.
 constexpr double kept_of_a_record = 0.01;
 
 bool same_path(const Trial& a, const Trial& b) {
@@ -54,14 +55,11 @@ void SeparableFit::prepare(const Trial& trial) {
   const CurveBasis basis(shape_, thresholds);
   const model::OutputCreep creep(creep_of(trial.creep_per_decade));
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
-    const Excerpt::Sequence dataset = problem_.excerpts[i].delayed_by(trial.delay_s, creep);
+    const Regression::Samples dataset = problem_.excerpts[i].delayed_by(trial.delay_s, creep);
     const InitialMemory& memory = trial.memories[i];
     Path path = trace(thresholds, memory.origin(), prehistory(memory, thresholds, dataset.input.front()),
                       dataset.input);
-    regressions_.emplace_back(std::move(path), basis,
-                              Regression::Samples{dataset.time_s, dataset.input, dataset.output, dataset.fold,
-                                                  dataset.weight, dataset.regressors},
-                              problem_.folds, nuisances(i));
+    regressions_.emplace_back(std::move(path), basis, dataset, problem_.folds, nuisances(i));
   }
   prepared_ = trial;
 }

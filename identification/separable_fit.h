@@ -6,11 +6,11 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <vector>
 
-#include "identification/excerpt.h"
-#include "identification/initial_memory.h"
+#include "identification/prediction.h"
 #include "identification/regression.h"
 #include "identification/valid_curves.h"
 
@@ -32,16 +32,23 @@ struct Trial {
 /// Of the lags that are searched; none if it is zero.
 std::optional<model::OutputCreep::Config> creep_of(double per_decade);
 
+inline constexpr int highest_order = 20;
+
 /// The part of the problem that is the same for all trials.
 struct Problem {
   std::vector<Excerpt> excerpts;
   std::vector<Nuisances> nuisances;  ///< of each excerpt; empty: none
   Eigen::Index regressors = 0;       ///< that each excerpt has
   int folds = 1;
-  bool whole_excerpts = false;  ///< fold i + 1 has samples of excerpt i only (hold_out.h)
+  bool whole_excerpts = false;  ///< fold i + 1 has samples of excerpt i only (dataset.h)
   model::Interval observed;     ///< range of the inputs that occur, folded
   model::Symmetry symmetry = model::Symmetry::none;
   double output_span = 1.0;
+  // How much the samples can determine.
+  int highest_order = identification::highest_order;
+  int most_pieces = 0;                            ///< of a spline; 0: no splines
+  std::function<std::vector<double>(int)> knots;  ///< of a spline with this number of pieces
+  double sample_time_s = 0.0;                     ///< 0: no delay can be determined
 
   model::Interval thresholds(const Trial& trial) const;
 };
@@ -72,8 +79,8 @@ class SeparableFit {
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);
 
-  /// Each fold except fold 0, with zero and drift of its own; the gain of a whole excerpt is the mean of the others'. Empty
-  /// if a k is so negative that nothing is finite.
+  /// Each fold except fold 0, with zero and drift of its own; the gain of a whole excerpt is the mean of the
+  /// others'. Empty if a k is so negative that nothing is finite.
   std::vector<LeftOut> left_out(const Trial& trial);
   /// RMS error over all of these; infinite if that is empty. None if these folds contain no sample.
   std::optional<double> held_out(const Trial& trial);

@@ -10,6 +10,19 @@ using Kind = InitialMemory::Kind;
 
 }  // namespace
 
+Eigen::VectorXd numbers_of(const std::vector<Unknown>& unknowns, double Unknown::*number) {
+  Eigen::VectorXd numbers(std::ssize(unknowns));
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    numbers[static_cast<Eigen::Index>(i)] = unknowns[i].*number;
+  return numbers;
+}
+
+Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknowns, Trial trial) {
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    unknowns[i].set(trial, values[static_cast<Eigen::Index>(i)]);
+  return trial;
+}
+
 std::vector<Unknown> both_k(const Trial& trial) {
   return {{"k_ascending", std::asinh(trial.k_span_ascending), 0.7,
            [](Trial& moved, double x) { moved.k_span_ascending = std::sinh(x); }},
@@ -28,8 +41,8 @@ Unknown delay_of(const Trial& trial, double unit_s) {
           [unit_s](Trial& moved, double x) { moved.delay_s = x * unit_s; }};
 }
 
-std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used,
-                                model::Symmetry symmetry, const SearchOptions& options) {
+std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,
+                                const IdentifyOptions& options) {
   std::vector<Unknown> candidates;
   const auto is_used = [&](const std::string& what) {
     return std::ranges::any_of(used, [&](const Unknown& unknown) { return unknown.what == what; });
@@ -42,21 +55,21 @@ std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& 
                                                                  : 0.0));
   }
   const bool extends = !options.observed_thresholds;
-  if (extends && !is_used("lower threshold") && symmetry == model::Symmetry::none)
+  if (extends && !is_used("lower threshold") && problem.symmetry == model::Symmetry::none)
     candidates.push_back(
         {"lower threshold", std::log(0.1), 0.7, [](Trial& moved, double x) { moved.below = std::exp(x); }});
   if (extends && !is_used("upper threshold"))
     candidates.push_back(
         {"upper threshold", std::log(0.05), 0.7, [](Trial& moved, double x) { moved.above = std::exp(x); }});
-  for (std::size_t i = 1; options.own_gains && i < trial.memories.size(); ++i)
+  for (std::size_t i = 1; !options.common_gain && i < trial.memories.size(); ++i)
     if (const std::string what = "gain of dataset " + std::to_string(i + 1); !is_used(what))
       candidates.push_back({what, 0.0, 0.2, [i](Trial& moved, double x) {
                               moved.gains.resize(moved.memories.size(), 1.0);
                               moved.gains[i] = std::exp(0.1 * std::clamp(x, -5.0, 5.0));
                             }});
-  if (!is_used("delay") && !options.delay_s && options.sample_time_s > 0.0)
+  if (!is_used("delay") && !options.delay_s && problem.sample_time_s > 0.0)
     candidates.push_back({"delay", 1.0, 1.0,
-                          [dt = options.sample_time_s](Trial& moved, double x) { moved.delay_s = x * dt; }});
+                          [dt = problem.sample_time_s](Trial& moved, double x) { moved.delay_s = x * dt; }});
   if (!is_used("creep") && !options.creep_per_decade)
     candidates.push_back(
         {"creep", 1.0, 1.0, [](Trial& moved, double x) { moved.creep_per_decade = 0.01 * x; }});

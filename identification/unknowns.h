@@ -1,6 +1,7 @@
 // The numbers of a trial that the search moves.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -18,6 +19,11 @@ struct Unknown {
   std::function<void(Trial&, double)> set;
 };
 
+/// The start values or the steps.
+Eigen::VectorXd numbers_of(const std::vector<Unknown>& unknowns, double Unknown::*number);
+/// The trial, moved to these values of the unknowns.
+Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknowns, Trial trial);
+
 /// k_ascending, then k_descending.
 std::vector<Unknown> both_k(const Trial& trial);
 /// The bias of the initial memory of a dataset.
@@ -25,7 +31,7 @@ Unknown bias_of(std::size_t dataset, double start);
 /// The delay, in `unit_s`.
 Unknown delay_of(const Trial& trial, double unit_s);
 /// What can be searched beside `used`.
-std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used,
-                                model::Symmetry symmetry, const SearchOptions& options);
+std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,
+                                const IdentifyOptions& options);
 
 }  // namespace hystcan::identification

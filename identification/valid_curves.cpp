@@ -99,19 +99,20 @@ bool ValidCurves::add_violated_curve_rows(const Eigen::VectorXd& theta, double b
   return rows.size() > before;
 }
 
-void ValidCurves::add_cuts(const std::vector<model::DecreasingBranch>& branches) {
+void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
   const model::Interval& thresholds = basis_.thresholds();
   const auto in_spans = [&](double v) {  // exactly 0 and 1 at the thresholds
     const double t = (v - thresholds.lo) / thresholds.span();
     return t < 1e-9 ? 0.0 : t > 1.0 - 1e-9 ? 1.0 : t;
   };
-  for (const model::DecreasingBranch& branch : branches)
-    cuts_.push_back(
-        {branch.direction, in_spans(branch.start), in_spans(branch.target), in_spans(branch.input)});
+  for (model::DecreasingBranch& branch : branches) {
+    for (double* input : {&branch.start, &branch.target, &branch.input}) *input = in_spans(*input);
+    cuts_.push_back(branch);
+  }
 }
 
 // The path to the branch begins at the threshold where the scan of model/validity.h begins.
-Eigen::VectorXd ValidCurves::row_of(const Cut& cut, const Pace& pace) const {
+Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pace& pace) const {
   const model::Interval& thresholds = basis_.thresholds();
   const auto input = [&](double spans) {
     return spans == 1.0 ? thresholds.hi : thresholds.lo + spans * thresholds.span();

@@ -1,6 +1,6 @@
 // The best curves of an invertible model for a given k: a convex problem.
 //
-// Both curves must increase and must not cross; these conditions are linear in theta (branch_rows.h). A
+// Both curves must increase and must not cross; these conditions are linear in theta (regression.h). A
 // branch with given turning points must increase; this is linear, too. Only few of the infinitely many
 // inequalities matter: those that the present solution violates are added, until none is violated (cutting
 // planes). If the result is still very slightly invalid, it is mixed with a small share of a straight line.
@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "identification/branch_rows.h"
 #include "identification/regression.h"
 #include "model/validity.h"
 
@@ -32,11 +31,6 @@ class ValidCurves {
   const CurveBasis& basis() const { return basis_; }
 
  private:
-  struct Cut {  // a branch must increase at `input`; 0 is the lower threshold, 1 the upper one
-    model::Direction direction = model::Direction::ascending;
-    double start = 0.0, target = 1.0, input = 0.0;
-  };
-
   void use(model::Interval thresholds);
   double violation(const Eigen::VectorXd& theta, const Pace& pace, double mean_slope);
   void separate_curves(Eigen::VectorXd& theta, double bound) const;
@@ -44,15 +38,17 @@ class ValidCurves {
                      double least_rise) const;
   bool add_violated_curve_rows(const Eigen::VectorXd& theta, double bound,
                                std::vector<Eigen::VectorXd>& rows) const;
-  void add_cuts(const std::vector<model::DecreasingBranch>& branches);
-  Eigen::VectorXd row_of(const Cut& cut, const Pace& pace) const;
+  void add_cuts(std::vector<model::DecreasingBranch> branches);
+  Eigen::VectorXd row_of(const model::DecreasingBranch& cut, const Pace& pace) const;
 
   CurveShape shape_;
   CurveBasis basis_;
   std::size_t scan_steps_;
   Eigen::Index points_;     // size of the grid on which curves are checked
   Eigen::MatrixXd curves_;  // rows: slopes of both curves, for a span of 1, and their gap, on this grid
-  std::vector<Cut> cuts_;   // found so far: a cut that was violated once is likely to be violated again
+  // Branches that must increase at `input`, found so far: a cut that was violated once is likely to be
+  // violated again. Of their inputs, 0 is the lower threshold and 1 the upper one.
+  std::vector<model::DecreasingBranch> cuts_;
 };
 
 }  // namespace hystcan::identification

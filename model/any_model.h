@@ -4,7 +4,9 @@
 // constructor checks them. Code that computes with a model visits the variant outside time-critical loops.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "model/hysteresis.h"
@@ -15,11 +17,9 @@
 namespace hystcan::model {
 
 /// Parameters of a LinearMapping: the curves and the symmetry. k is not used.
-struct LinearMappingParameters {
-  HysteresisParameters curves;
-};
+struct LinearMappingParameters : HysteresisParameters {};
 
-/// The average model is a recursive-memory model whose two curves coincide (model/simplified.h).
+/// The average model is a recursive-memory model whose two curves coincide.
 using AnyParameters = std::variant<HysteresisParameters, LinearMappingParameters, PrandtlIshlinskiiParameters,
                                    PreisachParameters>;
 using AnyModel = std::variant<Hysteresis, LinearMapping, PrandtlIshlinskii, Preisach>;
@@ -31,5 +31,12 @@ const std::string& input_unit(const AnyParameters& parameters);
 const std::string& output_unit(const AnyParameters& parameters);
 /// Thresholds, input units.
 const Interval& input_range(const AnyParameters& parameters);
+
+/// The length of nm, um (also with a Greek mu), mm and m in um; none for other units.
+std::optional<double> length_um(std::string_view unit);
+
+/// The same model with its output in um, as the position of an axis is. A model whose output is not a length
+/// is returned as it is.
+AnyParameters in_um(AnyParameters parameters);
 
 }  // namespace hystcan::model

@@ -2,9 +2,9 @@
 //
 //   f(v) = sum c_i B_i(v)
 //
-// B_i are the cubic B-splines of the knots t_0 < ... < t_m with the first and the last one four times (de Boor,
-// A Practical Guide to Splines, 1978): m + 3 functions that are never negative and sum to 1. scipy calls this
-// BSpline([t_0]*3 + t + [t_m]*3, c, 3). Beyond t_0 and t_m, f is continued by its tangents.
+// B_i are the cubic B-splines of the knots t_0 < ... < t_m with the first and the last one four times (de
+// Boor, A Practical Guide to Splines, 1978): m + 3 functions that are never negative and sum to 1. scipy
+// calls this BSpline([t_0]*3 + t + [t_m]*3, c, 3). Beyond t_0 and t_m, f is continued by its tangents.
 #pragma once
 
 #include <array>
@@ -70,8 +70,8 @@ class CubicSpline {
   };
   static constexpr std::size_t cells = 256;
 
-  // A table of equal cells has the piece at the beginning of each cell. Unlike a remembered interval, it needs
-  // no state that threads would share.
+  // A table of equal cells has the piece at the beginning of each cell. Unlike a remembered interval, it
+  // needs no state that threads would share.
   const Piece& piece(double v) const {
     if (!(v >= knots_.front())) return pieces_.front();
     const double cell = (v - knots_.front()) * cells_per_input_;

@@ -24,7 +24,7 @@ ExponentialConvergence::ExponentialConvergence(HysteresisParameters parameters)
   ascending_ = convergence(Direction::ascending);
   descending_ = convergence(Direction::descending);
   const Interval& range = input_range();
-  const double reach = parameters_.upper_point().output - parameters_.lower_point().output;
+  const double reach = parameters_.upper_point().level - parameters_.lower_point().level;
   const double steepest_k = std::max(std::abs(parameters_.k_ascending), std::abs(parameters_.k_descending));
   slope_tolerance_ = 1e-9 * reach / range.span();
   if (!parameters_.input_map)  // with a map, its bends count too: the steps go on to rounding
@@ -123,8 +123,8 @@ Branch ExponentialConvergence::threshold_branch(Direction direction) const {
   const Point low = parameters_.lower_point(), high = parameters_.upper_point();
   const auto [start, target] =
       direction == Direction::ascending ? std::pair(low, high) : std::pair(high, low);
-  const double offset = start.output - parameters_.curve(direction).value(start.input);
-  Branch branch{start.input, start.output, offset, 0.0, true};
+  const double offset = start.level - parameters_.curve(direction).value(start.input);
+  Branch branch{start.input, start.level, offset, 0.0, true};
   branch.coefficient = branch.offset / pace(direction).phi(between(start.input, target.input));
   branch.increasing = is_increasing(branch, direction, target.input);
   return branch;
@@ -132,7 +132,7 @@ Branch ExponentialConvergence::threshold_branch(Direction direction) const {
 
 Branch ExponentialConvergence::virgin_branch() const {
   const Point low = parameters_.lower_point();
-  return {low.input, low.output, 0.0, 0.0, true};
+  return {low.input, low.level, 0.0, 0.0, true};
 }
 
 // For a reversal at the present point:
@@ -200,6 +200,27 @@ Hysteresis::Hysteresis(HysteresisParameters parameters)
 
 Hysteresis Hysteresis::beyond_limit(HysteresisParameters parameters) {
   return Hysteresis(ExponentialConvergence(with_increasing_curves(std::move(parameters))));
+}
+
+Prediction Hysteresis::forward(const State& state, double input) const {
+  Prediction step = Levels::forward(state, input);
+  step.value = parameters().output(step.value);
+  return step;
+}
+
+Prediction Hysteresis::inverse(const State& state, double output) const {
+  const std::optional<OutputMap>& map = parameters().output_map;
+  if (!map || !std::isfinite(output)) return Levels::inverse(state, output);
+  const Prediction wanted = map->inverse(output);
+  Prediction found = Levels::inverse(state, wanted.value);
+  found.saturated |= wanted.saturated;
+  return found;
+}
+
+Prediction Hysteresis::advance(State& state, double input) const {
+  Prediction step = Levels::advance(state, input);
+  step.value = state.output = parameters().output(state.level);
+  return step;
 }
 
 }  // namespace hystcan::model

@@ -57,7 +57,6 @@ class ExponentialConvergence {
   std::uint64_t fingerprint() const;
   const Interval& input_range() const { return parameters_.input_range(); }
   Symmetry symmetry() const { return parameters_.symmetry; }
-  const std::optional<OutputMap>& output_map() const { return parameters_.output_map; }
 
   Branch threshold_branch(Direction direction) const;
   Branch virgin_branch() const;
@@ -92,10 +91,26 @@ class ExponentialConvergence {
   double halley_tolerance_ = 0.0;
 };
 
+extern template class MemoryModel<ExponentialConvergence>;
+
 /// The model holds its parameters, which are checked once. The memory is in the HysteresisState that the
 /// caller passes.
-class Hysteresis : public MemoryModel<ExponentialConvergence> {
+///
+/// The functions are those of MemoryModel, with outputs that are shown through the output map of a butterfly.
+/// There, only outputs from the valley on are in reach: inverse() gives the input beyond the valley.
+class Hysteresis : private MemoryModel<ExponentialConvergence> {
+  using Levels = MemoryModel<ExponentialConvergence>;
+
  public:
+  using Levels::default_capacity;
+  using Levels::fingerprint;
+  using Levels::input_range;
+  using Levels::kind;
+  using Levels::save;
+  using Levels::saved_size;
+  using Levels::State;
+  using Levels::symmetry;
+
   /// Throws std::invalid_argument, with the interval, if a curve does not increase, if the curves cross or do
   /// not meet at the upper threshold, or if k exceeds the limit that keeps every branch increasing
   /// (model/validity.h).
@@ -107,10 +122,35 @@ class Hysteresis : public MemoryModel<ExponentialConvergence> {
 
   const HysteresisParameters& parameters() const { return law().parameters(); }
 
+  Interval output_range() const { return shown(Levels::output_range()); }
+  Interval reachable(const State& state) const { return shown(Levels::reachable(state)); }
+  Interval reachable(const State& state, Interval inputs) const {
+    return shown(Levels::reachable(state, inputs));
+  }
+  State virgin(double input, std::size_t capacity = default_capacity) const {
+    return shown(Levels::virgin(input, capacity));
+  }
+  State at_lower_threshold(std::size_t capacity = default_capacity) const {
+    return shown(Levels::at_lower_threshold(capacity));
+  }
+  State at_upper_threshold(std::size_t capacity = default_capacity) const {
+    return shown(Levels::at_upper_threshold(capacity));
+  }
+  State remembering(const TurningPoints& points, std::size_t capacity = default_capacity) const {
+    return shown(Levels::remembering(points, capacity));
+  }
+  Prediction forward(const State& state, double input) const;
+  Prediction inverse(const State& state, double output) const;
+  Prediction advance(State& state, double input) const;
+
  private:
   explicit Hysteresis(ExponentialConvergence law) : MemoryModel(std::move(law)) {}
-};
 
-extern template class MemoryModel<ExponentialConvergence>;
+  Interval shown(Interval levels) const { return parameters().outputs(levels.lo, levels.hi); }
+  State shown(State state) const {
+    state.output = parameters().output(state.level);
+    return state;
+  }
+};
 
 }  // namespace hystcan::model

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "model/cubic_spline.h"
-#include "model/fingerprint.h"
 #include "model/memory.h"
+#include "model/memory_text.h"
 #include "model/output_map.h"
 #include "model/reference_curve.h"
 
@@ -22,7 +22,8 @@ struct HysteresisParameters {
   double k_descending = 0.0;
   Symmetry symmetry = Symmetry::none;
   std::optional<OutputMap> output_map{};  ///< of a butterfly; the curves are then those of m
-  /// h: a branch converges with the distance |h(v) - h(v_s)|, so that the rate at v is k h'(v). None: h(v) = v.
+  /// h: a branch converges with the distance |h(v) - h(v_s)|, so that the rate at v is k h'(v).
+  /// None: h(v) = v.
   std::optional<CubicSpline> input_map{};
 
   const Interval& input_range() const { return ascending.domain(); }
@@ -43,7 +44,7 @@ struct HysteresisParameters {
     return output_map ? output_map->beyond_valley({low, high}) : Interval{low, high};
   }
   /// From L_0 to U_0.
-  Interval output_range() const { return outputs(lower_point().output, upper_point().output); }
+  Interval output_range() const { return outputs(lower_point().level, upper_point().level); }
   /// From the start of the ascending curve to the upper threshold point.
   double stroke() const {
     return outputs(ascending.value(input_range().lo), ascending.value(input_range().hi)).span();
@@ -52,5 +53,21 @@ struct HysteresisParameters {
 
 /// Adds all parameters except the two k.
 void add_curves(Fingerprint& sum, const HysteresisParameters& parameters);
+
+/// Models without memory, most of them made from the reference curves. The full model is compared with them.
+///
+/// All are hysteresis models whose ascending and descending reference curves coincide. Every branch lies on
+/// this curve, so that no memory is needed.
+///
+/// The paper's average model: the mean of the two reference curves, (f_0^A + f_0^D) / 2.
+HysteresisParameters average(const HysteresisParameters& parameters);
+
+/// The straight line from the lower convergence point to the upper threshold point.
+HysteresisParameters straight_line(const HysteresisParameters& parameters);
+
+/// The straight line from the lowest output at the lowest input to the highest at the highest, where nothing
+/// else is known.
+HysteresisParameters straight_line(const std::string& input_unit, const std::string& output_unit,
+                                   Interval input, Interval output);
 
 }  // namespace hystcan::model

@@ -25,8 +25,8 @@ Branch AffineMap::joined(Point start, Point target, Direction direction) const {
   const double start_value = reference.value(start.input);
   const double rise = reference.value(target.input) - start_value;
   const bool rises = sign(direction) * rise > 0.0;  // false in a loop as small as rounding
-  const double b = rises ? (target.output - start.output) / rise : 0.0;
-  return {start.input, start.output, start.output - b * start_value, b, b > 0.0};
+  const double b = rises ? (target.level - start.level) / rise : 0.0;
+  return {start.input, start.level, start.level - b * start_value, b, b > 0.0};
 }
 
 Branch AffineMap::threshold_branch(Direction direction) const {
@@ -36,12 +36,12 @@ Branch AffineMap::threshold_branch(Direction direction) const {
 
 Branch AffineMap::virgin_branch() const {
   const Point low = parameters_.lower_point();
-  return {low.input, low.output, 0.0, 1.0, true};
+  return {low.input, low.level, 0.0, 1.0, true};
 }
 
 Branch AffineMap::reversed(const HysteresisState& state) const {
   const Branch& travelled = state.branches.back();
-  return joined({state.input, state.level}, {travelled.start_input, travelled.start_output},
+  return joined({state.input, state.level}, {travelled.start_input, travelled.start_level},
                 opposite(state.direction()));
 }
 

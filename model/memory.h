@@ -5,6 +5,10 @@
 // the same direction that was broken at the target.  When the path reaches the target of b_m, b_m and b_{m-1}
 // are popped (wiping out), and the path continues on b_{m-2} (curve alignment).  At a threshold a single
 // branch remains, which starts there.
+//
+// A branch is a function from the input to the level. The level is the output of the model; only in a
+// butterfly the output is a map of the level (model/output_map.h). Memory, laws and memory files know the
+// level alone.
 #pragma once
 
 #include <array>
@@ -30,7 +34,7 @@ constexpr Direction opposite(Direction direction) {
 /// model defines the meaning of these two numbers.
 struct Branch {
   double start_input = 0.0;
-  double start_output = 0.0;
+  double start_level = 0.0;
   double offset = 0.0;
   double coefficient = 0.0;
   bool increasing = true;  ///< according to the check of the model's law
@@ -72,9 +76,9 @@ constexpr auto words(Origin) {
 struct HysteresisState {
   BranchStack branches;  ///< the capacity is fixed at construction
   Origin origin = Origin::virgin;
-  double input = 0.0;  ///< |v| if symmetry is even
-  double output = 0.0;
-  double level = 0.0;  ///< on the branch: the output, or what it is a map of (model/output_map.h)
+  double input = 0.0;   ///< |v| if symmetry is even
+  double level = 0.0;   ///< on the branch
+  double output = 0.0;  ///< the level, or its map
   std::size_t merged = 0;
 
   std::size_t depth() const { return branches.size(); }
@@ -87,7 +91,7 @@ struct HysteresisState {
 
 struct Point {
   double input = 0.0;
-  double output = 0.0;
+  double level = 0.0;
 };
 
 /// A memory as a list of turning points, outermost first, without the threshold where it began. This is the
@@ -95,10 +99,10 @@ struct Point {
 /// between the thresholds).
 struct TurningPoints {
   Origin origin = Origin::virgin;
-  std::vector<double> inputs;   ///< of the turning points
-  std::vector<double> outputs;  ///< levels at the turning points; if empty, the model computes them
-  double input = 0.0;           ///< at present, between the last turning point and its target
-  std::optional<double> output;
+  std::vector<double> inputs;  ///< of the turning points
+  std::vector<double> levels;  ///< at the turning points; if empty, the model computes them
+  double input = 0.0;          ///< at present, between the last turning point and its target
+  std::optional<double> level;
   std::size_t merged = 0;
 };
 

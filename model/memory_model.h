@@ -2,7 +2,7 @@
 // targets the turning point before, and aligns with the branch that was broken there.  The Law defines the
 // shape of a branch between its start and its target; everything else is common to all laws and is here.
 //
-// A step costs O(1), amortised: turning points are ordered in input and in output, a reversal pushes one
+// A step costs O(1), amortised: turning points are ordered in input and in level, a reversal pushes one
 // branch, and reaching a target pops two.
 #pragma once
 
@@ -10,7 +10,6 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -19,7 +18,7 @@
 #include "model/hysteresis_operator.h"
 #include "model/memory.h"
 #include "model/memory_text.h"
-#include "model/output_map.h"
+#include "model/root.h"
 
 namespace hystcan::model {
 
@@ -40,12 +39,6 @@ concept BranchLaw = requires(const L& law, const Branch& branch, const Hysteresi
   { law.halley_tolerance() } -> std::same_as<double>;
 };
 
-/// The branches are those of an inner variable, the level. The output is a map of it, where the model has one.
-template <class L>
-concept MapsOutput = requires(const L& law) {
-  { law.output_map() } -> std::convertible_to<const std::optional<OutputMap>&>;
-};
-
 /// A memory can't be restored: what() gives the reason, with actual and expected; `index`: turning point.
 class MemoryError : public std::invalid_argument {
  public:
@@ -53,6 +46,8 @@ class MemoryError : public std::invalid_argument {
   std::size_t index;
 };
 
+/// The output of the model is the level of its branches.
+///
 /// forward() and inverse() do not change the memory; advance() does. None of them allocates, nor does save().
 /// A non-finite argument gives `finite = false`: forward() and inverse() return NaN; advance() changes
 /// nothing and returns the present output.
@@ -66,8 +61,8 @@ class MemoryModel {
 
   const Interval& input_range() const { return law_.input_range(); }
   Symmetry symmetry() const { return law_.symmetry(); }
-  /// [L_0, U_0]: the outputs that can be reached from every memory; of a butterfly those beyond the valley.
-  Interval output_range() const { return shown(Interval{lower_.start_output, upper_.start_output}); }
+  /// [L_0, U_0]: the outputs that can be reached from every memory.
+  Interval output_range() const { return {lower_.start_level, upper_.start_level}; }
   /// The outputs that can be reached from this state: inverse() returns them without saturation.
   Interval reachable(const State& state) const;
   /// The same for an input limited to `inputs` (>= 0 if symmetry is even): the outputs at both ends.
@@ -79,17 +74,16 @@ class MemoryModel {
   /// At a threshold point: everything before it is wiped out.
   State at_lower_threshold(std::size_t capacity = default_capacity) const;
   State at_upper_threshold(std::size_t capacity = default_capacity) const;
-  /// An explicit or a saved memory. Saved outputs are restored to the bit.
+  /// An explicit or a saved memory. Saved levels are restored to the bit.
   /// Throws MemoryError if the points are not nested, lie outside the thresholds, are too many for
-  /// `capacity`, or have outputs that differ from this model's (by more than 1e-9 of its output range).
+  /// `capacity`, or have levels that differ from this model's (by more than 1e-9 of their range).
   State remembering(const TurningPoints& points, std::size_t capacity = default_capacity) const;
 
   /// Returns the output that `input` would give.
   Prediction forward(const State& state, double input) const;
   /// Returns the input (>= 0 if symmetry is even) that would give `output`:
   ///   forward(state, inverse(state, x).value).value = x
-  /// If `output` is out of reach, it is the input of the nearest output within reach. Of a butterfly it is the input
-  /// beyond the valley; lower outputs than the valley's are out of reach.
+  /// If `output` is out of reach, it is the input of the nearest output within reach.
   Prediction inverse(const State& state, double output) const;
   /// Applies `input`: turning points are remembered, closed loops are wiped out.
   Prediction advance(State& state, double input) const;
@@ -110,27 +104,22 @@ class MemoryModel {
   struct Segment;
 
   double folded(double input) const { return symmetry() == Symmetry::even ? std::abs(input) : input; }
-  double shown(double level) const;
-  Interval shown(Interval levels) const;
-  void put(State& state, double input, double level) const;
-  Prediction level(const State& state, double input) const;
-  Prediction inverse_of_level(const State& state, double level) const;
+  static void put(State& state, double input, double level);
   State from(Origin origin, std::size_t capacity) const;
   const Branch& target(const State& state, std::size_t index) const;
   void go_to(State& state, std::size_t index, const char* what, double input) const;
-  void restore_output(State& state, std::size_t index, double output) const;
+  void restore_level(State& state, std::size_t index, double level) const;
   template <double Branch::*axis>
   Segment locate(const State& state, double from, double to) const;
   template <double Branch::*axis>
   bool stays_on_branch(const State& state, double from, double to) const;
   Prediction on_branch(const State& state, double input) const;
   double follow(const Segment& segment, double input) const;
-  double solve(const Branch& branch, Direction direction, Point begin, double end, double output) const;
+  double solve(const Branch& branch, Direction direction, Point begin, double end, double level) const;
 
   Law law_;
-  Branch lower_, upper_;          // the branches that start at L_0 and at U_0
-  double output_rounding_ = 0.0;  // of the largest output
-  double least_slope_ = 0.0;      // 0.1 of the mean slope: above it, one more short step is exact
+  Branch lower_, upper_;     // the branches that start at L_0 and at U_0
+  RootTolerance tolerance_;  // of the inverse
 };
 
 }  // namespace hystcan::model

@@ -31,19 +31,20 @@ MemoryModel<Law>::MemoryModel(Law law)
     : law_(std::move(law)),
       lower_(law_.threshold_branch(Direction::ascending)),
       upper_(law_.threshold_branch(Direction::descending)) {
-  output_rounding_ = 2e-16 * std::max(std::abs(upper_.start_output), std::abs(lower_.start_output));
-  least_slope_ = 0.1 * (upper_.start_output - lower_.start_output) / input_range().span();
+  tolerance_ = {.value = 2e-16 * std::max(std::abs(upper_.start_level), std::abs(lower_.start_level)),
+                .step = law_.halley_tolerance(),
+                .slope = 0.1 * (upper_.start_level - lower_.start_level) / input_range().span()};
 }
 
 template <BranchLaw Law>
 Interval MemoryModel<Law>::reachable(const State& state) const {
-  return shown(Interval{std::min(state.level, lower_.start_output), upper_.start_output});
+  return {std::min(state.level, lower_.start_level), upper_.start_level};
 }
 
 template <BranchLaw Law>
 Interval MemoryModel<Law>::reachable(const State& state, Interval inputs) const {
-  const auto [lo, hi] = std::minmax({level(state, inputs.lo).value, level(state, inputs.hi).value});
-  return shown(Interval{lo, hi});
+  const auto [lo, hi] = std::minmax({forward(state, inputs.lo).value, forward(state, inputs.hi).value});
+  return {lo, hi};
 }
 
 template <BranchLaw Law>
@@ -76,30 +77,15 @@ HysteresisState MemoryModel<Law>::from(Origin origin, std::size_t capacity) cons
   State state{BranchStack(capacity), origin};
   const bool starts_elsewhere = origin == Origin::virgin;
   put(state, branch.start_input,
-      starts_elsewhere ? law_.value(branch, Direction::ascending, branch.start_input) : branch.start_output);
+      starts_elsewhere ? law_.value(branch, Direction::ascending, branch.start_input) : branch.start_level);
   state.branches.push(branch);
   return state;
 }
 
 template <BranchLaw Law>
-double MemoryModel<Law>::shown(double level) const {
-  if constexpr (MapsOutput<Law>)
-    if (const std::optional<OutputMap>& map = law_.output_map()) return map->value(level);
-  return level;
-}
-
-template <BranchLaw Law>
-Interval MemoryModel<Law>::shown(Interval levels) const {
-  if constexpr (MapsOutput<Law>)
-    if (const std::optional<OutputMap>& map = law_.output_map()) return map->beyond_valley(levels);
-  return levels;
-}
-
-template <BranchLaw Law>
-void MemoryModel<Law>::put(State& state, double input, double level) const {
+void MemoryModel<Law>::put(State& state, double input, double level) {
   state.input = input;
-  state.level = level;
-  state.output = shown(level);
+  state.level = state.output = level;
 }
 
 // The target of branch `index`, as the branch that starts there.
@@ -120,38 +106,38 @@ void MemoryModel<Law>::go_to(State& state, std::size_t index, const char* what, 
   put(state, input, law_.value(state.branches.back(), state.direction(), input));
 }
 
-// Restores a saved output; throws if this model gives another one.
+// Restores a saved level; throws if this model gives another one.
 template <BranchLaw Law>
-void MemoryModel<Law>::restore_output(State& state, std::size_t index, double output) const {
-  const double tolerance = 1e-9 * (upper_.start_output - lower_.start_output);
-  if (!(std::abs(output - state.level) <= tolerance))
-    throw MemoryError(index, text_of("output ", output, " at input ", state.input, ", expected ", state.level,
+void MemoryModel<Law>::restore_level(State& state, std::size_t index, double level) const {
+  const double tolerance = 1e-9 * (upper_.start_level - lower_.start_level);
+  if (!(std::abs(level - state.level) <= tolerance))
+    throw MemoryError(index, text_of("output ", level, " at input ", state.input, ", expected ", state.level,
                                      ": another model's memory?"));
-  put(state, state.input, output);
+  put(state, state.input, level);
 }
 
 template <BranchLaw Law>
 HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::size_t capacity) const {
   State state = from(points.origin, capacity);
   const std::size_t count = points.inputs.size();
-  if (!points.outputs.empty() && points.outputs.size() != count)
-    throw MemoryError(count, text_of(points.outputs.size(), " outputs of ", count,
+  if (!points.levels.empty() && points.levels.size() != count)
+    throw MemoryError(count, text_of(points.levels.size(), " outputs of ", count,
                                      " turning points, expected as many or none"));
   for (std::size_t i = 0; i < count; ++i) {
     go_to(state, i, "turning point", folded(points.inputs[i]));
-    if (!points.outputs.empty()) restore_output(state, i, points.outputs[i]);
+    if (!points.levels.empty()) restore_level(state, i, points.levels[i]);
     if (state.branches.full())
       throw MemoryError(i, text_of("more than ", i, " turning points, expected no more for a memory of ",
                                    capacity, " branches"));
     state.branches.push(law_.reversed(state));
   }
   if (folded(points.input) != state.input) go_to(state, count, "input", folded(points.input));
-  if (points.output) restore_output(state, count, *points.output);
+  if (points.level) restore_level(state, count, *points.level);
   state.merged = points.merged;
   return state;
 }
 
-// Searches the memory by input (forward) or by output (inverse): turning points are ordered in both. `to`
+// Searches the memory by input (forward) or by level (inverse): turning points are ordered in both. `to`
 // lies strictly between the thresholds and differs from `from`.
 template <BranchLaw Law>
 template <double Branch::*axis>
@@ -178,7 +164,7 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   while (j >= 2 && reached(branches[j - 1])) j -= 2;
   if (j < top) {
     segment.passed = &branches[j + 1];
-    segment.begin = {segment.passed->start_input, segment.passed->start_output};
+    segment.begin = {segment.passed->start_input, segment.passed->start_level};
   }
   segment.end_input = target(state, j).start_input;
   segment.kept = j + 1;
@@ -187,7 +173,7 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   return segment;
 }
 
-// True if `to` lies between the present point and the target of the present branch, by input or by output.
+// True if `to` lies between the present point and the target of the present branch, by input or by level.
 // This holds for most steps.
 template <BranchLaw Law>
 template <double Branch::*axis>
@@ -204,21 +190,14 @@ Prediction MemoryModel<Law>::on_branch(const State& state, double input) const {
 
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::forward(const State& state, double input) const {
-  Prediction step = level(state, input);
-  step.value = shown(step.value);
-  return step;
-}
-
-template <BranchLaw Law>
-Prediction MemoryModel<Law>::level(const State& state, double input) const {
   input = folded(input);
   if (stays_on_branch<&Branch::start_input>(state, state.input, input)) return on_branch(state, input);
   if (!std::isfinite(input)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
   const double v = std::clamp(input, lower_.start_input, upper_.start_input);
   const bool saturated = v != input;
   if (v == state.input) return {state.level, saturated, state.branches.back().increasing, true};
-  if (v == lower_.start_input) return {lower_.start_output, saturated, lower_.increasing, true};
-  if (v == upper_.start_input) return {upper_.start_output, saturated, upper_.increasing, true};
+  if (v == lower_.start_input) return {lower_.start_level, saturated, lower_.increasing, true};
+  if (v == upper_.start_input) return {upper_.start_level, saturated, upper_.increasing, true};
   const Segment segment = locate<&Branch::start_input>(state, state.input, v);
   return {follow(segment, v), saturated, segment.branch.increasing, true};
 }
@@ -227,19 +206,18 @@ template <BranchLaw Law>
 Prediction MemoryModel<Law>::advance(State& state, double input) const {
   input = folded(input);
   if (stays_on_branch<&Branch::start_input>(state, state.input, input)) {
-    Prediction step = on_branch(state, input);
+    const Prediction step = on_branch(state, input);
     put(state, input, step.value);
-    step.value = state.output;
     return step;
   }
-  if (!std::isfinite(input)) return {state.output, false, state.branches.back().increasing, false};
+  if (!std::isfinite(input)) return {state.level, false, state.branches.back().increasing, false};
   const double v = std::clamp(input, lower_.start_input, upper_.start_input);
   if (v != state.input && (v == lower_.start_input || v == upper_.start_input)) {
     const bool low = v == lower_.start_input;
     state.origin = low ? Origin::lower_threshold : Origin::upper_threshold;
     state.branches.keep(0);
     state.branches.push(low ? lower_ : upper_);
-    put(state, v, state.branches.back().start_output);
+    put(state, v, state.branches.back().start_level);
   } else if (v != state.input) {
     const Segment segment = locate<&Branch::start_input>(state, state.input, v);
     put(state, v, follow(segment, v));
@@ -248,30 +226,18 @@ Prediction MemoryModel<Law>::advance(State& state, double input) const {
     if (segment.backwards) ++state.merged;
   }
   state.input = v;
-  return {state.output, v != input, state.branches.back().increasing, true};
+  return {state.level, v != input, state.branches.back().increasing, true};
 }
 
 template <BranchLaw Law>
 double MemoryModel<Law>::follow(const Segment& segment, double input) const {
-  if (segment.passed && segment.passed->start_input == input) return segment.passed->start_output;
+  if (segment.passed && segment.passed->start_input == input) return segment.passed->start_level;
   return law_.value(segment.branch, segment.direction, input);
 }
 
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
-  if constexpr (MapsOutput<Law>)
-    if (const std::optional<OutputMap>& map = law_.output_map(); map && std::isfinite(output)) {
-      const OutputMap::Found wanted = map->inverse(output);
-      Prediction found = inverse_of_level(state, wanted.m);
-      found.saturated |= wanted.saturated;
-      return found;
-    }
-  return inverse_of_level(state, output);
-}
-
-template <BranchLaw Law>
-Prediction MemoryModel<Law>::inverse_of_level(const State& state, double output) const {
-  if (stays_on_branch<&Branch::start_output>(state, state.level, output)) {
+  if (stays_on_branch<&Branch::start_level>(state, state.level, output)) {
     const Branch& branch = state.branches.back();
     const double end = target(state, state.depth() - 1).start_input;
     const double input = solve(branch, state.direction(), {state.input, state.level}, end, output);
@@ -279,51 +245,25 @@ Prediction MemoryModel<Law>::inverse_of_level(const State& state, double output)
   }
   if (!std::isfinite(output)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
   if (output == state.level) return {state.input, false, state.branches.back().increasing, true};
-  if (output > state.level && output >= upper_.start_output)
-    return {upper_.start_input, output > upper_.start_output, upper_.increasing, true};
-  if (output < state.level && state.level < lower_.start_output)  // on the virgin curve no output is lower
+  if (output > state.level && output >= upper_.start_level)
+    return {upper_.start_input, output > upper_.start_level, upper_.increasing, true};
+  if (output < state.level && state.level < lower_.start_level)  // on the virgin curve no output is lower
     return {state.input, true, state.branches.back().increasing, true};
-  if (output < state.level && output <= lower_.start_output)
-    return {lower_.start_input, output < lower_.start_output, lower_.increasing, true};
-  const Segment segment = locate<&Branch::start_output>(state, state.level, output);
-  const bool at_turning_point = segment.passed && segment.passed->start_output == output;
+  if (output < state.level && output <= lower_.start_level)
+    return {lower_.start_input, output < lower_.start_level, lower_.increasing, true};
+  const Segment segment = locate<&Branch::start_level>(state, state.level, output);
+  const bool at_turning_point = segment.passed && segment.passed->start_level == output;
   const double input =
       at_turning_point ? segment.passed->start_input
                        : solve(segment.branch, segment.direction, segment.begin, segment.end_input, output);
   return {input, false, segment.branch.increasing, true};
 }
 
-// Halley's method from the nearest known point, inside a bracket that every step narrows.
 template <BranchLaw Law>
 double MemoryModel<Law>::solve(const Branch& branch, Direction direction, Point begin, double end,
-                               double output) const {
-  double lo = std::min(begin.input, end), hi = std::max(begin.input, end);
-  double v = begin.input;
-  Jet here = law_.jet(branch, direction, v);
-  double residual = begin.output - output;
-  double previous_step = hi - lo;
-  for (int i = 0; i < 100 && hi - lo > 0.0 && std::abs(residual) > output_rounding_; ++i) {
-    (residual < 0.0 ? lo : hi) = v;
-    // Halley's v - 2 r f' / (2 f'^2 - r f'') if the curvature is small, else Newton's v - r / f'.
-    const double square = here.slope * here.slope, bent = 2.0 * square - residual * here.curvature;
-    const bool mild = bent > square && bent < 4.0 * square;
-    const double step = residual * (mild ? 2.0 * here.slope / bent : 1.0 / here.slope);
-    double next = v - step;
-    if (std::abs(step) < law_.halley_tolerance() && here.slope > least_slope_)
-      return std::clamp(next, lo, hi);
-    const bool wild = !(here.slope > 0.0) || (i > 2 && std::abs(step) > 0.5 * previous_step);
-    if (wild || !(next > lo && next < hi)) {
-      const bool try_end = !wild && i < 2;
-      next = try_end ? (next <= lo ? lo : hi) : lo + (hi - lo) / 2.0;
-      if (next == v) next = lo + (hi - lo) / 2.0;
-      if (!try_end && (next == lo || next == hi)) break;
-    }
-    previous_step = std::abs(next - v);
-    v = next;
-    here = law_.jet(branch, direction, v);
-    residual = here.value - output;
-  }
-  return v;
+                               double level) const {
+  return root_of_increasing([&](double v) { return law_.jet(branch, direction, v); }, begin.input, end,
+                            begin.level - level, level, tolerance_);
 }
 
 template <BranchLaw Law>
@@ -332,7 +272,7 @@ std::string_view MemoryModel<Law>::save(const State& state, std::span<char> buff
   const std::span<const Branch> turned(state.branches.begin() + 1, state.branches.end());
   text.line("origin", word_of(state.origin));
   text.list("turning_inputs", turned, [](const Branch& branch) { return branch.start_input; });
-  text.list("turning_outputs", turned, [](const Branch& branch) { return branch.start_output; });
+  text.list("turning_outputs", turned, [](const Branch& branch) { return branch.start_level; });
   text.line("input", state.input);
   text.line("output", state.level);
   text.line("merged", state.merged);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
 #include "base/text.h"
 
@@ -40,7 +41,7 @@ OutputCreep::OutputCreep(const Config& config) : weight_(config.per_decade / lag
 
 double OutputCreep::late(const State& state) const {
   double sum = 0.0;
-  for (const double y : state.late) sum += y;
+  for (const double y : state) sum += y;
   return weight_ * sum;
 }
 
@@ -58,7 +59,24 @@ double OutputCreep::amplitude_at(double frequency_Hz) const {
 void OutputCreep::advance(State& state, double h, double dt_s) const {
   if (!std::isfinite(h)) return;
   for (std::size_t i = 0; i < rates_per_s_.size(); ++i)
-    state.late[i] -= std::expm1(-rates_per_s_[i] * dt_s) * (h - state.late[i]);
+    state[i] -= std::expm1(-rates_per_s_[i] * dt_s) * (h - state[i]);
+}
+
+HeldCreep::HeldCreep(OutputCreep creep, std::optional<State> start)
+    : creep_(std::move(creep)), state_(std::move(start)) {}
+
+void HeldCreep::hold_until(double time_s) {
+  if (state_ && state_->time_s) creep_.advance(state_->creep, state_->h, time_s - *state_->time_s);
+  now_s_ = time_s;
+}
+
+double HeldCreep::inverse(double x) const { return state_ ? creep_.inverse(state_->creep, x) : x; }
+
+double HeldCreep::follow(double h) {
+  if (!state_) state_ = State{.creep = creep_.settled(h)};
+  state_->h = h;
+  state_->time_s = now_s_;
+  return creep_.output(state_->creep, h);
 }
 
 }  // namespace hystcan::model

@@ -43,7 +43,7 @@ Interval OutputMap::beyond_valley(Interval m) const {
 }
 
 // Newton's method inside a bracket that every step narrows.
-OutputMap::Found OutputMap::inverse(double output) const {
+Prediction OutputMap::inverse(double output) const {
   double lo = valley_, hi = inner().hi;
   const double least = value(lo), most = value(hi);
   if (output <= least) return {lo, output < least};

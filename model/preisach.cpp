@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "base/text.h"
-#include "model/fingerprint.h"
 #include "model/memory_model_impl.h"
+#include "model/memory_text.h"
 
 namespace hystcan::model {
 namespace {
@@ -106,7 +106,7 @@ Branch EverettLaw::reversed(const HysteresisState& state) const {
 double EverettLaw::value(const Branch& branch, Direction direction, double input) const {
   const double s = branch.start_input;
   const double moved = parameters_.gain * (input - s);
-  return branch.start_output +
+  return branch.start_level +
          (direction == Direction::ascending ? moved + everett(input, s) : moved - everett(s, input));
 }
 

@@ -112,7 +112,8 @@ class ReferenceCurve {
   std::optional<CubicSpline> spline_;
 };
 
-/// steps + 1 inputs from lo to hi on which a curve is checked: evenly spaced, but closer where knots are close.
+/// steps + 1 inputs from lo to hi on which a curve is checked: evenly spaced, but closer where knots are
+/// close.
 std::vector<double> grid_of(Interval range, const std::vector<double>& knots, std::size_t steps);
 
 }  // namespace hystcan::model

@@ -109,8 +109,8 @@ void check_meeting(const HysteresisParameters& p) {
 void check_output_map(const HysteresisParameters& p) {
   if (!p.output_map) return;
   const Interval& inner = p.output_map->inner();
-  const Interval levels{std::min(p.lower_point().output, p.ascending.value(p.input_range().lo)),
-                        p.upper_point().output};
+  const Interval levels{std::min(p.lower_point().level, p.ascending.value(p.input_range().lo)),
+                        p.upper_point().level};
   const double tolerance = 1e-9 * levels.span();
   if (inner.lo > levels.lo + tolerance || std::abs(inner.hi - levels.hi) > tolerance)
     refuse("output map of ", inner.lo, " to ", inner.hi, ", expected one of what the curves reach, ",
@@ -126,7 +126,8 @@ struct Grid {
   std::vector<double> decay, phi;  // over the step to each point from the one before
 };
 
-// What a branch has become some steps from its start: each step multiplies, so that none needs an exponential of its own.
+// What a branch has become some steps from its start: each step multiplies, so that none needs an exponential
+// of its own.
 struct Along {
   double decay = 1.0, phi = 0.0;
 

@@ -28,11 +28,12 @@
 namespace hystcan::model {
 
 /// Throws std::invalid_argument with the defect, its place and the expected value: intervals that differ; a k
-/// that is not finite or below -300 per input range; an input map that does not increase; a curve that decreases; curves that cross or do not meet
-/// at the upper threshold (to 1e-9 of the output span).
+/// that is not finite or below -300 per input range; an input map that does not increase; a curve that
+/// decreases; curves that cross or do not meet at the upper threshold (to 1e-9 of the output span).
 void check_curves(const HysteresisParameters& parameters);
 
-/// Throws std::invalid_argument if there is an input map that does not increase. check_curves() does this too.
+/// Throws std::invalid_argument if there is an input map that does not increase. check_curves() does this
+/// too.
 void check_input_map(const HysteresisParameters& parameters);
 
 struct DecreasingBranch {

@@ -12,23 +12,18 @@
 #include "base/words.h"
 #include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
-#include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/model.h"
-#include "python/unlocked.h"
 
 namespace hystcan::python {
 namespace {
 
 using identification::Dataset;
 
-struct Units {
-  std::string input, output;
-};
-
-Dataset dataset_of(const Array& t, const Array& u, const Array& y, const Units& units) {
-  Dataset dataset{.input_unit = units.input,
-                  .output_unit = units.output,
+Dataset dataset_of(const Array& t, const Array& u, const Array& y, const std::string& input_unit,
+                   const std::string& output_unit) {
+  Dataset dataset{.input_unit = input_unit,
+                  .output_unit = output_unit,
                   .time_s = vector_of(t, "t"),
                   .input = vector_of(u, "u"),
                   .output = vector_of(y, "y")};
@@ -46,14 +41,15 @@ Dataset dataset_of(const Array& t, const Array& u, const Array& y, const Units& 
 
 /// Arrays of one record, or sequences of arrays of several.
 std::vector<Dataset> datasets_of(const py::object& t, const py::object& u, const py::object& y,
-                                 const Units& units) {
+                                 const std::string& input_unit, const std::string& output_unit) {
   const auto is_several = [](const py::object& given) {
     if (!py::isinstance<py::list>(given) && !py::isinstance<py::tuple>(given)) return false;
     const auto sequence = given.cast<py::sequence>();
     return sequence.size() > 0 && !py::isinstance<py::float_>(sequence[0]) &&
            !py::isinstance<py::int_>(sequence[0]) && py::hasattr(sequence[0], "__len__");
   };
-  if (!is_several(t)) return {dataset_of(t.cast<Array>(), u.cast<Array>(), y.cast<Array>(), units)};
+  if (!is_several(t))
+    return {dataset_of(t.cast<Array>(), u.cast<Array>(), y.cast<Array>(), input_unit, output_unit)};
   const auto times = t.cast<py::sequence>(), inputs = u.cast<py::sequence>(),
              outputs = y.cast<py::sequence>();
   if (inputs.size() != times.size() || outputs.size() != times.size())
@@ -61,8 +57,8 @@ std::vector<Dataset> datasets_of(const py::object& t, const py::object& u, const
                                       times.size(), inputs.size(), outputs.size()));
   std::vector<Dataset> datasets;
   for (std::size_t i = 0; i < times.size(); ++i)
-    datasets.push_back(
-        dataset_of(times[i].cast<Array>(), inputs[i].cast<Array>(), outputs[i].cast<Array>(), units));
+    datasets.push_back(dataset_of(times[i].cast<Array>(), inputs[i].cast<Array>(), outputs[i].cast<Array>(),
+                                  input_unit, output_unit));
   return datasets;
 }
 
@@ -70,7 +66,6 @@ struct Result {
   Model model;
   py::object report;
   std::string text;
-  std::vector<double> first_memory;
 };
 
 identification::IdentifyOptions options_of(const std::optional<int>& order,
@@ -105,7 +100,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
                 const std::string& thresholds, const std::string& curves,
                 const std::optional<double>& delay_s, bool common_zero, bool common_gain, bool drift,
                 bool dynamics, const std::string& input_unit, const std::string& output_unit) {
-  const std::vector<Dataset> datasets = datasets_of(t, u, y, {input_unit, output_unit});
+  const std::vector<Dataset> datasets = datasets_of(t, u, y, input_unit, output_unit);
   if (order && (*order < 1 || *order > identification::highest_order))
     throw py::value_error(
         fmt::format("order is {}, expected 1 to {}", *order, identification::highest_order));
@@ -128,10 +123,8 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
   model.input_unit = identified->parameters.input_unit;
   model.output_unit = identified->parameters.output_unit;
   model.lag = identified->lag();
-  return {std::move(model),
-          python_of(app::identification_json(*identified, said)),
-          app::identified_model_text(*identified, said),
-          {}};
+  return {std::move(model), python_of(app::identification_json(*identified, said)),
+          app::identified_model_text(*identified, said)};
 }
 
 void save_result(const Result& result, const std::filesystem::path& path) { write_file(path, result.text); }
@@ -144,7 +137,7 @@ py::dict validate(const Model& model, const Array& t, const Array& u, const Arra
   const auto* const hysteresis = std::get_if<model::Hysteresis>(model.model.get());
   if (hysteresis == nullptr)
     throw py::value_error(fmt::format("{}: kind is {}, expected recursive-memory", model.name, model.kind()));
-  const Dataset dataset = dataset_of(t, u, y, {model.input_unit, model.output_unit});
+  const Dataset dataset = dataset_of(t, u, y, model.input_unit, model.output_unit);
   app::Validation validation;
   {
     const Unlocked unlocked;

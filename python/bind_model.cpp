@@ -8,12 +8,9 @@
 #include <utility>
 
 #include "base/output_file.h"
-#include "model/simulation.h"
-#include "python/any_model.h"
-#include "python/arrays.h"
+#include "model/hysteresis_operator.h"
 #include "python/bindings.h"
 #include "python/model.h"
-#include "python/unlocked.h"
 
 namespace hystcan::python {
 namespace {
@@ -21,11 +18,12 @@ namespace {
 /// RuntimeWarning, which a notebook shows once and a test can make an error.
 void warn_of(const Pass& pass, const char* what, const Model& model) {
   std::string text;
-  if (pass.saturated > 0)
-    text = fmt::format("{} of {} {} are out of reach and limited", pass.saturated, pass.values.size(), what);
-  if (pass.not_increasing > 0)
+  if (pass.tally.saturated > 0)
+    text = fmt::format("{} of {} {} are out of reach and limited", pass.tally.saturated, pass.values.size(),
+                       what);
+  if (pass.tally.not_increasing > 0)
     text += fmt::format("{}{} of {} lie on a branch that does not increase", text.empty() ? "" : "; ",
-                        pass.not_increasing, pass.values.size());
+                        pass.tally.not_increasing, pass.values.size());
   if (text.empty()) return;
   if (PyErr_WarnEx(PyExc_RuntimeWarning, fmt::format("{}: {}", model.name, text).c_str(), 2) != 0)
     throw py::error_already_set();
@@ -33,7 +31,8 @@ void warn_of(const Pass& pass, const char* what, const Model& model) {
 
 using Times = std::optional<Array>;
 
-/// The times of `size` rows from this memory on; none if they are left out, which a model without creep allows.
+/// The times of `size` rows from this memory on; none if they are left out, which a model without creep
+/// allows.
 std::span<const double> times_of(const Model& model, const Memory& memory, const Times& t, std::size_t size) {
   if (!t && model.lag.creep)
     throw py::value_error(model.name +

@@ -6,9 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "python/arrays.h"
 #include "python/bindings.h"
-#include "python/unlocked.h"
 #include "runs/export.h"
 #include "runs/run.h"
 

@@ -10,7 +10,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
-#include "config/files/csv_lines.h"
+#include "config/files/csv.h"
 
 namespace hystcan::runs {
 namespace {

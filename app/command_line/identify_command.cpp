@@ -43,13 +43,10 @@ struct IdentifyArguments {
   std::filesystem::path initial_memory;
   std::filesystem::path report;
   DatasetInput input;
+  identification::IdentifyOptions asked;  ///< but for those that are words here
   std::string order = "auto";
   std::string creep = "auto";
   std::string curves = "auto";
-  std::optional<double> delay_s, longest_delay_s;
-  bool common_zero = false;
-  bool common_gain = false;
-  bool drift = false;
   bool dynamics = false;
   std::string symmetry = "auto";
   std::string thresholds = "auto";
@@ -60,16 +57,11 @@ struct IdentifyArguments {
 };
 
 identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
-  identification::IdentifyOptions asked;
+  identification::IdentifyOptions asked = options.asked;
   if (options.order != "auto") asked.shape = identification::CurveShape::polynomial(std::stoi(options.order));
   asked.curves = *parse_word<identification::CurveChoice>(options.curves);
-  asked.delay_s = options.delay_s;
   if (options.creep != "auto")
     asked.creep_per_decade = options.creep == "none" ? 0.0 : std::stod(options.creep);
-  asked.longest_delay_s = options.longest_delay_s;
-  asked.common_zero = options.common_zero;
-  asked.common_gain = options.common_gain;
-  asked.drift = options.drift;
   asked.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
@@ -120,7 +112,7 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
       moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
       covers ? "" : "what lies beyond the inputs and ",
       file.string() + (old.creep ? "" : ", which has no creep"),
-      config::load_dynamics(file) ? ", but for its [dynamics], which are left out" : "");
+      config::load_lag(file).dynamics ? ", but for its [dynamics], which are left out" : "");
 }
 
 /// The last part of a path, which may end in a slash.
@@ -268,9 +260,11 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_option("--curves", options->curves, "polynomials, splines, or the better of both (auto)")
       ->check(one_of({"auto", "polynomial", "spline"}));
   CLI::Option* delay =
-      command->add_option("--delay", options->delay_s, "known delay of the output in seconds")
+      command->add_option("--delay", options->asked.delay_s, "known delay of the output in seconds")
           ->check(not_negative_number());
-  command->add_option("--delay-max", options->longest_delay_s, "longest delay that is searched, in seconds")
+  command
+      ->add_option("--delay-max", options->asked.longest_delay_s,
+                   "longest delay that is searched, in seconds")
       ->check(not_negative_number())
       ->excludes(delay);
   command
@@ -278,11 +272,11 @@ void add_identify(CLI::App& cli, int& status) {
           "--creep", options->creep,
           "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it carries over")
       ->check(creep_or_auto());
-  command->add_flag("--common-zero", options->common_zero,
+  command->add_flag("--common-zero", options->asked.common_zero,
                     "several datasets: their outputs have the same zero; if left out, each has its own");
-  command->add_flag("--common-gain", options->common_gain,
+  command->add_flag("--common-gain", options->asked.common_gain,
                     "several datasets: their outputs have the same gain; if left out, each can have its own");
-  command->add_flag("--drift", options->drift, "the zero of each dataset drifts linearly");
+  command->add_flag("--drift", options->asked.drift, "the zero of each dataset drifts linearly");
   command
       ->add_flag("--dynamics", options->dynamics,
                  "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets")

@@ -21,7 +21,7 @@
 #include "base/terminal.h"
 #include "base/text.h"
 #include "config/files/model_file.h"
-#include "model/simulation.h"
+#include "model/hysteresis_operator.h"
 
 namespace hystcan::app {
 namespace {
@@ -47,16 +47,16 @@ model::AnyModel load(const SimulateArguments& options) {
   return config::load_any_model(options.model);
 }
 
-template <class Law>
-model::HysteresisState at_rest(const model::MemoryModel<Law>& model) {
+template <class Model>
+model::HysteresisState at_rest(const Model& model) {
   return model.virgin(model.input_range().lo, capacity);
 }
 model::PlayState at_rest(const model::PrandtlIshlinskii& model) {
   return model.virgin(model.input_range().lo);
 }
 
-template <class Law>
-bool is_even(const model::MemoryModel<Law>& model) {
+template <class Model>
+bool is_even(const Model& model) {
   return model.symmetry() == model::Symmetry::even;
 }
 bool is_even(const model::PrandtlIshlinskii&) { return false; }

@@ -13,7 +13,7 @@ namespace hystcan::app {
 namespace {
 
 model::Dynamics dynamics_of(const std::filesystem::path& model) {
-  const std::optional<model::Dynamics> dynamics = config::load_dynamics(model);
+  const std::optional<model::Dynamics> dynamics = config::load_lag(model).dynamics;
   if (!dynamics)
     throw Error(
         fmt::format("{}: has no [dynamics], expected that table with --dynamics; `hystcan identify "
@@ -25,7 +25,7 @@ model::Dynamics dynamics_of(const std::filesystem::path& model) {
 }  // namespace
 
 std::optional<SimulatedCreep> SimulatedCreep::load(const Files& files, double h, const RowInput& rows) {
-  const std::optional<model::OutputCreep::Config> config = config::load_creep(files.model);
+  const std::optional<model::OutputCreep::Config> config = config::load_lag(files.model).creep;
   if (config && !rows.timed())
     throw Error(
         fmt::format("{}: has no column time_s, expected one, because {} has [creep]; --quasi-static "

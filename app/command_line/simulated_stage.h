@@ -8,11 +8,11 @@
 
 #include "app/command_line/row_files.h"
 #include "model/dynamics.h"
-#include "model/held_creep.h"
+#include "model/output_creep.h"
 
 namespace hystcan::app {
 
-/// [creep] of the model file, row by row: model/held_creep.h.
+/// [creep] of the model file, row by row: model/output_creep.h.
 class SimulatedCreep {
  public:
   struct Files {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "controller/analysis/linear_loop.h"
-#include "identification/numerics/levenberg_marquardt.h"
-#include "identification/numerics/orthonormal_columns.h"
+#include "identification/numerics/decompositions.h"
+#include "identification/numerics/nonlinear_fit.h"
 
 namespace hystcan::app {
 namespace {
@@ -113,8 +113,8 @@ ChainRecord::Fit ChainRecord::improved(const ChainPoint& start, const ChainBox& 
   problem.h << lo(free), -hi(free);
   const ChainPoint inside = start.cwiseMax(box.lo).cwiseMin(box.hi);
   const VectorXd from = inside(free);
-  const identification::NonlinearFit fit = identification::improve(problem, from, most_steps);
-  return {whole(fit.x), fit.cost};
+  const identification::Minimum fit = identification::improve(problem, from, most_steps);
+  return {whole(fit.x), fit.value};
 }
 
 identification::Confidence ChainRecord::confidence(const ChainPoint& at, const ChainBox& box) const {

@@ -11,9 +11,9 @@
 #include <cstddef>
 
 #include "controller/control/delays.h"
-#include "identification/dynamics/confidence.h"
 #include "identification/dynamics/sampled_dataset.h"
 #include "identification/dynamics/second_order_fit.h"
+#include "identification/numerics/nonlinear_fit.h"
 
 namespace hystcan::app {
 

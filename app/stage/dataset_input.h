@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "config/files/dataset_columns.h"
+#include "config/files/dataset_file.h"
 #include "identification/dataset.h"
 #include "runs/run.h"
 

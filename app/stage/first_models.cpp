@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/stage/first_stage.h"
-#include "model/simplified.h"
+#include "model/hysteresis_parameters.h"
 #include "model/validity.h"
 
 namespace hystcan::app {

@@ -225,10 +225,10 @@ class Findings {
   void report_k() {
     if (identified_.search.one_k)
       say("rising and falling branches have the same k: two values would not fit better");
-    const auto report = [&](const char* name, double k, const PaceRange& range) {
+    const auto report = [&](const char* name, double k, model::Interval range) {
       if (identified_.stopped)
         say("{} = {:.5g} 1/{}", name, k, unit());
-      else if (range.is_fixed)
+      else if (is_determined(range))
         say("{} = {:.5g} 1/{}; {:.5g} to {:.5g} would do as well (within 5 % of the error)", name, k, unit(),
             range.lo, range.hi);
       else

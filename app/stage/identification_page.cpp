@@ -175,7 +175,7 @@ double least(const Comparison& comparison, ReadError read) {
 }
 
 std::string table_of(const Comparison& comparison) {
-  const std::size_t columns = comparison.no_hold_out.empty() ? 4 : 2;
+  const std::size_t columns = comparison.no_hold_out ? 2 : 4;
   std::vector<std::string> headings{"model",       "parameters",       "fit RMS [%]",
                                     "fit max [%]", "held out RMS [%]", "held out max [%]"};
   headings.resize(2 + columns);
@@ -205,7 +205,7 @@ std::string cross_validated(const Identified& identified) {
 }
 
 std::string hold_out_of(const Identified& identified, const Comparison& comparison) {
-  if (!comparison.no_hold_out.empty()) return "Nothing was held out: " + comparison.no_hold_out + ".";
+  if (comparison.no_hold_out) return "Nothing was held out: " + *comparison.no_hold_out + ".";
   return fmt::format(
              "Held out: {} of {}, {} of {}, every other cycle of those that are not needed to reach "
              "the ends of the input range. Every model was fitted again without them, the identified one with the "
@@ -248,12 +248,12 @@ std::string memory_text(const InitialMemory& memory) {
   return fmt::format("nested loops, bias {:.3g}", memory.bias);
 }
 
-std::string pace_text(double k, const identification::PaceRange& range, const Identified& identified) {
+std::string pace_text(double k, model::Interval range, const Identified& identified) {
   const std::string& unit = identified.parameters.input_unit;
   return fmt::format("{:.5g}{}, {:.4g} per span of the thresholds; {}", k, unit.empty() ? "" : " / " + unit,
                      k * identified.parameters.input_range().span(),
                      identified.stopped ? "the search was stopped"
-                     : range.is_fixed
+                     : identification::is_determined(range)
                          ? fmt::format("RMS within 5 % from {:.3g} to {:.3g}", range.lo, range.hi)
                          : "the dataset does not determine it");
 }

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "base/output_file.h"
 #include "config/schema/config.h"
-#include "identification/landscape.h"
+#include "identification/determination.h"
 
 namespace hystcan::app {
 namespace {

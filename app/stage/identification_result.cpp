@@ -8,7 +8,7 @@
 
 #include "base/words.h"
 #include "config/files/model_file.h"
-#include "identification/excerpt.h"
+#include "identification/regression.h"
 
 namespace hystcan::app {
 namespace {
@@ -76,7 +76,7 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
          {"offset", identified.offsets[i]},
          {"gain", identified.gains[i]},
          {"drift", identified.drifts[i]}});
-  const auto range = [](const identification::PaceRange& k) { return nlohmann::json{k.lo, k.hi}; };
+  const auto range = [](const model::Interval& k) { return nlohmann::json{k.lo, k.hi}; };
   const model::Interval& thresholds = identified.parameters.input_range();
   const identification::CurveShape& shape = identified.search.shape;
   return {{"order", shape.order},

@@ -8,9 +8,7 @@
 #include <vector>
 
 #include "identification/dataset.h"
-#include "identification/error_by_rate.h"
 #include "identification/identify.h"
-#include "identification/memory_estimate.h"
 #include "identification/prediction.h"
 
 namespace hystcan::app {

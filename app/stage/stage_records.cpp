@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/error.h"
-#include "model/output_unit.h"
+#include "model/any_model.h"
 
 namespace hystcan::app {
 namespace {

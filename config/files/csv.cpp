@@ -1,12 +1,190 @@
 #include "config/files/csv.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <set>
+#include <sstream>
 #include <utility>
+#include <vector>
+
+#include "base/input_file.h"
+#include "base/text.h"
+#include "controller/reference/motion.h"
 
 namespace hystcan::config {
+namespace {
+
+// Parses "# NAME = TEXT"; TEXT may be in quotes.
+std::string_view named_in_comment(std::string_view line, std::string_view name) {
+  line = trimmed(line.substr(std::min(line.size(), line.find('#') + 1)));
+  if (!line.starts_with(name)) return {};
+  line = trimmed(line.substr(name.size()));
+  if (!line.starts_with('=')) return {};
+  line = trimmed(line.substr(1));
+  if (line.size() >= 2 && line.front() == '"' && line.back() == '"') line = line.substr(1, line.size() - 2);
+  return line;
+}
+
+std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file) {
+  try {
+    return open_input(file);
+  } catch (const FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
+  }
+}
+
+std::unique_ptr<char[]> buffer_of_a_line() {
+  return std::make_unique_for_overwrite<char[]>(longest_csv_line + 1);
+}
+
+/// The end of the field with which the line begins.
+std::size_t end_of_field(std::string_view line, char separator) {
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') quoted = !quoted;
+    if (!quoted && (line[i] == separator || (separator == ' ' && line[i] == '\t'))) return i;
+  }
+  return quoted ? line.find(separator) : std::string_view::npos;  // an odd quote is a letter
+}
+
+}  // namespace
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return text.substr(text.size());
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields) {
+  fields.clear();
+  const bool plain = separator != ' ' && line.find('"') == std::string_view::npos;
+  if (separator == ' ') line = trimmed(line);
+  while (true) {
+    const auto end = plain ? line.find(separator) : end_of_field(line, separator);
+    fields.push_back(trimmed(line.substr(0, end)));
+    if (end == std::string_view::npos) return;
+    line.remove_prefix(end + 1);
+    if (separator == ' ') line = trimmed(line);
+  }
+}
+
+std::optional<double> csv_number(std::string_view text, bool decimal_comma) {
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
+    text = trimmed(text.substr(1, text.size() - 2));
+  std::string with_point;
+  if (decimal_comma && text.find(',') != std::string_view::npos) {
+    with_point = text;
+    std::ranges::replace(with_point, ',', '.');
+    text = with_point;
+  }
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  double value = 0.0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, value);
+  if (error != std::errc() || end != last) return std::nullopt;
+  return value;
+}
+
+std::string shortened(std::string_view text) {
+  constexpr std::size_t most = 60;
+  return text.size() <= most ? std::string(text) : fmt::format("{}...", text.substr(0, most));
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 20;
+  std::vector<std::string> some;
+  for (std::size_t i = 0; i < std::min(most, names.size()); ++i) some.push_back(shortened(names[i]));
+  const std::string more = names.size() > most ? fmt::format(" and {} more", names.size() - most) : "";
+  return fmt::format("{}{}", fmt::join(some, ", "), more);
+}
+
+CsvLines::CsvLines(std::filesystem::path file)
+    : file_(std::move(file)), stream_(open_csv(file_)), buffer_(buffer_of_a_line()) {}
+
+CsvLines::CsvLines(std::filesystem::path file, std::string text)
+    : file_(std::move(file)),
+      stream_(std::make_unique<std::istringstream>(std::move(text))),
+      buffer_(buffer_of_a_line()) {}
+
+bool CsvLines::next() {
+  if (!put_back_.empty()) {
+    given_again_ = std::move(put_back_.front());
+    put_back_.pop_front();
+    line_ = given_again_.text;
+    line_number_ = given_again_.number;
+    in_mid_line_ = given_again_.ends_in_mid_line;
+    return true;
+  }
+  while (read_line()) {
+    const std::string_view text = trimmed(line_);
+    const bool is_comment = text.starts_with('#');
+    if (is_comment && keeps_comments_ && comments_.size() < most_comments && text.size() <= longest_comment)
+      comments_.emplace_back(text);
+    if (!text.empty() && !is_comment) return true;
+  }
+  return false;
+}
+
+bool CsvLines::read_line() {
+  stream_->getline(buffer_.get(), longest_csv_line + 1);
+  auto size = static_cast<std::size_t>(stream_->gcount());
+  if (stream_->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
+  if (stream_->eof() && size == 0) return false;
+  in_mid_line_ = stream_->eof();
+  ++line_number_;
+  bytes_read_ += size;
+  if (!stream_->eof() && !stream_->fail()) --size;  // the end of the line is counted too
+  if (line_number_ == 1)
+    if (const std::string_view other = refusal_of_encoding({buffer_.get(), size}); !other.empty())
+      fail_in_column(0, std::string(other));
+  if (stream_->fail())
+    fail_in_column(longest_csv_line,
+                   fmt::format("a longer line, expected at most {} bytes", longest_csv_line));
+  line_ = {buffer_.get(), size};
+  if (line_.ends_with('\r')) line_.remove_suffix(1);
+  if (line_number_ == 1 && line_.starts_with(byte_order_mark))
+    std::fill_n(buffer_.get(), byte_order_mark.size(), ' ');
+  return true;
+}
+
+std::string CsvLines::comment(std::string_view name) const {
+  for (const std::string& line : comments_)
+    if (const std::string_view text = named_in_comment(line, name); !text.empty()) return std::string(text);
+  return {};
+}
+
+void CsvLines::fail(std::string_view at, const std::string& what) const {
+  fail_in_column(static_cast<std::size_t>(at.data() - line_.data()), what);
+}
+
+void CsvLines::fail(const std::string& what) const { fail_in_column(0, what); }
+
+void CsvLines::fail_in_column(std::size_t column, const std::string& what) const {
+  throw Error(
+      fmt::format("{}:{}:{}: {}", file_.string(), std::max<std::size_t>(line_number_, 1), column + 1, what));
+}
+
+void require_width(const CsvLines& lines, std::size_t fields, std::size_t expected, char separator) {
+  if (fields == expected) return;
+  const bool cut = lines.end_in_mid_line() && fields < expected;
+  const bool commas = separator == ',' && fields == 2 * expected;
+  lines.fail(
+      fmt::format("the row has {}{}, expected {} as in the header{}", counted(fields, "field"),
+                  cut ? " and then the file ends" : "", expected,
+                  commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
+}
+
+double finite_number(const CsvLines& lines, std::string_view field, const std::string& name, char separator) {
+  if (field.empty()) lines.fail(field, fmt::format("{} is empty, expected a number", name));
+  const std::optional<double> value = csv_number(field, separator != ',');
+  if (!value || !std::isfinite(*value))
+    lines.fail(field, fmt::format("{} is \"{}\", expected a finite number", name, shortened(field)));
+  return *value;
+}
 
 CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> columns)
     : lines_(std::move(file)), wanted_(std::move(columns)) {
@@ -66,6 +244,38 @@ bool CsvReader::next(std::vector<double>& row) {
   for (std::size_t i = 0; i < wanted_.size(); ++i)
     row[i] = finite_number(lines_, fields_[where_[i]], wanted_[i], separator_);
   return true;
+}
+
+namespace {
+
+/// A running controller reads this file too, so it must not wait for a pipe.
+std::string text_of_setpoint(const std::filesystem::path& file) {
+  constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
+  try {
+    return read_regular_file(file, largest);
+  } catch (const FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
+  }
+}
+
+}  // namespace
+
+controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
+  CsvReader reader(file, text_of_setpoint(file), {"time_s", "position_um"});
+  std::vector<double> time_s;
+  std::vector<double> position_um;
+  std::vector<double> row;
+  while (reader.next(row)) {
+    if (!time_s.empty() && row[0] <= time_s.back())
+      throw Error(fmt::format("{}:{}:1: time_s is {} after {}, expected time to increase", file.string(),
+                              reader.line_number(), row[0], time_s.back()));
+    time_s.push_back(row[0]);
+    position_um.push_back(row[1]);
+  }
+  if (time_s.size() < 2)
+    throw Error(fmt::format("{}:{}:1: a reference of {}, expected two or more", file.string(),
+                            reader.line_number(), counted(time_s.size(), "row")));
+  return {std::move(time_s), std::move(position_um)};
 }
 
 }  // namespace hystcan::config

@@ -4,20 +4,115 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
+#include <istream>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "config/files/csv_lines.h"
+#include "base/error.h"
+
+namespace hystcan::controller {
+class MonotoneCubic;
+}
 
 namespace hystcan::config {
+
+inline constexpr std::size_t most_columns = 4096;
+inline constexpr std::size_t longest_csv_line = 1'048'576;  ///< bytes
+/// Lines before the header in which comment() looks.
+inline constexpr std::size_t most_comments = 1000;
+inline constexpr std::size_t longest_comment = 1024;  ///< bytes
+
+/// Without blanks and tabs at both ends.
+std::string_view trimmed(std::string_view text);
+
+/// The fields of a line, trimmed. A separator between double quotes does not separate. `' '`: any number of
+/// blanks and tabs.
+void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields);
+
+/// A number, also not a finite one; quotes around it are left out. None if the text is none, or has more than
+/// one.
+std::optional<double> csv_number(std::string_view text, bool decimal_comma);
+
+/// For a message: the beginning of a long text.
+std::string shortened(std::string_view text);
+/// For a message: the first of many names.
+std::string listed(const std::vector<std::string>& names);
+
+/// Lines without their ends (also Windows') and without Excel's mark of the byte order. Lines beginning with
+/// # are comments; they and empty lines are passed over.
+class CsvLines {
+ public:
+  /// The file may be a pipe (base/input_file.h). Throws Error if it cannot be read.
+  explicit CsvLines(std::filesystem::path file);
+  /// Reads a text instead; `file` is only its name in messages.
+  CsvLines(std::filesystem::path file, std::string text);
+
+  /// Goes to the next line; false at the end of the file. Throws Error at a line beyond the limit.
+  bool next();
+  /// The present line, valid until next().
+  std::string_view text() const { return line_; }
+  std::size_t number() const { return line_number_; }
+  const std::filesystem::path& file() const { return file_; }
+
+  /// A line that next() gives again.
+  struct Kept {
+    std::size_t number = 0;
+    std::string text;
+    bool ends_in_mid_line = false;
+  };
+  Kept kept() const { return {line_number_, std::string(line_), in_mid_line_}; }  ///< the present line
+  /// Behind what was put back before.
+  void put_back(Kept line) { put_back_.push_back(std::move(line)); }
+
+  /// From here on comments are not kept.
+  void end_comments() { keeps_comments_ = false; }
+  /// The TEXT of a comment `# NAME = TEXT` that was kept; empty if there is none.
+  std::string comment(std::string_view name) const;
+
+  /// Those that were kept, as in the file.
+  const std::vector<std::string>& comments() const { return comments_; }
+
+  /// True if the present line ends the file without a line end.
+  bool end_in_mid_line() const { return in_mid_line_; }
+  std::uint64_t bytes_read() const { return bytes_read_; }
+
+  /// Throws Error with the place: `at` points into the present line.
+  [[noreturn]] void fail(std::string_view at, const std::string& what) const;
+  [[noreturn]] void fail(const std::string& what) const;  ///< at the beginning of the line
+
+ private:
+  bool read_line();
+  [[noreturn]] void fail_in_column(std::size_t column, const std::string& what) const;
+
+  std::filesystem::path file_;
+  std::unique_ptr<std::istream> stream_;
+  std::vector<std::string> comments_;
+  bool keeps_comments_ = true;
+  std::unique_ptr<char[]> buffer_;  ///< of the longest line; the system provides only what is used
+  std::string_view line_;
+  std::deque<Kept> put_back_;
+  Kept given_again_;  ///< the present line, if it was put back
+  std::size_t line_number_ = 0;
+  bool in_mid_line_ = false;
+  std::uint64_t bytes_read_ = 0;
+};
+
+/// Throws Error at the present line if it has another number of fields than the header.
+void require_width(const CsvLines& lines, std::size_t fields, std::size_t expected, char separator);
+/// A field of the present line. Throws Error at it if it is empty or not a finite number.
+double finite_number(const CsvLines& lines, std::string_view field, const std::string& name, char separator);
 
 /// Reads the requested columns in the requested order and ignores all others. Accepts Windows line ends.
 class CsvReader {
  public:
-  /// Throws Error if the file cannot be read, lacks a column, or has a column name twice. The file may be a pipe
-  /// (base/input_file.h).
+  /// Throws Error if the file cannot be read, lacks a column, or has a column name twice. The file may be a
+  /// pipe (base/input_file.h).
   CsvReader(std::filesystem::path file, std::vector<std::string> columns);
   /// Reads a text instead; `file` is only its name in messages.
   CsvReader(std::filesystem::path file, std::string text, std::vector<std::string> columns);
@@ -26,7 +121,7 @@ class CsvReader {
   bool add_if_present(const std::string& column);
 
   /// Returns false at the end of the file. Throws Error at an empty field, at a row of the wrong length,
-  /// and at a value that is not a finite number. Also throws Error beyond the limits of csv_lines.h.
+  /// and at a value that is not a finite number. Also throws Error beyond the limits above.
   bool next(std::vector<double>& row);
 
   /// The TEXT of a line `# NAME = TEXT` before the header; empty if there is none.
@@ -50,5 +145,9 @@ class CsvReader {
   char separator_ = ',';
   std::vector<std::string_view> fields_;
 };
+
+/// Reads a reference from the columns time_s and position_um. Throws Error, with its line, if the file cannot
+/// be read, has fewer than two rows, or if time does not increase.
+controller::MonotoneCubic load_setpoint(const std::filesystem::path& file);
 
 }  // namespace hystcan::config

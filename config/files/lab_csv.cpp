@@ -46,18 +46,14 @@ std::optional<std::string> only_unit(std::string_view field) {
 constexpr std::array<std::string_view, 8> rate_words{"abtastrate",    "abtastfrequenz",     "sampling rate",
                                                      "sample rate",   "sampling frequency", "samplerate",
                                                      "sampling_rate", "sample_rate"};
-struct RateUnit {
-  std::string_view text;
-  double factor;
-};
-constexpr std::array<RateUnit, 8> rate_units{{{"", 1.0},
-                                              {"hz", 1.0},
-                                              {"1/s", 1.0},
-                                              {"s/s", 1.0},
-                                              {"sa/s", 1.0},
-                                              {"samples/s", 1.0},
-                                              {"khz", 1e3},
-                                              {"ks/s", 1e3}}};
+constexpr std::array<std::pair<std::string_view, double>, 8> rate_units{{{"", 1.0},
+                                                                         {"hz", 1.0},
+                                                                         {"1/s", 1.0},
+                                                                         {"s/s", 1.0},
+                                                                         {"sa/s", 1.0},
+                                                                         {"samples/s", 1.0},
+                                                                         {"khz", 1e3},
+                                                                         {"ks/s", 1e3}}};
 
 /// Without blanks, separators and brackets at both ends.
 std::string_view without_marks(std::string_view text) {
@@ -106,13 +102,13 @@ std::optional<StatedRate> stated_rate(std::string_view line) {
   const std::string_view number = without_marks(rest.substr(begin, end - begin));
   std::string unit(without_marks(rest.substr(0, begin)));  // Abtastrate [Hz]: 5000
   unit += without_marks(rest.substr(end));
-  const auto known = std::ranges::find(rate_units, unit, &RateUnit::text);
+  const auto known = std::ranges::find(rate_units, unit, &std::pair<std::string_view, double>::first);
   const auto value = csv_number(number, true);
   if (!value || known == rate_units.end()) return std::nullopt;
   const std::size_t point = number.find_first_of(".,");
   if (point != std::string_view::npos && number.size() - point == 4)
     return std::nullopt;  // five, or thousands
-  const double rate_Hz = *value * known->factor;
+  const double rate_Hz = *value * known->second;
   if (!(rate_Hz > 0.0)) return std::nullopt;
   return StatedRate{rate_Hz, std::string(trimmed(line))};
 }

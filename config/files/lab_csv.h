@@ -2,8 +2,10 @@
 //
 //   - separators: semicolon, tab, comma or blanks; decimal commas unless commas separate
 //   - lines of text before the header (instrument, date) are passed over, as are `#` lines
-//   - a sampling rate stated above the header is found: `Abtastrate: 5000 Hz`, `# sample rate = 5 kHz`, `Sampling rate;5000`
-//   - names may be quoted and have their unit beside them: `drive (V)`, `x [um]`, `time_s`; a line of units may follow
+//   - a sampling rate stated above the header is found: `Abtastrate: 5000 Hz`, `# sample rate = 5 kHz`,
+//     `Sampling rate;5000`
+//   - names may be quoted and have their unit beside them: `drive (V)`, `x [um]`, `time_s`; a line of units
+//     may follow
 //   - without a header the columns are named 1, 2, 3 ...
 #pragma once
 
@@ -13,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config/files/csv_lines.h"
+#include "config/files/csv.h"
 
 namespace hystcan::config {
 
@@ -23,7 +25,8 @@ struct CsvColumn {
   std::string unit;   ///< as in the file; empty: none
 };
 
-/// A name and the unit in parentheses or brackets behind it, or behind an underscore or a slash if it is a known one.
+/// A name and the unit in parentheses or brackets behind it, or behind an underscore or a slash if it is a
+/// known one.
 CsvColumn csv_column(std::string_view title);
 
 std::string lower_case(std::string_view text);  ///< of letters in ASCII
@@ -32,7 +35,8 @@ struct StatedRate {
   double rate_Hz = 0.0;
   std::string line;  ///< as in the file
 };
-/// The sampling rate that a line states, if it is one of these; none where a point may separate thousands (5.000 Hz).
+/// The sampling rate that a line states, if it is one of these; none where a point may separate thousands
+/// (5.000 Hz).
 std::optional<StatedRate> stated_rate(std::string_view line);
 
 class LabCsvReader {
@@ -46,8 +50,8 @@ class LabCsvReader {
   /// The columns of next(), as indices of columns().
   void select(std::vector<std::size_t> columns) { selected_ = std::move(columns); }
 
-  /// Returns false at the end of the file. Throws Error at an empty field, at a row of the wrong length, and at a
-  /// value that is not a finite number.
+  /// Returns false at the end of the file. Throws Error at an empty field, at a row of the wrong length, and
+  /// at a value that is not a finite number.
   bool next(std::vector<double>& row);
 
   /// The one above the header; none where two differ.

@@ -1,22 +1,62 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "config/document/document.h"
 #include "config/files/model_file.h"
-#include "config/files/model_schema.h"
 
 namespace hystcan::config {
 namespace {
 
+constexpr std::array<std::string_view, 4> memory_kinds{
+    model::Hysteresis::kind(), model::LinearMapping::kind(), model::PrandtlIshlinskii::kind(),
+    model::Preisach::kind()};
+
+/// [memory] of a memory file.
+struct MemoryFile {
+  std::string kind;
+  std::string model;
+  model::Origin origin = model::Origin::virgin;
+  std::vector<double> turning_inputs;
+  std::vector<double> turning_outputs;
+  double input = 0.0;
+  double output = 0.0;
+  std::uint64_t merged = 0;
+  std::vector<double> plays;
+  std::vector<double> creep;
+  double time_s = 0.0;
+};
+
+template <class V>
+void visit(V& v, MemoryFile& m) {
+  v.choice("kind", m.kind, memory_kinds);
+  v.optional("model", m.model);
+  v.required("input", m.input);
+  v.optional("output", m.output);
+  v.numbers("creep", m.creep);
+  v.optional("time_s", m.time_s);
+  if (m.kind == model::PrandtlIshlinskii::kind()) {
+    v.required("plays", m.plays);
+    return;
+  }
+  v.choice("origin", m.origin);
+  v.numbers("turning_inputs", m.turning_inputs);
+  v.numbers("turning_outputs", m.turning_outputs);
+  v.optional("merged", m.merged);
+}
+
 /// The contents of a memory file. A file that a controller saved also has what it learnt, and [stop].
 struct Contents {
   MemoryFile memory;
-  std::vector<LearntFile> learnt{};
-  std::optional<StopFile> stop{};
+  std::vector<std::vector<double>> learnt{};  ///< [[learning]]: correction_um of each segment
+  std::optional<std::string> stop{};          ///< [stop]: the reason
 };
 
 Contents read(const Document& document) {
@@ -24,14 +64,17 @@ Contents read(const Document& document) {
   const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
   Reader reader(document, document.root(), "");
   reader.table("memory", raw.memory, plain);
-  reader.optional_table("stop", raw.stop, plain);
+  reader.optional_table("stop", raw.stop,
+                        [](Reader& sub, std::string& reason) { sub.required("reason", reason); });
   // Former controllers wrote a learnt gain and offset of the model, which no longer exist.
   std::optional<double> former{};
   reader.optional_table("correction", former, [](Reader& sub, double& ignored) {
     sub.optional("gain", ignored);
     sub.optional("offset_um", ignored);
   });
-  reader.optional_list("learning", raw.learnt, plain);
+  reader.optional_list("learning", raw.learnt, [](Reader& sub, std::vector<double>& correction_um) {
+    sub.numbers("correction_um", correction_um);
+  });
   reader.finish();
   return raw;
 }
@@ -55,15 +98,15 @@ model::TurningPoints turning_points(const Document& document, const MemoryFile& 
   const bool has_output = static_cast<bool>(document.root().at_path("memory.output"));
   return {.origin = raw.origin,
           .inputs = raw.turning_inputs,
-          .outputs = raw.turning_outputs,
+          .levels = raw.turning_outputs,
           .input = raw.input,
-          .output = has_output ? std::optional(raw.output) : std::nullopt,
+          .level = has_output ? std::optional(raw.output) : std::nullopt,
           .merged = raw.merged};
 }
 
-template <class Law>
-model::HysteresisState remembered(const Document& document, const MemoryFile& raw,
-                                  const model::MemoryModel<Law>& model, std::size_t capacity) {
+template <class Model>
+model::HysteresisState remembered(const Document& document, const MemoryFile& raw, const Model& model,
+                                  std::size_t capacity) {
   try {
     return model.remembering(turning_points(document, raw), capacity);
   } catch (const model::MemoryError& error) {
@@ -75,20 +118,19 @@ model::HysteresisState remembered(const Document& document, const MemoryFile& ra
 
 }  // namespace
 
-template <class Law>
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
+template <class Model>
+model::HysteresisState load_memory(const std::filesystem::path& file, const Model& model,
                                    std::size_t capacity) {
   const Document document(file, {}, largest_model_file);
   return remembered(document, read(document, model).memory, model, capacity);
 }
 
-template model::HysteresisState load_memory(const std::filesystem::path&,
-                                            const model::MemoryModel<model::ExponentialConvergence>&,
+template model::HysteresisState load_memory(const std::filesystem::path&, const model::Hysteresis&,
                                             std::size_t);
-template model::HysteresisState load_memory(const std::filesystem::path&,
-                                            const model::MemoryModel<model::AffineMap>&, std::size_t);
-template model::HysteresisState load_memory(const std::filesystem::path&,
-                                            const model::MemoryModel<model::EverettLaw>&, std::size_t);
+template model::HysteresisState load_memory(const std::filesystem::path&, const model::LinearMapping&,
+                                            std::size_t);
+template model::HysteresisState load_memory(const std::filesystem::path&, const model::Preisach&,
+                                            std::size_t);
 
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
   const Document document(file, {}, largest_model_file);
@@ -98,10 +140,8 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
   if (document.root().at_path("memory.creep"))
     document.fail_at("memory.creep", "creep stands in a state file, expected it in a memory file only");
   Contents raw = read(document, model);
-  std::vector<std::vector<double>> learnt;
-  for (LearntFile& segment : raw.learnt) learnt.push_back(std::move(segment.correction_um));
   return {.memory = remembered(document, raw.memory, model, model::Hysteresis::default_capacity),
-          .learnt = std::move(learnt)};
+          .learnt = std::move(raw.learnt)};
 }
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
@@ -131,11 +171,11 @@ std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::
                      fmt::format("creep has {} values, expected {}: the lags of the model's [creep]",
                                  raw.creep.size(), creep.lags()));
   return model::HeldCreep::State{
-      .creep = {raw.creep}, .h = h, .time_s = has_time ? std::optional(raw.time_s) : std::nullopt};
+      .creep = raw.creep, .h = h, .time_s = has_time ? std::optional(raw.time_s) : std::nullopt};
 }
 
 std::string creep_memory_text(const model::HeldCreep::State& state) {
-  std::string text = fmt::format("creep = [{}]\n", fmt::join(state.creep.late, ", "));
+  std::string text = fmt::format("creep = [{}]\n", fmt::join(state.creep, ", "));
   if (state.time_s) text += fmt::format("time_s = {}\n", *state.time_s);
   return text;
 }

@@ -3,12 +3,110 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "config/files/model_schema.h"
-#include "model/simplified.h"
+#include <array>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "config/document/document.h"
+#include "model/hysteresis_parameters.h"
 #include "model/validity.h"
 
 namespace hystcan::config {
 namespace {
+
+/// The average model is a recursive-memory model without k. Only a file names it as a kind of its own.
+constexpr std::string_view average_kind = "average";
+
+constexpr std::array<std::string_view, 5> model_kinds{
+    model::Hysteresis::kind(), average_kind, model::LinearMapping::kind(), model::PrandtlIshlinskii::kind(),
+    model::Preisach::kind()};
+
+/// The tables of a model file. The keys of [hysteresis] depend on the kind.
+struct ModelTables {
+  std::optional<IdentifiedFrom> identified_from;
+  std::optional<model::OutputCreep::Config> creep{};
+  std::optional<model::Dynamics> dynamics{};
+  std::string kind;
+  std::string input_unit;
+  std::string output_unit;
+  double input_min = 0.0;
+  double input_max = 0.0;
+  model::Basis basis = model::Basis::chebyshev;
+  std::vector<double> knots;
+  std::vector<double> ascending;
+  std::vector<double> descending;
+  std::vector<double> input_map;
+  std::vector<double> output_map;
+  double k_ascending = 0.0;
+  double k_descending = 0.0;
+  model::Symmetry symmetry = model::Symmetry::none;
+  double offset = 0.0;
+  double gain = 0.0;
+  std::vector<double> thresholds;
+  std::vector<double> weights;
+};
+
+template <class V>
+void visit(V& v, ModelTables& m) {
+  v.choice("kind", m.kind, model_kinds);
+  v.required("input_unit", m.input_unit);
+  v.required("output_unit", m.output_unit);
+  v.required("input_min", m.input_min);
+  v.required("input_max", m.input_max);
+  const bool has_thresholds = m.kind == model::PrandtlIshlinskii::kind();
+  if (has_thresholds || m.kind == model::Preisach::kind()) {
+    v.required("offset", m.offset);
+    v.required("gain", m.gain);
+    if (has_thresholds) v.required("thresholds", m.thresholds);
+    v.required("weights", m.weights);
+    return;
+  }
+  v.choice("basis", m.basis);
+  if (m.basis == model::Basis::spline) v.required("knots", m.knots);
+  v.required("ascending", m.ascending);
+  v.required("descending", m.descending);
+  if (m.kind == model::Hysteresis::kind()) {
+    v.required("k_ascending", m.k_ascending);
+    v.required("k_descending", m.k_descending);
+    if (m.basis == model::Basis::spline) v.numbers("input_map", m.input_map);
+  }
+  if (m.kind == model::Hysteresis::kind() || m.kind == average_kind) v.numbers("output_map", m.output_map);
+  v.choice("symmetry", m.symmetry);
+}
+
+template <class V>
+void visit(V& v, IdentifiedFrom& from) {
+  v.required("samples", from.samples, {.lo = 1.0});
+  v.required("delay_s", from.delay_s, not_negative, {.meaning = "of the output behind the input"});
+  v.required("rms_percent", from.rms_percent, not_negative,
+             {.meaning = "of the dataset's output span", .digits = 4});
+  v.required("max_percent", from.max_percent, not_negative, {.digits = 4});
+}
+
+template <class V>
+void visit(V& v, model::Dynamics& d) {
+  v.required("resonance_Hz", d.mode.natural_frequency_Hz, positive);
+  v.required("damping_ratio", d.mode.damping_ratio, not_negative);
+  v.required("delay_s", d.delay_s, not_negative);
+}
+
+template <class V>
+void visit(V& v, model::OutputCreep::Config& c) {
+  v.required("per_decade", c.per_decade, {.lo = -0.1, .hi = 0.1}, {.meaning = "share of the output"});
+  v.required("from_s", c.from_s, positive);
+  v.required("to_s", c.to_s, positive);
+}
+
+/// The tables of a model file.
+template <class V>
+void visit_tables(V& v, ModelTables& m) {
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.table("hysteresis", m, plain);
+  v.optional_table("creep", m.creep, plain);
+  v.optional_table("dynamics", m.dynamics, plain);
+  v.optional_table("identification", m.identified_from, plain);
+}
 
 /// Turns an exception of `make` into an error at the key, or at the table.
 template <class Make>
@@ -23,8 +121,8 @@ auto made(const Document& document, const std::string& key, Make make) {
   }
 }
 
-ModelFile read_model(const Document& document) {
-  ModelFile raw;
+ModelTables read_model(const Document& document) {
+  ModelTables raw;
   Reader reader(document, document.root(), "");
   visit_tables(reader, raw);
   reader.finish();
@@ -41,7 +139,7 @@ ModelFile read_model(const Document& document) {
   return raw;
 }
 
-model::HysteresisParameters parameters(const Document& document, const ModelFile& raw) {
+model::HysteresisParameters parameters(const Document& document, const ModelTables& raw) {
   const auto curve = [&](const char* key, const std::vector<double>& coefficients) {
     return made(document, std::string("hysteresis.") + key, [&]() -> model::ReferenceCurve {
       const model::Interval range{raw.input_min, raw.input_max};
@@ -64,12 +162,12 @@ model::HysteresisParameters parameters(const Document& document, const ModelFile
   if (!raw.output_map.empty())
     made(document, "hysteresis.output_map", [&] {
       parameters.output_map.emplace(raw.output_map, model::Interval{parameters.ascending.value(raw.input_min),
-                                                                    parameters.upper_point().output});
+                                                                    parameters.upper_point().level});
     });
   return parameters;
 }
 
-model::AnyParameters any_parameters(const Document& document, const ModelFile& raw) {
+model::AnyParameters any_parameters(const Document& document, const ModelTables& raw) {
   const model::Interval range{raw.input_min, raw.input_max};
   if (raw.kind == model::PrandtlIshlinskii::kind())
     return model::PrandtlIshlinskiiParameters{raw.input_unit, raw.output_unit, range,      raw.offset,
@@ -144,7 +242,7 @@ bool is_model_file(const std::filesystem::path& file) {
 
 model::AnyModel load_any_model(const std::filesystem::path& file) {
   const Document document(file, {}, largest_model_file);
-  const ModelFile raw = read_model(document);
+  const ModelTables raw = read_model(document);
   return made(document, "hysteresis", [&] { return model::model_of(any_parameters(document, raw)); });
 }
 
@@ -166,25 +264,25 @@ std::string model_text(const model::HysteresisParameters& parameters,
                        const std::optional<model::Dynamics>& dynamics,
                        const std::optional<model::OutputCreep::Config>& creep) {
   const model::Interval& range = parameters.input_range();
-  ModelFile raw{.identified_from = from,
-                .creep = creep,
-                .dynamics = dynamics,
-                .kind = std::string(model::Hysteresis::kind()),
-                .input_unit = parameters.input_unit,
-                .output_unit = parameters.output_unit,
-                .input_min = range.lo,
-                .input_max = range.hi,
-                .basis = parameters.ascending.basis(),
-                .knots = parameters.ascending.knots(),
-                .ascending = parameters.ascending.coefficients(),
-                .descending = parameters.descending.coefficients(),
-                .input_map = {},
-                .output_map = {},
-                .k_ascending = parameters.k_ascending,
-                .k_descending = parameters.k_descending,
-                .symmetry = parameters.symmetry,
-                .thresholds = {},
-                .weights = {}};
+  ModelTables raw{.identified_from = from,
+                  .creep = creep,
+                  .dynamics = dynamics,
+                  .kind = std::string(model::Hysteresis::kind()),
+                  .input_unit = parameters.input_unit,
+                  .output_unit = parameters.output_unit,
+                  .input_min = range.lo,
+                  .input_max = range.hi,
+                  .basis = parameters.ascending.basis(),
+                  .knots = parameters.ascending.knots(),
+                  .ascending = parameters.ascending.coefficients(),
+                  .descending = parameters.descending.coefficients(),
+                  .input_map = {},
+                  .output_map = {},
+                  .k_ascending = parameters.k_ascending,
+                  .k_descending = parameters.k_descending,
+                  .symmetry = parameters.symmetry,
+                  .thresholds = {},
+                  .weights = {}};
   if (parameters.input_map) raw.input_map = parameters.input_map->coefficients();
   if (parameters.output_map) raw.output_map = parameters.output_map->coefficients();
   ModelWriter writer;
@@ -192,21 +290,9 @@ std::string model_text(const model::HysteresisParameters& parameters,
   return writer.text();
 }
 
-IdentifiedFrom load_identified_from(const std::filesystem::path& file) {
-  return read_model(Document(file, {}, largest_model_file)).identified_from.value_or(IdentifiedFrom{});
-}
-
-std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file) {
-  return read_model(Document(file, {}, largest_model_file)).dynamics;
-}
-
 identification::Lag load_lag(const std::filesystem::path& file) {
-  const ModelFile raw = read_model(Document(file, {}, largest_model_file));
+  const ModelTables raw = read_model(Document(file, {}, largest_model_file));
   return {raw.identified_from ? raw.identified_from->delay_s : 0.0, raw.dynamics, raw.creep};
-}
-
-std::optional<model::OutputCreep::Config> load_creep(const std::filesystem::path& file) {
-  return read_model(Document(file, {}, largest_model_file)).creep;
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {

@@ -8,7 +8,6 @@
 #include "identification/prediction.h"
 #include "model/any_model.h"
 #include "model/dynamics.h"
-#include "model/held_creep.h"
 #include "model/output_creep.h"
 
 namespace hystcan::config {
@@ -35,28 +34,23 @@ struct IdentifiedFrom {
   double max_percent = 0.0;
 };
 
-/// The text of a model file. load_model() reads exactly the same parameters from it. `from`: none if it is not identified.
+/// The text of a model file. load_model() reads exactly the same parameters from it. `from`: none if it is
+/// not identified.
 std::string model_text(const model::HysteresisParameters& parameters,
                        const std::optional<IdentifiedFrom>& from,
                        const std::optional<model::Dynamics>& dynamics = {},
                        const std::optional<model::OutputCreep::Config>& creep = {});
 
-/// Returns zeros if the file has no [identification]. Throws Error.
-IdentifiedFrom load_identified_from(const std::filesystem::path& file);
-
-/// [dynamics] of a model file of any kind; none if it has no such table. Throws Error.
-std::optional<model::Dynamics> load_dynamics(const std::filesystem::path& file);
-
-/// [creep] of a model file of any kind; none if it has no such table. Throws Error.
-std::optional<model::OutputCreep::Config> load_creep(const std::filesystem::path& file);
-
-/// The delay of [identification], the [dynamics] and the [creep], as far as the file has them. Throws Error.
+/// The delay of [identification], the [dynamics] and the [creep] of a model file of any kind, as far as it
+/// has them. Throws Error.
 identification::Lag load_lag(const std::filesystem::path& file);
 
-/// Reads a memory of `model` that was saved or written by hand. Throws Error.
-template <class Law>
-model::HysteresisState load_memory(const std::filesystem::path& file, const model::MemoryModel<Law>& model,
+/// Reads a memory of `model` that was saved or written by hand. Throws Error. `Model`: one with branches.
+template <class Model>
+model::HysteresisState load_memory(const std::filesystem::path& file, const Model& model,
                                    std::size_t capacity);
+model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
+                             std::size_t capacity);
 /// The state of an axis that a controller saved at a clean stop: a memory file with [stop].
 struct SavedState {
   model::HysteresisState memory;
@@ -65,11 +59,8 @@ struct SavedState {
 /// Throws Error, also if the state belongs to another model.
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model);
 
-model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
-                             std::size_t capacity);
-
-/// The creep of a memory file of any kind, where `h` is the output of its memory; none if it has no creep. Throws Error,
-/// also if it is that of another number of lags.
+/// The creep of a memory file of any kind, where `h` is the output of its memory; none if it has no creep.
+/// Throws Error, also if it is that of another number of lags.
 std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,
                                                          const model::OutputCreep& creep, double h);
 /// The lines that load_creep_memory() reads, to the bit. They belong at the end of [memory].

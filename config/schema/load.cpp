@@ -14,12 +14,12 @@
 #include <utility>
 #include <variant>
 
+#include "config/files/csv.h"
 #include "config/files/model_file.h"
-#include "config/files/setpoint_file.h"
 #include "config/schema/check.h"
 #include "config/schema/schema.h"
-#include "model/output_unit.h"
-#include "model/simplified.h"
+#include "model/any_model.h"
+#include "model/hysteresis_parameters.h"
 
 namespace hystcan::config {
 namespace {
@@ -106,7 +106,7 @@ class LeftOut {
   /// None: the table has the key.
   std::optional<model::Dynamics> dynamics_for(const char* key) const {
     if (document_.root().at_path(table_ + "." + key)) return std::nullopt;
-    const auto dynamics = model_ ? load_dynamics(*model_) : std::nullopt;
+    const auto dynamics = model_ ? load_lag(*model_).dynamics : std::nullopt;
     if (!dynamics) fail(key, ", or [dynamics] in its model file");
     return dynamics;
   }
@@ -153,7 +153,7 @@ void complete_control(const Document& document, Config& config, std::size_t i, c
   const auto file = model_file(document, fmt::format("axis[{}].control", i), axis.control_model);
   axis.control.law.model =
       file ? std::get<model::HysteresisParameters>(model::in_um(load_model(*file))) : line_through(axis);
-  if (file) axis.control.law.creep = load_creep(*file);
+  if (file) axis.control.law.creep = load_lag(*file).creep;
   controller::Delays& delays = axis.control.delays;
   const LeftOut left_out(document, fmt::format("axis[{}].control.delays", i), file);
   left_out.set_mode(delays.resonance_Hz, delays.damping_ratio);
@@ -172,7 +172,7 @@ void complete(const Document& document, AxisConfig& axis, std::size_t i, const M
   const auto file = model_file(document, fmt::format("axis[{}].twin", i), axis.twin_model);
   twin::Plant::Config& plant = axis.twin.plant;
   plant.hysteresis = file ? model::in_um(load_any_parameters(*file)) : line_through(axis);
-  if (file && !plant.creep) plant.hysteresis_creep = load_creep(*file);
+  if (file && !plant.creep) plant.hysteresis_creep = load_lag(*file).creep;
   const LeftOut left_out(document, fmt::format("axis[{}].twin", i), file);
   left_out.set_mode(plant.mode.natural_frequency_Hz, plant.mode.damping_ratio);
   left_out.set_amplifier("bandwidth_Hz", plant.amplifier.bandwidth_Hz,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/simplified.h"
+#include "model/hysteresis_parameters.h"
 
 namespace hystcan::controller {
 namespace {

@@ -5,20 +5,17 @@
 
 #include "base/text.h"
 #include "identification/baselines/baseline_samples.h"
-#include "identification/baselines/weighted_operators.h"
+#include "identification/curve_basis.h"
 #include "identification/numerics/least_squares.h"
 #include "model/preisach.h"
 
 namespace hystcan::identification {
 namespace {
 
-// T_0(s), T_1(s), ... where s, from -1 to 1, is the position of the input in the range.
 Eigen::VectorXd chebyshev(std::size_t order, const model::Interval& range, double input) {
-  const double s = (2.0 * input - range.lo - range.hi) / range.span();
-  Eigen::VectorXd t(static_cast<Eigen::Index>(order) + 1);
-  for (Eigen::Index j = 0; j < t.size(); ++j)
-    t[j] = j == 0 ? 1.0 : j == 1 ? s : 2.0 * s * t[j - 1] - t[j - 2];
-  return t;
+  Eigen::VectorXd row(static_cast<Eigen::Index>(order) + 1);
+  chebyshev_row(range, input, row);
+  return row;
 }
 
 // A model in which only cell j of the grid has a weight.

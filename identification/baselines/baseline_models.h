@@ -24,7 +24,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -35,11 +34,11 @@
 namespace hystcan::identification {
 
 struct Samples {
-  std::span<const double> prehistory;  ///< inputs before the first sample, without outputs; may be empty
-  std::span<const double> input;       ///< already delayed if the model has a delay
-  std::span<const double> output;
-  std::span<const double> weight;  ///< of the squared error; 0: held out, only predicted
-  model::Interval range;           ///< thresholds of the identified model
+  std::vector<double> prehistory;  ///< inputs before the first sample, without outputs; may be empty
+  std::vector<double> input;       ///< already delayed if the model has a delay
+  std::vector<double> output;
+  std::vector<double> weight;  ///< of the squared error; 0: held out, only predicted
+  model::Interval range;       ///< thresholds of the identified model
   /// Asked before each run over the samples; false: the fit throws Stopped. None: never stops.
   std::function<bool()> go_on{};
 };

@@ -1,8 +1,11 @@
 #include "identification/baselines/baseline_samples.h"
 
+#include <Eigen/Core>
 #include <cmath>
+#include <limits>
 
 #include "base/text.h"
+#include "identification/numerics/least_squares.h"
 
 namespace hystcan::identification {
 namespace {
@@ -44,25 +47,26 @@ std::vector<std::size_t> fitted_samples(const Samples& samples) {
   return some;
 }
 
-ReducedSamples::ReducedSamples(const Samples& samples)
-    : prehistory_(samples.prehistory), range_(samples.range), go_on_(samples.go_on) {
-  const std::span<const double> v = samples.input;
+Samples reduced(const Samples& samples) {
+  const std::vector<double>& v = samples.input;
   const auto turns = [&](std::size_t n) { return (v[n] - v[n - 1]) * (v[n + 1] - v[n]) <= 0.0; };
   std::vector<bool> kept(v.size(), false);
   for (const std::size_t n : fitted_samples(samples)) kept[n] = true;
+  Samples some{samples.prehistory, {}, {}, {}, samples.range, samples.go_on};
   for (std::size_t n = 0; n < v.size(); ++n) {
     const bool fitted = kept[n];
     if (!fitted && n > 0 && (n + 1 == v.size() || !turns(n))) continue;
-    input_.push_back(v[n]);
-    output_.push_back(samples.output[n]);
-    weight_.push_back(fitted ? samples.weight[n] : 0.0);
+    some.input.push_back(v[n]);
+    some.output.push_back(samples.output[n]);
+    some.weight.push_back(fitted ? samples.weight[n] : 0.0);
   }
+  return some;
 }
 
 model::Interval widened_range(const Samples& samples) {
   model::Interval range = samples.range;
-  for (const std::span<const double> inputs : {samples.prehistory, samples.input})
-    for (const double v : inputs) range = {std::min(range.lo, v), std::max(range.hi, v)};
+  for (const auto* inputs : {&samples.prehistory, &samples.input})
+    for (const double v : *inputs) range = {std::min(range.lo, v), std::max(range.hi, v)};
   return range;
 }
 
@@ -76,6 +80,58 @@ Eigen::VectorXd at(const std::vector<std::size_t>& places, std::span<const doubl
   Eigen::VectorXd some(static_cast<Eigen::Index>(places.size()));
   for (Eigen::Index i = 0; i < some.size(); ++i) some[i] = values[places[static_cast<std::size_t>(i)]];
   return some;
+}
+
+namespace {
+
+using Eigen::Index;
+
+// Columns: 1, v, o_1, o_2, ...
+Fit fit_after(const History& history, const Samples& samples, const std::vector<std::size_t>& places,
+              std::size_t operators, const OperatorColumn& column) {
+  Eigen::MatrixXd rows(2 + static_cast<Index>(operators), static_cast<Index>(places.size()));
+  rows.row(0).setOnes();
+  rows.row(1) = at(places, samples.input).transpose();
+  for (std::size_t j = 0; j < operators; ++j)
+    rows.row(2 + static_cast<Index>(j)) = at(places, column(j, history, samples)).transpose();
+  LeastSquares sum(rows.rows());
+  for (std::size_t i = 0; i < places.size(); ++i)
+    sum.add(rows.col(static_cast<Index>(i)), samples.output[places[i]], samples.weight[places[i]]);
+  return sum.solve_nonnegative({0});
+}
+
+std::vector<double> predicted(const WeightedOperators& model, const Samples& samples,
+                              const OperatorColumn& column) {
+  std::vector<double> output;
+  output.reserve(samples.input.size());
+  for (const double v : samples.input) output.push_back(model.offset + model.gain * v);
+  for (std::size_t j = 0; j < model.weights.size(); ++j) {
+    if (model.weights[j] == 0.0) continue;
+    const std::vector<double> values = column(j, model.history, samples);
+    for (std::size_t n = 0; n < output.size(); ++n) output[n] += model.weights[j] * values[n];
+  }
+  return output;
+}
+
+}  // namespace
+
+WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
+                              std::size_t operators, const OperatorColumn& column) {
+  const Samples fitted = reduced(samples);
+  const std::vector<std::size_t> places = fitted_samples(fitted);
+  Fit best{{}, std::numeric_limits<double>::infinity()};
+  WeightedOperators result;
+  for (const History& history : histories) {
+    const Fit fit = fit_after(history, fitted, places, operators, column);
+    if (!(fit.residual < best.residual)) continue;
+    best = fit;
+    result.history = history;
+  }
+  result.offset = best.x[0];
+  result.gain = best.x[1];
+  result.weights.assign(best.x.begin() + 2, best.x.end());
+  result.prediction = predicted(result, samples, column);
+  return result;
 }
 
 }  // namespace hystcan::identification

@@ -23,20 +23,10 @@ void check(const Samples& samples);
 /// Indices of about 5000 samples of positive weight, evenly chosen.
 std::vector<std::size_t> fitted_samples(const Samples& samples);
 
-/// What a fit runs over: the first sample, those of fitted_samples, and the turning points of the input between them. The
-/// memory of an operator consists of turning points, so that its output at these samples is that of a run over all.
-class ReducedSamples {
- public:
-  explicit ReducedSamples(const Samples& samples);
-
-  Samples samples() const { return {prehistory_, input_, output_, weight_, range_, go_on_}; }
-
- private:
-  std::span<const double> prehistory_;
-  std::vector<double> input_, output_, weight_;
-  model::Interval range_;
-  std::function<bool()> go_on_;
-};
+/// What a fit runs over: the first sample, those of fitted_samples, and the turning points of the input
+/// between them. The memory of an operator consists of turning points, so that its output at these samples is
+/// that of a run over all.
+Samples reduced(const Samples& samples);
 
 /// The range, widened to contain every input and the prehistory.
 model::Interval widened_range(const Samples& samples);
@@ -71,5 +61,25 @@ std::vector<double> run(const Operator& op, const History& history, const Sample
   }
   return values;
 }
+
+/// A weighted sum of operators (plays, relays). The output is linear in the weights.
+///
+///   x = x_0 + w_0 v + sum_j w_j o_j[v],     w >= 0
+///
+/// The values of o_j at every one of these samples, after a history.
+using OperatorColumn =
+    std::function<std::vector<double>(std::size_t j, const History& history, const Samples& samples)>;
+
+struct WeightedOperators {
+  History history;      ///< the given history that fits best
+  double offset = 0.0;  ///< x_0
+  double gain = 0.0;    ///< w_0
+  std::vector<double> weights;
+  std::vector<double> prediction;  ///< for every sample
+};
+
+/// The caller has checked the samples.
+WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
+                              std::size_t operators, const OperatorColumn& column);
 
 }  // namespace hystcan::identification

@@ -7,9 +7,8 @@
 #include "base/text.h"
 #include "identification/baselines/baseline_models.h"
 #include "identification/butterfly.h"
-#include "identification/creep_rows.h"
-#include "identification/excerpt.h"
 #include "identification/quasi_static.h"
+#include "identification/regression.h"
 
 namespace hystcan::identification {
 namespace {
@@ -28,35 +27,35 @@ std::vector<double> history_of(const InitialMemory& memory, model::Interval thre
 }
 
 // All datasets joined into one sequence for the baselines.
-struct Sequence {
-  std::vector<double> history, input, output, weight;
-  std::vector<std::size_t> place;  // index in this sequence, for each sample of the datasets
-
-  void add_unweighted(double v) {
-    input.push_back(v);
-    output.push_back(0.0);
-    weight.push_back(0.0);
-  }
+struct Joined {
+  Samples samples;
+  std::vector<std::size_t> place;  // index in the samples, for each sample of the datasets
 };
 
-Sequence joined_sequence(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted) {
+Joined joined_sequence(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted,
+                       const std::function<bool()>& go_on) {
   const model::Interval thresholds = model.parameters.input_range();
-  Sequence joined;
+  Joined joined{.samples = {{}, {}, {}, {}, thresholds, go_on}, .place = {}};
+  const auto add_unweighted = [&joined](double v) {
+    joined.samples.input.push_back(v);
+    joined.samples.output.push_back(0.0);
+    joined.samples.weight.push_back(0.0);
+  };
   for (std::size_t r = 0; r < datasets.size(); ++r) {
     const double first = std::clamp(datasets[r].input.front(), thresholds.lo, thresholds.hi);
     InitialMemory memory = model.memories[r];
     if (r > 0 && memory.kind == Kind::virgin) memory = {Kind::nested, 0.0};
     const std::vector<double> history = history_of(memory, thresholds, first);
-    if (r == 0) joined.history = history;
-    if (r > 0) std::ranges::for_each(history, [&](double v) { joined.add_unweighted(v); });
+    if (r == 0) joined.samples.prehistory = history;
+    if (r > 0) std::ranges::for_each(history, add_unweighted);
     const auto sequence = Excerpt(datasets[r], {}, datasets[r].size(), 0.0).delayed_by(model.delay_s);
     std::size_t n = 0;
     for (std::size_t i = 0; i < sequence.input.size(); ++i) {
-      joined.add_unweighted(sequence.input[i]);
+      add_unweighted(sequence.input[i]);
       if (sequence.fold[i] == Regression::left_out) continue;
-      joined.place.push_back(joined.input.size() - 1);
-      joined.output.back() = sequence.output[i];
-      joined.weight.back() = fitted[r][n++] ? sequence.weight[i] * sequence.weight[i] : 0.0;
+      joined.place.push_back(joined.samples.input.size() - 1);
+      joined.samples.output.back() = sequence.output[i];
+      joined.samples.weight.back() = fitted[r][n++] ? sequence.weight[i] * sequence.weight[i] : 0.0;
     }
   }
   return joined;
@@ -104,13 +103,12 @@ Mask samples_where(const Folds& folds, const std::function<bool(int)>& is) {
 class Contest {
  public:
   Contest(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted, Mask judged,
-          std::function<bool()> go_on)
+          const std::function<bool()>& go_on)
       : datasets_(datasets),
         model_(model),
         judged_(std::move(judged)),
-        go_on_(std::move(go_on)),
         joined_(joined_sequence(model.parameters.output_map ? linearised(datasets, model) : datasets, model,
-                                fitted)) {}
+                                fitted, go_on)) {}
 
   ErrorNorms of_model() const {
     std::vector<double> predicted;
@@ -124,8 +122,7 @@ class Contest {
   ComparisonRow of_baseline(const FitBaseline& fit) const {
     model::HysteresisParameters inner = model_.parameters;
     inner.output_map.reset();
-    const BaselineModel baseline = fit(
-        {joined_.history, joined_.input, joined_.output, joined_.weight, inner.input_range(), go_on_}, inner);
+    const BaselineModel baseline = fit(joined_.samples, inner);
     std::vector<double> predicted;
     for (const std::size_t place : joined_.place)
       predicted.push_back(model_.parameters.output(baseline.prediction[place]));
@@ -136,11 +133,11 @@ class Contest {
   const std::vector<Dataset>& datasets_;
   const Identified& model_;
   Mask judged_;
-  std::function<bool()> go_on_;
-  Sequence joined_;
+  Joined joined_;
 };
 
-// The baselines have no dynamics, no creep, and no zero and gain for each dataset: they are given the outputs without them.
+// The baselines have no dynamics, no creep, and no zero and gain for each dataset: they are given the outputs
+// without them.
 Dataset on_common_scale(Dataset dataset, double offset, double gain, double drift) {
   for (std::size_t i = 0; i < dataset.size(); ++i)
     dataset.output[i] = (dataset.output[i] - offset - drift * drift_course(dataset.time_s, i)) / gain;

@@ -3,7 +3,7 @@
 //
 //   column      fitted to                                                     errors over
 //   fit         every sample                                                  every sample
-//   held out    every sample except those of the odd folds (hold_out.h):      the samples of the odd folds
+//   held out    every sample except those of the odd folds (dataset.h):       the samples of the odd folds
 //               half of the cycles that are not in fold 0
 //
 // For the held-out column the identified model keeps its order and symmetry; if its thresholds were at the
@@ -42,9 +42,9 @@ struct Comparison {
   std::size_t held_out_samples = 0;
   std::size_t cycles = 0;
   std::size_t held_out_cycles = 0;
-  std::string no_hold_out;           ///< reason why nothing is held out; empty if something is
-  std::vector<std::string> refused;  ///< baselines that could not be fitted, with the reason
-  bool stopped = false;              ///< go_on stopped the comparison; these are the rows so far
+  std::optional<std::string> no_hold_out;  ///< reason why nothing is held out; none if something is
+  std::vector<std::string> refused;        ///< baselines that could not be fitted, with the reason
+  bool stopped = false;                    ///< go_on stopped the comparison; these are the rows so far
 };
 
 /// For each sample, per dataset: true if it is in an odd fold. All false if nothing can be held out.

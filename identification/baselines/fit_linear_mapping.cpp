@@ -3,14 +3,13 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "identification/baselines/baseline_models.h"
 #include "identification/baselines/baseline_samples.h"
-#include "identification/numerics/levenberg_marquardt.h"
+#include "identification/numerics/nonlinear_fit.h"
 #include "model/linear_mapping.h"
 
 namespace hystcan::identification {
@@ -25,8 +24,8 @@ using model::HysteresisState;
 using model::LinearMapping;
 using model::ReferenceCurve;
 
-// The unknowns are the coefficients of f^A and, except one, those of f^D. That one closes the loop at the upper
-// threshold:
+// The unknowns are the coefficients of f^A and, except one, those of f^D. That one closes the loop at the
+// upper threshold:
 //   sum a_i B_i(v_hi) = sum d_i B_i(v_hi)
 class Curves {
  public:
@@ -91,7 +90,7 @@ class Curves {
 std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const HysteresisParameters& start) {
   constexpr Index points = 200;
   const model::Interval range = start.input_range();
-  const double rise = start.upper_point().output - start.lower_point().output;
+  const double rise = start.upper_point().level - start.lower_point().level;
   MatrixXd g(3 * (points + 1), curves.unknowns());
   VectorXd h = VectorXd::Constant(g.rows(), 1e-3 * rise / range.span());
   for (Index i = 0; i <= points; ++i) {
@@ -162,33 +161,26 @@ class Mapping {
   std::vector<std::size_t> places_;
 };
 
-// The inputs for a model of this symmetry.
-std::vector<double> folded(std::span<const double> inputs, model::Symmetry symmetry) {
-  std::vector<double> seen(inputs.begin(), inputs.end());
-  if (symmetry == model::Symmetry::even)
-    for (double& v : seen) v = std::abs(v);
-  return seen;
-}
-
 }  // namespace
 
 BaselineModel fit_linear_mapping(const Samples& samples, const HysteresisParameters& start) {
   check(samples);
   const LinearMapping checked(start);
-  const std::vector<double> input = folded(samples.input, start.symmetry);
-  const std::vector<double> prehistory = folded(samples.prehistory, start.symmetry);
-  const Samples seen{prehistory, input, samples.output, samples.weight, start.input_range(), samples.go_on};
+  Samples seen = samples;
+  seen.range = start.input_range();
+  if (start.symmetry == model::Symmetry::even)
+    for (auto* inputs : {&seen.input, &seen.prehistory})
+      for (double& v : *inputs) v = std::abs(v);
   const Curves curves(start);
   const auto limits = inequalities(curves, start);
   double least = std::numeric_limits<double>::infinity();
   BaselineModel baseline{"linear mapping", static_cast<std::size_t>(curves.unknowns()), {}};
-  const ReducedSamples reduced(seen);
-  const Samples fitted = reduced.samples();
+  const Samples fitted = reduced(seen);
   for (const History& history : histories(seen, start.input_range())) {
     const Mapping mapping(fitted, start, history);
-    const NonlinearFit fit = improve(mapping.problem(limits), curves.coefficients(), 15);
-    if (!(fit.cost < least)) continue;
-    least = fit.cost;
+    const Minimum fit = improve(mapping.problem(limits), curves.coefficients(), 15);
+    if (!(fit.value < least)) continue;
+    least = fit.value;
     baseline.prediction = Mapping(seen, start, history).predicted(fit.x);
   }
   return baseline;

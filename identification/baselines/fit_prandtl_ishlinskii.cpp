@@ -8,8 +8,7 @@
 #include "base/text.h"
 #include "identification/baselines/baseline_models.h"
 #include "identification/baselines/baseline_samples.h"
-#include "identification/baselines/weighted_operators.h"
-#include "identification/numerics/levenberg_marquardt.h"
+#include "identification/numerics/nonlinear_fit.h"
 #include "model/prandtl_ishlinskii.h"
 
 namespace hystcan::identification {
@@ -149,12 +148,11 @@ BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays) 
 BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t plays) {
   check(samples);
   const std::vector<double> thresholds = evenly_spaced(samples, plays);
-  const ReducedSamples reduced(samples);
-  const Samples fitted = reduced.samples();
+  const Samples fitted = reduced(samples);
   const FreeStart model(fitted, thresholds);
   const VectorXd start =
       model.start(fit_plays(fitted, thresholds, histories(samples, widened_range(samples))));
-  const NonlinearFit best = improve(model.problem(), start, 40);
+  const Minimum best = improve(model.problem(), start, 40);
   return {text_of("Prandtl-Ishlinskii, ", plays, " plays, free start"), 2 * plays + 2,
           FreeStart(samples, thresholds).predicted(best.x)};
 }

@@ -2,15 +2,13 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <complex>
 
-#include "identification/dynamics/sampled_dataset.h"
+#include "identification/quasi_static.h"
+#include "model/spectrum.h"
 
 namespace hystcan::identification {
 namespace {
-
-constexpr double full_turn = 2.0 * std::numbers::pi;
 
 Eigen::VectorXd differences(const Eigen::VectorXd& values) {
   return values.tail(values.size() - 1) - values.head(values.size() - 1);
@@ -29,31 +27,6 @@ Eigen::VectorXd interpolated_on(const Grid& grid, const std::vector<double>& col
   return values;
 }
 
-/// Fourier transforms of segments of one length, up to half the sampling rate.
-class Transform {
- public:
-  explicit Transform(Eigen::Index length) : turns_(length), window_(length) {
-    for (Eigen::Index n = 0; n < length; ++n) {
-      const double angle = full_turn * static_cast<double>(n) / static_cast<double>(length);
-      turns_[n] = std::polar(1.0, -angle);
-      window_[n] = 0.5 - 0.5 * std::cos(angle);
-    }
-  }
-
-  Eigen::ArrayXcd of(const Eigen::VectorXd& segment) const {
-    const Eigen::Index length = turns_.size();
-    const Eigen::ArrayXd values = segment.array() * window_;
-    Eigen::ArrayXcd transformed = Eigen::ArrayXcd::Zero(length / 2);
-    for (Eigen::Index k = 0; k < length / 2; ++k)
-      for (Eigen::Index n = 0; n < length; ++n) transformed[k] += values[n] * turns_[n * k % length];
-    return transformed;
-  }
-
- private:
-  Eigen::ArrayXcd turns_;
-  Eigen::ArrayXd window_;
-};
-
 /// The largest power of two with which there are eight segments or more, within bounds.
 Eigen::Index segment_length(Eigen::Index rows) {
   constexpr Eigen::Index shortest = 64, longest = 1024;
@@ -71,12 +44,15 @@ std::vector<ResponsePoint> empirical_response(const Dataset& dataset) {
   const Eigen::VectorXd input = differences(held_on(grid, dataset.input));
   const Eigen::VectorXd output = differences(interpolated_on(grid, dataset.output));
   const Eigen::Index length = segment_length(input.size());
-  const Transform transform(length);
+  const model::HannTransform transform(static_cast<std::size_t>(length));
+  const auto transformed = [&](const Eigen::VectorXd& of, Eigen::Index first) -> Eigen::ArrayXcd {
+    const auto spectrum = transform({of.data() + first, transform.length()});
+    return Eigen::Map<const Eigen::ArrayXcd>(spectrum.data(), length / 2);
+  };
   Eigen::ArrayXd input_power = Eigen::ArrayXd::Zero(length / 2), output_power = input_power;
   Eigen::ArrayXcd cross = Eigen::ArrayXcd::Zero(length / 2);
   for (Eigen::Index first = 0; first + length <= input.size(); first += length / 2) {
-    const Eigen::ArrayXcd u = transform.of(input.segment(first, length)),
-                          y = transform.of(output.segment(first, length));
+    const Eigen::ArrayXcd u = transformed(input, first), y = transformed(output, first);
     input_power += u.abs2();
     output_power += y.abs2();
     cross += u.conjugate() * y;

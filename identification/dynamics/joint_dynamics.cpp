@@ -13,7 +13,7 @@
 #include "base/text.h"
 #include "identification/dynamics/sampled_dataset.h"
 #include "identification/dynamics/second_order_fit.h"
-#include "identification/numerics/levenberg_marquardt.h"
+#include "identification/numerics/nonlinear_fit.h"
 #include "identification/quasi_static.h"
 
 namespace hystcan::identification {
@@ -30,14 +30,6 @@ constexpr std::size_t rows_for_the_start = 20'000;
 constexpr Eigen::Index dynamics_unknowns = 3;
 
 using Outputs = std::vector<std::vector<double>>;  // of each dataset
-
-/// log f, log zeta, d / `cycle_s`.
-struct DynamicsPoint {
-  Eigen::Vector3d at;
-  double cycle_s = 0.0;
-
-  Dynamics dynamics() const { return {{std::exp(at[0]), std::exp(at[1])}, std::max(0.0, at[2] * cycle_s)}; }
-};
 
 /// The rows that move most.
 Dataset liveliest(const Dataset& dataset) {
@@ -70,9 +62,8 @@ class JointDynamics {
   JointDynamics(const std::vector<Dataset>& datasets, const IdentifyOptions& options)
       : datasets_(datasets), options_(options) {
     if (!options_.go_on) options_.go_on = [] { return true; };
-    point_.cycle_s = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
-      point_.cycle_s = std::min(point_.cycle_s, cycle_s_of(datasets_, i));
+      cycle_s_ = std::min(cycle_s_, cycle_s_of(datasets_, i));
       longest_s_ = std::max(longest_s_, datasets_[i].time_s.back() - datasets_[i].time_s.front());
     }
   }
@@ -100,7 +91,7 @@ class JointDynamics {
   /// The datasets of x, with the regressors of p.
   std::vector<Dataset> linearised_at(const Identified& found) {
     std::vector<Dataset> linear = without_dynamics(datasets_, found, outputs_);
-    for (int p = 0; p < point_.at.size(); ++p) {
+    for (int p = 0; p < point_.size(); ++p) {
       double largest = 0.0;
       for (std::size_t i = 0; i < linear.size(); ++i) {
         linear[i].regressors.push_back(before_dynamics(*found.dynamics, linear[i].time_s, slope(i, p)));
@@ -117,7 +108,7 @@ class JointDynamics {
   Identified with_dynamics(Identified found) {
     outputs_ = quasi_static_outputs(datasets_, found);
     improve_dynamics(found);
-    found.dynamics = point_.dynamics();
+    found.dynamics = dynamics_at(point_);
     found.delay_s = 0.0;
     judge(found, datasets_);
     return found;
@@ -142,31 +133,34 @@ class JointDynamics {
       }
     }
     if (!clearest) refuse("no dataset shows a mode: ", reason);
-    point_.at = {std::log(clearest->natural_frequency_Hz.value), std::log(clearest->damping_ratio.value),
-                 clearest->delay_s.value / point_.cycle_s};
-    point_.at = point_.at.cwiseMax(lowest()).cwiseMin(highest());
+    point_ = {std::log(clearest->natural_frequency_Hz.value), std::log(clearest->damping_ratio.value),
+              clearest->delay_s.value / cycle_s_};
+    point_ = point_.cwiseMax(lowest()).cwiseMin(highest());
   }
 
+  Dynamics dynamics_at(const Eigen::Vector3d& point) const {
+    return {{std::exp(point[0]), std::exp(point[1])}, std::max(0.0, point[2] * cycle_s_)};
+  }
   Eigen::Vector3d lowest() const {
-    return {std::log(0.3 / longest_s_), std::log(1e-4), options_.delay_s.value_or(0.0) / point_.cycle_s};
+    return {std::log(0.3 / longest_s_), std::log(1e-4), options_.delay_s.value_or(0.0) / cycle_s_};
   }
   Eigen::Vector3d highest() const {
-    const double longest_s = options_.longest_delay_s.value_or(largest_delay_cycles * point_.cycle_s);
-    return {std::log(largest_frequency_cycles / point_.cycle_s), std::log(5.0),
-            options_.delay_s.value_or(longest_s) / point_.cycle_s};
+    const double longest_s = options_.longest_delay_s.value_or(largest_delay_cycles * cycle_s_);
+    return {std::log(largest_frequency_cycles / cycle_s_), std::log(5.0),
+            options_.delay_s.value_or(longest_s) / cycle_s_};
   }
 
   /// dF/dp x, by differences.
   std::vector<double> slope(std::size_t i, int p) const {
     constexpr double h = 1e-4;
-    DynamicsPoint more = point_, less = point_;
-    more.at[p] += h;
-    less.at[p] -= h;
-    if (p == 2) less.at[p] = std::max(less.at[p], 0.0);
-    std::vector<double> slope = respond(more.dynamics(), datasets_[i].time_s, outputs_[i]);
-    const std::vector<double> below = respond(less.dynamics(), datasets_[i].time_s, outputs_[i]);
+    Eigen::Vector3d more = point_, less = point_;
+    more[p] += h;
+    less[p] -= h;
+    if (p == 2) less[p] = std::max(less[p], 0.0);
+    std::vector<double> slope = respond(dynamics_at(more), datasets_[i].time_s, outputs_[i]);
+    const std::vector<double> below = respond(dynamics_at(less), datasets_[i].time_s, outputs_[i]);
     for (std::size_t row = 0; row < slope.size(); ++row)
-      slope[row] = (slope[row] - below[row]) / (more.at[p] - less.at[p]);
+      slope[row] = (slope[row] - below[row]) / (more[p] - less[p]);
     return slope;
   }
 
@@ -196,17 +190,15 @@ class JointDynamics {
         for (const bool unseen : options_.unseen[i]) weight.push_back(unseen ? 0.0 : 1.0);
         return weight;
       });
-    const auto moved = [&](const Eigen::VectorXd& at) { return DynamicsPoint{at, point_.cycle_s}; };
     problem.values = [&](const Eigen::VectorXd& at) -> std::optional<Eigen::VectorXd> {
       if (!options_.go_on()) return Eigen::VectorXd::Constant(rows, 1e150);  // ends the steps
       Eigen::VectorXd values(rows);
-      all_rows(Eigen::Ref<Eigen::VectorXd>(values), [&](std::size_t i) {
-        return respond(moved(at).dynamics(), datasets_[i].time_s, outputs_[i]);
-      });
+      all_rows(Eigen::Ref<Eigen::VectorXd>(values),
+               [&](std::size_t i) { return respond(dynamics_at(at), datasets_[i].time_s, outputs_[i]); });
       return values;
     };
     problem.jacobian = [&](const Eigen::VectorXd& at) {
-      point_ = moved(at);
+      point_ = at;
       Eigen::MatrixXd jacobian(rows, dynamics_unknowns);
       for (int p = 0; p < jacobian.cols(); ++p)
         all_rows(jacobian.col(p), [&](std::size_t i) { return slope(i, p); });
@@ -216,7 +208,7 @@ class JointDynamics {
     problem.g << Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity();
     problem.h.resize(2 * dynamics_unknowns);
     problem.h << lowest(), -highest();
-    point_ = moved(improve(problem, point_.at, steps_in_a_pass).x);
+    point_ = improve(problem, point_, steps_in_a_pass).x;
   }
 
   Identified compared(const Identified& before, Identified best) const {
@@ -235,7 +227,8 @@ class JointDynamics {
 
   const std::vector<Dataset>& datasets_;
   IdentifyOptions options_;
-  DynamicsPoint point_;
+  Eigen::Vector3d point_;  // log f, log zeta, d / cycle_s_
+  double cycle_s_ = std::numeric_limits<double>::infinity();
   double longest_s_ = 0.0;
   Outputs outputs_;  // x of each dataset
 };

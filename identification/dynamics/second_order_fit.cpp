@@ -9,11 +9,10 @@
 #include <vector>
 
 #include "base/text.h"
-#include "identification/dynamics/confidence.h"
-#include "identification/dynamics/mode_response.h"
 #include "identification/dynamics/sampled_dataset.h"
-#include "identification/numerics/orthogonal_decomposition.h"
-#include "identification/numerics/orthonormal_columns.h"
+#include "identification/numerics/decompositions.h"
+#include "identification/numerics/nonlinear_fit.h"
+#include "model/reference_curve.h"
 
 namespace hystcan::identification {
 namespace {
@@ -66,7 +65,8 @@ struct LocalMinimum {
   double sum_of_squares;
 };
 
-/// Levenberg-Marquardt until no step is longer than `resolution`. A coordinate whose box is a single value stays.
+/// Levenberg-Marquardt until no step is longer than `resolution`. A coordinate whose box is a single value
+/// stays.
 LocalMinimum descend(const Task& task, const Box& box, const Point& start, double resolution) {
   Projection at = task.project(start);
   LocalMinimum best{start, at.residual.squaredNorm()};
@@ -109,8 +109,8 @@ std::vector<double> steps(double lo, double hi, double step) {
   return values;
 }
 
-// The linear part of the grid is only offset, drift and gain. A delay of more whole cycles is the same response, later:
-// a point costs some products of vectors.
+// The linear part of the grid is only offset, drift and gain. A delay of more whole cycles is the same
+// response, later: a point costs some products of vectors.
 std::vector<LocalMinimum> grid(const Task& task, const Box& box) {
   constexpr double frequency_ratio = 1.15;
   const SampledDataset& dataset = task.dataset;
@@ -213,10 +213,6 @@ Confidence confidence_at(const Task& task, const Point& point, const Projection&
   return confidence_of(sensitivity_at(task, point, at), at.residual, 3);
 }
 
-struct Interval {
-  double lo, hi;
-};
-
 /// The dataset without its noise: the output is what the best mode does when driven.
 SampledDataset only_driven(const Task& task, const Point& point, const Projection& at) {
   SampledDataset dataset = task.dataset;
@@ -224,8 +220,8 @@ SampledDataset only_driven(const Task& task, const Point& point, const Projectio
   return dataset;
 }
 
-/// How far coordinate `which` can go from `point` in the direction of `longest`, and not further than that, until no
-/// mode responds to the drive as the one at `point` does. In steps of a factor of two, upwards.
+/// How far coordinate `which` can go from `point` in the direction of `longest`, and not further than that,
+/// until no mode responds to the drive as the one at `point` does. In steps of a factor of two, upwards.
 double profile_reach(int which, double longest, const Task& response, Box box, const Point& point,
                      double as_good) {
   constexpr int halvings = 8;
@@ -244,10 +240,11 @@ double profile_reach(int which, double longest, const Task& response, Box box, c
   return longest;
 }
 
-// At half the sampling rate the samples change with the square of f only: their sensitivity to f vanishes there, and
-// the standard error with it says nothing. A wide interval is therefore looked for in the response itself.
-Interval around(int which, const Box& box, const Task& response, const Point& point,
-                const Confidence& confidence) {
+// At half the sampling rate the samples change with the square of f only: their sensitivity to f vanishes
+// there, and the standard error with it says nothing. A wide interval is therefore looked for in the response
+// itself.
+model::Interval around(int which, const Box& box, const Task& response, const Point& point,
+                       const Confidence& confidence) {
   constexpr double wide = 0.01;
   const double reach = two_sided_95 * confidence.standard_error[which];
   if (reach < wide) return {point[which] - reach, point[which] + reach};
@@ -258,9 +255,9 @@ Interval around(int which, const Box& box, const Task& response, const Point& po
 }
 
 /// Interval of one of (log f, log zeta, d / T), around the best minimum and all minima that are as good.
-Interval interval_of(int which, const Box& box, const Task& response, const std::vector<LocalMinimum>& found,
-                     const Confidence& confidence) {
-  Interval interval = around(which, box, response, found.front().point, confidence);
+model::Interval interval_of(int which, const Box& box, const Task& response,
+                            const std::vector<LocalMinimum>& found, const Confidence& confidence) {
+  model::Interval interval = around(which, box, response, found.front().point, confidence);
   const double as_good = found.front().sum_of_squares + confidence.as_good();
   for (const LocalMinimum& other : found) {
     if (other.sum_of_squares > as_good) continue;
@@ -271,12 +268,12 @@ Interval interval_of(int which, const Box& box, const Task& response, const std:
   return {std::max(interval.lo, box.lo[which]), std::min(interval.hi, box.hi[which])};
 }
 
-Estimate exponential(double log_value, double standard_error, const Interval& interval) {
+Estimate exponential(double log_value, double standard_error, const model::Interval& interval) {
   const double value = std::exp(log_value);
   return {value, value * standard_error, std::exp(interval.lo), std::exp(interval.hi)};
 }
 
-Estimate scaled(double scale, double value, double standard_error, const Interval& interval) {
+Estimate scaled(double scale, double value, double standard_error, const model::Interval& interval) {
   return {scale * value, std::abs(scale) * standard_error, scale * interval.lo, scale * interval.hi};
 }
 
@@ -314,7 +311,8 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
   if (fit.delay_s.hi < 0.0)
     throw ModeNotShown(text_of(
         "the best mode has a delay of ", in_three_digits(fit.delay_s.value),
-        " s: one above half the rate looks so, or the input of a row is not the drive in force from that row's time on"));
+        " s: one above half the rate looks so, or the input of a row is not the drive in force from that ",
+        "row's time on"));
 }
 
 }  // namespace

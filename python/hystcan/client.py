@@ -26,7 +26,7 @@ class Client:
     """A connection to a running controller.
 
     socket_path: as the controller logs it; found by the interface's name if left out. timeout_s: for each answer.
-    Raises OSError if nobody listens.
+    Raises OSError if no controller listens.
 
     In a `with` block, an exception stops the stage: every axis ramps to its safe drive and the controller ends. Without
     an exception the stage goes on as it is.

@@ -173,7 +173,7 @@ class PrintedRecursion {
     for (std::size_t j = 0; j < state.depth(); ++j) {
       const Branch& b = state.branches[j];
       starts_.push_back(b.start_input);
-      distances_.push_back(b.start_output - below(j, b.start_input));
+      distances_.push_back(b.start_level - below(j, b.start_input));
     }
   }
   double output(double v) const { return branch(starts_.size() - 1, v); }

@@ -16,7 +16,7 @@
 
 #include "base/text.h"
 #include "config/files/model_file.h"
-#include "model/simulation.h"
+#include "model/hysteresis_operator.h"
 
 namespace {
 

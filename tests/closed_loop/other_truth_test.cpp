@@ -46,7 +46,7 @@ model::PreisachParameters preisach_like(const model::HysteresisParameters& plant
   model::PreisachParameters made{.input_unit = "V",
                                  .output_unit = "um",
                                  .input_range = {0.0, 100.0},
-                                 .offset = plant.lower_point().output,
+                                 .offset = plant.lower_point().level,
                                  .gain = 0.0,
                                  .weights = {}};
   made.weights.reserve(static_cast<std::size_t>(levels * (levels + 1) / 2));
@@ -80,7 +80,7 @@ model::PrandtlIshlinskiiParameters plays_like(const model::HysteresisParameters&
     made.weights.push_back(slope(i) - slope(i - 1));
     at_the_top_um += made.weights.back() * (100.0 - spacing * i);
   }
-  made.offset = plant.upper_point().output - at_the_top_um;
+  made.offset = plant.upper_point().level - at_the_top_um;
   return made;
 }
 

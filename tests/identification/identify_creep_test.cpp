@@ -9,8 +9,8 @@
 #include <numbers>
 #include <vector>
 
-#include "identification/creep_rows.h"
 #include "identification/identify.h"
+#include "identification/quasi_static.h"
 #include "model/output_creep.h"
 #include "model/prandtl_ishlinskii.h"
 #include "tests/identification/made_record.h"

@@ -15,9 +15,9 @@
 
 #include "config/files/dataset_file.h"
 #include "identification/baselines/baseline_models.h"
-#include "identification/excerpt.h"
 #include "identification/identify.h"
-#include "identification/memory_estimate.h"
+#include "identification/prediction.h"
+#include "identification/regression.h"
 #include "model/hysteresis.h"
 #include "tests/identification/made_record.h"
 #include "tests/identification/measured.h"
@@ -63,7 +63,7 @@ Dataset joined(const std::vector<Dataset>& datasets) {
 }
 
 std::vector<double> delayed_input(const Dataset& dataset, double delay_s) {
-  const Excerpt::Sequence sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(delay_s);
+  const Regression::Samples sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(delay_s);
   std::vector<double> inputs;
   for (std::size_t i = 0; i < sequence.input.size(); ++i)
     if (sequence.fold[i] != Regression::left_out) inputs.push_back(sequence.input[i]);

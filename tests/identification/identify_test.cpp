@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "identification/excerpt.h"
+#include "identification/regression.h"
 #include "model/preisach.h"
 #include "tests/identification/made_record.h"
 #include "tests/model/models.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "identification/branch_rows.h"
+#include "identification/regression.h"
 #include "tests/identification/rows.h"
 #include "tests/model/models.h"
 

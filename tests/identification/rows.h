@@ -1,4 +1,4 @@
-// The rows of theta, computed sample by sample directly from the definition in identification/branch_rows.h.
+// The rows of theta, computed sample by sample directly from the definition in identification/regression.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "identification/branch_rows.h"
 #include "identification/path.h"
+#include "identification/regression.h"
 #include "model/hysteresis_parameters.h"
 
 namespace hystcan::identification {

@@ -9,8 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "model/any_model.h"
 #include "model/hysteresis.h"
-#include "model/output_unit.h"
 #include "tests/model/models.h"
 #include "tests/model/oracle.h"
 
@@ -24,7 +24,7 @@ std::vector<double> coefficients(double size, double valley, double steeper = 0.
 }
 
 HysteresisParameters with_map(HysteresisParameters p, const std::vector<double>& map) {
-  p.output_map.emplace(map, Interval{p.ascending.value(p.input_range().lo), p.upper_point().output});
+  p.output_map.emplace(map, Interval{p.ascending.value(p.input_range().lo), p.upper_point().level});
   return p;
 }
 
@@ -131,15 +131,15 @@ TEST(Butterfly, WithoutCoercivityIsTheFold) {
 TEST(Butterfly, RestoresItsMemoryToTheBit) {
   const Hysteresis model(with_map(magnetisation(), coefficients(30.0, 0.1)));
   HysteresisState state = model.at_upper_threshold();
-  TurningPoints points{.origin = Origin::upper_threshold, .inputs = {}, .outputs = {}, .output = {}};
+  TurningPoints points{.origin = Origin::upper_threshold, .inputs = {}, .levels = {}, .level = {}};
   for (const double v : {-50.0, 60.0, -20.0}) {
     model.advance(state, v);
     points.inputs.push_back(v);
-    points.outputs.push_back(state.level);
+    points.levels.push_back(state.level);
   }
   model.advance(state, 10.0);
   points.input = 10.0;
-  points.output = state.level;
+  points.level = state.level;
   const HysteresisState restored = model.remembering(points);
   EXPECT_EQ(restored.output, state.output);
   for (const double v : {-10.0, 30.0, 70.0, -90.0})
@@ -177,9 +177,9 @@ TEST(OutputMap, InverseIsExactToRounding) {
     const Interval range = map.beyond_valley(map.inner());
     for (int i = 0; i < 20; ++i) {
       const double x = range.lo + range.span() * *number(0.0, 1.0);
-      const OutputMap::Found found = map.inverse(x);
-      RC_ASSERT(found.m >= map.valley());
-      RC_ASSERT(std::abs(map.value(found.m) - x) <= 4e-15 * size * 10.0);
+      const Prediction found = map.inverse(x);
+      RC_ASSERT(found.value >= map.valley());
+      RC_ASSERT(std::abs(map.value(found.value) - x) <= 4e-15 * size * 10.0);
     }
   }));
 }

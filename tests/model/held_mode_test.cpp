@@ -1,4 +1,4 @@
-#include "model/held_mode.h"
+#include "model/dynamics.h"
 
 #include <gtest/gtest.h>
 

@@ -114,9 +114,9 @@ TEST(HysteresisProperty, AlignsWithTheCurveBrokenAtATurningPoint) {
       const double before = std::nextafter(target.start_input, state.input);
       const double after = std::nextafter(target.start_input, 2 * target.start_input - state.input);
       const double tolerance = 1e-12 * span_of(model);
-      RC_ASSERT(model.forward(state, target.start_input).value == target.start_output);
-      RC_ASSERT(std::abs(model.forward(state, before).value - target.start_output) <= tolerance);
-      RC_ASSERT(std::abs(model.forward(state, after).value - target.start_output) <= tolerance);
+      RC_ASSERT(model.forward(state, target.start_input).value == target.start_level);
+      RC_ASSERT(std::abs(model.forward(state, before).value - target.start_level) <= tolerance);
+      RC_ASSERT(std::abs(model.forward(state, after).value - target.start_level) <= tolerance);
     }
   }));
 }

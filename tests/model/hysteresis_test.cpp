@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "model/hysteresis_parameters.h"
 #include "model/linear_mapping.h"
-#include "model/simplified.h"
 #include "tests/model/models.h"
 #include "tests/model/oracle.h"
 

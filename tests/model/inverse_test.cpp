@@ -72,7 +72,7 @@ TEST(Inverse, ReturnsTheInputOfATurningPointForItsOutput) {
   HysteresisState state = model.at_lower_threshold();
   for (const double v : nested_swings(model.input_range(), 12)) model.advance(state, v);
   for (const Branch& branch : state.branches)
-    EXPECT_EQ(model.inverse(state, branch.start_output).value, branch.start_input);
+    EXPECT_EQ(model.inverse(state, branch.start_level).value, branch.start_input);
 }
 
 TEST(Inverse, SaturatesForAnOutputOutOfReach) {

@@ -17,7 +17,7 @@ static_assert(HysteresisOperator<LinearMapping>);
 double mapped(const ReferenceCurve& curve, Point start, Point target, double v) {
   const double share =
       (curve.value(v) - curve.value(start.input)) / (curve.value(target.input) - curve.value(start.input));
-  return start.output + (target.output - start.output) * share;
+  return start.level + (target.level - start.level) * share;
 }
 
 TEST(LinearMapping, JoinsStartAndTargetByTheReferenceCurveOfItsDirection) {
@@ -26,11 +26,11 @@ TEST(LinearMapping, JoinsStartAndTargetByTheReferenceCurveOfItsDirection) {
   HysteresisState state = model.at_lower_threshold();
   const Point lower{0.0, 0.8}, upper{100.0, 30.0};
   const Point high{70.0, mapped(p.ascending, lower, upper, 70.0)};
-  EXPECT_NEAR(model.advance(state, 70.0).value, high.output, 1e-13);
+  EXPECT_NEAR(model.advance(state, 70.0).value, high.level, 1e-13);
   const Point low{30.0, mapped(p.descending, high, lower, 30.0)};
-  EXPECT_NEAR(model.advance(state, 30.0).value, low.output, 1e-13);
+  EXPECT_NEAR(model.advance(state, 30.0).value, low.level, 1e-13);
   EXPECT_NEAR(model.advance(state, 50.0).value, mapped(p.ascending, low, high, 50.0), 1e-13);
-  EXPECT_NEAR(model.advance(state, 70.0).value, high.output, 1e-13);
+  EXPECT_NEAR(model.advance(state, 70.0).value, high.level, 1e-13);
   EXPECT_NEAR(model.advance(state, 80.0).value, mapped(p.ascending, lower, upper, 80.0), 1e-13);
 }
 

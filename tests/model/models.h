@@ -99,7 +99,7 @@ struct RandomModel {
     const auto spline = [&](const ReferenceCurve& curve) {
       std::vector<double> coefficients;
       for (const double v : greville_points(knots)) coefficients.push_back(curve.value(v));
-      coefficients.back() = p.upper_point().output;
+      coefficients.back() = p.upper_point().level;
       return ReferenceCurve(CubicSpline(knots, coefficients), range);
     };
     const ReferenceCurve ascending = spline(p.ascending);

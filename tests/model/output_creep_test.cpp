@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "model/held_creep.h"
-#include "model/simulation.h"
+#include "model/hysteresis_operator.h"
 #include "tests/model/models.h"
 #include "tests/model/saved_text.h"
 
@@ -134,7 +133,7 @@ TEST(OutputCreep, StaysExactlyAtRestAfterItHasSettled) {
   const OutputCreep creep(piezo);
   OutputCreep::State state = creep.settled(12.345678);
   for (int n = 0; n < 100; ++n) creep.advance(state, 12.345678, 1e-3);
-  for (const double y : state.late) EXPECT_EQ(y, 12.345678);
+  for (const double y : state) EXPECT_EQ(y, 12.345678);
   EXPECT_DOUBLE_EQ(creep.output(state, 12.345678), 12.345678);
 }
 
@@ -143,7 +142,7 @@ TEST(OutputCreep, IgnoresAnOutputThatIsNotFinite) {
   OutputCreep::State state = creep.settled(1.0);
   creep.advance(state, nan, 1.0);
   creep.advance(state, -infinity, 1.0);
-  for (const double y : state.late) EXPECT_EQ(y, 1.0);
+  for (const double y : state) EXPECT_EQ(y, 1.0);
 }
 
 TEST(OutputCreep, HasTheAmplitudeOfASimulatedSine) {

@@ -1,4 +1,4 @@
-#include "model/output_unit.h"
+#include "model/any_model.h"
 
 #include <gtest/gtest.h>
 

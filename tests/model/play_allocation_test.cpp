@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "model/creep.h"
-#include "model/held_creep.h"
+#include "model/output_creep.h"
 #include "model/prandtl_ishlinskii.h"
 #include "tests/support/count_allocations.h"
 

@@ -22,7 +22,7 @@ inline bool same_bits(const HysteresisState& a, const HysteresisState& b) {
               same_bits(a.input, b.input) && same_bits(a.output, b.output);
   for (std::size_t i = 0; same && i < a.depth(); ++i) {
     const Branch &p = a.branches[i], &q = b.branches[i];
-    same = same_bits(p.start_input, q.start_input) && same_bits(p.start_output, q.start_output) &&
+    same = same_bits(p.start_input, q.start_input) && same_bits(p.start_level, q.start_level) &&
            same_bits(p.offset, q.offset) && same_bits(p.coefficient, q.coefficient) &&
            p.increasing == q.increasing;
   }

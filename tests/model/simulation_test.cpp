@@ -1,4 +1,4 @@
-#include "model/simulation.h"
+#include "model/hysteresis_operator.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-#include "model/simplified.h"
+#include "model/hysteresis_parameters.h"
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/fault_rig.h"
 

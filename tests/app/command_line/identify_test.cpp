@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "identification/creep_rows.h"
 #include "identification/quasi_static.h"
 #include "model/hysteresis.h"
 #include "tests/app/command_line/cli.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <variant>
 
-#include "config/files/setpoint_file.h"
+#include "config/files/csv.h"
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "model/simplified.h"
+#include "model/hysteresis_parameters.h"
 #include "tests/support/piezo.h"
 #include "tests/support/wiped.h"
 

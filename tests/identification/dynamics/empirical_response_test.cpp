@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "model/held_mode.h"
+#include "model/dynamics.h"
 
 namespace hystcan::identification::empirical_response_test {
 namespace {

@@ -10,8 +10,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "identification/numerics/nonnegative_least_squares.h"
-
 namespace hystcan::identification::least_squares_test {
 namespace {
 

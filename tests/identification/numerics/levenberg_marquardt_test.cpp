@@ -1,4 +1,4 @@
-#include "identification/numerics/levenberg_marquardt.h"
+#include "identification/numerics/nonlinear_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -35,16 +35,16 @@ NonlinearProblem decay() {
 }
 
 TEST(Levenberg, FindsADecayFromAStartNearby) {
-  const NonlinearFit fit = improve(decay(), Vector2d(1.0, 1.0), 50);
+  const Minimum fit = improve(decay(), Vector2d(1.0, 1.0), 50);
   EXPECT_LT((fit.x - Vector2d(2.0, 3.0)).norm(), 1e-12);  // rounding
-  EXPECT_LT(fit.cost, 1e-24);
+  EXPECT_LT(fit.value, 1e-24);
 }
 
 TEST(Levenberg, StopsAtAnInequality) {
   NonlinearProblem problem = decay();
   problem.g = Eigen::RowVector2d(0.0, -1.0);  // x_1 <= 2
   problem.h = VectorXd::Constant(1, -2.0);
-  const NonlinearFit fit = improve(problem, Vector2d(1.0, 1.0), 50);
+  const Minimum fit = improve(problem, Vector2d(1.0, 1.0), 50);
   EXPECT_NEAR(fit.x[1], 2.0, 1e-12);
   const VectorXd curve = problem.jacobian(fit.x).col(0);  // x_0 is the least-squares solution for this x_1
   EXPECT_NEAR(fit.x[0], curve.dot(problem.wanted) / curve.squaredNorm(),

@@ -1,0 +1,54 @@
+// The root of an increasing function whose derivatives are known.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/cubic_spline.h"
+
+namespace hystcan::model {
+
+/// When a root is exact to rounding.
+struct RootTolerance {
+  double value = 0.0;  ///< the function differs by no more
+  double step = 0.0;   ///< a shorter step of Halley's method ends the search where the slope is above `slope`
+  double slope = 0.0;
+};
+
+/// The v between `begin` and `end` with f(v) = `value`, by Halley's method from `begin`, inside a bracket
+/// that every step narrows. Where the function hardly rises or bends much, a step is Newton's, or halves the
+/// bracket.
+///
+/// `jet_at(v)` gives f, f' and f'' (Jet). f increases, f(end) lies beyond `value` as seen from `begin`, and
+/// `residual` is f(begin) - value.
+template <class JetAt>
+double root_of_increasing(const JetAt& jet_at, double begin, double end, double residual, double value,
+                          const RootTolerance& tolerance) {
+  double lo = std::min(begin, end), hi = std::max(begin, end);
+  double v = begin;
+  Jet here = jet_at(v);
+  double previous_step = hi - lo;
+  for (int i = 0; i < 100 && hi - lo > 0.0 && std::abs(residual) > tolerance.value; ++i) {
+    (residual < 0.0 ? lo : hi) = v;
+    // Halley's v - 2 r f' / (2 f'^2 - r f'') if the curvature is small, else Newton's v - r / f'.
+    const double square = here.slope * here.slope, bent = 2.0 * square - residual * here.curvature;
+    const bool mild = bent > square && bent < 4.0 * square;
+    const double step = residual * (mild ? 2.0 * here.slope / bent : 1.0 / here.slope);
+    double next = v - step;
+    if (std::abs(step) < tolerance.step && here.slope > tolerance.slope) return std::clamp(next, lo, hi);
+    const bool wild = !(here.slope > 0.0) || (i > 2 && std::abs(step) > 0.5 * previous_step);
+    if (wild || !(next > lo && next < hi)) {
+      const bool try_end = !wild && i < 2;
+      next = try_end ? (next <= lo ? lo : hi) : lo + (hi - lo) / 2.0;
+      if (next == v) next = lo + (hi - lo) / 2.0;
+      if (!try_end && (next == lo || next == hi)) break;
+    }
+    previous_step = std::abs(next - v);
+    v = next;
+    here = jet_at(v);
+    residual = here.value - value;
+  }
+  return v;
+}
+
+}  // namespace hystcan::model

@@ -1,0 +1,30 @@
+// Discrete Fourier transforms of segments of a signal under a Hann window, for spectra by Welch's method.
+//
+//   X_k = sum_n w_n x_n e^{-2 pi i k n / N},     w_n = (1 - cos(2 pi n / N)) / 2,     k = 0 ... N/2
+//
+// P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans. Audio
+// Electroacoust. 15, 1967.
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace hystcan::model {
+
+class HannTransform {
+ public:
+  /// `length`: N, even.
+  explicit HannTransform(std::size_t length);
+
+  std::size_t length() const { return window_.size(); }
+  const std::vector<double>& window() const { return window_; }  ///< w
+  /// `segment`: `length` samples.
+  std::vector<std::complex<double>> operator()(std::span<const double> segment) const;
+
+ private:
+  std::vector<double> window_;
+};
+
+}  // namespace hystcan::model
