@@ -14,8 +14,8 @@
 #include "base/text.h"
 #include "config/files/dataset_file.h"
 #include "controller/control/axis.h"
-#include "runs/cycle_reader.h"
 #include "runs/export.h"
+#include "runs/run.h"
 
 namespace hystcan::app {
 namespace {
