@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "can/protocol/message_map.h"
+#include "can/protocol/layout.h"
 #include "model/reference_curve.h"
 
 namespace hystcan::app {

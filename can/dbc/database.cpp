@@ -77,10 +77,9 @@ Database parse_dbc(std::string_view text, const std::string& file_name) {
     dbc::Reader reader(text);
     Database database = reader.read();
     auto& warnings = reader.warnings();
-    std::ranges::stable_sort(warnings, std::less<>{}, &dbc::Reader::Warning::where);
+    std::ranges::stable_sort(warnings, std::less<>{}, &dbc::Reader::Warning::first);
     database.warnings.reserve(warnings.size());
-    for (const auto& warning : warnings)
-      database.warnings.push_back(place(warning.where) + ": " + warning.what);
+    for (const auto& [where, what] : warnings) database.warnings.push_back(place(where) + ": " + what);
     return database;
   } catch (const dbc::ParseError& error) {
     throw DbcError(place(error.where) + ": found " + error.found + ", expected " + error.expected);

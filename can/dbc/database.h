@@ -152,8 +152,8 @@ inline constexpr std::size_t most_items = 65'536;  ///< of one list: receivers, 
 inline constexpr std::size_t most_warnings = 1000;  ///< that are kept; all others are only counted
 }  // namespace dbc
 
-/// Throws DbcError if the text is not a DBC, or has more than these limits allow. Known irregularities of real
-/// files give a warning; docs/protocol.md lists them. All texts are converted to UTF-8.
+/// Throws DbcError if the text is not a DBC, or has more than these limits allow. Known irregularities of
+/// real files give a warning; docs/protocol.md lists them. All texts are converted to UTF-8.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
 /// Throws DbcError, also if the file can't be read.

@@ -138,7 +138,7 @@ void Reader::need_semicolon() {
 
 void Reader::note(std::string_view at, std::string what) {
   if (warnings_.size() < most_warnings)
-    warnings_.push_back({at.data(), std::move(what)});
+    warnings_.emplace_back(at.data(), std::move(what));
   else
     ++database_.further_warnings;
 }

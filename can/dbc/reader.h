@@ -33,10 +33,11 @@ std::string cited(std::string_view token);
 
 /// One function for each section; it starts with the cursor after the section's name.
 ///
-/// Nodes, messages, value tables and definitions of attributes enter the database where they stand. The sections
-/// that say more about them (comments, names of values, attributes, ...) may stand before them, so they are read
-/// where they stand and apply after the last line. They name messages and signals by identifier and name. If
-/// several messages or signals have the same identifier or name, the section applies to all of them.
+/// Nodes, messages, value tables and definitions of attributes enter the database where they stand. The
+/// sections that say more about them (comments, names of values, attributes, ...) may stand before them, so
+/// they are read where they stand and apply after the last line. They name messages and signals by
+/// identifier and name. If several messages or signals have the same identifier or name, the section
+/// applies to all of them.
 class Reader {
  public:
   explicit Reader(std::string_view text) : cursor_(text) {}
@@ -45,10 +46,7 @@ class Reader {
   Database read();
 
   /// An irregularity that the reader accepts, and its place in the text.
-  struct Warning {
-    const char* where;
-    std::string what;
-  };
+  using Warning = std::pair<const char*, std::string>;
   std::vector<Warning>& warnings() { return warnings_; }  ///< of read(); `further_warnings` counts the others
 
  private:

@@ -1,4 +1,5 @@
-// The sections that say more about messages and signals: comments, names of values, types, extended multiplexing.
+// The sections that say more about messages and signals: comments, names of values, types, extended
+// multiplexing.
 #include <algorithm>
 
 #include "can/dbc/reader.h"

@@ -8,7 +8,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "can/interface_name.h"
+#include "can/bus.h"
 #include "config/schema/bus_plan.h"
 #include "config/schema/check_frames.h"
 #include "config/schema/check_instruments.h"
