@@ -1,6 +1,9 @@
 // The interface to a CAN bus. All code above it runs unchanged on SocketCAN and on the simulated bus.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -16,12 +19,19 @@ namespace hystcan::can {
 /// The states of CAN fault confinement (ISO 11898-1), and `down`: the interface is absent or not up.
 enum class BusState : std::uint8_t { active, warning, passive, bus_off, down };
 
-std::string_view to_string(BusState state);
+constexpr std::string_view to_string(BusState state) {
+  return std::to_array<std::string_view>(
+      {"active", "warning", "passive", "bus-off", "down"})[static_cast<std::size_t>(state)];
+}
 
 /// Why an interface that was lost and is up again is not used: it differs from what it was at the start.
 enum class Refusal : std::uint8_t { none, listen_only, other_bit_rate, no_fd };
 
-std::string_view to_string(Refusal refusal);
+constexpr std::string_view to_string(Refusal refusal) {
+  return std::to_array<std::string_view>(
+      {"none", "it is listen-only now", "it has another bit rate now",
+       "it takes no CAN FD frames now"})[static_cast<std::size_t>(refusal)];
+}
 
 /// Transmit and receive error counter of the CAN controller (ISO 11898-1).
 ///
@@ -71,8 +81,9 @@ class Bus {
   /// Hands a frame to the bus and does not wait. False: the frame is dropped and counted, and is never sent.
   virtual bool send(const Frame& frame) = 0;
   virtual void on_frame(FrameHandler handler) = 0;
-  /// `handler` gets the frames of this connection that have left (the echo): they were complete on the wire, or in the
-  /// queue of a virtual interface, and a filter passes them. Returns false where the bus does not report that.
+  /// `handler` gets the frames of this connection that have left (the echo): they were complete on the
+  /// wire, or in the queue of a virtual interface, and a filter passes them. Returns false where the bus
+  /// does not report that.
   virtual bool on_sent(FrameHandler handler) = 0;
   virtual void on_state(StateHandler handler) = 0;
   virtual BusState state() const = 0;
@@ -85,5 +96,18 @@ class Bus {
 
 /// Opens the connection of one node. It receives the frames of the filters; a simulated bus may deliver more.
 using Attach = std::function<std::unique_ptr<Bus>(std::span<const Filter> filters)>;
+
+// The rule that Linux has for the names of network interfaces.
+
+inline constexpr std::string_view expected_interface_name =
+    "the name of an interface: 1 to 15 characters without spaces, / and :";
+
+/// True if an interface can have this name: `vcan0`.
+constexpr bool is_interface_name(std::string_view name) {
+  constexpr std::size_t longest = 15;  // IFNAMSIZ less the final zero
+  const auto fits = [](char c) { return c != '/' && c != ':' && c != ' ' && !(c >= '\t' && c <= '\r'); };
+  return !name.empty() && name.size() <= longest && name != "." && name != ".." &&
+         std::ranges::all_of(name, fits);
+}
 
 }  // namespace hystcan::can

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "can/protocol/emergency.h"
+#include "can/protocol/node.h"
 
 namespace hystcan::controller {
 
@@ -90,7 +90,7 @@ RemoteNode::RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, const
 bool RemoteNode::on_heartbeat(const can::Frame& frame, can::Time now) {
   if (heartbeat_checker_.check(frame)) return false;
   const auto state = can::parse_heartbeat(frame);
-  if (state) heartbeat_.heard(*state, now);
+  if (state) heartbeat_.on_heartbeat(*state, now);
   if (state != can::NmtState::boot_up) return false;
   set_up_again();
   return true;
@@ -129,7 +129,7 @@ bool RemoteNode::on_foreign_nmt(const can::Frame& frame) {
 bool RemoteNode::on_foreign_sdo(const can::Frame& frame) {
   const auto access = can::sdo_access_of(frame);
   if (!access) return false;
-  if (!access->writes) {
+  if (access->service != can::SdoService::write) {
     ++foreign_.sdo_reads;
     return false;
   }

@@ -1,4 +1,4 @@
-// A recorded run, or a part of it, as one CSV.
+// A recorded run, or a part of it, as one CSV or one HDF5 file.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,10 @@
 #include <vector>
 
 #include "runs/run.h"
+
+namespace hystcan::storage {
+class Hdf5Writer;
+}  // namespace hystcan::storage
 
 namespace hystcan::runs {
 
@@ -28,10 +32,21 @@ std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Sele
 /// Throws Error if `rows` is 0.
 void require_rows(const Run& run, std::uint64_t rows);
 
-/// Writes the rows of one axis: `# NAME_unit = "V"` for each unit, a header, and the shortest digits that read back to the
-/// same bits; words for states and causes; an empty field where there is no value. Returns the number of rows. Throws
-/// Error if no row is selected, and what `write` throws.
+/// Writes the rows of one axis: `# NAME_unit = "V"` for each unit, a header, and the shortest digits that
+/// read back to the same bits; words for states and causes; an empty field where there is no value. Returns
+/// the number of rows. Throws Error if no row is selected, and what `write` throws.
 std::uint64_t export_csv(const Run& run, const Selection& selection,
                          const std::function<void(std::string_view)>& write);
+
+/// Writes an HDF5 file:
+///
+///   /                 attributes: version, host, started, ..., and run_json, the whole run.json
+///   /AXIS/time_s      a group for each axis, a dataset for each column, with its unit; states and causes are
+///                     enumerations
+///   /config/FILE      the text of the configuration and of the files that it names
+///
+/// Without a selected axis, all axes. Returns the number of rows. Throws Error if none is selected,
+/// and storage::Hdf5Error. The caller closes the file.
+std::uint64_t export_hdf5(const Run& run, const Selection& selection, storage::Hdf5Writer& file);
 
 }  // namespace hystcan::runs

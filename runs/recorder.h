@@ -1,16 +1,20 @@
 // Records runs of a controller: one after the other, begun at the start or by a command.
 //
-// Calls come from three threads: records from the telemetry thread, commands from that of the control socket, the end from
-// the main thread. None of them waits for a disk, but for start(), which makes a folder, and finish().
+// Calls come from three threads: records from the telemetry thread, commands from that of the control
+// socket, the end from the main thread. None of them waits for a disk, but for start(), which makes a
+// folder, and finish().
 #pragma once
 
+#include <sys/types.h>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "can/bus_health_log.h"
 #include "config/schema/settings.h"
 #include "runs/run_writer.h"
 
@@ -25,7 +29,8 @@ class Recorder {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Begins a run and returns its folder. Throws std::runtime_error if one is under way, or if it cannot be made.
+  /// Begins a run and returns its folder. Throws std::runtime_error if one is under way, or if it cannot be
+  /// made.
   std::filesystem::path start();
   /// Ends the run; its last rows are written afterwards. Returns its folder; empty if none is under way.
   std::filesystem::path stop();
@@ -52,6 +57,30 @@ class Recorder {
   UtcNow utc_now_;
   mutable std::mutex mutex_;
   std::shared_ptr<RunWriter> writer_;  ///< of the present or the last run
+};
+
+// Makes HDF5 of the finished CSVs of a run, each in a process of its own: a controller neither waits for it
+// nor holds its memory. The process has the low priority of the thread that starts it, and goes on if the
+// controller ends.
+
+class PartConverter {
+ public:
+  using Sink = can::BusHealthLog::Sink;
+
+  /// `program`: hystcan, whose `export` is called.
+  PartConverter(std::filesystem::path program, Sink sink)
+      : program_(std::move(program)), sink_(std::move(sink)) {}
+
+  /// Returns at once.
+  void convert(const std::filesystem::path& part);
+
+ private:
+  void warn(const std::filesystem::path& part);
+  bool has_ended(pid_t child, const std::filesystem::path& part);
+
+  std::filesystem::path program_;
+  Sink sink_;
+  std::vector<std::pair<pid_t, std::filesystem::path>> children_;  ///< with the parts that they convert
 };
 
 }  // namespace hystcan::runs

@@ -6,13 +6,18 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <set>
 #include <string_view>
 #include <system_error>
 
+#include "base/error.h"
+
 namespace hystcan::runs {
 namespace {
+
+using Path = std::filesystem::path;
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -40,6 +45,44 @@ std::set<std::filesystem::path> files_named_by(const RunInfo& info,
     if (std::filesystem::is_regular_file(file, ignored)) files.insert(file.lexically_normal());
   }
   return files;
+}
+
+std::uintmax_t bytes_below(const Path& folder) {
+  std::uintmax_t bytes = 0;
+  std::error_code error;
+  std::filesystem::recursive_directory_iterator entry(folder, error);
+  for (; !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error)) {
+    std::error_code gone;
+    const std::uintmax_t size = entry->is_regular_file(gone) ? entry->file_size(gone) : 0;
+    if (!gone) bytes += size;
+  }
+  return bytes;
+}
+
+bool had_a_fault(const Path& run) {
+  try {
+    return std::ranges::any_of(read_run_info(run).axes,
+                               [](const RunAxis& axis) { return !axis.summary.faults.empty(); });
+  } catch (const Error&) {
+    return true;  // it is unknown
+  }
+}
+
+/// Runs that may go, in the order in which they go.
+std::vector<Path> dispensable(const Path& folder, const Path& current) {
+  std::vector<Path> runs = runs_in(folder);
+  std::erase_if(runs, [&](const Path& run) {
+    return run.filename() == current.filename() || exists(run / "keep") || is_being_recorded(run);
+  });
+  std::stable_partition(runs.begin(), runs.end(), [](const Path& run) { return !had_a_fault(run); });
+  return runs;
+}
+
+/// The CSVs of the run that is being recorded that may go: all but the last.
+std::vector<Path> dispensable_parts(const Path& current) {
+  std::vector<Path> parts = exists(current / "keep") ? std::vector<Path>() : parts_of(current);
+  if (!parts.empty()) parts.pop_back();
+  return parts;
 }
 
 }  // namespace
@@ -72,9 +115,10 @@ RunInfo describe(const config::Config& config, const std::vector<config::Setting
   return info;
 }
 
-RunLock::RunLock(const std::filesystem::path& run)
-    : folder_(::open(run.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-  if (folder_.get() >= 0) ::flock(folder_.get(), LOCK_EX | LOCK_NB);
+Descriptor lock_run(const std::filesystem::path& run) {
+  Descriptor folder(::open(run.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder.get() >= 0) ::flock(folder.get(), LOCK_EX | LOCK_NB);
+  return folder;
 }
 
 bool is_being_recorded(const std::filesystem::path& run) {
@@ -101,6 +145,70 @@ std::filesystem::path make_run_folder(const std::filesystem::path& folder,
     throw;
   }
   return run;
+}
+
+std::string part_name(const char* what, unsigned number, const char* ending) {
+  return fmt::format("{}_{:04}{}", what, number, ending);
+}
+
+std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run) {
+  std::vector<std::filesystem::path> parts;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(run, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.starts_with("cycles_") && name.ends_with(".csv")) parts.push_back(entry->path());
+  }
+  // 10000 comes after 9999.
+  std::ranges::sort(parts, {}, [](const std::filesystem::path& part) {
+    const std::string name = part.filename().string();
+    return std::pair(name.size(), name);
+  });
+  return parts;
+}
+
+std::filesystem::path hdf5_of(std::filesystem::path part) { return part.replace_extension(".h5"); }
+
+std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> runs;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error))
+    if (entry->path().filename().string().starts_with(run_prefix) && exists(entry->path() / info_name))
+      runs.push_back(entry->path());
+  if (error)
+    throw Error(
+        fmt::format("{}: cannot be read: {}, expected a folder of runs", folder.string(), error.message()));
+  std::ranges::sort(runs);
+  return runs;
+}
+
+std::uintmax_t bytes_of_runs(const Path& folder) {
+  std::uintmax_t bytes = 0;
+  for (const Path& run : runs_in(folder)) bytes += bytes_below(run);
+  return bytes;
+}
+
+LimitOutcome keep_limit(const Path& folder, const Path& current, std::uintmax_t most_bytes) {
+  LimitOutcome outcome{.removed = {}, .bytes = bytes_of_runs(folder)};
+  std::error_code ignored;
+  if (outcome.bytes <= most_bytes) return outcome;
+  for (const Path& run : dispensable(folder, current)) {
+    if (outcome.bytes <= most_bytes) return outcome;
+    outcome.bytes -= std::min(outcome.bytes, bytes_below(run));
+    std::filesystem::remove_all(run, ignored);
+    outcome.removed.push_back(run.filename().string());
+  }
+  for (const Path& part : dispensable_parts(current)) {
+    if (outcome.bytes <= most_bytes) return outcome;
+    for (const Path& file : {part, hdf5_of(part)}) {
+      const std::uintmax_t size = std::filesystem::file_size(file, ignored);
+      if (std::filesystem::remove(file, ignored)) outcome.bytes -= std::min(outcome.bytes, size);
+    }
+    outcome.removed.push_back(current.filename().string() + "/" + part.stem().string());
+  }
+  outcome.is_kept = outcome.bytes <= most_bytes;
+  return outcome;
 }
 
 }  // namespace hystcan::runs

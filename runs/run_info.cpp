@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <fstream>
+#include <cmath>
+#include <concepts>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <type_traits>
 
 #include "base/append_file.h"
 #include "base/error.h"
@@ -19,57 +20,102 @@ using nlohmann::json;
 constexpr std::uint64_t format_version = 1;
 constexpr std::size_t largest_info = 64 << 20;
 
-json to_json(const RunAxis& axis) {
-  json faults = json::array();
-  for (const RunFault& fault : axis.summary.faults)
-    faults.push_back({{"cause", fault.cause}, {"time_s", fault.time_s}});
-  return {{"name", axis.name},
-          {"drive_unit", axis.drive_unit},
-          {"stroke_um", axis.stroke_um},
-          {"delay_s", axis.delay_s},
-          {"tracked_rows", axis.summary.tracked_rows},
-          {"error_rms_um", axis.summary.rms_um},
-          {"error_max_um", axis.summary.max_um},
-          {"faults", faults}};
+// The members of run.json, once for writing and reading. `measured` is a number that may be null (NaN);
+// `added` is one that older runs lack.
+
+template <class Visitor, class Fault>
+requires std::same_as<std::remove_const_t<Fault>, RunFault>
+void visit(const Visitor& member, Fault& fault) {
+  member("cause", fault.cause);
+  member("time_s", fault.time_s);
 }
 
-/// The members of an object of run.json. Each function throws Error, with the file, where the member is missing or
-/// is something else.
-class Members {
- public:
-  Members(const std::filesystem::path& file, const json& object) : file_(file), object_(object) {}
+template <class Visitor, class Axis>
+requires std::same_as<std::remove_const_t<Axis>, RunAxis>
+void visit(const Visitor& member, Axis& axis) {
+  member("name", axis.name);
+  member("drive_unit", axis.drive_unit);
+  member("stroke_um", axis.stroke_um);
+  member.added("delay_s", axis.delay_s);
+  member("tracked_rows", axis.summary.tracked_rows);
+  member.measured("error_rms_um", axis.summary.rms_um);
+  member.measured("error_max_um", axis.summary.max_um);
+  member("faults", axis.summary.faults);
+}
 
-  std::string text(const char* key) const { return of(key, &json::is_string, "a text"); }
-  double number(const char* key) const { return of(key, &json::is_number, "a number"); }
-  /// NaN where it is null.
-  double measured(const char* key) const {
-    const auto found = object_.find(key);
-    const bool is_none = found != object_.end() && found->is_null();
-    return is_none ? std::numeric_limits<double>::quiet_NaN() : number(key);
+template <class Visitor, class Info>
+requires std::same_as<std::remove_const_t<Info>, RunInfo>
+void visit(const Visitor& member, Info& info) {
+  member("version", info.version);
+  member("host", info.host);
+  member("command", info.command);
+  member("config", info.config);
+  member("interface", info.interface);
+  member("rate_Hz", info.rate_Hz);
+  member("started", info.started);
+  member("ended", info.ended);
+  member("failure", info.failure);
+  member("first_s", info.first_s);
+  member("last_s", info.last_s);
+  member("rows", info.rows);
+  member("rows_lost", info.rows_lost);
+  member("settings", info.settings);
+  member("axes", info.axes);
+}
+
+class Writer {
+ public:
+  explicit Writer(json& object) : object_(object) {}
+
+  template <class Value>
+  void operator()(const char* key, const Value& value) const {
+    object_[key] = value;
   }
-  /// NaN where it is null or, as in older runs, missing.
-  double known(const char* key) const {
-    return object_.contains(key) ? measured(key) : std::numeric_limits<double>::quiet_NaN();
+  template <class Object>
+  requires requires(const Writer& writer, const Object& object) { visit(writer, object); }
+  void operator()(const char* key, const std::vector<Object>& objects) const {
+    json list = json::array();
+    for (const Object& object : objects) visit(Writer(list.emplace_back(json::object())), object);
+    object_[key] = std::move(list);
   }
-  std::uint64_t count(const char* key) const {
-    return of(key, &json::is_number_unsigned, "a whole number from 0");
+  void measured(const char* key, double value) const { object_[key] = value; }
+  void added(const char* key, double value) const { object_[key] = value; }
+
+ private:
+  json& object_;
+};
+
+/// Throws Error, with the file, where a member is missing or is something else.
+class Reader {
+ public:
+  Reader(const std::filesystem::path& file, const json& object) : file_(file), object_(object) {}
+
+  void operator()(const char* key, std::string& text) const { text = of(key, &json::is_string, "a text"); }
+  void operator()(const char* key, double& number) const { number = of(key, &json::is_number, "a number"); }
+  void operator()(const char* key, std::uint64_t& count) const {
+    count = of(key, &json::is_number_unsigned, "a whole number from 0");
   }
-  std::vector<Members> objects(const char* key) const {
-    std::vector<Members> result;
-    for (const json& element : of(key, &json::is_array, "a list")) {
-      if (!element.is_object()) refuse(key, element, "a list of objects");
-      result.emplace_back(file_, element);
-    }
-    return result;
-  }
-  std::vector<std::pair<std::string, std::string>> pairs(const char* key) const {
-    std::vector<std::pair<std::string, std::string>> result;
+  void operator()(const char* key, std::vector<std::pair<std::string, std::string>>& pairs) const {
     for (const json& pair : of(key, &json::is_array, "a list")) {
       if (!pair.is_array() || pair.size() != 2 || !pair[0].is_string() || !pair[1].is_string())
         refuse(key, pair, "pairs of texts");
-      result.emplace_back(pair[0], pair[1]);
+      pairs.emplace_back(pair[0], pair[1]);
     }
-    return result;
+  }
+  template <class Object>
+  void operator()(const char* key, std::vector<Object>& objects) const {
+    for (const json& element : of(key, &json::is_array, "a list")) {
+      if (!element.is_object()) refuse(key, element, "a list of objects");
+      visit(Reader(file_, element), objects.emplace_back());
+    }
+  }
+  void measured(const char* key, double& number) const {
+    const auto found = object_.find(key);
+    if (found == object_.end() || !found->is_null()) return (*this)(key, number);
+    number = std::numeric_limits<double>::quiet_NaN();
+  }
+  void added(const char* key, double& number) const {
+    if (object_.contains(key)) measured(key, number);
   }
 
  private:
@@ -92,40 +138,6 @@ class Members {
   const json& object_;
 };
 
-RunAxis axis_from(const Members& axis) {
-  RunAxis result{.name = axis.text("name"),
-                 .drive_unit = axis.text("drive_unit"),
-                 .stroke_um = axis.number("stroke_um"),
-                 .delay_s = axis.known("delay_s"),
-                 .summary = {.tracked_rows = axis.count("tracked_rows"),
-                             .rms_um = axis.measured("error_rms_um"),
-                             .max_um = axis.measured("error_max_um"),
-                             .faults = {}}};
-  for (const Members& fault : axis.objects("faults"))
-    result.summary.faults.push_back({.cause = fault.text("cause"), .time_s = fault.number("time_s")});
-  return result;
-}
-
-RunInfo info_from(const Members& info) {
-  RunInfo result{.version = info.text("version"),
-                 .host = info.text("host"),
-                 .command = info.text("command"),
-                 .config = info.text("config"),
-                 .interface = info.text("interface"),
-                 .rate_Hz = info.number("rate_Hz"),
-                 .started = info.text("started"),
-                 .ended = info.text("ended"),
-                 .failure = info.text("failure"),
-                 .first_s = info.number("first_s"),
-                 .last_s = info.number("last_s"),
-                 .rows = info.count("rows"),
-                 .rows_lost = info.count("rows_lost"),
-                 .axes = {},
-                 .settings = info.pairs("settings")};
-  for (const Members& axis : info.objects("axes")) result.axes.push_back(axis_from(axis));
-  return result;
-}
-
 json parsed(const std::filesystem::path& file, const std::string& text) {
   std::string what;
   try {
@@ -142,37 +154,52 @@ json parsed(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
+void RunSummary::add(std::size_t index, double time_s, controller::AxisState state, controller::Cause cause,
+                     double error_um) {
+  if (rows_++ == 0) first_s_ = time_s;
+  last_s_ = time_s;
+  Axis& axis = axes_[index];
+  if (state == controller::AxisState::tracking && std::isfinite(error_um)) {
+    ++axis.summary.tracked_rows;
+    axis.squares_um2 += error_um * error_um;
+    axis.summary.max_um = std::fmax(axis.summary.max_um, std::abs(error_um));
+  }
+  if (cause != axis.cause && cause != controller::Cause::none && axis.summary.faults.size() < most_faults)
+    axis.summary.faults.push_back({std::string(to_string(cause)), time_s});
+  axis.cause = cause;
+}
+
+void RunSummary::put_into(RunInfo& info) const {
+  info.rows = rows_;
+  info.first_s = first_s_;
+  info.last_s = last_s_;
+  for (std::size_t i = 0; i < info.axes.size(); ++i) {
+    AxisSummary summary = axes_[i].summary;
+    if (summary.tracked_rows > 0)
+      summary.rms_um = std::sqrt(axes_[i].squares_um2 / static_cast<double>(summary.tracked_rows));
+    info.axes[i].summary = std::move(summary);
+  }
+}
+
 json to_json(const RunInfo& info) {
-  json axes = json::array(), settings = json::array();
-  for (const RunAxis& axis : info.axes) axes.push_back(to_json(axis));
-  for (const auto& [key, value] : info.settings) settings.push_back({key, value});
-  return {{"hystcan_run", format_version},
-          {"version", info.version},
-          {"host", info.host},
-          {"command", info.command},
-          {"config", info.config},
-          {"interface", info.interface},
-          {"rate_Hz", info.rate_Hz},
-          {"started", info.started},
-          {"ended", info.ended},
-          {"failure", info.failure},
-          {"first_s", info.first_s},
-          {"last_s", info.last_s},
-          {"rows", info.rows},
-          {"rows_lost", info.rows_lost},
-          {"axes", axes},
-          {"settings", settings}};
+  json object{{"hystcan_run", format_version}};
+  visit(Writer(object), info);
+  return object;
 }
 
 RunInfo read_run_info(const std::filesystem::path& run) {
   const std::filesystem::path file = run / info_name;
   try {
     const json object = parsed(file, read_regular_file(file, largest_info));
-    const Members info(file, object);
-    if (const std::uint64_t version = info.count("hystcan_run"); version != format_version)
+    const Reader reader(file, object);
+    std::uint64_t version = 0;
+    reader("hystcan_run", version);
+    if (version != format_version)
       throw Error(fmt::format("{}: hystcan_run is {}, expected {}: made by another version of hystcan",
                               file.string(), version, format_version));
-    return info_from(info);
+    RunInfo info;
+    visit(reader, info);
+    return info;
   } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a run's folder", file.string(), error.what()));
   }
@@ -189,40 +216,6 @@ void write_run_info(const std::filesystem::path& run, const RunInfo& info) {
     throw std::system_error(error, beside.string() + ": cannot be written");
   }
   std::filesystem::rename(beside, run / info_name);
-}
-
-std::string part_name(const char* what, unsigned number, const char* ending) {
-  return fmt::format("{}_{:04}{}", what, number, ending);
-}
-
-std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run) {
-  std::vector<std::filesystem::path> parts;
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(run, error), end; !error && entry != end;
-       entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    if (name.starts_with("cycles_") && name.ends_with(".csv")) parts.push_back(entry->path());
-  }
-  // 10000 comes after 9999.
-  std::ranges::sort(parts, {}, [](const std::filesystem::path& part) {
-    const std::string name = part.filename().string();
-    return std::pair(name.size(), name);
-  });
-  return parts;
-}
-
-std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> runs;
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error))
-    if (entry->path().filename().string().starts_with(run_prefix) && exists(entry->path() / info_name))
-      runs.push_back(entry->path());
-  if (error)
-    throw Error(
-        fmt::format("{}: cannot be read: {}, expected a folder of runs", folder.string(), error.message()));
-  std::ranges::sort(runs);
-  return runs;
 }
 
 }  // namespace hystcan::runs

@@ -8,13 +8,17 @@
 //     changes.csv         settings that were changed during the run
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "controller/control/axis.h"
 
 namespace hystcan::runs {
 
@@ -63,18 +67,36 @@ struct RunInfo {
       settings;  ///< keys in force at the start, with their values as TOML
 };
 
+/// Counts what the axes of a run did, row by row.
+class RunSummary {
+ public:
+  static constexpr std::size_t most_faults = 100;  ///< of an axis; later ones are left out
+  static constexpr std::size_t most_axes = 64;
+
+  explicit RunSummary(std::size_t axes) : axes_(axes) {}
+
+  /// One row of an axis. `error_um` counts while the axis tracks.
+  void add(std::size_t axis, double time_s, controller::AxisState state, controller::Cause cause,
+           double error_um);
+  std::uint64_t rows() const { return rows_; }
+  /// Writes rows, times and the summaries of the axes.
+  void put_into(RunInfo& info) const;
+
+ private:
+  struct Axis {
+    AxisSummary summary;
+    double squares_um2 = 0.0;
+    controller::Cause cause = controller::Cause::none;
+  };
+  std::vector<Axis> axes_;
+  std::uint64_t rows_ = 0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+};
+
 nlohmann::json to_json(const RunInfo& info);
 /// Reads RUN/run.json. Throws Error with the name of the file if it is no such file.
 RunInfo read_run_info(const std::filesystem::path& run);
 /// Replaces RUN/run.json in one step. Throws std::system_error.
 void write_run_info(const std::filesystem::path& run, const RunInfo& info);
-
-/// The parts of a run in order: cycles_0001.csv, ...
-std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run);
-/// The file of part `number`, from 1: part_name("cycles", 1, ".csv").
-std::string part_name(const char* what, unsigned number, const char* ending);
-
-/// Names of the folders of runs in `folder`, oldest first. Throws Error if it cannot be read.
-std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder);
 
 }  // namespace hystcan::runs

@@ -1,9 +1,9 @@
-// Writes one run: a thread of its own that waits for the disk, so that nobody else does.
+// Writes one run: a thread of its own that waits for the disk, so that no other thread does.
 //
 //   telemetry thread ── add() ──▶ text in memory (bounded) ── every half second ──▶ cycles_0001.csv
 //
-// What was added half a second ago survives SIGKILL. If the disk is full, slow or gone, the rows that find no place are
-// counted, and the run says why it ended.
+// What was added half a second ago survives SIGKILL. If the disk is full, slow or gone, the rows that find
+// no place are counted, and the run says why it ended.
 #pragma once
 
 #include <condition_variable>
@@ -23,11 +23,10 @@
 #include "controller/cycle_record.h"
 #include "runs/run_folder.h"
 #include "runs/run_info.h"
-#include "runs/run_summary.h"
 
 namespace hystcan::runs {
 
-class BusLog;
+class BusLog;  ///< of run_writer.cpp
 
 class RunWriter {
  public:
@@ -80,7 +79,7 @@ class RunWriter {
   UtcNow utc_now_;
   std::vector<std::string> axis_names_;
   std::filesystem::path run_;
-  std::optional<RunLock> lock_;  ///< until it is closed
+  std::optional<Descriptor> lock_;  ///< until it is closed
   RunInfo info_;
 
   // of the thread that writes

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hystcan::storage {
@@ -11,12 +12,10 @@ namespace {
 
 constexpr const char* module_name = "hystcan_hdf5.so";
 
-struct Loaded {
-  const Hdf5Library* library = nullptr;
-  std::string reason;
-};
+using Loaded = std::pair<const Hdf5Library*, std::string>;  ///< null with the reason why there is none
 
-/// Beside the program where it was built, in PREFIX/lib/hystcan where it is installed; the same for the Python module.
+/// Beside the program where it was built, in PREFIX/lib/hystcan where it is installed; the same for the
+/// Python module.
 std::vector<std::filesystem::path> places() {
   std::vector<std::filesystem::path> places;
   std::error_code ignored;
@@ -43,7 +42,7 @@ Loaded load() {
   if (file.empty()) return {nullptr, std::string("there is no ") + module_name};
   void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const entry = module == nullptr ? nullptr : ::dlsym(module, "hystcan_hdf5");
-  if (entry != nullptr) return {reinterpret_cast<Hdf5Entry*>(entry)(), {}};
+  if (entry != nullptr) return {reinterpret_cast<Hdf5Entry*>(entry)(), ""};
   const char* const why = ::dlerror();
   return {nullptr, why == nullptr ? file.string() : why};
 }
@@ -54,11 +53,11 @@ const Loaded& loaded() {
 }
 
 const Hdf5Library& library_for(const std::filesystem::path& file) {
-  if (loaded().library == nullptr)
+  if (loaded().first == nullptr)
     throw Hdf5Error(
         fmt::format("{}: HDF5 is not at hand: {}; install libhdf5-dev and build again, or use CSV",
-                    file.string(), loaded().reason));
-  return *loaded().library;
+                    file.string(), loaded().second));
+  return *loaded().first;
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 // Columns in HDF5 files (https://www.hdfgroup.org), the default file format.
 //
-// libhdf5 brings three dozen libraries with it. They are loaded when the first file is made or opened, and never in a
-// process that controls: the code that needs them is a library of its own, `hystcan_hdf5.so` (storage/hdf5/).
+// libhdf5 brings three dozen libraries with it. They are loaded when the first file is made or opened, and
+// never in a process that controls: the code that needs them is a library of its own, `hystcan_hdf5.so`
+// (storage/hdf5/).
 #pragma once
 
 #include <cstddef>

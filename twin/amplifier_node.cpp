@@ -146,7 +146,7 @@ void AmplifierNode::boot_up() {
   encode_status_ = encode_status_at_power_on_;
   last_sync_ = 0;
   syncs_since_status_ = 0;
-  if (nmt_.last_reset() == can::NmtReset::communication) return;
+  if (nmt_.last_reset() == can::NmtCommand::reset_communication) return;
   sdo_.reset();
   fault_ = has_internal_cause_ ? internal_fault : 0;
 }

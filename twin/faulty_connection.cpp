@@ -87,7 +87,7 @@ void SentMessage::put_counter(can::Frame& frame, std::int64_t raw) const {
 }
 
 void SentMessage::seal(can::Frame& frame) const {
-  if (protection_.crc) protection_.crc->pack_raw(can::CrcRule(protection_)(frame), frame.payload());
+  if (protection_.crc) protection_.crc->pack_raw(protection_.crc_of(frame), frame.payload());
 }
 
 void SentMessage::corrupt_crc(can::Frame& frame) const {

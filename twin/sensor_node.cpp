@@ -132,7 +132,7 @@ void SensorNode::handle(const can::Frame& frame, can::Time received) {
 void SensorNode::boot_up() {
   last_sync_ = 0;
   encode_sample_ = encode_sample_at_power_on_;
-  if (nmt_.last_reset() == can::NmtReset::node) sdo_.reset();
+  if (nmt_.last_reset() == can::NmtCommand::reset_node) sdo_.reset();
 }
 
 void SensorNode::restart() {

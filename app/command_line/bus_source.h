@@ -1,7 +1,11 @@
-// The CAN interface to listen to and the database of its messages, from a configuration or from options.
+// The input of the commands for a bus: the interface and the database of its messages, from a configuration
+// or from options; or a candump log.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <istream>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -31,5 +35,14 @@ struct BusSource {
 
 /// Throws Error if no interface is named, and the errors of the files that it reads.
 BusSource find_bus(const BusOptions& options);
+
+/// Throws Error if the log cannot be read. It may be a pipe.
+std::unique_ptr<std::istream> open_can_log(const std::filesystem::path& path);
+
+/// Throws Error if a log had no frames, which is then no log or a recording of nothing.
+void require_frames(const std::string& name, std::uint64_t frames);
+
+/// Prints the warnings of a DBC on standard error, at most the first ten.
+void print_parse_warnings(const can::Database& database);
 
 }  // namespace hystcan::app

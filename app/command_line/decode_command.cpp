@@ -7,9 +7,7 @@
 #include <string>
 
 #include "app/command_line/bus_source.h"
-#include "app/command_line/can_log.h"
 #include "app/command_line/commands.h"
-#include "app/command_line/decode_findings.h"
 #include "app/command_line/frame_text.h"
 #include "base/standard_streams.h"
 #include "base/text.h"

@@ -51,11 +51,10 @@ void print_text(const std::vector<Finding>& findings) {
 int run_doctor(const DoctorArguments& options) {
   const config::Config config = config::load(options.config);
   const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
-  const Demand demand = demand_of(config.controller);
 
-  std::vector<Finding> findings = examine_machine(demand);
-  std::ranges::move(examine_process(demand), std::back_inserter(findings));
-  findings.push_back(examine_wake_up(demand, std::chrono::seconds(1)));
+  std::vector<Finding> findings = examine_machine(config.controller);
+  std::ranges::move(examine_process(config.controller), std::back_inserter(findings));
+  findings.push_back(examine_wake_up(config.controller, std::chrono::seconds(1)));
   std::ranges::move(examine_interface(config, interface, options.send), std::back_inserter(findings));
 
   if (options.json)

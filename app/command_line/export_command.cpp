@@ -14,7 +14,6 @@
 #include "base/standard_streams.h"
 #include "base/text.h"
 #include "runs/export.h"
-#include "runs/hdf5_export.h"
 #include "storage/hdf5.h"
 
 namespace hystcan::app {

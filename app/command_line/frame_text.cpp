@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "can/log/error_words.h"
+#include "can/dbc/text.h"
+#include "can/log/error_frame.h"
 
 namespace hystcan::app {
 namespace {
@@ -20,51 +22,9 @@ std::string time_text(std::chrono::microseconds time) {
   return fmt::format("{}.{:06}", time.count() / 1'000'000, time.count() % 1'000'000);
 }
 
-/// Length of the UTF-8 sequence at the beginning; 0 if there is none. Overlong forms and surrogates are
-/// invalid.
-std::size_t sequence_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
-                             : first >= 0xE0 && first < 0xF0 ? 3
-                             : first >= 0xF0 && first < 0xF5 ? 4
-                                                             : 0;
-  if (length == 0 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte(i) & 0xC0U) != 0x80) return 0;
-  const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
-  const bool beyond = (first == 0xED && byte(1) >= 0xA0) || (first == 0xF4 && byte(1) >= 0x90);
-  return overlong || beyond ? 0 : length;
-}
-
-bool is_utf8(std::string_view text) {
-  while (!text.empty()) {
-    const std::size_t length = sequence_length(text);
-    if (length == 0) return false;
-    text.remove_prefix(length);
-  }
-  return true;
-}
-
-std::string utf8(std::string_view text) {
-  if (is_utf8(text)) return std::string(text);
-  std::string result;
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    if (code < 0x80) {
-      result += c;
-    } else {
-      result += static_cast<char>(0xC0U | code >> 6U);
-      result += static_cast<char>(0x80U | (code & 0x3FU));
-    }
-  }
-  return result;
-}
-
 /// Replaces control characters, which would break a line in two.
 std::string in_one_line(std::string_view text) {
-  std::string result = utf8(text);
+  std::string result = can::dbc::to_utf8(text);
   for (char& c : result)
     if (static_cast<unsigned char>(c) < 0x20 || c == '\x7F') c = ' ';
   return result;
@@ -105,11 +65,30 @@ std::string shortcoming(const can::Frame& frame, const Message& message) {
   return {};
 }
 
+constexpr std::size_t classical_bytes = 8;
+
+// SAE J1939-21: the parameter groups and control bytes that announce a transport.
+constexpr std::uint32_t connection_management = 0xEC00;
+constexpr std::uint8_t request_to_send = 16;
+constexpr std::uint8_t broadcast_announce = 32;
+
+/// Below 0xF000 the low byte is an address and not a part of the group.
+std::uint32_t parameter_group(std::uint32_t id) {
+  const std::uint32_t group = id >> 8U & 0x3FFFFU;
+  return (group & 0xFF00U) < 0xF000U ? group & 0x3FF00U : group;
+}
+
+std::string kind_of(const can::Signal& signal) {
+  if (signal.value_type == can::ValueType::unreadable)
+    return fmt::format("declared as an IEEE 754 number of {} bits", signal.length);
+  return fmt::format("of {} bits", signal.length);
+}
+
 }  // namespace
 
 std::string id_text(std::uint32_t id, bool extended) { return fmt::format("{:0{}X}", id, extended ? 8 : 3); }
 
-std::string json_string(std::string_view text) { return nlohmann::json(utf8(text)).dump(); }
+std::string json_string(std::string_view text) { return nlohmann::json(can::dbc::to_utf8(text)).dump(); }
 
 std::string json_number(double value) {
   return std::isfinite(value) ? fmt::format("{:.17g}", value) : std::string("null");
@@ -201,6 +180,43 @@ void FrameText::write_json(const LoggedFrame& logged, const Message* message) {
                    signals_json(can::decode_signals(*message, frame)));
   }
   line_ += "}\n";
+}
+
+std::vector<std::string> DecodeFindings::add(const can::LoggedFrame& logged) {
+  std::vector<std::string> findings;
+  const can::Frame& frame = logged.frame;
+  if (frame.kind == FrameKind::error || frame.kind == FrameKind::remote) return findings;
+  examine_transport(frame, findings);
+  const Message* message = can::message_of(database_, frame);
+  if (message == nullptr || !decoded_.insert(message).second) return findings;
+  const std::size_t one_frame = frame.kind == FrameKind::fd ? frame.data.size() : classical_bytes;
+  if (message->length > one_frame)
+    findings.push_back(
+        fmt::format("message {} has {} bytes, of which one frame shows {}: a message of several frames is "
+                    "not assembled",
+                    message->name, message->length, frame.length));
+  for (const can::Signal& signal : message->signals)
+    if (!can::is_decodable(signal))
+      findings.push_back(
+          fmt::format("message {}: signal {}, {}, is left out, expected 1 to 64 bits, or 32 or 64 for "
+                      "an IEEE 754 number",
+                      message->name, signal.name, kind_of(signal)));
+  return findings;
+}
+
+void DecodeFindings::examine_transport(const can::Frame& frame, std::vector<std::string>& findings) {
+  if (!frame.extended || frame.length != 8 || parameter_group(frame.id) != connection_management) return;
+  if (frame.data[0] != request_to_send && frame.data[0] != broadcast_announce) return;
+  const std::uint32_t announced =
+      frame.data[5] | std::uint32_t{frame.data[6]} << 8U | std::uint32_t{frame.data[7]} << 16U;
+  const auto found = std::ranges::find_if(database_.messages, [&](const Message& message) {
+    return message.extended && message.length > classical_bytes && parameter_group(message.id) == announced;
+  });
+  if (found == database_.messages.end() || !transported_.insert(announced).second) return;
+  findings.push_back(
+      fmt::format("message {} of {} bytes comes by the transport protocol of J1939 (PGN {}): its frames are "
+                  "not assembled, and it is not decoded",
+                  found->name, found->length, announced));
 }
 
 }  // namespace hystcan::app

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -58,7 +59,7 @@ std::string signals_json(const std::vector<can::DecodedSignal>& signals);
 
 /// An identifier as candump writes it: three digits, or eight if it is extended.
 std::string id_text(std::uint32_t id, bool extended);
-/// In quotes, escaped. Latin-1, which DBC files use, becomes UTF-8.
+/// In quotes, escaped. What is no UTF-8 is read as Windows-1252.
 std::string json_string(std::string_view text);
 
 /// 17 significant digits; null if the value is not finite.
@@ -66,5 +67,28 @@ std::string json_number(double value);
 
 /// The raw value of a signal in decimal.
 std::string raw_text(const can::DecodedSignal& signal);
+
+/// Reports the parts of a message that decoding leaves out, once for each message.
+///
+/// Each frame is decoded by itself. Decoding leaves out
+///   - signals that cannot be decoded,
+///   - a message longer than a frame: a frame with the message's own identifier shows only its first bytes,
+///   - a message that J1939 announces (connection management, PGN 0xEC00: request to send, or broadcast) and
+///     carries in frames of its transport protocol: nothing of it is decoded.
+class DecodeFindings {
+ public:
+  /// The database must outlive this object.
+  explicit DecodeFindings(const can::Database& database) : database_(database) {}
+
+  /// Returns one sentence for each new finding; usually none.
+  std::vector<std::string> add(const can::LoggedFrame& logged);
+
+ private:
+  void examine_transport(const can::Frame& frame, std::vector<std::string>& findings);
+
+  const can::Database& database_;
+  std::set<const can::Message*> decoded_;
+  std::set<std::uint32_t> transported_;  ///< parameter groups
+};
 
 }  // namespace hystcan::app

@@ -3,7 +3,9 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,11 +13,13 @@
 
 #include "app/command_line/bus_source.h"
 #include "app/command_line/commands.h"
-#include "app/command_line/monitor_table.h"
+#include "app/command_line/frame_text.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/option_check.h"
 #include "base/standard_streams.h"
 #include "base/terminal.h"
+#include "base/text.h"
+#include "can/dbc/message_decoder.h"
 #include "can/log/traffic.h"
 #include "can/socketcan/bus_monitor.h"
 #include "can/socketcan/interface.h"
@@ -34,6 +38,104 @@ struct MonitorArguments {
   bool json = false;
 };
 
+struct BusLine {
+  std::string interface;
+  can::BusState state = can::BusState::active;
+  std::uint64_t lost = 0;           ///< frames the kernel dropped
+  std::chrono::microseconds now{};  ///< since 1970-01-01 UTC; ages are relative to it
+};
+
+using can::MessageTraffic;
+using can::Traffic;
+
+std::string_view name_of(const MessageTraffic& traffic) {
+  return traffic.message != nullptr ? std::string_view(traffic.message->name) : "(unknown)";
+}
+
+can::Rejection rejection(std::size_t index) { return static_cast<can::Rejection>(index); }
+
+std::string rejects_text(const MessageTraffic& traffic) {
+  std::string text;
+  for (std::size_t i = 0; i < can::rejection_count; ++i)
+    if (traffic.rejected[i] > 0)
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", traffic.rejected[i], to_string(rejection(i)));
+  return text.empty() ? text : " [rejected: " + text + ']';
+}
+
+std::string content(const MessageTraffic& traffic) {
+  if (!traffic.newest) return {};
+  const can::LoggedFrame& newest = *traffic.newest;
+  if (traffic.message == nullptr) {
+    const std::string text = can::candump_frame(newest.frame, newest.fd_flags);
+    return text.substr(text.find('#') + 1);
+  }
+  return signals_text(can::decode_signals(*traffic.message, newest.frame));
+}
+
+double age_ms(const BusLine& bus, const MessageTraffic& traffic) {
+  return std::max(0.0, std::chrono::duration<double, std::milli>(bus.now - traffic.last).count());
+}
+
+std::string row(const Traffic::Key& key, const MessageTraffic& traffic, const BusLine& bus,
+                std::size_t width) {
+  const std::string jitter = traffic.jitter_ms ? fmt::format("{:.3f}", *traffic.jitter_ms) : "-";
+  const std::string age = traffic.newest ? fmt::format("{:.0f}", age_ms(bus, traffic)) : "-";
+  return fmt::format("{:<{}} {:>8} {:>9} {:>9.1f} {:>9} {:>8}  {}{}", name_of(traffic), width,
+                     id_text(key.second, key.first), traffic.count, traffic.rate_Hz, jitter, age,
+                     content(traffic), rejects_text(traffic));
+}
+
+/// The table: one line about the bus, then one row for each message. Not cut to any width.
+std::vector<std::string> monitor_lines(const BusLine& bus, const Traffic& traffic) {
+  std::string top = fmt::format("{}: {}", bus.interface, to_string(bus.state));
+  if (const auto counters = traffic.error_counters())
+    top += fmt::format(", error counters transmit {} receive {}", counters->transmit, counters->receive);
+  top +=
+      fmt::format(", {:.1f} frames/s, {}, {}, {} lost", traffic.rate_Hz(), counted(traffic.frames(), "frame"),
+                  counted(traffic.error_frames(), "error frame"), bus.lost);
+  std::size_t width = 12;
+  for (const auto& [key, of_message] : traffic.messages())
+    width = std::max(width, name_of(of_message).size());
+  std::vector<std::string> lines{
+      top, fmt::format("{:<{}} {:>8} {:>9} {:>9} {:>9} {:>8}  {}", "message", width, "id", "count", "rate/Hz",
+                       "jitter/ms", "age/ms", "signals")};
+  lines.reserve(lines.size() + traffic.messages().size());
+  for (const auto& [key, of_message] : traffic.messages()) lines.push_back(row(key, of_message, bus, width));
+  return lines;
+}
+
+/// One object, in one line.
+std::string monitor_json(const BusLine& bus, const Traffic& traffic) {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, R"({{"interface":{},"state":"{}","error_counters":)", json_string(bus.interface),
+                 to_string(bus.state));
+  if (const auto counters = traffic.error_counters())
+    fmt::format_to(out, R"({{"transmit":{},"receive":{}}})", counters->transmit, counters->receive);
+  else
+    text += "null";
+  fmt::format_to(out, R"(,"rate_Hz":{},"frames":{},"error_frames":{},"lost":{},"messages":[)",
+                 json_number(traffic.rate_Hz()), traffic.frames(), traffic.error_frames(), bus.lost);
+  const char* between = "";
+  for (const auto& [key, of_message] : traffic.messages()) {
+    fmt::format_to(out, R"({}{{"message":{},"id":{},"extended":{},"count":{},"rate_Hz":{},"jitter_ms":{})",
+                   between, of_message.message ? json_string(of_message.message->name) : std::string("null"),
+                   key.second, key.first, of_message.count, json_number(of_message.rate_Hz),
+                   of_message.jitter_ms ? json_number(*of_message.jitter_ms) : std::string("null"));
+    fmt::format_to(out, R"(,"age_ms":{},"rejected":{{)",
+                   of_message.newest ? json_number(age_ms(bus, of_message)) : std::string("null"));
+    for (std::size_t i = 0; i < can::rejection_count; ++i)
+      fmt::format_to(out, R"({}"{}":{})", i == 0 ? "" : ",", to_string(rejection(i)), of_message.rejected[i]);
+    text += R"(},"signals":)";
+    text += signals_json(of_message.message != nullptr && of_message.newest
+                             ? can::decode_signals(*of_message.message, of_message.newest->frame)
+                             : std::vector<can::DecodedSignal>());
+    text += '}';
+    between = ",";
+  }
+  return text + "]}\n";
+}
+
 std::chrono::microseconds time_of_day() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
       std::chrono::system_clock::now().time_since_epoch());
@@ -41,7 +143,8 @@ std::chrono::microseconds time_of_day() {
 
 BusLine bus_line(const std::string& interface, const can::BusMonitor& tap, const can::Traffic& traffic,
                  can::BusState at_start) {
-  return {interface, tap.up(), traffic.state().value_or(at_start), tap.lost(), time_of_day()};
+  return {interface, tap.up() ? traffic.state().value_or(at_start) : can::BusState::down, tap.lost(),
+          time_of_day()};
 }
 
 void show_plainly(const BusLine& bus, const can::Traffic& traffic, bool json, bool first) {

@@ -12,14 +12,13 @@
 
 #include "app/command_line/bus_source.h"
 #include "app/command_line/commands.h"
-#include "app/command_line/decode_findings.h"
 #include "app/command_line/frame_text.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/option_check.h"
 #include "base/append_file.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
-#include "can/log/error_words.h"
+#include "can/log/error_frame.h"
 #include "can/socketcan/bus_monitor.h"
 #include "can/socketcan/socketcan_bus.h"
 #include "config/schema/config.h"
@@ -83,24 +82,6 @@ class Summary {
   std::uint64_t busiest_ = 0;
 };
 
-/// Logs when the interface goes down and when it is up again.
-class BusLogWatch {
- public:
-  explicit BusLogWatch(std::string interface) : interface_(std::move(interface)) {}
-  void look(bool up) {
-    if (up == up_) return;
-    up_ = up;
-    if (up)
-      spdlog::info("{}: up again", interface_);
-    else
-      spdlog::warn("{}: down; waiting for it", interface_);
-  }
-
- private:
-  std::string interface_;
-  bool up_ = true;
-};
-
 /// Throws Error if the file exists and is to be kept.
 std::unique_ptr<AppendFile> create_log(const RecordArguments& options) {
   using Existing = AppendFile::Existing;
@@ -132,7 +113,7 @@ int run_record(const RecordArguments& options) {
   if (options.decode) findings.emplace(*source.database);
 
   Summary summary;
-  BusLogWatch watch(source.interface);
+  bool was_up = true;
   const can::BusMonitor::Handler record = [&](const can::LoggedFrame& logged) {
     log->add(can::candump_line(logged) + "\n");
     require_written(*log);
@@ -154,7 +135,9 @@ int run_record(const RecordArguments& options) {
   try {
     for (auto now = start; stop_signalled == 0 && !is_over(now); now = Clock::now()) {
       tap.listen(flush_every / 4, record);
-      watch.look(tap.up());
+      if (tap.up() && !was_up) spdlog::info("{}: up again", source.interface);
+      if (!tap.up() && was_up) spdlog::warn("{}: down; waiting for it", source.interface);
+      was_up = tap.up();
       if (now - flushed < flush_every) continue;
       flushed = now;
       log->flush();

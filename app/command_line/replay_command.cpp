@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <time.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -19,10 +18,11 @@
 #include <utility>
 #include <vector>
 
-#include "app/command_line/can_log.h"
+#include "app/command_line/bus_source.h"
 #include "app/command_line/commands.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/option_check.h"
+#include "base/input_file.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
 #include "can/log/candump.h"
@@ -57,48 +57,38 @@ struct ReplayArguments {
   bool force_interface = false;
 };
 
-/// Identifiers as candump writes them: three digits, or eight if extended.
-class IdFilter {
- public:
-  explicit IdFilter(const std::vector<std::string>& ids) {
-    for (const std::string& text : ids) {
-      std::uint32_t id = 0;
-      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id, 16);
-      const bool extended = text.size() == 8;
-      if (error != std::errc{} || end != text.data() + text.size() || (text.size() != 3 && !extended) ||
-          id > (extended ? 0x1FFF'FFFFU : 0x7FFU))
-        throw Error("--filter: found '" + text +
-                    "', expected an identifier of three hexadecimal digits, or eight (29 bits)");
-      ids_.emplace(extended, id);
-    }
-  }
-  bool accepts(const can::Frame& frame) const {
-    return ids_.empty() || ids_.contains({frame.extended, frame.id});
-  }
+using Ids = std::set<std::pair<bool, std::uint32_t>>;  ///< extended, identifier
 
- private:
-  std::set<std::pair<bool, std::uint32_t>> ids_;
-};
+/// Identifiers as candump writes them: three digits, or eight if extended.
+Ids parsed_ids(const std::vector<std::string>& texts) {
+  Ids ids;
+  for (const std::string& text : texts) {
+    std::uint32_t id = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id, 16);
+    const bool extended = text.size() == 8;
+    if (error != std::errc{} || end != text.data() + text.size() || (text.size() != 3 && !extended) ||
+        !can::is_identifier(id, extended))
+      throw Error("--filter: found '" + text +
+                  "', expected an identifier of three hexadecimal digits, or eight (29 bits)");
+    ids.emplace(extended, id);
+  }
+  return ids;
+}
 
 /// The sockets of one replay. Each opens only if the replay may write to its interface.
 class Outlets {
  public:
   explicit Outlets(bool force) : force_(force) {}
-  ~Outlets() {
-    for (const auto& [name, socket] : sockets_) ::close(socket);
-  }
-  Outlets(const Outlets&) = delete;
-  Outlets& operator=(const Outlets&) = delete;
 
   int open(const std::string& interface) {
     const auto found = sockets_.find(interface);
-    if (found != sockets_.end()) return found->second;
+    if (found != sockets_.end()) return found->second.get();
     if (!force_ && !can::is_virtual_interface(interface))
       throw RunError(
           fmt::format("{} is a real CAN interface: a replay on it moves real devices; "
                       "use --force-interface if you want that",
                       interface));
-    return sockets_.emplace(interface, can::open_raw_socket(interface, {})).first->second;
+    return sockets_.emplace(interface, can::open_raw_socket(interface, {})).first->second.get();
   }
 
   /// Waits while the queue is full, so that no frame is lost. Returns the number of waits.
@@ -121,7 +111,7 @@ class Outlets {
 
  private:
   bool force_;
-  std::map<std::string, int> sockets_;
+  std::map<std::string, Descriptor> sockets_;
 };
 
 /// Returns false if a signal came first.
@@ -159,7 +149,7 @@ class TimeOrder {
 class Replay {
  public:
   explicit Replay(const ReplayArguments& options)
-      : options_(options), filter_(options.ids), outlets_(options.force_interface) {}
+      : options_(options), ids_(parsed_ids(options.ids)), outlets_(options.force_interface) {}
 
   /// Reads the whole log and then opens every interface before the first frame is sent, so that a damaged log or
   /// a missing interface moves nothing.
@@ -222,7 +212,8 @@ class Replay {
 
  private:
   bool is_sent(const LoggedFrame& logged) const {
-    return logged.frame.kind != can::FrameKind::error && filter_.accepts(logged.frame);
+    return logged.frame.kind != can::FrameKind::error &&
+           (ids_.empty() || ids_.contains({logged.frame.extended, logged.frame.id}));
   }
   /// The time from the first frame to this one; negative if the log steps back.
   Duration offset_of(const LoggedFrame& logged, std::chrono::microseconds first, std::size_t line) const {
@@ -243,7 +234,7 @@ class Replay {
   }
 
   const ReplayArguments& options_;
-  IdFilter filter_;
+  Ids ids_;  ///< empty: all
   Outlets outlets_;
   std::uint64_t sent_ = 0;
   std::uint64_t error_frames_ = 0;

@@ -11,7 +11,6 @@
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
-#include "runs/folder_limit.h"
 #include "runs/run.h"
 #include "runs/run_folder.h"
 

@@ -8,7 +8,6 @@
 #include "app/live/sample_board.h"
 #include "app/live/status_board.h"
 #include "config/schema/config.h"
-#include "runs/part_converter.h"
 #include "runs/recorder.h"
 #include "storage/hdf5.h"
 

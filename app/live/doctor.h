@@ -2,11 +2,14 @@
 // was found, a verdict and a cure.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "can/scheduler.h"
@@ -18,7 +21,10 @@ namespace hystcan::app {
 /// doubtful  the controller runs, but not as well as it could
 /// bad       the controller does not run as configured
 enum class Verdict : std::uint8_t { good, doubtful, bad };
-std::string_view to_string(Verdict verdict);
+constexpr auto words(Verdict) { return std::to_array<std::string_view>({"good", "doubtful", "bad"}); }
+inline std::string_view to_string(Verdict verdict) {
+  return words(verdict)[static_cast<std::size_t>(verdict)];
+}
 
 struct Finding {
   std::string check;
@@ -27,26 +33,25 @@ struct Finding {
   std::string cure{};  ///< empty if the verdict is good
 };
 
-/// What the configuration asks for; the checks compare with it.
-struct Demand {
-  can::Duration period{};
-  int priority = 0;  ///< 0: no real-time priority is asked for
-  bool lock_memory = false;
-  std::vector<std::int64_t> cpus;
-  can::Duration lateness_trip{};  ///< zero: none
-};
-Demand demand_of(const controller::CommonConfig& config);
-
 /// Parses a list such as "0-3,8", as /sys writes it; returns an empty set if the text is not a list.
 std::set<std::int64_t> parse_cpu_list(std::string_view text);
 
+/// Good, or doubtful with a cure.
+inline Finding judged(std::string check, bool is_good, std::string figure, std::string cure) {
+  if (is_good) return {std::move(check), Verdict::good, std::move(figure), {}};
+  return {std::move(check), Verdict::doubtful, std::move(figure), std::move(cure)};
+}
+
+// The checks compare with what the configuration asks for.
+
 /// Kernel, clock source, governors, idle states and processors, from /proc and /sys below `root`.
-std::vector<Finding> examine_machine(const Demand& demand, const std::filesystem::path& root = "/");
+std::vector<Finding> examine_machine(const controller::CommonConfig& config,
+                                     const std::filesystem::path& root = "/");
 /// The priority, locked memory and limits that this process can get, and its build type.
-std::vector<Finding> examine_process(const Demand& demand);
+std::vector<Finding> examine_process(const controller::CommonConfig& config);
 /// Measures for `duration` how late the controller's kind of alarm comes, one in each period, on a thread
 /// with the settings that the configuration asks for.
-Finding examine_wake_up(const Demand& demand, can::Duration duration);
+Finding examine_wake_up(const controller::CommonConfig& config, can::Duration duration);
 /// State, bit rate, restart, queue and error counters. Sends frames only if the interface is virtual or
 /// `send` is true, and then measures how long a frame takes from one socket to another.
 std::vector<Finding> examine_interface(const config::Config& config, const std::string& interface, bool send);

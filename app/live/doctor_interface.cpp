@@ -1,7 +1,6 @@
 // The checks of the CAN interface.
 #include <fmt/format.h>
 #include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +11,7 @@
 #include <system_error>
 
 #include "app/live/doctor.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "can/socketcan/interface.h"
 #include "can/socketcan/raw_socket.h"
@@ -32,8 +32,7 @@ constexpr std::uint32_t test_id = 0x7FF;  ///< lowest priority; unused in CANope
 
 Finding examine_bit_rate(const config::Config& config, const std::string& name, const can::Interface& found) {
   const double wanted = config.bus.bitrate_bit_per_s;
-  if (!found.bitrate_bit_per_s)
-    return {.check = "bit rate", .verdict = Verdict::good, .figure = "none: a virtual interface"};
+  if (!found.bitrate_bit_per_s) return {"bit rate", Verdict::good, "none: a virtual interface"};
   const double real = *found.bitrate_bit_per_s;
   Finding finding{.check = "bit rate",
                   .verdict = Verdict::good,
@@ -50,17 +49,11 @@ Finding examine_bit_rate(const config::Config& config, const std::string& name, 
 }
 
 Finding examine_restart(const std::string& name, const can::Interface& found) {
-  if (!found.restart_ms)
-    return {.check = "restart-ms", .verdict = Verdict::good, .figure = "none: never bus-off"};
-  const bool restarts = *found.restart_ms > 0;
-  return {.check = "restart-ms",
-          .verdict = restarts ? Verdict::good : Verdict::doubtful,
-          .figure = fmt::format("{}", *found.restart_ms),
-          .cure = restarts
-                      ? ""
-                      : fmt::format("bus-off lasts until the user ends it: ip link set {0} down; ip link set "
-                                    "{0} up type can restart-ms 100",
-                                    name)};
+  if (!found.restart_ms) return {"restart-ms", Verdict::good, "none: never bus-off"};
+  return judged("restart-ms", *found.restart_ms > 0, std::to_string(*found.restart_ms),
+                fmt::format("bus-off lasts until the user ends it: ip link set {0} down; ip link set "
+                            "{0} up type can restart-ms 100",
+                            name));
 }
 
 Finding examine_queue(const config::Config& config, const std::string& name, const can::Interface& found) {
@@ -88,8 +81,8 @@ Finding examine_errors(const std::string& name, const can::Interface& found) {
     finding.figure += fmt::format(", counters {} transmit, {} receive", transmit, receive);
     if (std::max(transmit, receive) >= warning_count) finding.verdict = Verdict::doubtful;
   }
-  if (found.driver_statistics && found.driver_statistics->bus_offs > 0)
-    finding.figure += fmt::format(", {} bus-off so far", counted(found.driver_statistics->bus_offs, "time"));
+  if (found.bus_offs.value_or(0) > 0)
+    finding.figure += fmt::format(", {} bus-off so far", counted(*found.bus_offs, "time"));
   if (found.bus_state && *found.bus_state > can::BusState::active) finding.verdict = Verdict::doubtful;
   if (found.bus_state && *found.bus_state >= can::BusState::bus_off) finding.verdict = Verdict::bad;
   if (found.loopback || found.one_shot) {
@@ -103,24 +96,12 @@ Finding examine_errors(const std::string& name, const can::Interface& found) {
   return finding;
 }
 
-class Socket {
- public:
-  explicit Socket(const std::string& interface)
-      : number_(can::open_raw_socket(interface, std::array{can::Filter{.id = test_id}})) {}
-  ~Socket() { ::close(number_); }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  int get() const { return number_; }
-
- private:
-  int number_;
-};
-
 /// Measures the time from one socket to another on the same interface. The frame passes the kernel and, on a
 /// real interface, the wire, because the second socket gets it when it has been sent and acknowledged.
 Finding examine_round_trip(const config::Config& config, const std::string& name) {
-  const Socket from(name);
-  const Socket to(name);
+  const std::array only_test_frames{can::Filter{.id = test_id}};
+  const Descriptor from(can::open_raw_socket(name, only_test_frames));
+  const Descriptor to(can::open_raw_socket(name, only_test_frames));
   can::ReceiveBatch batch;
   controller::TimeStatistics times;
   for (int i = 0; i < round_trips; ++i) {
@@ -128,21 +109,18 @@ Finding examine_round_trip(const config::Config& config, const std::string& name
     const int error = can::write_frame(from.get(), {.id = test_id, .length = 0});
     pollfd readable{.fd = to.get(), .events = POLLIN, .revents = 0};
     if (error != 0 || ::poll(&readable, 1, 200) != 1 || batch.read(to.get()) < 1)
-      return {.check = "round trip",
-              .verdict = Verdict::bad,
-              .figure = fmt::format("frame {} of {} did not come back{}", i + 1, round_trips,
-                                    error != 0 ? ": " + std::generic_category().message(error) : ""),
-              .cure = "no node acknowledges: check that a node is on the bus, wiring and bit rate"};
+      return {"round trip", Verdict::bad,
+              fmt::format("frame {} of {} did not come back{}", i + 1, round_trips,
+                          error != 0 ? ": " + std::generic_category().message(error) : ""),
+              "no node acknowledges: check that a node is on the bus, wiring and bit rate"};
     times.add(std::chrono::steady_clock::now() - begun);
   }
   const controller::TimeSummary summary = times.summary();
   const bool fast = summary.p99_us <= good_round_trip_share * 1e6 / config.controller.rate_Hz;
-  return {.check = "round trip",
-          .verdict = fast ? Verdict::good : Verdict::doubtful,
-          .figure = fmt::format("mean {:.0f} us, p99 {:.0f} us, max {:.0f} us", summary.mean_us,
-                                summary.p99_us, summary.max_us),
-          .cure = fast ? ""
-                       : "see wake-up, priority and kernel; on USB adapters a hub and power saving cost too"};
+  return judged("round trip", fast,
+                fmt::format("mean {:.0f} us, p99 {:.0f} us, max {:.0f} us", summary.mean_us, summary.p99_us,
+                            summary.max_us),
+                "see wake-up, priority and kernel; on USB adapters a hub and power saving cost too");
 }
 
 std::vector<std::string> fd_messages(const config::Config& config) {
@@ -160,18 +138,15 @@ std::vector<Finding> examine_interface(const config::Config& config, const std::
     const can::Interface found = can::require_can_interface(interface);
     can::require_able_to_send(interface, found);
     can::require_able_to_carry_fd(interface, found, fd_messages(config));
-    std::vector<Finding> findings{
-        {.check = "interface", .verdict = Verdict::good, .figure = interface + " is up"},
-        examine_bit_rate(config, interface, found),
-        examine_restart(interface, found),
-        examine_queue(config, interface, found),
-        examine_errors(interface, found)};
+    std::vector<Finding> findings{{"interface", Verdict::good, interface + " is up"},
+                                  examine_bit_rate(config, interface, found),
+                                  examine_restart(interface, found),
+                                  examine_queue(config, interface, found),
+                                  examine_errors(interface, found)};
     if (send || can::is_virtual_interface(interface))
       findings.push_back(examine_round_trip(config, interface));
     else
-      findings.push_back({.check = "round trip",
-                          .verdict = Verdict::good,
-                          .figure = "not tried: --send puts frames on this bus"});
+      findings.push_back({"round trip", Verdict::good, "not tried: --send puts frames on this bus"});
     return findings;
   } catch (const can::InterfaceError& error) {
     const std::string text = error.what();

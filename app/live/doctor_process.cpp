@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <boost/asio/io_context.hpp>
+#include <cmath>
 #include <thread>
 
 #include "app/live/doctor.h"
@@ -29,17 +30,17 @@ Result on_a_thread(Work work) {
   return result;
 }
 
-Finding examine_priority(const Demand& demand) {
-  const int priority = demand.priority > 0 ? demand.priority : usual_priority;
+Finding examine_priority(const controller::Realtime& asked) {
+  const int priority = asked.priority > 0 ? asked.priority : usual_priority;
   const auto refusal =
       on_a_thread<std::optional<std::string>>([priority] { return take_priority(priority); });
   Finding finding{
       .check = "priority", .verdict = Verdict::good, .figure = fmt::format("SCHED_FIFO {}", priority)};
   if (refusal) {
-    finding.verdict = demand.priority > 0 ? Verdict::bad : Verdict::doubtful;
+    finding.verdict = asked.priority > 0 ? Verdict::bad : Verdict::doubtful;
     finding.figure = refusal->substr(0, refusal->find(';'));
     finding.cure = refusal->substr(refusal->find(';') + 2);
-  } else if (demand.priority == 0 && sched_getscheduler(0) == SCHED_OTHER) {
+  } else if (asked.priority == 0 && sched_getscheduler(0) == SCHED_OTHER) {
     finding.verdict = Verdict::doubtful;
     finding.figure += " is available but not configured";
     finding.cure = fmt::format("set priority = {} in [controller.realtime]", usual_priority);
@@ -49,13 +50,13 @@ Finding examine_priority(const Demand& demand) {
   return finding;
 }
 
-Finding examine_memory(const Demand& demand) {
+Finding examine_memory(const controller::Realtime& asked) {
   Finding finding{.check = "locked memory", .verdict = Verdict::good, .figure = "may be locked"};
   if (const auto refusal = find_memory_lock_refusal()) {
-    finding.verdict = demand.lock_memory ? Verdict::bad : Verdict::doubtful;
+    finding.verdict = asked.lock_memory ? Verdict::bad : Verdict::doubtful;
     finding.figure = refusal->substr(0, refusal->find(';'));
     finding.cure = refusal->substr(refusal->find(';') + 2);
-  } else if (!demand.lock_memory) {
+  } else if (!asked.lock_memory) {
     finding.verdict = Verdict::doubtful;
     finding.figure += " but is not configured";
     finding.cure = "set lock_memory = true in [controller.realtime]";
@@ -74,21 +75,17 @@ Finding examine_limits() {
   rlimit time{};
   getrlimit(RLIMIT_RTTIME, &time);
   const bool endless = time.rlim_cur == RLIM_INFINITY;
-  return {.check = "limits",
-          .verdict = endless ? Verdict::good : Verdict::doubtful,
-          .figure = fmt::format("rtprio {}, memlock {}, rttime {}", limit_text(RLIMIT_RTPRIO, 1, ""),
-                                limit_text(RLIMIT_MEMLOCK, 1024, " kB"), limit_text(RLIMIT_RTTIME, 1, " us")),
-          .cure = endless ? ""
-                          : "ulimit -R unlimited (LimitRTTIME=infinity): a real-time thread is killed there"};
+  return judged("limits", endless,
+                fmt::format("rtprio {}, memlock {}, rttime {}", limit_text(RLIMIT_RTPRIO, 1, ""),
+                            limit_text(RLIMIT_MEMLOCK, 1024, " kB"), limit_text(RLIMIT_RTTIME, 1, " us")),
+                "ulimit -R unlimited (LimitRTTIME=infinity): a real-time thread is killed there");
 }
 
 Finding examine_build() {
   const std::string type = HYSTCAN_BUILD_TYPE;
   const bool fast = type == "Release" || type == "RelWithDebInfo";
-  return {.check = "build",
-          .verdict = fast ? Verdict::good : Verdict::doubtful,
-          .figure = type.empty() ? "no build type" : type,
-          .cure = fast ? "" : "cmake --preset release && cmake --build --preset release"};
+  return judged("build", fast, type.empty() ? "no build type" : type,
+                "cmake --preset release && cmake --build --preset release");
 }
 
 controller::TimeStatistics measure_wake_up(can::Duration period, can::Duration duration) {
@@ -111,19 +108,22 @@ controller::TimeStatistics measure_wake_up(can::Duration period, can::Duration d
 
 }  // namespace
 
-std::vector<Finding> examine_process(const Demand& demand) {
-  return {examine_build(), examine_priority(demand), examine_memory(demand), examine_limits()};
+std::vector<Finding> examine_process(const controller::CommonConfig& config) {
+  const controller::Realtime asked = config.realtime.value_or(controller::Realtime{});
+  return {examine_build(), examine_priority(asked), examine_memory(asked), examine_limits()};
 }
 
-Finding examine_wake_up(const Demand& demand, can::Duration duration) {
+Finding examine_wake_up(const controller::CommonConfig& config, can::Duration duration) {
+  const controller::Realtime asked = config.realtime.value_or(controller::Realtime{});
+  const can::Duration period(std::llround(1e9 / config.rate_Hz));
   const auto lateness = on_a_thread<controller::TimeStatistics>([&] {
-    if (!demand.cpus.empty()) keep_to_cpus(demand.cpus);  // a refusal has a finding of its own
-    if (demand.priority > 0) take_priority(demand.priority);
-    return measure_wake_up(demand.period, duration);
+    if (!asked.cpus.empty()) keep_to_cpus(asked.cpus);  // a refusal has a finding of its own
+    if (asked.priority > 0) take_priority(asked.priority);
+    return measure_wake_up(period, duration);
   });
   const controller::TimeSummary summary = lateness.summary();
-  const double period_us = 1e6 * can::seconds(demand.period);
-  const double trip_us = 1e6 * can::seconds(demand.lateness_trip);
+  const double period_us = 1e6 * can::seconds(period);
+  const double trip_us = 1e6 * can::seconds(config.lateness_trip);
   Finding finding{.check = "wake-up",
                   .verdict = Verdict::good,
                   .figure = fmt::format("p99 {:.0f} us, max {:.0f} us late in {} cycles of {:.0f} us",

@@ -18,7 +18,7 @@
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
 #include "controller/control/axis.h"
-#include "runs/cycle_reader.h"
+#include "runs/run.h"
 #include "runs/export.h"
 
 namespace hystcan::app {

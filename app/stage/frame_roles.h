@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "can/dbc/database.h"
-#include "can/protocol/message_map.h"
+#include "can/protocol/layout.h"
+#include "model/reference_curve.h"
 
 namespace hystcan::app {
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string_view>
 
-#include "can/interface_name.h"
+#include "can/bus.h"
 
 namespace hystcan::app {
 namespace {

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <utility>
 
-#include "can/protocol/units.h"
+#include "can/protocol/layout.h"
 
 namespace hystcan::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <cstdio>
 
-#include "can/dbc/limits.h"
+#include "can/dbc/database.h"
 
 namespace hystcan::can::dbc {
 namespace {
@@ -13,41 +13,14 @@ namespace {
 constexpr std::string_view blanks = " \t\r\n\f\v\x1A";  // Control-Z ends a file of DOS
 constexpr std::string_view line_ends = "\r\n";
 
-constexpr std::array<std::string_view, 35> sections = {"VERSION",
-                                                       "NS_",
-                                                       "BS_",
-                                                       "BU_",
-                                                       "BO_",
-                                                       "SG_",
-                                                       "CM_",
-                                                       "VAL_TABLE_",
-                                                       "VAL_",
-                                                       "BA_DEF_",
-                                                       "BA_DEF_DEF_",
-                                                       "BA_",
-                                                       "BA_DEF_REL_",
-                                                       "BA_REL_",
-                                                       "BA_SGTYPE_",
-                                                       "EV_",
-                                                       "EV_DATA_",
-                                                       "ENVVAR_DATA_",
-                                                       "BO_TX_BU_",
-                                                       "SIG_GROUP_",
-                                                       "SG_MUL_VAL_",
-                                                       "SGTYPE_",
-                                                       "SGTYPE_VAL_",
-                                                       "SIG_TYPE_REF_",
-                                                       "SIGTYPE_VALTYPE_",
-                                                       "SIG_VALTYPE_",
-                                                       "CAT_DEF_",
-                                                       "CAT_",
-                                                       "FILTER",
-                                                       "BA_DEF_DEF_REL_",
-                                                       "BA_DEF_SGTYPE_",
-                                                       "BU_SG_REL_",
-                                                       "BU_EV_REL_",
-                                                       "BU_BO_REL_",
-                                                       "NS_DESC_"};
+// clang-format off
+constexpr std::array<std::string_view, 35> sections = {
+    "VERSION", "NS_", "BS_", "BU_", "BO_", "SG_", "CM_", "VAL_TABLE_", "VAL_", "BA_DEF_", "BA_DEF_DEF_",
+    "BA_", "BA_DEF_REL_", "BA_REL_", "BA_SGTYPE_", "EV_", "EV_DATA_", "ENVVAR_DATA_", "BO_TX_BU_",
+    "SIG_GROUP_", "SG_MUL_VAL_", "SGTYPE_", "SGTYPE_VAL_", "SIG_TYPE_REF_", "SIGTYPE_VALTYPE_",
+    "SIG_VALTYPE_", "CAT_DEF_", "CAT_", "FILTER", "BA_DEF_DEF_REL_", "BA_DEF_SGTYPE_", "BU_SG_REL_",
+    "BU_EV_REL_", "BU_BO_REL_", "NS_DESC_"};
+// clang-format on
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
@@ -78,9 +51,9 @@ std::string describe(const char* at, const char* end) {
   return byte.data();
 }
 
-Token bounded(Token token, std::size_t longest) {
-  if (token.text.size() <= longest) return token;
-  throw ParseError{token.text.data(), std::to_string(token.text.size()) + " bytes",
+std::string_view bounded(std::string_view token, std::size_t longest) {
+  if (token.size() <= longest) return token;
+  throw ParseError{token.data(), std::to_string(token.size()) + " bytes",
                    "at most " + std::to_string(longest)};
 }
 
@@ -118,33 +91,33 @@ bool Cursor::at_line_start() const {
 
 bool Cursor::is_word(std::string_view text) {
   Cursor cursor(text);
-  return !text.empty() && cursor.peek_word().text == text;
+  return !text.empty() && cursor.peek_word() == text;
 }
 
 std::size_t Cursor::word_length() const {
   return static_cast<std::size_t>(std::find_if_not(at_, end_, is_word_part) - at_);
 }
 
-Token Cursor::peek_word() {
+std::string_view Cursor::peek_word() {
   skip_blanks();
   if (at_ == end_ || (!is_identifier_part(*at_) && static_cast<unsigned char>(*at_) < 0x80)) return {};
-  return {{at_, word_length()}};
+  return {at_, word_length()};
 }
 
-std::optional<Token> Cursor::take_word() {
-  const Token word = peek_word();
-  if (word.text.empty()) return std::nullopt;
-  at_ += word.text.size();
+std::optional<std::string_view> Cursor::take_word() {
+  const std::string_view word = peek_word();
+  if (word.empty()) return std::nullopt;
+  at_ += word.size();
   return word;
 }
 
 bool Cursor::take_keyword(std::string_view word) {
-  if (peek_word().text != word) return false;
+  if (peek_word() != word) return false;
   at_ += word.size();
   return true;
 }
 
-std::optional<Token> Cursor::take_number() {
+std::optional<std::string_view> Cursor::take_number() {
   skip_blanks();
   const char* at = at_;
   const auto is_next = [&](std::string_view set) { return at != end_ && is_of(set, *at); };
@@ -167,7 +140,7 @@ std::optional<Token> Cursor::take_number() {
       if (exponent != end_ && is_digit(*exponent)) at = std::find_if_not(exponent, end_, is_digit);
     }
   }
-  const Token number{{at_, static_cast<std::size_t>(at - at_)}};
+  const std::string_view number(at_, static_cast<std::size_t>(at - at_));
   at_ = at;
   return number;
 }
@@ -194,12 +167,12 @@ const char* Cursor::end_of_quoted(const char* at) const {
   return at;
 }
 
-std::optional<Token> Cursor::take_quoted() {
+std::optional<std::string_view> Cursor::take_quoted() {
   skip_blanks();
   if (at_ == end_ || *at_ != '"') return std::nullopt;
   const char* const close = end_of_quoted(at_ + 1);
   if (close == end_) return std::nullopt;
-  const Token text{{at_ + 1, static_cast<std::size_t>(close - at_ - 1)}};
+  const std::string_view text(at_ + 1, static_cast<std::size_t>(close - at_ - 1));
   at_ = close + 1;
   return text;
 }
@@ -211,17 +184,17 @@ bool Cursor::take(char mark) {
   return true;
 }
 
-Token Cursor::need_word(const std::string& words) {
+std::string_view Cursor::need_word(const std::string& words) {
   if (const auto word = take_word()) return bounded(*word, longest_name);
   refuse(words);
 }
 
-Token Cursor::need_number(const std::string& words) {
+std::string_view Cursor::need_number(const std::string& words) {
   if (const auto number = take_number()) return bounded(*number, longest_name);
   refuse(words);
 }
 
-Token Cursor::need_quoted(const std::string& words, std::size_t longest) {
+std::string_view Cursor::need_quoted(const std::string& words, std::size_t longest) {
   if (const auto text = take_quoted()) return bounded(*text, longest);
   refuse(words);
 }
@@ -262,7 +235,7 @@ bool Cursor::take_until_semicolon() {
     if (take(';')) return true;
     if (*at_ == '"') {
       if (!take_quoted()) refuse("a text in quotes");
-    } else if (at_line_start() && is_section(peek_word().text)) {
+    } else if (at_line_start() && is_section(peek_word())) {
       return false;
     } else if (!take_word()) {
       ++at_;

@@ -1,17 +1,23 @@
 // A position in the text of a DBC, from which one takes tokens.
 #pragma once
 
-#include <initializer_list>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "can/dbc/grammar.h"
-
 namespace hystcan::can::dbc {
+
+/// The first place where the text is not a DBC.
+struct ParseError {
+  const char* where;
+  std::string found;
+  std::string expected;
+};
 
 /// The cursor moves only forward, so that reading is linear in the text. `take_...` does not move if the
 /// token is not there; `need_...` throws a ParseError that expects `words`, also at a token that is too long.
+/// A token is a view into the text.
 class Cursor {
  public:
   explicit Cursor(std::string_view text);
@@ -23,16 +29,18 @@ class Cursor {
   bool at_line_start() const;  ///< only blanks are between the start of the line and the cursor
   const char* place();         ///< the place of the next token
 
-  std::optional<Token> take_word();  ///< letters, digits, '_', and other characters that tools put into names
-  std::optional<Token> take_number();  ///< decimal, hexadecimal (0x1F), and the names of infinity and NaN
-  std::optional<Token> take_quoted();  ///< the text without its quotes; \" does not end it
+  std::optional<std::string_view>
+  take_word();  ///< letters, digits, '_', and other characters that tools put into names
+  std::optional<std::string_view>
+  take_number();  ///< decimal, hexadecimal (0x1F), and the names of infinity and NaN
+  std::optional<std::string_view> take_quoted();  ///< the text without its quotes; \" does not end it
   bool take(char mark);
   bool take_keyword(std::string_view word);
-  Token peek_word();  ///< empty if the next token is no word
+  std::string_view peek_word();  ///< empty if the next token is no word
 
-  Token need_word(const std::string& words);
-  Token need_number(const std::string& words);
-  Token need_quoted(const std::string& words, std::size_t longest);
+  std::string_view need_word(const std::string& words);
+  std::string_view need_number(const std::string& words);
+  std::string_view need_quoted(const std::string& words, std::size_t longest);
   void need(char mark, const std::string& words);
   [[noreturn]] void refuse(const std::string& words);
 

@@ -3,47 +3,37 @@
 #include <algorithm>
 #include <functional>
 #include <iterator>
-#include <utility>
 
 #include "base/input_file.h"
 #include "base/text.h"
-#include "can/dbc/grammar.h"
-#include "can/dbc/limits.h"
 #include "can/dbc/reader.h"
 
 namespace hystcan::can {
 namespace {
 
-/// Finds line and column of a place in the text. Lines end with LF, CR LF or CR.
+/// `FILE:LINE:COLUMN` of places in the text, which ascend. Lines end with LF, CR LF or CR.
 class Places {
  public:
-  Places(std::string_view text, const std::string& file_name) : text_(text), file_name_(file_name) {
-    for (std::size_t i = 0; i < text.size(); ++i) {
-      const bool ends = text[i] == '\n' || (text[i] == '\r' && (i + 1 == text.size() || text[i + 1] != '\n'));
-      if (ends) line_starts_.push_back(i + 1);
-    }
-  }
+  Places(std::string_view text, const std::string& file_name)
+      : file_name_(file_name), at_(text.data()), end_(text.data() + text.size()) {}
 
-  std::string operator()(const char* where) const {
-    const auto at = static_cast<std::size_t>(where - text_.data());
-    const auto line = std::upper_bound(line_starts_.begin(), line_starts_.end(), at) - 1;
-    return file_name_ + ':' + std::to_string(line - line_starts_.begin() + 1) + ':' +
-           std::to_string(at - *line + 1);
+  std::string operator()(const char* where) {
+    for (; at_ != where; ++at_, ++column_) {
+      const bool ends = *at_ == '\n' || (*at_ == '\r' && (at_ + 1 == end_ || at_[1] != '\n'));
+      if (!ends) continue;
+      ++line_;
+      column_ = 0;
+    }
+    return file_name_ + ':' + std::to_string(line_) + ':' + std::to_string(column_);
   }
 
  private:
-  std::string_view text_;
   const std::string& file_name_;
-  std::vector<std::size_t> line_starts_{0};
+  const char* at_;
+  const char* end_;
+  std::size_t line_ = 1;
+  std::size_t column_ = 1;
 };
-
-std::vector<std::string> located(std::vector<dbc::ParseWarning> warnings, const Places& place) {
-  std::ranges::stable_sort(warnings, std::less<>{}, &dbc::ParseWarning::where);
-  std::vector<std::string> lines;
-  lines.reserve(warnings.size());
-  for (const auto& [where, what] : warnings) lines.push_back(place(where) + ": " + what);
-  return lines;
-}
 
 template <class Named>
 const Named* find_named(const std::vector<Named>& all, std::string_view name) {
@@ -82,16 +72,17 @@ const AttributeValue* attribute(const Database& database, const Attributes& give
 Database parse_dbc(std::string_view text, const std::string& file_name) {
   if (is_utf16(text)) throw DbcError(file_name + ":1:1: " + std::string(refusal_of_encoding(text)));
   text = without_byte_order_mark(text);
+  Places place(text, file_name);
   try {
-    dbc::Document document = dbc::parse_document(text);
-    Database database = dbc::read_document(document);
-    database.further_warnings = document.warnings.further;
-    if (!document.warnings.kept.empty())
-      database.warnings = located(std::move(document.warnings.kept), Places(text, file_name));
+    dbc::Reader reader(text);
+    Database database = reader.read();
+    auto& warnings = reader.warnings();
+    std::ranges::stable_sort(warnings, std::less<>{}, &dbc::Reader::Warning::first);
+    database.warnings.reserve(warnings.size());
+    for (const auto& [where, what] : warnings) database.warnings.push_back(place(where) + ": " + what);
     return database;
   } catch (const dbc::ParseError& error) {
-    throw DbcError(Places(text, file_name)(error.where) + ": found " + error.found + ", expected " +
-                   error.expected);
+    throw DbcError(place(error.where) + ": found " + error.found + ", expected " + error.expected);
   }
 }
 

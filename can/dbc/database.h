@@ -140,8 +140,20 @@ class DbcError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws DbcError if the text is not a DBC, or has more than can/dbc/limits.h allows. Known irregularities of real
-/// files give a warning; docs/protocol.md lists them. All texts are converted to UTF-8.
+/// What a DBC may have at most. Within these limits, time and memory grow in proportion to the file.
+namespace dbc {
+inline constexpr std::size_t largest_file = std::size_t{16} << 20U;  ///< 16 MiB
+inline constexpr std::size_t longest_name = 1024;  ///< bytes of a name, a number, a unit, the name of a value
+inline constexpr std::size_t longest_text = 65'536;  ///< bytes of a comment or of an attribute's value
+inline constexpr std::size_t most_nodes = 65'536;
+inline constexpr std::size_t most_messages = 65'536;
+inline constexpr std::size_t most_signals = 65'536;  ///< of one message
+inline constexpr std::size_t most_items = 65'536;  ///< of one list: receivers, names of values, ranges, items
+inline constexpr std::size_t most_warnings = 1000;  ///< that are kept; all others are only counted
+}  // namespace dbc
+
+/// Throws DbcError if the text is not a DBC, or has more than these limits allow. Known irregularities of
+/// real files give a warning; docs/protocol.md lists them. All texts are converted to UTF-8.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
 /// Throws DbcError, also if the file can't be read.

@@ -1,364 +1,403 @@
 #include "can/dbc/reader.h"
 
 #include <algorithm>
-#include <functional>
-#include <map>
+#include <cmath>
 #include <utility>
 
-#include "can/dbc/cursor.h"
 #include "can/dbc/text.h"
 
 namespace hystcan::can::dbc {
 namespace {
 
+constexpr std::uint64_t extended_flag = 0x8000'0000;
+constexpr std::uint64_t max_standard_id = 0x7FF;
+constexpr std::uint64_t max_extended_id = 0x1FFF'FFFF;
+constexpr std::uint64_t max_message_bytes = 0xFFFF;
+constexpr std::uint64_t max_length = 0xFFFF;  // bits; a signal of more than 64 bits is kept but not decoded
+constexpr std::uint64_t max_signal_bits = 64;
+constexpr std::uint16_t max_classical_bytes = 8;
+constexpr std::uint16_t max_fd_bytes = 64;
 constexpr std::uint64_t independent_signals_id = 0xC000'0000;
 constexpr std::string_view independent_signals_name = "VECTOR__INDEPENDENT_SIG_MSG";
+constexpr const char* semicolon = "';' at the end of the section";
+constexpr const char* colon = "':' after the section's name";
 
-/// The sections after the messages name them by identifier and name. If several messages or signals have the
-/// same identifier or name, the section applies to all of them.
-class Reader {
- public:
-  explicit Reader(Document& document)
-      : document_(document),
-        warnings_(document.warnings),
-        attributes_(database_, document.warnings, copies_) {}
+double finite(std::string_view token, const std::string& what) {
+  const auto number = to_real(token);
+  if (!number || !std::isfinite(*number))
+    throw ParseError{token.data(), cited(token), what + " that a double can hold"};
+  return *number;
+}
 
-  Database run() {
-    database_.version = unescaped(document_.version.text);
-    for (const Token& node : document_.nodes) add_node(node);
-    database_.messages.reserve(document_.messages.size());
-    for (const MessageBlock& block : document_.messages) add_message(block);
-    signals_.resize(database_.messages.size());
-    for (const ValueTable& table : document_.value_tables)
-      add_names(table.names, database_.value_tables[to_utf8(table.name.text)]);
-    for (const Comment& comment : document_.comments) add_comment(comment);
-    for (const SignalValues& values : document_.values) add_values(values);
-    for (const SignalValueType& type : document_.value_types) set_value_type(type);
-    for (const SignalMultiplexing& line : document_.multiplexing) set_multiplexing(line);
-    for (const AttributeDefinition& definition : document_.definitions) attributes_.define(definition);
-    for (const AttributeDefault& line : document_.defaults) attributes_.set_default(line);
-    for (const AttributeLine& line : document_.attributes) set_attribute(line);
-    for (const AttributeLine& line : document_.attributes) set_long_name(line);
-    finish_long_names(database_, blocks_, warnings_, copies_);
-    for (const RelationLine& line : document_.relations) add_relation(line);
-    attributes_.derive();
-    return std::move(database_);
-  }
-
- private:
-  void note(Token at, std::string what) { warnings_.add(at, std::move(what)); }
-
-  // ---- nodes and messages
-
-  void add_node(Token node) {
-    if (!nodes_.emplace(node.text, database_.nodes.size()).second) {
-      note(node, "node " + std::string(node.text) + " occurs a second time");
-      return;
-    }
-    database_.nodes.push_back({to_utf8(node.text), {}, {}, {}});
-  }
-
-  void add_message(const MessageBlock& block) {
-    const std::uint64_t id = natural(block.id, 0, 0xFFFF'FFFF, "the identifier of a message");
-    if (id == independent_signals_id || block.name.text == independent_signals_name) {
-      left_out_ = id;
-      return;
-    }
-    const std::size_t index = database_.messages.size();
-    Message message = read_message(block, warnings_);
-    if (!names_.emplace(block.name.text, index).second) {
-      note(block.name, "message " + message.name + " occurs a second time: its name finds the first");
-    }
-    if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
-             .second) {
-      note(block.id, "identifier " + std::string(block.id.text) +
-                         " occurs a second time: the last message decodes its frames");
-    }
-    by_id_.emplace(id, index);
-    blocks_.push_back(&block);
-    database_.messages.push_back(std::move(message));
-  }
-
-  // ---- search by identifier and name
-
-  /// `bytes`: what is copied to each object.
-  template <class Do>
-  void for_messages(Token id_token, std::size_t bytes, Do&& act) {
-    const std::uint64_t id = natural(id_token, 0, 0xFFFF'FFFF, "the identifier of a message");
-    const auto [first, last] = by_id_.equal_range(id);
-    if (first == last && id != left_out_) note(id_token, "there is no message " + std::string(id_token.text));
-    for (auto each = first; each != last; ++each) {
-      if (each != first) copies_.take(id_token, bytes_of_an_entry + bytes);
-      act(each->second);
-    }
-  }
-
-  template <class Do>
-  void for_signals(Token id, Token name, std::size_t bytes, Do&& act) {
-    for_messages(id, bytes, [&](std::size_t index) {
-      Message& message = database_.messages[index];
-      const auto [first, last] = signals_named(index, name);
-      if (first == last) {
-        note(name, "message " + message.name + " has no signal " + std::string(name.text));
-      }
-      for (auto each = first; each != last; ++each) {
-        if (each != first) copies_.take(name, bytes_of_an_entry + bytes);
-        act(message, message.signals[each->second]);
-      }
-    });
-  }
-
-  using SignalIndex = std::multimap<std::string_view, std::size_t>;  ///< by the name in the text
-  std::pair<SignalIndex::const_iterator, SignalIndex::const_iterator> signals_named(std::size_t index,
-                                                                                    Token token) {
-    SignalIndex& signals = signals_[index];
-    if (signals.empty()) {
-      const std::vector<SignalLine>& lines = blocks_[index]->signals;
-      for (std::size_t i = 0; i < lines.size(); ++i) signals.emplace(lines[i].name.text, i);
-    }
-    return std::as_const(signals).equal_range(token.text);
-  }
-
-  Node* node(Token name) {
-    const auto found = nodes_.find(name.text);
-    if (found != nodes_.end()) return &database_.nodes[found->second];
-    if (name.text != "Vector__XXX") note(name, "there is no node " + std::string(name.text));
-    return nullptr;
-  }
-
-  // ---- comments, values, types, multiplexing and attributes
-
-  void add_comment(const Comment& comment) {
-    const std::string text = unescaped(comment.text.text);
-    const Subject& subject = comment.subject;
-    switch (subject.kind) {
-      case Subject::Kind::network:
-        database_.comment = text;
-        break;
-      case Subject::Kind::node:
-        if (Node* found = node(subject.name)) found->comment = text;
-        break;
-      case Subject::Kind::message:
-        for_messages(subject.id, text.size(),
-                     [&](std::size_t index) { database_.messages[index].comment = text; });
-        break;
-      case Subject::Kind::signal:
-        for_signals(subject.id, subject.name, text.size(),
-                    [&](Message&, Signal& signal) { signal.comment = text; });
-        break;
-      case Subject::Kind::environment:
-        break;
-    }
-  }
-
-  /// A raw value above the signed range means the signed value with the same 64 bits.
-  void add_names(const std::vector<ValueName>& names, std::map<std::int64_t, std::string>& values) {
-    for (const auto& [raw, name] : names) {
-      const auto natural_value = to_natural(raw.text);
-      const auto value = natural_value ? static_cast<std::int64_t>(*natural_value) : to_integer(raw.text);
-      if (value) {
-        values[*value] = unescaped(name.text);
-      } else {
-        note(raw, cited(raw) + " is not a raw value of at most 64 bits: left out");
-      }
-    }
-  }
-
-  static std::size_t bytes_of(const std::map<std::int64_t, std::string>& names) {
-    std::size_t bytes = 0;
-    for (const auto& [raw, name] : names) bytes += bytes_of_an_entry + name.size();
-    return bytes;
-  }
-
-  void add_values(const SignalValues& values) {
-    std::map<std::int64_t, std::string> names;
-    if (!values.table.text.empty()) {
-      const auto table = database_.value_tables.find(to_utf8(values.table.text));
-      if (table == database_.value_tables.end()) {
-        note(values.table, "there is no value table " + std::string(values.table.text));
-      } else {
-        copies_.take(values.table, bytes_of(table->second));
-        names = table->second;
-      }
-    }
-    add_names(values.names, names);
-    for_signals(values.id, values.signal, bytes_of(names), [&](Message&, Signal& signal) {
-      for (const auto& [raw, name] : names) signal.values.insert_or_assign(raw, name);
-    });
-  }
-
-  /// The length decides between the two types, because real files confuse them.
-  void set_value_type(const SignalValueType& line) {
-    const std::uint64_t type = natural(line.type, 0, 3, "a value type");
-    for_signals(line.id, line.signal, 0, [&](Message&, Signal& signal) {
-      if (type != 1 && type != 2) return;
-      const bool fits = signal.length == 32 || signal.length == 64;
-      if (!fits || signal.length != 32 * type) {
-        note(line.type, "signal " + signal.name + " of " + std::to_string(signal.length) +
-                            " bits can't have value type " + std::to_string(type) +
-                            (fits ? ": its length decides" : ": it is not decoded"));
-      }
-      signal.value_type = !fits                 ? ValueType::unreadable
-                          : signal.length == 32 ? ValueType::float32
-                                                : ValueType::float64;
-    });
-  }
-
-  void set_multiplexing(const SignalMultiplexing& line) {
-    const auto ranges = ranges_of(line);
-    for_messages(line.id, bytes_of_an_entry * ranges.size(), [&](std::size_t index) {
-      Message& message = database_.messages[index];
-      const auto [first, last] = signals_named(index, line.signal);
-      const auto [first_switch, last_switch] = signals_named(index, line.multiplexer);
-      if (first == last || first_switch == last_switch) {
-        const Token& missing = first == last ? line.signal : line.multiplexer;
-        note(missing, "message " + message.name + " has no signal " + std::string(missing.text));
-        return;
-      }
-      const bool alone = std::next(first) == last;
-      for (auto each = first; each != last; ++each) {
-        if (each != first) copies_.take(line.signal, bytes_of_an_entry);
-        Multiplexing& multiplexing = message.signals[each->second].multiplexing;
-        multiplexing.switched_by = first_switch->second;
-        if (alone) multiplexing.ranges = ranges;
-      }
-      message.signals[first_switch->second].multiplexing.is_switch = true;
-    });
-  }
-
-  /// The same values, in ranges that ascend and do not overlap.
-  static std::vector<Multiplexing::Range> disjoint(std::vector<Multiplexing::Range> ranges) {
-    std::ranges::sort(ranges, std::less<>{}, &Multiplexing::Range::low);
-    std::vector<Multiplexing::Range> result;
-    for (const Multiplexing::Range& range : ranges) {
-      if (result.empty() || range.low > result.back().high) {
-        result.push_back(range);
-      } else {
-        result.back().high = std::max(result.back().high, range.high);
-      }
-    }
-    return result;
-  }
-
-  std::vector<Multiplexing::Range> ranges_of(const SignalMultiplexing& line) {
-    std::vector<Multiplexing::Range> ranges;
-    ranges.reserve(line.ranges.size());
-    for (const auto& [low, high] : line.ranges) {
-      const Multiplexing::Range range{natural(low, 0, ~std::uint64_t{0}, "a multiplexer value"),
-                                      natural(high, 0, ~std::uint64_t{0}, "a multiplexer value")};
-      if (range.low > range.high) {
-        note(low, "no value lies from " + std::string(low.text) + " to " + std::string(high.text));
-      } else {
-        ranges.push_back(range);
-      }
-    }
-    return disjoint(std::move(ranges));
-  }
-
-  static std::size_t bytes_of(const std::string& name, const AttributeValue& value) {
-    const auto* text = std::get_if<std::string>(&value);
-    return name.size() + (text != nullptr ? text->size() : 0);
-  }
-
-  void set_attribute(const AttributeLine& line) {
-    const std::string name = unescaped(line.name.text);
-    const AttributeValue value = attributes_.value_of(line.name, line.value);
-    const Subject& subject = line.subject;
-    switch (subject.kind) {
-      case Subject::Kind::network:
-        database_.attributes.insert_or_assign(name, value);
-        break;
-      case Subject::Kind::node:
-        if (Node* found = node(subject.name)) found->attributes.insert_or_assign(name, value);
-        break;
-      case Subject::Kind::message:
-        for_messages(subject.id, bytes_of(name, value), [&](std::size_t index) {
-          database_.messages[index].attributes.insert_or_assign(name, value);
-        });
-        break;
-      case Subject::Kind::signal:
-        for_signals(subject.id, subject.name, bytes_of(name, value),
-                    [&](Message&, Signal& signal) { signal.attributes.insert_or_assign(name, value); });
-        break;
-      case Subject::Kind::environment:
-        break;
-    }
-  }
-
-  // ---- long names
-
-  /// Names of more than 32 characters stand shortened in the file, and whole in an attribute.
-  void set_long_name(const AttributeLine& line) {
-    using Kind = Subject::Kind;
-    const Subject& subject = line.subject;
-    const std::string_view attribute = line.name.text;
-    const bool names_it = (subject.kind == Kind::message && attribute == "SystemMessageLongSymbol") ||
-                          (subject.kind == Kind::signal && attribute == "SystemSignalLongSymbol") ||
-                          (subject.kind == Kind::node && attribute == "SystemNodeLongSymbol");
-    const Token given = line.value.token;
-    if (!names_it || given.text.empty()) return;
-    if (given.text.size() > longest_name || !Cursor::is_word(given.text)) {
-      return note(given, cited(given) + " is not a name: the name in the file stays");
-    }
-    const std::string name = to_utf8(given.text);
-    if (subject.kind == Kind::message) {
-      for_messages(subject.id, name.size(),
-                   [&](std::size_t index) { rename(database_.messages[index], name); });
-    } else if (subject.kind == Kind::signal) {
-      for_signals(subject.id, subject.name, name.size(),
-                  [&](Message&, Signal& signal) { rename(signal, name); });
-    } else if (Node* found = node(subject.name)) {
-      rename(*found, name);
-    }
-  }
-
-  template <class Named>
-  static void rename(Named& named, const std::string& name) {
-    if (named.short_name.empty()) named.short_name = named.name;
-    named.name = name;
-  }
-
-  /// The names of the objects are the long ones.
-  void add_relation(const RelationLine& line) {
-    RelationAttribute relation{unescaped(line.name.text),
-                               to_utf8(line.node.text),
-                               {},
-                               to_utf8(line.subject.name.text),
-                               attributes_.value_of(line.name, line.value)};
-    const auto found = nodes_.find(line.node.text);
-    if (found != nodes_.end()) relation.node = database_.nodes[found->second].name;
-    copies_.take(line.node, relation.node.size());
-    if (!line.subject.id.text.empty()) {
-      for_messages(line.subject.id, 0, [&](std::size_t index) {
-        const Message& message = database_.messages[index];
-        copies_.take(line.subject.id, message.name.size());
-        relation.message = message.name;
-        const auto [first, last] = signals_named(index, line.subject.name);
-        if (first == last) return;
-        const Signal& signal = message.signals[first->second];
-        copies_.take(line.subject.name, signal.name.size());
-        relation.object = signal.name;
-      });
-    }
-    database_.relation_attributes.push_back(std::move(relation));
-  }
-
-  Document& document_;
-  Warnings& warnings_;
-  Database database_;
-  Copies copies_;
-  AttributeReader attributes_;
-  // Trees, because the keys of a hash table can be chosen so that each search visits all of them.
-  std::map<std::string_view, std::size_t> nodes_;
-  std::map<std::string_view, std::size_t> names_;    ///< index of each message
-  std::multimap<std::uint64_t, std::size_t> by_id_;  ///< by the identifier in the DBC
-  std::vector<const MessageBlock*> blocks_;          ///< the text of each message
-  std::vector<SignalIndex> signals_;                 ///< for each message, made at its first use
-  std::optional<std::uint64_t> left_out_;            ///< Vector's message without a frame
-};
+double real(std::string_view token, const std::string& what) {
+  const auto number = to_real(token);
+  if (!number) throw ParseError{token.data(), cited(token), what};
+  return *number;
+}
 
 }  // namespace
 
-Database read_document(Document& document) { return Reader(document).run(); }
+std::string cited(std::string_view token) {
+  constexpr std::size_t most = 60;
+  const bool whole = token.size() <= most;
+  return '\'' + std::string(token.substr(0, most)) + (whole ? "'" : "...'");
+}
+
+std::uint64_t natural(std::string_view token, std::uint64_t minimum, std::uint64_t maximum,
+                      const std::string& what) {
+  const auto number = to_natural(token);
+  if (number && *number >= minimum && *number <= maximum) return *number;
+  throw ParseError{token.data(), cited(token),
+                   what + " from " + std::to_string(minimum) + " to " + std::to_string(maximum)};
+}
+
+Database Reader::read() {
+  constexpr const char* beginning = "a DBC, which begins with VERSION, NS_, BS_, BU_ or BO_";
+  if (cursor_.at_end()) cursor_.refuse(beginning);
+  for (bool first = true; !cursor_.at_end(); first = false) {
+    if (!section()) cursor_.refuse(first ? beginning : "a section of a DBC, such as BO_, CM_ or VAL_");
+  }
+  for (std::size_t i = 0; i < texts_.size(); ++i) {
+    find_switch(database_.messages[i]);
+    note_overlaps(database_.messages[i], texts_[i]);
+  }
+  for (const auto& apply : details_) apply();
+  for (const auto& apply : long_names_) apply();
+  name_nodes();
+  note_repeated_long_names();
+  for (const auto& apply : relations_) apply();
+  for (Message& message : database_.messages) derive(message);
+  return std::move(database_);
+}
+
+bool Reader::section() {
+  struct Section {
+    std::string_view keyword;
+    void (Reader::*read)();
+  };
+  static constexpr Section known[] = {{"SG_", &Reader::signal},
+                                      {"BO_", &Reader::message},
+                                      {"VAL_", &Reader::values},
+                                      {"CM_", &Reader::comment},
+                                      {"BA_", &Reader::attribute},
+                                      {"VERSION", &Reader::version},
+                                      {"NS_", &Reader::new_symbols},
+                                      {"BS_", &Reader::bit_timing},
+                                      {"BU_", &Reader::nodes},
+                                      {"VAL_TABLE_", &Reader::value_table},
+                                      {"SIG_VALTYPE_", &Reader::value_type},
+                                      {"SG_MUL_VAL_", &Reader::multiplexing},
+                                      {"BA_DEF_", &Reader::definition},
+                                      {"BA_DEF_REL_", &Reader::definition},
+                                      {"BA_DEF_DEF_", &Reader::attribute_default},
+                                      {"BA_DEF_DEF_REL_", &Reader::attribute_default},
+                                      {"BA_REL_", &Reader::relation}};
+  const std::string_view word = cursor_.peek_word();
+  const auto* found = std::find_if(std::begin(known), std::end(known),
+                                   [&](const Section& each) { return each.keyword == word; });
+  if (found != std::end(known)) {
+    cursor_.take_word();
+    if (found->keyword != "SG_") in_message_ = found->keyword == "BO_";
+    (this->*found->read)();
+    return true;
+  }
+  if (is_section(word) || looks_like_section(word)) {
+    in_message_ = false;
+    if (!is_section(word)) note(word, "section " + std::string(word) + " is unknown: skipped");
+    cursor_.take_word();
+    if (!cursor_.take_until_semicolon()) need_semicolon();
+    return true;
+  }
+  return stray();
+}
+
+/// Skips an extra ';' and a comment of a programmer; the format has no such comments.
+bool Reader::stray() {
+  const std::string_view here(cursor_.place(), 1);
+  if (cursor_.take(';')) {
+    note(here, "an extra ';': skipped");
+    return true;
+  }
+  if (cursor_.next() != '/') return false;
+  const std::string_view line = cursor_.take_line();
+  if (!line.starts_with("//")) throw ParseError{here.data(), "'/'", "a section of a DBC"};
+  note(here, "a comment after '//' is not part of the format: skipped");
+  return true;
+}
+
+/// A missing ';' before the next section, or at the end of the file, gives a warning.
+void Reader::need_semicolon() {
+  if (cursor_.take(';')) return;
+  if (cursor_.at_end()) {
+    return note(cursor_.take_line(), "the file ends before the last ';': it may be incomplete");
+  }
+  const std::string_view next = cursor_.peek_word();
+  if (!is_section(next) || !cursor_.at_line_start()) cursor_.refuse(semicolon);
+  note(next, "found '" + std::string(next) + "' before " + semicolon);
+}
+
+void Reader::note(std::string_view at, std::string what) {
+  if (warnings_.size() < most_warnings)
+    warnings_.emplace_back(at.data(), std::move(what));
+  else
+    ++database_.further_warnings;
+}
+
+/// A small file cannot make a large database.
+void Reader::count_copies(std::string_view at, std::size_t bytes) {
+  copied_ += bytes;
+  if (copied_ <= largest_copies) return;
+  throw ParseError{at.data(), "a section that applies to too many objects",
+                   "at most " + std::to_string(largest_copies) + " bytes of copies in the file"};
+}
+
+void Reader::need_room(std::size_t count, std::size_t most, std::string_view at, const char* of) {
+  if (count < most) return;
+  throw ParseError{at.data(), std::to_string(most + 1) + ' ' + of, "at most " + std::to_string(most)};
+}
+
+void Reader::version() {
+  database_.version = unescaped(cursor_.need_quoted("the version in quotes", longest_text));
+  cursor_.take(';');
+}
+
+/// The names of sections, one or many on a line. A line that contains more is the next section.
+void Reader::new_symbols() {
+  if (!cursor_.take(':')) cursor_.refuse(colon);
+  while (!cursor_.at_end()) {
+    const std::string_view word = cursor_.peek_word();
+    if (word.empty() || word == "BS_" || word == "BU_" || word == "BO_" || word == "VERSION") return;
+    Cursor ahead = cursor_;
+    if (ahead.take_line().find_first_of("\":;=|") != std::string_view::npos) return;
+    cursor_ = ahead;
+  }
+}
+
+void Reader::bit_timing() {
+  cursor_.need(':', colon);
+  cursor_.take_any_of("0123456789:,.;");
+}
+
+void Reader::nodes() {
+  cursor_.need(':', colon);
+  while (true) {
+    const std::string_view word = cursor_.peek_word();
+    if (word.empty() || is_section(word)) break;
+    if (cursor_.at_line_start() && looks_like_section(word)) break;
+    need_room(database_.nodes.size(), most_nodes, word, "nodes");
+    const std::string_view name = cursor_.need_word("the name of a node");
+    if (nodes_.emplace(name, database_.nodes.size()).second)
+      database_.nodes.push_back({to_utf8(name), {}, {}, {}});
+    else
+      note(name, "node " + std::string(name) + " occurs a second time");
+    cursor_.take(',');
+  }
+  cursor_.take(';');
+}
+
+void Reader::message() {
+  const std::string_view id_token = cursor_.need_number(message_id);
+  const std::string_view name = cursor_.need_word("the name of a message");
+  const std::string of = " of message " + std::string(name);
+  cursor_.need(':', "':' after the name" + of);
+  const std::string_view length = cursor_.need_number("the length" + of + " in bytes");
+  std::string_view sender;
+  if (cursor_.next_is_on_this_line())
+    sender = cursor_.need_word("the sender" + of);
+  else
+    note(name, "message " + std::string(name) + " names no sender");
+  cursor_.take(';');
+  need_room(database_.messages.size(), most_messages, id_token, "messages");
+
+  const std::uint64_t id = natural(id_token, 0, 0xFFFF'FFFF, message_id);
+  in_left_out_ = id == independent_signals_id || name == independent_signals_name;
+  if (in_left_out_) {
+    left_out_ = id;
+    return;
+  }
+  Message message;
+  message.name = to_utf8(name);
+  message.sender = to_utf8(sender);
+  message.extended = id > max_standard_id;
+  message.id = static_cast<std::uint32_t>(id & ~extended_flag);
+  if (message.id > max_extended_id) {
+    throw ParseError{id_token.data(), cited(id_token),
+                     "an identifier of 11 bits, or of 29 bits with bit 31 set"};
+  }
+  if (message.extended && (id & extended_flag) == 0) {
+    note(id_token, "identifier " + std::string(id_token) + " of message " + message.name +
+                       " has more than 11 bits, but not bit 31: read as extended");
+  }
+  message.length = static_cast<std::uint16_t>(
+      natural(length, 0, max_message_bytes, "a length of message " + message.name + " in bytes"));
+  message.fd = message.length > max_classical_bytes && message.length <= max_fd_bytes;
+
+  const std::size_t index = database_.messages.size();
+  if (!names_.emplace(name, index).second)
+    note(name, "message " + message.name + " occurs a second time: its name finds the first");
+  if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
+           .second) {
+    note(id_token, "identifier " + std::string(id_token) +
+                       " occurs a second time: the last message decodes its frames");
+  }
+  by_id_.emplace(id, index);
+  texts_.push_back({name, {}, {}});
+  database_.messages.push_back(std::move(message));
+}
+
+void Reader::signal() {
+  const std::string_view name = cursor_.need_word(signal_name);
+  if (!in_message_) throw ParseError{name.data(), "signal " + std::string(name), "a message (BO_) before it"};
+  const std::string of = " of signal " + std::string(name);
+  Signal signal;
+  signal.name = to_utf8(name);
+  const auto multiplexing = cursor_.take_word();
+  cursor_.need(':', "':' after the name" + of);
+  if (multiplexing) signal.multiplexing = simple_multiplexing(*multiplexing, of);
+  const std::string_view start_bit = cursor_.need_number("the start bit" + of);
+  signal.start_bit =
+      static_cast<std::uint32_t>(natural(start_bit, 0, 8 * max_message_bytes - 1, "a start bit" + of));
+  read_coding(signal, of);
+  read_range(signal, of);
+  const std::string_view unit = cursor_.need_quoted("the unit" + of + " in quotes", longest_name);
+  if (unit.find_first_of("\r\n") != std::string_view::npos)
+    throw ParseError{unit.data() - 1, "a text over several lines", "the unit" + of + " in one line"};
+  signal.unit = unescaped(unit);
+  read_receivers(signal.receivers);
+  if (!in_left_out_) add_signal(std::move(signal), name, start_bit);
+}
+
+/// A switch is `M` or `m3M`. Some tools write `m` and `m3m`.
+Multiplexing Reader::simple_multiplexing(std::string_view word, const std::string& of) {
+  Multiplexing result;
+  const bool small = word == "m" || (word.ends_with('m') && word.size() > 2);
+  result.is_switch = small || word.ends_with('M');
+  if (small) note_of_signal(word, "the switch" + of + " is marked with m: read as M");
+  const std::string_view mark = word.substr(0, word.size() - (result.is_switch ? 1 : 0));
+  if (mark.empty()) return result;
+  const auto value = mark.starts_with('m') ? to_natural(mark.substr(1)) : std::nullopt;
+  if (!value || *value > 0xFFFF'FFFF)
+    throw ParseError{word.data(), cited(word), "M, m and a number, or ':' after the name" + of};
+  result.present_at = static_cast<std::uint32_t>(*value);
+  return result;
+}
+
+/// From the length to the offset: `|16@1+ (0.1,0)`.
+void Reader::read_coding(Signal& signal, const std::string& of) {
+  cursor_.need('|', "'|' in the bit position" + of);
+  const std::string_view length = cursor_.need_number("the length" + of + " in bits");
+  signal.length = static_cast<std::uint16_t>(natural(length, 0, max_length, "a length" + of));
+  if (signal.length < 1 || signal.length > max_signal_bits) {
+    note_of_signal(length,
+                   "a length of " + std::to_string(signal.length) + " bits" + of + ": it is not decoded");
+  }
+  cursor_.need('@', "'@' before the byte order" + of);
+  const char order = one_of("01", "0 (big-endian) or 1 (little-endian) as the byte order" + of);
+  signal.byte_order = order == '1' ? ByteOrder::little_endian : ByteOrder::big_endian;
+  signal.is_signed = one_of("+-", "'+' (unsigned) or '-' (signed) as the value type" + of) == '-';
+  cursor_.need('(', "'(' before the scale" + of);
+  const std::string_view scale = cursor_.need_number("the scale" + of + ", a number");
+  signal.scale = finite(scale, "a scale" + of);
+  if (signal.scale == 0.0) note_of_signal(scale, "a scale of 0" + of + ": it can't be encoded");
+  cursor_.need(',', "',' between scale and offset" + of);
+  signal.offset = finite(cursor_.need_number("the offset" + of + ", a number"), "an offset" + of);
+  cursor_.need(')', "')' after the offset" + of);
+}
+
+void Reader::read_range(Signal& signal, const std::string& of) {
+  cursor_.need('[', "'[' before the range" + of);
+  const std::string_view low = cursor_.need_number("the minimum" + of + ", a number");
+  const double minimum = real(low, "a minimum" + of);
+  cursor_.need('|', "'|' in the range" + of);
+  const std::string_view high = cursor_.need_number("the maximum" + of + ", a number");
+  const double maximum = real(high, "a maximum" + of);
+  cursor_.need(']', "']' after the range" + of);
+  if (minimum <= maximum) {
+    signal.minimum = minimum;
+    signal.maximum = maximum;
+    return;
+  }
+  note_of_signal(low, "minimum " + std::string(low) + " and maximum " + std::string(high) + of +
+                          " are not a range: read as no range");
+}
+
+char Reader::one_of(std::string_view marks, const std::string& words) {
+  const char mark = cursor_.next();
+  if (marks.find(mark) == std::string_view::npos) cursor_.refuse(words);
+  cursor_.take(mark);
+  return mark;
+}
+
+/// The receivers on the signal's line and, after a comma, on the next line.
+void Reader::read_receivers(std::vector<std::string>& names) {
+  bool more = false;
+  while (more || cursor_.next_is_on_this_line()) {
+    const std::string_view name = cursor_.peek_word();
+    if (name.empty() || is_section(name)) break;
+    need_room(names.size(), most_items, name, "receivers of a signal");
+    names.push_back(to_utf8(cursor_.need_word("a receiver")));
+    more = cursor_.take(',');
+  }
+  cursor_.take(';');
+}
+
+void Reader::note_of_signal(std::string_view at, std::string what) {
+  if (!in_left_out_) note(at, std::move(what));
+}
+
+void Reader::add_signal(Signal signal, std::string_view name, std::string_view start_bit) {
+  Message& message = database_.messages.back();
+  MessageText& text = texts_.back();
+  need_room(message.signals.size(), most_signals, name, "signals of a message");
+  if (text.signal_by_name.contains(name) && !signal.multiplexing.present_at) {
+    note(name,
+         "signal " + signal.name + " occurs a second time in message " + message.name + ": both are kept");
+  }
+  if (bytes_needed(signal) > message.length) {
+    note(start_bit, "signal " + signal.name + " reaches beyond the " + std::to_string(message.length) +
+                        " bytes of message " + message.name);
+  }
+  text.signal_by_name.emplace(name, message.signals.size());
+  text.signals.push_back(name);
+  message.signals.push_back(std::move(signal));
+}
+
+/// Simple multiplexing: every `m` depends on the `M` of the message. Without an `M` it is always present.
+void Reader::find_switch(Message& message) {
+  auto& all = message.signals;
+  const auto is_first = [](const Signal& signal) {
+    return signal.multiplexing.is_switch && !signal.multiplexing.present_at;
+  };
+  const auto found = std::find_if(all.begin(), all.end(), is_first);
+  if (found == all.end()) return;
+  const auto index = static_cast<std::size_t>(found - all.begin());
+  for (Signal& signal : all) {
+    Multiplexing& multiplexing = signal.multiplexing;
+    if (!multiplexing.present_at) continue;
+    multiplexing.switched_by = index;
+    multiplexing.ranges = {{*multiplexing.present_at, *multiplexing.present_at}};
+  }
+}
+
+/// Notes overlaps among the signals that are always present and not too long to be decoded.
+void Reader::note_overlaps(const Message& message, const MessageText& text) {
+  if (message.signals.size() < 2) return;
+  std::vector<bool> taken(8U * std::size_t{message.length});
+  for (std::size_t i = 0; i < message.signals.size(); ++i) {
+    const Signal& signal = message.signals[i];
+    if (signal.length > max_signal_bits || signal.multiplexing.present_at) continue;
+    if (bytes_needed(signal) > message.length) continue;
+    const bool little = signal.byte_order == ByteOrder::little_endian;
+    const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;  // in wire order
+    bool overlaps = false;
+    for (std::size_t bit = first; bit < first + signal.length; ++bit) {
+      const std::size_t place = little ? bit : bit ^ 7U;
+      overlaps = overlaps || taken[place];
+      taken[place] = true;
+    }
+    if (overlaps)
+      note(text.signals[i], "signal " + signal.name + " overlaps another one of message " + message.name);
+  }
+}
 
 }  // namespace hystcan::can::dbc

@@ -1,64 +1,194 @@
-// Interprets the syntax of a DBC and makes the database.
+// Reads the text of a DBC into the database.
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "can/dbc/cursor.h"
 #include "can/dbc/database.h"
-#include "can/dbc/grammar.h"
 
 namespace hystcan::can::dbc {
 
-/// Counts what is copied to several objects, so that a small file cannot make a large database.
-class Copies {
+inline constexpr const char* message_id = "the identifier of a message";
+inline constexpr const char* signal_name = "the name of a signal";
+inline constexpr const char* quoted_text = "a text in quotes";
+
+/// What one section says of several objects is copied to each: a comment of an identifier that several
+/// messages have, the names of a value table. This bounds all copies together.
+inline constexpr std::size_t largest_copies = std::size_t{64} << 20U;
+inline constexpr std::size_t bytes_of_an_entry = 64;  ///< what each copy counts besides its text
+
+/// The whole number of the token. Throws ParseError if it is not within the limits.
+std::uint64_t natural(std::string_view token, std::uint64_t minimum, std::uint64_t maximum,
+                      const std::string& what);
+
+/// The token in quotes; a long one is cut.
+std::string cited(std::string_view token);
+
+/// One function for each section; it starts with the cursor after the section's name.
+///
+/// Nodes, messages, value tables and definitions of attributes enter the database where they stand. The
+/// sections that say more about them (comments, names of values, attributes, ...) may stand before them, so
+/// they are read where they stand and apply after the last line. They name messages and signals by
+/// identifier and name. If several messages or signals have the same identifier or name, the section
+/// applies to all of them.
+class Reader {
  public:
-  /// Throws ParseError if all copies together are too large.
-  void take(Token at, std::size_t bytes) {
-    taken_ += bytes;
-    if (taken_ <= largest_copies) return;
-    throw ParseError{at.text.data(), "a section that applies to too many objects",
-                     "at most " + std::to_string(largest_copies) + " bytes of copies in the file"};
-  }
+  explicit Reader(std::string_view text) : cursor_(text) {}
+
+  /// Throws ParseError.
+  Database read();
+
+  /// An irregularity that the reader accepts, and its place in the text.
+  using Warning = std::pair<const char*, std::string>;
+  std::vector<Warning>& warnings() { return warnings_; }  ///< of read(); `further_warnings` counts the others
 
  private:
-  std::size_t taken_ = 0;
-};
+  /// The names in the text of a message and of its signals. They are also the places of the signals.
+  struct MessageText {
+    std::string_view name;
+    std::vector<std::string_view> signals;
+    std::multimap<std::string_view, std::size_t> signal_by_name;
+  };
 
-/// A message with its signals, but without comments, names of values, attributes and extended multiplexing.
-/// Throws ParseError; irregularities go to `warnings`.
-Message read_message(const MessageBlock& block, Warnings& warnings);
+  /// The object of a comment or of an attribute.
+  struct Subject {
+    std::string_view kind;  ///< "" the network, "BU_" a node, "BO_" a message, "SG_" a signal, "EV_"
+    std::string_view name;  ///< of the node, the signal or the environment variable
+    std::string_view id;    ///< of the message
+  };
 
-/// The database of the document. Adds irregularities to `document.warnings`. Throws ParseError.
-Database read_document(Document& document);
+  /// A number or a text in quotes.
+  struct Value {
+    std::string_view text;
+    bool quoted = false;
+  };
 
-/// Gives senders and receivers the long names of their nodes, and notes long names that occur twice. `blocks`
-/// is the text of each message of the database.
-void finish_long_names(Database& database, const std::vector<const MessageBlock*>& blocks, Warnings& warnings,
-                       Copies& copies);
+  using Names = std::map<std::int64_t, std::string>;
+  using Ranges = std::vector<Multiplexing::Range>;
 
-/// Reads definitions, values and defaults of attributes, and sets the fields that follow from them.
-class AttributeReader {
- public:
-  AttributeReader(Database& database, Warnings& warnings, Copies& copies)
-      : database_(database), warnings_(warnings), copies_(copies) {}
+  bool section();
+  bool stray();
+  void need_semicolon();
+  void note(std::string_view at, std::string what);
+  static void need_room(std::size_t count, std::size_t most, std::string_view at, const char* of);
 
-  void define(const AttributeDefinition& definition);
-  void set_default(const AttributeDefault& line);
-  /// The value by the attribute's definition, which converts the number of an ENUM's item to its name.
-  AttributeValue value_of(Token name, const Value& value);
-  /// Sets cycle times, CAN FD and start values.
-  void derive();
+  // Network
+  void version();
+  void new_symbols();
+  void bit_timing();
+  void nodes();
 
- private:
+  // Messages
+  void message();
+  void signal();
+  void read_coding(Signal& signal, const std::string& of);
+  void read_range(Signal& signal, const std::string& of);
+  Multiplexing simple_multiplexing(std::string_view word, const std::string& of);
+  char one_of(std::string_view marks, const std::string& words);
+  void read_receivers(std::vector<std::string>& names);
+  void note_of_signal(std::string_view at, std::string what);
+  void add_signal(Signal signal, std::string_view name, std::string_view start_bit);
+  static void find_switch(Message& message);
+  void note_overlaps(const Message& message, const MessageText& text);
+
+  // What other sections say of them
+  Subject subject();
+  void comment();
+  Names value_names();
+  void value_table();
+  void values();
+  void set_values(std::string_view id, std::string_view signal, std::string_view table, Names names);
+  void value_type();
+  void multiplexing();
+  void set_multiplexing(std::string_view id, std::string_view switched, std::string_view by,
+                        const Ranges& ranges);
+
+  // Attributes
+  void definition();
+  Value value();
+  void attribute_default();
+  void attribute();
+  void relation();
+  void set_long_name(const Subject& subject, std::string_view name);
+  void add_relation(std::string_view name, std::string_view node, const Subject& subject, const Value& value);
+  AttributeValue value_of(std::string_view name, const Value& value);
+  void name_nodes();
+  void note_repeated_long_names();
   void derive(Message& message) const;
 
-  Database& database_;
-  Warnings& warnings_;
-  Copies& copies_;
+  // Search by identifier and name. `bytes` is what `act` copies to each object.
+  void count_copies(std::string_view at, std::size_t bytes);
+  template <class Do>
+  void for_objects(const Subject& subject, std::size_t bytes, Do&& act);
+  template <class Do>
+  void for_messages(std::string_view id, std::size_t bytes, Do&& act);
+  template <class Do>
+  void for_signals(std::string_view id, std::string_view name, std::size_t bytes, Do&& act);
+
+  Cursor cursor_;
+  Database database_;
+  std::vector<Warning> warnings_;
+  std::vector<MessageText> texts_;                 ///< of each message
+  bool in_message_ = false;                        ///< a signal's line may follow
+  bool in_left_out_ = false;                       ///< and its signal is left out
+  std::optional<std::uint64_t> left_out_;          ///< Vector's message without a frame
+  std::vector<std::function<void()>> details_;     ///< apply after the last line
+  std::vector<std::function<void()>> long_names_;  ///< apply after these
+  std::vector<std::function<void()>> relations_;   ///< apply after these
+  std::size_t copied_ = 0;
+  // Trees, because the keys of a hash table can be chosen so that each search visits all of them.
+  std::map<std::string_view, std::size_t> nodes_;
+  std::map<std::string_view, std::size_t> names_;    ///< index of each message
+  std::multimap<std::uint64_t, std::size_t> by_id_;  ///< by the identifier in the DBC
 };
 
-std::uint64_t natural(Token token, std::uint64_t minimum, std::uint64_t maximum, const std::string& what);
-/// The token in quotes; a long one is cut.
-std::string cited(Token token);
+template <class Do>
+void Reader::for_messages(std::string_view id, std::size_t bytes, Do&& act) {
+  const std::uint64_t number = natural(id, 0, 0xFFFF'FFFF, message_id);
+  const auto [first, last] = by_id_.equal_range(number);
+  if (first == last && number != left_out_) note(id, "there is no message " + std::string(id));
+  for (auto each = first; each != last; ++each) {
+    if (each != first) count_copies(id, bytes_of_an_entry + bytes);
+    act(each->second);
+  }
+}
+
+template <class Do>
+void Reader::for_signals(std::string_view id, std::string_view name, std::size_t bytes, Do&& act) {
+  for_messages(id, bytes, [&](std::size_t index) {
+    Message& message = database_.messages[index];
+    const auto [first, last] = texts_[index].signal_by_name.equal_range(name);
+    if (first == last) note(name, "message " + message.name + " has no signal " + std::string(name));
+    for (auto each = first; each != last; ++each) {
+      if (each != first) count_copies(name, bytes_of_an_entry + bytes);
+      act(message.signals[each->second]);
+    }
+  });
+}
+
+/// The database stands for the network. Nothing is kept of environment variables.
+template <class Do>
+void Reader::for_objects(const Subject& subject, std::size_t bytes, Do&& act) {
+  if (subject.kind.empty()) {
+    act(database_);
+  } else if (subject.kind == "BO_") {
+    for_messages(subject.id, bytes, [&](std::size_t index) { act(database_.messages[index]); });
+  } else if (subject.kind == "SG_") {
+    for_signals(subject.id, subject.name, bytes, act);
+  } else if (subject.kind == "BU_") {
+    const auto found = nodes_.find(subject.name);
+    if (found != nodes_.end())
+      act(database_.nodes[found->second]);
+    else if (subject.name != "Vector__XXX")
+      note(subject.name, "there is no node " + std::string(subject.name));
+  }
+}
 
 }  // namespace hystcan::can::dbc

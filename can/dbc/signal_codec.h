@@ -33,6 +33,8 @@ class SignalCodec {
   double minimum() const { return minimum_; }  ///< physical range that pack() accepts
   double maximum() const { return maximum_; }
   double resolution() const { return scale_; }  ///< only for an integer signal
+  std::size_t first_byte() const { return placement_.first_byte; }
+  bool is_whole_byte() const { return length_ == 8 && placement_.first_byte == placement_.last_byte; }
 
  private:
   struct Placement {

@@ -28,67 +28,31 @@ std::uint8_t crc_of_frame(std::span<const std::uint8_t> id, std::span<const std:
   return crc.checksum();
 }
 
-std::size_t crc_byte_of(const SignalCodec& crc) {
-  std::array<std::uint8_t, 64> marked{};
-  crc.pack_raw(-1, marked);
-  return static_cast<std::size_t>(std::ranges::find(marked, std::uint8_t{0xFF}) - marked.begin());
-}
-
 }  // namespace
 
 std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes) { return crc_of_bytes<J1850>(bytes); }
 std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes) { return crc_of_bytes<H2F>(bytes); }
 
-CrcRule::CrcRule(const Protection& protection)
-    : crc_byte_(protection.crc ? crc_byte_of(*protection.crc) : 0),
-      polynomial_(protection.polynomial),
-      data_id_(protection.data_id) {}
-
-std::uint8_t CrcRule::operator()(const Frame& frame) const {
-  const bool is_number = data_id_.kind == DataId::Kind::number;
-  const std::uint32_t id = is_number ? data_id_.number : frame.id;
+std::uint8_t Protection::crc_of(const Frame& frame) const {
+  const bool is_number = data_id.kind == DataId::Kind::number;
+  const std::uint32_t id = is_number ? data_id.number : frame.id;
   const std::array<std::uint8_t, 4> bytes = {
       static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(id >> 8U),
       static_cast<std::uint8_t>(id >> 16U), static_cast<std::uint8_t>(id >> 24U)};
   std::span<const std::uint8_t> covered(bytes.data(), !is_number && frame.extended ? 4 : 2);
-  if (data_id_.kind == DataId::Kind::none) covered = {};
-  return polynomial_ == Crc8::sae_j1850 ? crc_of_frame<J1850>(covered, frame.payload(), crc_byte_)
-                                        : crc_of_frame<H2F>(covered, frame.payload(), crc_byte_);
-}
-
-std::string_view to_string(Rejection rejection) {
-  switch (rejection) {
-    case Rejection::wrong_kind:
-      return "not a data frame";
-    case Rejection::extended_id:
-      return "wrong identifier type";
-    case Rejection::wrong_length:
-      return "wrong length";
-    case Rejection::wrong_crc:
-      return "wrong CRC";
-    case Rejection::repeated_counter:
-      return "repeated counter";
-  }
-  return "unknown";
+  if (data_id.kind == DataId::Kind::none) covered = {};
+  const std::size_t crc_byte = crc->first_byte();
+  return polynomial == Crc8::sae_j1850 ? crc_of_frame<J1850>(covered, frame.payload(), crc_byte)
+                                       : crc_of_frame<H2F>(covered, frame.payload(), crc_byte);
 }
 
 void E2eProtector::seal(Frame& frame) {
   if (protection_.counter) protection_.counter->pack_raw(counter_++, frame.payload());
-  if (protection_.crc) protection_.crc->pack_raw(crc_of_(frame), frame.payload());
-}
-
-std::uint8_t wire_length(std::uint8_t message_length) {
-  if (message_length <= 8) return message_length;
-  constexpr std::array<std::uint8_t, 7> fd_lengths{12, 16, 20, 24, 32, 48, 64};
-  return *std::ranges::lower_bound(fd_lengths, std::min<std::uint8_t>(message_length, 64));
+  if (protection_.crc) protection_.crc->pack_raw(protection_.crc_of(frame), frame.payload());
 }
 
 E2eChecker::E2eChecker(const Protection& protection, std::uint8_t length, bool extended)
-    : protection_(protection),
-      crc_of_(protection),
-      length_(wire_length(length)),
-      kind_(wire_kind(length)),
-      extended_(extended) {}
+    : protection_(protection), length_(wire_length(length)), kind_(wire_kind(length)), extended_(extended) {}
 
 std::optional<Rejection> E2eChecker::check(const Frame& frame) {
   const auto reject = [this](Rejection cause) {
@@ -100,7 +64,7 @@ std::optional<Rejection> E2eChecker::check(const Frame& frame) {
   if (frame.length != length_) return reject(Rejection::wrong_length);
   if (protection_.crc) {
     const auto stated = static_cast<std::uint8_t>(protection_.crc->unpack_raw(frame.payload()));
-    if (stated != crc_of_(frame)) return reject(Rejection::wrong_crc);
+    if (stated != protection_.crc_of(frame)) return reject(Rejection::wrong_crc);
   }
   if (repeats(frame)) return reject(Rejection::repeated_counter);
   ++accepted_;

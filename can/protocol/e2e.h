@@ -51,32 +51,22 @@ struct Protection {
   std::optional<SignalCodec> crc{};
   Crc8 polynomial = Crc8::sae_j1850;
   DataId data_id{};
+
+  /// The CRC that belongs into the frame. The message has one.
+  std::uint8_t crc_of(const Frame& frame) const;
 };
 
 /// The key is the name of the message.
 using Protections = std::map<std::string, Protection, std::less<>>;
 
-/// Computes the CRC of a frame. The constructor finds the byte of the CRC.
-class CrcRule {
- public:
-  explicit CrcRule(const Protection& protection);
-  std::uint8_t operator()(const Frame& frame) const;
-
- private:
-  std::size_t crc_byte_ = 0;  ///< index of the byte that holds the CRC
-  Crc8 polynomial_;
-  DataId data_id_;
-};
-
 /// The sender's side: writes the next counter value and the CRC into a frame.
 class E2eProtector {
  public:
-  explicit E2eProtector(const Protection& protection) : protection_(protection), crc_of_(protection) {}
+  explicit E2eProtector(const Protection& protection) : protection_(protection) {}
   void seal(Frame& frame);
 
  private:
   Protection protection_;
-  CrcRule crc_of_;
   std::int64_t counter_ = 0;
 };
 
@@ -84,15 +74,10 @@ class E2eProtector {
 enum class Rejection : std::uint8_t { wrong_kind, extended_id, wrong_length, wrong_crc, repeated_counter };
 inline constexpr std::size_t rejection_count = 5;
 
-std::string_view to_string(Rejection rejection);
-
-/// Payload bytes on the wire. A length of 0..8 stays; a longer message takes the next length of CAN FD
-/// (12, 16, 20, 24, 32, 48, 64).
-std::uint8_t wire_length(std::uint8_t message_length);
-
-/// The kind of frame that carries a message of this length.
-constexpr FrameKind wire_kind(std::size_t message_length) {
-  return message_length > 8 ? FrameKind::fd : FrameKind::data;
+constexpr std::string_view to_string(Rejection rejection) {
+  return std::to_array<std::string_view>({"not a data frame", "wrong identifier type", "wrong length",
+                                          "wrong CRC",
+                                          "repeated counter"})[static_cast<std::size_t>(rejection)];
 }
 
 /// The receiver's side: accepts a frame, or returns why it rejects it. Each cause has its own count.
@@ -114,7 +99,6 @@ class E2eChecker {
   bool repeats(const Frame& frame);
 
   Protection protection_;
-  CrcRule crc_of_;
   std::uint8_t length_;
   FrameKind kind_;
   bool extended_;

@@ -1,5 +1,9 @@
 #include "can/protocol/layout.h"
 
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
 namespace hystcan::can {
 
 const Signal& find_signal(const Message& message, const std::string& name) {
@@ -16,11 +20,9 @@ Protection protection_of(const Message& message, const MessageMap& map) {
   protection.counter.emplace(find_signal(message, map.counter));
   if (map.integrity == Integrity::counter) return protection;
   const Signal& crc = find_signal(message, map.crc);
-  std::array<std::uint8_t, 64> bits{};
-  SignalCodec(crc).pack_raw(-1, bits);
-  if (crc.length != 8 || std::ranges::find(bits, std::uint8_t{0xFF}) == bits.end())
-    throw std::invalid_argument("signal " + map.crc + " of message " + message.name + " is not a whole byte");
   protection.crc.emplace(crc);
+  if (!protection.crc->is_whole_byte())
+    throw std::invalid_argument("signal " + map.crc + " of message " + message.name + " is not a whole byte");
   return protection;
 }
 
@@ -37,6 +39,51 @@ AmpState StateTable::state(std::int64_t raw) const {
   for (const auto& [value, state] : known_)
     if (value == raw) return state;
   return AmpState::off;
+}
+
+const Message& find_message(const Database& database, const MessageMap& map) {
+  if (const Message* found = database.find(map.message)) return *found;
+  throw std::invalid_argument("no message " + map.message);
+}
+
+namespace {
+
+// A micro sign is U+00B5 or U+03BC in UTF-8. The DBC reader converts Latin-1 to UTF-8.
+constexpr std::array<std::pair<std::string_view, int>, 9> prefixes{{{"p", -12},
+                                                                    {"n", -9},
+                                                                    {"u", -6},
+                                                                    {"\xC2\xB5", -6},
+                                                                    {"\xCE\xBC", -6},
+                                                                    {"\xB5", -6},
+                                                                    {"m", -3},
+                                                                    {"k", 3},
+                                                                    {"M", 6}}};
+
+constexpr std::array<std::string_view, 3> base_units{"V", "A", "m"};
+
+/// The base unit, and the exponent of its prefix.
+std::optional<std::pair<std::string_view, int>> parse(std::string_view unit) {
+  for (const std::string_view base : base_units) {
+    if (!unit.ends_with(base)) continue;
+    const std::string_view before = unit.substr(0, unit.size() - base.size());
+    if (before.empty()) return std::pair(base, 0);
+    for (const auto& [letters, exponent] : prefixes)
+      if (before == letters) return std::pair(base, exponent);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours) {
+  DecimalStep step;
+  if (theirs == ours) return step;
+  const auto from = parse(theirs);
+  const auto to = parse(ours);
+  if (!from || !to || from->first != to->first) return std::nullopt;
+  const int exponent = from->second - to->second;
+  (exponent >= 0 ? step.multiplier_ : step.divisor_) = std::pow(10.0, std::abs(exponent));
+  return step;
 }
 
 }  // namespace hystcan::can

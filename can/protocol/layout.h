@@ -12,10 +12,13 @@
 #include <array>
 #include <concepts>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -25,13 +28,67 @@
 #include "can/dbc/signal_codec.h"
 #include "can/frame.h"
 #include "can/protocol/e2e.h"
-#include "can/protocol/message_map.h"
-#include "can/protocol/units.h"
 
 namespace hystcan::can {
 
 /// State of an amplifier.
 enum class AmpState : std::uint8_t { off = 0, ready = 1, enabled = 2, fault = 3 };
+
+enum class Integrity : std::uint8_t { none, counter, counter_crc };
+constexpr auto words(Integrity) {
+  return std::to_array<std::string_view>({"none", "counter", "counter+crc"});
+}
+
+/// Raw values of a state signal. The sender uses the first of each list. An unlisted value reads as off.
+struct StateValues {
+  std::vector<std::int64_t> off{0};
+  std::vector<std::int64_t> ready{1};
+  std::vector<std::int64_t> enabled{2};
+  std::vector<std::int64_t> fault{3};
+};
+
+/// The names from the configuration: the message of the DBC and the signal of each role.
+struct MessageMap {
+  std::string message;
+  std::map<std::string, std::string, std::less<>> signals{};  ///< by role; a role that is absent is not sent
+  Integrity integrity = Integrity::counter_crc;
+  std::string counter = "Counter";
+  std::string crc = "Crc";
+  Crc8 polynomial = Crc8::sae_j1850;
+  DataId data_id{};
+  StateValues states{};
+
+  bool carries(std::string_view role) const { return signals.contains(role); }
+};
+
+/// The lab's own frames of one axis. Without a status message the controller does not read the amplifier.
+struct AxisFrames {
+  MessageMap command;
+  std::optional<MessageMap> status{};
+  MessageMap sample;
+};
+
+/// Converts the unit of a DBC to ours if the two differ only by a decimal prefix: mV to V, nm to um, mA to A.
+///
+///   ours = theirs * 10^n,   n = exponent(their prefix) - exponent(our prefix)
+///
+/// The step is exact: a double holds the whole number 10^|n|, and one multiplication or division by it rounds
+/// once. A value that is converted and converted back differs at most in its last bit or two, far below the
+/// resolution of any signal.
+class DecimalStep {
+ public:
+  double to_ours(double theirs) const { return theirs * multiplier_ / divisor_; }
+  double to_theirs(double ours) const { return ours * divisor_ / multiplier_; }
+
+ private:
+  friend std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
+  double multiplier_ = 1.0;  ///< one of the two is 1
+  double divisor_ = 1.0;
+};
+
+/// Empty if the units do not convert, because they differ by more than a prefix. Known prefixes: p, n, u
+/// (also written with a micro sign), m, none, k, M.
+std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
 
 enum class Quantity : std::uint8_t { number, drive, position };
 

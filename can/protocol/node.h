@@ -1,20 +1,93 @@
-// The CANopen life of a node: boot-up, NMT states, heartbeat. Also the monitor of another node's heartbeat.
+// The frames between the nodes that CANopen defines (CiA 301), and the life of a node: boot-up, NMT states,
+// heartbeat.
+//
+//   NMT                       0x000
+//   SYNC                      0x080
+//   emergency                 0x080 + node
+//   AmpStatus, SensorSample   0x180 + node
+//   AmpCommand                0x200 + node
+//   ControllerStatus          0x280 + node
+//   Setpoint                  0x300 + node
+//   ScanMarker                0x380 + node
+//   SDO response              0x580 + node
+//   SDO request               0x600 + node
+//   heartbeat                 0x700 + node
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "can/bus.h"
-#include "can/protocol/protocol.h"
 
 namespace hystcan::can {
 
-/// What a boot-up resets.
-enum class NmtReset : std::uint8_t {
-  node,          ///< everything, as at power-on
-  communication  ///< counters and NMT state; what the device keeps for itself stays
+enum class NmtCommand : std::uint8_t {
+  start = 1,
+  stop = 2,
+  enter_pre_operational = 128,
+  reset_node = 129,
+  reset_communication = 130
 };
+std::string_view to_string(NmtCommand command);
+enum class NmtState : std::uint8_t {
+  boot_up = 0x00,
+  stopped = 0x04,
+  operational = 0x05,
+  pre_operational = 0x7F
+};
+
+inline constexpr std::uint32_t nmt_id = 0x000;
+inline constexpr std::uint32_t sync_id = 0x080;
+inline constexpr std::uint32_t emergency_base = 0x080;
+inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< AmpStatus, SensorSample
+inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< AmpCommand
+inline constexpr std::uint32_t controller_status_base = 0x280;
+inline constexpr std::uint32_t setpoint_base = 0x300;
+inline constexpr std::uint32_t scan_marker_base = 0x380;
+inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< server to client
+inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< client to server
+inline constexpr std::uint32_t heartbeat_base = 0x700;
+inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter runs from 1 to 240
+
+struct Nmt {
+  NmtCommand command;
+  std::uint8_t node;  ///< 0: all nodes
+};
+struct Emergency {
+  std::uint16_t code = 0;
+  std::uint8_t error_register = 0;
+  std::array<std::uint8_t, 5> manufacturer{};
+};
+
+Frame nmt_frame(Nmt nmt);
+Frame sync_frame(std::uint8_t counter);
+Frame heartbeat_frame(std::uint8_t node, NmtState state);
+Frame emergency_frame(std::uint8_t node, Emergency emergency);
+
+/// Empty if the frame is not well-formed. The caller has checked the identifier.
+std::optional<Nmt> parse_nmt(const Frame& frame);
+std::optional<std::uint8_t> parse_sync(const Frame& frame);
+/// True for every SYNC of CiA 301: with a counter, or without data.
+bool is_sync(const Frame& frame);
+std::optional<NmtState> parse_heartbeat(const Frame& frame);
+std::optional<Emergency> parse_emergency(const Frame& frame);
+/// True: the frame is a heartbeat of this node with a state of CiA 301.
+bool is_heartbeat_of(std::uint8_t node, const Frame& frame);
+
+/// True for the counter of a SYNC.
+constexpr bool is_sync_counter(int counter) { return counter >= 1 && counter <= sync_counter_max; }
+/// The SYNC counter that follows `counter`: 1..240, then 1 again.
+constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
+  return counter >= sync_counter_max ? std::uint8_t{1} : static_cast<std::uint8_t>(counter + 1);
+}
+
+/// The meaning of the error code of an emergency (CiA 301, table of emergency error codes): the text of the
+/// code or, if it has none, of its group: 0x2310 -> 0x2300 -> 0x2000. A code without a group is reserved.
+std::string_view emergency_text(std::uint16_t code);
 
 /// A node that obeys NMT and sends heartbeats. At start() and at each NMT reset it sends a boot-up message
 /// and becomes pre-operational. It calls the handler for both states; at boot-up the owner resets what
@@ -29,18 +102,20 @@ class NmtSlave {
   NmtSlave(Bus& bus, Scheduler& scheduler, std::uint8_t node, Duration heartbeat_period,
            ChangeHandler on_change);
 
-  void start() { boot_up(NmtReset::node); }
+  void start() { boot_up(NmtCommand::reset_node); }
   /// Obeys an NMT frame to this node or to all nodes, detects another node with this node id, and ignores
   /// every other frame.
   void handle(const Frame& frame);
   NmtState state() const { return state_; }
-  NmtReset last_reset() const { return last_reset_; }
+  /// reset_node: everything is reset, as at power-on. reset_communication: only counters and the NMT state
+  /// are.
+  NmtCommand last_reset() const { return last_reset_; }
   /// Another node uses this node id.
   bool is_taken() const { return id_taken_; }
   bool is_silent() const { return !started_ || id_taken_; }
 
  private:
-  void boot_up(NmtReset reset);
+  void boot_up(NmtCommand reset);
   void retire();
   void enter(NmtState state);
   void send_heartbeat();
@@ -51,7 +126,7 @@ class NmtSlave {
   Duration period_;
   ChangeHandler on_change_;
   NmtState state_ = NmtState::boot_up;
-  NmtReset last_reset_ = NmtReset::node;
+  NmtCommand last_reset_ = NmtCommand::reset_node;
   bool started_ = false;
   bool id_taken_ = false;
   std::unique_ptr<Timer> heartbeat_;
@@ -62,7 +137,7 @@ class HeartbeatMonitor {
  public:
   explicit HeartbeatMonitor(Duration timeout) : timeout_(timeout) {}
 
-  void heard(NmtState state, Time now);
+  void on_heartbeat(NmtState state, Time now);
   /// Forgets the state: it is unknown until the next heartbeat.
   void forget() { state_.reset(); }
   /// Empty: no heartbeat has come, or the last one is older than the timeout.

@@ -1,22 +1,8 @@
-// The messages between the nodes: those of CANopen (CiA 301) and those of the axes. The DBC gives the layout
-// of the axis messages; the configuration may give their names.
-//
-//   NMT                       0x000
-//   SYNC                      0x080
-//   emergency                 0x080 + node
-//   AmpStatus, SensorSample   0x180 + node
-//   AmpCommand                0x200 + node
-//   ControllerStatus          0x280 + node
-//   Setpoint                  0x300 + node
-//   ScanMarker                0x380 + node
-//   SDO response              0x580 + node
-//   SDO request               0x600 + node
-//   heartbeat                 0x700 + node
-//
-// docs/protocol.md has the table and one annotated frame.
+// The messages of the axes. The DBC gives their layout; the configuration may give their names.
+// can/protocol/node.h has the frames of CANopen, and the identifiers of all. docs/protocol.md has the table
+// and one annotated frame.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -26,75 +12,11 @@
 #include <vector>
 
 #include "can/dbc/database.h"
-#include "can/frame.h"
 #include "can/protocol/layout.h"
+#include "can/protocol/node.h"
 #include "can/protocol/sdo.h"
 
 namespace hystcan::can {
-
-// ---- CiA 301 ----------------------------------------------------------------------------------------
-
-enum class NmtCommand : std::uint8_t {
-  start = 1,
-  stop = 2,
-  enter_pre_operational = 128,
-  reset_node = 129,
-  reset_communication = 130
-};
-std::string_view to_string(NmtCommand command);
-enum class NmtState : std::uint8_t {
-  boot_up = 0x00,
-  stopped = 0x04,
-  operational = 0x05,
-  pre_operational = 0x7F
-};
-
-inline constexpr std::uint32_t nmt_id = 0x000;
-inline constexpr std::uint32_t sync_id = 0x080;
-inline constexpr std::uint32_t emergency_base = 0x080;
-inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< AmpStatus, SensorSample
-inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< AmpCommand
-inline constexpr std::uint32_t controller_status_base = 0x280;
-inline constexpr std::uint32_t setpoint_base = 0x300;
-inline constexpr std::uint32_t scan_marker_base = 0x380;
-inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< server to client
-inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< client to server
-inline constexpr std::uint32_t heartbeat_base = 0x700;
-inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter runs from 1 to 240
-
-struct Nmt {
-  NmtCommand command;
-  std::uint8_t node;  ///< 0: all nodes
-};
-struct Emergency {
-  std::uint16_t code = 0;
-  std::uint8_t error_register = 0;
-  std::array<std::uint8_t, 5> manufacturer{};
-};
-
-Frame nmt_frame(Nmt nmt);
-Frame sync_frame(std::uint8_t counter);
-Frame heartbeat_frame(std::uint8_t node, NmtState state);
-Frame emergency_frame(std::uint8_t node, Emergency emergency);
-
-/// Empty if the frame is not well-formed. The caller has checked the identifier.
-std::optional<Nmt> parse_nmt(const Frame& frame);
-std::optional<std::uint8_t> parse_sync(const Frame& frame);
-/// True for every SYNC of CiA 301: with a counter, or without data.
-bool is_sync(const Frame& frame);
-std::optional<NmtState> parse_heartbeat(const Frame& frame);
-std::optional<Emergency> parse_emergency(const Frame& frame);
-/// True: the frame is a heartbeat of this node with a state of CiA 301.
-bool is_heartbeat_of(std::uint8_t node, const Frame& frame);
-
-/// True for the counter of a SYNC.
-constexpr bool is_sync_counter(int counter) { return counter >= 1 && counter <= sync_counter_max; }
-/// The SYNC counter that follows `counter`: 1..240, then 1 again.
-constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
-  return counter >= sync_counter_max ? std::uint8_t{1} : static_cast<std::uint8_t>(counter + 1);
-}
-
-// ---- axis messages ----------------------------------------------------------------------------------
 
 /// Bits of AmpStatus.Fault.
 namespace amp_fault {

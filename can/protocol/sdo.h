@@ -12,8 +12,8 @@
 //   | read in segments       | 0x40, 0x41             | index | sub-index | number of bytes       |
 //   | abort, either way      | 0x80                   | index | sub-index | abort code            |
 //
-// A response may be shorter than 8 bytes if it holds all that its first byte announces. Nodes send such responses,
-// although CiA 301 asks for 8 bytes.
+// A response may be shorter than 8 bytes if it holds all that its first byte announces. Nodes send such
+// responses, although CiA 301 asks for 8 bytes.
 //
 // No function here waits or holds a timer. The caller gives the received frames and the time, and sends the
 // frames that are returned.
@@ -62,13 +62,9 @@ Frame sdo_response(std::uint8_t node, const SdoMessage& message);
 std::optional<SdoMessage> parse_sdo_request(const Frame& frame);
 /// The same, and also the announcement of a value in segments.
 std::optional<SdoMessage> parse_sdo_response(const Frame& frame);
-/// The begin of a transfer of any kind: expedited, in segments, or in blocks.
-struct SdoAccess {
-  bool writes = false;
-  SdoObject object{};
-};
-/// Empty: this request begins no transfer.
-std::optional<SdoAccess> sdo_access_of(const Frame& request);
+/// The begin of a transfer of any kind (expedited, in segments, or in blocks) as write or read of its
+/// object, without the value. Empty: this request begins no transfer.
+std::optional<SdoMessage> sdo_access_of(const Frame& request);
 
 namespace sdo_abort {
 inline constexpr std::uint32_t timed_out = 0x0504'0000;

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <iterator>
 
 #include "can/sim/sim_bus.h"
 
@@ -117,34 +116,14 @@ unsigned classical_bits(const Frame& frame) {
   return content_bits + stuffing.count() + unstuffed_tail_bits + interframe_bits;
 }
 
-unsigned fd_length(unsigned length) {
-  constexpr std::array<unsigned, 7> longer = {12, 16, 20, 24, 32, 48, 64};
-  return length <= 8 ? length : *std::lower_bound(longer.begin(), std::prev(longer.end()), length);
-}
-
-std::uint64_t fd_length_code(unsigned length) {
-  switch (length) {
-    case 12:
-      return 9;
-    case 16:
-      return 10;
-    case 20:
-      return 11;
-    case 24:
-      return 12;
-    case 32:
-      return 13;
-    case 48:
-      return 14;
-    case 64:
-      return 15;
-    default:
-      return length;
-  }
+/// The DLC of a payload of CAN FD.
+std::uint64_t fd_length_code(std::uint8_t length) {
+  const auto place = std::ranges::find(fd_lengths, length) - fd_lengths.begin();
+  return length <= 8 ? length : 9 + static_cast<std::uint64_t>(place);
 }
 
 unsigned fd_bits(const Frame& frame) {
-  const unsigned length = fd_length(frame.length);
+  const std::uint8_t length = wire_length(frame.length);
   const std::uint64_t id = frame.id;
   const std::uint64_t control = std::uint64_t{1} << 7U | fd_length_code(length);  // FDF, res, BRS, ESI, DLC
   const Header header =
@@ -165,7 +144,7 @@ unsigned fd_bits(const Frame& frame) {
   // The first fixed stuff bit replaces the stuff bit that the last data bit would need.
   const unsigned stuffed = stuffing.count() - (stuffing.ends_stuffed(last & 1U) ? 1 : 0);
   const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;  // stuff count, CRC, fixed stuff bits
-  return header.length + 8 * length + stuffed + checked_bits + unstuffed_tail_bits + interframe_bits;
+  return header.length + 8U * length + stuffed + checked_bits + unstuffed_tail_bits + interframe_bits;
 }
 
 }  // namespace

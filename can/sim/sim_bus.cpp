@@ -17,47 +17,38 @@ double probability(double value, const char* name) {
 
 }  // namespace
 
-class SimBus::Port final : public SimNode {
- public:
-  Port(std::shared_ptr<sim::Wire> wire, TransmitOrder order)
-      : wire_(std::move(wire)), node_(wire_->attach(order)) {}
-  ~Port() override { wire_->detach(node_); }
-  Port(const Port&) = delete;
-  Port& operator=(const Port&) = delete;
+SimNode::SimNode(std::shared_ptr<sim::Wire> wire, TransmitOrder order)
+    : wire_(std::move(wire)), node_(wire_->attach(order)) {}
+SimNode::~SimNode() { wire_->detach(node_); }
 
-  bool send(const Frame& frame) override {
-    if (!node_.push(frame)) {
-      ++node_.counters.send_refused;
-      return false;
-    }
-    ++node_.counters.sent;
-    wire_->contend();
-    return true;
+bool SimNode::send(const Frame& frame) {
+  if (!node_.push(frame)) {
+    ++node_.counters.send_refused;
+    return false;
   }
+  ++node_.counters.sent;
+  wire_->contend();
+  return true;
+}
 
-  void on_frame(FrameHandler handler) override { node_.on_frame = std::move(handler); }
-  bool on_sent(FrameHandler handler) override {
-    node_.on_sent = std::move(handler);
-    return true;
-  }
-  void on_state(StateHandler handler) override { node_.on_state = std::move(handler); }
-  BusState state() const override { return node_.reported; }
-  std::optional<ErrorCounters> error_counters() const override { return node_.confinement.counters(); }
-  const BusCounters& counters() const override { return node_.counters; }
+void SimNode::on_frame(FrameHandler handler) { node_.on_frame = std::move(handler); }
+bool SimNode::on_sent(FrameHandler handler) {
+  node_.on_sent = std::move(handler);
+  return true;
+}
+void SimNode::on_state(StateHandler handler) { node_.on_state = std::move(handler); }
+BusState SimNode::state() const { return node_.reported; }
+std::optional<ErrorCounters> SimNode::error_counters() const { return node_.confinement.counters(); }
+const BusCounters& SimNode::counters() const { return node_.counters; }
 
-  void set_faults(const NodeFaults& faults) override {
-    probability(faults.transmit_bit_error, "transmit_bit_error");
-    probability(faults.receive_bit_error, "receive_bit_error");
-    probability(faults.overrun, "overrun");
-    node_.faults = faults;
-    wire_->note_faults();
-  }
-  void restart() override { wire_->request_restart(node_); }
-
- private:
-  std::shared_ptr<sim::Wire> wire_;
-  sim::Node& node_;
-};
+void SimNode::set_faults(const NodeFaults& faults) {
+  probability(faults.transmit_bit_error, "transmit_bit_error");
+  probability(faults.receive_bit_error, "receive_bit_error");
+  probability(faults.overrun, "overrun");
+  node_.faults = faults;
+  wire_->note_faults();
+}
+void SimNode::restart() { wire_->request_restart(node_); }
 
 SimBus::SimBus(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config)
     : wire_(std::make_shared<sim::Wire>(clock, bitrate_bit_per_s, config)) {
@@ -66,7 +57,9 @@ SimBus::SimBus(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBu
 }
 SimBus::~SimBus() = default;
 
-std::unique_ptr<SimNode> SimBus::attach(TransmitOrder order) { return std::make_unique<Port>(wire_, order); }
+std::unique_ptr<SimNode> SimBus::attach(TransmitOrder order) {
+  return std::make_unique<SimNode>(wire_, order);
+}
 
 void SimBus::set_bit_error(double value) { wire_->set_bit_error(probability(value, "bit_error")); }
 

@@ -16,7 +16,8 @@ namespace hystcan::can {
 
 namespace sim {
 class Wire;
-}
+struct Node;
+}  // namespace sim
 
 /// A discrete-event scheduler. Events at the same instant run in the order in which they were armed.
 class VirtualClock final : public Scheduler {
@@ -33,7 +34,7 @@ class VirtualClock final : public Scheduler {
 
  private:
   class Queue;
-  class Alarm;
+  struct Alarm;
   std::shared_ptr<Queue> queue_;  ///< a timer may outlive the clock; it never expires then
 };
 
@@ -75,13 +76,31 @@ struct SimBusConfig {
 };
 
 /// The connection of a node to a simulated bus. Its state, counters and error counters follow ISO 11898-1, as
-/// a SocketCAN driver with error reporting gives them.
-class SimNode : public Bus {
+/// a SocketCAN driver with error reporting gives them. The destructor detaches the node, which then neither
+/// sends nor receives. Its queued frames are lost; a frame that is already on the wire is not.
+class SimNode final : public Bus {
  public:
+  SimNode(std::shared_ptr<sim::Wire> wire, TransmitOrder order);
+  ~SimNode() override;
+  SimNode(const SimNode&) = delete;
+  SimNode& operator=(const SimNode&) = delete;
+
+  bool send(const Frame& frame) override;
+  void on_frame(FrameHandler handler) override;
+  bool on_sent(FrameHandler handler) override;
+  void on_state(StateHandler handler) override;
+  BusState state() const override;
+  std::optional<ErrorCounters> error_counters() const override;
+  const BusCounters& counters() const override;
+
   /// Throws std::invalid_argument if a probability is not within 0..1.
-  virtual void set_faults(const NodeFaults& faults) = 0;
+  void set_faults(const NodeFaults& faults);
   /// Ends bus-off: the node is back after 128 times 11 recessive bits, with its counters at 0.
-  virtual void restart() = 0;
+  void restart();
+
+ private:
+  std::shared_ptr<sim::Wire> wire_;
+  sim::Node& node_;
 };
 
 /// The wire. When it is idle, the attached node with the lowest pending identifier wins, as the bits decide:
@@ -104,8 +123,6 @@ class SimBus {
   SimBus(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config = {});
   ~SimBus();
 
-  /// The connection of a new node. Its destructor detaches the node, which then neither sends nor receives.
-  /// Its queued frames are lost; a frame that is already on the wire is not.
   std::unique_ptr<SimNode> attach(TransmitOrder order = TransmitOrder::as_sent);
 
   /// Applies from the next frame on. Throws std::invalid_argument.
@@ -115,7 +132,6 @@ class SimBus {
   double load() const;
 
  private:
-  class Port;
   std::shared_ptr<sim::Wire> wire_;
 };
 

@@ -1,11 +1,79 @@
 #include "can/sim/sim_wire.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 namespace hystcan::can::sim {
+
+// ---- Errors on the wire
+
+void Disturbance::note_faults(Nodes nodes) {
+  is_active_ = bit_error_ > 0.0 || std::ranges::any_of(nodes, [](const auto& node) {
+                 const NodeFaults& f = node->faults;
+                 return f.transmit_bit_error > 0.0 || f.receive_bit_error > 0.0 || f.overrun > 0.0;
+               });
+}
+
+Transmission Disturbance::draw(const Frame& frame, const Node& sender, Nodes nodes) {
+  const unsigned whole = frame_bits(frame);
+  const bool acknowledged =
+      std::ranges::any_of(nodes, [&](const auto& node) { return node.get() != &sender && node->listens(); });
+  // The error flag begins at the ACK delimiter. The ACK delimiter and the end of frame have eight bits.
+  const unsigned bits = whole - interframe_bits - (acknowledged ? 0 : 8);
+  if (is_active_) {
+    if (const auto destroyed = error_within(bits, sender, nodes)) return *destroyed;
+  }
+  if (acknowledged) return {.end = Transmission::End::delivered, .bits = whole};
+  return {.end = Transmission::End::not_acknowledged,
+          .bits = bits + error_flag_bits + error_delimiter_bits + interframe_bits};
+}
+
+std::optional<Transmission> Disturbance::error_within(unsigned bits, const Node& sender, Nodes nodes) {
+  unsigned first = first_error(bit_error_, bits);
+  const Node* witness = nullptr;
+  const auto take = [&](const Node& node, unsigned bit) {
+    if (bit >= first) return;
+    first = bit;
+    witness = &node;
+  };
+  take(sender, first_error(sender.faults.transmit_bit_error, bits));
+  for (const auto& node : nodes) {
+    if (node.get() == &sender || !node->listens()) continue;
+    const unsigned bit = first_error(node->faults.receive_bit_error, bits);
+    if (bit == bits) continue;
+    if (node->confinement.passive()) {
+      node->missed = true;  // its flag is recessive: no other node sees it
+    } else {
+      take(*node, bit);
+    }
+  }
+  if (first == bits) return std::nullopt;
+  const unsigned flags =
+      witness == nullptr ? error_flag_bits : error_flags_max_bits - dominant_bits_before_flag();
+  return Transmission{.end = Transmission::End::destroyed,
+                      .bits = first + 1 + flags + error_delimiter_bits + interframe_bits,
+                      .witness = witness};
+}
+
+/// Draws the first bit in error, with the probability `per_bit` for each bit (geometric distribution).
+/// Returns `none` if no bit of this frame is in error.
+unsigned Disturbance::first_error(double per_bit, unsigned none) {
+  if (per_bit <= 0.0) return none;
+  if (per_bit >= 1.0) return 0;
+  const double bit = std::log1p(-uniform()) / std::log1p(-per_bit);
+  return bit < none ? static_cast<unsigned>(bit) : none;
+}
+
+/// Draws the number of dominant bits just before an error flag, 0..4. The stuff error of the other nodes, and
+/// with it their flags, come earlier by this number of bits.
+unsigned Disturbance::dominant_bits_before_flag() {
+  return std::min<unsigned>(static_cast<unsigned>(std::countr_one(random_())), 4);
+}
+
+// ---- The wire
 
 Wire::Wire(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config)
     : clock_(clock),
@@ -13,7 +81,7 @@ Wire::Wire(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusCon
       start_(clock.now()),
       free_at_(start_),
       disturbance_(config.bit_error, config.seed),
-      recovery_(clock, bit_ns_, config.restart_after, [this](Node& node) { on_recovery_timer(node); }) {
+      restart_after_(config.restart_after) {
   timer_ = clock_.make_timer([this] {
     const auto keep = shared_from_this();  // a handler may destroy the last node and the bus
     if (on_wire_) {
@@ -55,11 +123,11 @@ void Wire::arbitrate() {
   frame_ = winner->pop();
   sender_ = winner;
   on_wire_ = true;
-  recovery_.frame_begins(nodes_);
-  fate_ = disturbance_.draw(frame_, *sender_, nodes_);
-  free_at_ = now + duration_of(fate_.bits);
+  count_recessive_bits();
+  transmission_ = disturbance_.draw(frame_, *sender_, nodes_);
+  free_at_ = now + duration_of(transmission_.bits);
   busy_ += free_at_ - now;
-  timer_->expire_at(now + duration_of(fate_.bits - interframe_bits));
+  timer_->expire_at(now + duration_of(transmission_.bits - interframe_bits));
 }
 
 /// All nodes with a frame to send are error-passive and pause. Another node may send before they do.
@@ -84,7 +152,7 @@ void Wire::count_losers(const Node& winner) {
 void Wire::finish() {
   calling_handlers_ = true;
   const std::size_t present = nodes_.size();  // a node that a handler attaches does not receive the frame
-  if (fate_.ending == Ending::delivered) {
+  if (transmission_.end == Transmission::End::delivered) {
     deliver(present);
   } else {
     destroy(present);
@@ -93,7 +161,7 @@ void Wire::finish() {
   on_wire_ = false;
   sender_ = nullptr;
   remove_detached();
-  recovery_.frame_ended(nodes_, free_at_);
+  add_recessive_end();
   if (std::ranges::any_of(nodes_, [](const auto& node) { return node->key != never; })) contend();
 }
 
@@ -139,14 +207,14 @@ void Wire::destroy(std::size_t present) {
     } else {
       count_error(node);
       node.confinement.receive_error();
-      if (fate_.witness == &node) node.confinement.dominant_after_error_flag();
+      if (transmission_.witness == &node) node.confinement.dominant_after_error_flag();
     }
     report_state(node);
   }
 }
 
 void Wire::count_sender_error(Node& node) {
-  if (fate_.ending == Ending::not_acknowledged) {
+  if (transmission_.end == Transmission::End::not_acknowledged) {
     ++node.counters.not_acknowledged;
     ++node.counters.error_frames;
     node.confinement.not_acknowledged();
@@ -155,7 +223,7 @@ void Wire::count_sender_error(Node& node) {
     node.confinement.transmit_error();
   }
   if (node.confinement.bus_off()) {
-    recovery_.go_off(node);
+    go_off(node);
     return;
   }
   node.give_back(frame_);
@@ -182,25 +250,72 @@ void Wire::report_state(Node& node) {
   if (node.on_state) node.on_state(state);
 }
 
-// ---- Bus-off and recovery
+// ---- Bus-off and recovery (ISO 11898-1): a restart request, then 128 times 11 recessive bits
+
+void Wire::go_off(Node& node) {
+  node.off = true;
+  node.forget_frames();
+  node.recovery = Recovery::waiting;
+  ++nodes_off_;
+  if (!node.recovery_timer)
+    node.recovery_timer = clock_.make_timer([this, &node] { on_recovery_timer(node); });
+  if (restart_after_) node.recovery_timer->expire_at(clock_.now() + *restart_after_);
+}
 
 void Wire::request_restart(Node& node) {
-  std::optional<Time> recessive_since;
-  if (!on_wire_) recessive_since = std::max(clock_.now(), free_at_);
-  recovery_.request_restart(node, recessive_since);
+  if (node.recovery != Recovery::waiting) return;
+  node.recovery = Recovery::counting;
+  node.sequences_left = recovery_sequences;
+  node.recovery_timer->cancel();
+  if (!on_wire_) expect_recessive(node, std::max(clock_.now(), free_at_));
+}
+
+void Wire::expect_recessive(Node& node, Time since) const {
+  node.recessive_since = since;
+  node.recovery_timer->expire_at(since + duration_of(node.sequences_left * recovery_sequence_bits));
+}
+
+/// A frame begins: counts the recessive bits up to now.
+void Wire::count_recessive_bits() {
+  if (nodes_off_ == 0) return;
+  for (const auto& node : nodes_) {
+    if (node->recovery != Recovery::counting) continue;
+    const double stood_ns = static_cast<double>((clock_.now() - node->recessive_since).count()) + 0.5;
+    const auto sequences =
+        static_cast<unsigned>(std::max(stood_ns, 0.0) / (bit_ns_ * recovery_sequence_bits));
+    if (sequences >= node->sequences_left) continue;  // the node recovers at this instant
+    node->sequences_left -= sequences;
+    node->recovery_timer->cancel();
+  }
+}
+
+/// Every frame, whole or destroyed, ends with eleven recessive bits, of which three are interframe space.
+void Wire::add_recessive_end() {
+  if (nodes_off_ == 0) return;
+  for (const auto& node : nodes_) {
+    if (node->recovery != Recovery::counting) continue;
+    --node->sequences_left;
+    expect_recessive(*node, free_at_);
+  }
 }
 
 void Wire::on_recovery_timer(Node& node) {
   const auto keep = shared_from_this();
-  if (node.recovery == Recovery::waiting) {
-    request_restart(node);
-    return;
-  }
-  recovery_.come_back(node);
+  if (node.recovery == Recovery::waiting) return request_restart(node);
+  come_back(node);
   calling_handlers_ = true;
   report_state(node);
   calling_handlers_ = false;
   remove_detached();
+}
+
+void Wire::come_back(Node& node) {
+  node.off = false;
+  node.recovery = Recovery::none;
+  --nodes_off_;
+  node.confinement.restart();
+  node.suspended_until = Time{};
+  ++node.counters.restarts;
 }
 
 // ---- Attaching and detaching nodes
@@ -219,8 +334,8 @@ void Wire::remove_detached() {
   std::erase_if(nodes_, [this](const auto& node) {
     if (node->attached) return false;
     if (node.get() == sender_) sender_ = nullptr;
-    if (node.get() == fate_.witness) fate_.witness = nullptr;
-    recovery_.forget(*node);
+    if (node.get() == transmission_.witness) transmission_.witness = nullptr;
+    if (node->off) --nodes_off_;
     return true;
   });
   note_faults();

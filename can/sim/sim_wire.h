@@ -3,14 +3,55 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <random>
+#include <span>
 #include <vector>
 
-#include "can/sim/sim_fate.h"
 #include "can/sim/sim_node.h"
-#include "can/sim/sim_recovery.h"
 
 namespace hystcan::can::sim {
+
+/// How a frame on the wire ends.
+struct Transmission {
+  enum class End : std::uint8_t { delivered, not_acknowledged, destroyed };
+  End end = End::delivered;
+  unsigned bits = 0;              ///< from start of frame to the end of the interframe space
+  const Node* witness = nullptr;  ///< the one node that saw the error first; null: all saw it at once
+};
+
+using Nodes = std::span<const std::unique_ptr<Node>>;
+
+/// Draws the bit errors. Each bit has an error with a given probability, for all nodes or for one node. The
+/// first error ends the frame.
+class Disturbance {
+ public:
+  /// `bit_error` is the probability of an error for all nodes at once.
+  Disturbance(double bit_error, std::uint64_t seed) : bit_error_(bit_error), random_(seed) {}
+
+  void set_bit_error(double probability) { bit_error_ = probability; }
+  /// The wire calls this function when a node is attached or detached, or changes its faults.
+  void note_faults(Nodes nodes);
+  /// True: at least one probability is above 0.
+  bool is_active() const { return is_active_; }
+
+  /// Marks the error-passive nodes that miss the frame, because they alone see an error.
+  Transmission draw(const Frame& frame, const Node& sender, Nodes nodes);
+  /// True: the node alone loses the frame in its full receive buffer.
+  bool overruns(const Node& node) { return node.faults.overrun > 0.0 && uniform() < node.faults.overrun; }
+
+ private:
+  std::optional<Transmission> error_within(unsigned bits, const Node& sender, Nodes nodes);
+  unsigned first_error(double per_bit, unsigned none);
+  unsigned dominant_bits_before_flag();
+  double uniform() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
+
+  double bit_error_;
+  std::mt19937_64 random_;
+  bool is_active_ = false;
+};
 
 class Wire : public std::enable_shared_from_this<Wire> {
  public:
@@ -39,7 +80,12 @@ class Wire : public std::enable_shared_from_this<Wire> {
   static void count_error(Node& node);
   static void report_state(Node& node);
 
+  void go_off(Node& node);
   void on_recovery_timer(Node& node);
+  void expect_recessive(Node& node, Time since) const;
+  void count_recessive_bits();
+  void add_recessive_end();
+  void come_back(Node& node);
   void remove_detached();
   Duration duration_of(unsigned bits) const;
 
@@ -49,10 +95,12 @@ class Wire : public std::enable_shared_from_this<Wire> {
   Time free_at_;  ///< end of the interframe space after the latest frame
   Duration busy_{};
   Disturbance disturbance_;
-  BusOffRecovery recovery_;
+  std::optional<Duration>
+      restart_after_;          ///< time from bus-off to the automatic restart request; empty: none
+  std::size_t nodes_off_ = 0;  ///< nodes in bus-off
   std::vector<std::unique_ptr<Node>> nodes_;
-  Frame frame_;  ///< the one on the wire
-  Fate fate_;
+  Frame frame_;                ///< the one on the wire
+  Transmission transmission_;  ///< of frame_
   Node* sender_ = nullptr;
   bool on_wire_ = false;
   bool contending_ = false;

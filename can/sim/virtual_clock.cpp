@@ -6,16 +6,10 @@
 
 namespace hystcan::can {
 
-class VirtualClock::Alarm {
- public:
-  explicit Alarm(std::function<void()> on_expiry) : on_expiry_(std::move(on_expiry)) {}
-  void ring() { on_expiry_(); }
-
+struct VirtualClock::Alarm {
   static constexpr std::size_t idle = std::numeric_limits<std::size_t>::max();
+  std::function<void()> on_expiry;
   std::size_t place = idle;  ///< index in the heap
-
- private:
-  std::function<void()> on_expiry_;
 };
 
 /// Binary heap of the armed alarms. Each alarm knows its place, so that the heap can move or remove it.
@@ -25,7 +19,7 @@ class VirtualClock::Queue {
 
   std::unique_ptr<Alarm> create(std::function<void()> on_expiry) {
     heap_.reserve(++alarms_);
-    return std::make_unique<Alarm>(std::move(on_expiry));
+    return std::make_unique<Alarm>(Alarm{std::move(on_expiry)});
   }
 
   void destroy(std::unique_ptr<Alarm> alarm) {
@@ -60,7 +54,7 @@ class VirtualClock::Queue {
       now_ = due.deadline;
       disarm(*due.alarm);
       ringing_ = due.alarm;
-      due.alarm->ring();
+      due.alarm->on_expiry();
       ringing_ = nullptr;
       doomed_.reset();
     }

@@ -1,24 +1,16 @@
 // A network interface as the kernel describes it (rtnetlink).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "can/bus.h"
 
 namespace hystcan::can {
-
-/// Counts since the driver was loaded, caused by any program.
-struct DriverStatistics {
-  std::uint32_t bus_errors = 0;
-  std::uint32_t warnings = 0;
-  std::uint32_t passives = 0;
-  std::uint32_t bus_offs = 0;
-  std::uint32_t arbitration_lost = 0;
-  std::uint32_t restarts = 0;
-};
 
 /// An optional member is empty if the driver states no value: a virtual interface has no bit rate.
 struct Interface {
@@ -35,7 +27,7 @@ struct Interface {
   bool one_shot = false;
   bool fd = false;  ///< takes CAN FD frames: its MTU is at least that of an FD frame, 72 bytes
   std::optional<ErrorCounters> error_counters;
-  std::optional<DriverStatistics> driver_statistics;
+  std::optional<std::uint32_t> bus_offs;  ///< since the driver was loaded, caused by any program
   std::uint32_t transmit_queue_frames = 0;
   std::string queue_discipline;  ///< "pfifo_fast", "noqueue"
 };
@@ -64,5 +56,11 @@ std::string describe(const std::string& name, const Interface& interface);
 /// after bus-off.
 std::vector<std::string> find_doubts(const std::string& name, const Interface& interface,
                                      double bitrate_bit_per_s);
+
+// Parses RTM_NEWLINK, the kernel's description of an interface (rtnetlink(7), linux/can/netlink.h).
+
+/// `message` begins with its nlmsghdr. Empty if it is another message (an error: no such interface). The
+/// parser skips attributes that are cut short or unknown.
+std::optional<Interface> parse_link_message(std::span<const std::byte> message);
 
 }  // namespace hystcan::can

@@ -31,8 +31,8 @@ class InterfaceError : public std::runtime_error {
 /// - send() never blocks. A frame that the kernel refuses (ENOBUFS, EAGAIN, ENETDOWN) is dropped and counted,
 ///   because the next cycle has a newer command.
 /// - When the interface goes down or disappears, the state is `down`. The bus looks every 50 ms for an
-///   interface of this name that is up, and sets its filters again. It does not use an interface that has become
-///   listen-only, has another bit rate, or takes no CAN FD frames any more: refusal() says so.
+///   interface of this name that is up, and sets its filters again. It does not use an interface that has
+///   become listen-only, has another bit rate, or takes no CAN FD frames any more: refusal() says so.
 /// - In bus-off the bus asks the driver every 50 ms for its state, because the error frame of the restart
 ///   may be lost. Until then it sends nothing, because the kernel would keep the frames and send them,
 ///   stale, after the restart.

@@ -1,4 +1,4 @@
-#include "can/timing/chain.h"
+#include "can/timing/schedulability.h"
 
 #include <algorithm>
 #include <vector>
@@ -9,7 +9,9 @@ namespace {
 /// If frames are still left over after so many cycles, the response counts as unbounded.
 constexpr int cycles_max = 100;
 
-std::uint64_t priority_order(const ChainSource& source) { return arbitration_order(source.frame); }
+std::uint32_t priority_order(const ChainSource& source) {
+  return arbitration_key(source.frame.id, source.frame.extended);
+}
 
 class Chain {
  public:
@@ -162,7 +164,7 @@ class Chain {
   ChainTiming timing_;
   Duration bit_;
   Duration limit_;
-  std::uint64_t weakest_ = 0;
+  std::uint32_t weakest_ = 0;
 };
 
 /// Sets the jitter of the frames that follow from SYNC: the time from the start of the period until queued.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace hystcan::can {
 namespace {
@@ -23,11 +24,11 @@ void check(std::span<const PeriodicFrame> frames) {
       throw std::invalid_argument("frame " + frame.name + ": " + what);
     };
     if (frame.bytes > 64) refuse(std::to_string(frame.bytes) + " bytes, expected at most 64");
-    if (frame.id > (frame.extended ? 0x1FFF'FFFFU : 0x7FFU)) refuse("identifier too long for its type");
+    if (!is_identifier(frame.id, frame.extended)) refuse("identifier too long for its type");
     if (frame.period <= Duration::zero()) refuse("period expected to be above 0");
     if (frame.jitter < Duration::zero()) refuse("jitter expected not to be negative");
     const auto same = [&](const PeriodicFrame& other) {
-      return arbitration_order(other) == arbitration_order(frame);
+      return other.id == frame.id && other.extended == frame.extended;
     };
     if (std::ranges::count_if(frames, same) > 1) refuse("another frame has the same identifier");
   }
@@ -82,11 +83,11 @@ class Analysis {
     for (const PeriodicFrame& other : frames_) {
       if (&other == own_) continue;
       const Duration cost = transmission(other);
-      if (arbitration_order(other) > arbitration_order(*own_)) {
+      if (arbitration_key(other.id, other.extended) > arbitration_key(own_->id, own_->extended)) {
         blocking = std::max(blocking, cost);
         continue;
       }
-      higher_.push_back({&other, cost});
+      higher_.emplace_back(&other, cost);
       longest = std::max(longest, cost);
       level_load_ += load_of(other);
     }
@@ -121,11 +122,6 @@ class Analysis {
     return value;
   }
 
-  struct Other {
-    const PeriodicFrame* frame;
-    Duration cost;
-  };
-
   std::span<const PeriodicFrame> frames_;
   std::uint32_t bitrate_;
   std::optional<Duration> error_interval_;
@@ -133,7 +129,7 @@ class Analysis {
   Duration cost_{};
   Duration disturbance_{};
   double level_load_ = 0.0;
-  std::vector<Other> higher_;
+  std::vector<std::pair<const PeriodicFrame*, Duration>> higher_;  ///< with their costs
 };
 
 }  // namespace
@@ -151,11 +147,6 @@ unsigned worst_frame_bits(unsigned bytes, bool extended) {
   const unsigned stuffed = (extended ? 41 : 22) + 8 * bytes;
   const unsigned check = bytes <= 16 ? 27 : 32;  // stuff count, CRC 17 or 21, fixed stuff bits
   return stuffed + check + tail + (stuffed - 1) / 4;
-}
-
-std::uint64_t arbitration_order(const PeriodicFrame& frame) {
-  if (!frame.extended) return std::uint64_t{frame.id} << 20U;
-  return std::uint64_t{frame.id >> 18U} << 20U | std::uint64_t{1} << 19U | (frame.id & 0x3FFFFU);
 }
 
 Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bit_per_s) {

@@ -25,12 +25,14 @@
 // fast as the bus.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "can/frame.h"
 #include "can/scheduler.h"
 
 namespace hystcan::can {
@@ -65,9 +67,6 @@ struct Schedule {
 /// More than 8 bytes are an FD frame, which counts as sent without a switch of bit rate.
 unsigned worst_frame_bits(unsigned bytes, bool extended);
 
-/// Identifier and its type as one number. The frame with the lower number wins arbitration.
-std::uint64_t arbitration_order(const PeriodicFrame& frame);
-
 /// C. `bitrate_bit_per_s` is above 0.
 Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bit_per_s);
 
@@ -76,5 +75,72 @@ Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bi
 /// two frames with the same identifier, and an error interval not above 0.
 Schedule analyse(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,
                  std::optional<Duration> error_interval = std::nullopt);
+
+// The worst-case response time of the chain of a cycle: SYNC, then sample, then command.
+// docs/theory.md, section 12, derives it.
+//
+// q = 0 is a SYNC that finds no frame of the cycle before, neither on the wire nor in the controller's queue.
+// q = 1, 2, ... is the q-th SYNC after it, if frames were left over at each SYNC in between.
+//
+//   w(0) = own + L + sum over the frames before:  n_k(w(0)) C_k
+//   w(q) = (q + 1) turnaround + sum over all other frames:  n_k(w(q)) C_k,   q + 1 of each link but the last
+//   R    = max over q of  w(q) - q T + C
+//
+//   own      the links before the last one, and the turnaround
+//   before   the frames with more priority than the weakest link; they may pass while a link waits. The
+//            controller's queue is first in, first out, so that all commands count as the weakest command
+//   L        the longest of the other frames, one for each link, which has begun when the link is queued
+//   n_k(w)   ceil((w + J_k + tau_bit) / T_k)
+//   J_k      the frame's own response, so that a frame that is left over at 0 counts; 0 for the frames of
+//            the cycle, none of which is left over
+//
+// The controller sends one axis status a cycle and queues it behind the commands. Therefore w(0) contains no
+// status, and w(q) contains at most q of all statuses together, with the length of the longest. The frames
+// that follow from the last link also count q times in w(q). The J_k of a status is the time at which it may
+// be queued and not the time at which it has passed.
+//
+// From 0 to w(q), q > 0, the bus is idle only while a node of the chain works: the controller's heartbeat
+// waits in the queue behind the commands of a cycle, and if it passes before the next SYNC, that SYNC is a
+// q = 0. q increases until all commands of a cycle and a heartbeat behind them pass before the next SYNC.
+//
+// Assumptions:
+//
+//   - There are no errors, and every sample comes.
+//   - The frames of a node leave it by priority. Those of the controller leave in the order in which they are
+//     queued, and it queues all other frames behind the commands of the cycle.
+//   - There are no emergencies, NMT, SDO or status changes; they come when an axis starts or stops.
+
+/// Why a frame is sent.
+enum class ChainRole { sync, sample, command, status, controller_status, live_setpoint, heartbeat };
+
+/// True for the frames that every cycle has.
+constexpr bool is_link(ChainRole role) {
+  return role == ChainRole::sync || role == ChainRole::sample || role == ChainRole::command;
+}
+
+struct ChainSource {
+  PeriodicFrame frame;
+  ChainRole role = ChainRole::heartbeat;
+  std::size_t axis = 0;
+  /// R, from the start of the cycle for a link and from the start of its period for any other frame. Empty:
+  /// unbounded.
+  std::optional<Duration> response{Duration::zero()};
+};
+
+struct ChainTiming {
+  std::uint32_t bitrate_bit_per_s = 1'000'000;
+  Duration cycle{};
+  Duration turnaround{};
+};
+
+/// R of the chain that ends with `last`, by the responses of the frames that are no links. Empty: unbounded.
+std::optional<Duration> chain_response(std::span<const ChainSource> sources, const ChainSource& last,
+                                       const ChainTiming& timing);
+
+/// Computes every response. The responses of the links give the jitter of the other frames, and the responses
+/// of the other frames change those of the links. The function repeats both until nothing changes.
+/// (K. Tindell, J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
+/// Microprocessing and Microprogramming 40, 1994.)
+void respond(std::span<ChainSource> sources, const ChainTiming& timing);
 
 }  // namespace hystcan::can

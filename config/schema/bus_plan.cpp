@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "can/protocol/protocol.h"
-#include "can/timing/chain.h"
+#include "can/timing/schedulability.h"
 
 namespace hystcan::config {
 namespace {
@@ -106,7 +106,9 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
                                 std::max(config.controller.heartbeat_period, cycle));
   own.jitter = cycle;  // it is due at a SYNC and waits for the commands of that cycle
   sources.push_back({own, can::ChainRole::heartbeat, 0});
-  std::ranges::sort(sources, {}, [](const can::ChainSource& s) { return can::arbitration_order(s.frame); });
+  std::ranges::sort(sources, {}, [](const can::ChainSource& s) {
+    return can::arbitration_key(s.frame.id, s.frame.extended);
+  });
   return sources;
 }
 

@@ -8,7 +8,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "can/interface_name.h"
+#include "can/bus.h"
 #include "config/schema/bus_plan.h"
 #include "config/schema/frames.h"
 #include "controller/reference/shape.h"

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "can/log/candump.h"
-#include "can/log/error_words.h"
+#include "can/log/error_frame.h"
 #include "tests/fuzz/demand.h"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "runs/cycle_reader.h"
+#include "runs/run.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "runs/folder_limit.h"
+#include "runs/run_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TEST_F(FolderLimit, RemovesTheOldestRunWithoutAFaultFirst) {
 TEST_F(FolderLimit, NeverRemovesWhatIsToBeKeptOrRecordedOrNoRun) {
   std::ofstream(add("run_1") / "keep") << "";
   const auto recorded = add("run_2");
-  const RunLock lock(recorded);
+  const Descriptor lock = lock_run(recorded);
   const auto current = add("run_3");
   std::filesystem::create_directories(config.record.folder / "run_of_mine");
   std::ofstream(config.record.folder / "run_of_mine" / "thesis.txt") << "text";

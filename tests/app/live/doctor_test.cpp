@@ -10,7 +10,6 @@
 namespace hystcan::doctor_test {
 namespace {
 
-using app::Demand;
 using app::Finding;
 using app::Verdict;
 
@@ -27,8 +26,8 @@ class Machine : public testing::Test {
       put(std::string("sys/devices/system/cpu/cpu") + cpu + "/cpufreq/scaling_governor", "performance");
       put(std::string("sys/devices/system/cpu/cpu") + cpu + "/cpuidle/state1/latency", "2");
     }
-    demand.period = std::chrono::milliseconds(1);
-    demand.cpus = {2, 3};
+    config.rate_Hz = 1000.0;
+    config.realtime.emplace().cpus = {2, 3};
   }
 
   void put(const std::filesystem::path& file, const std::string& text) const {
@@ -36,7 +35,7 @@ class Machine : public testing::Test {
     std::ofstream(root / file) << text << '\n';
   }
   Finding of(const std::string& check) const {
-    const auto findings = app::examine_machine(demand, root);
+    const auto findings = app::examine_machine(config, root);
     const auto found = std::ranges::find(findings, check, &Finding::check);
     if (found != findings.end()) return *found;
     ADD_FAILURE() << "no check " << check;
@@ -45,11 +44,11 @@ class Machine : public testing::Test {
 
   const support::ScratchFolder scratch;
   const std::filesystem::path& root = scratch.path();
-  Demand demand;
+  controller::CommonConfig config;
 };
 
 TEST_F(Machine, IsGoodInEveryCheckIfItIsWellConfigured) {
-  for (const Finding& finding : app::examine_machine(demand, root)) {
+  for (const Finding& finding : app::examine_machine(config, root)) {
     EXPECT_EQ(finding.verdict, Verdict::good) << finding.check << ": " << finding.figure;
     EXPECT_EQ(finding.cure, "") << finding.check;
   }
@@ -73,7 +72,7 @@ TEST_F(Machine, IsJudgedByTheProcessorsInUse) {
   put("sys/devices/system/cpu/cpu0/cpuidle/state3/latency", "900");
   EXPECT_EQ(of("CPU governor").verdict, Verdict::good);
   EXPECT_EQ(of("C-states").verdict, Verdict::good);
-  demand.cpus.clear();
+  config.realtime->cpus.clear();
   EXPECT_EQ(of("CPU governor").verdict, Verdict::doubtful);
   EXPECT_EQ(of("C-states").verdict, Verdict::doubtful);
   put("sys/devices/system/cpu/cpu0/cpuidle/state3/disable", "1");
@@ -81,16 +80,16 @@ TEST_F(Machine, IsJudgedByTheProcessorsInUse) {
 }
 
 TEST_F(Machine, MustHaveTheConfiguredProcessors) {
-  demand.cpus = {3, 4};
+  config.realtime->cpus = {3, 4};
   EXPECT_EQ(of("processors").verdict, Verdict::bad);
-  demand.cpus = {1};
+  config.realtime->cpus = {1};
   EXPECT_EQ(of("processors").verdict, Verdict::doubtful) << "not isolated";
 }
 
 TEST_F(Machine, WithoutAnyFilesInProcAndSysIsAccepted) {
   std::filesystem::remove_all(root);
-  demand.cpus.clear();
-  for (const Finding& finding : app::examine_machine(demand, root))
+  config.realtime->cpus.clear();
+  for (const Finding& finding : app::examine_machine(config, root))
     EXPECT_NE(finding.verdict, Verdict::bad) << finding.check << ": " << finding.figure;
 }
 

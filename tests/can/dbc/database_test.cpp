@@ -203,6 +203,12 @@ TEST(DbcError, RefusesNumbersOutsideTheirRange) {
             "lab.dbc:1:5: found '4294967296', expected the identifier of a message from 0 to 4294967295");
 }
 
+TEST(DbcError, IsTheFirstOneInTheText) {
+  EXPECT_EQ(
+      refusal("BO_ 536870912 A: 1 X\nBO_ 1: 1 X\n"),
+      "lab.dbc:1:5: found '536870912', expected an identifier of 11 bits, or of 29 bits with bit 31 set");
+}
+
 TEST(DbcError, RefusesASignalWithoutAMessage) {
   EXPECT_EQ(refusal(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A"),
             "lab.dbc:1:6: found signal S, expected a message (BO_) before it");

@@ -1,5 +1,5 @@
-// A DBC beyond the limits of can/dbc/limits.h is refused with its place, before it costs time and memory.
-#include "can/dbc/limits.h"
+// A DBC beyond the limits of can/dbc/database.h is refused with its place, before it costs time and memory.
+#include "can/dbc/database.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <fstream>
 #include <string>
 
-#include "can/dbc/database.h"
 #include "can/dbc/message_decoder.h"
 #include "tests/can/dbc/refusal.h"
 #include "tests/support/shipped.h"

@@ -239,5 +239,15 @@ TEST(DbcTolerance, ReadsATextThatEndsWithABackslash) {
   EXPECT_EQ(database.messages.at(0).comment, "a \"b\"; c\"");
 }
 
+TEST(DbcTolerance, AppliesSectionsThatStandBeforeTheirMessage) {
+  const Database database = read(
+      "CM_ BO_ 1 \"early\";\nVAL_ 1 S T;\nBA_ \"GenMsgCycleTime\" BO_ 1 20;\nVAL_TABLE_ T 3 \"three\";\n"
+      "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 1000;\nBO_ 1 A: 1 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");
+  EXPECT_EQ(database.warnings, Warnings{});
+  EXPECT_EQ(database.messages.at(0).comment, "early");
+  EXPECT_EQ(database.messages.at(0).cycle_time_ms, 20.0);
+  EXPECT_EQ(database.messages.at(0).signals.at(0).values.at(3), "three");
+}
+
 }  // namespace
 }  // namespace hystcan::can::tolerance_test

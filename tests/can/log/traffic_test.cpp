@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "can/log/error_words.h"
+#include "can/log/error_frame.h"
 #include "can/protocol/layout.h"
 
 namespace hystcan::can::traffic_test {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include "can/protocol/emergency.h"
+#include "can/protocol/node.h"
 #include "can/protocol/protocol.h"
 
 namespace hystcan::can::sdo_test {
@@ -87,12 +87,12 @@ TEST(SdoAccess, IsTheBeginOfATransferOfAnyKind) {
   };
   for (const unsigned write : {0x2FU, 0x23U, 0x22U, 0x21U, 0x20U, 0xC2U, 0xC6U}) {
     ASSERT_TRUE(access(write)) << write;
-    EXPECT_TRUE(access(write)->writes) << write;
+    EXPECT_EQ(access(write)->service, SdoService::write) << write;
     EXPECT_EQ(access(write)->object, object);
   }
   for (const unsigned read : {0x40U, 0xA0U, 0xA4U}) {
     ASSERT_TRUE(access(read)) << read;
-    EXPECT_FALSE(access(read)->writes) << read;
+    EXPECT_EQ(access(read)->service, SdoService::read) << read;
   }
   for (const unsigned neither : {0x00U, 0x10U, 0x60U, 0x70U, 0x80U, 0xA1U, 0xC1U})
     EXPECT_FALSE(access(neither));

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "can/sim/fault_confinement.h"
 #include "can/sim/sim_bus.h"
+#include "can/sim/sim_node.h"
 
 namespace hystcan::can::sim_bus_fault_test {
 namespace {
@@ -44,7 +44,7 @@ struct SimBusFaults : testing::Test {
 };
 
 TEST(FaultConfinement, FollowsTheRulesOfTheStandard) {
-  FaultConfinement node;
+  sim::FaultConfinement node;
   for (int i = 0; i < 12; ++i) node.transmit_error();
   EXPECT_EQ(node.counters(), (ErrorCounters{96, 0}));
   EXPECT_EQ(node.state(), BusState::warning);
@@ -66,7 +66,7 @@ TEST(FaultConfinement, FollowsTheRulesOfTheStandard) {
 }
 
 TEST(FaultConfinement, MakesAPassiveReceiverActiveAfterAReceivedFrame) {
-  FaultConfinement node;
+  sim::FaultConfinement node;
   node.received();
   EXPECT_EQ(node.counters().receive, 0);
   for (int i = 0; i < 15; ++i) {

@@ -25,7 +25,7 @@ TEST_F(SocketCanController, HasTheSettingsThatIpLinkHasGivenIt) {
   EXPECT_EQ(found->restart_ms, 100U);
   EXPECT_GT(found->transmit_queue_frames, 0U);
   EXPECT_FALSE(found->queue_discipline.empty());
-  EXPECT_TRUE(found->driver_statistics.has_value());
+  EXPECT_TRUE(found->bus_offs.has_value());
   EXPECT_TRUE(find_doubts("can0", *found, 1e6).empty());
   EXPECT_EQ(find_doubts("can0", *found, 500e3).size(), 1U);
   std::printf("%s\n", describe("can0", *found).c_str());
