@@ -13,7 +13,6 @@
 #include "base/standard_streams.h"
 #include "base/text.h"
 #include "base/threads.h"
-#include "controller/telemetry.h"
 
 namespace hystcan {
 namespace {

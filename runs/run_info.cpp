@@ -19,19 +19,66 @@ using nlohmann::json;
 constexpr std::uint64_t format_version = 1;
 constexpr std::size_t largest_info = 64 << 20;
 
-json to_json(const RunAxis& axis) {
-  json faults = json::array();
-  for (const RunFault& fault : axis.summary.faults)
-    faults.push_back({{"cause", fault.cause}, {"time_s", fault.time_s}});
-  return {{"name", axis.name},
-          {"drive_unit", axis.drive_unit},
-          {"stroke_um", axis.stroke_um},
-          {"delay_s", axis.delay_s},
-          {"tracked_rows", axis.summary.tracked_rows},
-          {"error_rms_um", axis.summary.rms_um},
-          {"error_max_um", axis.summary.max_um},
-          {"faults", faults}};
+enum class Null : std::uint8_t { no, allowed, or_missing };  ///< or_missing: as in older runs
+
+template <class V>
+void visit(V& v, RunFault& fault) {
+  v.value("cause", fault.cause);
+  v.value("time_s", fault.time_s);
 }
+
+template <class V>
+void visit(V& v, RunAxis& axis) {
+  v.value("name", axis.name);
+  v.value("drive_unit", axis.drive_unit);
+  v.value("stroke_um", axis.stroke_um);
+  v.value("delay_s", axis.delay_s, Null::or_missing);
+  v.value("tracked_rows", axis.summary.tracked_rows);
+  v.value("error_rms_um", axis.summary.rms_um, Null::allowed);
+  v.value("error_max_um", axis.summary.max_um, Null::allowed);
+  v.list("faults", axis.summary.faults);
+}
+
+template <class V>
+void visit(V& v, RunInfo& info) {
+  v.value("version", info.version);
+  v.value("host", info.host);
+  v.value("command", info.command);
+  v.value("config", info.config);
+  v.value("interface", info.interface);
+  v.value("rate_Hz", info.rate_Hz);
+  v.value("started", info.started);
+  v.value("ended", info.ended);
+  v.value("failure", info.failure);
+  v.value("first_s", info.first_s);
+  v.value("last_s", info.last_s);
+  v.value("rows", info.rows);
+  v.value("rows_lost", info.rows_lost);
+  v.list("axes", info.axes);
+  v.value("settings", info.settings);
+}
+
+/// Makes the object of run.json.
+class Written {
+ public:
+  template <class T>
+  explicit Written(T value) {
+    visit(*this, value);
+  }
+
+  /// NaN becomes null.
+  template <class T>
+  void value(const char* key, const T& value, Null = {}) {
+    object[key] = value;
+  }
+  template <class T>
+  void list(const char* key, const std::vector<T>& values) {
+    object[key] = json::array();
+    for (const T& value : values) object[key].push_back(Written(value).object);
+  }
+
+  json object;
+};
 
 /// The members of an object of run.json. Each function throws Error, with the file, where the member is missing or
 /// is something else.
@@ -39,37 +86,32 @@ class Members {
  public:
   Members(const std::filesystem::path& file, const json& object) : file_(file), object_(object) {}
 
-  std::string text(const char* key) const { return of(key, &json::is_string, "a text"); }
-  double number(const char* key) const { return of(key, &json::is_number, "a number"); }
+  void value(const char* key, std::string& value) const { value = of(key, &json::is_string, "a text"); }
   /// NaN where it is null.
-  double measured(const char* key) const {
+  void value(const char* key, double& value, Null null = Null::no) const {
     const auto found = object_.find(key);
-    const bool is_none = found != object_.end() && found->is_null();
-    return is_none ? std::numeric_limits<double>::quiet_NaN() : number(key);
+    const bool is_none =
+        found == object_.end() ? null == Null::or_missing : found->is_null() && null != Null::no;
+    value = is_none ? std::numeric_limits<double>::quiet_NaN()
+                    : of(key, &json::is_number, "a number").get<double>();
   }
-  /// NaN where it is null or, as in older runs, missing.
-  double known(const char* key) const {
-    return object_.contains(key) ? measured(key) : std::numeric_limits<double>::quiet_NaN();
+  void value(const char* key, std::uint64_t& value) const {
+    value = of(key, &json::is_number_unsigned, "a whole number from 0");
   }
-  std::uint64_t count(const char* key) const {
-    return of(key, &json::is_number_unsigned, "a whole number from 0");
-  }
-  std::vector<Members> objects(const char* key) const {
-    std::vector<Members> result;
-    for (const json& element : of(key, &json::is_array, "a list")) {
-      if (!element.is_object()) refuse(key, element, "a list of objects");
-      result.emplace_back(file_, element);
-    }
-    return result;
-  }
-  std::vector<std::pair<std::string, std::string>> pairs(const char* key) const {
-    std::vector<std::pair<std::string, std::string>> result;
+  void value(const char* key, std::vector<std::pair<std::string, std::string>>& pairs) const {
     for (const json& pair : of(key, &json::is_array, "a list")) {
       if (!pair.is_array() || pair.size() != 2 || !pair[0].is_string() || !pair[1].is_string())
         refuse(key, pair, "pairs of texts");
-      result.emplace_back(pair[0], pair[1]);
+      pairs.emplace_back(pair[0], pair[1]);
     }
-    return result;
+  }
+  template <class T>
+  void list(const char* key, std::vector<T>& values) const {
+    for (const json& element : of(key, &json::is_array, "a list")) {
+      if (!element.is_object()) refuse(key, element, "a list of objects");
+      const Members members(file_, element);
+      visit(members, values.emplace_back());
+    }
   }
 
  private:
@@ -92,40 +134,6 @@ class Members {
   const json& object_;
 };
 
-RunAxis axis_from(const Members& axis) {
-  RunAxis result{.name = axis.text("name"),
-                 .drive_unit = axis.text("drive_unit"),
-                 .stroke_um = axis.number("stroke_um"),
-                 .delay_s = axis.known("delay_s"),
-                 .summary = {.tracked_rows = axis.count("tracked_rows"),
-                             .rms_um = axis.measured("error_rms_um"),
-                             .max_um = axis.measured("error_max_um"),
-                             .faults = {}}};
-  for (const Members& fault : axis.objects("faults"))
-    result.summary.faults.push_back({.cause = fault.text("cause"), .time_s = fault.number("time_s")});
-  return result;
-}
-
-RunInfo info_from(const Members& info) {
-  RunInfo result{.version = info.text("version"),
-                 .host = info.text("host"),
-                 .command = info.text("command"),
-                 .config = info.text("config"),
-                 .interface = info.text("interface"),
-                 .rate_Hz = info.number("rate_Hz"),
-                 .started = info.text("started"),
-                 .ended = info.text("ended"),
-                 .failure = info.text("failure"),
-                 .first_s = info.number("first_s"),
-                 .last_s = info.number("last_s"),
-                 .rows = info.count("rows"),
-                 .rows_lost = info.count("rows_lost"),
-                 .axes = {},
-                 .settings = info.pairs("settings")};
-  for (const Members& axis : info.objects("axes")) result.axes.push_back(axis_from(axis));
-  return result;
-}
-
 json parsed(const std::filesystem::path& file, const std::string& text) {
   std::string what;
   try {
@@ -143,25 +151,9 @@ json parsed(const std::filesystem::path& file, const std::string& text) {
 }  // namespace
 
 json to_json(const RunInfo& info) {
-  json axes = json::array(), settings = json::array();
-  for (const RunAxis& axis : info.axes) axes.push_back(to_json(axis));
-  for (const auto& [key, value] : info.settings) settings.push_back({key, value});
-  return {{"hystcan_run", format_version},
-          {"version", info.version},
-          {"host", info.host},
-          {"command", info.command},
-          {"config", info.config},
-          {"interface", info.interface},
-          {"rate_Hz", info.rate_Hz},
-          {"started", info.started},
-          {"ended", info.ended},
-          {"failure", info.failure},
-          {"first_s", info.first_s},
-          {"last_s", info.last_s},
-          {"rows", info.rows},
-          {"rows_lost", info.rows_lost},
-          {"axes", axes},
-          {"settings", settings}};
+  json object = Written(info).object;
+  object["hystcan_run"] = format_version;
+  return object;
 }
 
 RunInfo read_run_info(const std::filesystem::path& run) {
@@ -169,10 +161,14 @@ RunInfo read_run_info(const std::filesystem::path& run) {
   try {
     const json object = parsed(file, read_regular_file(file, largest_info));
     const Members info(file, object);
-    if (const std::uint64_t version = info.count("hystcan_run"); version != format_version)
+    std::uint64_t version = 0;
+    info.value("hystcan_run", version);
+    if (version != format_version)
       throw Error(fmt::format("{}: hystcan_run is {}, expected {}: made by another version of hystcan",
                               file.string(), version, format_version));
-    return info_from(info);
+    RunInfo result;
+    visit(info, result);
+    return result;
   } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a run's folder", file.string(), error.what()));
   }

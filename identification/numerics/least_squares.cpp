@@ -14,7 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
 constexpr double dependent_tolerance = 1e-12;
 constexpr double pull_to_zero = 1e-7;
 constexpr double too_far = 1e6;

@@ -15,7 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
 constexpr double dependent = 1e-12;  // share of a column's length that is independent of the columns in use
 constexpr double no_gain = 10.0 * std::numeric_limits<double>::epsilon();  // of |b|
 
