@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "controller/control/axis.h"
+#include "metrics/statistics.h"
 #include "runs/run_info.h"
 
 namespace hystcan::runs {
@@ -33,7 +34,7 @@ class RunSummary {
  private:
   struct Axis {
     AxisSummary summary;
-    double squares_um2 = 0.0;
+    metrics::ErrorStatistics error{};
     controller::Cause cause = controller::Cause::none;
   };
   std::vector<Axis> axes_;

@@ -1,4 +1,4 @@
-#include "app/command_line/spectrum.h"
+#include "metrics/spectrum.h"
 
 #include <cmath>
 #include <complex>
@@ -6,7 +6,7 @@
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 
-namespace hystcan::app {
+namespace hystcan::metrics {
 
 Spectrum::Spectrum(double rate_Hz, std::size_t length)
     : rate_Hz_(rate_Hz), length_(length), window_(length), powers_(length / 2) {
@@ -49,4 +49,4 @@ std::vector<double> Spectrum::densities() const {
   return densities;
 }
 
-}  // namespace hystcan::app
+}  // namespace hystcan::metrics

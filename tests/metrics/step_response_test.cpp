@@ -1,11 +1,12 @@
-#include "controller/control/step_response.h"
+#include "metrics/step_response.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+#include <vector>
 
-namespace hystcan::controller::step_response_test {
+namespace hystcan::metrics::step_response_test {
 namespace {
 
 /// Rests at 10 um, steps to 20 um at 0.1 s; the stage answers with a mode of 20 Hz.
@@ -65,6 +66,59 @@ TEST(StepResponse, CountsTheMoveOfARampToTheNextLevel) {
   EXPECT_EQ(response.result().settling_s, 0.0);
 }
 
+/// Second-order response to a step from 2 to 12 at 0.1 s: damping 0.5, 10 Hz.
+TEST(StepResponse, OfARecordHasRiseOvershootAndSettling) {
+  std::vector<double> time_s, reference, position;
+  const double omega = 62.83, damping = 0.5, damped = omega * std::sqrt(1.0 - damping * damping);
+  for (int i = 0; i < 1100; ++i) {
+    const double t = 1e-3 * i, since = t - 0.1;
+    time_s.push_back(t);
+    reference.push_back(since < 0.0 ? 2.0 : 12.0);
+    position.push_back(since < 0.0 ? 2.0
+                                   : 12.0 - 10.0 * std::exp(-damping * omega * since) *
+                                                (std::cos(damped * since) +
+                                                 damping * omega / damped * std::sin(damped * since)));
+  }
+  std::size_t begin = 0;
+  const auto step = largest_step({time_s, reference, position}, 0.2, begin);
+
+  ASSERT_TRUE(step);
+  EXPECT_EQ(begin, 100U);
+  EXPECT_EQ(step->from_um, 2.0);
+  EXPECT_EQ(step->to_um, 12.0);
+  EXPECT_NEAR(step->overshoot(), 0.163, 0.001);
+  ASSERT_TRUE(step->rise_s() && step->settling_s());
+  EXPECT_NEAR(*step->rise_s(), 1.64 / omega, 1.1e-3);
+  EXPECT_NEAR(*step->settling_s(), 8.08 / omega, 2e-3);
+}
+
+/// The controller follows the cycles, `plot` and the page have the record.
+TEST(StepResponse, IsTheSameCycleByCycleAndFromARecord) {
+  const Answer answer;
+  for (const double tolerance_um : {0.0, 0.3}) {
+    StepResponse followed(tolerance_um);
+    std::vector<double> time_s, reference_um, position_um;
+    for (int i = 0; i < 1000; ++i) {
+      time_s.push_back(1e-3 * i);
+      reference_um.push_back(i < 100 ? 10.0 : 20.0);
+      position_um.push_back(answer.position_um(time_s.back()));
+      followed.add(time_s.back(), reference_um.back(), position_um.back(), true);
+    }
+    std::size_t begin = 0;
+    const auto recorded = largest_step({time_s, reference_um, position_um}, tolerance_um, begin);
+    ASSERT_TRUE(recorded);
+    EXPECT_EQ(recorded->settling_s(), followed.result().settling_s);
+    EXPECT_EQ(recorded->overshoot(), followed.result().overshoot);
+  }
+}
+
+TEST(StepResponse, OfARecordIsNotFoundInATriangle) {
+  std::vector<double> time_s, reference;
+  for (int i = 0; i < 1000; ++i) time_s.push_back(1e-3 * i), reference.push_back(std::abs(i % 200 - 100));
+  std::size_t begin = 0;
+  EXPECT_FALSE(largest_step({time_s, reference, reference}, 0.0, begin));
+}
+
 TEST(HoldNoise, IsTheDeviationFromTheMeanOfEachLevel) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise_um(0.0, 0.02);
@@ -89,4 +143,4 @@ TEST(HoldNoise, LeavesOutWhatIsOutsideTheBandAndWhatMoves) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller::step_response_test
+}  // namespace hystcan::metrics::step_response_test

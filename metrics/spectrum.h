@@ -1,16 +1,16 @@
-// Amplitude spectral density of a signal by Welch's method: segments of `length` samples that overlap by half, without
-// their mean, under a Hann window; the one-sided power densities are averaged.
+// Amplitude spectral density of a signal by Welch's method: segments of `length` samples that overlap by
+// half, without their mean, under a Hann window; the one-sided power densities are averaged.
 //
 //   ASD(f) = sqrt( 2 |X(f)|^2 / (rate * sum w^2) ),   sum over f of ASD^2 * rate/length = variance
 //
-// P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans. Audio Electroacoust.
-// 15, 1967.
+// P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans. Audio
+// Electroacoust. 15, 1967.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
-namespace hystcan::app {
+namespace hystcan::metrics {
 
 class Spectrum {
  public:
@@ -38,4 +38,4 @@ class Spectrum {
   std::size_t segments_ = 0;
 };
 
-}  // namespace hystcan::app
+}  // namespace hystcan::metrics

@@ -1,13 +1,15 @@
-#include "app/command_line/spectrum.h"
+#include "metrics/spectrum.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 
-namespace hystcan::app::spectrum_test {
+namespace hystcan::metrics::spectrum_test {
 namespace {
 
 constexpr double rate_Hz = 1024.0;
@@ -35,6 +37,17 @@ TEST(Spectrum, OfWhiteNoiseIsFlatAndHasItsVariance) {
   for (std::size_t i = 2; i + 2 < densities.size(); ++i) EXPECT_NEAR(densities[i], expected, 0.1 * expected);
 }
 
+/// The page's spectrum has the same numbers: tests/page/spectrum_test.mjs.
+TEST(Spectrum, HasTheDensityOfTheSharedNumbers) {
+  const auto shared = nlohmann::json::parse(std::ifstream(HYSTCAN_SOURCE_DIR "/tests/metrics/spectrum.json"));
+  Spectrum spectrum(shared.at("rate_Hz"), shared.at("size"));
+  for (const double value : shared.at("values")) spectrum.add(value);
+  const std::vector<double> densities = spectrum.densities(), expected = shared.at("density");
+  ASSERT_EQ(densities.size(), expected.size());
+  EXPECT_EQ(spectrum.segments(), shared.at("segments"));
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(densities[i], expected[i], 1e-8);
+}
+
 TEST(Spectrum, SpansNoGap) {
   Spectrum spectrum(rate_Hz, 64);
   for (int i = 0; i < 100; ++i) {
@@ -46,4 +59,4 @@ TEST(Spectrum, SpansNoGap) {
 }
 
 }  // namespace
-}  // namespace hystcan::app::spectrum_test
+}  // namespace hystcan::metrics::spectrum_test
