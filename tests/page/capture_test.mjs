@@ -9,6 +9,8 @@ const pre_s = 0.5;
 const post_s = 0.25;
 const rate_Hz = 1000;
 const { page } = await startDemoWithPage();
+// The history has what is before the trigger.
+await page.waitForFunction((rows) => window.hystcanPage.rows(0) > rows, 2 * pre_s * rate_Hz);
 
 async function download(button) {
   const [file] = await Promise.all([page.waitForEvent('download'), page.click(button)]);

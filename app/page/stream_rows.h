@@ -1,8 +1,9 @@
-// Fewer rows that show the same: of some consecutive rows of an axis the least and the largest value of each column. NaN
-// counts only if all are NaN. A change of a state is never within such rows, and a bit that was set is set in the second one.
+// The rows of a stream: the last ones, and fewer that show the same.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -10,6 +11,37 @@
 #include <vector>
 
 namespace hystcan::app {
+
+/// The last rows, for clients that come later and for captures. Bounded.
+class RowHistory {
+ public:
+  RowHistory(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {}
+
+  void put(std::span<const double> row) {
+    if (values_.size() < columns_ * most_rows_)
+      values_.insert(values_.end(), row.begin(), row.end());
+    else
+      std::copy(row.begin(), row.end(), values_.begin() + static_cast<std::ptrdiff_t>(place(count_)));
+    ++count_;
+  }
+
+  std::size_t columns() const { return columns_; }
+  /// Rows [first(), end()) are there; rows are counted from the beginning of the stream.
+  std::uint64_t first() const { return count_ > most_rows_ ? count_ - most_rows_ : 0; }
+  std::uint64_t end() const { return count_; }
+  std::span<const double> row(std::uint64_t number) const {
+    return std::span(values_).subspan(place(number), columns_);
+  }
+
+ private:
+  std::size_t place(std::uint64_t number) const {
+    return static_cast<std::size_t>(number % most_rows_) * columns_;
+  }
+
+  std::size_t columns_, most_rows_;
+  std::uint64_t count_ = 0;
+  std::vector<double> values_;
+};
 
 /// What the columns of a stream mean for decimation.
 struct RowLayout {
@@ -21,6 +53,8 @@ struct RowLayout {
   static RowLayout of(const nlohmann::json& greeting);
 };
 
+/// Of some consecutive rows of an axis the least and the largest value of each column. NaN counts only if all
+/// are NaN. A change of a state is never within such rows, and a bit that was set is set in the second one.
 class RowDecimator {
  public:
   /// `bucket`: rows that become two. 1 or 2: each row as it is.

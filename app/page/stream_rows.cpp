@@ -1,4 +1,4 @@
-#include "app/page/row_decimator.h"
+#include "app/page/stream_rows.h"
 
 #include <algorithm>
 #include <cmath>
