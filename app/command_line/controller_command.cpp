@@ -14,7 +14,6 @@
 #include "app/command_line/commands.h"
 #include "app/live/control_service.h"
 #include "app/live/cycle_outlets.h"
-#include "app/live/exit_limit.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
 #include "app/live/report.h"

@@ -10,7 +10,6 @@
 
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
-#include "app/stage/safe_amplitude.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "controller/excitation_dataset.h"
