@@ -155,7 +155,7 @@ Outcome run_once(const Setup& setup, double settle_s, const controller::Controll
   std::vector<controller::TrackingStatistics> statistics;
   for (auto& axis : once.controller.axes) {
     axis.axis.repeat = false;
-    statistics.emplace_back(axis.axis.setpoint.size(), settle_s, controller::settling_band_um(axis.axis));
+    statistics.emplace_back(axis.axis, settle_s);
   }
   TrueErrors* truth = nullptr;
   Rehearsal rehearsal(once, [&](const controller::CycleRecord& record) {

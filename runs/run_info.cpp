@@ -159,11 +159,7 @@ void RunSummary::add(std::size_t index, double time_s, controller::AxisState sta
   if (rows_++ == 0) first_s_ = time_s;
   last_s_ = time_s;
   Axis& axis = axes_[index];
-  if (state == controller::AxisState::tracking && std::isfinite(error_um)) {
-    ++axis.summary.tracked_rows;
-    axis.squares_um2 += error_um * error_um;
-    axis.summary.max_um = std::fmax(axis.summary.max_um, std::abs(error_um));
-  }
+  if (state == controller::AxisState::tracking && std::isfinite(error_um)) axis.error.add(error_um);
   if (cause != axis.cause && cause != controller::Cause::none && axis.summary.faults.size() < most_faults)
     axis.summary.faults.push_back({std::string(to_string(cause)), time_s});
   axis.cause = cause;
@@ -175,8 +171,11 @@ void RunSummary::put_into(RunInfo& info) const {
   info.last_s = last_s_;
   for (std::size_t i = 0; i < info.axes.size(); ++i) {
     AxisSummary summary = axes_[i].summary;
-    if (summary.tracked_rows > 0)
-      summary.rms_um = std::sqrt(axes_[i].squares_um2 / static_cast<double>(summary.tracked_rows));
+    if (const metrics::ErrorStatistics& error = axes_[i].error; error.samples > 0) {
+      summary.tracked_rows = error.samples;
+      summary.rms_um = error.rms_um();
+      summary.max_um = error.max_um;
+    }
     info.axes[i].summary = std::move(summary);
   }
 }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "controller/control/axis.h"
+#include "metrics/statistics.h"
 
 namespace hystcan::runs {
 
@@ -85,7 +86,7 @@ class RunSummary {
  private:
   struct Axis {
     AxisSummary summary;
-    double squares_um2 = 0.0;
+    metrics::ErrorStatistics error{};
     controller::Cause cause = controller::Cause::none;
   };
   std::vector<Axis> axes_;

@@ -14,7 +14,6 @@
 #include "app/command_line/commands.h"
 #include "app/live/control_service.h"
 #include "app/live/cycle_outlets.h"
-#include "app/live/exit_limit.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
 #include "app/live/report.h"
@@ -63,9 +62,7 @@ class CycleRecorder {
         black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
         outlets_(config, runs::describe(config, config::settings(config.file), "controller"), bus_log_sink()),
         states_(states) {
-    for (const config::AxisConfig& axis : config.axes)
-      statistics_.emplace_back(axis.control.setpoint.size(), settle_s,
-                               controller::settling_band_um(axis.control));
+    for (const config::AxisConfig& axis : config.axes) statistics_.emplace_back(axis.control, settle_s);
     if (!csv.empty()) csv_.emplace(csv, names_of(config));
   }
 

@@ -14,7 +14,7 @@
 
 #include "app/command_line/commands.h"
 #include "app/command_line/demo_page.h"
-#include "app/command_line/demo_plot.h"
+#include "app/command_line/run_plots.h"
 #include "app/command_line/truth_log.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"

@@ -15,7 +15,7 @@
 #include "app/live/cycle_outlets.h"
 #include "app/live/live_run.h"
 #include "app/live/rehearsal_setup.h"
-#include "app/live/truth_samples.h"
+#include "app/live/samples.h"
 #include "app/live/twin_command_handler.h"
 #include "app/page/page_host.h"
 #include "base/error.h"
@@ -163,7 +163,7 @@ int run_demo_page(const std::filesystem::path& given, const std::filesystem::pat
                  .controller_socket = [&] { return folder / "control.sock"; },
                  .twin_socket = [&] { return folder / "twin.sock"; },
                  .start_again = [&] { rehearsals->start(); }},
-                {.at = ListenAddress::of(listen)}, token);
+                PageListening::at(listen), token);
   rehearsals.emplace(file, folder);
   print(fmt::format("page: {}\ntoken: {}\ncontrol socket: {}\ntwin socket: {}\n", host.url(), token,
                     (folder / "control.sock").string(), (folder / "twin.sock").string()));

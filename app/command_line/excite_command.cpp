@@ -17,7 +17,6 @@
 #include "app/stage/config_edit.h"
 #include "app/stage/open_loop.h"
 #include "app/stage/option_check.h"
-#include "app/stage/safe_amplitude.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "base/text.h"

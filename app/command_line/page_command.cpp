@@ -57,7 +57,9 @@ int run_page(const PageArguments& arguments) {
     print(token + "\n");
     return done;
   }
-  const PageListening listening{ListenAddress::of(arguments.listen), arguments.names, arguments.expose};
+  PageListening listening = PageListening::at(arguments.listen);
+  listening.names = arguments.names;
+  listening.expose = arguments.expose;
   PageHost host(page_options(arguments, config), listening, token);
   print(fmt::format("page: {}\n", host.url()));
   flush_output();

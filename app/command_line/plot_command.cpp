@@ -10,7 +10,6 @@
 #include "app/command_line/commands.h"
 #include "app/command_line/run_figures.h"
 #include "app/command_line/run_plots.h"
-#include "app/command_line/run_table.h"
 #include "app/stage/dataset_input.h"
 #include "app/stage/option_check.h"
 #include "base/error.h"

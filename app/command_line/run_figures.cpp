@@ -67,11 +67,21 @@ double drive_delay_s(const runs::RunAxis& axis, double rate_Hz) {
   return (cycles >= 0.0 && cycles <= longest_cycles ? cycles : cycles_of_the_wire) / rate_Hz;
 }
 
+/// in_position.tolerance_um; 0 where it was not configured.
+double tolerance_of(const runs::RunInfo& info, std::size_t axis) {
+  const std::string key = fmt::format("axis[{}].control.in_position.tolerance_um", axis);
+  const auto found = std::ranges::find(info.settings, key, [](const auto& setting) { return setting.first; });
+  return found == info.settings.end() ? 0.0 : std::stod(found->second);
+}
+
 /// Takes the cycles of an axis in order.
 class Gatherer {
  public:
-  Gatherer(RunFigures& figures, double rate_Hz)
-      : figures_(figures), rate_Hz_(rate_Hz), drive_(rate_Hz * figures.drive_delay_s) {}
+  Gatherer(RunFigures& figures, double rate_Hz, double tolerance_um)
+      : figures_(figures),
+        rate_Hz_(rate_Hz),
+        tolerance_um_(tolerance_um),
+        drive_(rate_Hz * figures.drive_delay_s) {}
 
   void take(std::span<const std::vector<double>> columns, std::size_t i) {
     const double acting = drive_.after(columns[4][i]);
@@ -84,21 +94,18 @@ class Gatherer {
   }
 
   void finish() {
-    if (figures_.cycles > 0) figures_.rms_um = std::sqrt(squares_um2_ / static_cast<double>(figures_.cycles));
-    figures_.step = step_response(time_s_, reference_um_, position_um_);
+    std::size_t begin = 0;
+    figures_.step = metrics::largest_step({time_s_, reference_um_, position_um_}, tolerance_um_, begin);
     if (!figures_.step) return;
-    const StepResponse& step = *figures_.step;
-    const std::size_t length = std::min(step.end - step.begin, static_cast<std::size_t>(0.1 * rate_Hz_) + 10);
-    for (std::size_t i = step.begin - std::min(step.begin, length / 5); i < step.begin + length; ++i)
-      figures_.step_rows.push_back({time_s_[i] - time_s_[step.begin], reference_um_[i], position_um_[i],
+    const std::size_t length = std::min(figures_.step->cycles, static_cast<std::size_t>(0.1 * rate_Hz_) + 10);
+    for (std::size_t i = begin - std::min(begin, length / 5); i < begin + length; ++i)
+      figures_.step_rows.push_back({time_s_[i] - time_s_[begin], reference_um_[i], position_um_[i],
                                     reference_um_[i] - position_um_[i], nothing});
   }
 
  private:
   void add(const PlotRow& row) {
-    ++figures_.cycles;
-    squares_um2_ += row.error_um * row.error_um;
-    figures_.max_um = std::max(figures_.max_um, std::abs(row.error_um));
+    figures_.error.add(row.error_um);
     figures_.rows.add(row);
     figures_.spectrum.add(row.error_um);
     if (time_s_.size() == longest_step) return;
@@ -108,11 +115,72 @@ class Gatherer {
   }
 
   RunFigures& figures_;
-  double rate_Hz_;
+  double rate_Hz_, tolerance_um_;
   DelayedDrive drive_;
-  double squares_um2_ = 0.0;
   std::vector<double> time_s_, reference_um_, position_um_;
 };
+
+using TableRow = std::vector<std::string>;
+
+const TableRow heading{"run",     "axis",   "cycles",    "RMS [um]",      "max [um]",    "RMS [%]",
+                       "max [%]", "faults", "rise [ms]", "overshoot [%]", "settled [ms]"};
+
+std::string percent_of(double value_um, double stroke_um) {
+  return stroke_um > 0.0 ? fmt::format("{:.3f}", 100.0 * value_um / stroke_um) : "";
+}
+
+TableRow row_of(const RunFigures& run) {
+  const auto ms = [](const std::optional<double>& time_s) {
+    return time_s ? fmt::format("{:.1f}", 1e3 * *time_s) : "";
+  };
+  TableRow row{run.run,
+               run.axis,
+               std::to_string(run.error.samples),
+               fmt::format("{:.4f}", run.error.rms_um()),
+               fmt::format("{:.4f}", run.error.max_um),
+               percent_of(run.error.rms_um(), run.stroke_um),
+               percent_of(run.error.max_um, run.stroke_um),
+               std::to_string(run.faults),
+               "",
+               "",
+               ""};
+  if (!run.step) return row;
+  row[8] = ms(run.step->rise_s());
+  row[9] = fmt::format("{:.1f}", 100.0 * run.step->overshoot());
+  row[10] = ms(run.step->settling_s());
+  return row;
+}
+
+std::string latex_text(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '_' || c == '%' || c == '&' || c == '#' || c == '$') escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+std::string latex(const std::vector<TableRow>& rows) {
+  std::string text = "\\begin{tabular}{ll" + std::string(heading.size() - 2, 'r') + "}\n\\hline\n";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    TableRow cells;
+    for (const std::string& cell : rows[i]) cells.push_back(latex_text(cell));
+    text += fmt::format("{} \\\\\n{}", fmt::join(cells, " & "), i == 0 ? "\\hline\n" : "");
+  }
+  return text + "\\hline\n\\end{tabular}\n";
+}
+
+std::string markdown(const std::vector<TableRow>& rows) {
+  std::string text;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    text += fmt::format("| {} |\n", fmt::join(rows[i], " | "));
+    if (i > 0) continue;
+    text += "|---|---|";
+    for (std::size_t column = 2; column < heading.size(); ++column) text += "---:|";
+    text += '\n';
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -157,18 +225,6 @@ std::vector<PlotRow> PlotRows::rows() const {
   return rows;
 }
 
-void Histogram::add(double value) {
-  if (!std::isfinite(value)) return;
-  const double at = std::clamp(value / width, 0.0, static_cast<double>(counts.size() - 1));
-  ++counts[static_cast<std::size_t>(at)];
-}
-
-std::uint64_t Histogram::total() const {
-  std::uint64_t sum = 0;
-  for (const std::uint64_t count : counts) sum += count;
-  return sum;
-}
-
 RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSpan& span) {
   const double rate_Hz = rate_of(run, axis);
   const runs::RunAxis& about = run.info().axes.at(axis);
@@ -179,19 +235,34 @@ RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSp
                      .drive_delay_s = drive_delay_s(about, rate_Hz),
                      .faults = about.summary.faults.size(),
                      .rows = {},
-                     .spectrum = Spectrum(rate_Hz),
+                     .spectrum = metrics::Spectrum(rate_Hz),
                      .step = {},
                      .step_rows = {}};
-  Gatherer gatherer(figures, rate_Hz);
+  Gatherer gatherer(figures, rate_Hz, tolerance_of(run.info(), axis));
   run.read_blocks({&axis, 1}, columns_of(run, axis), span,
                   [&](std::size_t, std::span<const std::vector<double>> columns) {
                     for (std::size_t i = 0; i < columns.front().size(); ++i) gatherer.take(columns, i);
                   });
-  if (figures.cycles == 0)
+  if (figures.error.samples == 0)
     throw Error(fmt::format("{}: axis {} does not track there, expected cycles in the state tracking",
                             run.path().string(), about.name));
   gatherer.finish();
   return figures;
+}
+
+const std::vector<std::string>& table_formats() {
+  static const std::vector<std::string> formats{"markdown", "csv", "latex"};
+  return formats;
+}
+
+std::string run_table(const std::vector<RunFigures>& runs, std::string_view format) {
+  std::vector<TableRow> rows{heading};
+  for (const RunFigures& run : runs) rows.push_back(row_of(run));
+  if (format == "latex") return latex(rows);
+  if (format == "markdown") return markdown(rows);
+  std::string text;
+  for (const TableRow& row : rows) text += fmt::format("{}\n", fmt::join(row, ","));
+  return text;
 }
 
 }  // namespace hystcan::app

@@ -1,15 +1,16 @@
-// What the pictures and the table of a recorded run are made from: its tracking cycles, read once in constant memory.
+// What a recorded run shows: figures of its tracking cycles, read once in constant memory, and their table.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "app/command_line/spectrum.h"
-#include "app/command_line/step_response.h"
+#include "metrics/spectrum.h"
+#include "metrics/statistics.h"
+#include "metrics/step_response.h"
 #include "runs/run.h"
 
 namespace hystcan::app {
@@ -19,8 +20,8 @@ struct PlotRow {
   double time_s, reference_um, position_um, error_um, drive;  ///< drive: the one that this sample shows
 };
 
-/// Keeps at most `most` rows of a signal, whatever its length: of each group of neighbours the rows with the least and the
-/// greatest error, so that no peak is lost.
+/// Keeps at most `most` rows of a signal, whatever its length: of each group of neighbours the rows with the
+/// least and the greatest error, so that no peak is lost.
 class PlotRows {
  public:
   static constexpr std::size_t most = 20'000;
@@ -28,8 +29,6 @@ class PlotRows {
   void add(const PlotRow& row);
   /// In order of time.
   std::vector<PlotRow> rows() const;
-  /// Of one group.
-  std::size_t group_rows() const { return group_rows_; }
 
  private:
   struct Group {
@@ -42,30 +41,27 @@ class PlotRows {
   std::size_t group_rows_ = 1;
 };
 
-/// Counts of values in classes of equal width.
-struct Histogram {
-  double width = 1.0;
-  std::vector<std::uint64_t> counts;  ///< the last class takes all that is greater
-  Histogram(double class_width, std::size_t classes) : width(class_width), counts(classes) {}
-  void add(double value);
-  std::uint64_t total() const;
-};
-
 struct RunFigures {
   std::string run, axis, drive_unit;
   double stroke_um = 0.0;      ///< 0: unknown
   double drive_delay_s = 0.0;  ///< by which the drive of the rows is earlier than the one in the record
-  std::uint64_t cycles = 0;
-  double rms_um = 0.0, max_um = 0.0;
+  metrics::ErrorStatistics error{};
   std::size_t faults = 0;
   PlotRows rows;
-  Spectrum spectrum;  ///< of the error
-  Histogram turnaround_us{5.0, 200}, lateness_us{1.0, 200};
-  std::optional<StepResponse> step;
-  std::vector<PlotRow> step_rows;  ///< around the step
+  metrics::Spectrum spectrum;  ///< of the error
+  metrics::Histogram turnaround_us = metrics::Histogram::of_width(5.0, 199),
+                     lateness_us = metrics::Histogram::of_width(1.0, 199);
+  std::optional<metrics::Step> step;  ///< the largest
+  std::vector<PlotRow> step_rows;     ///< around the step
 };
 
 /// Throws Error if the axis does not track in this time, or if a column is missing.
 RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSpan& span);
+
+/// "markdown", "csv", "latex".
+const std::vector<std::string>& table_formats();
+/// A row for each run and axis: cycles, RMS and greatest error in um and in percent of the stroke, faults;
+/// rise time, overshoot and settling time where there is a step. What is unknown is empty.
+std::string run_table(const std::vector<RunFigures>& runs, std::string_view format);
 
 }  // namespace hystcan::app

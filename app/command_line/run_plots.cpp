@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <optional>
 
 #include "app/stage/gnuplot.h"
 #include "base/output_file.h"
@@ -61,7 +62,7 @@ Picture error(const RunFigures& run, const std::string& data_file) {
                       "plot {} using 'time_s':'error_um' with lines ls 1 title {}\n",
                       data_file,
                       gnuplot_text(fmt::format("reference - measured: RMS {:.4f} um, at most {:.4f} um",
-                                               run.rms_um, run.max_um)))};
+                                               run.error.rms_um(), run.error.max_um)))};
 }
 
 Picture spectrum(const RunFigures& run, const std::string& data_file) {
@@ -78,10 +79,11 @@ Picture spectrum(const RunFigures& run, const std::string& data_file) {
 }
 
 Picture step(const RunFigures& run, const std::string& data_file) {
-  const StepResponse& response = *run.step;
-  std::string figures = fmt::format("measured: overshoot {:.1f} %", response.overshoot_percent);
-  if (response.rise_s) figures += fmt::format(", rise {:.1f} ms", 1e3 * *response.rise_s);
-  if (response.settled_s) figures += fmt::format(", within 2 % after {:.1f} ms", 1e3 * *response.settled_s);
+  const metrics::Step& response = *run.step;
+  std::string figures = fmt::format("measured: overshoot {:.1f} %", 100.0 * response.overshoot());
+  if (const auto rise_s = response.rise_s()) figures += fmt::format(", rise {:.1f} ms", 1e3 * *rise_s);
+  if (const auto settling_s = response.settling_s())
+    figures += fmt::format(", within {:.3g} um after {:.1f} ms", response.band_um, 1e3 * *settling_s);
   return {csv(row_header, run.step_rows),
           fmt::format(
               "set xlabel 'time after the step (ms)'\nset ylabel 'position (um)'\n"
@@ -99,11 +101,12 @@ Picture timing(const RunFigures& run, const std::string& data_file) {
   int style = 1;
   for (const auto& [what, histogram] :
        {std::pair("sample to command", &run.turnaround_us), std::pair("SYNC late", &run.lateness_us)}) {
-    const auto total = static_cast<double>(histogram->total());
-    for (std::size_t i = 0; total > 0 && i < histogram->counts.size(); ++i)
-      if (histogram->counts[i] > 0)
-        data += fmt::format("{},{},{}\n", histogram->width * static_cast<double>(i + 1),
-                            100.0 * static_cast<double>(histogram->counts[i]) / total, what);
+    const auto total = static_cast<double>(histogram->samples());
+    const double width = histogram->upper_edges().front();
+    for (std::size_t i = 0; i < histogram->counts().size(); ++i)
+      if (const std::uint64_t count = histogram->counts()[i]; count > 0)
+        data += fmt::format("{},{},{}\n", width * static_cast<double>(i + 1),
+                            100.0 * static_cast<double>(count) / total, what);
     body += fmt::format(
         "{0}{1} using 'upper_us':(strcol('what') eq {2} ? column('share_percent') : NaN) "
         "with impulses ls {3} dt 1 lw 3 title {2}",
@@ -122,13 +125,13 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
   return all;
 }
 
-/// Why this picture cannot be made of the run; empty: it can.
-std::string lack_of(const std::string& kind, const RunFigures& run) {
+/// Why this picture cannot be made of the run.
+std::optional<std::string> lack_of(const std::string& kind, const RunFigures& run) {
   if (kind == "step" && !run.step) return "no step in its reference";
   if (kind == "spectrum" && run.spectrum.segments() == 0)
     return "too short for a spectrum: 1024 cycles are needed";
-  if (kind == "timing" && run.turnaround_us.total() == 0) return "no times of cycles";
-  return {};
+  if (kind == "timing" && run.turnaround_us.samples() == 0) return "no times of cycles";
+  return std::nullopt;
 }
 
 class Drawing {
@@ -177,9 +180,62 @@ Picture comparison(const std::vector<RunFigures>& runs, const std::string& data_
         "{}{} using 'time_s':(column('which') == {} ? column('error_um') : NaN) with lines "
         "ls {} dt 1 title {}",
         i == 0 ? "" : ", \\\n  ", data_file, i, i % 6 + 1,
-        gnuplot_text(fmt::format("{}: RMS {:.4f} um", label_of(runs[i]), runs[i].rms_um)));
+        gnuplot_text(fmt::format("{}: RMS {:.4f} um", label_of(runs[i]), runs[i].error.rms_um())));
   }
   return {std::move(data), body + "\n"};
+}
+
+constexpr PictureSize demo_size{.width_mm = 240.0, .height_mm = 190.0};
+
+/// Rows of this axis while tracking; acting(drive): the drive whose effect the sample of this row shows, of
+/// some cycles before.
+constexpr const char* demo_functions = R"(axis = {axis}
+stroke = {stroke}
+of(v) = (strcol('axis') eq axis && strcol('state') eq 'tracking' ? v : NaN)
+lag = {lag}
+size = int(lag) + 2
+array D[size]
+past(k) = D[1 + (n - 1 - k + size) % size]
+acting(drive) = (strcol('axis') eq axis ? \
+  (D[1 + n % size] = drive, n = n + 1, past(int(lag)) + (lag - int(lag)) * (past(int(lag) + 1) - past(int(lag)))) : NaN)
+)";
+
+constexpr const char* demo_panels = R"(n = 0
+do for [k = 1:size] {{ D[k] = NaN }}
+set multiplot layout 2,2 title {title}
+set title 'The actuator: hysteresis'
+set xlabel {drive}
+set ylabel 'position (um)'
+plot 'inverse+pi.csv' using (of(acting(column('drive')))):'position_um' with lines ls 2 dt 1 title 'measured'
+
+set title 'Wanted against measured: before and after'
+set xlabel 'reference (um)'
+plot 'average.csv' using (of(column('reference_um'))):'position_um' with lines ls 5 title 'average (open loop)', \
+     'inverse+pi.csv' using (of(column('reference_um'))):'position_um' with lines ls 1 title 'inverse+pi'
+
+set title 'Tracking'
+set xlabel 'time (s)'
+set ylabel 'position (um)'
+set xrange [{from}:{to}]
+plot 'inverse+pi.csv' using (of(column('time_s'))):'reference_um' with lines ls 6 lw 2 title 'reference', \
+     'pi.csv' using (of(column('time_s'))):'position_um' with lines ls 2 title 'pi', \
+     'average+pi.csv' using (of(column('time_s'))):'position_um' with lines ls 3 title 'average+pi', \
+     'inverse+pi.csv' using (of(column('time_s'))):'position_um' with lines ls 1 title 'inverse+pi'
+set xrange [*:*]
+
+set title 'Error'
+set ylabel 'error (% of stroke)'
+plot 'pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines ls 2 dt 1 title 'pi', \
+     'average+pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines ls 3 dt 1 title 'average+pi', \
+     'inverse+pi.csv' using (of(column('time_s'))):(100*column('error_um')/stroke) with lines ls 1 title 'inverse+pi'
+unset multiplot
+)";
+
+/// acting() remembers the drives of the last cycles in a ring.
+std::string demo_functions_of(const DemoPlot& plot) {
+  return fmt::format(demo_functions, fmt::arg("axis", gnuplot_string(plot.axis)),
+                     fmt::arg("stroke", plot.stroke_um),
+                     fmt::arg("lag", fmt::format("{:.6f}", plot.delay_cycles)));
 }
 
 }  // namespace
@@ -203,8 +259,8 @@ DrawnPlots draw_runs(const std::vector<RunFigures>& runs, const RunPlots& plots)
     for (const auto& [kind, make] : makers()) {
       if (!is_wanted(kind)) continue;
       const std::string name = fmt::format("{}-{}", label_of(run), kind);
-      if (const std::string lack = lack_of(kind, run); !lack.empty())
-        drawing.lack(fmt::format("{}: {}", name, lack));
+      if (const auto lack = lack_of(kind, run))
+        drawing.lack(fmt::format("{}: {}", name, *lack));
       else
         drawing.draw(name,
                      [&run, &make = make](const std::string& data_file) { return make(run, data_file); });
@@ -212,6 +268,17 @@ DrawnPlots draw_runs(const std::vector<RunFigures>& runs, const RunPlots& plots)
   if (is_wanted("comparison") && runs.size() > 1)
     drawing.draw("comparison", [&](const std::string& data_file) { return comparison(runs, data_file); });
   return drawing.drawn();
+}
+
+std::string draw(const DemoPlot& plot) {
+  const std::string body =
+      fmt::format(demo_panels, fmt::arg("title", gnuplot_text(plot.title)),
+                  fmt::arg("drive", gnuplot_text(fmt::format("drive ({})", plot.drive_unit))),
+                  fmt::arg("from", plot.from_s), fmt::arg("to", plot.to_s));
+  const std::vector<std::string> formats{"svg", "png"};
+  return draw_with_gnuplot(plot.directory, "demo.gp", formats,
+                           "# gnuplot demo.gp: draws demo.svg and demo.png\n" + demo_functions_of(plot) +
+                               drawn_as("demo", formats, demo_size, body));
 }
 
 }  // namespace hystcan::app

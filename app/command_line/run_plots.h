@@ -1,4 +1,5 @@
-// The pictures of recorded runs, drawn by gnuplot from CSV files that stay beside them with the scripts.
+// The pictures of recorded runs and of the demo, drawn by gnuplot from CSV files that stay beside them with
+// the scripts.
 #pragma once
 
 #include <filesystem>
@@ -27,5 +28,21 @@ struct DrawnPlots {
 
 /// Throws RunError if a file cannot be written.
 DrawnPlots draw_runs(const std::vector<RunFigures>& runs, const RunPlots& plots);
+
+struct DemoPlot {
+  /// Holds average.csv ... inverse+pi.csv; draw() adds demo.gp, demo.svg and demo.png.
+  std::filesystem::path directory;
+  std::string title;
+  std::string axis;  ///< name, as in the CSV
+  std::string drive_unit;
+  double stroke_um = 1.0;
+  double delay_cycles = 2.0;  ///< from a drive to the sample that shows its effect
+  double from_s = 0.0;        ///< interval of time in the tracking panel
+  double to_s = 1.0;
+};
+
+/// Writes demo.gp and runs gnuplot on it. Returns an empty text on success, else the reason of the failure.
+/// The script remains for a later attempt.
+std::string draw(const DemoPlot& plot);
 
 }  // namespace hystcan::app

@@ -7,11 +7,12 @@
 
 namespace hystcan::app {
 
-/// Of the answer to `status` (docs/control_socket.md): counters, recording, a row for each axis. Not cut to any width.
+/// Of the answer to `status` (docs/control_socket.md): counters, recording, a row for each axis. Not cut to
+/// any width.
 std::vector<std::string> status_lines(const nlohmann::json& status);
 
-/// The same for a screen: with timing, the last event of a node, and the interface (docs/page_protocol.md: `bus`).
-/// `status` may be null: nobody answers, and `trouble` says why.
+/// The same for a screen: with timing, the last event of a node, and the interface (docs/page_protocol.md:
+/// `bus`). `status` may be null: nobody answers, and `trouble` says why.
 std::vector<std::string> status_screen(const nlohmann::json& status, const nlohmann::json& bus,
                                        const std::string& trouble);
 

@@ -9,8 +9,8 @@
 
 namespace hystcan::app {
 
-/// Parses one line of the socket, a command or an answer. Returns something other than an object if the line is
-/// neither, or is nested deeper than eight levels.
+/// Parses one line of the socket, a command or an answer. Returns something other than an object if the line
+/// is neither, or is nested deeper than eight levels.
 nlohmann::json parse_command(const std::string& line);
 
 /// Sends the answer to a command: {"ok": true, ...} or {"ok": false, "error": "..."}. Each command gets

@@ -3,7 +3,6 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include <system_error>
 
 #include "app/live/command_handler.h"
+#include "base/input_file.h"
 
 namespace hystcan::app {
 namespace {
@@ -32,19 +32,15 @@ class Connection {
     address.sun_family = AF_UNIX;
     if (file.native().size() >= sizeof address.sun_path) fail_with(ENAMETOOLONG);
     file.native().copy(address.sun_path, sizeof address.sun_path - 1);
-    socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (socket_ < 0) fail_with(errno);
+    if (socket_.get() < 0) fail_with(errno);
     connect_to(address);
   }
-  ~Connection() { ::close(socket_); }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
 
   /// A server that has hung up already may have said why: what it sent can still be read.
   void send(std::string_view text) {
     while (!text.empty()) {
       await(POLLOUT);
-      const ssize_t sent = ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
+      const ssize_t sent = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL);
       if (sent < 0 && errno == EPIPE) return;
       if (sent < 0 && errno != EAGAIN && errno != EINTR) fail_with(errno);
       text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(sent, 0)));
@@ -56,7 +52,7 @@ class Connection {
     std::array<char, 4096> chunk{};
     while (!line.ends_with('\n')) {
       await(POLLIN);
-      const ssize_t received = ::recv(socket_, chunk.data(), chunk.size(), 0);
+      const ssize_t received = ::recv(socket_.get(), chunk.data(), chunk.size(), 0);
       if (received == 0) fail_with(ECONNRESET);
       if (received < 0 && errno != EAGAIN && errno != EINTR) fail_with(errno);
       line.append(chunk.data(), static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
@@ -66,18 +62,15 @@ class Connection {
   }
 
  private:
-  /// A socket whose queue of new connections is full says EAGAIN at once, and poll() does not say when that ends.
+  /// A socket whose queue of new connections is full says EAGAIN at once, and poll() does not say when that
+  /// ends.
   void connect_to(const sockaddr_un& address) {
     constexpr int pause_ms = 10;
-    while (::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      if (errno != EAGAIN && errno != EINTR) fail_with_closed(errno);
-      if (left_ms() == 0) fail_with_closed(ETIMEDOUT);
+    while (::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      if (errno != EAGAIN && errno != EINTR) fail_with(errno);
+      if (left_ms() == 0) fail_with(ETIMEDOUT);
       ::poll(nullptr, 0, pause_ms);
     }
-  }
-  [[noreturn]] void fail_with_closed(int error) {
-    ::close(socket_);
-    fail_with(error);
   }
 
   /// Milliseconds to the deadline; -1: there is none.
@@ -87,13 +80,13 @@ class Connection {
     return static_cast<int>(std::clamp<long>(left.count(), 0, INT_MAX));
   }
   void await(short event) {
-    pollfd stream{.fd = socket_, .events = event, .revents = 0};
+    pollfd stream{.fd = socket_.get(), .events = event, .revents = 0};
     const int ready = ::poll(&stream, 1, left_ms());
     if (ready == 0) fail_with(ETIMEDOUT);
     if (ready < 0 && errno != EINTR) fail_with(errno);
   }
 
-  int socket_ = -1;
+  Descriptor socket_{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
   std::optional<ClientClock::time_point> deadline_;
 };
 

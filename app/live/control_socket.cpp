@@ -24,9 +24,6 @@ constexpr std::size_t most_sessions = 16;
 
 constexpr auto time_for_a_stop = std::chrono::milliseconds(100);
 constexpr auto time_for_its_answer = std::chrono::seconds(1);
-constexpr auto pause_between_looks = std::chrono::milliseconds(10);
-/// After a failed accept: without it, an exhausted table of file descriptors would keep the thread busy.
-constexpr auto pause_after_failure = std::chrono::milliseconds(100);
 
 pid_t pid_of(stream_protocol::socket& socket) {
   ucred peer{};
@@ -144,28 +141,11 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
 
 ControlSocket::ControlSocket(boost::asio::io_context& context, std::filesystem::path file,
                              CommandHandler& handler)
-    : handler_(handler), listener_(context, std::move(file)), pause_(context) {
-  accept();
-}
-
-void ControlSocket::accept() {
-  listener_.acceptor().async_accept([this](const error_code& error, stream_protocol::socket connection) {
-    if (error == boost::asio::error::operation_aborted) return;
-    if (error) return accept_after(pause_after_failure);
-    admit(std::move(connection));
-    if (last_resort_.expired()) return accept();
-    accept_after(pause_between_looks);
-  });
-}
-
-void ControlSocket::accept_after(std::chrono::milliseconds pause) {
-  pause_.expires_after(pause);
-  pause_.async_wait([this](const error_code& cancelled) {
-    if (cancelled) return;
-    if (last_resort_.expired()) return accept();
-    accept_after(pause_between_looks);
-  });
-}
+    : handler_(handler),
+      listener_(
+          context, std::move(file),
+          [this](LocalListener::Socket connection) { admit(std::move(connection)); },
+          [this] { return last_resort_.expired(); }) {}
 
 void ControlSocket::admit(stream_protocol::socket connection) {
   const auto session = std::make_shared<Session>(std::move(connection), *this);

@@ -33,7 +33,8 @@ class LiveConfig {
   Prepared reread() const;
   /// Prepares one setting of an axis's control: key "kp", "delays.resonance_Hz".
   Prepared with(std::string_view axis, std::string_view key, const std::string& toml_value) const;
-  /// Prepares to take the last single setting back. Throws Error if there is none since the file was read.
+  /// Prepares to take the last single setting back. Throws Error if there is none since the file was
+  /// read.
   Prepared without_the_last() const;
   /// Call it when `prepared` has been applied.
   void accept(const Prepared& prepared);

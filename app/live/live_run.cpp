@@ -11,8 +11,13 @@
 #include <csignal>
 #include <iterator>
 #include <memory>
+#include <string_view>
+#include <system_error>
+#include <thread>
 
 #include "app/live/realtime.h"
+#include "base/error.h"
+#include "base/standard_streams.h"
 #include "can/socketcan/interface.h"
 #include "config/schema/frames.h"
 
@@ -82,6 +87,13 @@ void leave_terminal() {
   close(nowhere);
 }
 
+void end_after(std::chrono::milliseconds limit) {
+  std::this_thread::sleep_for(limit);
+  std::string_view text = "hystcan: ended although files or streams were not written to the end\n";
+  write_within(STDERR_FILENO, text, std::chrono::milliseconds(0));
+  _exit(failed);
+}
+
 }  // namespace
 
 bool terminal_hung_up() {
@@ -127,6 +139,14 @@ void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealth
     throw;
   }
   controller.send_safe_commands();
+}
+
+ExitLimit::~ExitLimit() {
+  try {
+    std::thread(end_after, limit_).detach();
+  } catch (const std::system_error&) {  // no thread: the end has no limit
+    return;
+  }
 }
 
 }  // namespace hystcan::app

@@ -1,13 +1,14 @@
 // A run that drives axes on a real bus, from the first SYNC to the safe command at the end.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "app/live/event_log.h"
 #include "app/live/live_loop.h"
 #include "app/live/report.h"
+#include "app/live/state_log.h"
 #include "can/bus_health_log.h"
 #include "config/schema/config.h"
 #include "controller/controller.h"
@@ -44,5 +45,19 @@ struct LiveRun {
 /// case, also after an exception.
 void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealthLog& bus_log,
               const LiveRun& run);
+
+/// For a process that has nothing left to do for its actuators, but may still wait for a disk or a reader:
+/// from its destruction on, the process ends within the limit: by itself, or with the exit status 1 and one
+/// line on standard error.
+class ExitLimit {
+ public:
+  explicit ExitLimit(std::chrono::milliseconds limit) : limit_(limit) {}
+  ~ExitLimit();
+  ExitLimit(const ExitLimit&) = delete;
+  ExitLimit& operator=(const ExitLimit&) = delete;
+
+ private:
+  std::chrono::milliseconds limit_;
+};
 
 }  // namespace hystcan::app

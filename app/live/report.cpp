@@ -37,7 +37,7 @@ void add_ideal(nlohmann::json& json, const controller::ErrorStatistics& error,
 /// Empty where the segment has no levels.
 nlohmann::json levels_to_json(const controller::LevelStatistics& levels, double band_um) {
   nlohmann::json json = nlohmann::json::object();
-  if (const controller::StepResponse::Result steps = levels.steps.result(); steps.steps > 0) {
+  if (const metrics::StepResponse::Result steps = levels.steps.result(); steps.steps > 0) {
     json["steps"] = {{"count", steps.steps},
                      {"not_settled", steps.not_settled},
                      {"settling_s", nullptr},
@@ -50,7 +50,7 @@ nlohmann::json levels_to_json(const controller::LevelStatistics& levels, double 
   return json;
 }
 
-std::string describe_steps(const controller::StepResponse::Result& steps, double band_um) {
+std::string describe_steps(const metrics::StepResponse::Result& steps, double band_um) {
   const std::string band = band_um > 0.0 ? fmt::format("{:g} um", band_um) : "1 % of the step";
   std::string text = fmt::format("; {}: ", counted(steps.steps, "step"));
   if (steps.not_settled < steps.steps)
@@ -87,7 +87,7 @@ nlohmann::json to_json(const controller::AxisOutcome& outcome) {
   const controller::TrackingStatistics& statistics = outcome.statistics;
   for (std::size_t i = 0; i < statistics.levels().size(); ++i) {
     json["segments"][i]["kind"] = segment_kind(outcome, i);
-    json["segments"][i].update(levels_to_json(statistics.levels()[i], statistics.band_um()));
+    json["segments"][i].update(levels_to_json(statistics.levels()[i], statistics.tolerance_um()));
   }
   return json;
 }
@@ -187,11 +187,11 @@ std::vector<std::string> describe_segments(const controller::AxisOutcome& outcom
   for (std::size_t i = 0; i < statistics.segments().size(); ++i) {
     const controller::ErrorStatistics& error = statistics.segments()[i];
     const controller::LevelStatistics& levels = statistics.levels()[i];
-    const controller::StepResponse::Result steps = levels.steps.result();
+    const metrics::StepResponse::Result steps = levels.steps.result();
     if (error.samples == 0 && steps.steps == 0) continue;
     std::string line = fmt::format("{}, setpoint[{}], {}: error RMS {:.4f} um, max {:.4f} um", outcome.name,
                                    i, segment_kind(outcome, i), error.rms_um(), error.max_um);
-    if (steps.steps > 0) line += describe_steps(steps, statistics.band_um());
+    if (steps.steps > 0) line += describe_steps(steps, statistics.tolerance_um());
     if (levels.hold.samples() > 0)
       line += fmt::format("; hold noise {:.2g} um RMS over {}", levels.hold.rms_um(),
                           counted(levels.hold.samples(), "sample"));

@@ -15,7 +15,6 @@ using boost::system::error_code;
 
 constexpr auto batch_time = std::chrono::milliseconds(20);
 constexpr auto longest_silence = std::chrono::seconds(2);
-constexpr auto pause_after_failed_accept = std::chrono::milliseconds(100);
 constexpr std::size_t most_listeners = 4;
 
 static_assert(std::endian::native == std::endian::little, "numbers are sent as they are in memory");
@@ -90,34 +89,16 @@ class SampleStream::Session : public std::enable_shared_from_this<Session> {
 
 SampleStream::SampleStream(boost::asio::io_context& context, std::filesystem::path file, std::string greeting,
                            SampleBoard& board)
-    : listener_(context, std::move(file)),
-      greeting_(std::move(greeting)),
+    : greeting_(std::move(greeting)),
       board_(board),
       timer_(context),
-      pause_(context) {
-  accept();
-}
+      listener_(context, std::move(file),
+                [this](LocalListener::Socket connection) { admit(std::move(connection)); }) {}
 
 SampleStream::~SampleStream() {
   board_.set_listening(false);
   for (const auto& session : sessions_)
     if (const auto open = session.lock()) open->close();
-}
-
-void SampleStream::accept() {
-  listener_.acceptor().async_accept(
-      [this, alive = std::weak_ptr(alive_)](const error_code& error, stream_protocol::socket connection) {
-        if (alive.expired()) return;
-        if (error) {
-          pause_.expires_after(pause_after_failed_accept);
-          pause_.async_wait([this, alive](const error_code&) {
-            if (!alive.expired()) accept();
-          });
-          return;
-        }
-        admit(std::move(connection));
-        accept();
-      });
 }
 
 void SampleStream::admit(stream_protocol::socket connection) {

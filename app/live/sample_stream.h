@@ -1,25 +1,73 @@
-// A read-only Unix stream socket: every row of a SampleBoard, to each connection, for the page and other programs
-// (docs/control_socket.md). It takes no commands; what a client sends is not read.
+// A read-only Unix stream socket: every row of a SampleBoard, to each connection, for the page and other
+// programs (docs/control_socket.md). It takes no commands; what a client sends is not read.
 //
 //   greeting   one line of JSON: columns, units, rate, axes
 //   batches    every 20 ms, also without rows:  u32 rows, u32 lost, rows * columns float64; all little-endian
 //
-// `lost` counts the rows since the batch before that this connection did not get. A connection has one batch under way; what
-// comes meanwhile is lost to it. One that takes nothing for two seconds is closed. There are at most 4 connections.
+// `lost` counts the rows since the batch before that this connection did not get. A connection has one batch
+// under way; what comes meanwhile is lost to it. One that takes nothing for two seconds is closed. There are
+// at most 4 connections.
 #pragma once
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "app/live/local_listener.h"
-#include "app/live/sample_board.h"
+#include "app/live/socket_place.h"
 
 namespace hystcan::app {
+
+/// Rows of numbers from the thread that makes them to the one that sends them. Bounded: rows that are not
+/// taken are counted and dropped, the oldest stay.
+class SampleBoard {
+ public:
+  struct Rows {
+    std::vector<double> values{};  ///< row by row
+    std::uint32_t lost = 0;        ///< rows after these that had no place
+  };
+
+  /// `most_rows` between two calls of take().
+  SampleBoard(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {
+    rows_.values.reserve(columns_ * most_rows_);
+  }
+
+  std::size_t columns() const { return columns_; }
+  /// Without a listener put() costs one load.
+  void set_listening(bool listening) { listening_.store(listening, std::memory_order_relaxed); }
+  bool is_listening() const { return listening_.load(std::memory_order_relaxed); }
+
+  void put(std::span<const double> row) {
+    const std::scoped_lock lock(mutex_);
+    if (rows_.values.size() >= columns_ * most_rows_)
+      ++rows_.lost;
+    else
+      rows_.values.insert(rows_.values.end(), row.begin(), row.end());
+  }
+
+  /// Exchanges what has come for `empty`, whose storage is used again.
+  void take(Rows& empty) {
+    empty.values.clear();
+    empty.values.reserve(columns_ * most_rows_);
+    empty.lost = 0;
+    const std::scoped_lock lock(mutex_);
+    std::swap(rows_, empty);
+  }
+
+ private:
+  std::size_t columns_, most_rows_;
+  std::atomic<bool> listening_{false};
+  std::mutex mutex_;
+  Rows rows_;
+};
 
 class SampleStream {
  public:
@@ -33,20 +81,19 @@ class SampleStream {
  private:
   class Session;
 
-  void accept();
   void admit(boost::asio::local::stream_protocol::socket connection);
   void arm();
   void send();
 
-  LocalListener listener_;
   std::string greeting_;
   SampleBoard& board_;
   SampleBoard::Rows rows_;
-  boost::asio::steady_timer timer_, pause_;
+  boost::asio::steady_timer timer_;
   std::vector<std::weak_ptr<Session>> sessions_;
   bool armed_ = false;
   /// A handler that was due when the stream ended is called all the same, without an error.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
+  LocalListener listener_;
 };
 
 /// Of the stream beside this control socket: hystcan-vcan0.sock has hystcan-vcan0.stream.sock.

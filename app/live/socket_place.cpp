@@ -14,16 +14,51 @@
 namespace hystcan::app {
 namespace {
 
+using boost::asio::local::stream_protocol;
+using boost::system::error_code;
+using FileId = std::pair<dev_t, ino_t>;
+
+/// Read and write for owner and group; the permissions of the folder can restrict this further.
+constexpr mode_t socket_mode = 0660;
+
+constexpr auto pause_between_looks = std::chrono::milliseconds(10);
+/// Without it, an exhausted table of file descriptors would keep the thread busy.
+constexpr auto pause_after_failure = std::chrono::milliseconds(100);
+
+/// Of the socket itself, not of what a link there points to; empty if there is none.
+std::optional<FileId> id_of_socket(const std::filesystem::path& file) {
+  struct stat found {};
+  if (lstat(file.c_str(), &found) != 0 || !S_ISSOCK(found.st_mode)) return std::nullopt;
+  return FileId{found.st_dev, found.st_ino};
+}
+
+/// Removes a socket file without a listener, which remains from a process that was killed. Throws RunError if
+/// a process listens there, or if the file is no socket: it then belongs to another program.
+void remove_if_dead(boost::asio::io_context& context, const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) return;
+  if (!id_of_socket(file))
+    throw RunError(
+        fmt::format("{}: is not a socket, expected a new file: name another control_socket", file.string()));
+  stream_protocol::socket probe(context);
+  error_code error;
+  probe.connect(stream_protocol::endpoint(file.string()), error);
+  if (!error)
+    throw RunError(fmt::format("{}: another process listens there; end it, or name another control_socket",
+                               file.string()));
+  if (error == boost::asio::error::connection_refused) std::filesystem::remove(file);
+}
+
 constexpr mode_t writable_by_others = 0022;
 
-/// Why this is not a folder of the user alone; empty if it is. A symbolic link is none: another user may have made it.
-std::string reason_against(const std::filesystem::path& folder, uid_t user) {
+/// Why this is not a folder of the user alone. A symbolic link is none: another user may have made it.
+std::optional<std::string> reason_against(const std::filesystem::path& folder, uid_t user) {
   struct stat found {};
   if (lstat(folder.c_str(), &found) != 0) return std::generic_category().message(errno);
   if (!S_ISDIR(found.st_mode)) return "it is not a folder";
   if (found.st_uid != user) return fmt::format("it belongs to user {}", found.st_uid);
   if ((found.st_mode & writable_by_others) != 0) return "others can write there";
-  return {};
+  return std::nullopt;
 }
 
 std::filesystem::path runtime_folder(const SocketPlaces& places) {
@@ -37,17 +72,17 @@ std::filesystem::path temporary_folder(const SocketPlaces& places) {
 std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
     if (const char* folder = std::getenv(variable); folder != nullptr && *folder != '\0') return folder;
-  if (reason_against(runtime_folder(places), places.user).empty()) return runtime_folder(places);
+  if (!reason_against(runtime_folder(places), places.user)) return runtime_folder(places);
   return std::nullopt;
 }
 
 std::filesystem::path made_folder(const SocketPlaces& places) {
   std::filesystem::path folder = temporary_folder(places);
   mkdir(folder.c_str(), 0700);  // if this fails, the folder exists or the next line says why
-  if (const std::string reason = reason_against(folder, places.user); !reason.empty())
+  if (const auto reason = reason_against(folder, places.user))
     throw RunError(fmt::format(
         "{}: no place for the control socket: {}, expected a folder of user {} alone: set control_socket",
-        folder.string(), reason, places.user));
+        folder.string(), *reason, places.user));
   return folder;
 }
 
@@ -68,7 +103,7 @@ std::filesystem::path find_socket(const std::string& interface, const SocketPlac
   std::vector<std::filesystem::path> folders;
   if (const auto given = given_folder(places)) folders.push_back(*given);
   for (const auto& folder : {runtime_folder(places), temporary_folder(places)})
-    if (reason_against(folder, places.user).empty()) folders.push_back(folder);
+    if (!reason_against(folder, places.user)) folders.push_back(folder);
   std::error_code ignored;
   for (const auto& folder : folders)
     if (std::filesystem::is_socket(std::filesystem::symlink_status(folder / name_of(interface), ignored)))
@@ -78,6 +113,54 @@ std::filesystem::path find_socket(const std::string& interface, const SocketPlac
 
 std::filesystem::path find_twin_socket(const std::string& interface) {
   return find_socket("twin-" + interface);
+}
+
+LocalListener::LocalListener(boost::asio::io_context& context, std::filesystem::path file,
+                             std::function<void(Socket connection)> admit, std::function<bool()> is_ready)
+    : file_(std::move(file)),
+      acceptor_(context),
+      pause_(context),
+      admit_(std::move(admit)),
+      is_ready_(std::move(is_ready)) {
+  remove_if_dead(context, file_);
+  try {
+    const stream_protocol::endpoint endpoint(file_.string());
+    acceptor_.open(endpoint.protocol());
+    const mode_t before = umask(~socket_mode & 0777U);
+    error_code error;
+    acceptor_.bind(endpoint, error);
+    umask(before);
+    if (error) throw boost::system::system_error(error);
+    acceptor_.listen();
+    id_ = id_of_socket(file_);
+  } catch (const boost::system::system_error& error) {
+    throw RunError(fmt::format("{}: cannot listen there: {}", file_.string(), error.code().message()));
+  }
+  accept();
+}
+
+void LocalListener::accept() {
+  if (is_ready_ && !is_ready_()) return accept_after(pause_between_looks);
+  acceptor_.async_accept([this, alive = std::weak_ptr(alive_)](const error_code& error, Socket connection) {
+    if (alive.expired()) return;
+    if (error) return accept_after(pause_after_failure);
+    admit_(std::move(connection));
+    accept();
+  });
+}
+
+void LocalListener::accept_after(std::chrono::milliseconds pause) {
+  pause_.expires_after(pause);
+  pause_.async_wait([this, alive = std::weak_ptr(alive_)](const error_code&) {
+    if (!alive.expired()) accept();
+  });
+}
+
+LocalListener::~LocalListener() {
+  error_code ignored;
+  acceptor_.close(ignored);
+  std::error_code also_ignored;
+  if (id_ && id_of_socket(file_) == id_) std::filesystem::remove(file_, also_ignored);
 }
 
 }  // namespace hystcan::app

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace hystcan::app {
@@ -11,6 +12,16 @@ using controller::ArmingBlock;
 using controller::AxisState;
 using Level = can::BusHealthLog::Level;
 
+constexpr double between_lines_s = 1.0;
+
+std::string at(const std::string& axis, double time_s, const controller::NodeEvent& event) {
+  return fmt::format("{}: at {:.3f} s {}", axis, time_s, describe(event));
+}
+
+Level level_of(const controller::NodeEvent& event) {
+  return is_all_clear(event) ? Level::info : Level::warning;
+}
+
 /// What an axis lacks for less than this is the ordinary course of a start.
 constexpr double worth_a_line_s = 2.0;
 
@@ -19,6 +30,59 @@ bool is_on_its_way(AxisState state) {
 }
 
 }  // namespace
+
+void EventLog::add(const std::string& axis, const controller::CycleRecord& record) {
+  if (record.event) {
+    const auto known = std::ranges::find_if(kinds_, [&](const Kind& kind) {
+      return kind.axis_index == record.axis && are_of_one_kind(kind.event, *record.event);
+    });
+    if (known != kinds_.end()) {
+      count(*known, record);
+    } else if (kinds_.size() < most_kinds) {
+      kinds_.push_back({.axis = axis,
+                        .axis_index = record.axis,
+                        .event = *record.event,
+                        .first_s = record.time_s,
+                        .line_s = record.time_s - between_lines_s});
+      count(kinds_.back(), record);
+    } else if (std::exchange(truncated_, truncated_ + record.event->times) == 0) {
+      sink_(Level::warning, fmt::format("{}; more than {} kinds of events: further ones are only counted",
+                                        at(axis, record.time_s, *record.event), most_kinds));
+    }
+  }
+  log_pending(record.time_s);
+}
+
+void EventLog::count(Kind& kind, const controller::CycleRecord& record) {
+  kind.last_s = record.time_s;
+  kind.total += record.event->times;
+  const bool is_new = kind.pending == 0 && record.time_s - kind.line_s >= between_lines_s;
+  kind.pending += record.event->times;
+  if (!is_new) return;
+  kind.line_s = record.time_s;
+  --kind.pending;
+  sink_(level_of(kind.event), at(kind.axis, record.time_s, *record.event));
+}
+
+void EventLog::log_pending(double time_s) {
+  for (Kind& kind : kinds_) {
+    if (kind.pending == 0 || time_s - kind.line_s < between_lines_s) continue;
+    sink_(level_of(kind.event),
+          fmt::format("{}: {}, {} more times in {:.1f} s", kind.axis, describe(kind.event),
+                      std::exchange(kind.pending, 0), time_s - kind.line_s));
+    kind.line_s = time_s;
+  }
+}
+
+std::vector<std::string> EventLog::lines() const {
+  std::vector<std::string> lines;
+  lines.reserve(kinds_.size() + 1);
+  for (const Kind& kind : kinds_) {
+    lines.push_back(at(kind.axis, kind.first_s, kind.event));
+    if (kind.total > 1) lines.back() += fmt::format(", {} times until {:.3f} s", kind.total, kind.last_s);
+  }
+  return lines;
+}
 
 StateLog::StateLog(const config::Config& config, can::BusHealthLog::Sink sink)
     : sink_(std::move(sink)), events_(sink_) {
@@ -57,7 +121,8 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
   if (!std::exchange(has_tracked_, true)) add_missing_axes();
 }
 
-/// When the first axes begin. The other axes of their cycle come after this one: those that are ready are not missing.
+/// When the first axes begin. The other axes of their cycle come after this one: those that are ready are not
+/// missing.
 void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))

@@ -8,7 +8,8 @@ namespace {
 
 constexpr auto shortest_time = std::chrono::milliseconds(900);
 
-// A classical frame with 11 bits of identifier: 44 bits beside its data, 3 between frames. Stuff bits are a tenth.
+// A classical frame with 11 bits of identifier: 44 bits beside its data, 3 between frames. Stuff bits are a
+// tenth.
 constexpr double bits_of_a_frame = 47.0;
 constexpr double stuffing = 1.1;
 

@@ -11,6 +11,7 @@
 
 #include "app/live/command_handler.h"
 #include "base/error.h"
+#include "metrics/step_response.h"
 
 namespace hystcan::app {
 namespace {
@@ -48,11 +49,13 @@ double seconds_of(const json& request, const char* key) {
 }  // namespace
 
 CycleColumns CycleColumns::of(const json& greeting) {
-  return {.time = column_of(greeting, "time_s"),
+  return {.count = greeting.at("columns").size(),
+          .time = column_of(greeting, "time_s"),
           .axis = column_of(greeting, "axis"),
           .state = column_of(greeting, "state"),
           .fault = column_of(greeting, "fault"),
           .reference = column_of(greeting, "reference_um"),
+          .position = column_of(greeting, "position_um"),
           .line = column_of(greeting, "scan_line"),
           .turnaround = column_of(greeting, "turnaround_us"),
           .lateness = column_of(greeting, "lateness_us")};
@@ -79,6 +82,35 @@ Trigger Trigger::of(const json& request, const json& greeting) {
       trigger.edge = static_cast<Edge>(index_in(edges, text_of(request, "edge"), "edge"));
   }
   return trigger;
+}
+
+json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um) {
+  const std::size_t rows = capture.rows.size() / at.count;
+  const auto column = [&](std::size_t which) {
+    std::vector<double> values(rows);
+    for (std::size_t row = 0; row < rows; ++row) values[row] = capture.rows[row * at.count + which];
+    return values;
+  };
+  const std::vector<double> time_s = column(at.time), reference_um = column(at.reference),
+                            position_um = column(at.position);
+  const auto step = metrics::step_at({time_s, reference_um, position_um}, capture.trigger_row, tolerance_um);
+  if (!step) return nullptr;
+  const auto rest = std::span(position_um).subspan(capture.trigger_row, step->cycles);
+  double sum_um = 0.0, samples = 0.0;
+  for (const double position : rest.last(std::max<std::size_t>(rest.size() / 5, 1))) {
+    if (!std::isfinite(position)) continue;
+    sum_um += position;
+    ++samples;
+  }
+  const auto or_null = [](const std::optional<double>& time) { return time ? json(*time) : json(); };
+  return {{"from_um", step->from_um},
+          {"to_um", step->to_um},
+          {"band_um", step->band_um},
+          {"overshoot_percent", 100.0 * step->overshoot()},
+          {"rise_s", or_null(step->rise_s())},
+          {"settling_s", or_null(step->settling_s())},
+          {"steady_error_um", step->to_um - sum_um / samples},
+          {"judged_s", step->last_s - step->begin_s}};
 }
 
 bool CaptureTrigger::fires(std::span<const double> row) const {

@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "app/page/row_history.h"
+#include "app/page/stream_rows.h"
 
 namespace hystcan::app {
 
 /// Where the columns that captures and events need are in a row of the controller's stream.
 struct CycleColumns {
-  std::size_t time, axis, state, fault, reference, line, turnaround, lateness;
+  std::size_t count, time, axis, state, fault, reference, position, line, turnaround, lateness;
   /// Throws Error if one is missing.
   static CycleColumns of(const nlohmann::json& greeting);
 };
@@ -44,6 +44,11 @@ struct Capture {
   std::size_t trigger_row = 0;
   double trigger_time_s = 0.0;
 };
+
+/// The response to the step of the reference at the trigger: the figures of metrics/step_response.h, the mean
+/// error of the last fifth of it, and its time. Null where the reference does not step there. `tolerance_um`:
+/// of the settling band.
+nlohmann::json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um);
 
 class CaptureTrigger {
  public:

@@ -1,23 +1,29 @@
 #include "app/page/config_save.h"
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <regex>
 #include <span>
 #include <sstream>
 #include <string_view>
 #include <vector>
 
-#include "app/page/segment_edit.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "config/document/toml_edit.h"
+#include "config/document/toml_text.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
 namespace {
+
+using nlohmann::json;
 
 constexpr std::size_t context_lines = 2;
 constexpr std::size_t most_cells = 4'000'000;  // of the table of a comparison
@@ -79,6 +85,95 @@ std::vector<DiffLine> compare(std::span<const std::string> before, std::span<con
   }
   add(' ', before.last(end));
   return lines;
+}
+
+/// "axis[0].control.setpoint[2].low_um": the list, the index in it, the key.
+struct SegmentKey {
+  std::string list;
+  std::size_t index;
+  std::string key;
+};
+
+std::optional<SegmentKey> segment_key(const std::string& path) {
+  static const std::regex form(R"((axis\[\d+\]\.control\.setpoint)\[(\d+)\]\.([A-Za-z0-9_.-]+))");
+  std::smatch found;
+  if (!std::regex_match(path, found, form)) return std::nullopt;
+  return SegmentKey{found[1], std::stoul(found[2]), found[3]};
+}
+
+std::size_t last_line_of(const toml::node& node) {
+  std::size_t last = node.source().end.line;
+  if (const toml::table* table = node.as_table()) {
+    last = node.source().begin.line;
+    for (const auto& [key, value] : *table) last = std::max(last, last_line_of(value));
+  }
+  return last;
+}
+
+/// Line numbers count from 1.
+void comment_out(std::vector<std::string>& lines, std::size_t first, std::size_t last) {
+  for (std::size_t i = first - 1; i < last; ++i)
+    if (const auto begin = lines[i].find_first_not_of(" \t\r");
+        begin != std::string::npos && lines[i][begin] != '#')
+      lines[i].insert(0, "# ");
+}
+
+using Segments = std::map<std::size_t, std::vector<std::string>>;  ///< index -> lines `key = value`
+
+/// The segments of a list that are new, or gone: their lines are empty then.
+std::map<std::string, Segments> changed_lists(const toml::table& root, json& unsaved) {
+  std::map<std::string, Segments> lists;
+  json further = json::array();
+  const auto size_of = [&](const std::string& list) {
+    const auto node = root.at_path(list);
+    return node.is_array_of_tables() ? node.as_array()->size() : 0;
+  };
+  const auto is_gone = [&](const SegmentKey& key) {
+    return std::ranges::any_of(unsaved, [&](const json& change) {
+      return change.at("key") == fmt::format("{}[{}].kind", key.list, key.index) &&
+             change.at("to").get_ref<const std::string&>().empty();
+    });
+  };
+  for (const json& change : unsaved) {
+    const auto key = segment_key(change.at("key"));
+    const std::size_t size = key ? size_of(key->list) : 0;
+    const bool is_new = size > 0 && key->index >= size;
+    if (is_new)
+      lists[key->list][key->index].push_back(
+          fmt::format("{} = {}", key->key, change.at("to").get<std::string>()));
+    else if (size > 0 && is_gone(*key))
+      lists[key->list][key->index];
+    else
+      further.push_back(change);
+  }
+  unsaved = std::move(further);
+  return lists;
+}
+
+/// The text with the segments that `unsaved` adds, behind the last one of their axis, and with `# ` before
+/// the lines of those that it removes. What it tells of them is taken out of `unsaved`.
+std::string with_segments(const std::string& text, const std::string& name, json& unsaved) {
+  std::string edited = text;
+  const auto lists = changed_lists(config::parse_toml(text, name), unsaved);
+  for (const auto& [list, segments] : lists) {
+    const toml::table root = config::parse_toml(edited, name);
+    const toml::array& there = *root.at_path(list).as_array();
+    std::vector<std::string> lines = lines_of(edited);
+    std::vector<std::string> added;
+    for (const auto& [index, keys] : segments) {
+      if (keys.empty()) {
+        comment_out(lines, there[index].source().begin.line, last_line_of(there[index]));
+      } else {
+        added.insert(added.end(), {"", "[[axis.control.setpoint]]"});
+        added.insert(added.end(), keys.begin(), keys.end());
+      }
+    }
+    if (!added.empty())
+      lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(last_line_of(there[there.size() - 1])),
+                   added.begin(), added.end());
+    edited = fmt::format("{}{}", fmt::join(lines, "\n"), edited.ends_with('\n') ? "\n" : "");
+  }
+  return edited;
 }
 
 ConfigSave config_save(const std::string& before, const std::string& text) {

@@ -1,6 +1,6 @@
-// What is in force but not in the configuration file, as an edit of the file that keeps its comments; and the way back: the
-// file as it was before the last save is kept beside it as FILE.before-save. Undoing the save exchanges the two files, so
-// that a second undo brings the saved file back.
+// What is in force but not in the configuration file, as an edit of the file that keeps its comments; and the
+// way back: the file as it was before the last save is kept beside it as FILE.before-save. Undoing the save
+// exchanges the two files, so that a second undo brings the saved file back.
 #pragma once
 
 #include <filesystem>
@@ -23,10 +23,12 @@ ConfigSave save_of(const std::filesystem::path& file, const nlohmann::json& unsa
 /// FILE.before-save beside the file; a link is followed.
 std::filesystem::path kept_beside(const std::filesystem::path& file);
 
-/// The file as it was before the last save. Throws Error if there is none, or if it is no longer valid.
+/// The file as it was before the last save. Throws Error if there is none, or if it is no longer
+/// valid.
 ConfigSave undo_of(const std::filesystem::path& file);
 
-/// Replaces the file and keeps its former text. Throws RunError if that cannot be kept; nothing is saved then.
+/// Replaces the file and keeps its former text. Throws RunError if that cannot be kept; nothing is saved
+/// then.
 void write_save(const std::filesystem::path& file, const ConfigSave& save);
 
 /// Lines of both texts, with two lines of context around each change.

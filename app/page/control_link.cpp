@@ -61,19 +61,11 @@ void ControlLink::connect() {
 }
 
 void ControlLink::write() {
-  boost::asio::async_write(socket_, boost::asio::buffer(waiting_.front().line),
-                           [this, connection = connection_](const error_code& error, std::size_t) {
-                             if (connection != connection_) return;
-                             if (error) return fail(error.message());
-                             read();
-                           });
+  boost::asio::async_write(socket_, boost::asio::buffer(waiting_.front().line), then([this] { read(); }));
 }
 
 void ControlLink::read() {
-  boost::asio::async_read_until(socket_, received_, '\n',
-                                [this, connection = connection_](const error_code& error, std::size_t) {
-                                  if (connection != connection_) return;
-                                  if (error) return fail(error.message());
+  boost::asio::async_read_until(socket_, received_, '\n', then([this] {
                                   std::istream stream(&received_);
                                   std::string line;
                                   std::getline(stream, line);
@@ -84,10 +76,11 @@ void ControlLink::read() {
                                   limit_.cancel();
                                   if (!waiting_.empty()) begin();
                                   done(std::move(answer));
-                                });
+                                }));
 }
 
-/// Everything that waits is refused: a command that was sent may have been carried out, so none is sent twice.
+/// Everything that waits is refused: a command that was sent may have been carried out, so none is sent
+/// twice.
 void ControlLink::fail(const std::string& reason) {
   ++connection_;
   limit_.cancel();

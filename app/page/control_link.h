@@ -1,5 +1,5 @@
-// A connection to a control socket that does not wait: commands are answered in their order. Connects when there is a
-// command. Every command gets one answer, also if nobody is there.
+// A connection to a control socket that does not wait: commands are answered in their order. Connects when
+// there is a command. Every command gets one answer, also if nobody is there.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -32,6 +32,15 @@ class ControlLink {
     Done done;
   };
 
+  /// The handler of an operation of this connection: an error ends it, an earlier connection no longer
+  /// counts.
+  template <class Then>
+  auto then(Then go_on) {
+    return [this, connection = connection_, go_on](const boost::system::error_code& error, std::size_t = 0) {
+      if (connection != connection_) return;
+      error ? fail(error.message()) : go_on();
+    };
+  }
   void begin();
   void connect();
   void write();

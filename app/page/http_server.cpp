@@ -13,6 +13,7 @@
 #include <deque>
 #include <optional>
 
+#include "app/page/page_service.h"
 #include "base/error.h"
 
 namespace hystcan::app {
@@ -89,11 +90,8 @@ struct Outgoing {
 
 class WebSession final : public WebClient, public std::enable_shared_from_this<WebSession> {
  public:
-  WebSession(tcp::socket socket, PageHandler& handler, std::shared_ptr<std::size_t> place)
-      : stream_(std::move(socket)),
-        timer_(stream_.get_executor()),
-        handler_(handler),
-        place_(std::move(place)) {}
+  WebSession(tcp::socket socket, PageService& page, std::shared_ptr<std::size_t> place)
+      : stream_(std::move(socket)), timer_(stream_.get_executor()), page_(page), place_(std::move(place)) {}
 
   void start(const Request& upgrade) {
     websocket::stream_base::timeout limits =
@@ -107,7 +105,7 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
     stream_.async_accept(upgrade, [self = shared_from_this()](const error_code& error) {
       if (error) return;
       self->is_open_ = true;
-      self->handler_.opened(*self);
+      self->page_.opened(*self);
       self->read();
     });
   }
@@ -122,7 +120,7 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
 
   void cut_off() override {
     if (!is_open_ || std::exchange(is_ending_, true)) return;
-    handler_.count_cut_off();
+    page_.count_cut_off();
     end();
   }
 
@@ -143,14 +141,14 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
       }
       const std::string text = beast::buffers_to_string(self->received_.data());
       self->received_.consume(self->received_.size());
-      self->handler_.received(*self, text);
+      self->page_.received(*self, text);
       self->read();
     });
   }
 
   void closed() {
     timer_.cancel();
-    if (std::exchange(is_open_, false)) handler_.closed(*this);
+    if (std::exchange(is_open_, false)) page_.closed(*this);
   }
 
   void send(Outgoing message) {
@@ -183,7 +181,7 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
 
   websocket::stream<tcp::socket> stream_;
   boost::asio::steady_timer timer_;
-  PageHandler& handler_;
+  PageService& page_;
   std::shared_ptr<std::size_t> place_;
   beast::flat_buffer received_;
   std::deque<Outgoing> waiting_;
@@ -194,8 +192,8 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
 
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
-  HttpSession(tcp::socket socket, PageHandler& handler, std::shared_ptr<std::size_t> place)
-      : stream_(std::move(socket)), handler_(handler), place_(std::move(place)) {}
+  HttpSession(tcp::socket socket, PageService& page, std::shared_ptr<std::size_t> place)
+      : stream_(std::move(socket)), page_(page), place_(std::move(place)) {}
 
   void read() {
     parser_.emplace();
@@ -221,11 +219,11 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     const Request& request = parser_->get();
     const HttpRequest asked = plain(request, stream_.socket());
     if (!websocket::is_upgrade(request))
-      return respond(handler_.answer(asked), request.keep_alive(), request.method() == http::verb::head);
-    const HttpResponse admitted = handler_.admit(asked);
+      return respond(page_.answer(asked), request.keep_alive(), request.method() == http::verb::head);
+    const HttpResponse admitted = page_.admit(asked);
     if (admitted.status != 101) return respond(admitted, false);
     stream_.expires_never();
-    const auto session = std::make_shared<WebSession>(stream_.release_socket(), handler_, place_);
+    const auto session = std::make_shared<WebSession>(stream_.release_socket(), page_, place_);
     session->start(request);
   }
 
@@ -244,7 +242,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   beast::tcp_stream stream_;
-  PageHandler& handler_;
+  PageService& page_;
   std::shared_ptr<std::size_t> place_;
   beast::flat_buffer received_;
   std::optional<http::request_parser<http::empty_body>> parser_;
@@ -255,8 +253,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
 class HttpServer::Listener {
  public:
-  Listener(boost::asio::io_context& context, const tcp::endpoint& endpoint, PageHandler& handler)
-      : acceptor_(context, endpoint), pause_(context), handler_(handler) {
+  Listener(boost::asio::io_context& context, const tcp::endpoint& endpoint, PageService& page)
+      : acceptor_(context, endpoint), pause_(context), page_(page) {
     accept();
   }
   std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
@@ -278,37 +276,37 @@ class HttpServer::Listener {
   }
   void admit(tcp::socket socket) {
     const bool is_full = static_cast<std::size_t>(open_.use_count()) > most_connections;
-    if (is_full && !make_room()) return handler_.count_cut_off();
+    if (is_full && !make_room()) return page_.count_cut_off();
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(boost::asio::socket_base::send_buffer_size(send_buffer), ignored);
-    const auto session = std::make_shared<HttpSession>(std::move(socket), handler_, open_);
+    const auto session = std::make_shared<HttpSession>(std::move(socket), page_, open_);
     requests_.push_back(session);
     session->read();
   }
   /// Strangers who hold all places do not keep an operator out.
   bool make_room() {
     std::erase_if(requests_, [](const auto& request) { return request.expired(); });
-    if (requests_.empty()) return handler_.make_room();
+    if (requests_.empty()) return page_.make_room();
     requests_.front().lock()->close();
     requests_.pop_front();
-    handler_.count_cut_off();
+    page_.count_cut_off();
     return true;
   }
 
   tcp::acceptor acceptor_;
   boost::asio::steady_timer pause_;
-  PageHandler& handler_;
+  PageService& page_;
   std::deque<std::weak_ptr<HttpSession>> requests_;  ///< the oldest first
   /// Each connection holds it: its count is that of the connections, and one.
   std::shared_ptr<std::size_t> open_ = std::make_shared<std::size_t>(0);
 };
 
 HttpServer::HttpServer(boost::asio::io_context& context, const std::string& address, std::uint16_t port,
-                       PageHandler& handler) {
+                       PageService& page) {
   try {
-    listener_ = std::make_unique<Listener>(
-        context, tcp::endpoint(boost::asio::ip::make_address(address), port), handler);
+    listener_ = std::make_unique<Listener>(context,
+                                           tcp::endpoint(boost::asio::ip::make_address(address), port), page);
   } catch (const boost::system::system_error& error) {
     throw RunError(
         fmt::format("{}:{}: {}; name another address with --listen", address, port, error.code().message()));

@@ -1,9 +1,10 @@
-// A small HTTP and WebSocket server on one thread. It knows nothing of the page: a PageHandler says what is served, whom it
-// refuses and what a message means. All of Boost.Beast is in http_server.cpp.
+// A small HTTP and WebSocket server on one thread. PageService says what is served, whom it refuses and what
+// a message means. All of Boost.Beast is in http_server.cpp.
 //
-// Bounds, whatever a client does: 32 connections, of which the oldest that has asked for nothing makes room; a header of 8 KiB within 10 s and no body; a message of 16 KiB; what waits
-// for a client that does not read: 1 MiB of rows (further rows are left out and counted) and 8 MiB in all (it is cut off). A
-// client that takes nothing for 5 s is cut off.
+// Bounds, whatever a client does: 32 connections, of which the oldest that has asked for nothing makes room;
+// a header of 8 KiB within 10 s and no body; a message of 16 KiB; what waits for a client that does not read:
+// 1 MiB of rows (further rows are left out and counted) and 8 MiB in all (it is cut off). A client that takes
+// nothing for 5 s is cut off.
 #pragma once
 
 #include <array>
@@ -46,32 +47,13 @@ class WebClient {
   virtual void cut_off() = 0;
 };
 
-class PageHandler {
- public:
-  PageHandler() = default;
-  virtual ~PageHandler() = default;
-  PageHandler(const PageHandler&) = delete;
-  PageHandler& operator=(const PageHandler&) = delete;
-
-  /// Any request but one for the WebSocket.
-  virtual HttpResponse answer(const HttpRequest& request) = 0;
-  /// Status 101: the client may open a WebSocket; otherwise what it gets instead.
-  virtual HttpResponse admit(const HttpRequest& request) = 0;
-
-  virtual void opened(WebClient& client) = 0;
-  virtual void received(WebClient& client, std::string_view text) = 0;
-  virtual void closed(WebClient& client) = 0;
-  /// All connections are taken: cuts off a client that others may take the place of. False if there is none.
-  virtual bool make_room() = 0;
-  /// A client was cut off, or was one too many.
-  virtual void count_cut_off() = 0;
-};
+class PageService;
 
 class HttpServer {
  public:
   /// Port 0: any free one. Throws RunError if the address cannot be used.
   HttpServer(boost::asio::io_context& context, const std::string& address, std::uint16_t port,
-             PageHandler& handler);
+             PageService& page);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;

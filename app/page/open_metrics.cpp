@@ -35,18 +35,17 @@ class MetricsText {
     family(name, "gauge", help);
     sample(name, "", value);
   }
-  void histogram(const std::string& name, std::string_view help, const TimingHistogram& times) {
+  void histogram(const std::string& name, std::string_view help, const metrics::Histogram& times) {
     family(name, "histogram", help, "seconds");
     std::uint64_t below = 0;
     for (std::size_t i = 0; i < times.counts().size(); ++i) {
       below += times.counts()[i];
-      const std::string edge = i < TimingHistogram::upper_us.size()
-                                   ? fmt::format("{:.6f}", 1e-6 * TimingHistogram::upper_us[i])
-                                   : "+Inf";
+      const std::string edge =
+          i < times.upper_edges().size() ? fmt::format("{:.6f}", 1e-6 * times.upper_edges()[i]) : "+Inf";
       sample(name + "_bucket", fmt::format("{{le=\"{}\"}}", edge), below);
     }
     sample(name + "_count", "", times.samples());
-    sample(name + "_sum", "", 1e-6 * times.sum_us());
+    sample(name + "_sum", "", 1e-6 * times.sum());
   }
   std::string end() { return is_open_ ? text_ + "# EOF\n" : text_; }
   bool is_open() const { return is_open_; }
@@ -107,7 +106,7 @@ const char* content_type(MetricsFormat format) {
 }
 
 std::string metrics_text(MetricsFormat format, const KnownStatus& known, const json& states, const json& bus,
-                         const TimingHistogram& turnaround, const TimingHistogram& lateness,
+                         const metrics::Histogram& turnaround, const metrics::Histogram& lateness,
                          const PageCounters& page) {
   MetricsText text(format);
   const json& status = known.status;

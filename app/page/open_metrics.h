@@ -1,5 +1,5 @@
-// States and counters for Prometheus and others: as OpenMetrics text (https://openmetrics.io), or in the older text format of
-// Prometheus, which knows neither stateset nor info.
+// States and counters for Prometheus and others: as OpenMetrics text (https://openmetrics.io), or in the
+// older text format of Prometheus, which knows neither stateset nor info.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +7,10 @@
 #include <string>
 #include <string_view>
 
-#include "app/page/timing_histogram.h"
+#include "app/page/page_clients.h"
+#include "metrics/statistics.h"
 
 namespace hystcan::app {
-
-struct PageCounters {
-  std::uint64_t clients = 0;
-  std::uint64_t cut_off = 0;
-  std::uint64_t refused = 0;
-  std::uint64_t lost_rows = 0;
-};
 
 enum class MetricsFormat : std::uint8_t { prometheus, open_metrics };
 /// What a client that sends this header `Accept` understands.
@@ -31,7 +25,7 @@ struct KnownStatus {
 
 /// `states`: all there are; null if not known. `bus`: as BusCounters::report().
 std::string metrics_text(MetricsFormat format, const KnownStatus& known, const nlohmann::json& states,
-                         const nlohmann::json& bus, const TimingHistogram& turnaround,
-                         const TimingHistogram& lateness, const PageCounters& page);
+                         const nlohmann::json& bus, const metrics::Histogram& turnaround,
+                         const metrics::Histogram& lateness, const PageCounters& page);
 
 }  // namespace hystcan::app

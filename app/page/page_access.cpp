@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/input_file.h"
 
 namespace hystcan::app {
 namespace {
@@ -34,20 +35,6 @@ std::string name_of(const std::string& host) {
   return name;
 }
 
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
 [[noreturn]] void fail(const std::filesystem::path& file, const std::string& what) {
   throw RunError(fmt::format("{}: {}", file.string(), what));
 }
@@ -58,12 +45,12 @@ bool is_hexadecimal(std::string_view text) {
 
 std::string read_token(const std::filesystem::path& file, const Descriptor& opened) {
   struct stat found {};
-  if (fstat(opened.number(), &found) != 0) fail(file, std::strerror(errno));
+  if (fstat(opened.get(), &found) != 0) fail(file, std::strerror(errno));
   if (!S_ISREG(found.st_mode)) fail(file, "is no file, expected the token of the page");
   if (found.st_uid != geteuid() || (found.st_mode & 077U) != 0)
     fail(file, "is not the user's own or others may read it, expected mode 0600; remove it for a new token");
   std::array<char, 2 * token_bytes + 2> text{};
-  const ssize_t size = ::read(opened.number(), text.data(), text.size());
+  const ssize_t size = ::read(opened.get(), text.data(), text.size());
   if (size < 0) fail(file, std::strerror(errno));
   std::string token(text.data(), static_cast<std::size_t>(size));
   if (token.ends_with('\n')) token.pop_back();
@@ -117,15 +104,15 @@ std::string new_token() {
 
 std::string token_of(const std::filesystem::path& file) {
   const Descriptor made(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (made.number() < 0) {
+  if (made.get() < 0) {
     if (errno != EEXIST) fail(file, fmt::format("cannot be created: {}", std::strerror(errno)));
     const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
-    if (opened.number() < 0) fail(file, fmt::format("cannot be read: {}", std::strerror(errno)));
+    if (opened.get() < 0) fail(file, fmt::format("cannot be read: {}", std::strerror(errno)));
     return read_token(file, opened);
   }
   std::string token = new_token();
   const std::string line = token + "\n";
-  if (::write(made.number(), line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
+  if (::write(made.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
     const int error = errno;
     ::unlink(file.c_str());
     fail(file, fmt::format("cannot be written: {}", std::strerror(error)));

@@ -1,8 +1,8 @@
 // Who may see the page, and who may write.
 //
-// A page of another site can make a browser send requests to this server, and can give its own name the server's address
-// (DNS rebinding). It cannot choose Host and Origin. So Host must be a name of this server, and Origin, if there is one, the
-// page's own. The port does not count: it may be forwarded.
+// A page of another site can make a browser send requests to this server, and can give its own name the
+// server's address (DNS rebinding). It cannot choose Host and Origin. So Host must be a name of this server,
+// and Origin, if there is one, the page's own. The port does not count: it may be forwarded.
 #pragma once
 
 #include <filesystem>
@@ -34,8 +34,8 @@ bool is_loopback(const std::string& address);
 /// 32 hexadecimal digits from the kernel. Throws RunError.
 std::string new_token();
 
-/// The token in this file, which only its owner may read; makes the file if it is not there. Throws RunError if others
-/// may read it, if it is not the user's own or no token.
+/// The token in this file, which only its owner may read; makes the file if it is not there. Throws RunError
+/// if others may read it, if it is not the user's own or no token.
 std::string token_of(const std::filesystem::path& file);
 
 }  // namespace hystcan::app

@@ -16,32 +16,32 @@ namespace hystcan::app {
 namespace {
 
 void require_intended(const PageListening& listening, const std::string& source) {
-  if (is_loopback(listening.at.address)) return;
+  if (is_loopback(listening.address)) return;
   if (source == "demo")
     throw Error(fmt::format(
-        "--page {}: other machines can reach this address; the page of a demo is for this machine alone. Forward the "
-        "port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real controller, hystcan page has "
-        "--listen and --expose",
-        listening.at.address));
+        "--page {}: other machines can reach this address; the page of a demo is for this machine alone. Forward "
+        "the port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real controller, "
+        "hystcan page has --listen and --expose",
+        listening.address));
   if (!listening.expose)
     throw Error(fmt::format(
-        "--listen {}: other machines can reach this address. The page is not encrypted: who listens on the network "
-        "sees the token, and can then move the stage. Forward the port instead (ssh -L 8080:localhost:8080 HOST), or "
-        "say --expose",
-        listening.at.address));
+        "--listen {}: other machines can reach this address. The page is not encrypted: who listens on the "
+        "network sees the token, and can then move the stage. Forward the port instead "
+        "(ssh -L 8080:localhost:8080 HOST), or say --expose",
+        listening.address));
   spdlog::warn(
       "the page is open to the network, unencrypted: who listens there sees the token and can move the stage");
 }
 
 }  // namespace
 
-ListenAddress ListenAddress::of(const std::string& text) {
+PageListening PageListening::at(const std::string& text) {
   const auto colon = text.rfind(':');
   const auto fail = [&]() -> void {
     throw Error(fmt::format("\"{}\" is no address, expected one like 127.0.0.1:8080 or [::1]:8080", text));
   };
   if (colon == std::string::npos) fail();
-  ListenAddress result{.address = text.substr(0, colon), .port = 0};
+  PageListening result{.address = text.substr(0, colon), .port = 0};
   if (result.address.starts_with('[') && result.address.ends_with(']'))
     result.address = result.address.substr(1, result.address.size() - 2);
   if (result.address == "localhost") result.address = "127.0.0.1";
@@ -54,15 +54,15 @@ ListenAddress ListenAddress::of(const std::string& text) {
 }
 
 PageHost::PageHost(PageOptions options, const PageListening& listening, const std::string& token)
-    : address_(listening.at.address) {
+    : address_(listening.address) {
   if (!page_is_built())
     throw RunError(
-        "this program was built without its page, because npm was not there; build it with: scripts/packages test && "
-        "cmake --preset release && cmake --build --preset release");
+        "this program was built without its page, because npm was not there; build it with: "
+        "scripts/packages test && cmake --preset release && cmake --build --preset release");
   require_intended(listening, options.source);
   options.exposed = !is_loopback(address_);
   service_ = std::make_unique<PageService>(context_, std::move(options), PageAccess(listening.names, token));
-  server_ = std::make_unique<HttpServer>(context_, address_, listening.at.port, *service_);
+  server_ = std::make_unique<HttpServer>(context_, address_, listening.port, *service_);
 }
 
 std::string PageHost::url() const {

@@ -11,24 +11,20 @@
 
 namespace hystcan::app {
 
-struct ListenAddress {
+struct PageListening {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
-
-  /// "127.0.0.1:8080", "[::1]:8080". Throws Error.
-  static ListenAddress of(const std::string& text);
-};
-
-struct PageListening {
-  ListenAddress at;
   std::vector<std::string> names{};  ///< by which browsers may ask for it, beside its addresses
   bool expose = false;               ///< an address that others can reach is intended
+
+  /// "127.0.0.1:8080", "[::1]:8080". Throws Error.
+  static PageListening at(const std::string& text);
 };
 
 class PageHost {
  public:
-  /// Throws Error if others could reach the address and that is not intended, RunError if it cannot be used or
-  /// the page is not in this program.
+  /// Throws Error if others could reach the address and that is not intended, RunError if it cannot
+  /// be used or the page is not in this program.
   PageHost(PageOptions options, const PageListening& listening, const std::string& token);
 
   /// "http://127.0.0.1:8080/"; where it listens at every address, that of this machine for itself.

@@ -1,4 +1,5 @@
-// What the clients of the page ask for.
+#include "app/page/page_requests.h"
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -6,23 +7,21 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <complex>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "app/live/command_handler.h"
-#include "app/page/bode.h"
-#include "app/page/command_event.h"
-#include "app/page/config_save.h"
-#include "app/page/page_service.h"
 #include "app/stage/config_edit.h"
 #include "base/error.h"
+#include "controller/analysis/margins.h"
 
 namespace hystcan::app {
 namespace {
 
 using nlohmann::json;
 
-constexpr int most_messages_per_s = 50;
 constexpr auto answer_to_a_wrong_token = std::chrono::seconds(1);
 constexpr double slowest_view_Hz = 10.0;
 constexpr double fastest_view_Hz = 1000.0;
@@ -43,18 +42,83 @@ std::vector<config::Setting> overrides_of(const json& unsaved) {
   return overrides;
 }
 
-std::string name_of_page(std::uint64_t client) { return fmt::format("page {}", client); }
+constexpr int points_of_a_curve = 400;
+constexpr int points_of_a_reference = 101;
+constexpr double lowest_Hz = 0.1;
+
+double decibels(double ratio) { return 20.0 * std::log10(ratio); }
 
 }  // namespace
 
-void PageService::received(WebClient& web, std::string_view text) {
-  const auto found = clients_.find(&web);
-  if (found == clients_.end()) return;
-  Client& client = found->second;
+nlohmann::json reference_curves_of(const config::AxisConfig& axis, double cycle_s) {
+  const model::HysteresisParameters& model = axis.control.law.model;
+  const model::Interval& range = model.input_range();
+  nlohmann::json curves{{"drive", nlohmann::json::array()},
+                        {"ascending_um", nlohmann::json::array()},
+                        {"descending_um", nlohmann::json::array()},
+                        {"delay_s", axis.control.delays.to_sample_s(cycle_s)}};
+  for (int i = 0; i < points_of_a_reference; ++i) {
+    const double drive = range.lo + (range.hi - range.lo) * i / (points_of_a_reference - 1);
+    curves["drive"].push_back(drive);
+    curves["ascending_um"].push_back(model.output(model.ascending.value(drive)));
+    curves["descending_um"].push_back(model.output(model.descending.value(drive)));
+  }
+  return curves;
+}
+
+nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s) {
+  const controller::LinearLoop loop(
+      controller::loop_config_of(axis.control.law, axis.control.delays, cycle_s));
+  const controller::Pi::Config& pi = axis.control.law.pi;
+  nlohmann::json curves{{"frequency_Hz", nlohmann::json::array()},
+                        {"loop_dB", nlohmann::json::array()},
+                        {"loop_deg", nlohmann::json::array()},
+                        {"sensitivity_dB", nlohmann::json::array()},
+                        {"closed_dB", nlohmann::json::array()}};
+  const double highest_Hz = 0.5 / cycle_s;
+  double last_deg = -90.0;
+  for (int i = 0; i < points_of_a_curve; ++i) {
+    const double frequency_Hz =
+        lowest_Hz * std::pow(highest_Hz / lowest_Hz, static_cast<double>(i) / (points_of_a_curve - 1));
+    const std::complex<double> open = loop(pi, 2.0 * std::numbers::pi * frequency_Hz * cycle_s);
+    double phase_deg = std::arg(open) * 180.0 / std::numbers::pi;
+    phase_deg -= 360.0 * std::round((phase_deg - last_deg) / 360.0);
+    last_deg = phase_deg;
+    curves["frequency_Hz"].push_back(frequency_Hz);
+    curves["loop_dB"].push_back(decibels(std::abs(open)));
+    curves["loop_deg"].push_back(phase_deg);
+    curves["sensitivity_dB"].push_back(-decibels(std::abs(1.0 + open)));
+    curves["closed_dB"].push_back(decibels(std::abs(open / (1.0 + open))));
+  }
+  const controller::Margins margins = controller::margins_of(loop, pi);
+  const auto number = [](double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+  };
+  curves["stable"] = margins.stable;
+  curves["gain_margin_dB"] = number(decibels(margins.gain_margin));
+  curves["phase_margin_deg"] = number(margins.phase_margin_deg);
+  curves["crossover_Hz"] = margins.crossover_Hz > 0.0 ? number(margins.crossover_Hz) : nlohmann::json();
+  curves["peak_sensitivity"] = number(margins.peak_sensitivity);
+  return curves;
+}
+
+PageRequests::PageRequests(boost::asio::io_context& context, const PageOptions& options,
+                           const PageAccess& access, PageClients& clients, PageEvents& events,
+                           const PageStream& controller, WriterRole& role)
+    : context_(context),
+      options_(options),
+      access_(access),
+      clients_(clients),
+      events_(events),
+      controller_(controller),
+      role_(role),
+      queue_(context) {}
+
+void PageRequests::receive(PageClient& client, std::string_view text) {
   const json request = parse_command(std::string(text));
-  if (is_too_much(client) &&
+  if (client.sends_too_much() &&
       !(client.is_authorised && request.is_object() && request.value("do", json()) == "stop"))
-    return web.cut_off();
+    return client.web.cut_off();
   Asked asked{client.number, nullptr};
   if (!request.is_object()) return refuse(asked, "expected a JSON object");
   if (const auto id = request.find("id"); id != request.end() && id->is_number()) asked.id = *id;
@@ -66,90 +130,70 @@ void PageService::received(WebClient& web, std::string_view text) {
   }
 }
 
-bool PageService::is_too_much(Client& client) const {
-  const Clock::time_point now = Clock::now();
-  if (now - client.second >= std::chrono::seconds(1)) {
-    client.second = now;
-    client.messages = 0;
-  }
-  return ++client.messages > most_messages_per_s;
-}
-
-void PageService::obey(Client& client, const Asked& asked, const json& request) {
+void PageRequests::obey(PageClient& client, const Asked& asked, const json& request) {
   enum class Needs : std::uint8_t { nothing, token, role };
-  struct Entry {
-    Request request;
-    Needs needs;
-  };
-  static const std::map<std::string, Entry> requests{
-      {"token", {&PageService::token, Needs::nothing}},
-      {"view", {&PageService::view, Needs::nothing}},
-      {"settings", {&PageService::settings, Needs::nothing}},
-      {"bode", {&PageService::bode, Needs::nothing}},
-      {"curves", {&PageService::curves, Needs::nothing}},
-      {"trigger", {&PageService::trigger, Needs::nothing}},
-      {"untrigger", {&PageService::untrigger, Needs::nothing}},
-      {"stop", {&PageService::stop, Needs::token}},
-      {"take_writer", {&PageService::take_writer, Needs::token}},
-      {"release_writer", {&PageService::release_writer, Needs::nothing}},
-      {"command", {&PageService::command, Needs::token}},
-      {"start", {&PageService::start, Needs::token}},
-      {"save", {&PageService::save, Needs::role}},
-      {"undo_save", {&PageService::undo_save, Needs::role}}};
+  static const std::map<std::string, std::pair<Request, Needs>> requests{
+      {"token", {&PageRequests::token, Needs::nothing}},
+      {"view", {&PageRequests::view, Needs::nothing}},
+      {"settings", {&PageRequests::settings, Needs::nothing}},
+      {"bode", {&PageRequests::bode, Needs::nothing}},
+      {"curves", {&PageRequests::curves, Needs::nothing}},
+      {"trigger", {&PageRequests::trigger, Needs::nothing}},
+      {"untrigger", {&PageRequests::untrigger, Needs::nothing}},
+      {"stop", {&PageRequests::stop, Needs::token}},
+      {"take_writer", {&PageRequests::take_writer, Needs::token}},
+      {"release_writer", {&PageRequests::release_writer, Needs::nothing}},
+      {"command", {&PageRequests::command, Needs::token}},
+      {"start", {&PageRequests::start, Needs::token}},
+      {"save", {&PageRequests::save, Needs::role}},
+      {"undo_save", {&PageRequests::undo_save, Needs::role}}};
   const std::string what = text_of(request, "do");
   const auto found = requests.find(what);
   if (found == requests.end()) return refuse(asked, fmt::format("\"{}\" is not a request", what));
-  if (found->second.needs != Needs::nothing && !client.is_authorised) {
-    ++counters_.refused;
+  const auto& [carry_out, needs] = found->second;
+  if (needs != Needs::nothing && !client.is_authorised) {
+    ++clients_.counters.refused;
     return refuse(asked, no_token);
   }
-  if (found->second.needs == Needs::role && writer_ != client.number) return refuse(asked, no_role);
-  (this->*found->second.request)(client, asked, request);
+  if (needs == Needs::role && !role_.is_of(client)) return refuse(asked, no_role);
+  (this->*carry_out)(client, asked, request);
 }
 
-void PageService::reply(const Asked& asked, json answer) {
+void PageRequests::reply(const Asked& asked, json answer) {
   answer["type"] = "answer";
   answer["id"] = asked.id;
-  if (Client* client = client_with(asked.client))
-    client->web.send_text(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+  if (PageClient* client = clients_.with(asked.client)) client->send(answer);
 }
 
-PageService::Client* PageService::client_with(std::uint64_t number) {
-  const auto found =
-      std::ranges::find(clients_, number, [](const auto& client) { return client.second.number; });
-  return found == clients_.end() ? nullptr : &found->second;
-}
+void PageRequests::refuse(const Asked& asked, const std::string& reason) { reply(asked, refusal(reason)); }
 
-void PageService::refuse(const Asked& asked, const std::string& reason) { reply(asked, refusal(reason)); }
-
-void PageService::token(Client& client, const Asked& asked, const json& request) {
+void PageRequests::token(PageClient& client, const Asked& asked, const json& request) {
   if (client.waits_for_token) return refuse(asked, "the answer to the last token is under way");
   if (access_.is_token(text_of(request, "token"))) {
     client.is_authorised = true;
     reply(asked, {{"ok", true}});
-    return send_writer(client);
+    return role_.show_to(client);
   }
-  ++counters_.refused;
+  ++clients_.counters.refused;
   client.waits_for_token = true;
   const auto later = std::make_shared<boost::asio::steady_timer>(context_, answer_to_a_wrong_token);
   later->async_wait([this, later, asked](const boost::system::error_code&) {
-    if (Client* waiting = client_with(asked.client)) waiting->waits_for_token = false;
+    if (PageClient* waiting = clients_.with(asked.client)) waiting->waits_for_token = false;
     refuse(asked, "this is not the token: hystcan page CONFIG --token shows it");
   });
 }
 
-void PageService::view(Client& client, const Asked& asked, const json& request) {
+void PageRequests::view(PageClient& client, const Asked& asked, const json& request) {
   const double rate = number_of(request, "rate_Hz");
   if (!(rate >= slowest_view_Hz && rate <= fastest_view_Hz))
     return refuse(asked,
                   fmt::format("rate_Hz is {}, expected {} to {}", rate, slowest_view_Hz, fastest_view_Hz));
   client.rate = std::round(rate);
-  set_rates();
   reply(asked, {{"ok", true}});
 }
 
 /// Throws Error if the controller runs with another file than the page's.
-void PageService::require_the_same_file(const json& settings) const {
+void PageRequests::require_the_same_file(const json& settings) const {
   const std::filesystem::path of_controller = settings.at("file").get<std::string>();
   std::error_code error;
   if (!std::filesystem::equivalent(of_controller, options_.config, error))
@@ -157,17 +201,12 @@ void PageService::require_the_same_file(const json& settings) const {
                             of_controller.string(), options_.config.string()));
 }
 
-void PageService::with_settings(const Asked& asked, std::function<void(const json& settings)> work) {
+void PageRequests::with_settings(const Asked& asked, std::function<void(const json& settings)> work) {
   const bool waits =
-      slow_requests_.add(asked.client, [this, asked, work = std::move(work)](const RequestQueue::Done& done) {
-        reading_.ask({{"do", "settings"}}, [this, asked, work, done, changes = changes_](const json& answer) {
+      queue_.add(asked.client, [this, asked, work = std::move(work)](const RequestQueue::Done& done) {
+        role_.read_settings([this, asked, work, done](const json& answer) {
           try {
-            if (!answer.value("ok", false)) {
-              reply(asked, answer);
-              return done();
-            }
-            if (changes == changes_ && !writing_.is_busy()) compare_settings(answer.at("settings"));
-            work(answer);
+            answer.value("ok", false) ? work(answer) : reply(asked, answer);
           } catch (const std::exception& error) {
             refuse(asked, error_text(error));
           }
@@ -178,7 +217,7 @@ void PageService::with_settings(const Asked& asked, std::function<void(const jso
     refuse(asked, fmt::format("{} requests of this page wait already", RequestQueue::most_of_a_client));
 }
 
-void PageService::settings(Client&, const Asked& asked, const json&) {
+void PageRequests::settings(PageClient&, const Asked& asked, const json&) {
   with_settings(asked, [this, asked](json answer) {
     answer.erase("file");
     answer["undo_save"] = std::filesystem::exists(kept_beside(options_.config));
@@ -186,67 +225,51 @@ void PageService::settings(Client&, const Asked& asked, const json&) {
   });
 }
 
-/// Replies with what `make` makes of the axis with the settings in force.
-void PageService::reply_of_axis(const Asked& asked, const json& request, const MakeOfAxis& make) {
+void PageRequests::reply_of_axis(const Asked& asked, const json& request,
+                                 json (*make)(const config::AxisConfig& axis, double cycle_s)) {
   const std::string axis = text_of(request, "axis");
   with_settings(asked, [this, asked, axis, make](const json& answer) {
     require_the_same_file(answer);
     const config::Config config = config::load(options_.config, overrides_of(answer.at("unsaved")));
-    json made = make(config, config.axes[index_of_axis(config, axis)]);
+    json made = make(config.axes[index_of_axis(config, axis)], 1.0 / config.controller.rate_Hz);
     made["ok"] = true;
     reply(asked, std::move(made));
   });
 }
 
-void PageService::bode(Client&, const Asked& asked, const json& request) {
-  reply_of_axis(asked, request, [](const config::Config& config, const config::AxisConfig& axis) {
-    return bode_of(axis, 1.0 / config.controller.rate_Hz);
-  });
+void PageRequests::bode(PageClient&, const Asked& asked, const json& request) {
+  reply_of_axis(asked, request, bode_of);
 }
 
-void PageService::curves(Client&, const Asked& asked, const json& request) {
-  reply_of_axis(asked, request, [](const config::Config& config, const config::AxisConfig& axis) {
-    return reference_curves_of(axis, 1.0 / config.controller.rate_Hz);
-  });
+void PageRequests::curves(PageClient&, const Asked& asked, const json& request) {
+  reply_of_axis(asked, request, reference_curves_of);
 }
 
-void PageService::trigger(Client& client, const Asked& asked, const json& request) {
+void PageRequests::trigger(PageClient& client, const Asked& asked, const json& request) {
   if (!controller_.is_there()) return refuse(asked, "no cycles come: there is nothing to capture");
-  client.trigger.emplace(Trigger::of(request, controller_.greeting()), watch_.columns());
+  client.trigger.emplace(Trigger::of(request, controller_.greeting()), events_.columns());
   reply(asked, {{"ok", true}});
 }
 
-void PageService::untrigger(Client& client, const Asked& asked, const json&) {
+void PageRequests::untrigger(PageClient& client, const Asked& asked, const json&) {
   client.trigger.reset();
   reply(asked, {{"ok", true}});
 }
 
-void PageService::give_role_to(std::uint64_t client) {
-  if (writer_ == client) return;
-  writing_.close();  // the controller's right to write goes with the role
-  if (client != 0)
-    tell_all({act_event(name_of_page(client), "info", "takes control")});
-  else
-    tell_all({act_event(name_of_page(writer_), "info", "gives control back")});
-  writer_ = client;
-  for (auto& [web, other] : clients_) send_writer(other);
-}
-
-void PageService::take_writer(Client& client, const Asked& asked, const json& request) {
+void PageRequests::take_writer(PageClient& client, const Asked& asked, const json& request) {
   const bool is_forced = request.contains("force") && request.at("force") == true;
-  if (writer_ != 0 && writer_ != client.number && !is_forced)
+  if (!role_.is_free() && !role_.is_of(client) && !is_forced)
     return refuse(asked, "another page has the writer's role");
-  give_role_to(client.number);
+  role_.give_to(client.number);
   reply(asked, {{"ok", true}});
 }
 
-void PageService::release_writer(Client& client, const Asked& asked, const json&) {
-  if (writer_ == client.number) give_role_to(0);
+void PageRequests::release_writer(PageClient& client, const Asked& asked, const json&) {
+  if (role_.is_of(client)) role_.give_to(0);
   reply(asked, {{"ok", true}});
 }
 
-/// `disable` ends something: like `stop`, it needs no role.
-void PageService::command(Client& client, const Asked& asked, const json& request) {
+void PageRequests::command(PageClient& client, const Asked& asked, const json& request) {
   const auto command = request.find("command");
   if (command == request.end() || !command->is_object())
     return refuse(asked, "\"command\" is missing, expected a command of the control socket");
@@ -254,13 +277,9 @@ void PageService::command(Client& client, const Asked& asked, const json& reques
   if (std::ranges::find(page_commands, what) == page_commands.end())
     return refuse(asked, fmt::format("\"{}\" is no command of the page, expected {}", what,
                                      fmt::join(page_commands, ", ")));
-  const bool is_open_to_all = what == "disable";
-  if (!is_open_to_all && writer_ != client.number) return refuse(asked, no_role);
+  if (!ends_something(*command) && !role_.is_of(client)) return refuse(asked, no_role);
   spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
-  ++changes_;
-  ControlLink& link = is_open_to_all ? stopping_ : writing_;
-  link.ask(*command, [this, asked, given = *command](const json& answer) {
-    command_answered(name_of_page(asked.client), given, answer);
+  role_.command(asked.client, *command, [this, asked](const json& answer) {
     const bool is_done = answer.value("ok", false);
     json told{{"ok", is_done}, {"answer", answer}};
     if (!is_done) told["error"] = answer.value("error", "refused");
@@ -268,39 +287,34 @@ void PageService::command(Client& client, const Asked& asked, const json& reques
   });
 }
 
-void PageService::stop(Client&, const Asked& asked, const json&) {
+void PageRequests::stop(PageClient&, const Asked& asked, const json&) {
   spdlog::warn("page {}: stop", asked.client);
-  const json command{{"do", "stop"}};
-  stopping_.ask(command, [this, asked, command](const json& answer) {
-    command_answered(name_of_page(asked.client), command, answer);
-    reply(asked, answer);
-    stopping_.close();
-  });
+  role_.command(asked.client, {{"do", "stop"}}, [this, asked](const json& answer) { reply(asked, answer); });
 }
 
-void PageService::start(Client&, const Asked& asked, const json&) {
+void PageRequests::start(PageClient&, const Asked& asked, const json&) {
   if (!options_.start_again)
     return refuse(asked,
                   fmt::format("only a demo starts from its page, expected: {}", options_.start_command));
   options_.start_again();
   spdlog::info("page {}: start again", asked.client);
-  tell_all({act_event(name_of_page(asked.client), "info", "start again")});
+  events_.add_act(asked.client, "info", "start again");
   reply(asked, {{"ok", true}});
 }
 
-void PageService::save(Client&, const Asked& asked, const json& request) {
+void PageRequests::save(PageClient&, const Asked& asked, const json& request) {
   reply_or_write(asked, request,
                  [this](const json& answer) { return save_of(options_.config, answer.at("unsaved")); });
 }
 
-void PageService::undo_save(Client&, const Asked& asked, const json& request) {
+void PageRequests::undo_save(PageClient&, const Asked& asked, const json& request) {
   reply_or_write(asked, request, [this](const json&) { return undo_of(options_.config); });
 }
 
-/// Replies with the difference; if the request has its digest, writes the file.
-void PageService::reply_or_write(const Asked& asked, const json& request, const MakeSave& make) {
+void PageRequests::reply_or_write(const Asked& asked, const json& request,
+                                  std::function<ConfigSave(const json& settings)> make) {
   const std::string digest = request.contains("digest") ? text_of(request, "digest") : "";
-  with_settings(asked, [this, asked, digest, make](const json& answer) {
+  with_settings(asked, [this, asked, digest, make = std::move(make)](const json& answer) {
     require_the_same_file(answer);
     const ConfigSave save = make(answer);
     json told{{"ok", true}, {"kept", kept_beside(options_.config).filename().string()}};
@@ -315,19 +329,43 @@ void PageService::reply_or_write(const Asked& asked, const json& request, const 
     const std::string done =
         fmt::format("{} {}", save.undoes ? "undo save of" : "save", options_.config.filename().string());
     spdlog::info("page {}: {}", asked.client, done);
-    tell_all({act_event(name_of_page(asked.client), "info", done)});
-    save.undoes ? reload_restored(asked, std::move(told)) : reply(asked, std::move(told));
+    events_.add_act(asked.client, "info", done);
+    if (!save.undoes) return reply(asked, std::move(told));
+    // The controller takes the restored file over; if it does not, `not_applied` says why.
+    role_.command(asked.client, {{"do", "reload"}},
+                  [this, asked, told = std::move(told)](const json& reloaded) mutable {
+                    if (!reloaded.value("ok", false)) told["not_applied"] = reloaded.value("error", "");
+                    reply(asked, std::move(told));
+                  });
   });
 }
 
-/// The controller takes the restored file over; if it does not, `not_applied` says why.
-void PageService::reload_restored(const Asked& asked, json told) {
-  const json command{{"do", "reload"}};
-  ++changes_;
-  writing_.ask(command, [this, asked, command, told = std::move(told)](const json& answer) mutable {
-    command_answered(name_of_page(asked.client), command, answer);
-    if (!answer.value("ok", false)) told["not_applied"] = answer.value("error", "");
-    reply(asked, std::move(told));
+bool RequestQueue::add(std::uint64_t client, Work work) {
+  std::deque<Work>& own = waiting_[client];
+  if (own.size() >= most_of_a_client) return false;
+  own.push_back(std::move(work));
+  if (!is_busy_) next();
+  return true;
+}
+
+void RequestQueue::next() {
+  if (waiting_.empty()) {
+    is_busy_ = false;
+    return;
+  }
+  is_busy_ = true;
+  auto turn = waiting_.upper_bound(served_last_);
+  if (turn == waiting_.end()) turn = waiting_.begin();
+  served_last_ = turn->first;
+  const Work work = std::move(turn->second.front());
+  turn->second.pop_front();
+  if (turn->second.empty()) waiting_.erase(turn);
+  using Clock = std::chrono::steady_clock;
+  work([this, began = Clock::now()] {
+    pause_.expires_after(Clock::now() - began);
+    pause_.async_wait([this](const boost::system::error_code& cancelled) {
+      if (!cancelled) next();
+    });
   });
 }
 

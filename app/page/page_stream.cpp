@@ -1,12 +1,31 @@
 #include "app/page/page_stream.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <boost/asio/post.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/read_until.hpp>
+#include <chrono>
+#include <istream>
 #include <stdexcept>
 #include <utility>
+
+#include "app/live/command_handler.h"
+#include "app/live/sample_stream.h"
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {
 
+using boost::asio::local::stream_protocol;
+using boost::system::error_code;
+
+constexpr auto pause_before_next = std::chrono::milliseconds(500);
+constexpr auto longest_pause = std::chrono::seconds(3);  // a batch comes every 20 ms
+constexpr std::size_t longest_greeting = 65'536;
+constexpr std::size_t longest_batch = 16'777'216;
 constexpr double history_s = 60.0;
 constexpr double shortest_history_s = 12.0;  // what the longest capture needs, and some
 constexpr double most_history_rows = 200'000.0;
@@ -15,16 +34,98 @@ constexpr std::size_t rows_of_a_block = 100;
 constexpr double fastest_Hz = 1e5;
 constexpr std::size_t most_axes = 64;
 
-RowBlock block_of(std::vector<double> values) {
-  return values.empty() ? nullptr : std::make_shared<const std::vector<double>>(std::move(values));
-}
-
 }  // namespace
 
-PageStream::PageStream(std::string name, std::uint32_t kind, Hooks hooks)
-    : name_(std::move(name)), kind_(kind), hooks_(std::move(hooks)) {}
+PageStream::PageStream(boost::asio::io_context& context, std::string name, std::uint32_t kind,
+                       std::function<std::filesystem::path()> control_socket, Hooks hooks)
+    : name_(std::move(name)),
+      kind_(kind),
+      control_socket_(std::move(control_socket)),
+      hooks_(std::move(hooks)),
+      socket_(context),
+      limit_(context),
+      pause_(context),
+      received_(longest_batch + longest_greeting) {
+  boost::asio::post(context, [this] { connect(); });  // the hooks are not ready yet
+}
 
-void PageStream::begun(const nlohmann::json& greeting) {
+void PageStream::connect() {
+  received_.consume(received_.size());
+  ++attempt_;
+  try {
+    file_ = stream_beside(control_socket_());
+    socket_ = stream_protocol::socket(socket_.get_executor());
+    await();
+    socket_.async_connect(stream_protocol::endpoint(file_.string()), then([this] { read_greeting(); }));
+  } catch (const std::exception& error) {
+    fail(error_text(error));
+  }
+}
+
+void PageStream::await() {
+  limit_.expires_after(longest_pause);
+  limit_.async_wait([this, attempt = attempt_](const error_code& cancelled) {
+    if (!cancelled && attempt == attempt_) fail("sends nothing");
+  });
+}
+
+void PageStream::read_greeting() {
+  boost::asio::async_read_until(
+      socket_, received_, '\n', then([this] {
+        std::istream stream(&received_);
+        std::string line;
+        std::getline(stream, line);
+        if (line.size() > longest_greeting)
+          return fail("is not a stream of hystcan: its greeting is too long");
+        try {
+          const nlohmann::json greeting = parse_command(line);
+          if (greeting.at("columns").empty() || greeting.at("version") != 1)
+            return fail("is a stream of another version");
+          begin(greeting);
+        } catch (const std::exception& invalid) {
+          return fail(fmt::format("is not a stream of hystcan: {}", error_text(invalid)));
+        }
+        read_head();
+      }));
+}
+
+void PageStream::read_head() {
+  constexpr std::size_t bytes = 2 * sizeof(std::uint32_t);
+  await();
+  const std::size_t missing = bytes - std::min(bytes, received_.size());
+  boost::asio::async_read(socket_, received_, boost::asio::transfer_exactly(missing), then([this] {
+                            std::array<std::uint32_t, 2> head{};
+                            received_.sgetn(reinterpret_cast<char*>(head.data()), sizeof head);
+                            read_rows(head[0], head[1]);
+                          }));
+}
+
+void PageStream::read_rows(std::uint32_t rows, std::uint32_t lost) {
+  const std::size_t bytes = std::size_t{rows} * layout_.columns * sizeof(double);
+  if (bytes > longest_batch) return fail("sends a batch that is too long");
+  const std::size_t missing = bytes - std::min(bytes, received_.size());
+  boost::asio::async_read(
+      socket_, received_, boost::asio::transfer_exactly(missing), then([this, bytes, lost] {
+        std::vector<double> values(bytes / sizeof(double));
+        received_.sgetn(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(bytes));
+        take(values, lost);
+        read_head();
+      }));
+}
+
+void PageStream::fail(const std::string& reason) {
+  ++attempt_;
+  limit_.cancel();
+  error_code ignored;
+  socket_.close(ignored);
+  end(fmt::format("{}: {}", file_.string(), reason));
+  pause_.expires_after(pause_before_next);
+  pause_.async_wait([this](const error_code& cancelled) {
+    if (!cancelled) connect();
+  });
+}
+
+void PageStream::begin(const nlohmann::json& greeting) {
   RowLayout layout = RowLayout::of(greeting);
   const double rate = greeting.at("rate_Hz").get<double>();
   const std::size_t axes = greeting.at("axes").size();
@@ -32,30 +133,30 @@ void PageStream::begun(const nlohmann::json& greeting) {
   if (axes == 0 || axes > most_axes || !(rate > 0.0 && rate <= fastest_Hz))
     throw std::runtime_error("its axes or its rate are not those of a stream");
   layout_ = std::move(layout);
-  axes_ = axes;
   const double rows_per_s = rate * static_cast<double>(axes);
   const double rows =
       std::clamp(history_s * rows_per_s, 1.0, std::max(most_history_rows, shortest_history_s * rows_per_s));
   history_.emplace(layout_.columns, static_cast<std::size_t>(rows));
   greeting_ = greeting;
   lanes_.clear();
-  set_rates(std::exchange(rates_, {}));
   hooks_.changed();
 }
 
-void PageStream::received(std::span<const double> values, std::uint32_t lost) {
+void PageStream::take(std::span<const double> values, std::uint32_t lost) {
+  ++batch_;
+  batch_begin_ = history_->end();
+  const auto axes = static_cast<double>(greeting_.at("axes").size());
   for (; values.size() >= layout_.columns; values = values.subspan(layout_.columns)) {
     const std::span<const double> row = values.first(layout_.columns);
-    if (!(row[layout_.axis] >= 0.0 && row[layout_.axis] < static_cast<double>(axes_))) continue;
+    if (!(row[layout_.axis] >= 0.0 && row[layout_.axis] < axes)) continue;
     history_->put(row);
-    for (auto& [rate, lane] : lanes_) lane.decimator.put(row);
     hooks_.row(row);
   }
-  for (auto& [rate, lane] : lanes_) lane.rows = block_of(lane.decimator.take());
   hooks_.batch(lost);
+  std::erase_if(lanes_, [&](const auto& lane) { return lane.second.batch != batch_; });
 }
 
-void PageStream::ended(const std::string& reason) {
+void PageStream::end(const std::string& reason) {
   const bool was_there = history_.has_value();
   history_.reset();
   greeting_ = nullptr;
@@ -69,21 +170,18 @@ nlohmann::json PageStream::message() const {
   return message;
 }
 
-PageStream::Lane PageStream::lane_for(double rate) const {
-  return {RowDecimator(layout_, RowDecimator::bucket_for(rate_Hz(), rate))};
-}
-
-void PageStream::set_rates(const std::set<double>& rates) {
-  rates_ = rates;
-  if (!is_there()) return;
-  std::erase_if(lanes_, [&](const auto& lane) { return !rates_.contains(lane.first); });
-  for (const double rate : rates_)
-    if (!lanes_.contains(rate)) lanes_.emplace(rate, lane_for(rate));
-}
-
-RowBlock PageStream::rows_at(double rate) const {
-  const auto lane = lanes_.find(rate);
-  return lane == lanes_.end() ? nullptr : lane->second.rows;
+RowBlock PageStream::rows_at(double rate) {
+  const double rate_Hz = greeting_.at("rate_Hz").get<double>();
+  auto lane = lanes_.find(rate);
+  if (lane == lanes_.end())
+    lane = lanes_.emplace(rate, Lane{RowDecimator(layout_, RowDecimator::bucket_for(rate_Hz, rate))}).first;
+  auto& [decimator, batch, rows] = lane->second;
+  if (std::exchange(batch, batch_) == batch_) return rows;
+  for (std::uint64_t i = std::max(batch_begin_, history_->first()); i < history_->end(); ++i)
+    decimator.put(history_->row(i));
+  std::vector<double> values = decimator.take();
+  rows = values.empty() ? nullptr : std::make_shared<const std::vector<double>>(std::move(values));
+  return rows;
 }
 
 std::vector<RowBlock> PageStream::past() const {

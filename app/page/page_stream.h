@@ -1,36 +1,38 @@
-// One stream as the clients of the page get it: each lane has the rows of one rate, made once for all clients of that rate.
+// One stream socket (docs/control_socket.md), as the clients of the page get it: each lane has the rows of
+// one rate, made once for all clients of that rate. Connects, and connects again when the stream has ended or
+// sends nothing.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/streambuf.hpp>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "app/page/http_server.h"
-#include "app/page/row_decimator.h"
-#include "app/page/row_history.h"
-#include "app/page/stream_source.h"
+#include "app/page/stream_rows.h"
 
 namespace hystcan::app {
 
-class PageStream final : public StreamHandler {
+class PageStream {
  public:
   struct Hooks {
     std::function<void()> changed;                         ///< it has begun or ended
     std::function<void(std::span<const double> row)> row;  ///< in the history already
-    std::function<void(std::uint32_t lost)> batch;         ///< the lanes have new rows
+    std::function<void(std::uint32_t lost)> batch;         ///< rows_at() has new rows
   };
 
-  /// `kind`: of its binary messages.
-  PageStream(std::string name, std::uint32_t kind, Hooks hooks);
-
-  void begun(const nlohmann::json& greeting) override;
-  void received(std::span<const double> values, std::uint32_t lost) override;
-  void ended(const std::string& reason) override;
+  /// `kind`: of its binary messages. `control_socket`: beside which the stream is, asked before each attempt.
+  PageStream(boost::asio::io_context& context, std::string name, std::uint32_t kind,
+             std::function<std::filesystem::path()> control_socket, Hooks hooks);
 
   std::uint32_t kind() const { return kind_; }
   bool is_there() const { return history_.has_value(); }
@@ -40,32 +42,53 @@ class PageStream final : public StreamHandler {
   /// For the client: `stream`.
   nlohmann::json message() const;
 
-  /// The rates of all clients, rows per axis and second.
-  void set_rates(const std::set<double>& rates);
-  /// What the last batch gave at this rate; null if nothing.
-  RowBlock rows_at(double rate) const;
-  /// What is in the history, in a few thousand rows. In small blocks: on one processor, a kernel that is not preemptible
-  /// does nothing else while it takes a block.
+  /// For the hook `batch`: what the batch gives at this rate, rows per axis and second; null if nothing.
+  RowBlock rows_at(double rate);
+  /// What is in the history, in a few thousand rows. In small blocks: on one processor, a kernel that is not
+  /// preemptible does nothing else while it takes a block.
   std::vector<RowBlock> past() const;
 
  private:
   struct Lane {
     RowDecimator decimator;
+    std::uint64_t batch = 0;  ///< the last one that was asked for
     RowBlock rows{};
   };
 
-  double rate_Hz() const { return greeting_.at("rate_Hz").get<double>(); }
-  Lane lane_for(double rate) const;
+  /// The handler of an operation of this attempt: an error ends the attempt, an earlier attempt no longer
+  /// counts.
+  template <class Then>
+  auto then(Then go_on) {
+    return [this, attempt = attempt_, go_on](const boost::system::error_code& error, std::size_t = 0) {
+      if (attempt != attempt_) return;
+      error ? fail(error.message()) : go_on();
+    };
+  }
+  void connect();
+  void read_greeting();
+  void read_head();
+  void read_rows(std::uint32_t rows, std::uint32_t lost);
+  void await();
+  void fail(const std::string& reason);
+  /// Throws if it does not understand the greeting.
+  void begin(const nlohmann::json& greeting);
+  void take(std::span<const double> values, std::uint32_t lost);
+  void end(const std::string& reason);
 
   std::string name_;
   std::uint32_t kind_;
+  std::function<std::filesystem::path()> control_socket_;
   Hooks hooks_;
+  boost::asio::local::stream_protocol::socket socket_;
+  boost::asio::steady_timer limit_, pause_;
+  boost::asio::streambuf received_;
+  std::filesystem::path file_;
+  std::uint64_t attempt_ = 0;  ///< what is left of an earlier one does not count
   nlohmann::json greeting_;
   std::string reason_ = "not connected yet";
   RowLayout layout_;
-  std::size_t axes_ = 0;
   std::optional<RowHistory> history_;
-  std::set<double> rates_;
+  std::uint64_t batch_ = 0, batch_begin_ = 0;  ///< number of the present batch, and of its first row
   std::map<double, Lane> lanes_;
 };
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "app/live/report.h"
-#include "app/stage/travel.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "identification/characterisation.h"

@@ -22,6 +22,35 @@
 namespace hystcan::app {
 namespace {
 
+constexpr double amplitude_margin = 2.0;
+
+/// Why this excitation is too large.
+std::optional<std::string> excess_of(const config::Config& config, const twin::Config& twin,
+                                     const controller::Excitation::Config& excitation) {
+  const controller::Supervisor::Config& limits = config.axes[0].control.supervision;
+  OpenLoopOptions rehearsed;
+  rehearsed.rehearse = true;
+  Travel travel;
+  try {
+    const OpenLoopEnd end =
+        drive_in_open_loop(in_open_loop(config, excitation), twin, rehearsed,
+                           [&](const controller::CycleRecord& record) { travel.add(record.report); });
+    if (stop_signalled != 0) throw RunError("stopped before the experiment, nothing is written");
+    if (end.axis.fault().cause != controller::Cause::none)
+      return describe(config.axes[0].wire.name, end.axis.fault());
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  if (limits.position_jump_um > 0.0 && amplitude_margin * travel.largest_jump_um > limits.position_jump_um)
+    return fmt::format("{:.3g} um from sample to sample, position_jump_um is {:g}", travel.largest_jump_um,
+                       limits.position_jump_um);
+  const auto twice = [&](double um) { return travel.first_um + amplitude_margin * (um - travel.first_um); };
+  if (twice(travel.low_um) < limits.position_min_um || twice(travel.high_um) > limits.position_max_um)
+    return fmt::format("{:.4g} to {:.4g} um, position_min_um and position_max_um are {:g} and {:g}",
+                       travel.low_um, travel.high_um, limits.position_min_um, limits.position_max_um);
+  return std::nullopt;
+}
+
 using controller::Excitation;
 using OnRecord = std::function<void(const controller::CycleRecord&)>;
 
@@ -122,6 +151,31 @@ void OpenLoopEnd::require_finished(const std::string& axis_name, const std::stri
 OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config& twin,
                                const OpenLoopOptions& options, const OnRecord& on_record) {
   return options.rehearse ? rehearse(config, twin, on_record) : run_on_the_bus(config, options, on_record);
+}
+
+void Travel::add(const controller::AxisReport& report) {
+  if (report.state != controller::AxisState::tracking || report.sample_missing) return;
+  const double here = report.position_um;
+  if (!last_um) first_um = low_um = high_um = here;
+  largest_jump_um = std::max(largest_jump_um, std::abs(here - last_um.value_or(here)));
+  low_um = std::min(low_um, here);
+  high_um = std::max(high_um, here);
+  last_um = here;
+}
+
+double amplitude_with_margin(const config::Config& config, const twin::Config& twin, double amplitude,
+                             const std::function<controller::Excitation::Config(double)>& excitation) {
+  constexpr int halvings = 8;
+  std::string excess;
+  for (int i = 0; i <= halvings; ++i, amplitude /= 2.0) {
+    const auto found = excess_of(config, twin, excitation(amplitude));
+    if (!found) return amplitude;
+    excess = *found;
+  }
+  throw RunError(fmt::format(
+      "the experiment is too large for the twin even with an amplitude of {:.3g}: {}; nothing is written. "
+      "Look at [axis.twin] and at the limits of [axis.control], or state an --amplitude",
+      2.0 * amplitude, excess));
 }
 
 }  // namespace hystcan::app

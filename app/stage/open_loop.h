@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,5 +51,21 @@ struct OpenLoopEnd {
 OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config& twin,
                                const OpenLoopOptions& options,
                                const std::function<void(const controller::CycleRecord&)>& on_record);
+
+/// How far and how fast the position went.
+struct Travel {
+  double first_um = 0.0, low_um = 0.0, high_um = 0.0;
+  double largest_jump_um = 0.0;
+  std::optional<double> last_um{};
+
+  void add(const controller::AxisReport& report);
+};
+
+/// For an amplitude that is not given: the twin tries it before the stage does. The first of `amplitude`, its
+/// half, its quarter ... that a rehearsal with the twin passes with a margin of 2: no fault, at most half of
+/// position_jump_um from sample to sample, and twice the travel within position_min_um and position_max_um.
+/// `config` has one axis. Throws RunError where none does.
+double amplitude_with_margin(const config::Config& config, const twin::Config& twin, double amplitude,
+                             const std::function<controller::Excitation::Config(double)>& excitation);
 
 }  // namespace hystcan::app

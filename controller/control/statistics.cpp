@@ -1,7 +1,5 @@
 #include "controller/control/statistics.h"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace hystcan::controller {
@@ -9,25 +7,11 @@ namespace {
 
 ErrorStatistics sum_of(const std::vector<ErrorStatistics>& segments) {
   ErrorStatistics sum;
-  for (const ErrorStatistics& segment : segments) {
-    sum.samples += segment.samples;
-    sum.sum_of_squares += segment.sum_of_squares;
-    sum.max_um = std::max(sum.max_um, segment.max_um);
-  }
+  for (const ErrorStatistics& segment : segments) sum.add(segment);
   return sum;
 }
 
 }  // namespace
-
-void ErrorStatistics::add(double error_um) {
-  ++samples;
-  sum_of_squares += error_um * error_um;
-  max_um = std::max(max_um, std::abs(error_um));
-}
-
-double ErrorStatistics::rms_um() const {
-  return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
-}
 
 void TrackingStatistics::add(const AxisReport& report) {
   const Trajectory::Point& point = report.point;
@@ -48,7 +32,7 @@ void TrackingStatistics::make_room(std::size_t segments) {
   if (segments <= segments_.size()) return;
   segments_.resize(segments);
   against_ideal_.resize(segments);
-  levels_.resize(segments, {StepResponse(band_um_), HoldNoise()});
+  levels_.resize(segments, {metrics::StepResponse(tolerance_um_), metrics::HoldNoise()});
 }
 
 void TrackingStatistics::add_level(const AxisReport& report) {
@@ -57,7 +41,7 @@ void TrackingStatistics::add_level(const AxisReport& report) {
   level_of_ = point.segment;
   LevelStatistics& level = levels_[point.segment];
   level.steps.add(point.shape_time_s, report.reference_um, report.position_um, point.at_rest);
-  const double band_um = level.steps.band_um() > 0.0 ? level.steps.band_um() : band_um_;
+  const double band_um = level.steps.present() ? level.steps.present()->band_um : tolerance_um_;
   const bool counts = point.at_rest && point.shape_time_s >= settle_s_;
   level.hold.add(report.reference_um, report.position_um, band_um, counts);
 }
@@ -69,7 +53,7 @@ void TrackingStatistics::leave_level() {
   level_of_.reset();
 }
 
-double settling_band_um(const AxisConfig& config) {
+double settling_tolerance_um(const AxisConfig& config) {
   return config.in_position ? config.in_position->tolerance_um : 0.0;
 }
 

@@ -7,40 +7,39 @@
 #include <vector>
 
 #include "controller/control/axis.h"
-#include "controller/control/step_response.h"
+#include "metrics/statistics.h"
+#include "metrics/step_response.h"
 
 namespace hystcan::controller {
 
-struct ErrorStatistics {
-  std::size_t samples = 0;
-  double sum_of_squares = 0.0;
-  double max_um = 0.0;
-
-  void add(double error_um);
-  double rms_um() const;
-};
+using metrics::ErrorStatistics;
 
 /// How the stage arrived at the levels of one segment, and how quietly it stayed there.
 struct LevelStatistics {
-  StepResponse steps;
-  HoldNoise hold;
+  metrics::StepResponse steps;
+  metrics::HoldNoise hold;
 };
+
+/// in_position.tolerance_um; 0 where it is not configured.
+double settling_tolerance_um(const AxisConfig& config);
 
 /// Error (reference minus measured) of every tracking cycle, per segment. The smooth transitions between
 /// segments, live goals and the first `settle_s` of each segment do not count. Steps count from their
 /// beginning.
 class TrackingStatistics {
  public:
-  /// `band_um`: of StepResponse.
-  TrackingStatistics(std::size_t segments, double settle_s, double band_um = 0.0)
-      : settle_s_(settle_s), band_um_(band_um) {
+  TrackingStatistics(const AxisConfig& config, double settle_s)
+      : TrackingStatistics(config.setpoint.size(), settle_s, settling_tolerance_um(config)) {}
+  /// `tolerance_um`: of StepResponse.
+  TrackingStatistics(std::size_t segments, double settle_s, double tolerance_um = 0.0)
+      : settle_s_(settle_s), tolerance_um_(tolerance_um) {
     make_room(segments);
   }
 
   void add(const AxisReport& report);
   const std::vector<ErrorStatistics>& segments() const { return segments_; }
   const std::vector<LevelStatistics>& levels() const { return levels_; }
-  double band_um() const { return band_um_; }
+  double tolerance_um() const { return tolerance_um_; }
   ErrorStatistics total() const;
   /// The error against the reference with sharp corners (Trajectory::Point::ideal_um), per segment. It is
   /// that of segments() where the reference has no turnarounds.
@@ -53,15 +52,12 @@ class TrackingStatistics {
   void leave_level();
 
   double settle_s_;
-  double band_um_;
+  double tolerance_um_;
   std::vector<ErrorStatistics> segments_;
   std::vector<ErrorStatistics> against_ideal_;
   std::vector<LevelStatistics> levels_;
   std::optional<std::size_t> level_of_;  ///< the segment whose levels are followed now
 };
-
-/// The band in which a stage has settled: in_position.tolerance_um; 0 where it is not configured.
-double settling_band_um(const AxisConfig& config);
 
 /// Result of one axis's run.
 struct AxisOutcome {

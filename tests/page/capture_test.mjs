@@ -1,24 +1,16 @@
 // Captures and what leaves the page as a file.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { openPage, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
+import { startDemoWithPage, until } from './support.mjs';
 
 const pre_s = 0.5;
 const post_s = 0.25;
 const rate_Hz = 1000;
-let demo, browser, page;
-before(async () => {
-  demo = await startDemo();
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const { page } = await startDemoWithPage();
+// The history has what is before the trigger.
+await page.waitForFunction((rows) => window.hystcanPage.rows(0) > rows, 2 * pre_s * rate_Hz);
 
 async function download(button) {
   const [file] = await Promise.all([page.waitForEvent('download'), page.click(button)]);

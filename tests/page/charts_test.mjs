@@ -1,20 +1,10 @@
 // Pause, zoom and cursors of the charts.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { openPage, pictureOf, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
+import { pictureOf, startDemoWithPage, until } from './support.mjs';
 
-let demo, browser, page;
-before(async () => {
-  demo = await startDemo();
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const { page } = await startDemoWithPage();
 
 const rows = () => page.evaluate(() => window.hystcanPage.rows(0));
 const isPaused = () => page.evaluate(() => window.hystcanPage.paused);

@@ -1,22 +1,12 @@
 // What people did is in the events of every page: who, which key, from what to what.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { copyOfConfig, ctl, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+import { copyOfConfig, ctl, openPage, startDemoWithPage, takeControl, until } from './support.mjs';
 
-let demo, browser, page, other;
-before(async () => {
-  demo = await startDemo({ config: copyOfConfig() });
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  other = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-  await until('the axis tracks', async () => /tracking/.test(await page.textContent('#axis-0-state')));
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const { demo, browser, page } = await startDemoWithPage({ config: copyOfConfig() });
+const other = await openPage(browser, demo);
+await until('the axis tracks', async () => /tracking/.test(await page.textContent('#axis-0-state')));
 
 /** Waits for an event on this page and on the other one, which calls the first one by its number. */
 async function bothSee(words) {

@@ -1,21 +1,11 @@
 // A fault is shown with its cause and its remedy, and can be cleared.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { ctl, openPage, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
+import { ctl, startDemoWithPage, until } from './support.mjs';
 
-let demo, browser, page;
-before(async () => {
-  demo = await startDemo();
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-  await until('the first axis tracks', async () => /tracking/i.test(await page.textContent('#axis-0-state')));
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const { demo, page } = await startDemoWithPage();
+await until('the first axis tracks', async () => /tracking/i.test(await page.textContent('#axis-0-state')));
 
 test('A fault appears with the words and the remedy of the server', async () => {
   const injected = await ctl(demo.twinSocket, 'inject', 'wrong_crc', '--axis', 'x', '--node', 'sensor');

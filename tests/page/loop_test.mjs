@@ -1,26 +1,16 @@
 // The hysteresis loop: each position beside the drive that caused it, with the corners of the path.
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { copyOfConfig, openPage, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
+import { copyOfConfig, startDemoWithPage, until } from './support.mjs';
 
 const level_um = 16;
-let demo, browser, page;
-before(async () => {
-  demo = await startDemo({ config: triangleAlone() });
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-  await until('the delay and the reference curves', () => page.evaluate(() => window.hystcanPage.loopReference(0)));
-  await page.selectOption('#window-seconds', '1');
-  await until('two seconds of the triangle', () => page.evaluate(() => window.hystcanPage.latest(0).shape_time_s > 2));
-  await page.click('#pause');
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const { page } = await startDemoWithPage({ config: triangleAlone() });
+await until('the delay and the reference curves', () => page.evaluate(() => window.hystcanPage.loopReference(0)));
+await page.selectOption('#window-seconds', '1');
+await until('two seconds of the triangle', () => page.evaluate(() => window.hystcanPage.latest(0).shape_time_s > 2));
+await page.click('#pause');
 
 /** The shipped stage; axis x follows the triangle of 10 Hz and nothing else. */
 function triangleAlone() {
@@ -79,7 +69,7 @@ test('The legend says by how much earlier the drive is', async () => {
 /** What a path keeps of these points, in pixels: the very code of the page. */
 function kept(points) {
   return page.evaluate(async (all) => {
-    const { Thinning } = await import('/loop_points.js');
+    const { Thinning } = await import('/loop_chart.js');
     const drawn = [];
     const thinning = new Thinning((x, y) => drawn.push([x, y]));
     for (const [x, y] of all) thinning.add(x, y);

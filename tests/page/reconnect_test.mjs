@@ -1,20 +1,11 @@
 // The page says when it does not know, and comes back by itself when its server does.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, test } from 'node:test';
 
-import { openPage, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
+import { startDemo, startDemoWithPage, until } from './support.mjs';
 
-let demo, browser, page;
-before(async () => {
-  demo = await startDemo();
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+let { demo, page } = await startDemoWithPage();
+after(() => demo.stop()); // it is another one by then
 
 const connection = () => page.textContent('#connection');
 const rows = () => page.evaluate(() => window.hystcanPage.rows(0));

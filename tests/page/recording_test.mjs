@@ -2,21 +2,11 @@
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+import { startDemoWithPage, takeControl, until } from './support.mjs';
 
-let demo, browser, page;
-before(async () => {
-  demo = await startDemo();
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const { demo, page } = await startDemoWithPage();
 
 const words = () => page.textContent('#recording');
 

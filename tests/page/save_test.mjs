@@ -1,24 +1,14 @@
 // Save and Undo save: what the file gets, what is kept beside it, and the way back.
 import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readFileSync, rmdirSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { copyOfConfig, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+import { copyOfConfig, startDemoWithPage, takeControl, until } from './support.mjs';
 
-let demo, browser, page, config, former;
-before(async () => {
-  config = copyOfConfig();
-  former = readFileSync(config, 'utf8');
-  demo = await startDemo({ config });
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-  await takeControl(page, demo);
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const config = copyOfConfig();
+const former = readFileSync(config, 'utf8');
+const { demo, page } = await startDemoWithPage({ config });
+await takeControl(page, demo);
 
 const gain = () => page.getByRole('textbox', { name: /\bkp\b/i }).first();
 const kept = () => `${config}.before-save`;

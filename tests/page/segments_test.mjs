@@ -1,25 +1,15 @@
 // The segments of the setpoint: shown with their shape, added and removed.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { copyOfConfig, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+import { copyOfConfig, openPage, startDemoWithPage, takeControl, until } from './support.mjs';
 
-let demo, browser, page, config;
-before(async () => {
-  config = copyOfConfig();
-  demo = await startDemo({ config });
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-  await takeControl(page, demo);
-  await until('the axis tracks', async () => /tracking/.test(await page.textContent('#axis-0-state')));
-  for (const summary of await page.getByText('Setpoint segments').all()) await summary.click();
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const config = copyOfConfig();
+const { demo, browser, page } = await startDemoWithPage({ config });
+await takeControl(page, demo);
+await until('the axis tracks', async () => /tracking/.test(await page.textContent('#axis-0-state')));
+for (const summary of await page.getByText('Setpoint segments').all()) await summary.click();
 
 const card = () => page.getByRole('region', { name: 'Axis x', exact: true });
 const titles = () => card().locator('.segment h4').allTextContents();

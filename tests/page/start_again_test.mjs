@@ -1,22 +1,12 @@
 // Start again: another rehearsal in the process of the demo, after Stop.
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { copyOfConfig, ctl, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+import { copyOfConfig, ctl, openPage, startDemoWithPage, takeControl, until } from './support.mjs';
 
-let demo, browser, page, config;
-before(async () => {
-  config = copyOfConfig();
-  demo = await startDemo({ config });
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const config = copyOfConfig();
+const { demo, browser, page } = await startDemoWithPage({ config });
 
 const startAgain = () => page.locator('#start-again');
 const tracks = async () => /tracking/.test(await page.textContent('#axis-0-state'));

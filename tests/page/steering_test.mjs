@@ -1,22 +1,12 @@
 // Who may write, what a change does, and what Save puts into the file.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { copyOfConfig, openPage, seesTheLoopRun, startBrowser, startDemo, takeControl, until } from './support.mjs';
+import { copyOfConfig, openPage, seesTheLoopRun, startDemoWithPage, takeControl, until } from './support.mjs';
 
-let demo, browser, page, config;
-before(async () => {
-  config = copyOfConfig();
-  demo = await startDemo({ config });
-  browser = await startBrowser();
-  page = await openPage(browser, demo);
-  await seesTheLoopRun(page);
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const config = copyOfConfig();
+const { demo, browser, page } = await startDemoWithPage({ config });
 
 /** The answer to one message on a WebSocket of its own, which has not given the token. */
 function askWithoutToken(message) {

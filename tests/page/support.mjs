@@ -5,6 +5,7 @@ import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { createInterface } from 'node:readline';
+import { after } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
 export const repository = join(dirname(fileURLToPath(import.meta.url)), '../..');
@@ -136,4 +137,17 @@ export async function takeControl(page, demo) {
 /** Waits until the page has drawn rows of the axis. */
 export async function seesTheLoopRun(page, axis = 0) {
   await page.waitForFunction((index) => window.hystcanPage?.rows(index) > 100 && window.hystcanPage.firstPlotMs > 0, axis);
+}
+
+/** What most scripts begin with: a demo, a browser and its page, which shows the loop. They end with the last test. */
+export async function startDemoWithPage(options) {
+  const demo = await startDemo(options);
+  const browser = await startBrowser();
+  after(async () => {
+    await browser.close();
+    await demo.stop();
+  });
+  const page = await openPage(browser, demo);
+  await seesTheLoopRun(page);
+  return { demo, browser, page };
 }

@@ -38,11 +38,7 @@ export class Access {
   async stop() {
     const { connection } = this;
     if (!connection.isOpen) return this.stopped(false, 'the page is not connected to its server');
-    if (
-      !this.isAuthorised &&
-      !(await this.#askForToken('Stop needs the token. With the right token the stage stops at once.'))
-    )
-      return;
+    if (!(await this.#hasToken('Stop needs the token. With the right token the stage stops at once.'))) return;
     this.stopped(null, '');
     const answer = await connection.ask({ do: 'stop' }, stopPatience_ms);
     this.stopped(answer.ok, answer.error ?? '');
@@ -50,18 +46,14 @@ export class Access {
 
   /** Begins the demo again. Without the token it asks for it first. Returns the answer of the server. */
   async startAgain() {
-    if (!this.isAuthorised && !(await this.#askForToken('To start the demo again, the page needs the token.')))
+    if (!(await this.#hasToken('To start the demo again, the page needs the token.')))
       return { ok: false, error: 'this needs the token' };
     return this.connection.ask({ do: 'start' });
   }
 
   async #takeOrRelease() {
     if (this.role === 'yours') return void (await this.connection.ask({ do: 'release_writer' }));
-    if (
-      !this.isAuthorised &&
-      !(await this.#askForToken('To change settings and to drive, the page needs the token.'))
-    )
-      return;
+    if (!(await this.#hasToken('To change settings and to drive, the page needs the token.'))) return;
     if (this.role === 'taken') return openDialog('take-over-dialog');
     await this.#askForRole(false);
   }
@@ -72,7 +64,9 @@ export class Access {
     if (!answer.ok && !isForced && this.role === 'taken') openDialog('take-over-dialog');
   }
 
-  #askForToken(why) {
+  /** Asks for the token if the page has not given it yet. */
+  #hasToken(why) {
+    if (this.isAuthorised) return true;
     setText(byId('token-why'), why);
     setText(byId('token-answer'), '');
     byId('token').value = '';

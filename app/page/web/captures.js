@@ -1,17 +1,17 @@
 // Triggered captures: arming, the list, the overlay aligned on the trigger, and their CSV.
 
-import { TimeChart } from './chart.js';
 import { byId, element, setOptions, setText } from './dom.js';
 import { saveCsv, wordsOf } from './export.js';
 import { columnWord, quantity } from './format.js';
 import { onThemeChange } from './theme.js';
+import { TimeChart } from './time_chart.js';
 import { traceOfArrays } from './trace.js';
 
 const most = 20; // captures that are kept
 const shownAtOnce = 7; // as many as there are colours
 
 export class CaptureView {
-  captures = []; // the newest first: {number, on, axis, time_s, triggerAt, columns: Map, rows, isShown}
+  captures = []; // the newest first: {number, on, axis, time_s, step, columns: Map, rows, isShown}
   #announced = new Map();
   changed = () => {};
 
@@ -110,7 +110,7 @@ export class CaptureView {
       on: told.on,
       axis: told.axis,
       time_s: told.trigger_time_s,
-      triggerAt: told.trigger_row,
+      step: told.step,
       columns,
       rows,
       isShown: true,

@@ -1,234 +1,64 @@
-// A chart over time: uPlot draws axes and grid and handles the pointer; the lines come from traces.
-//
-// A line is {label, unit, colour (a number of theme.js, or 'reference'), alpha (two hexadecimal digits),
-// dash (a number), width, trace: () => trace}.
-// uPlot itself gets two points only; the function `paths` of each series draws the trace between them.
+// What all charts share: the place with a legend above the plot, the colours of axes, the ranges of scales.
 
-import uPlot from './uPlot.esm.js';
 import { element } from './dom.js';
-import { compact, plain } from './format.js';
-import { SteadyRange } from './steady_range.js';
-import { dashes, line as lineColour, palette } from './theme.js';
-import { extent, pathOf, valueAt } from './trace.js';
+import { palette } from './theme.js';
 
-const digitsOf = { um: 4, V: 2, A: 3, s: 4, us: 0 };
-const leastDrag_px = 8;
-const colourOf = ({ colour, alpha = '' }) =>
-  colour === 'reference' ? palette().reference : lineColour(colour) + alpha;
+const margin = 0.06;
+const shrinksBelow = 0.55; // share of the range that the data take
+const shrinksAfter_ms = 800;
 
-export class TimeChart {
-  /** `host`: a figure; `zoomed(from_s, to_s)` and `reset()` are called for a drag in time and a double click. */
-  constructor(host, { title, zoomed = () => {}, reset = () => {}, timeLabel = '', height }) {
+/** A subclass gives `legendKeys()` and sets `uplot`. */
+export class Chart {
+  uplot = null;
+
+  /** `host`: a figure. */
+  constructor(host, title, leastHeight = 90) {
     this.host = host;
     this.title = title;
-    this.zoomed = zoomed;
-    this.reset = reset;
-    this.timeLabel = timeLabel;
-    this.fixedHeight = height;
-    this.lines = [];
-    this.legend = element('figcaption', { class: 'legend' });
+    this.leastHeight = leastHeight;
+    this.legend = element('figcaption', { class: 'legend' }, element('b', { text: title }));
     this.plot = element('div', { class: 'plot', role: 'img', 'aria-label': title });
     host.append(this.legend, this.plot);
-    this.uplot = null;
-    this.shown = [0, 1];
-    this.origin_s = 0;
     new ResizeObserver(() => this.#fit()).observe(this.plot);
   }
 
-  setLines(lines) {
-    this.lines = lines;
-    this.units = [...new Set(lines.map(({ unit }) => unit))];
-    this.ranges = new Map(this.units.map((unit) => [unit, new SteadyRange()]));
-    this.zoomedRanges = new Map();
-    this.#buildLegend();
-    this.#build();
+  get size() {
+    const { clientWidth, clientHeight } = this.plot;
+    return { width: Math.max(120, clientWidth), height: Math.max(this.leastHeight, clientHeight) };
   }
 
-  /** Draws what lies between two times; the marks of the time axis count from `origin_s`. */
-  draw(from_s, to_s, origin_s = 0) {
-    const { uplot } = this;
-    if (!uplot || this.plot.clientWidth === 0) return;
-    this.shown = [from_s, to_s];
-    this.origin_s = origin_s;
-    this.x[0] = from_s;
-    this.x[1] = to_s;
-    const traces = this.lines.map(({ trace }) => trace());
-    this.traces = traces;
-    uplot.batch(() => {
-      uplot.setData(this.data, false);
-      uplot.setScale('x', { min: from_s, max: to_s });
-      for (const unit of this.units) {
-        const reach = { low: Infinity, high: -Infinity };
-        this.lines.forEach((line, at) => line.unit === unit && traces[at] && extent(traces[at], from_s, to_s, reach));
-        const [min, max] = this.zoomedRanges.get(unit) ?? this.ranges.get(unit).follow(reach.low, reach.high);
-        uplot.setScale(`y ${unit}`, { min, max });
-      }
-    });
-  }
-
-  /** The newest values into the legend and the label for screen readers. */
-  showValues() {
-    const values = this.lines.map(({ trace }) => valueOfNewest(trace()));
-    this.lines.forEach(({ unit }, at) => {
-      const text = plain(values[at], digitsOf[unit] ?? 3);
-      if (this.values[at].textContent !== text) this.values[at].textContent = text;
-    });
-    const spoken = this.lines.map(
-      ({ label, unit }, at) => `${label} ${plain(values[at], digitsOf[unit] ?? 3)} ${unit}`,
-    );
-    this.plot.setAttribute('aria-label', `${this.title}: ${spoken.join(', ')}`);
-  }
-
-  valuesAt(time_s) {
-    return this.lines.map(({ trace }) => {
-      const now = trace();
-      return now ? valueAt(now, time_s) : NaN;
-    });
+  showLegend() {
+    this.legend.replaceChildren(element('b', { text: this.title }), ...this.legendKeys());
   }
 
   recolour() {
-    if (this.lines.length) this.#buildLegend();
-    this.uplot?.redraw();
-  }
-
-  #buildLegend() {
-    this.values = this.lines.map(() => element('output', { class: 'value', text: '-' }));
-    this.legend.replaceChildren(
-      element('b', { text: this.title }),
-      ...this.lines.map((line, at) => {
-        const item = element(
-          'span',
-          { class: 'key' },
-          swatch(colourOf(line), dashes[line.dash ?? 0], line.width),
-          line.label,
-        );
-        item.append(this.values[at], element('span', { class: 'unit', text: line.unit }));
-        return item;
-      }),
-    );
-  }
-
-  #size() {
-    return {
-      width: Math.max(120, this.plot.clientWidth),
-      height: this.fixedHeight ?? Math.max(90, this.plot.clientHeight),
-    };
+    if (!this.uplot) return;
+    this.showLegend();
+    this.uplot.redraw();
   }
 
   #fit() {
-    const { width, height } = this.#size();
+    const { width, height } = this.size;
     if (this.uplot && (this.uplot.width !== width || this.uplot.height !== height))
       this.uplot.setSize({ width, height });
   }
+}
 
-  #build() {
-    this.uplot?.destroy();
-    this.x = new Float64Array([0, 1]);
-    this.data = [this.x, ...this.lines.map(() => new Float64Array(2))];
-    const scales = { x: { time: false } };
-    for (const unit of this.units)
-      scales[`y ${unit}`] = { auto: false, range: (_, low, high) => [low ?? 0, high ?? 1] };
-    this.uplot = new uPlot(
-      {
-        ...this.#size(),
-        scales,
-        legend: { show: false },
-        padding: [6, 10, 0, 0],
-        cursor: {
-          points: { show: false },
-          drag: { x: true, y: true, uni: 24, setScale: false },
-          bind: { dblclick: () => () => this.#unzoom() },
-        },
-        axes: [this.#axisOfTime(), ...this.units.map((unit, at) => this.#axisOfValue(unit, at))],
-        series: [{}, ...this.lines.map((line, at) => this.#series(line, at))],
-        hooks: { setSelect: [(uplot) => this.#select(uplot)] },
-      },
-      this.data,
-      this.plot,
-    );
-  }
+/** A key of a legend: a piece of the line and what it is. */
+export const legendKey = (colour, dash, width, ...words) =>
+  element('span', { class: 'key' }, swatch(colour, dash, width), ...words);
 
-  #axisOfTime() {
-    return {
-      ...colours(),
-      size: 22,
-      label: this.timeLabel || undefined,
-      labelSize: 15,
-      labelGap: 0,
-      space: 60,
-      splits: (_, __, min, max, step) =>
-        marks(min - this.origin_s, max - this.origin_s, step).map((mark) => mark + this.origin_s),
-      values: (_, splits) =>
-        splits.map((mark) => compact(Math.abs(mark - this.origin_s) < 1e-9 ? 0 : mark - this.origin_s, 7)),
-    };
-  }
-
-  #axisOfValue(unit, at) {
-    return {
-      ...colours(),
-      scale: `y ${unit}`,
-      side: at === 0 ? 3 : 1,
-      size: 46,
-      label: unit || 'number',
-      labelSize: 16,
-      labelGap: 0,
-      space: 26,
-      grid: { ...colours().grid, show: at === 0 },
-      values: (_, splits) => splits.map((mark) => (mark === null ? '' : compact(mark, 6))),
-    };
-  }
-
-  #series(line, at) {
-    const width = line.width ?? 1.5;
-    const dash = (dashes[line.dash ?? 0] ?? []).map((part) => part * devicePixelRatio);
-    return {
-      label: line.label,
-      scale: `y ${line.unit}`,
-      auto: false,
-      points: { show: false },
-      width,
-      stroke: () => colourOf(line),
-      dash,
-      cap: 'butt',
-      paths: (uplot) => {
-        const trace = this.traces?.[at];
-        if (!trace) return null;
-        const { left, top, width: across, height } = uplot.bbox;
-        const y = uplot.scales[`y ${line.unit}`];
-        const toX = linear(uplot.scales.x.min, uplot.scales.x.max, left, across);
-        const toY = linear(y.min, y.max, top + height, -height);
-        const { path, isDense } = pathOf(trace, ...this.shown, toX, toY);
-        const series = uplot.series[at + 1];
-        // Where the rows are dense, a dash and a broad line cost much and show nothing.
-        series.dash = isDense ? [] : dash;
-        series.width = isDense ? Math.min(width, line.alpha ? 3 : 1) : width;
-        return { stroke: path, fill: null, clip: null, flags: 2 };
-      },
-    };
-  }
-
-  #select(uplot) {
-    const { left, top, width, height } = uplot.select;
-    if (width < leastDrag_px && height < leastDrag_px) return;
-    const full = { width: uplot.over.clientWidth, height: uplot.over.clientHeight };
-    if (height >= leastDrag_px && height < full.height - 1)
-      for (const unit of this.units)
-        this.zoomedRanges.set(unit, [uplot.posToVal(top + height, `y ${unit}`), uplot.posToVal(top, `y ${unit}`)]);
-    if (width >= leastDrag_px && width < full.width - 1)
-      this.zoomed(uplot.posToVal(left, 'x'), uplot.posToVal(left + width, 'x'));
-    else this.draw(...this.shown, this.origin_s);
-    uplot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
-  }
-
-  forgetZoom() {
-    this.zoomedRanges?.clear();
-  }
-
-  #unzoom() {
-    this.forgetZoom();
-    this.reset();
-    this.draw(...this.shown, this.origin_s);
-  }
+function swatch(colour, dash, width = 2) {
+  const canvas = element('canvas', { class: 'swatch', width: 44, height: 8, 'aria-hidden': 'true' });
+  const context = canvas.getContext('2d');
+  context.strokeStyle = colour;
+  context.lineWidth = Math.max(3, Math.min(8, 2 * width));
+  context.setLineDash((dash ?? []).map((part) => part * 2));
+  context.beginPath();
+  context.moveTo(0, 4);
+  context.lineTo(44, 4);
+  context.stroke();
+  return canvas;
 }
 
 /** value -> scale * value + offset: `low` is at pixel `start`, `high` at start + size. */
@@ -245,25 +75,29 @@ export const colours = () => ({
   ticks: { stroke: () => palette().grid, width: 1, size: 4 },
 });
 
-export function swatch(colour, dash, width = 2) {
-  const canvas = element('canvas', { class: 'swatch', width: 44, height: 8, 'aria-hidden': 'true' });
-  const context = canvas.getContext('2d');
-  context.strokeStyle = colour;
-  context.lineWidth = Math.max(3, Math.min(8, 2 * width));
-  context.setLineDash((dash ?? []).map((part) => part * 2));
-  context.beginPath();
-  context.moveTo(0, 4);
-  context.lineTo(44, 4);
-  context.stroke();
-  return canvas;
-}
+/** The range of a scale that follows the data without jumping: it grows at once and shrinks when the data stay small. */
+export class SteadyRange {
+  low = 0;
+  high = 1;
+  #small_ms = null;
+  #isEmpty = true;
 
-function marks(min, max, step) {
-  const made = [];
-  for (let mark = Math.ceil(min / step) * step; mark <= max + step * 1e-6; mark += step) made.push(mark);
-  return made;
-}
-
-function valueOfNewest(trace) {
-  return trace && trace.end > trace.first ? trace.values[(trace.end - 1) & trace.mask] : NaN;
+  /** Takes the least and the largest value; returns [low, high]. */
+  follow(low, high, now_ms = performance.now()) {
+    if (!(low <= high)) return [this.low, this.high];
+    const least = Math.max(Math.abs(low), Math.abs(high)) * 1e-4 || 1; // a constant value gets a range too
+    const span = Math.max(high - low, least);
+    const fits = low >= this.low && high <= this.high;
+    const isSmall = span < shrinksBelow * (this.high - this.low);
+    if (!isSmall) this.#small_ms = null;
+    else this.#small_ms ??= now_ms;
+    if (this.#isEmpty || !fits || (isSmall && now_ms - this.#small_ms > shrinksAfter_ms)) {
+      const middle = (low + high) / 2;
+      this.low = middle - span * (0.5 + margin);
+      this.high = middle + span * (0.5 + margin);
+      this.#isEmpty = false;
+      this.#small_ms = null;
+    }
+    return [this.low, this.high];
+  }
 }

@@ -1,6 +1,6 @@
 // Two cursors over all charts of time. They stand still on the screen while the charts run, as on an oscilloscope.
 
-import { byId, element, setText } from './dom.js';
+import { byId, element, fillTable, setText } from './dom.js';
 import { compact, plain } from './format.js';
 
 const step = 0.005; // of the width, for an arrow key
@@ -38,7 +38,7 @@ export class Cursors {
     this.#build(charts.map(({ title }) => title));
     charts.forEach((chart, at) => {
       const [a, b] = times.map((time) => chart.valuesAt(time));
-      fill(
+      fillTable(
         byId('cursor-tables').children[at].tBodies[0],
         chart.lines.map(({ label, unit }, row) => [
           `${label}${unit ? `, ${unit}` : ''}`,
@@ -128,11 +128,4 @@ export class Cursors {
       handle.setAttribute('aria-valuetext', `${(100 * place).toFixed(1)} % of the shown time`);
     });
   }
-}
-
-function fill(body, rows) {
-  while (body.rows.length > rows.length) body.lastElementChild.remove();
-  while (body.rows.length < rows.length)
-    body.append(element('tr', {}, element('th', { scope: 'row' }), element('td'), element('td'), element('td')));
-  rows.forEach((texts, row) => texts.forEach((text, cell) => setText(body.rows[row].cells[cell], text)));
 }

@@ -1,22 +1,18 @@
 // A chart of curves over a logarithmic frequency.
 
 import uPlot from './uPlot.esm.js';
-import { colours, swatch } from './chart.js';
-import { element } from './dom.js';
+import { Chart, colours, legendKey } from './chart.js';
 import { compact } from './format.js';
 import { dashes, line as lineColour } from './theme.js';
 
-export class CurveChart {
+export class CurveChart extends Chart {
+  curves = [];
+
   /** `steps`: the distances of marks that may be chosen. */
   constructor(host, { title, yLog = false, steps }) {
-    this.host = host;
-    this.title = title;
+    super(host, title);
     this.yLog = yLog;
     this.steps = steps;
-    this.legend = element('figcaption', { class: 'legend' }, element('b', { text: title }));
-    this.plot = element('div', { class: 'plot', role: 'img', 'aria-label': title });
-    host.append(this.legend, this.plot);
-    new ResizeObserver(() => this.uplot?.setSize(this.#size())).observe(this.plot);
   }
 
   /** `curves`: list of {label, values, colour, dash}; `yRange` cuts the range where the values go further. */
@@ -35,28 +31,14 @@ export class CurveChart {
     this.plot.setAttribute('aria-label', `${this.title}: ${curves.map(({ label }) => label).join(', ')}`);
   }
 
-  recolour() {
-    if (this.curves) this.#buildLegend();
-    this.uplot?.redraw();
-  }
-
-  #size() {
-    return { width: Math.max(120, this.plot.clientWidth), height: Math.max(90, this.plot.clientHeight) };
-  }
-
-  #buildLegend() {
-    this.legend.replaceChildren(
-      element('b', { text: this.title }),
-      ...this.curves.map(({ label, colour, dash }) =>
-        element('span', { class: 'key' }, swatch(lineColour(colour), dashes[dash]), label),
-      ),
-    );
+  legendKeys() {
+    return this.curves.map(({ label, colour, dash }) => legendKey(lineColour(colour), dashes[dash], undefined, label));
   }
 
   #build(data, curves) {
     this.uplot?.destroy();
     this.curves = curves;
-    this.#buildLegend();
+    this.showLegend();
     const axis = { ...colours(), labelSize: 16, labelGap: 0 };
     const log = { splits: logMarks, filter: (_, splits) => splits, values: logWords };
     const range = (_, low, high) =>
@@ -65,7 +47,7 @@ export class CurveChart {
         : uPlot.rangeNum(low, high, 0.1, true);
     this.uplot = new uPlot(
       {
-        ...this.#size(),
+        ...this.size,
         legend: { show: false },
         padding: [6, 18, 0, 0],
         scales: {

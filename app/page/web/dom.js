@@ -42,3 +42,21 @@ export function openDialog(id) {
   if (!dialog.open) dialog.show();
   dialog.querySelector('input, button').focus();
 }
+
+/** A place for the answer to what the user has asked for, and the answer in it. */
+export const answerPlace = () => element('p', { class: 'answer', role: 'status' });
+
+export function tell(place, answer, done) {
+  place.className = `answer ${answer.ok ? 'done' : 'refused'}`;
+  setText(place, answer.ok ? done : (answer.error ?? 'refused'));
+}
+
+/** The rows of a table: a name and its values each. */
+export function fillTable(body, rows) {
+  while (body.rows.length > rows.length) body.lastElementChild.remove();
+  while (body.rows.length < rows.length)
+    body.append(
+      element('tr', {}, element('th', { scope: 'row' }), ...rows[0].slice(1).map(() => element('td'))),
+    );
+  rows.forEach((texts, row) => texts.forEach((text, cell) => setText(body.rows[row].cells[cell], String(text))));
+}

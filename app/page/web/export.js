@@ -2,6 +2,7 @@
 
 import { download } from './dom.js';
 import { palette } from './theme.js';
+import { rowAt } from './trace.js';
 
 const most = 1_000_000; // lines of one file
 const stamp = () => new Date().toISOString().slice(0, 19).replaceAll(':', '-');
@@ -36,7 +37,7 @@ export function* rowsOfStore(store, from_s, to_s) {
   for (const axis of store.axes) {
     const columns = [...store.units.keys()].map((name) => axis.columns.get(name));
     const timeAt = [...store.units.keys()].indexOf('time_s');
-    for (let row = axis.rowAt(from_s); row < axis.end && axis.time[row & axis.mask] <= to_s; ++row) {
+    for (let row = rowAt(axis, from_s); row < axis.end && axis.time[row & axis.mask] <= to_s; ++row) {
       const values = columns.map((column) => column[row & axis.mask]);
       values[timeAt] -= store.offset_s;
       yield values;

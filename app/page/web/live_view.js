@@ -1,10 +1,10 @@
 // The live charts: what they show, over which time, paused or running.
 
-import { TimeChart } from './chart.js';
 import { byId, element, setText } from './dom.js';
 import { columnWord } from './format.js';
 import { LoopChart, longest_s } from './loop_chart.js';
 import { onThemeChange } from './theme.js';
+import { TimeChart } from './time_chart.js';
 import { traceOfAxis } from './trace.js';
 
 const shortest_s = 0.002; // of a zoom by key

@@ -1,30 +1,28 @@
 // The hysteresis loop: position against the drive that caused it, the newest bright, the older fading.
 
 import uPlot from './uPlot.esm.js';
-import { colours, linear, swatch } from './chart.js';
+import { Chart, SteadyRange, colours, legendKey, linear } from './chart.js';
 import { element } from './dom.js';
 import { compact, plain } from './format.js';
-import { LoopPoints, Thinning } from './loop_points.js';
-import { SteadyRange } from './steady_range.js';
 import { dashes, line as lineColour } from './theme.js';
+import { rowsBetween } from './trace.js';
 
+const gap_s = 0.3; // rows that are farther apart are not joined
+const leastStep_px = 1.5; // a path leaves out points that are nearer than this to the last one,
+const turn_px = 0.3; // but not one where it turns back by more than this
 const shades = 10; // steps of the fading
 const faintest = 0.1;
 export const longest_s = 5;
 
-export class LoopChart {
+export class LoopChart extends Chart {
+  loops = []; // {label, unit, axis, colour, dash, drive: () => trace, position: () => trace, points}
+  references = []; // of each axis's model, behind the loops: {axis, drive, ascending_um, descending_um, delay_s}
+  x = new SteadyRange();
+  y = new SteadyRange();
+  zoomedTo = null;
+
   constructor(host, title) {
-    this.host = host;
-    this.title = title;
-    this.loops = []; // {label, unit, axis, colour, dash, drive: () => trace, position: () => trace, points}
-    this.legend = element('figcaption', { class: 'legend' });
-    this.plot = element('div', { class: 'plot', role: 'img', 'aria-label': title });
-    host.append(this.legend, this.plot);
-    this.x = new SteadyRange();
-    this.y = new SteadyRange();
-    this.zoomedTo = null;
-    this.references = []; // of each axis's model, behind the loops: {axis, drive, ascending_um, descending_um, delay_s}
-    new ResizeObserver(() => this.uplot?.setSize(this.#size())).observe(this.plot);
+    super(host, title, 120);
   }
 
   setLoops(loops) {
@@ -32,13 +30,13 @@ export class LoopChart {
     this.x = new SteadyRange();
     this.y = new SteadyRange();
     this.zoomedTo = null;
-    this.#buildLegend();
+    this.showLegend();
     this.#build();
   }
 
   setReferences(references) {
     this.references = references;
-    this.#buildLegend();
+    this.showLegend();
     this.uplot?.redraw();
   }
 
@@ -74,22 +72,13 @@ export class LoopChart {
     };
   }
 
-  recolour() {
-    if (this.loops.length) this.#buildLegend();
-    this.uplot?.redraw();
-  }
-
-  #buildLegend() {
-    this.legend.replaceChildren(
-      element('b', { text: this.title }),
-      ...this.loops.map(({ label, colour, dash }) =>
-        element('span', { class: 'key' }, swatch(lineColour(colour), dashes[dash]), label),
-      ),
-      ...(this.references.length
-        ? [element('span', { class: 'key' }, swatch(colours().stroke(), [5, 4]), 'reference curves of the model')]
-        : []),
-      element('span', { class: 'key', text: this.#wordsOfDelays() }),
+  legendKeys() {
+    const keys = this.loops.map(({ label, colour, dash }) =>
+      legendKey(lineColour(colour), dashes[dash], undefined, label),
     );
+    if (this.references.length)
+      keys.push(legendKey(colours().stroke(), [5, 4], undefined, 'reference curves of the model'));
+    return [...keys, element('span', { class: 'key', text: this.#wordsOfDelays() })];
   }
 
   referenceOf(axis) {
@@ -107,10 +96,6 @@ export class LoopChart {
     return words.size ? `drive ${[...words].join(' or ')} ms earlier, when it acted` : '';
   }
 
-  #size() {
-    return { width: Math.max(120, this.plot.clientWidth), height: Math.max(120, this.plot.clientHeight) };
-  }
-
   #build() {
     this.uplot?.destroy();
     this.data = [new Float64Array([0, 1]), new Float64Array(2)];
@@ -124,7 +109,7 @@ export class LoopChart {
     const range = (_, low, high) => [low ?? 0, high ?? 1];
     this.uplot = new uPlot(
       {
-        ...this.#size(),
+        ...this.size,
         legend: { show: false },
         padding: [6, 10, 0, 0],
         scales: { x: { time: false, range }, y: { auto: false, range } },
@@ -230,4 +215,97 @@ function paintLoop(ctx, { points, colour, dash }, toX, toY) {
   ctx.beginPath();
   ctx.arc(x, y, 4 * devicePixelRatio, 0, 2 * Math.PI);
   ctx.fill();
+}
+
+/** The points of one axis, in memory that is used again. A point without a drive or a position is NaN. */
+class LoopPoints {
+  number = 0;
+  drive = new Float64Array(0);
+  position = new Float64Array(0);
+
+  /** Takes the positions between two times, each with the drive of `delay_s` before, interpolated between the rows. */
+  take(drive, position, from_s, to_s, delay_s) {
+    this.number = 0;
+    if (!drive || !position) return this;
+    const [begin, end] = rowsBetween(position, from_s, to_s);
+    this.#makeRoom(end - begin);
+    const { time, mask, first } = drive;
+    let before = Math.max(rowsBetween(drive, from_s - delay_s, to_s)[0], first); // the row before the drive's time
+    for (let row = begin; row < end; ++row, ++this.number) {
+      const at_s = time[row & mask] - delay_s;
+      while (before < row && time[(before + 1) & mask] <= at_s) ++before;
+      this.position[this.number] = position.values[row & mask];
+      this.drive[this.number] = valueBetween(drive, before, at_s);
+    }
+    return this;
+  }
+
+  /** The newest point that is there: [drive, position]. */
+  get newest() {
+    for (let at = this.number - 1; at >= 0; --at) {
+      const point = [this.drive[at], this.position[at]];
+      if (point.every(Number.isFinite)) return point;
+    }
+    return [NaN, NaN];
+  }
+
+  #makeRoom(number) {
+    if (number <= this.drive.length) return;
+    this.drive = new Float64Array(2 * number);
+    this.position = new Float64Array(2 * number);
+  }
+}
+
+/** The value at a time at or after the row `before` and before the next one; NaN where there is none. */
+function valueBetween({ time, values, mask, end }, before, at_s) {
+  const from = before & mask;
+  if (time[from] === at_s) return values[from];
+  const to = (before + 1) & mask;
+  const apart_s = time[to] - time[from];
+  if (before + 1 >= end || time[from] > at_s || !(apart_s > 0 && apart_s < gap_s)) return NaN;
+  return values[from] + ((values[to] - values[from]) * (at_s - time[from])) / apart_s;
+}
+
+/**
+ * Thins the points of a path out: `draw(x, y, isJoined)` is called with those that it needs, in canvas pixels. A point
+ * near the last one is left out, except where the path turns back: the tips of a loop stay.
+ */
+export class Thinning {
+  #x = NaN; // the last point that was drawn
+  #y = NaN;
+  #far = 0; // distance of the farthest point that was left out since
+  #farX = NaN;
+  #farY = NaN;
+
+  constructor(draw) {
+    this.draw = draw;
+  }
+
+  add(x, y) {
+    if (x !== x || y !== y) {
+      this.#x = NaN;
+      return;
+    }
+    if (this.#x !== this.#x) return this.#put(x, y, false);
+    const distance = Math.abs(x - this.#x) + Math.abs(y - this.#y);
+    if (this.#far > turn_px && this.#turnsBack(x, y, distance)) this.#put(this.#farX, this.#farY, true);
+    else if (distance < leastStep_px) return this.#leaveOut(x, y, distance);
+    this.#put(x, y, true);
+  }
+
+  #turnsBack(x, y, distance) {
+    if (distance < this.#far - turn_px) return true;
+    const along = (this.#farX - this.#x) * (x - this.#farX) + (this.#farY - this.#y) * (y - this.#farY);
+    return along < 0 && distance >= leastStep_px;
+  }
+
+  #leaveOut(x, y, distance) {
+    if (distance <= this.#far) return;
+    [this.#far, this.#farX, this.#farY] = [distance, x, y];
+  }
+
+  #put(x, y, isJoined) {
+    this.draw(x, y, isJoined);
+    [this.#x, this.#y, this.#far] = [x, y, 0];
+  }
 }

@@ -3,22 +3,19 @@
 import { Access } from './access.js';
 import { CaptureView } from './captures.js';
 import { Connection } from './connection.js';
-import { ControllerNotice } from './controller_notice.js';
 import { Cursors } from './cursors.js';
 import { byId, openDialog, setText } from './dom.js';
-import { EventList } from './event_list.js';
+import { ControllerNotice, EventList } from './events.js';
 import { rowsOfStore, saveCsv, savePng, wordsOf } from './export.js';
 import { quantity } from './format.js';
 import { startDialogs, startKeyboard, startTabs } from './keyboard.js';
 import { LiveView } from './live_view.js';
 import { ResponseView } from './response.js';
-import { RowStore, rowsOfMessage } from './row_store.js';
-import { Recording } from './recording.js';
-import { StatusView } from './status_view.js';
+import { RowStore, rowsOfMessage, shiftOfTwin } from './row_store.js';
+import { Recording, StatusView } from './status_view.js';
 import { Steering } from './steering.js';
 import { startTheme } from './theme.js';
 import { rowsBetween, traceOfAxis } from './trace.js';
-import { shiftOfTwin } from './twin_clock.js';
 
 const fullRate_Hz = 1000;
 const hiddenRate_Hz = 50; // a page that nobody sees needs little

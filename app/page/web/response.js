@@ -1,10 +1,11 @@
 // The panel Response: step response of a capture, spectrum of the error, Bode plot of the loop.
 
 import { CurveChart } from './curve_chart.js';
-import { byId, element, setOptions, setText } from './dom.js';
+import { byId, fillTable, setOptions, setText } from './dom.js';
 import { compact, plain, quantity } from './format.js';
-import { spectrum, stepResponse } from './response_math.js';
+import { spectrum } from './spectrum.js';
 import { onThemeChange } from './theme.js';
+import { rowAt } from './trace.js';
 
 const newest_s = 8;
 const every_ms = 1000;
@@ -69,7 +70,7 @@ export class ResponseView {
     if (!rows || rows.end === rows.first) return { reason: 'There are no rows yet.' };
     const error = rows.columns.get('error_um');
     const cycle = rows.columns.get('cycle');
-    const begin = rows.rowAt(rows.newest_s - newest_s);
+    const begin = rowAt(rows, rows.newest_s - newest_s);
     const values = [];
     for (let row = rows.end - 1; row >= begin; --row) {
       const at = row & rows.mask;
@@ -99,27 +100,21 @@ export class ResponseView {
 
   #showStep() {
     const capture = this.#capture();
-    const column = (name) => capture.columns.get(name);
-    const told =
-      capture && stepResponse(column('time_s'), column('reference_um'), column('position_um'), capture.triggerAt);
+    const told = capture?.step;
     const table = told
       ? [
           ['Step', `${plain(told.from_um, 3)} to ${plain(told.to_um, 3)} um`],
           ['Overshoot', quantity(told.overshoot_percent, '%')],
-          ['Rise time, 10 to 90 %', quantity(1000 * told.rise_s, 'ms', 2)],
+          ['Rise time, 10 to 90 %', told.rise_s === null ? 'not reached' : quantity(1000 * told.rise_s, 'ms', 1)],
           [
-            'Settling time, 2 %',
-            Number.isNaN(told.settling_s) ? 'not settled' : quantity(1000 * told.settling_s, 'ms', 1),
+            `Settling time to ${compact(told.band_um, 3)} um`,
+            told.settling_s === null ? 'not settled' : quantity(1000 * told.settling_s, 'ms', 1),
           ],
           ['Steady error', quantity(told.steady_error_um, 'um')],
           ['Judged over', quantity(1000 * told.judged_s, 'ms', 1)],
         ]
       : [];
-    byId('step-rows').replaceChildren(
-      ...table.map(([name, text]) =>
-        element('tr', {}, element('th', { scope: 'row', text: name }), element('td', { text })),
-      ),
-    );
+    fillTable(byId('step-rows'), table);
     setText(
       byId('step-text'),
       told

@@ -6,6 +6,12 @@
 const capacity = 1 << 16; // rows of an axis: 65 s at 1 kHz. A power of two, so that `index & mask` is the place
 const restart_s = 0.5; // a first block that ends so far before the newest row is of a new run
 
+// The twin's stream counts its time from its own start. Both streams have each measured position, the twin as
+// `measured_um`, the controller as `position_um`: the shift with which these agree is the difference of the clocks.
+const compared = 240; // rows
+const reach = 120; // rows, to each side of where the newest rows are
+const leastMotion_um = 0.05;
+
 export const rowsOfMessage = (buffer, columns) => {
   const [kind, rows, lost, capture] = new Uint32Array(buffer, 0, 4);
   return { kind, rows, lost, capture, values: new Float64Array(buffer, 16, rows * columns) };
@@ -23,17 +29,6 @@ class AxisRows {
 
   get newest_s() {
     return this.end > this.first ? this.time[(this.end - 1) & this.mask] : NaN;
-  }
-
-  /** The first row at or after this time. */
-  rowAt(time_s) {
-    let [low, high] = [this.first, this.end];
-    while (low < high) {
-      const middle = Math.floor((low + high) / 2);
-      if (this.time[middle & this.mask] < time_s) low = middle + 1;
-      else high = middle;
-    }
-    return low;
   }
 
   copy() {
@@ -129,4 +124,38 @@ export class RowStore {
   copy() {
     return Object.assign(Object.create(RowStore.prototype), this, { axes: this.axes.map((axis) => axis.copy()) });
   }
+}
+
+/** The time to add to the twin's page times, or null where the stage does not move enough to tell. */
+export function shiftOfTwin(controller, twin) {
+  for (let axis = 0; axis < Math.min(controller.axes.length, twin.axes.length); ++axis) {
+    const shift = shiftOfAxis(controller.axes[axis], twin.axes[axis]);
+    if (shift !== null) return shift;
+  }
+  return null;
+}
+
+function shiftOfAxis(ours, theirs) {
+  const needed = compared + 2 * reach;
+  if (ours.end - ours.first < needed || theirs.end - theirs.first < needed) return null;
+  const position = ours.columns.get('position_um');
+  const measured = theirs.columns.get('measured_um');
+  const at = ours.end - reach - compared;
+  let [low, high] = [Infinity, -Infinity];
+  for (let row = at; row < at + compared; ++row) {
+    low = Math.min(low, position[row & ours.mask]);
+    high = Math.max(high, position[row & ours.mask]);
+  }
+  if (!(high - low > leastMotion_um)) return null;
+  let [best, least] = [0, Infinity];
+  for (let shift = -reach; shift <= reach; ++shift) {
+    let sum = 0;
+    for (let row = 0; row < compared && sum < least; ++row) {
+      const away =
+        position[(at + row) & ours.mask] - measured[(theirs.end - reach - compared + row + shift) & theirs.mask];
+      if (away === away) sum += Math.abs(away);
+    }
+    if (sum < least) [best, least] = [shift, sum];
+  }
+  return ours.time[at & ours.mask] - theirs.time[(theirs.end - reach - compared + best) & theirs.mask];
 }

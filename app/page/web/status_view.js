@@ -1,6 +1,6 @@
-// The states of the axes, the bus, the counters and the timing, from the messages `status`.
+// The states of the axes, the bus, the counters, the timing and the recording, from the messages `status`.
 
-import { byId, element, setText } from './dom.js';
+import { byId, element, fillTable, setText } from './dom.js';
 import { clock, count, plain, quantity } from './format.js';
 
 /** The rows of the table of axes: a name and the text from the axis's status and its drive unit. */
@@ -134,7 +134,7 @@ export class StatusView {
       ['Requests refused', count(page.refused)],
       ['Rows lost to pages', count(page.lost_rows)],
     ];
-    fill(byId('counters'), table);
+    fillTable(byId('counters'), table);
     const alarming = ['missed_cycles', 'missing_samples', 'late_samples'].map((key) => controller?.[key] ?? 0);
     setText(
       byId('health'),
@@ -149,7 +149,7 @@ export class StatusView {
     const load = quantity(bus.load_percent, '%', 1);
     const rate = typeof bus.frames_per_s === 'number' ? `${count(Math.round(bus.frames_per_s))} frames/s` : '-';
     const name = bus.interface || 'bus';
-    fill(byId('bus'), [
+    fillTable(byId('bus'), [
       ['Interface', name],
       ['State', bus.state],
       ['Frames', rate],
@@ -171,18 +171,10 @@ export class StatusView {
 }
 
 /** "" without a fault. */
-export function faultText({ name, state, fault, fault_time_s, remedy }) {
+function faultText({ name, state, fault, fault_time_s, remedy }) {
   if (state !== 'faulted' && (!fault || fault === 'none')) return '';
   const when = Number.isFinite(fault_time_s) ? ` at ${quantity(fault_time_s, 's')}` : '';
   return `\u25b2 Axis ${name} is faulted: ${fault}${when}.${remedy ? ` Remedy: ${remedy}.` : ''}`;
-}
-
-function fill(body, table) {
-  if (body.rows.length !== table.length)
-    body.replaceChildren(
-      ...table.map(([name]) => element('tr', {}, element('th', { scope: 'row', text: name }), element('td'))),
-    );
-  table.forEach(([, text], at) => setText(body.rows[at].cells[1], String(text)));
 }
 
 function drawBars(host, upper, counts, isLog) {
@@ -218,4 +210,42 @@ function drawBars(host, upper, counts, isLog) {
       : `${count(total)} cycles; half of them ${edgeOf(0.5)}, 99 % ${edgeOf(0.99)}, all ${edgeOf(1)}`,
   );
   setText(host.nextElementSibling, host.getAttribute('aria-label'));
+}
+
+/** The button that records a run, and what becomes of the recording. */
+export class Recording {
+  constructor(connection) {
+    this.connection = connection;
+    byId('record').addEventListener('click', () => this.#switch());
+  }
+
+  /** `controller`: the status of the controller; null if there is none. */
+  show(controller) {
+    const recording = controller?.recording;
+    this.isOn = recording?.on ?? false;
+    setText(byId('record'), this.isOn ? 'End recording' : 'Record');
+    if (!this.answer) setText(byId('recording'), recordingText(recording));
+    byId('recording').title = recording?.run ?? '';
+    byId('recording').dataset.state = recording?.failure ? 'failed' : this.isOn ? 'on' : 'off';
+  }
+
+  async #switch() {
+    const answer = await this.connection.ask({ do: 'command', command: { do: 'record', on: !this.isOn } });
+    if (answer.ok) return;
+    this.answer = answer.error;
+    setText(byId('recording'), answer.error);
+    setTimeout(() => (this.answer = undefined), 5000);
+  }
+}
+
+/** "recording runs/run_...: 120,000 rows, 25.1 MB". */
+function recordingText(recording) {
+  if (!recording?.run) return 'nothing is recorded';
+  const lost = recording.rows_lost ? `, ${count(recording.rows_lost)} lost` : '';
+  const end = recording.failure ? `; it ended: ${recording.failure}` : '';
+  return `${recording.on ? 'recording' : 'recorded'} ${recording.run}: ${count(recording.rows)} rows, ${quantity(
+    recording.bytes / 1e6,
+    'MB',
+    1,
+  )}${lost}${end}`;
 }

@@ -1,9 +1,7 @@
 // Steering and settings of the axes, applied while the controller runs.
 
-import { byId, element, setText } from './dom.js';
-import { SaveDialog } from './save_dialog.js';
-import { Segments } from './segments.js';
-import { commaTrouble, settingField, valueOfText } from './setting_field.js';
+import { answerPlace, byId, element, openDialog, setText, tell } from './dom.js';
+import { Segments, commaTrouble, settingField, valueOfText } from './settings.js';
 
 const structures = ['average', 'inverse', 'pi', 'average+pi', 'inverse+pi'];
 const settingsEvery_ms = 3000; // another program may change them too
@@ -84,7 +82,7 @@ export class Steering {
   }
 
   #card({ name }, axis) {
-    const answer = element('p', { class: 'answer', role: 'status' });
+    const answer = answerPlace();
     const act = (command) => async () =>
       tell(answer, await this.#command({ axis: name, ...command }), `${command.do} is done`);
     const button = (text, command) =>
@@ -107,7 +105,7 @@ export class Steering {
       position.value = '';
       tell(answer, { ok: true }, '');
     });
-    const segmentsAnswer = element('p', { class: 'answer', role: 'status' });
+    const segmentsAnswer = answerPlace();
     const segments = new Segments(
       axis,
       name,
@@ -183,7 +181,7 @@ export class Steering {
 
   /** All three values at once: a notch that is not there yet cannot get one key alone. */
   #wholeNotch(axis, name) {
-    const answer = element('p', { class: 'answer', role: 'status' });
+    const answer = answerPlace();
     const apply = async () => {
       const own = this.#fields.filter(({ key }) => key.startsWith(`axis[${axis}].control.notch.`));
       const trouble = own.map(({ typed }) => commaTrouble(typed())).find(Boolean);
@@ -214,7 +212,7 @@ export class Steering {
       placeholder: 'value',
       spellcheck: 'false',
     });
-    const answer = element('p', { class: 'answer', role: 'status' });
+    const answer = answerPlace();
     const apply = async () => {
       const trouble = commaTrouble(value.value);
       if (trouble) return tell(answer, { error: trouble });
@@ -270,9 +268,61 @@ const wordsOfChanges = (changes) =>
 
 const group = (title, ...children) => element('details', {}, element('summary', { text: title }), ...children);
 
-export function tell(place, answer, done) {
-  place.classList.toggle('done', Boolean(answer.ok));
-  place.classList.toggle('refused', !answer.ok);
-  place.classList.add('answer');
-  setText(place, answer.ok ? done : (answer.error ?? 'refused'));
+const waysToSave = {
+  save: {
+    title: 'Save to the configuration file',
+    text: (kept) =>
+      'The file gets these lines. Comments and everything else stay. ' +
+      `The file as it is now is kept beside it as ${kept}; Undo save brings it back.`,
+    done: (kept) => `the file is written; the former one is ${kept}`,
+  },
+  undo_save: {
+    title: 'Undo save',
+    text: (kept) =>
+      `The file gets these lines: it becomes what ${kept} holds, and the controller takes it over. ` +
+      'What was set here and not saved is lost. ' +
+      `The file as it is now is kept as ${kept}: a second Undo save brings it back.`,
+    done: (kept) => `the former file is in force again; what it replaced is ${kept}`,
+  },
+};
+
+/** Save and Undo save: both show first what the configuration file would get. */
+class SaveDialog {
+  /** `told(answer, words)` is called when the file is written. */
+  constructor(connection, told) {
+    this.connection = connection;
+    this.told = told;
+    byId('save').addEventListener('click', () => this.#open('save'));
+    byId('undo-save').addEventListener('click', () => this.#open('undo_save'));
+    byId('save-confirm').addEventListener('click', () => this.#confirm());
+  }
+
+  async #open(way) {
+    const answer = await this.connection.ask({ do: way });
+    this.way = way;
+    this.digest = answer.digest;
+    setText(byId('save-title'), waysToSave[way].title);
+    setText(byId('save-answer'), answer.ok ? '' : answer.error);
+    setText(byId('save-text'), answer.ok ? waysToSave[way].text(answer.kept) : '');
+    byId('save-diff').replaceChildren(
+      ...(answer.diff ?? '').split('\n').map((text) =>
+        element('span', {
+          class: text.startsWith('+') ? 'added' : text.startsWith('-') ? 'removed' : '',
+          text: `${text}\n`,
+        }),
+      ),
+    );
+    byId('save-confirm').disabled = !answer.ok || !answer.digest;
+    openDialog('save-dialog');
+  }
+
+  async #confirm() {
+    const answer = await this.connection.ask({ do: this.way, digest: this.digest });
+    if (!answer.ok) return setText(byId('save-answer'), answer.error);
+    byId('save-dialog').close();
+    const { kept, not_applied: trouble } = answer;
+    if (trouble)
+      this.told({ error: `the former file is restored, but the controller has not taken it over: ${trouble}` });
+    else this.told(answer, waysToSave[this.way].done(kept));
+  }
 }

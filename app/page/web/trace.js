@@ -23,7 +23,8 @@ export const traceOfAxis = (axis, column, shift_s = 0) => ({
   shift_s,
 });
 
-function rowAt({ time, mask, first, end }, time_s) {
+/** The first row at or after a time of the trace itself, which rows of a RowStore are too. */
+export function rowAt({ time, mask, first, end }, time_s) {
   let [low, high] = [first, end];
   while (low < high) {
     const middle = Math.floor((low + high) / 2);

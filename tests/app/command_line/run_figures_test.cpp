@@ -5,8 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "app/command_line/run_table.h"
-#include "app/command_line/step_response.h"
 #include "tests/runs/scratch_runs.h"
 
 namespace hystcan::app::run_figures_test {
@@ -35,7 +33,7 @@ TEST(PlotRows, KeepsThePeaksOfALongOneInItsOrder) {
   EXPECT_EQ(greatest, 5.0);
 }
 
-class DriveOfARow : public runs::ScratchRuns {
+class FiguresOfARun : public runs::ScratchRuns {
  protected:
   /// The figures of a run whose drive rises by 0.25 in each cycle.
   RunFigures figures() {
@@ -47,7 +45,7 @@ class DriveOfARow : public runs::ScratchRuns {
   }
 };
 
-TEST_F(DriveOfARow, IsEarlierByTheKnownDelayOfTheChain) {
+TEST_F(FiguresOfARun, HaveADriveThatIsEarlierByTheKnownDelayOfTheChain) {
   const double delay_s = config.axes[0].control.delays.to_sample_s(1e-3);
   const RunFigures of = figures();
   EXPECT_EQ(of.drive_delay_s, delay_s);
@@ -57,33 +55,18 @@ TEST_F(DriveOfARow, IsEarlierByTheKnownDelayOfTheChain) {
     EXPECT_NEAR(rows[i].drive, 250.0 * (rows[i].time_s - delay_s), 1e-9);
 }
 
-/// Second-order response to a step from 2 to 12 at 0.1 s: damping 0.5, 10 Hz.
-TEST(StepResponse, FindsRiseOvershootAndSettling) {
-  std::vector<double> time_s, reference, position;
-  const double omega = 62.83, damping = 0.5, damped = omega * std::sqrt(1.0 - damping * damping);
-  for (int i = 0; i < 1100; ++i) {
-    const double t = 1e-3 * i, since = t - 0.1;
-    time_s.push_back(t);
-    reference.push_back(since < 0.0 ? 2.0 : 12.0);
-    position.push_back(since < 0.0 ? 2.0
-                                   : 12.0 - 10.0 * std::exp(-damping * omega * since) *
-                                                (std::cos(damped * since) +
-                                                 damping * omega / damped * std::sin(damped * since)));
+TEST_F(FiguresOfARun, HaveTheBandOfTheToleranceInTheRun) {
+  runs::Recorder recorder = make();
+  const std::filesystem::path run = recorder.start();
+  for (std::uint64_t cycle = 1; cycle <= 50; ++cycle) {
+    controller::CycleRecord record = tracked(cycle);
+    record.report.reference_um = cycle < 20 ? 5.0 : 15.0;
+    recorder.add(record);
   }
-  const auto step = step_response(time_s, reference, position);
-  ASSERT_TRUE(step);
-  EXPECT_EQ(step->from, 2.0);
-  EXPECT_EQ(step->to, 12.0);
-  EXPECT_NEAR(step->overshoot_percent, 16.3, 0.1);
-  ASSERT_TRUE(step->rise_s && step->settled_s);
-  EXPECT_NEAR(*step->rise_s, 1.64 / omega, 1.1e-3);
-  EXPECT_NEAR(*step->settled_s, 8.08 / omega, 2e-3);
-}
-
-TEST(StepResponse, IsNotFoundInATriangle) {
-  std::vector<double> time_s, reference;
-  for (int i = 0; i < 1000; ++i) time_s.push_back(1e-3 * i), reference.push_back(std::abs(i % 200 - 100));
-  EXPECT_FALSE(step_response(time_s, reference, reference));
+  recorder.finish();
+  const RunFigures of = figures_of(runs::RecordedRun(run), 0, {});
+  ASSERT_TRUE(of.step);
+  EXPECT_EQ(of.step->band_um, config.axes[0].control.in_position->tolerance_um);
 }
 
 RunFigures figures() {
@@ -91,12 +74,10 @@ RunFigures figures() {
                  .axis = "x",
                  .drive_unit = "V",
                  .stroke_um = 20.0,
-                 .cycles = 100,
-                 .rms_um = 0.02,
-                 .max_um = 0.1,
+                 .error = {.samples = 100, .sum_of_squares = 100 * 0.02 * 0.02, .max_um = 0.1},
                  .faults = 1,
                  .rows = {},
-                 .spectrum = Spectrum(1000.0),
+                 .spectrum = metrics::Spectrum(1000.0),
                  .step = {},
                  .step_rows = {}};
   return run;

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <thread>
 
-#include "app/live/status_board.h"
+#include "app/live/cycle_outlets.h"
 #include "tests/app/live/control_bench.h"
 
 namespace hystcan::app::control_client_test {

@@ -1,5 +1,5 @@
 // The lines of the log about emergencies, also of a node that sends one in every cycle.
-#include "app/live/event_log.h"
+#include "app/live/state_log.h"
 
 #include <gtest/gtest.h>
 

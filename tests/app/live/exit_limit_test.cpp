@@ -1,4 +1,4 @@
-#include "app/live/exit_limit.h"
+#include "app/live/live_run.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -10,10 +10,10 @@
 #include <set>
 #include <sstream>
 
-#include "app/page/bode.h"
 #include "app/page/bus_counters.h"
 #include "app/page/config_save.h"
 #include "app/page/open_metrics.h"
+#include "app/page/page_requests.h"
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
@@ -43,6 +43,8 @@ TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
       << "nothing is written yet";
   EXPECT_NE(save_of(files / "piezo.toml", json::array()).digest, save.digest);
 }
+
+const metrics::Histogram no_times({});
 
 json segment_changes(std::size_t index, std::initializer_list<std::pair<const char*, const char*>> values) {
   json changes = json::array();
@@ -112,10 +114,11 @@ TEST_F(FakeInterface, SaysThatItIsNotThereOrSimulated) {
   EXPECT_EQ(BusCounters("", 0.0, network_).report().at("state"), "simulated");
 }
 
-// https://prometheus.io/docs/specs/om/open_metrics_spec: a family before its samples, counters end in _total, the end.
+// https://prometheus.io/docs/specs/om/open_metrics_spec: a family before its samples, counters end in _total,
+// the end.
 TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
-  TimingHistogram times;
-  for (const double time_us : {0.5, 30.0, 1e9}) times.put(time_us);
+  metrics::Histogram times({50.0});
+  for (const double time_us : {0.5, 30.0, 1e9}) times.add(time_us);
   const json status{{"ok", true},
                     {"cycles", 12},
                     {"axes",
@@ -151,8 +154,8 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
   EXPECT_EQ(metrics_format_for("application/openmetrics-text;version=1.0.0;q=0.5,text/plain;q=0.2"),
             MetricsFormat::open_metrics);
   const json status{{"ok", true}, {"cycles", 12}, {"axes", json::array()}};
-  const std::string text =
-      metrics_text(MetricsFormat::prometheus, {status, 0.1}, {"offline"}, json::object(), {}, {}, {});
+  const std::string text = metrics_text(MetricsFormat::prometheus, {status, 0.1}, {"offline"}, json::object(),
+                                        no_times, no_times, {});
   for (const char* unknown : {"stateset", " info\n", "# UNIT", "# EOF"})
     EXPECT_EQ(text.find(unknown), std::string::npos) << unknown;
   EXPECT_NE(text.find("# TYPE hystcan_cycles_total counter\n"), std::string::npos);
@@ -161,7 +164,7 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
 TEST(OpenMetrics, SayThatTheControllerIsNotThereAndHowOldTheLastAnswerIs) {
   const json none;
   const std::string text =
-      metrics_text(MetricsFormat::open_metrics, {none, 7.5}, nullptr, json::object(), {}, {}, {});
+      metrics_text(MetricsFormat::open_metrics, {none, 7.5}, nullptr, json::object(), no_times, no_times, {});
   EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos);
   EXPECT_NE(text.find("hystcan_status_age_seconds 7.5\n"), std::string::npos);
   EXPECT_EQ(text.find("hystcan_cycles"), std::string::npos);
@@ -178,7 +181,8 @@ TEST(ReferenceCurves, MeetAtTheUpperThresholdAndIncrease) {
 
 TEST(ReferenceCurves, SayHowMuchLaterThanItsDriveAPositionIsSampled) {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  // One cycle until the command acts, half a cycle of the held drive, the amplifier (1500 Hz), the mode (500 Hz, 0.05).
+  // One cycle until the command acts, half a cycle of the held drive, the amplifier (1500 Hz), the mode (500
+  // Hz, 0.05).
   const double expected_s =
       1e-3 + 0.5e-3 + 1.0 / (2.0 * std::numbers::pi * 1500.0) + 2.0 * 0.05 / (2.0 * std::numbers::pi * 500.0);
   EXPECT_NEAR(reference_curves_of(config.axes[0], 1e-3).at("delay_s"), expected_s, 1e-9);

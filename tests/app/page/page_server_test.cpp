@@ -1,5 +1,5 @@
-// The page's server as a browser, or a stranger, sees it: a running controller in virtual time behind it, and plain sockets
-// before it. The wall clock only ends a test that hangs.
+// The page's server as a browser, or a stranger, sees it: a running controller in virtual time behind it, and
+// plain sockets before it. The wall clock only ends a test that hangs.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>

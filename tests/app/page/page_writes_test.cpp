@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "app/page/command_event.h"
+#include "app/page/page_events.h"
 #include "tests/app/page/page_bench.h"
 
 namespace hystcan::app::page_writes_test {
@@ -54,7 +54,7 @@ TEST(CommandEvents, NameTheFirstOfManyChangesAndTheNumberOfTheOthers) {
   json changes = json::array();
   for (int i = 0; i < 25; ++i)
     changes.push_back({{"key", "k" + std::to_string(i)}, {"from", ""}, {"to", "1"}});
-  const auto events = change_events("page 1", "reload", changes);
+  const auto events = command_events("page 1", {{"do", "reload"}}, {{"ok", true}, {"changed", changes}});
   ASSERT_EQ(events.size(), 21u);
   EXPECT_EQ(events.front().at("text"), "reload k0: (none) -> 1");
   EXPECT_EQ(events.back().at("text"), "reload: 5 more keys");

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/page/capture.h"
-#include "app/page/row_decimator.h"
+#include "app/page/stream_rows.h"
 #include "base/error.h"
 
 namespace hystcan::app::rows_test {
@@ -117,6 +117,25 @@ TEST(Capture, HasWhatWasBeforeAndAfterTheTrigger) {
   EXPECT_DOUBLE_EQ(stream.captures[0].trigger_time_s, 0.1);
   EXPECT_EQ(stream.captures[0].trigger_row, 10u);
   EXPECT_EQ(stream.captures[0].rows.size(), 31u * 9) << "of axis 0 only";
+}
+
+TEST(Capture, OfAStepHasItsFigures) {
+  Stream stream(request_for("step", {{"level", 0.5}, {"post_s", 0.1}}));
+  stream.run(0, 300, [](int i) { return i < 100 ? 2.0 : 12.0; });
+  ASSERT_EQ(stream.captures.size(), 1u);
+  const json step = step_of(stream.captures[0], CycleColumns::of(greeting), 0.0);
+  EXPECT_EQ(step.at("from_um"), 2.0);
+  EXPECT_EQ(step.at("to_um"), 12.0);
+  EXPECT_EQ(step.at("band_um"), 0.1);
+  EXPECT_EQ(step.at("settling_s"), 0.0);
+  EXPECT_NEAR(step.at("judged_s"), 0.1, 1e-9);
+}
+
+TEST(Capture, WithoutAStepAtItsTriggerHasNone) {
+  Stream stream(request_for("now"));
+  stream.run(0, 100, [](int) { return 1.0; });
+  ASSERT_GE(stream.captures.size(), 1u);
+  EXPECT_TRUE(step_of(stream.captures[0], CycleColumns::of(greeting), 0.0).is_null());
 }
 
 TEST(Capture, OfALevelLooksAtTheEdge) {

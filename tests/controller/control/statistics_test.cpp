@@ -45,7 +45,5 @@ TEST(TrackingStatistics, AlsoHaveTheErrorAgainstTheIdealReference) {
   EXPECT_DOUBLE_EQ(statistics.total_against_ideal().rms_um(), 3.0);
 }
 
-TEST(ErrorStatistics, AreZeroWithoutSamples) { EXPECT_EQ(ErrorStatistics{}.rms_um(), 0.0); }
-
 }  // namespace
 }  // namespace hystcan::controller::statistics_test

@@ -1,0 +1,60 @@
+// The pages that are connected.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/page/capture.h"
+#include "app/page/http_server.h"
+
+namespace hystcan::app {
+
+struct PageClient {
+  WebClient& web;
+  std::uint64_t number;
+  bool is_authorised = false;
+  bool waits_for_token = false;                   ///< the answer to a wrong one is under way
+  double rate = 500.0;                            ///< rows per axis and second
+  std::map<std::uint32_t, std::uint32_t> lost{};  ///< rows of each kind since the last message
+  std::optional<CaptureTrigger> trigger{};
+  std::chrono::steady_clock::time_point second{};  ///< begin of the second in which messages are counted
+  int messages = 0;
+
+  void send(const nlohmann::json& message) {
+    web.send_text(message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  }
+  /// Counts a message; true if there are too many in this second.
+  bool sends_too_much();
+};
+
+struct PageCounters {
+  std::uint64_t clients = 0;
+  std::uint64_t cut_off = 0;
+  std::uint64_t refused = 0;
+  std::uint64_t lost_rows = 0;
+};
+
+class PageClients {
+ public:
+  PageClient& add(WebClient& web);
+  void remove(const PageClient& client);
+  /// Null if it has left.
+  PageClient* of(const WebClient& web);
+  PageClient* with(std::uint64_t number);
+  /// By their numbers: the oldest first.
+  std::map<std::uint64_t, PageClient>& all() { return clients_; }
+  void send_all(const nlohmann::json& message);
+  /// Cuts off the oldest client that has not given the token. False if there is none.
+  bool make_room();
+
+  PageCounters counters;
+
+ private:
+  std::map<std::uint64_t, PageClient> clients_;
+  std::uint64_t next_ = 1;
+};
+
+}  // namespace hystcan::app

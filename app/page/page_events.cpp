@@ -1,0 +1,141 @@
+#include "app/page/page_events.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "config/schema/settings.h"
+#include "controller/control/fault.h"
+
+namespace hystcan::app {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most_events = 200;
+constexpr std::size_t most_changes = 20;
+constexpr std::size_t longest_words = 200;
+
+/// Classes of 1, 2, 5, 10 ... us.
+metrics::Histogram cycle_time_histogram() {
+  return metrics::Histogram(
+      {1, 2, 5, 10, 20, 50, 100, 200, 500, 1'000, 2'000, 5'000, 10'000, 20'000, 50'000, 100'000});
+}
+
+/// The word with this number; the number itself if the list has no such word.
+std::string word_of(const json& words, double number) {
+  const auto index = static_cast<std::size_t>(number);
+  return number >= 0.0 && index < words.size() ? words[index].get<std::string>()
+                                               : fmt::format("{:g}", number);
+}
+
+std::string dumped(const json& command, const char* key) {
+  return command.value(key, json()).dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+/// "x: go to 12.5 um".
+std::string words_of_command(const json& command) {
+  const std::string what = command.at("do");
+  const bool has_axis = command.contains("axis") && command.at("axis").is_string();
+  std::string words = has_axis ? command.at("axis").get<std::string>() + ": " : std::string();
+  if (what == "go_to")
+    words += fmt::format("go to {} um", dumped(command, "position_um"));
+  else if (what == "set")
+    words += fmt::format("set {} = {}", dumped(command, "key"), dumped(command, "value"));
+  else if (what == "record")
+    words += command.value("on", json()) == true ? "record" : "end the recording";
+  else
+    words += what;
+  return words.substr(0, longest_words);
+}
+
+/// The axis is null: the words name it.
+json act_event(const std::string& by, const std::string& level, const std::string& text) {
+  return {{"type", "event"}, {"axis", nullptr}, {"by", by}, {"level", level}, {"text", text}};
+}
+
+/// One event for each change; of many changes the first ones and their number.
+std::vector<json> change_events(const std::string& by, const std::string& what, const json& changes) {
+  std::vector<json> events;
+  for (std::size_t i = 0; i < std::min(changes.size(), most_changes); ++i) {
+    const config::Change change{changes[i].at("key"), changes[i].at("from"), changes[i].at("to")};
+    events.push_back(act_event(by, "info", fmt::format("{} {}", what, describe(change))));
+    events.back().update({{"key", change.path}, {"from", change.from}, {"to", change.to}});
+  }
+  if (changes.size() > most_changes)
+    events.push_back(
+        act_event(by, "info", fmt::format("{}: {} more keys", what, changes.size() - most_changes)));
+  return events;
+}
+
+std::string name_of_page(std::uint64_t page) { return fmt::format("page {}", page); }
+
+}  // namespace
+
+std::vector<json> command_events(const std::string& by, const json& command, const json& answer) {
+  const std::string words = words_of_command(command);
+  if (!answer.value("ok", false))
+    return {act_event(by, "warning", fmt::format("{}: refused: {}", words, answer.value("error", "")))};
+  if (const auto changed = answer.find("changed"); changed != answer.end() && !changed->empty())
+    return change_events(by, command.at("do"), *changed);
+  const std::string run = answer.value("run", "");
+  return {act_event(by, command.at("do") == "stop" ? "warning" : "info",
+                    run.empty() ? words : fmt::format("{}: {}", words, run))};
+}
+
+PageEvents::PageEvents(PageClients& clients)
+    : clients_(clients), turnaround_us_(cycle_time_histogram()), lateness_us_(cycle_time_histogram()) {}
+
+void PageEvents::begin(const json& greeting) {
+  at_ = CycleColumns::of(greeting);
+  greeting_ = greeting;
+  last_.assign(greeting.at("axes").size(), {-1.0, 0.0});
+}
+
+void PageEvents::put(std::span<const double> row) {
+  turnaround_us_.add(row[at_.turnaround]);
+  lateness_us_.add(row[at_.lateness]);
+  newest_s_ = row[at_.time];
+  const std::pair now{row[at_.state], row[at_.fault]};
+  if (std::exchange(last_[static_cast<std::size_t>(row[at_.axis])], now) != now) add(event_of(row));
+}
+
+void PageEvents::add_act(std::uint64_t page, const std::string& level, const std::string& text) {
+  add(act_event(name_of_page(page), level, text));
+}
+
+void PageEvents::add_command(std::uint64_t page, const json& command, const json& answer) {
+  for (json& event : command_events(name_of_page(page), command, answer)) add(std::move(event));
+}
+
+void PageEvents::add_foreign_changes(const json& changes) {
+  for (json& event : change_events("file or control socket", "set", changes)) add(std::move(event));
+}
+
+/// Its time is that of the newest row, null before the first.
+void PageEvents::add(json event) {
+  event["time_s"] = newest_s_;
+  events_.push_back(std::move(event));
+  if (events_.size() > most_events) events_.pop_front();
+  clients_.send_all(events_.back());
+}
+
+json PageEvents::event_of(std::span<const double> row) const {
+  const auto axis = static_cast<std::size_t>(row[at_.axis]);
+  const std::string name = greeting_.at("axes")[axis].at("name");
+  json event{{"type", "event"}, {"axis", axis}, {"level", "info"}};
+  const double fault = row[at_.fault];
+  if (fault == 0.0) {
+    event["text"] = fmt::format("{}: {}", name, word_of(greeting_.at("states"), row[at_.state]));
+    return event;
+  }
+  event["level"] = "error";
+  event["text"] = fmt::format("{}: {}: {}", name, word_of(greeting_.at("states"), row[at_.state]),
+                              word_of(greeting_.at("faults"), fault));
+  if (fault > 0.0 && fault < static_cast<double>(controller::cause_count))
+    event["remedy"] = controller::remedy(static_cast<controller::Cause>(fault));
+  return event;
+}
+
+}  // namespace hystcan::app

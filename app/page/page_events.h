@@ -1,0 +1,58 @@
+// What happens at the controller, in words for all pages: changes of state and faults, which its rows show,
+// and what people did. Pages that come later get the last events too. Beside them the times of the cycles,
+// which the same rows show.
+//
+// An event is the `event` of docs/page_protocol.md.
+#pragma once
+
+#include <deque>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/page/capture.h"
+#include "app/page/page_clients.h"
+#include "metrics/statistics.h"
+
+namespace hystcan::app {
+
+/// The events of a command to the controller and of its answer: one for each setting that it has changed, or
+/// else one. `by`: "page 3".
+std::vector<nlohmann::json> command_events(const std::string& by, const nlohmann::json& command,
+                                           const nlohmann::json& answer);
+
+class PageEvents {
+ public:
+  explicit PageEvents(PageClients& clients);
+
+  /// A controller has begun. Throws Error if a column is missing.
+  void begin(const nlohmann::json& greeting);
+  void put(std::span<const double> row);
+
+  /// What this page did; `level`: "info", "warning".
+  void add_act(std::uint64_t page, const std::string& level, const std::string& text);
+  void add_command(std::uint64_t page, const nlohmann::json& command, const nlohmann::json& answer);
+  /// Changes of settings that no page has made: a list of `key`, `from`, `to`.
+  void add_foreign_changes(const nlohmann::json& changes);
+
+  const std::deque<nlohmann::json>& newest() const { return events_; }
+  const CycleColumns& columns() const { return at_; }
+  const metrics::Histogram& turnaround_us() const { return turnaround_us_; }
+  const metrics::Histogram& lateness_us() const { return lateness_us_; }
+
+ private:
+  nlohmann::json event_of(std::span<const double> row) const;
+  void add(nlohmann::json event);
+
+  PageClients& clients_;
+  nlohmann::json greeting_;
+  CycleColumns at_{};
+  std::vector<std::pair<double, double>> last_;  ///< per axis: state and fault
+  double newest_s_ = std::numeric_limits<double>::quiet_NaN();
+  std::deque<nlohmann::json> events_;
+  metrics::Histogram turnaround_us_, lateness_us_;
+};
+
+}  // namespace hystcan::app

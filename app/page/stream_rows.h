@@ -1,0 +1,85 @@
+// The rows of a stream: the last ones, and fewer that show the same.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace hystcan::app {
+
+/// The last rows, for clients that come later and for captures. Bounded.
+class RowHistory {
+ public:
+  RowHistory(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {}
+
+  void put(std::span<const double> row) {
+    if (values_.size() < columns_ * most_rows_)
+      values_.insert(values_.end(), row.begin(), row.end());
+    else
+      std::copy(row.begin(), row.end(), values_.begin() + static_cast<std::ptrdiff_t>(place(count_)));
+    ++count_;
+  }
+
+  std::size_t columns() const { return columns_; }
+  /// Rows [first(), end()) are there; rows are counted from the beginning of the stream.
+  std::uint64_t first() const { return count_ > most_rows_ ? count_ - most_rows_ : 0; }
+  std::uint64_t end() const { return count_; }
+  std::span<const double> row(std::uint64_t number) const {
+    return std::span(values_).subspan(place(number), columns_);
+  }
+
+ private:
+  std::size_t place(std::uint64_t number) const {
+    return static_cast<std::size_t>(number % most_rows_) * columns_;
+  }
+
+  std::size_t columns_, most_rows_;
+  std::uint64_t count_ = 0;
+  std::vector<double> values_;
+};
+
+/// What the columns of a stream mean for decimation.
+struct RowLayout {
+  std::size_t columns = 0;
+  std::size_t axis = 0;               ///< column with the axis of a row
+  std::vector<std::size_t> states{};  ///< columns `state` and `fault`
+  std::optional<std::size_t> bits{};  ///< column `limits`
+  /// Throws std::runtime_error if there is no column `axis`.
+  static RowLayout of(const nlohmann::json& greeting);
+};
+
+/// Of some consecutive rows of an axis the least and the largest value of each column. NaN counts only if all
+/// are NaN. A change of a state is never within such rows, and a bit that was set is set in the second one.
+class RowDecimator {
+ public:
+  /// `bucket`: rows that become two. 1 or 2: each row as it is.
+  RowDecimator(RowLayout layout, std::size_t bucket) : layout_(std::move(layout)), bucket_(bucket) {}
+  /// The bucket that leaves at most `most_Hz` rows of an axis from `rate_Hz`.
+  static std::size_t bucket_for(double rate_Hz, double most_Hz);
+
+  void put(std::span<const double> row);
+  /// What has come out since the last call.
+  std::vector<double> take();
+
+ private:
+  struct Bucket {
+    std::vector<double> least, largest;
+    std::size_t rows = 0;
+  };
+
+  bool is_another_state(const Bucket& bucket, std::span<const double> row) const;
+  void join(Bucket& bucket, std::span<const double> row) const;
+  void empty(Bucket& bucket);
+
+  RowLayout layout_;
+  std::size_t bucket_;
+  std::map<std::size_t, Bucket> open_;  ///< per axis
+  std::vector<double> out_;
+};
+
+}  // namespace hystcan::app

@@ -1,0 +1,100 @@
+// What has happened: the last events, those of the server and those of the page itself; and whether the controller is
+// there, how it ended, and how it begins again.
+
+import { byId, element, setText } from './dom.js';
+import { quantity } from './format.js';
+
+const most = 200;
+const signs = { info: '\u2139', warning: '\u26a0', error: '\u25b2' };
+
+export class EventList {
+  #seen = new Set();
+  ownName = ''; // "page 3": how the server calls this page
+
+  /** `run` tells the runs of the controller apart; `mayRepeat`: the server sends its last events after a connection. */
+  add({ time_s, axis, level, text, remedy, by }, run, mayRepeat) {
+    const key = `${run} ${time_s} ${axis} ${by} ${text}`;
+    if (mayRepeat && this.#seen.has(key)) return;
+    this.#seen.add(key);
+    if (this.#seen.size > 2 * most) this.#seen = new Set([...this.#seen].slice(-most));
+    const who = by ? `${by === this.ownName ? 'this page' : by}: ` : '';
+    this.#show(quantity(time_s, 's'), level, remedy ? `${text}. Remedy: ${remedy}.` : `${who}${text}`);
+  }
+
+  /** What the page itself has seen, with the time of day. */
+  note(level, text) {
+    this.#show(new Date().toLocaleTimeString('en-GB'), level, text);
+  }
+
+  #show(when, level, text) {
+    const list = byId('events');
+    list.prepend(
+      element(
+        'li',
+        { class: level },
+        element('span', { class: 'when', text: when }),
+        element('span', { class: 'level', text: `${signs[level] ?? ''} ${level}` }),
+        element('span', { text }),
+      ),
+    );
+    while (list.childElementCount > most) list.lastElementChild.remove();
+  }
+}
+
+export class ControllerNotice {
+  #startCommand = '';
+  #isDemo = false;
+  #stopSent = false;
+
+  constructor(connection, access, events) {
+    this.events = events;
+    this.access = access;
+    connection.on('hello', ({ source, start_command: command }) => {
+      this.#startCommand = command ?? '';
+      this.#isDemo = source === 'demo';
+    });
+    access.stopped = (isDone, error) => this.#tellOfStop(isDone, error);
+  }
+
+  /** The controller is there. */
+  found() {
+    const place = byId('stream-message');
+    if (place.textContent) this.events.note('info', 'the controller is there');
+    if (this.#stopSent) setText(byId('stop-message'), '');
+    this.#stopSent = false;
+    place.replaceChildren();
+  }
+
+  lost(reason = '') {
+    if (this.#stopSent) setText(byId('stop-message'), 'Stopped: the controller has ended.');
+    this.events.note('warning', `no controller: ${reason}`);
+    byId('stream-message').replaceChildren(
+      this.#stopSent ? '' : `There is no controller: ${reason}. `,
+      'The charts keep what has come. ',
+      ...(this.#isDemo
+        ? this.#waysToStartAgain()
+        : ['The page connects when it starts: ', element('code', { text: this.#startCommand })]),
+    );
+  }
+
+  #waysToStartAgain() {
+    const answer = element('span', { class: 'refusal', role: 'status' });
+    const start = async () => {
+      setText(answer, '');
+      const told = await this.access.startAgain();
+      if (!told.ok) setText(answer, ` It does not start: ${told.error}`);
+    };
+    return [element('button', { id: 'start-again', type: 'button', text: 'Start again', onclick: start }), answer];
+  }
+
+  #tellOfStop(isDone, error) {
+    const told = {
+      true: 'Stop is under way: every axis ramps down to its safe drive and is switched off. Then the controller ends.',
+      false: `Stop has failed: ${error}. Run "hystcan ctl stop", or switch the amplifiers off.`,
+      null: 'Stop is sent.',
+    }[String(isDone)];
+    setText(byId('stop-message'), told);
+    if (isDone !== null) this.events.note(isDone ? 'warning' : 'error', told);
+    this.#stopSent ||= isDone === true;
+  }
+}

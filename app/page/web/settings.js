@@ -1,0 +1,216 @@
+// The fields of settings: one with its value in force, an input for a new one and the controller's answer beside it; and the
+// segments of an axis's setpoint, each with the fields below its number and shape.
+
+import { answerPlace, element, setText } from './dom.js';
+
+const longest = 12; // characters of a value that shares its row
+let nextId = 0;
+
+/** TOML of a value as a user types it: 'inverse+pi' without its quotes. */
+function wordOfToml(toml) {
+  return /^'.*'$|^".*"$/s.test(toml) ? toml.slice(1, -1) : toml;
+}
+
+/** What a user types, or TOML, as a value of JSON: a number, true, false, a list, or else a word. */
+export function valueOfText(text) {
+  const bare = text.trim().replace(/^(['"])(.*)\1$/s, '$2');
+  try {
+    return JSON.parse(text.trim().replaceAll("'", '"').replace(/^\+/, ''));
+  } catch {
+    return bare;
+  }
+}
+
+/** Why a number that was typed is none of the controller's: "" where nothing is wrong. */
+export function commaTrouble(text) {
+  const found = /^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$/.exec(text.trim());
+  return found ? `decimal point, not comma: ${found[1]}.${found[2]}` : '';
+}
+
+/**
+ * `about`: {label, long, unit, choices, axis, absent (the word where there is no value)}. `apply(value)` gives the
+ * answer of the controller.
+ */
+export function settingField(key, about, apply) {
+  const { label, long = label, unit, choices, axis, absent = 'none' } = about;
+  const id = `setting-${nextId++}`;
+  const input = choices
+    ? element(
+        'select',
+        { id },
+        ...choices.map((value) => element('option', { value, text: value })),
+        element('option', { value: '', text: absent, hidden: true }),
+      )
+    : element('input', { id, type: 'text', spellcheck: 'false', autocomplete: 'off' });
+  input.setAttribute('aria-label', `${long}${unit && unit !== '1' ? `, ${unit}` : ''}, axis ${axis}`);
+  input.dataset.key = key;
+  const answer = answerPlace();
+  const button = element('button', { type: 'button', text: 'Apply', 'aria-label': `Apply ${long}, axis ${axis}` });
+  const unitText = element('span', { class: 'unit', text: unit ?? '' });
+  const root = element(
+    'div',
+    { class: 'field' },
+    element('label', { for: id, text: label, title: `${long}: ${key}` }),
+    element('span', { class: 'entry' }, input, unitText),
+    button,
+    answer,
+  );
+  let inForce = '';
+  let isTyped = false;
+  let acceptedAs = null; // the value in force that the answer speaks of; null until it is known
+
+  const say = (state, text) => {
+    answer.className = `answer ${state}`;
+    setText(answer, text);
+  };
+  const send = async () => {
+    say('', '...');
+    const trouble = commaTrouble(input.value);
+    const told = trouble ? { error: trouble } : await apply(valueOfText(input.value));
+    say(told.ok ? 'done' : 'refused', told.ok ? `${input.value} is in force` : (told.error ?? 'refused'));
+    if (told.ok) {
+      isTyped = false;
+      inForce = input.value; // until the settings come
+    }
+    acceptedAs = null;
+  };
+  const restore = () => {
+    isTyped = false;
+    input.value = inForce;
+    say('', '');
+  };
+  input.addEventListener('input', () => {
+    isTyped = input.value !== inForce;
+    if (!isTyped) say('', '');
+  });
+  input.addEventListener('leave', restore);
+  input.addEventListener('keydown', (event) => {
+    if (event.key !== 'Enter') return;
+    event.preventDefault();
+    send();
+  });
+  button.addEventListener('click', send);
+
+  /** An answer does not outlive what it speaks of: a refused entry, or a value that was in force. */
+  const forgetOldAnswer = () => {
+    if (answer.classList.contains('refused')) return void (!isTyped && say('', ''));
+    if (!answer.classList.contains('done')) return;
+    if (acceptedAs !== null && acceptedAs !== inForce) say('', '');
+    acceptedAs = inForce;
+  };
+  return {
+    key,
+    root,
+    typed: () => input.value,
+    reset: () => (isTyped = false),
+    /** The value in force as TOML, undefined where there is none. What is being typed stays. */
+    show(toml, isUnsaved) {
+      inForce = toml === undefined ? '' : wordOfToml(toml);
+      if (!isTyped && input.value !== inForce && document.activeElement !== input) input.value = inForce;
+      if (!choices) input.placeholder = inForce || absent;
+      unitText.style.visibility = toml === undefined ? 'hidden' : '';
+      root.classList.toggle('changed', isUnsaved);
+      root.classList.toggle('wide', inForce.length > longest);
+      forgetOldAnswer();
+    },
+  };
+}
+
+/** The segments of a setpoint; one can be added or removed. */
+export class Segments {
+  #keys = '';
+
+  /**
+   * `makeField(about)`: a setting field of this axis; `set(list)`: sets the whole list and tells the answer; null: the
+   * segments are others by now. `ask()`: the settings in force, as show() gets them.
+   */
+  constructor(axis, name, makeField, set, ask) {
+    this.start = `axis[${axis}].control.`;
+    this.name = name;
+    this.makeField = makeField;
+    this.set = set;
+    this.ask = ask;
+    this.root = element('div');
+  }
+
+  /** True if a key is one of these segments. */
+  owns(key) {
+    return key.startsWith(`${this.start}setpoint[`);
+  }
+
+  /** `values`: key -> TOML of all settings in force. Returns the new fields, or null where the segments are the same. */
+  show(values) {
+    const { keys, list, shape } = this.#read(values);
+    if (shape === this.#keys) return null;
+    this.#keys = shape;
+    const fields = [];
+    this.root.replaceChildren(
+      ...list.map((segment, at) => this.#segment(segment, at, keys, list.length, fields)),
+      element('button', {
+        type: 'button',
+        text: 'Add a segment',
+        title: 'A copy of the last one',
+        'aria-label': `Add a segment, axis ${this.name}`,
+        onclick: () => this.#change((now) => [...now, now.at(-1)]),
+      }),
+    );
+    return fields;
+  }
+
+  #read(values) {
+    const keys = [...values.keys()].filter((key) => this.owns(key));
+    const list = listOf(keys, values, this.start);
+    return { keys, list, shape: JSON.stringify([keys, list.map(({ kind }) => kind)]) };
+  }
+
+  /** Of the list as it is now: a key that was set a moment ago is not lost. */
+  async #change(changed) {
+    const { list, shape } = this.#read(await this.ask());
+    this.set(shape === this.#keys ? changed(list) : null);
+  }
+
+  #segment({ kind }, at, keys, segments, fields) {
+    const own = keys.filter((key) => key.startsWith(`${this.start}setpoint[${at}].`));
+    const title = `${at + 1}: ${kind ?? 'segment'}`;
+    const made = own.map((key) => {
+      const path = key.slice(this.start.length);
+      const label = path.slice(path.indexOf('.') + 1);
+      const broken = label.replaceAll('_', '_\u200b'); // where a narrow column may break it
+      return this.makeField({ key: path, label: broken, long: `Segment ${title}, ${label}`, unit: unitOfKey(label) });
+    });
+    fields.push(...made);
+    const remove = element('button', {
+      type: 'button',
+      text: 'Remove',
+      'aria-label': `Remove segment ${title}, axis ${this.name}`,
+      onclick: () => this.#change((now) => now.filter((_, other) => other !== at)),
+    });
+    remove.disabled = segments === 1;
+    return element(
+      'section',
+      { class: 'segment', 'aria-label': `Segment ${title}, axis ${this.name}` },
+      element('div', { class: 'tools' }, element('h4', { text: title }), remove),
+      element('div', { class: 'fields' }, ...made.map(({ root }) => root)),
+    );
+  }
+}
+
+/** The segments as the list that the key `setpoint` takes. */
+function listOf(keys, values, start) {
+  const list = [];
+  for (const key of keys) {
+    const [, at, path] = /^setpoint\[(\d+)\]\.(.*)$/.exec(key.slice(start.length));
+    let table = (list[at] ??= {});
+    const parts = path.split('.');
+    for (const part of parts.slice(0, -1)) table = table[part] ??= {};
+    const toml = values.get(key);
+    table[parts.at(-1)] = /^['"]/.test(toml) ? wordOfToml(toml) : valueOfText(toml);
+  }
+  return list;
+}
+
+/** The unit at the end of a key: low_um, frequency_Hz, ki_per_s. */
+function unitOfKey(key) {
+  const found = /_(um_per_s2|um_per_s|um_per_um|per_s|um|Hz|ms|us|s|percent|deg|cycles)$/.exec(key)?.[1] ?? '';
+  return { percent: '%', per_s: '1/s', um_per_s: 'um/s', um_per_s2: 'um/s^2', um_per_um: 'um/um' }[found] ?? found;
+}

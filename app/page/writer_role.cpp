@@ -1,0 +1,101 @@
+#include "app/page/writer_role.h"
+
+#include <utility>
+
+#include "app/live/command_handler.h"
+#include "base/error.h"
+
+namespace hystcan::app {
+
+using nlohmann::json;
+
+bool ends_something(const json& command) {
+  return command.at("do") == "stop" || command.at("do") == "disable";
+}
+
+WriterRole::WriterRole(boost::asio::io_context& context, const std::function<std::filesystem::path()>& place,
+                       PageClients& clients, PageEvents& events)
+    : clients_(clients),
+      events_(events),
+      reading_(context, place),
+      writing_(context, place),
+      ending_(context, place) {}
+
+void WriterRole::give_to(std::uint64_t client) {
+  if (holder_ == client) return;
+  writing_.close();
+  if (client != 0)
+    events_.add_act(client, "info", "takes control");
+  else
+    events_.add_act(holder_, "info", "gives control back");
+  holder_ = client;
+  for (auto& [number, other] : clients_.all()) show_to(other);
+}
+
+void WriterRole::show_to(PageClient& client) const {
+  const char* role = is_free() ? "free" : is_of(client) ? "yours" : "taken";
+  client.send({{"type", "writer"}, {"role", role}, {"authorised", client.is_authorised}});
+}
+
+void WriterRole::command(std::uint64_t client, const json& command, ControlLink::Done done) {
+  ++changes_;
+  ControlLink& link = ends_something(command) ? ending_ : writing_;
+  link.ask(command, [this, client, command, done = std::move(done)](const json& answer) {
+    ++changes_;
+    note_changes(answer);
+    events_.add_command(client, command, answer);
+    done(answer);
+    if (command.at("do") == "stop") ending_.close();
+  });
+}
+
+void WriterRole::read_settings(ControlLink::Done done) {
+  reading_.ask({{"do", "settings"}}, [this, done = std::move(done), changes = changes_](const json& answer) {
+    const bool is_new = changes == changes_ && !writing_.is_busy();
+    try {
+      if (is_new && answer.value("ok", false)) compare(answer.at("settings"));
+    } catch (const std::exception& error) {  // it is no answer to `settings`
+      return done(refusal(error_text(error)));
+    }
+    done(answer);
+  });
+}
+
+/// Links whose other end may be gone with the controller.
+void WriterRole::forget_controller() {
+  known_.clear();
+  for (ControlLink* link : {&reading_, &writing_})
+    if (!link->is_busy()) link->close();
+}
+
+void WriterRole::note_changes(const json& answer) {
+  const auto changed = answer.find("changed");
+  if (changed == answer.end() || known_.empty()) return;
+  for (const json& change : *changed) {
+    const std::string key = change.at("key"), to = change.at("to");
+    if (to.empty())
+      known_.erase(key);
+    else
+      known_[key] = to;
+  }
+}
+
+void WriterRole::compare(const json& settings) {
+  std::map<std::string, std::string> now;
+  for (const json& setting : settings) now.emplace(setting.at("key"), setting.at("value"));
+  const auto change = [](const std::string& key, const std::string& from, const std::string& to) {
+    return json{{"key", key}, {"from", from}, {"to", to}};
+  };
+  json changes = json::array();
+  for (const auto& [key, value] : now) {
+    const auto before = known_.find(key);
+    const std::string from = before == known_.end() ? "" : before->second;
+    if (from != value) changes.push_back(change(key, from, value));
+  }
+  for (const auto& [key, value] : known_)
+    if (!now.contains(key)) changes.push_back(change(key, value, ""));
+  if (!known_.empty()) events_.add_foreign_changes(changes);
+  known_ = std::move(now);
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,54 @@
+// The writer's role, what the pages change with it at the controller, and the settings in force as far as
+// they are known here.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "app/page/control_link.h"
+#include "app/page/page_clients.h"
+#include "app/page/page_events.h"
+
+namespace hystcan::app {
+
+class WriterRole {
+ public:
+  /// `place`: where the control socket is, asked before each connection.
+  WriterRole(boost::asio::io_context& context, const std::function<std::filesystem::path()>& place,
+             PageClients& clients, PageEvents& events);
+
+  bool is_free() const { return holder_ == 0; }
+  bool is_of(const PageClient& client) const { return holder_ == client.number; }
+  /// 0: to none. The controller's right to write goes with the role.
+  void give_to(std::uint64_t client);
+  void show_to(PageClient& client) const;
+
+  /// Sends a command of this page and makes its events. `stop` and `disable` end something: they need no role
+  /// and wait behind no other command.
+  void command(std::uint64_t client, const nlohmann::json& command, ControlLink::Done done);
+  /// The answer to `settings`. Makes events of those that no command of a page has changed.
+  void read_settings(ControlLink::Done done);
+  /// The controller has begun or ended.
+  void forget_controller();
+
+ private:
+  void note_changes(const nlohmann::json& answer);
+  void compare(const nlohmann::json& settings);
+
+  PageClients& clients_;
+  PageEvents& events_;
+  ControlLink reading_, writing_, ending_;
+  std::uint64_t holder_ = 0;                  ///< number of a client
+  std::map<std::string, std::string> known_;  ///< settings in force; empty: none read yet
+  std::uint64_t changes_ = 0;  ///< commands of pages so far: answers from before one of them are old
+};
+
+/// `stop`, `disable`.
+bool ends_something(const nlohmann::json& command);
+
+}  // namespace hystcan::app

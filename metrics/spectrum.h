@@ -1,0 +1,41 @@
+// Amplitude spectral density of a signal by Welch's method: segments of `length` samples that overlap by
+// half, without their mean, under a Hann window; the one-sided power densities are averaged.
+//
+//   ASD(f) = sqrt( 2 |X(f)|^2 / (rate * sum w^2) ),   sum over f of ASD^2 * rate/length = variance
+//
+// P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans. Audio
+// Electroacoust. 15, 1967.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace hystcan::metrics {
+
+class Spectrum {
+ public:
+  /// `length`: even.
+  explicit Spectrum(double rate_Hz, std::size_t length = 1024);
+
+  void add(double value);
+  /// The next value does not follow the last one.
+  void break_off() { segment_.clear(); }
+
+  std::size_t segments() const { return segments_; }
+  /// rate/length, 2 rate/length, ..., rate/2.
+  std::vector<double> frequencies_Hz() const;
+  /// Units of the signal per sqrt(Hz), at these frequencies. Empty if no segment was complete.
+  std::vector<double> densities() const;
+
+ private:
+  void take_segment();
+
+  double rate_Hz_;
+  std::size_t length_;
+  std::vector<double> window_;
+  std::vector<double> segment_;
+  std::vector<double> powers_;  ///< sums over the segments
+  std::size_t segments_ = 0;
+};
+
+}  // namespace hystcan::metrics
