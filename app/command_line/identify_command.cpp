@@ -12,7 +12,7 @@
 
 #include "app/command_line/commands.h"
 #include "app/live/stop_signal.h"
-#include "app/report/config_edit.h"
+#include "app/stage/config_edit.h"
 #include "app/stage/dataset_input.h"
 #include "app/stage/identification_findings.h"
 #include "app/stage/identification_report.h"

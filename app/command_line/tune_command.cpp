@@ -11,7 +11,7 @@
 
 #include "app/command_line/commands.h"
 #include "app/live/report.h"
-#include "app/report/config_edit.h"
+#include "app/stage/config_edit.h"
 #include "app/stage/open_loop.h"
 #include "app/stage/option_check.h"
 #include "app/stage/tuning.h"

@@ -14,7 +14,7 @@
 #include "app/page/command_event.h"
 #include "app/page/config_save.h"
 #include "app/page/page_service.h"
-#include "app/report/config_edit.h"
+#include "app/stage/config_edit.h"
 #include "base/error.h"
 
 namespace hystcan::app {

@@ -1,4 +1,4 @@
-#include "app/report/config_edit.h"
+#include "app/stage/config_edit.h"
 
 #include <fmt/format.h>
 

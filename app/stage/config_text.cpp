@@ -6,8 +6,8 @@
 #include <map>
 #include <numbers>
 
-#include "app/setup/first_stage.h"
 #include "app/stage/dynamics_text.h"
+#include "app/stage/first_stage.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
 #include "config/schema/settings.h"
@@ -45,7 +45,8 @@ class FirstAxis {
   }
 
  private:
-  /// The comment behind a key. An empty one: the key is written though it is not required and has its default.
+  /// The comment behind a key. An empty one: the key is written though it is not required and has its
+  /// default.
   void remark(const std::string& key, const std::string& comment = {}) { remarks_[path_ + key] = comment; }
   std::string drive_key(const char* key, const char* per = "") const { return key + facts_.drive_unit + per; }
 

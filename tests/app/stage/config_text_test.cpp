@@ -3,7 +3,7 @@
 #include <fstream>
 
 #include "app/live/rehearsal_setup.h"
-#include "app/setup/first_stage.h"
+#include "app/stage/first_stage.h"
 #include "config/files/model_file.h"
 #include "config/schema/check.h"
 #include "config/schema/config.h"

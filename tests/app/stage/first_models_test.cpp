@@ -1,4 +1,4 @@
-#include "app/setup/first_stage.h"
+#include "app/stage/first_stage.h"
 
 #include <gtest/gtest.h>
 
