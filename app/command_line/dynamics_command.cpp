@@ -63,7 +63,8 @@ std::string unit_or(const std::string& unit, const char* otherwise) {
   return unit.empty() ? otherwise : unit;
 }
 
-/// The delays to start from: those of the configured axis, or an amplifier without lag and a sensor without delay.
+/// The delays to start from: those of the configured axis, or an amplifier without lag and a sensor without
+/// delay.
 controller::Delays configured_delays(const std::optional<config::Config>& config, std::size_t axis) {
   return config ? config->axes[axis].control.delays : controller::Delays{.amplifier_bandwidth_Hz = 1e9};
 }

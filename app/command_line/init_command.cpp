@@ -115,9 +115,9 @@ void add_facts(CLI::App& command, StatedFacts& facts) {
   command.add_option("--interface", facts.interface, "CAN interface (vcan0)")->check(interface_name());
   command.add_option("--dbc", facts.dbc, "DBC with the lab's own frames; the standard frames if left out");
   command
-      .add_option(
-          "--enable", facts.enable,
-          "signal of a lab's command that switches the amplifier on, or none; one for all axes, or again for each")
+      .add_option("--enable", facts.enable,
+                  "signal of a lab's command that switches the amplifier on, or none; "
+                  "one for all axes, or again for each")
       ->allow_extra_args(false);
   command.add_option("--nodes", facts.nodes, "node ids of amplifier and sensor, axis by axis: 1,2")
       ->check(whole_number(1, 127))

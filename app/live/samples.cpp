@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "controller/control/statistics.h"
-#include "controller/cycle_columns.h"
+#include "controller/cycle_record.h"
 
 namespace hystcan::app {
 namespace {

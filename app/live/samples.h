@@ -8,12 +8,11 @@
 #include "can/scheduler.h"
 #include "config/schema/config.h"
 #include "controller/cycle_record.h"
-#include "twin/truth.h"
 #include "twin/twin.h"
 
 namespace hystcan::app {
 
-/// Of controller/cycle_columns.h, in the order of the stream. A later version adds at the end only.
+/// Of controller/cycle_record.h, in the order of the stream. A later version adds at the end only.
 inline constexpr auto streamed_columns = std::to_array<std::string_view>(
     {"cycle", "time_s", "axis", "state", "fault", "limits", "sample_missing", "segment", "shape_time_s",
      "reference_um", "position_um", "demand_um", "learnt_um", "drive", "amplifier_output", "turnaround_us",

@@ -15,7 +15,7 @@
 #include "app/live/command_handler.h"
 #include "app/stage/config_edit.h"
 #include "base/error.h"
-#include "controller/analysis/margins.h"
+#include "controller/analysis/linear_loop.h"
 
 namespace hystcan::app {
 namespace {

@@ -140,7 +140,8 @@ std::string dynamics_line(const std::string& record, const IdentifiedPlant& plan
   std::string text = fmt::format("{}; from {}", dynamics_line(plant.delays), record);
   if (!plant.mode)
     text += fmt::format(
-        ", which shows delay and lag but no mode ({}): the mode is within what is stated, {:g} Hz, and the loop is sound with "
+        ", which shows delay and lag but no mode ({}): the mode is within what is stated, {:g} Hz, "
+        "and the loop is sound with "
         "one anywhere from there up",
         plant.not_shown, stated_Hz);
   else if (!is_as_stated(*plant.mode, stated_Hz))
@@ -257,14 +258,16 @@ std::vector<std::string> ranges_of(const config::Config& config, const std::vect
   for (std::size_t i = 0; i < tuned.size(); ++i)
     if (tuned[i].unshared_s > 0.0)
       ranges[i] = fmt::format(
-          "; {:.3g} ms are taken as the sensor's, which nobody has stated (--sensor-delay): {:.3g} um if none are, {:.3g} "
+          "; {:.3g} ms are taken as the sensor's, which nobody has stated (--sensor-delay): "
+          "{:.3g} um if none are, {:.3g} "
           "um if all {:.3g} ms are",
           1e3 * config.axes[i].control.delays.sensor_s(), none.true_errors[i].total().rms_um(),
           all.true_errors[i].total().rms_um(), 1e3 * tuned[i].unshared_s);
   return ranges;
 }
 
-/// The true errors of each axis where a mode that no record shows is as far from the stated one as that may be off.
+/// The true errors of each axis where a mode that no record shows is as far from the stated one as that may
+/// be off.
 std::vector<std::string> mode_ranges_of(const config::Config& config, const std::vector<TunedAxis>& tuned) {
   constexpr double share = 0.1;
   std::vector<std::string> ranges(tuned.size());
@@ -368,11 +371,12 @@ std::vector<std::string> rehearsal_of(const config::Config& config, const std::v
     lines.push_back(
         fmt::format("{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um", axis.name,
                     error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um));
-    lines.push_back(fmt::format(
-        "{}: true error, of the stage itself: {:.3g} um, {:.3g} % with curves 3 % off the model, {:.3g} um if it is exact{}{}{}",
-        axis.name, truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um,
-        exact.true_errors[i].total().rms_um(), modes[i], floors_text(config, i, outcome.true_errors[i]),
-        ranges[i]));
+    lines.push_back(
+        fmt::format("{}: true error, of the stage itself: {:.3g} um, {:.3g} % with curves 3 % off the model, "
+                    "{:.3g} um if it is exact{}{}{}",
+                    axis.name, truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um,
+                    exact.true_errors[i].total().rms_um(), modes[i],
+                    floors_text(config, i, outcome.true_errors[i]), ranges[i]));
   }
   return lines;
 }

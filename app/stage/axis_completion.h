@@ -45,13 +45,15 @@ std::string plant_name(const std::string& axis);
 
 void print_lines(const std::string& of, const std::vector<std::string>& lines);
 
-/// The model that the loops determine, its thresholds at the ends of the loops. Writes model, plant and report into
-/// `folder`. Prints lines for the engineer. Throws Error where the records determine none, RunError at a signal.
+/// The model that the loops determine, its thresholds at the ends of the loops. Writes model, plant and
+/// report into `folder`. Prints lines for the engineer. Throws Error where the records determine
+/// none, RunError at a signal.
 identification::Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
                                          const AxisRecords& records);
 
-/// Finds dynamics and loop of axis i of the stage. Without a step record the dynamics are those that were stated, and the
-/// loop is an integral one that is far from what they allow. With one it is the cautious one, where that tracks.
+/// Finds dynamics and loop of axis i of the stage. Without a step record the dynamics are those that were
+/// stated, and the loop is an integral one that is far from what they allow. With one it is the cautious one,
+/// where that tracks.
 struct TunedAxis {
   std::optional<Candidate> fast{};  ///< what tracks better than the cautious loop that is set
   double unshared_s = 0.0;          ///< measured delay, of which it is not stated how much is the sensor's
@@ -59,8 +61,9 @@ struct TunedAxis {
 };
 TunedAxis tune_axis(Stage& stage, std::size_t i, const AxisRecords& records);
 
-/// Runs the reference of every axis once with the twin, and again where the delay is the sensor's or is not, and where a
-/// mode that no record shows is another one. Returns lines; throws RunError where an axis does not track.
+/// Runs the reference of every axis once with the twin, and again where the delay is the sensor's or is not,
+/// and where a mode that no record shows is another one. Returns lines; throws RunError where an axis does
+/// not track.
 std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TunedAxis>& tuned);
 
 }  // namespace hystcan::app

@@ -26,14 +26,14 @@ std::size_t index_of_axis(const config::Config& config, const std::string& name)
 std::string with_loop(const config::Config& config, std::size_t axis, const controller::LoopSetting& setting,
                       const controller::Delays& delays);
 
-/// A fragment: the keys of [axis.control] that differ from `before`, and those that have a note, at their path. Behind each
-/// stand its former value, if `before` is configured, and its note: "# was 0.1; one cycle".
+/// A fragment: the keys of [axis.control] that differ from `before`, and those that have a note, at their
+/// path. Behind each stand its former value, if `before` is configured, and its note: "# was 0.1; one cycle".
 std::string control_fragment(const config::AxisConfig& before, bool is_configured,
                              const config::AxisConfig& after,
                              const std::map<std::string, std::string>& notes);
 
-/// Throws Error if `written` is an input or another output, or does not lie in the folder of the configuration:
-/// the paths within it count from there. `data` may be empty.
+/// Throws Error if `written` is an input or another output, or does not lie in the folder of the
+/// configuration: the paths within it count from there. `data` may be empty.
 void refuse_to_write_into(const std::filesystem::path& written, const config::Config& config,
                           const std::filesystem::path& output, const std::filesystem::path& data = {});
 

@@ -45,7 +45,8 @@ class FirstAxis {
   }
 
  private:
-  /// The comment behind a key. An empty one: the key is written though it is not required and has its default.
+  /// The comment behind a key. An empty one: the key is written though it is not required and has its
+  /// default.
   void remark(const std::string& key, const std::string& comment = {}) { remarks_[path_ + key] = comment; }
   std::string drive_key(const char* key, const char* per = "") const { return key + facts_.drive_unit + per; }
 

@@ -31,7 +31,8 @@ std::string delay_shares(const IdentifiedPlant& plant) {
   if (plant.pure_s == 0.0)
     return ", one sum: drive and position cannot tell the amplifier's lag from the sensor's";
   return fmt::format(
-      ", of it {:.3g} ms no lag but a pure delay, counted as the sensor's: if it is the amplifier's, the stage itself is "
+      ", of it {:.3g} ms no lag but a pure delay, counted as the sensor's: if it is the amplifier's, "
+      "the stage itself is "
       "that late",
       1e3 * plant.pure_s);
 }

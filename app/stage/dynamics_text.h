@@ -17,8 +17,8 @@ double decibel(double gain);
 
 /// A line with `name`, padded, and `value`.
 std::string line(const std::string& name, const std::string& value);
-/// Lines: natural frequency, damping ratio, delay, gain, residual, chain; or why no mode is shown, and what that means. A
-/// warning where the resonance is far from the stated one.
+/// Lines: natural frequency, damping ratio, delay, gain, residual, chain; or why no mode is shown, and what
+/// that means. A warning where the resonance is far from the stated one.
 std::string describe(const IdentifiedPlant& plant, const controller::Delays& stated,
                      const std::string& input_unit, const std::string& output_unit);
 std::string describe(const controller::Margins& margins);

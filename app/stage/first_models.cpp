@@ -27,7 +27,8 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Polynomials: every other coefficient up and down, so that the shape changes too, as far as they keep increasing.
+/// Polynomials: every other coefficient up and down, so that the shape changes too, as far as they keep
+/// increasing.
 ReferenceCurve off_by(const ReferenceCurve& curve, double share, bool alternating) {
   std::vector<double> c = curve.coefficients();
   for (std::size_t j = 1; j < c.size(); ++j) c[j] *= alternating && j % 2 == 0 ? 1.0 - share : 1.0 + share;

@@ -86,8 +86,8 @@ class Roles {
   std::set<const Signal*> used_;
 };
 
-/// By its name, where that is unambiguous. It is a number without a unit, or a bit. One that is neither counter nor CRC nor
-/// reserved, and has another name, may be it too.
+/// By its name, where that is unambiguous. It is a number without a unit, or a bit. One that is neither
+/// counter nor CRC nor reserved, and has another name, may be it too.
 void Roles::look_for_enable() {
   std::vector<const Signal*> left, named;
   for (const Signal& signal : message_.signals)

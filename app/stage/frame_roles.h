@@ -1,7 +1,7 @@
 // Which message and signal of a lab's DBC has which role for an axis, by likeness of names, units and ranges.
 //
-// A proposal for the engineer's eye: a DBC does not say what a signal means. `hystcan check` then says which functions are
-// lost without the roles that are not found.
+// A proposal for the engineer's eye: a DBC does not say what a signal means. `hystcan check` then says which
+// functions are lost without the roles that are not found.
 #pragma once
 
 #include <optional>
@@ -31,8 +31,8 @@ struct AxisRoles {
 
 struct AxisFacts;
 
-/// One for each axis, whose name, drives and travel are known; no message has two roles. Throws Error if an axis has no setpoint or no position in
-/// the DBC; the message lists what is there in these units.
+/// One for each axis, whose name, drives and travel are known; no message has two roles. Throws Error
+/// if an axis has no setpoint or no position in the DBC; the message lists what is there in these units.
 std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisFacts>& axes,
                                      const std::string& file);
 

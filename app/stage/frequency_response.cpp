@@ -42,7 +42,8 @@ controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) 
           .notch = of.setting.notch};
 }
 
-/// What belongs to a frequency, with its memory of the frequency before: the plant, and the loops present and proposed.
+/// What belongs to a frequency, with its memory of the frequency before: the plant, and the loops present and
+/// proposed.
 class Curves {
  public:
   explicit Curves(const TuningReport& of)

@@ -241,19 +241,18 @@ void fit_reference(config::AxisConfig& axis, const model::HysteresisParameters& 
   }
 }
 
-/// A record over the whole range of the drive shows how far the stage goes. The limits of the straight line are too narrow or
-/// too wide where the sensor's zero is another one.
+/// A record over the whole range of the drive shows how far the stage goes. The limits of the straight line
+/// are too narrow or too wide where the sensor's zero is another one.
 void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   const controller::Gate::Config& gate = axis.control.gate;
   const controller::Supervisor::Config before = axis.control.supervision;
   const model::Interval drive = records.drive();
   if (drive.span() < 0.95 * (gate.drive_max - gate.drive_min)) {
-    print_lines(
-        axis.wire.name,
-        {fmt::format(
-            "the record covers {:.4g} to {:.4g} of {:g} to {:g} {}: the model, and the drive with it, keep to "
-            "that; position limits as in {}",
-            drive.lo, drive.hi, gate.drive_min, gate.drive_max, axis.wire.drive_unit, first_config)});
+    print_lines(axis.wire.name, {fmt::format("the record covers {:.4g} to {:.4g} of {:g} to {:g} {}: "
+                                             "the model, and the drive with it, keep to "
+                                             "that; position limits as in {}",
+                                             drive.lo, drive.hi, gate.drive_min, gate.drive_max,
+                                             axis.wire.drive_unit, first_config)});
     return;
   }
   const model::Interval travel = records.travel_um();

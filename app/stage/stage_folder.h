@@ -13,13 +13,13 @@
 
 namespace hystcan::app {
 
-/// Prints what it found and the next commands. The folder is complete or absent. Throws Error where what is known
-/// or recorded does not do, RunError at a signal or where the rehearsal ends with a fault.
+/// Prints what it found and the next commands. The folder is complete or absent. Throws Error where
+/// what is known or recorded does not do, RunError at a signal or where the rehearsal ends with a fault.
 void make_stage(const std::filesystem::path& folder, StageFacts facts,
                 const std::vector<AxisRecords>& records);
 
-/// The records are AXIS.loops.csv and, if they are there, AXIS.slow.csv, AXIS.unseen.csv and AXIS.step.csv. Overwrites
-/// nothing, and leaves nothing if it fails. Throws like make_stage().
+/// The records are AXIS.loops.csv and, if they are there, AXIS.slow.csv, AXIS.unseen.csv and AXIS.step.csv.
+/// Overwrites nothing, and leaves nothing if it fails. Throws like make_stage().
 void continue_stage(const std::filesystem::path& folder);
 
 /// `preset`: the name of a shipped configuration, without .toml. Throws Error if there is none.

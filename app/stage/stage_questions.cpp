@@ -292,7 +292,8 @@ void ask_about_the_bus(StageFacts& stage, const StatedFacts& stated, const std::
   stage.dbc_file = dbc == own && !std::filesystem::exists(dbc) ? shipped_dbc : std::filesystem::path(dbc);
 }
 
-/// A command without it never switches the amplifier off. A DBC with another name for it must not lead to that unnoticed.
+/// A command without it never switches the amplifier off. A DBC with another name for it must not lead to
+/// that unnoticed.
 void ask_for_enable(AxisRoles& roles, const std::string& axis, const std::optional<std::string>& stated,
                     Questions& questions) {
   if (!roles.frames) {
@@ -315,9 +316,10 @@ void ask_for_enable(AxisRoles& roles, const std::string& axis, const std::option
                                       choice);
       });
   if (answer.empty())
-    throw Error(fmt::format(
-        "--enable missing: no name says which signal of {} switches the amplifier of axis {} on, expected one of: {}",
-        message, axis, choice));
+    throw Error(
+        fmt::format("--enable missing: no name says which signal of {} switches the amplifier of axis {} on, "
+                    "expected one of: {}",
+                    message, axis, choice));
   state_enable(roles, answer);
 }
 

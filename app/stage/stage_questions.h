@@ -1,4 +1,5 @@
-// What has to be known of a stage before it moves: from options, from records, from the DBC, and the rest by questions.
+// What has to be known of a stage before it moves: from options, from records, from the DBC, and the rest by
+// questions.
 #pragma once
 
 #include <filesystem>
@@ -26,8 +27,8 @@ struct StatedFacts {
 
 using ShippedDbc = std::function<std::filesystem::path(const std::string& drive_unit)>;
 
-/// `records`: one for each axis, or none. `shipped_dbc` gives the one for a drive unit, which is used where no other is named. Throws Error
-/// where an answer is missing, or where a record contradicts one.
+/// `records`: one for each axis, or none. `shipped_dbc` gives the one for a drive unit, which is used where
+/// no other is named. Throws Error where an answer is missing, or where a record contradicts one.
 StageFacts ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
                      const ShippedDbc& shipped_dbc, Questions& questions);
 

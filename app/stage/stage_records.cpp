@@ -84,7 +84,8 @@ void refuse_contradictions(const AxisRecords& records, const std::string& drive_
   if (records.unseen) refuse_drive(*records.unseen_file, *records.unseen, drive_unit, drive);
   if (!stroke_um) return;
   const double part = records.drive().span() / drive.span();
-  // A record over the whole range shows the stroke. Minor loops are flatter than the major one, and curves bend.
+  // A record over the whole range shows the stroke. Minor loops are flatter than the major one, and curves
+  // bend.
   const double tolerance = part > 0.95 ? 0.1 : 0.5;
   const double expected_um = *stroke_um * part;
   if (std::abs(records.travel_um().span() / expected_um - 1.0) > tolerance)

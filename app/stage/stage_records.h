@@ -27,8 +27,8 @@ struct AxisRecords {
 /// Reads the files. Throws Error with the name of the file, also where the output is no length.
 void load(AxisRecords& records, const DatasetInput& input);
 
-/// Throws Error where a record contradicts what is known: another unit, a drive beyond its range, a stroke that is
-/// not `stroke_um`.
+/// Throws Error where a record contradicts what is known: another unit, a drive beyond its range, a
+/// stroke that is not `stroke_um`.
 void refuse_contradictions(const AxisRecords& records, const std::string& drive_unit,
                            const model::Interval& drive, std::optional<double> stroke_um);
 

@@ -16,7 +16,6 @@
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/config_edit.h"
-#include "app/stage/safe_amplitude.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "controller/analysis/feed_forward_design.h"
@@ -32,8 +31,8 @@ using identification::Dataset;
 
 constexpr const char* present_name = "present";
 
-/// Sets the identified plant in the twin. Its sensor gets the delay that was found; the amplifier's lag takes what its sensor
-/// and its way to a setpoint then have not.
+/// Sets the identified plant in the twin. Its sensor gets the delay that was found; the amplifier's lag takes
+/// what its sensor and its way to a setpoint then have not.
 void set_plant(twin::Config& twin, const std::string& axis_name, const controller::Delays& found,
                double cycle_s) {
   for (twin::WiredAxisConfig& axis : twin.axes) {
@@ -203,8 +202,8 @@ Excitation::Steps with_safe_amplitude(const Excitation::Steps& steps, const conf
   return chosen;
 }
 
-/// The rows have the times of whole cycles, those that were left out included: sample and drive both follow the SYNC, so
-/// that its jitter of some microseconds does not affect the identified mode.
+/// The rows have the times of whole cycles, those that were left out included: sample and drive both follow
+/// the SYNC, so that its jitter of some microseconds does not affect the identified mode.
 Dataset measured_steps(const config::Config& config, const twin::Config& twin, const OpenLoopOptions& run,
                        const Excitation::Steps& steps) {
   const config::AxisConfig& axis = config.axes[0];

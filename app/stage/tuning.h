@@ -1,4 +1,5 @@
-// The loop of one axis from an experiment of small steps: the mode is found, and designs for it are rehearsed.
+// The loop of one axis from an experiment of small steps: the mode is found, and designs for it are
+// rehearsed.
 #pragma once
 
 #include <optional>
@@ -30,15 +31,15 @@ TuningReport tuning_of(const config::Config& config, const controller::Excitatio
 /// The plant behind the record. Throws RunError where the record determines none.
 IdentifiedPlant plant_of_steps(const identification::Dataset& record, const config::Config& config);
 
-/// Rehearses the candidates for the plant and chooses one. The first candidate is the present setting; the others are
-/// designs by the rules of the report, each with the feed-forward that is predicted to be best. The twin gets the identified
-/// plant; a design that is not stable at all corners is not rehearsed. Throws RunError if no candidate tracks, or at a
-/// signal.
+/// Rehearses the candidates for the plant and chooses one. The first candidate is the present setting; the
+/// others are designs by the rules of the report, each with the feed-forward that is predicted to be best.
+/// The twin gets the identified plant; a design that is not stable at all corners is not rehearsed. Throws
+/// RunError if no candidate tracks, or at a signal.
 void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
               const twin::Config& twin);
 
-/// Fills by_structure of the present and the proposed candidate, and the shares of the delay where the configuration does
-/// not state the sensor's. `report` is evaluated.
+/// Fills by_structure of the present and the proposed candidate, and the shares of the delay where the
+/// configuration does not state the sensor's. `report` is evaluated.
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin);
 
 /// All of a delay becomes the sensor's, or the amplifier's lag.

@@ -85,8 +85,10 @@ std::string candidate_table(const TuningReport& report) {
   return text +
          fmt::format(
              "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; bandwidth: of the "
-             "feedback alone;\nnotch: frequency, depth, width; at the worst: of the corners of the intervals, "
-             "with {:g} % more of resonance;\nRMS: predicted error of the configured reference at the samples, true: between them too, % of {:g} um\n",
+             "feedback alone;\n"
+             "notch: frequency, depth, width; at the worst: of the corners of the intervals, "
+             "with {:g} % more of resonance;\n"
+             "RMS: predicted error of the configured reference at the samples, true: between them too, % of {:g} um\n",
              report.rule.resonance_percent, stroke_um(report));
 }
 

@@ -1,5 +1,5 @@
-// The result of `hystcan tune` as text, as a fragment of a configuration and as JSON; the frequency response of its
-// experiment, of the identified mode and of two loops, as a table and as a picture.
+// The result of `hystcan tune` as text, as a fragment of a configuration and as JSON; the frequency response
+// of its experiment, of the identified mode and of two loops, as a table and as a picture.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +23,8 @@ struct Candidate {
   controller::LoopSetting setting;
   controller::Delays delays;
   std::optional<controller::JudgedLoop> loop{};  ///< empty if ki is zero: there is no loop to judge
-  /// Of the configured reference, with the configured structure and limits, without learning; empty: not rehearsed, as
-  /// it is not stable.
+  /// Of the configured reference, with the configured structure and limits, without learning; empty: not
+  /// rehearsed, as it is not stable.
   std::optional<controller::AxisOutcome> predicted{};
   std::optional<double> true_rms_um{};  ///< of the same run, between the samples too; empty: not known
   /// The same without following-error limit, by all_structures; of the present and the proposed ones only.
@@ -34,9 +34,9 @@ struct Candidate {
   double rms_percent() const;  ///< of the stroke
 };
 
-/// Index of the one with the smallest predicted error at the samples, of those that are at most this sensitive at all
-/// corners. The first one, the present one, is chosen unless another one is better there by 2 % and, where that is known,
-/// not worse between the samples.
+/// Index of the one with the smallest predicted error at the samples, of those that are at most this
+/// sensitive at all corners. The first one, the present one, is chosen unless another one is better there by
+/// 2 % and, where that is known, not worse between the samples.
 std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
 
 /// True errors of a loop where a measured delay is all the sensor's, or none of it is. Empty: a fault.
@@ -71,12 +71,12 @@ std::string describe(const TuningReport& report);
 std::string fragment(const TuningReport& report);
 nlohmann::json to_json(const TuningReport& report);
 
-/// CSV, a row for each measured frequency. Gains of plant and model are 1 at rest; phases are in degrees, those of the
-/// loops from -90 on without a leap.
+/// CSV, a row for each measured frequency. Gains of plant and model are 1 at rest; phases are in degrees,
+/// those of the loops from -90 on without a leap.
 std::string response_table(const TuningReport& report, const identification::Dataset& record);
 
-/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns an empty text, or why
-/// there is no picture.
+/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns an empty
+/// text, or why there is no picture.
 std::string draw_response(const TuningReport& report, const identification::Dataset& record,
                           const std::filesystem::path& picture);
 

@@ -1,9 +1,9 @@
 // A TOML file, and the visitors that copy values between its tables and structs.
 //
-// Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges, defaults and meanings. A Reader passed
-// to it fills the struct, a Writer writes it, and a test compares the tables of docs/configuration.md with it. Unknown
-// keys, missing keys, wrong types and values out of range are errors with line and column. The key of a duration has its
-// unit in its name: _s, _ms or _us.
+// Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges, defaults and meanings. A
+// Reader passed to it fills the struct, a Writer writes it, and a test compares the tables of
+// docs/configuration.md with it. Unknown keys, missing keys, wrong types and values out of range are errors
+// with line and column. The key of a duration has its unit in its name: _s, _ms or _us.
 #pragma once
 
 #include <toml++/toml.h>
@@ -244,8 +244,8 @@ class Writer {
   void required(std::string_view key, const T& value, Range = any, const About& = {}) {
     line(key, text_of(key, value), true);
   }
-  /// An infinite number and an empty text say that the key is left out. A key without a default of its own counts as
-  /// required otherwise.
+  /// An infinite number and an empty text say that the key is left out. A key without a default of its own
+  /// counts as required otherwise.
   template <class T>
   void optional(std::string_view key, const T& value, Range = any, const About& about = {}) {
     if constexpr (std::is_floating_point_v<T>) {

@@ -13,8 +13,8 @@ struct Setting {
   std::string value;
 };
 
-/// What a Writer asks about each key: the comment behind it, which may be empty; nothing: the key is left out. It asks
-/// about tables too, with an empty value.
+/// What a Writer asks about each key: the comment behind it, which may be empty; nothing: the key is left
+/// out. It asks about tables too, with an empty value.
 using Remark = std::function<std::optional<std::string>(const Setting& key, bool is_required)>;
 
 }  // namespace hystcan::config

@@ -16,23 +16,23 @@ namespace hystcan::config {
 /// All checks of this file: node ids, DBC, units, ranges, delays, the timing of the bus.
 void check_agreement(const Document& document, const Config& config);
 
-/// Messages of an axis, standard or a lab's own, against the DBC: signals, identifiers, overlaps, units and ranges. If a
-/// message or signal is missing, the error names the nearest ones of the DBC.
+/// Messages of an axis, standard or a lab's own, against the DBC: signals, identifiers, overlaps, units and
+/// ranges. If a message or signal is missing, the error names the nearest ones of the DBC.
 void check_frames(const Document& document, const Config& config, std::size_t axis);
 /// Two messages that are sent or received, including those of CANopen, do not share an identifier.
 void check_identifiers(const Document& document, const Config& config);
 /// The keys of a twin's amplifier and sensor.
 void check_instruments(const Document& document, const Config& config, std::size_t axis);
-/// command_delay_us of every axis whose setpoints take effect on receipt: more than 0, and at most the latest end of the
-/// command on the bus. The bus must have passed check_bus().
+/// command_delay_us of every axis whose setpoints take effect on receipt: more than 0, and at most the latest
+/// end of the command on the bus. The bus must have passed check_bus().
 void check_receipt_delays(const Document& document, const Config& config);
 /// The linear loop (controller/analysis/linear_loop.h) is stable for the delays that the axis itself states.
 void check_loop(const Document& document, const Config& config, std::size_t axis);
 /// The rasters of all axes have the same lines, and begin at the same time of each pass.
 void check_scans(const Document& document, const Config& config);
 
-/// Designs the filters of the axis: of its feed-forward and of its learning, where it has them. Throws Error where it
-/// cannot learn.
+/// Designs the filters of the axis: of its feed-forward and of its learning, where it has them. Throws Error
+/// where it cannot learn.
 void plan_filters(const Document& document, Config& config, std::size_t axis);
 
 /// The resonance may be this far off: where the loop then has no margin, findings_of_loop() warns.
@@ -41,20 +41,22 @@ inline constexpr double resonance_off_percent = 10.0;
 /// Margins for the stated plant, and the worst ones with its resonance off.
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz);
 
-/// Lines for `check`: margins, sensitivity, bandwidth; a line that begins with "warning: " where the margin is lost with
-/// the resonance off.
+/// Lines for `check`: margins, sensitivity, bandwidth; a line that begins with "warning: " where the margin
+/// is lost with the resonance off.
 std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz);
 
 /// Lines for `check`: what the learning learns of each segment, up to which frequency, and how fast.
 std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rate_Hz);
 
-/// Where the setpoints ask for more than the limits of the axis allow, or its drive may go far beyond the ranges of model
-/// and twin: one line for each range, limit and segment, "axis x, setpoint[1]: ..., what would do". This is no error: the
-/// gate and the supervision keep the limits while the axis runs, but it then does not follow, or it faults.
+/// Where the setpoints ask for more than the limits of the axis allow, or its drive may go far beyond the
+/// ranges of model and twin: one line for each range, limit and segment, "axis x, setpoint[1]: ..., what
+/// would do". This is no error: the gate and the supervision keep the limits while the axis runs, but it then
+/// does not follow, or it faults.
 ///
-/// One pass of the reference is followed at rate_Hz, without dynamics: the inverse of the model gives the drive of each
-/// cycle. The drive begins at the lower threshold, where the start-up ends. A jump from level to level counts as a jump
-/// and not as a slew. A reference of more than two million cycles is looked at up to there.
+/// One pass of the reference is followed at rate_Hz, without dynamics: the inverse of the model gives the
+/// drive of each cycle. The drive begins at the lower threshold, where the start-up ends. A jump from level
+/// to level counts as a jump and not as a slew. A reference of more than two million cycles is looked at up
+/// to there.
 std::vector<std::string> setpoint_warnings(const Config& config);
 
 }  // namespace hystcan::config

@@ -29,7 +29,8 @@ class ScanAxis {
       if (is_raster(segments[i])) rasters_.push_back(i);
   }
 
-  /// A first way that the limits lengthen depends on where it begins, and the scan would begin later by as much.
+  /// A first way that the limits lengthen depends on where it begins, and the scan would begin later by as
+  /// much.
   void check_first_way() const {
     const controller::AxisConfig& control = axis_.control;
     const controller::Segment& first = control.setpoint.front();

@@ -74,12 +74,12 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
 /// The same where `file` is to have this text and need not exist.
 Config load_text(const std::filesystem::path& file, std::string_view text);
 
-/// The same for a stage that has yet to be measured: where an axis or its twin names no model, or one that is not there, a
-/// straight line through its drives and positions stands for it.
+/// The same for a stage that has yet to be measured: where an axis or its twin names no model, or one that is
+/// not there, a straight line through its drives and positions stands for it.
 Config load_unmeasured(const std::filesystem::path& file);
 
-/// Sets what follows from the model, the delays and the reference of an axis that was changed in memory: the limits of its
-/// transitions, and the turnarounds. The filters are not designed anew.
+/// Sets what follows from the model, the delays and the reference of an axis that was changed in memory: the
+/// limits of its transitions, and the turnarounds. The filters are not designed anew.
 void derive(Config& config, std::size_t axis);
 
 /// The configuration in force as TOML. Each value that the file leaves out is marked as a default. Throws

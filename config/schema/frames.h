@@ -1,5 +1,5 @@
-// The frames of an axis: their messages, their protection, and the functions that are lost if a role of a lab's own
-// frames has no signal.
+// The frames of an axis: their messages, their protection, and the functions that are lost if a role of a
+// lab's own frames has no signal.
 #pragma once
 
 #include <string>

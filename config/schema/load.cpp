@@ -79,8 +79,8 @@ void set_mode(controller::Shape& shape, double resonance_Hz) {
   if (auto* raster = std::get_if<controller::Raster>(&shape)) raster->mode_period_s = 1.0 / resonance_Hz;
 }
 
-/// Where a table leaves out what the dynamics of its model file say, it is taken from there. The file is read for keys
-/// that are left out alone.
+/// Where a table leaves out what the dynamics of its model file say, it is taken from there. The file is read
+/// for keys that are left out alone.
 class LeftOut {
  public:
   LeftOut(const Document& document, std::string table, std::optional<std::filesystem::path> model)
@@ -279,7 +279,8 @@ std::string echo(const std::filesystem::path& file, const std::vector<Setting>& 
   Config config = read_config(document);
   for (std::size_t i = 0; i < config.axes.size(); ++i) complete_control(document, config, i, measured);
   Writer writer(Writer::Layout::plain, [&](const Setting& key, bool /*is_required*/) {
-    return document.root().at_path(key.path) ? "" : std::optional<std::string>("default");
+    const bool is_given = key.value.empty() || document.root().at_path(key.path);  // or a table
+    return std::optional<std::string>(is_given ? "" : "default");
   });
   visit(writer, config);
   return writer.text();

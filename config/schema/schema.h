@@ -157,9 +157,9 @@ void visit(V& v, controller::Segment& segment) {
   std::string kind = to_string(segment.shape);
   v.choice("kind", kind, controller::shape_kinds, {"the shape of the segment"});
   v.alternative([&] { segment.shape = controller::shape_of_kind(kind); });
-  v.optional(
-      "transition_s", segment.transition_s, positive,
-      {"time of the smooth path to the first value of the shape; longer if the limits of the reference require it"});
+  v.optional("transition_s", segment.transition_s, positive,
+             {"time of the smooth path to the first value of the shape; "
+              "longer if the limits of the reference require it"});
   std::visit([&](auto& shape) { visit(v, shape); }, segment.shape);
 }
 
@@ -238,7 +238,8 @@ void visit(V& v, controller::InPosition::Config& c) {
 
 inline constexpr Range enable_delay_range{.lo = 0.0, .hi = 10'000.0};
 
-/// [axis.control]. An amplifier that does not report its state needs an enable_delay_ms. The keys of a drive have its unit in their names.
+/// [axis.control]. An amplifier that does not report its state needs an enable_delay_ms. The keys of a drive
+/// have its unit in their names.
 template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
@@ -262,13 +263,13 @@ void visit_control(V& v, AxisConfig& axis) {
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive,
              {"speed of the ramps at the start and at the end"});
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative, {"rest at each threshold"});
-  v.optional(
-      "fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative,
-      {"speed of the ramp to `safe_drive` after a fault that [leaves the drive in hand](safety.md#stopping-without-a-blow); 0: off"});
+  v.optional("fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative,
+             {"speed of the ramp to `safe_drive` after a fault "
+              "that [leaves the drive in hand](safety.md#stopping-without-a-blow); 0: off"});
   if (reports_state(axis.wire))
-    v.optional(
-        "enable_delay_ms", c.enable_delay, enable_delay_range,
-        {"the least time from Enable until the drive moves; required where the amplifier does not report its state"});
+    v.optional("enable_delay_ms", c.enable_delay, enable_delay_range,
+               {"the least time from Enable until the drive moves; "
+                "required where the amplifier does not report its state"});
   else
     v.required("enable_delay_ms", c.enable_delay, enable_delay_range,
                {"the least time from Enable until the drive moves"});
@@ -359,9 +360,9 @@ void visit(V& v, AxisConfig& axis) {
   v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127}, {"node id of the sensor, its own"});
   v.optional("live_setpoint", axis.live_setpoint, any,
              {"the controller obeys `<Axis>Setpoint` frames: [below](#live_setpoint-positions-over-can)"});
-  v.optional(
-      "scan_marker", axis.scan_marker, any,
-      {"the controller sends `<Axis>ScanMarker` when a line of a `raster` begins: [below](#scan_marker-the-lines-of-a-scan-over-can)"});
+  v.optional("scan_marker", axis.scan_marker, any,
+             {"the controller sends `<Axis>ScanMarker` when a line of a `raster` begins: "
+              "[below](#scan_marker-the-lines-of-a-scan-over-can)"});
   v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0},
              {"time in which a node must answer one request"});
   v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100},

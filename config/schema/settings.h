@@ -1,5 +1,5 @@
-// The configuration as a flat list with one setting per key, and the changes between two lists; the configuration as the
-// text of a file.
+// The configuration as a flat list with one setting per key, and the changes between two lists; the
+// configuration as the text of a file.
 #pragma once
 
 #include <filesystem>
@@ -35,16 +35,16 @@ std::vector<Change> changes(const std::vector<Setting>& before, const std::vecto
 /// "axis[0].control.kp: 0.05 -> 0.08".
 std::string describe(const Change& change);
 
-/// The text of a file: the required keys, those that differ from their defaults, and those with a remark, which may be
-/// empty, at their path.
+/// The text of a file: the required keys, those that differ from their defaults, and those with a remark,
+/// which may be empty, at their path.
 std::string file_text(const Config& config, const std::map<std::string, std::string>& remarks);
 
 /// The keys of [axis.control] that have a remark; their paths begin with "axis.control".
 std::string control_text(const AxisConfig& axis, const Remark& remark);
 
 class TomlEdit;
-/// Makes the text, which is that of `before`, that of `after`. A key that keeps its value keeps its line. A key that is
-/// gone, a low pass that has become zero, and a table without keys are commented out.
+/// Makes the text, which is that of `before`, that of `after`. A key that keeps its value keeps its line. A
+/// key that is gone, a low pass that has become zero, and a table without keys are commented out.
 void edit(TomlEdit& text, const Config& before, const Config& after);
 
 }  // namespace hystcan::config

@@ -65,11 +65,12 @@ TEST_F(Dynamics, FindsTheModeAndWritesAFragment) {
 
   const std::string fragment = read("fragment.toml");
   std::ostringstream ki;
-  ki << "ki_per_s = " << found["ki_per_s"].get<double>();
+  ki << "ki_per_s               = " << found["ki_per_s"].get<double>();
   for (const std::string& expected :
-       {std::string("[axis.control]\nkp       = "), ki.str(),
-        std::string("[axis.control.delays]\namplifier_"), std::string("\nresonance_Hz  = 1"),
-        std::string("\ndamping_ratio = 0.0"), std::string("# natural frequency  1")})
+       {std::string("[axis.control]\nkp                     = "), ki.str(),
+        std::string("[axis.control.delays]\ncommand_delay_us"), std::string("\namplifier_bandwidth_Hz = "),
+        std::string("\nresonance_Hz           = 1"), std::string("\ndamping_ratio          = 0.0"),
+        std::string("# natural frequency  1")})
     EXPECT_NE(fragment.find(expected), std::string::npos) << expected << "\n" << fragment;
 }
 

@@ -154,6 +154,12 @@ TEST(FileText, ReadsBackAsTheSameConfiguration) {
   }
 }
 
+TEST(Echo, MarksKeysThatTheFileLeavesOutButNoTables) {
+  const std::string text = echo(shipped);
+  EXPECT_NE(text.find("start_timeout_s = 5  # default\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\n[record]\n"), std::string::npos) << text;
+}
+
 /// The text of the shipped file after `change` to the configuration.
 template <class Change>
 std::string edited(const Change& change) {
