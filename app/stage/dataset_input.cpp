@@ -18,8 +18,8 @@
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
 #include "controller/control/axis.h"
-#include "runs/run.h"
 #include "runs/export.h"
+#include "runs/run.h"
 
 namespace hystcan::app {
 namespace {
