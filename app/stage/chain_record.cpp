@@ -77,7 +77,8 @@ MatrixXd ChainRecord::columns(const ChainPoint& point) const {
 }
 
 VectorXd ChainRecord::residual(const ChainPoint& point) const {
-  return OrthonormalColumns(columns(point)).solve(dataset_.output).residual;
+  auto [amplitudes, residual] = OrthonormalColumns(columns(point)).solve(dataset_.output);
+  return residual;
 }
 
 MatrixXd ChainRecord::slope(const ChainPoint& point, const ChainBox& box) const {
@@ -128,8 +129,8 @@ identification::Confidence ChainRecord::confidence(const ChainPoint& at, const C
 }
 
 double ChainRecord::gain(const ChainPoint& at) const {
-  const auto solved = OrthonormalColumns(columns(at)).solve(dataset_.output);
-  return solved.x[driven] * dataset_.output_scale / dataset_.drive_scale;
+  const auto [amplitudes, residual] = OrthonormalColumns(columns(at)).solve(dataset_.output);
+  return amplitudes[driven] * dataset_.output_scale / dataset_.drive_scale;
 }
 
 double ChainRecord::residual_rms(const ChainPoint& at) const {

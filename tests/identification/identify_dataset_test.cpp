@@ -346,8 +346,8 @@ TEST_F(ShapeMemoryWing, UnseenReversalCurvesArePredicted) {
   std::size_t cycle = 0;
   const auto points = turning_points(dataset, 0.02 * (hi - lo));
   for (std::size_t i = 0, next = 0; i < dataset.size(); ++i) {
-    for (; next < points.size() && points[next].time_s < dataset.time_s[i]; ++next)
-      if (points[next].input < lo + 0.5 * (hi - lo)) ++cycle;
+    for (; next < points.size() && points[next] < i; ++next)
+      if (dataset.input[points[next]] < lo + 0.5 * (hi - lo)) ++cycle;
     unseen[i] = cycle % 2 == 1;
   }
   for (const bool hidden : unseen) seen.push_back(!hidden);
