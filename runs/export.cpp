@@ -113,14 +113,6 @@ using storage::Hdf5Writer;
 
 constexpr std::size_t largest_config_file = 64 << 20;  // bytes
 
-/// The bits of `limits` are a number: they have no enumeration.
-storage::Hdf5Column hdf5_column(const Signal& signal) {
-  const bool is_enumerated = signal.name != "limits";
-  return {.name = signal.name,
-          .unit = signal.unit,
-          .words = is_enumerated ? signal.words : std::vector<std::string>{}};
-}
-
 void write_info(const Run& run, Hdf5Writer& file) {
   const nlohmann::json info = to_json(run.info());
   file.set("/", "run_json", info.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -157,8 +149,9 @@ std::uint64_t export_hdf5(const Run& run, const Selection& selection, Hdf5Writer
   const std::vector<std::string> names = signals_of(run, axes.front(), selection);
   std::vector<std::unique_ptr<storage::Hdf5Table>> tables(run.info().axes.size());
   for (const std::size_t axis : axes) {
-    std::vector<storage::Hdf5Column> columns;
-    for (const Signal& signal : run.signals(axis, names)) columns.push_back(hdf5_column(signal));
+    std::vector<Signal> columns = run.signals(axis, names);
+    for (Signal& column : columns)
+      if (column.name == "limits") column.words.clear();  // its bits are a number, without an enumeration
     tables[axis] =
         file.add_table("/" + run.info().axes[axis].name, columns, Hdf5Writer::Compression::deflate);
     describe_axis(run.info().axes[axis], file);

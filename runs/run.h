@@ -17,6 +17,7 @@
 
 #include "controller/cycle_record.h"
 #include "runs/run_info.h"
+#include "storage/hdf5.h"
 
 namespace hystcan::runs {
 
@@ -26,11 +27,8 @@ struct TimeSpan {
   double to_s = std::numeric_limits<double>::infinity();
 };
 
-struct Signal {
-  std::string name;                ///< of the column
-  std::string unit;                ///< the drive unit resolved: "V"; empty: none
-  std::vector<std::string> words;  ///< of a state or cause, by their number; empty: the values are numbers
-};
+/// A column: its name, its unit with the drive unit resolved ("V"), and the words of a state or cause.
+using Signal = storage::Column;
 
 /// Columns of equal length; NaN where a row has no value.
 struct Signals {

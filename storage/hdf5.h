@@ -24,7 +24,7 @@ class Hdf5Error : public std::runtime_error {
 };
 
 /// A one-dimensional dataset: float64, or a byte where its values have words.
-struct Hdf5Column {
+struct Column {
   std::string name;
   std::string unit;                ///< attribute `unit`; empty: none
   std::vector<std::string> words;  ///< an enumeration of the values 0, 1, ...; empty: numbers
@@ -45,8 +45,7 @@ class Hdf5Writer {
 
   virtual ~Hdf5Writer() = default;
   /// A group of columns; "/" is the file itself. The tables must not outlive the writer.
-  virtual std::unique_ptr<Hdf5Table> add_table(const std::string& group,
-                                               const std::vector<Hdf5Column>& columns,
+  virtual std::unique_ptr<Hdf5Table> add_table(const std::string& group, const std::vector<Column>& columns,
                                                Compression compression) = 0;
   /// Attributes of a group or of a dataset that exists.
   virtual void set(const std::string& object, const std::string& name, const std::string& text) = 0;

@@ -20,8 +20,6 @@
 namespace hystcan::app {
 namespace {
 
-using storage::Hdf5Column;
-
 class CsvRows final : public RowInput {
  public:
   CsvRows(const std::filesystem::path& file, const std::string& column)

@@ -111,12 +111,6 @@ std::optional<std::string_view> Cursor::take_word() {
   return word;
 }
 
-bool Cursor::take_keyword(std::string_view word) {
-  if (peek_word() != word) return false;
-  at_ += word.size();
-  return true;
-}
-
 std::optional<std::string_view> Cursor::take_number() {
   skip_blanks();
   const char* at = at_;

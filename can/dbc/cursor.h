@@ -35,7 +35,6 @@ class Cursor {
   take_number();  ///< decimal, hexadecimal (0x1F), and the names of infinity and NaN
   std::optional<std::string_view> take_quoted();  ///< the text without its quotes; \" does not end it
   bool take(char mark);
-  bool take_keyword(std::string_view word);
   std::string_view peek_word();  ///< empty if the next token is no word
 
   std::string_view need_word(const std::string& words);

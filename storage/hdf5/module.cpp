@@ -158,7 +158,7 @@ Handle text_type(const std::filesystem::path& file) {
   return type;
 }
 
-Handle value_type(const Hdf5Column& column, const std::filesystem::path& file) {
+Handle value_type(const Column& column, const std::filesystem::path& file) {
   if (column.words.empty()) return checked(H5Tcopy(H5T_IEEE_F64LE), H5Tclose, file, column.name);
   Handle type = checked(H5Tenum_create(H5T_STD_U8LE), H5Tclose, file, column.name);
   for (std::size_t i = 0; i < column.words.size(); ++i) {
@@ -171,10 +171,10 @@ Handle value_type(const Hdf5Column& column, const std::filesystem::path& file) {
 /// Datasets are made one after the other; all grow together.
 class Table final : public Hdf5Table {
  public:
-  Table(std::filesystem::path file, hid_t where, const std::vector<Hdf5Column>& columns,
+  Table(std::filesystem::path file, hid_t where, const std::vector<Column>& columns,
         Hdf5Writer::Compression compression)
       : file_(std::move(file)) {
-    for (const Hdf5Column& column : columns) add(where, column, compression);
+    for (const Column& column : columns) add(where, column, compression);
   }
 
   void append(std::span<const std::vector<double>> columns) override {
@@ -192,7 +192,7 @@ class Table final : public Hdf5Table {
     bool has_words;
   };
 
-  void add(hid_t where, const Hdf5Column& column, Hdf5Writer::Compression compression) {
+  void add(hid_t where, const Column& column, Hdf5Writer::Compression compression) {
     const hsize_t none = 0, no_end = H5S_UNLIMITED, chunk = chunk_rows;
     const Handle space = checked(H5Screate_simple(1, &none, &no_end), H5Sclose, file_, column.name);
     const Handle layout = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, file_, column.name);
@@ -244,11 +244,11 @@ class Writer final : public Hdf5Writer {
         file_(checked(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path_,
                       "cannot be made")) {}
 
-  std::unique_ptr<Hdf5Table> add_table(const std::string& group, const std::vector<Hdf5Column>& columns,
+  std::unique_ptr<Hdf5Table> add_table(const std::string& group, const std::vector<Column>& columns,
                                        Compression compression) override {
     const Handle where = group_of(group);
     auto table = std::make_unique<Table>(path_, where.get(), columns, compression);
-    for (const Hdf5Column& column : columns)
+    for (const Column& column : columns)
       if (!column.unit.empty()) set((group == "/" ? "" : group) + "/" + column.name, "unit", column.unit);
     return table;
   }
