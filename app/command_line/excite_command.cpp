@@ -152,7 +152,8 @@ bool chooses_size(const ExciteArguments& options) {
   return options.signal == "hysteresis" ? !options.low && !options.high : !options.amplitude;
 }
 
-/// The stated excitation. A size that is not stated is tried on the stage (loops), or on the twin (step, chirp).
+/// The stated excitation. A size that is not stated is tried on the stage (loops), or on the twin (step,
+/// chirp).
 Excitation::Config chosen_excitation(const ExciteArguments& options, const config::Config& config,
                                      const twin::Config& twin) {
   const config::AxisConfig& axis = config.axes[0];
@@ -188,8 +189,8 @@ void propose_further(const ExciteArguments& options, const config::Config& confi
       4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
 }
 
-/// Loops of a chosen size come after one more of them, which is not recorded: it erases what the smaller ones have left in the
-/// stage's memory.
+/// Loops of a chosen size come after one more of them, which is not recorded: it erases what the smaller ones
+/// have left in the stage's memory.
 Excitation::Config with_lead(Excitation::Config excitation) {
   if (auto* loops = std::get_if<Excitation::Hysteresis>(&excitation)) ++loops->loops;
   return excitation;
@@ -199,7 +200,8 @@ double lead_s(const Excitation::Config& excitation) {
   return loops != nullptr ? loop_s(*loops) : 0.0;
 }
 
-/// Runs the excitation until its end; rows of a run that left its limits are not kept. True: smaller, once more.
+/// Runs the excitation until its end; rows of a run that left its limits are not kept. True: smaller, once
+/// more.
 bool recorded(OutputFile& file, const ExciteArguments& options, const config::Config& chosen,
               const twin::Config& twin, const Excitation::Config& excitation, bool may_shrink) {
   const bool leads = chooses_size(options);

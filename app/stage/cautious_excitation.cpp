@@ -60,7 +60,8 @@ class Course {
   std::vector<double> drive_, position_um_;
 };
 
-/// Positions of the loop; none where it has left the limits. Throws RunError where they fall while the drive rises.
+/// Positions of the loop; none where it has left the limits. Throws RunError where they fall while the drive
+/// rises.
 std::optional<Interval> positions_of(const config::Config& config, const twin::Config& twin,
                                      const OpenLoopOptions& run, const Excitation::Hysteresis& loop) {
   Travel travel;

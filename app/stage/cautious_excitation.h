@@ -11,13 +11,14 @@ namespace hystcan::app {
 /// Of a major loop: 100 periods of the resonance, but at least 2 s, so that the loop is quasi-static.
 double quasi_static_period_s(double resonance_Hz);
 
-/// The excitation `factor` times as large: steps and chirps about the same centre, loops about the safe drive, where every run
-/// begins and ends.
+/// The excitation `factor` times as large: steps and chirps about the same centre, loops about the safe
+/// drive, where every run begins and ends.
 controller::Excitation::Config resized(controller::Excitation::Config excitation, double factor,
                                        double safe_drive);
 
-/// Drives a loop of a tenth of the range about the safe drive, then of three tenths. Returns `whole`, or as large a part of it as keeps the position within its limits. Notes what it saw. `config` has one axis. Throws
-/// RunError at a signal, and at a fault that has nothing to do with the size.
+/// Drives a loop of a tenth of the range about the safe drive, then of three tenths. Returns `whole`, or as
+/// large a part of it as keeps the position within its limits. Notes what it saw. `config` has one axis.
+/// Throws RunError at a signal, and at a fault that has nothing to do with the size.
 controller::Excitation::Hysteresis tried_small_first(const config::Config& config, const twin::Config& twin,
                                                      const OpenLoopOptions& run,
                                                      const controller::Excitation::Hysteresis& whole);

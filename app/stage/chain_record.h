@@ -3,8 +3,8 @@
 //   y = offset + drift t + free decay + sum_i gain_i G u_i      u_i: identification/dynamics/sampled_dataset.h
 //   G: HeldPlant of mode (f, zeta), amplifier's lag (1 - s) D, pure delay s D, and the stated sensor
 //
-// The linear part is solved for directly (variable projection), the rest by Levenberg's method. A lag lowers the mode's
-// amplitude, a pure delay does not: so a record that shows the mode can tell them apart.
+// The linear part is solved for directly (variable projection), the rest by Levenberg's method. A lag lowers
+// the mode's amplitude, a pure delay does not: so a record that shows the mode can tell them apart.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,8 @@ struct ChainBox {
 
 class ChainRecord {
  public:
-  /// `stated`: the sensor, and whether the amplifier interpolates. Throws std::invalid_argument like sampled().
+  /// `stated`: the sensor, and whether the amplifier interpolates. Throws std::invalid_argument like
+  /// sampled().
   ChainRecord(const identification::Dataset& record, const controller::Delays& stated);
 
   struct Fit {

@@ -8,8 +8,9 @@
 
 namespace hystcan::app {
 
-/// The text of a configuration. What is not known is derived from the stroke, the range of the drive and the resonance, and
-/// its comment says so. The reference covers 80 % of the travel; the integral gain is a cautious one for the mode:
+/// The text of a configuration. What is not known is derived from the stroke, the range of the drive and the
+/// resonance, and its comment says so. The reference covers 80 % of the travel; the integral gain is a
+/// cautious one for the mode:
 ///
 ///   ki = zeta omega / 2      a quarter of where an integrator alone makes a mode unstable, ki = 2 zeta omega
 std::string config_text(const StageFacts& facts);
@@ -23,8 +24,8 @@ model::HysteresisParameters straight_line(const AxisFacts& axis);
 /// A loop of 11 % of the travel, as piezo stacks have: the twin's model until there is a measured one.
 model::HysteresisParameters usual_loop(const AxisFacts& axis);
 
-/// The model with curves 3 % and k 20 % off, where it stays valid with that, so that a rehearsal shows what a controller
-/// makes of a model that is not quite true.
+/// The model with curves 3 % and k 20 % off, where it stays valid with that, so that a rehearsal shows what a
+/// controller makes of a model that is not quite true.
 model::HysteresisParameters not_quite(const model::HysteresisParameters& parameters);
 
 }  // namespace hystcan::app

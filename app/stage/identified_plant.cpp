@@ -39,8 +39,8 @@ bool is_better(const ChainRecord& record, const Found& a, const Found& b) {
   return b.fit.sum_of_squares - a.fit.sum_of_squares > record.confidence(a.fit.at, a.box).as_good();
 }
 
-/// True: the mode that is shown explains the record better than the stated one. Above half the rate it must do so by far:
-/// an image with another damping comes near.
+/// True: the mode that is shown explains the record better than the stated one. Above half the rate it must
+/// do so by far: an image with another damping comes near.
 bool excludes(const ChainRecord& record, const Found& shown, const Found& as_stated,
               const controller::Delays& stated) {
   constexpr double beyond = 0.45, by_far = 0.5;
@@ -63,8 +63,8 @@ Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   return known;
 }
 
-/// With a part of the delay pure, where that is significantly better; with the stated lag where the record does not know
-/// better. A sensor whose delay is stated has no other.
+/// With a part of the delay pure, where that is significantly better; with the stated lag where the record
+/// does not know better. A sensor whose delay is stated has no other.
 Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const controller::Delays& stated) {
   constexpr double most_share = 0.98, least_cycles = 0.05;
   if (stated.sensor_delay.count() > 0) return lag_alone;
@@ -120,8 +120,8 @@ Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
   return best;
 }
 
-/// Of a mode that is not shown: the stated one, or one within what is stated of it that explains the record significantly
-/// better, because the samples show its image.
+/// Of a mode that is not shown: the stated one, or one within what is stated of it that explains the record
+/// significantly better, because the samples show its image.
 Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
   constexpr double step = 0.02, damping_reach = 0.7;  // of the rate; of the logarithm of zeta
   const double log_f = std::log(stated.resonance_Hz),

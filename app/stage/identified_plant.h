@@ -1,13 +1,13 @@
 // The plant of a loop from a record of small steps or a chirp.
 //
-// The fit of a mode (identification/dynamics/second_order_fit.h) knows a mode behind a pure delay and held drives. The
-// chain of the loop has the lags of amplifier and sensor instead, and its amplifier may interpolate: its mode is found
-// again in the same record (app/stage/chain_record.h). Where its amplitude shows that a part of the delay is no lag, that
-// part is a pure delay, and counts as the sensor's.
+// The fit of a mode (identification/dynamics/second_order_fit.h) knows a mode behind a pure delay and held
+// drives. The chain of the loop has the lags of amplifier and sensor instead, and its amplifier may
+// interpolate: its mode is found again in the same record (app/stage/chain_record.h). Where its amplitude
+// shows that a part of the delay is no lag, that part is a pure delay, and counts as the sensor's.
 //
-// Where the record does not show a mode, or shows another one than the stated one, which explains it as well (samples show a
-// mode above half the rate as another one), delay and lag are all that it determines. The mode is then the stated one, which
-// may be anything from there up.
+// Where the record does not show a mode, or shows another one than the stated one, which explains it as well
+// (samples show a mode above half the rate as another one), delay and lag are all that it determines. The
+// mode is then the stated one, which may be anything from there up.
 #pragma once
 
 #include <cstddef>
@@ -38,9 +38,9 @@ struct IdentifiedPlant {
   std::size_t left_out = 0;   ///< cycles between them that have no row
 };
 
-/// `stated` has the mode, the sensor, and whether the amplifier interpolates. The lag stays that of `stated` where it cannot
-/// be distinguished from zero. Throws std::invalid_argument where the record determines nothing,
-/// identification::OutputFalls where the gain is negative.
+/// `stated` has the mode, the sensor, and whether the amplifier interpolates. The lag stays that of `stated`
+/// where it cannot be distinguished from zero. Throws std::invalid_argument where the record determines
+/// nothing, identification::OutputFalls where the gain is negative.
 IdentifiedPlant identified_plant(const identification::Dataset& record, const controller::Delays& stated);
 
 /// A stated damping ratio is that much too large at most.

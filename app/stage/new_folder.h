@@ -6,11 +6,12 @@
 
 namespace hystcan::app {
 
-/// What is written goes to a temporary folder beside it; commit() gives that its name. Without commit() it is removed.
+/// What is written goes to a temporary folder beside it; commit() gives that its name. Without commit() it is
+/// removed.
 class NewFolder {
  public:
-  /// Throws Error if there is such a folder with something in it, or a file of this name; RunError if it cannot be
-  /// made.
+  /// Throws Error if there is such a folder with something in it, or a file of this name; RunError if
+  /// it cannot be made.
   explicit NewFolder(const std::filesystem::path& path);
   ~NewFolder();
   NewFolder(const NewFolder&) = delete;

@@ -18,7 +18,8 @@ struct Question {
 
 class Questions {
  public:
-  /// Thrown where the answer was `<`. Whoever asks begins again: the answers before the last one are given by themselves.
+  /// Thrown where the answer was `<`. Whoever asks begins again: the answers before the last one are given by
+  /// themselves.
   struct StepBack {};
 
   /// Empty: the answer is taken; else what is wrong with it, in one line.
@@ -31,8 +32,8 @@ class Questions {
   /// From the first question on; those that have an accepted answer are not shown again.
   void begin();
 
-  /// `stated`, or the answer. A stated value that `check` refuses is an error that names the option. NaN, or an
-  /// empty text, where nothing is known; require_all() then throws.
+  /// `stated`, or the answer. A stated value that `check` refuses is an error that names the option. NaN, or
+  /// an empty text, where nothing is known; require_all() then throws.
   double number(const Question& question, const std::optional<double>& stated,
                 const std::optional<double>& usual, const Check<double>& check = {});
   std::string text(const Question& question, const std::optional<std::string>& stated,

@@ -1,5 +1,5 @@
-// How like a signal of a DBC is to what is looked for: by the words of its name and of its message's, by its unit, by its
-// range. Each word that fits gives points; what fits something else takes them away.
+// How like a signal of a DBC is to what is looked for: by the words of its name and of its message's, by its
+// unit, by its range. Each word that fits gives points; what fits something else takes them away.
 #pragma once
 
 #include <set>
@@ -14,8 +14,8 @@ namespace hystcan::app {
 
 using Words = std::vector<std::string_view>;
 
-/// The first of the words that is a part of the name, or that begins one and has three letters or more. The parts of
-/// AmpSetpoint_V1 are amp, setpoint, v, 1. Empty: none.
+/// The first of the words that is a part of the name, or that begins one and has three letters or more. The
+/// parts of AmpSetpoint_V1 are amp, setpoint, v, 1. Empty: none.
 std::string_view word_in(std::string_view name, const Words& words);
 
 std::string in_lower_case(std::string_view text);
@@ -38,13 +38,14 @@ struct NeededRange {
 
 class LikeSignals {
  public:
-  /// `axis`: a name that a signal of this axis has somewhere; empty: there is one axis. A message that is `taken` is left
-  /// out; the set is looked at with each search.
+  /// `axis`: a name that a signal of this axis has somewhere; empty: there is one axis. A message that is
+  /// `taken` is left out; the set is looked at with each search.
   LikeSignals(const can::Database& database, std::string_view axis,
               const std::set<const can::Message*>& taken)
       : database_(database), axis_(in_lower_case(axis)), taken_(taken) {}
 
-  /// The signal most like `words`, in name and message, and least like `others`; `names` are good for a name alone.
+  /// The signal most like `words`, in name and message, and least like `others`; `names` are good for a name
+  /// alone.
   LikeSignal best(const NeededRange& needed, const Words& words, const Words& others,
                   const Words& names) const;
 

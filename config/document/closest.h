@@ -12,8 +12,8 @@ namespace hystcan::config {
 /// no candidates.
 std::string closest(std::string_view name, const std::vector<std::string>& candidates);
 
-/// The candidate with the least edit distance to `name`; empty if it is no likely misspelling: more than a third of the
-/// letters differ.
+/// The candidate with the least edit distance to `name`; empty if it is no likely misspelling: more than a
+/// third of the letters differ.
 std::optional<std::string> meant_by(std::string_view name, const std::vector<std::string>& candidates);
 
 }  // namespace hystcan::config

@@ -5,8 +5,8 @@
 //   set_comment         replaces the comment behind a value
 //   comment_out         puts `# ` before each line of the key or table; it is absent then
 //
-// A path is that of a Setting: "axis[1].control.notch.depth". A value within an inline table is replaced; nothing is
-// added to a table that has no header of its own, as {...} and dotted keys have none.
+// A path is that of a Setting: "axis[1].control.notch.depth". A value within an inline table is replaced;
+// nothing is added to a table that has no header of its own, as {...} and dotted keys have none.
 #pragma once
 
 #include <toml++/toml.h>
@@ -24,11 +24,11 @@ class TomlEdit {
   /// Reads a regular file of the size of a configuration.
   static TomlEdit of_file(const std::filesystem::path& file);
 
-  /// `value` is TOML, and the keys of the path need no quotes. Throws Error with the place where the text has no place
-  /// for the key; nothing is changed then.
+  /// `value` is TOML, and the keys of the path need no quotes. Throws Error with the place where the text has
+  /// no place for the key; nothing is changed then.
   void set(const std::string& path, const std::string& value);
-  /// Does nothing if the key is absent. Throws Error where it stands in an inline table, if it is a table that has
-  /// further tables, or a list of tables.
+  /// Does nothing if the key is absent. Throws Error where it stands in an inline table, if it is a table
+  /// that has further tables, or a list of tables.
   void comment_out(const std::string& path);
 
   /// Replaces the comment behind the value. Does nothing if the key is absent or has none.

@@ -37,7 +37,8 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
   return text.size();
 }
 
-/// Reads a text without its strings and comments, character by character, and keeps what the library would do.
+/// Reads a text without its strings and comments, character by character, and keeps what the library would
+/// do.
 class Scan {
  public:
   /// What is wrong with this character; null if nothing is.
@@ -54,8 +55,8 @@ class Scan {
     return count(c);
   }
   void add_comment() { in_number_ = false; }
-  /// What is wrong with a string here. The library looks for white space behind a backslash of a multi-line string,
-  /// and up to the end of a number, whatever is there.
+  /// What is wrong with a string here. The library looks for white space behind a backslash of a multi-line
+  /// string, and up to the end of a number, whatever is there.
   const char* add_string(std::string_view string) {
     if (in_number_) return "a string that begins in a number";
     last_ = string.front();

@@ -1,6 +1,6 @@
-// TOML as text. The TOML library (toml++) calls itself once for each part of a dotted key and for each bracket,
-// so that a hostile text exhausts its stack. It also misreads characters outside ASCII where TOML allows none.
-// Such a text never reaches the library.
+// TOML as text. The TOML library (toml++) calls itself once for each part of a dotted key and for each
+// bracket, so that a hostile text exhausts its stack. It also misreads characters outside ASCII where TOML
+// allows none. Such a text never reaches the library.
 #pragma once
 
 #include <toml++/toml.h>
@@ -28,8 +28,8 @@ std::optional<TextRefusal> find_refusal(std::string_view text);
 /// The text as a string of TOML, in quotes: a reader gets the same text back.
 std::string toml_string(std::string_view text);
 
-/// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their path; no
-/// path if it is empty.
+/// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their
+/// path; no path if it is empty.
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin = {});
 
 }  // namespace hystcan::config

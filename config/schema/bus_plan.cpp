@@ -53,8 +53,8 @@ Duration line_of(const Config& config, const AxisConfig& axis) {
   return can::Duration(std::llround(1e9 * line_s));
 }
 
-/// Adds the controller's scan markers and axis statuses, if the database has them. All statuses are due with a
-/// heartbeat; the controller sends one marker or status per cycle, in turn, after its commands.
+/// Adds the controller's scan markers and axis statuses, if the database has them. All statuses are due with
+/// a heartbeat; the controller sends one marker or status per cycle, in turn, after its commands.
 void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
   const std::size_t first = sources.size();

@@ -44,7 +44,8 @@ void add(std::vector<std::string>& lines, const std::string& place, const can::M
   add_integrity(lines, place, map.integrity);
 }
 
-/// The maps of command and sample, and of amplifier status, controller status, setpoint and scan marker if they exist.
+/// The maps of command and sample, and of amplifier status, controller status, setpoint and scan marker if
+/// they exist.
 std::vector<can::MessageMap> maps_of(const can::AxisWire& axis, const can::Database& database) {
   std::vector<can::MessageMap> maps;
   for (auto& map :
