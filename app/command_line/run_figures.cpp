@@ -17,7 +17,7 @@ constexpr std::size_t longest_step = 2'000'000;  // rows in which a step is look
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<std::string> needed{"time_s", "state", "reference_um", "position_um", "drive"};
-const std::vector<std::string> wanted{"turnaround_us", "lateness_us"};
+const std::vector<std::string> wanted{"turnaround_us", "lateness_us", "sample_missing"};
 
 std::vector<std::string> columns_of(const runs::Run& run, std::size_t axis) {
   std::vector<std::string> columns = needed;
@@ -77,8 +77,11 @@ double tolerance_of(const runs::RunInfo& info, std::size_t axis) {
 /// Takes the cycles of an axis in order.
 class Gatherer {
  public:
-  Gatherer(RunFigures& figures, double rate_Hz, double tolerance_um)
+  Gatherer(RunFigures& figures, const std::vector<std::string>& columns, double rate_Hz, double tolerance_um)
       : figures_(figures),
+        turnaround_(place_in(columns, "turnaround_us")),
+        lateness_(place_in(columns, "lateness_us")),
+        missing_(place_in(columns, "sample_missing")),
         rate_Hz_(rate_Hz),
         tolerance_um_(tolerance_um),
         drive_(rate_Hz * figures.drive_delay_s) {}
@@ -88,9 +91,12 @@ class Gatherer {
     const bool tracks = columns[1][i] == static_cast<double>(controller::AxisState::tracking);
     const PlotRow row{columns[0][i], columns[2][i], columns[3][i], columns[2][i] - columns[3][i], acting};
     if (!tracks || !std::isfinite(row.error_um)) return figures_.spectrum.break_off();
-    add(row);
-    if (columns.size() > 5) figures_.turnaround_us.add(columns[5][i]);
-    if (columns.size() > 6) figures_.lateness_us.add(columns[6][i]);
+    const auto value = [&](std::size_t column) {
+      return column < columns.size() ? columns[column][i] : nothing;
+    };
+    add(row, value(missing_) == 1.0);
+    figures_.turnaround_us.add(value(turnaround_));  // what is nothing does not count
+    figures_.lateness_us.add(value(lateness_));
   }
 
   void finish() {
@@ -104,17 +110,23 @@ class Gatherer {
   }
 
  private:
-  void add(const PlotRow& row) {
+  static std::size_t place_in(const std::vector<std::string>& columns, const char* name) {
+    return static_cast<std::size_t>(std::ranges::find(columns, name) - columns.begin());
+  }
+
+  /// A step is judged by the samples that the controller has had.
+  void add(const PlotRow& row, bool is_missing) {
     figures_.error.add(row.error_um);
     figures_.rows.add(row);
     figures_.spectrum.add(row.error_um);
     if (time_s_.size() == longest_step) return;
     time_s_.push_back(row.time_s);
     reference_um_.push_back(row.reference_um);
-    position_um_.push_back(row.position_um);
+    position_um_.push_back(is_missing ? nothing : row.position_um);
   }
 
   RunFigures& figures_;
+  std::size_t turnaround_, lateness_, missing_;  ///< columns; beyond the last one: not there
   double rate_Hz_, tolerance_um_;
   DelayedDrive drive_;
   std::vector<double> time_s_, reference_um_, position_um_;
@@ -238,11 +250,11 @@ RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSp
                      .spectrum = metrics::Spectrum(rate_Hz),
                      .step = {},
                      .step_rows = {}};
-  Gatherer gatherer(figures, rate_Hz, tolerance_of(run.info(), axis));
-  run.read_blocks({&axis, 1}, columns_of(run, axis), span,
-                  [&](std::size_t, std::span<const std::vector<double>> columns) {
-                    for (std::size_t i = 0; i < columns.front().size(); ++i) gatherer.take(columns, i);
-                  });
+  const std::vector<std::string> names = columns_of(run, axis);
+  Gatherer gatherer(figures, names, rate_Hz, tolerance_of(run.info(), axis));
+  run.read_blocks({&axis, 1}, names, span, [&](std::size_t, std::span<const std::vector<double>> columns) {
+    for (std::size_t i = 0; i < columns.front().size(); ++i) gatherer.take(columns, i);
+  });
   if (figures.error.samples == 0)
     throw Error(fmt::format("{}: axis {} does not track there, expected cycles in the state tracking",
                             run.path().string(), about.name));

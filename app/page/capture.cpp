@@ -56,6 +56,7 @@ CycleColumns CycleColumns::of(const json& greeting) {
           .fault = column_of(greeting, "fault"),
           .reference = column_of(greeting, "reference_um"),
           .position = column_of(greeting, "position_um"),
+          .missing = column_of(greeting, "sample_missing"),
           .line = column_of(greeting, "scan_line"),
           .turnaround = column_of(greeting, "turnaround_us"),
           .lateness = column_of(greeting, "lateness_us")};
@@ -92,7 +93,10 @@ json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um
     return values;
   };
   const std::vector<double> time_s = column(at.time), reference_um = column(at.reference),
-                            position_um = column(at.position);
+                            missing = column(at.missing);
+  std::vector<double> position_um = column(at.position);
+  for (std::size_t row = 0; row < rows; ++row)  // the controller has not had these samples
+    if (missing[row] != 0.0) position_um[row] = std::numeric_limits<double>::quiet_NaN();
   const auto step = metrics::step_at({time_s, reference_um, position_um}, capture.trigger_row, tolerance_um);
   if (!step) return nullptr;
   const auto rest = std::span(position_um).subspan(capture.trigger_row, step->cycles);

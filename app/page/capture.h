@@ -16,7 +16,7 @@ namespace hystcan::app {
 
 /// Where the columns that captures and events need are in a row of the controller's stream.
 struct CycleColumns {
-  std::size_t count, time, axis, state, fault, reference, position, line, turnaround, lateness;
+  std::size_t count, time, axis, state, fault, reference, position, missing, line, turnaround, lateness;
   /// Throws Error if one is missing.
   static CycleColumns of(const nlohmann::json& greeting);
 };

@@ -17,7 +17,8 @@ namespace {
 
 const nlohmann::json greeting = nlohmann::json::parse(R"({"axes": [{"name": "x"}, {"name": "y"}], "columns": [
   {"name": "time_s"}, {"name": "axis"}, {"name": "state"}, {"name": "fault"}, {"name": "reference_um"},
-  {"name": "scan_line"}, {"name": "turnaround_us"}, {"name": "lateness_us"}, {"name": "position_um"}]})");
+  {"name": "scan_line"}, {"name": "turnaround_us"}, {"name": "lateness_us"}, {"name": "position_um"},
+  {"name": "sample_missing"}]})");
 
 class CountingClient final : public app::WebClient {
  public:
@@ -40,7 +41,7 @@ void read_as_a_trigger(const std::string& line) {
   if (!request.is_object()) return;
   try {
     const app::Trigger trigger = app::Trigger::of(request, greeting);
-    fuzz::demand(trigger.axis < 2 && trigger.signal < 9 && trigger.pre_s + trigger.post_s <= 10.0);
+    fuzz::demand(trigger.axis < 2 && trigger.signal < 10 && trigger.pre_s + trigger.post_s <= 10.0);
   } catch (const Error&) {  // refused with its reason
   }
 }

@@ -55,18 +55,22 @@ TEST_F(FiguresOfARun, HaveADriveThatIsEarlierByTheKnownDelayOfTheChain) {
     EXPECT_NEAR(rows[i].drive, 250.0 * (rows[i].time_s - delay_s), 1e-9);
 }
 
-TEST_F(FiguresOfARun, HaveTheBandOfTheToleranceInTheRun) {
+TEST_F(FiguresOfARun, HaveTheStepThatTheControllerHasSeen) {
   runs::Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
   for (std::uint64_t cycle = 1; cycle <= 50; ++cycle) {
     controller::CycleRecord record = tracked(cycle);
     record.report.reference_um = cycle < 20 ? 5.0 : 15.0;
+    record.report.position_um = record.report.reference_um + (cycle == 25 ? 3.0 : 0.0);
+    record.report.sample_missing = cycle == 25;
     recorder.add(record);
   }
   recorder.finish();
   const RunFigures of = figures_of(runs::RecordedRun(run), 0, {});
   ASSERT_TRUE(of.step);
   EXPECT_EQ(of.step->band_um, config.axes[0].control.in_position->tolerance_um);
+  EXPECT_EQ(of.step->overshoot(), 0.0) << "without the sample that was bridged";
+  EXPECT_EQ(of.step->settling_s(), 0.0);
 }
 
 RunFigures figures() {

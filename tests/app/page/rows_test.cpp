@@ -79,7 +79,8 @@ TEST(RowHistory, KeepsTheNewestRows) {
 
 const json greeting = json::parse(R"({"axes": [{"name": "x"}, {"name": "y"}], "columns": [
   {"name": "time_s"}, {"name": "axis"}, {"name": "state"}, {"name": "fault"}, {"name": "reference_um"},
-  {"name": "scan_line"}, {"name": "turnaround_us"}, {"name": "lateness_us"}, {"name": "position_um"}]})");
+  {"name": "scan_line"}, {"name": "turnaround_us"}, {"name": "lateness_us"}, {"name": "position_um"},
+  {"name": "sample_missing"}]})");
 
 /// Two axes at 1 kHz, with the position of axis 0 from a function of the time in ms.
 class Stream {
@@ -91,17 +92,18 @@ class Stream {
            const std::function<double(int)>& fault = {}) {
     for (int i = from_ms; i < to_ms; ++i)
       for (const double axis : {0.0, 1.0}) {
-        const std::array row{0.001 * i, axis, 4.0,        fault ? fault(i) : 0.0, position(i), nan,
-                             1.0,       1.0,  position(i)};
+        const std::array row{0.001 * i, axis, 4.0,         fault ? fault(i) : 0.0, position(i), nan,
+                             1.0,       1.0,  position(i), missing(i) ? 1.0 : 0.0};
         history_.put(row);
         if (auto capture = trigger_.put(row, history_)) captures.push_back(*capture);
       }
   }
   std::vector<Capture> captures;
+  std::function<bool(int)> missing = [](int) { return false; };
 
  private:
   CaptureTrigger trigger_;
-  RowHistory history_{9, 100'000};
+  RowHistory history_{10, 100'000};
 };
 
 json request_for(const char* on, json further = json::object()) {
@@ -116,7 +118,7 @@ TEST(Capture, HasWhatWasBeforeAndAfterTheTrigger) {
   ASSERT_EQ(stream.captures.size(), 1u);
   EXPECT_DOUBLE_EQ(stream.captures[0].trigger_time_s, 0.1);
   EXPECT_EQ(stream.captures[0].trigger_row, 10u);
-  EXPECT_EQ(stream.captures[0].rows.size(), 31u * 9) << "of axis 0 only";
+  EXPECT_EQ(stream.captures[0].rows.size(), 31u * 10) << "of axis 0 only";
 }
 
 TEST(Capture, OfAStepHasItsFigures) {
@@ -129,6 +131,14 @@ TEST(Capture, OfAStepHasItsFigures) {
   EXPECT_EQ(step.at("band_um"), 0.1);
   EXPECT_EQ(step.at("settling_s"), 0.0);
   EXPECT_NEAR(step.at("judged_s"), 0.1, 1e-9);
+}
+
+TEST(Capture, LeavesOutOfAStepTheSamplesThatTheControllerHasNotHad) {
+  Stream stream(request_for("step", {{"level", 0.5}, {"post_s", 0.1}}));
+  stream.missing = [](int i) { return i < 110; };
+  stream.run(0, 300, [](int i) { return i < 100 ? 2.0 : 12.0; });
+  ASSERT_EQ(stream.captures.size(), 1u);
+  EXPECT_NEAR(step_of(stream.captures[0], CycleColumns::of(greeting), 0.0).at("settling_s"), 0.01, 1e-9);
 }
 
 TEST(Capture, WithoutAStepAtItsTriggerHasNone) {
