@@ -28,26 +28,26 @@ nlohmann::json error_to_json(const controller::ErrorStatistics& error, double st
 }
 
 /// Adds the error against the reference with sharp corners where there are turnarounds.
-void add_ideal(nlohmann::json& json, const controller::ErrorStatistics& error,
+void add_ideal(nlohmann::json& object, const controller::ErrorStatistics& error,
                const controller::ErrorStatistics& against_ideal, double stroke_um) {
   if (against_ideal.sum_of_squares != error.sum_of_squares)
-    json["against_ideal"] = error_to_json(against_ideal, stroke_um);
+    object["against_ideal"] = error_to_json(against_ideal, stroke_um);
 }
 
 /// Empty where the segment has no levels.
 nlohmann::json levels_to_json(const controller::LevelStatistics& levels, double band_um) {
-  nlohmann::json json = nlohmann::json::object();
+  nlohmann::json object = nlohmann::json::object();
   if (const metrics::StepResponse::Result steps = levels.steps.result(); steps.steps > 0) {
-    json["steps"] = {{"count", steps.steps},
-                     {"not_settled", steps.not_settled},
-                     {"settling_s", nullptr},
-                     {"overshoot_percent", 100.0 * steps.overshoot}};
-    if (steps.not_settled < steps.steps) json["steps"]["settling_s"] = steps.settling_s;
-    json["steps"][band_um > 0.0 ? "band_um" : "band_percent"] = band_um > 0.0 ? band_um : 1.0;
+    object["steps"] = {{"count", steps.steps},
+                       {"not_settled", steps.not_settled},
+                       {"settling_s", nullptr},
+                       {"overshoot_percent", 100.0 * steps.overshoot}};
+    if (steps.not_settled < steps.steps) object["steps"]["settling_s"] = steps.settling_s;
+    object["steps"][band_um > 0.0 ? "band_um" : "band_percent"] = band_um > 0.0 ? band_um : 1.0;
   }
   if (levels.hold.samples() > 0)
-    json["hold"] = {{"samples", levels.hold.samples()}, {"noise_um_rms", levels.hold.rms_um()}};
-  return json;
+    object["hold"] = {{"samples", levels.hold.samples()}, {"noise_um_rms", levels.hold.rms_um()}};
+  return object;
 }
 
 std::string describe_steps(const metrics::StepResponse::Result& steps, double band_um) {
@@ -66,53 +66,53 @@ std::string segment_kind(const controller::AxisOutcome& outcome, std::size_t seg
 }  // namespace
 
 nlohmann::json to_json(const controller::TrackingStatistics& statistics, double stroke_um) {
-  nlohmann::json json = error_to_json(statistics.total(), stroke_um);
-  add_ideal(json, statistics.total(), statistics.total_against_ideal(), stroke_um);
-  json["segments"] = nlohmann::json::array();
+  nlohmann::json object = error_to_json(statistics.total(), stroke_um);
+  add_ideal(object, statistics.total(), statistics.total_against_ideal(), stroke_um);
+  object["segments"] = nlohmann::json::array();
   for (std::size_t i = 0; i < statistics.segments().size(); ++i) {
     const controller::ErrorStatistics& error = statistics.segments()[i];
     nlohmann::json segment = error_to_json(error, stroke_um);
     add_ideal(segment, error, statistics.against_ideal()[i], stroke_um);
-    json["segments"].push_back(std::move(segment));
+    object["segments"].push_back(std::move(segment));
   }
-  return json;
+  return object;
 }
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome) {
-  nlohmann::json json = to_json(outcome.statistics, outcome.stroke_um);
-  json["name"] = outcome.name;
-  json["stroke_um"] = outcome.stroke_um;
-  json["state"] = to_string(outcome.state);
-  json["fault"] = to_string(outcome.fault.cause);
+  nlohmann::json object = to_json(outcome.statistics, outcome.stroke_um);
+  object["name"] = outcome.name;
+  object["stroke_um"] = outcome.stroke_um;
+  object["state"] = to_string(outcome.state);
+  object["fault"] = to_string(outcome.fault.cause);
   const controller::TrackingStatistics& statistics = outcome.statistics;
   for (std::size_t i = 0; i < statistics.levels().size(); ++i) {
-    json["segments"][i]["kind"] = segment_kind(outcome, i);
-    json["segments"][i].update(levels_to_json(statistics.levels()[i], statistics.tolerance_um()));
+    object["segments"][i]["kind"] = segment_kind(outcome, i);
+    object["segments"][i].update(levels_to_json(statistics.levels()[i], statistics.tolerance_um()));
   }
-  return json;
+  return object;
 }
 
 nlohmann::json to_json(const can::BusReport& report) {
-  nlohmann::json json{{"state", to_string(report.state)},
-                      {"sent", report.counters.sent},
-                      {"received", report.counters.received},
-                      {"error_counters", nullptr}};
+  nlohmann::json object{{"state", to_string(report.state)},
+                        {"sent", report.counters.sent},
+                        {"received", report.counters.received},
+                        {"error_counters", nullptr}};
   for (const can::BusTrouble& trouble : can::bus_troubles())
-    json[std::string(trouble.key)] = report.counters.*trouble.count;
+    object[std::string(trouble.key)] = report.counters.*trouble.count;
   if (report.error_counters)
-    json["error_counters"] = {{"transmit", report.error_counters->transmit},
-                              {"receive", report.error_counters->receive}};
-  return json;
+    object["error_counters"] = {{"transmit", report.error_counters->transmit},
+                                {"receive", report.error_counters->receive}};
+  return object;
 }
 
 nlohmann::json to_json(const can::RejectedFrames& rejected) {
-  nlohmann::json json;
+  nlohmann::json object;
   for (std::size_t i = 0; i < can::rejection_count; ++i) {
     std::string key(to_string(static_cast<can::Rejection>(i)));
     std::ranges::replace(key, ' ', '_');
-    json[key] = rejected.by_cause[i];
+    object[key] = rejected.by_cause[i];
   }
-  return json;
+  return object;
 }
 
 std::vector<std::string> describe(const BusClosing& closing) {
@@ -126,24 +126,24 @@ std::vector<std::string> describe(const BusClosing& closing) {
 }
 
 nlohmann::json to_json(const BusClosing& closing) {
-  nlohmann::json json = to_json(closing.bus);
-  json["rejected"] = nlohmann::json::object();
+  nlohmann::json object = to_json(closing.bus);
+  object["rejected"] = nlohmann::json::object();
   for (const can::RejectedFrames& rejected : closing.rejected)
-    json["rejected"][rejected.message] = to_json(rejected);
-  return json;
+    object["rejected"][rejected.message] = to_json(rejected);
+  return object;
 }
 
 nlohmann::json to_json(const controller::CycleTiming& timing) {
-  nlohmann::json json;
+  nlohmann::json object;
   for (const controller::NamedTime& time : controller::cycle_times()) {
     const controller::TimeSummary summary = (timing.*time.statistics).summary();
-    json[std::string(time.key)] = {{"count", summary.count},
-                                   {"mean_us", summary.mean_us},
-                                   {"sd_us", summary.sd_us},
-                                   {"p99_us", summary.p99_us},
-                                   {"max_us", summary.max_us}};
+    object[std::string(time.key)] = {{"count", summary.count},
+                                     {"mean_us", summary.mean_us},
+                                     {"sd_us", summary.sd_us},
+                                     {"p99_us", summary.p99_us},
+                                     {"max_us", summary.max_us}};
   }
-  return json;
+  return object;
 }
 
 std::vector<std::string> describe(const controller::CycleTiming& timing) {
