@@ -6,16 +6,13 @@
 #include <fstream>
 #include <string>
 
+#include "base/error.h"
 #include "tests/support/process.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan {
 
 using support::Process;
-
-constexpr int done = 0;
-constexpr int failed = 1;
-constexpr int bad_input = 2;
 
 class Cli : public testing::Test {
  protected:
