@@ -24,8 +24,8 @@ namespace {
 
 using namespace hystcan;
 
-/// Prints a line on standard error. It neither throws if standard error is closed, as with the terminal, nor waits
-/// forever for its reader.
+/// Prints a line on standard error. It neither throws if standard error is closed, as with the terminal, nor
+/// waits forever for its reader.
 int print_line(const std::string& text, int status) {
   const std::string line = printable(text) + "\n";
   spdlog::default_logger()->flush();

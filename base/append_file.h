@@ -9,14 +9,14 @@
 
 namespace hystcan {
 
-/// Has its final name from the start. If the disk is full, the part of a line that was written is removed again, and later
-/// lines are dropped: the first error stays.
+/// Has its final name from the start. If the disk is full, the part of a line that was written is removed
+/// again, and later lines are dropped: the first error stays.
 class AppendFile {
  public:
   enum class Existing : std::uint8_t { refuse, replace };
 
-  /// Throws std::system_error, with the name of the file in its text, if the file cannot be made; of std::errc::file_exists
-  /// where it exists and is to be kept. A device or a pipe is written to as it is.
+  /// Throws std::system_error, with the name of the file in its text, if the file cannot be made; of
+  /// std::errc::file_exists where it exists and is to be kept. A device or a pipe is written to as it is.
   AppendFile(std::filesystem::path path, Existing existing);
   ~AppendFile();  ///< writes what is left, and reports nothing
   AppendFile(const AppendFile&) = delete;

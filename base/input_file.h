@@ -38,16 +38,17 @@ class FileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The content of a regular file, without the traps of other kinds of file: a pipe or a terminal would wait for its other
-/// end, and a device never ends. Throws FileError if the file cannot be opened, is not a regular file, or has
-/// more than `largest` bytes. It never waits for another process.
+/// The content of a regular file, without the traps of other kinds of file: a pipe or a terminal would wait
+/// for its other end, and a device never ends. Throws FileError if the file cannot be opened, is not a
+/// regular file, or has more than `largest` bytes. It never waits for another process.
 std::string read_regular_file(const std::filesystem::path& file, std::size_t largest);
 
 /// How long a FIFO may wait for a process that opens it for writing.
 inline constexpr std::chrono::seconds patience_with_a_fifo{3};
 
-/// A file that is read once from its beginning. It may be a pipe (/dev/stdin, a FIFO). Throws FileError if the file cannot be opened, is a directory, or is a FIFO that nobody
-/// opens for writing. A signal that interrupts a wait for data makes the stream bad().
+/// A file that is read once from its beginning. It may be a pipe (/dev/stdin, a FIFO). Throws FileError if
+/// the file cannot be opened, is a directory, or is a FIFO that no program opens for writing. A signal that
+/// interrupts a wait for data makes the stream bad().
 std::unique_ptr<std::istream> open_input(const std::filesystem::path& file,
                                          std::chrono::milliseconds patience = patience_with_a_fifo);
 

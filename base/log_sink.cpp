@@ -79,7 +79,8 @@ class LogSink::Queue {
  private:
   bool is_empty() const { return lines_.empty() && dropped_ == 0; }
 
-  /// The line stays in the queue until it is written. A stream that is closed takes nothing: the line is dropped.
+  /// The line stays in the queue until it is written. A stream that is closed takes nothing: the line is
+  /// dropped.
   void write_one(std::unique_lock<std::mutex>& lock) {
     if (lines_.empty()) lines_.push_back(note_of(std::exchange(dropped_, 0)));
     std::string_view rest = lines_.front();  // a deque keeps its elements in their places

@@ -1,7 +1,9 @@
-// The log of the program on a stream that perhaps nobody reads: a pipe to a stopped program, a terminal after Ctrl-S.
+// The log of the program on a stream that perhaps no program reads: a pipe to a stopped program, a terminal
+// after Ctrl-S.
 //
-// A thread that logs never waits for the reader. It puts the line into a queue, and a thread of the sink writes the
-// queue. Lines that do not fit into the queue are dropped. Their number is written as soon as the reader goes on.
+// A thread that logs never waits for the reader. It puts the line into a queue, and a thread of the sink
+// writes the queue. Lines that do not fit into the queue are dropped. Their number is written as soon as the
+// reader goes on.
 #pragma once
 
 #include <spdlog/sinks/base_sink.h>

@@ -45,7 +45,8 @@ OutputFile::OutputFile(const std::filesystem::path& path, Kind kind) : kind_(kin
   open_beside();
 }
 
-// Gives the permissions of the file that it replaces, else those of a new file: mkstemp allows only the owner.
+// Gives the permissions of the file that it replaces, else those of a new file: mkstemp allows only the
+// owner.
 void OutputFile::open_beside() {
   struct stat replaced {};
   const bool is_there = ::lstat(path_.c_str(), &replaced) == 0 && S_ISREG(replaced.st_mode);

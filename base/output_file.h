@@ -9,13 +9,13 @@
 namespace hystcan {
 
 /// The text goes to a temporary file in the same folder; commit() moves it to the path. Without commit() the
-/// temporary file is removed. The permissions of a file that is replaced stay; one that nobody may write is not
-/// replaced. A link is followed. If the path is a device or a pipe, the text goes there
+/// temporary file is removed. The permissions of a file that is replaced stay; one that no user may write is
+/// not replaced. A link is followed. If the path is a device or a pipe, the text goes there
 /// directly. Throws RunError if the file cannot be written, Error if the path is empty.
 class OutputFile {
  public:
-  /// `durable`: commit() returns when the file is on the disk, so that it is complete or absent also after a loss of
-  /// power. A link is not followed but replaced, so that no file of another user is written.
+  /// `durable`: commit() returns when the file is on the disk, so that it is complete or absent also after a
+  /// loss of power. A link is not followed but replaced, so that no file of another user is written.
   enum class Kind : std::uint8_t { plain, durable };
 
   explicit OutputFile(const std::filesystem::path& path, Kind kind = Kind::plain);
@@ -26,7 +26,8 @@ class OutputFile {
   void write(std::string_view text);
   void commit();
 
-  /// The temporary file, for a library that writes to a file by its name. Throws Error for a device or a pipe.
+  /// The temporary file, for a library that writes to a file by its name. Throws Error for a device or a
+  /// pipe.
   const std::filesystem::path& written() const;
 
  private:

@@ -29,7 +29,8 @@ void discard_output() {
 
 void prepare_standard_streams() {
   std::signal(SIGPIPE, SIG_IGN);
-  // open() takes the lowest number that is free. Standard output is open for reading only: a write to it fails.
+  // open() takes the lowest number that is free. Standard output is open for reading only: a write to it
+  // fails.
   for (const auto& [stream, mode] :
        {std::pair(STDIN_FILENO, O_RDONLY), {STDOUT_FILENO, O_RDONLY}, {STDERR_FILENO, O_WRONLY}})
     if (::fcntl(stream, F_GETFD) < 0 && errno == EBADF) static_cast<void>(::open("/dev/null", mode));

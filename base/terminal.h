@@ -12,11 +12,13 @@
 
 namespace hystcan {
 
-/// One line of fewer than `columns` characters, without its end: `what [=====     ] rest`. `share`: 0 to 1. A narrow
+/// One line of fewer than `columns` characters, without its end: `what [=====     ] rest`. `share`: 0 to 1. A
+/// narrow
 /// terminal has no bar, a very narrow one only the beginning of the text.
 std::string progress_line(std::string_view what, double share, std::string_view rest, std::size_t columns);
 
-/// A progress bar, shown only on a terminal that can erase it (TERM is not "dumb"). It fits the width of the terminal.
+/// A progress bar, shown only on a terminal that can erase it (TERM is not "dumb"). It fits the width of the
+/// terminal.
 class Progress {
  public:
   /// `total`: the final value of `done`; 0 if it is not known.

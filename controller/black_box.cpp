@@ -132,7 +132,8 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
     if (makes_folder_) std::filesystem::create_directory(config_.folder);
     AppendFile file(path, AppendFile::Existing::refuse);
     std::string row = fmt::format(
-        "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us from the SYNC of the cycle on\n{}",
+        "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us from the SYNC of the cycle "
+        "on\n{}",
         box.name, reason, cycle_units);
     append_cycle_header(row);
     file.add(row += ",next_position_um\n");

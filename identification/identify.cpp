@@ -94,8 +94,8 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   return fitted;
 }
 
-// A zero of its own can be distinguished from the curves only where others have the same inputs: each dataset must be
-// tied to the first, directly or through others.
+// A zero of its own can be distinguished from the curves only where others have the same inputs: each dataset
+// must be tied to the first, directly or through others.
 void check_common_inputs(const std::vector<Dataset>& datasets) {
   std::vector<model::Interval> ranges;
   ranges.reserve(datasets.size());

@@ -3,11 +3,11 @@
 // error of one cycle.
 //
 //   step            the move of the reference from one resting level a to the next one b. Its time t is 0
-//                   in the cycle in which the reference comes to rest at b (a jump: in the cycle of its change),
-//                   until it leaves b
+//                   in the cycle in which the reference comes to rest at b (a jump: in the cycle of its
+//                   change), until it leaves b
 //   band            tolerance_um of [axis.control.in_position]; without that table 1 % of |b - a|
-//   settling time   t from which on |e| is inside the band and leaves it no more; a step that ends outside has
-//                   not settled
+//   settling time   t from which on |e| is inside the band and leaves it no more; a step that ends outside
+//                   has not settled
 //   rise time       from the first y that is 10 % of the way from a to b, to the first one that is 90 %
 //   overshoot       max((y - b) sign(b - a), 0) / |b - a|
 //

@@ -29,8 +29,8 @@
 //
 //   sigma S e^{-k d} < f_0'(v) / h'(v)
 //
-// Every reversal checks this at the start of the branch.  That is sufficient if sigma (f_0' / h')' + k f_0' >= 0;
-// otherwise it is also checked where that expression changes its sign, and at the target.
+// Every reversal checks this at the start of the branch.  That is sufficient if sigma (f_0' / h')' + k f_0'
+// >= 0; otherwise it is also checked where that expression changes its sign, and at the target.
 // Some branches cannot increase: a falling branch that leaves the virgin curve f_0^A near or below the output
 // of its target L_0 turns upwards for every k.  The model flags such a branch when it is used.  They do not
 // occur after the first visit to a threshold.

@@ -75,12 +75,12 @@ void show_bus(const config::Config& config) {
         1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
 }
 
-/// A mismatch is allowed: it rehearses a bench whose amplifier is not what the controller is told.
+/// A mismatch is allowed: it rehearses a bench whose amplifier is not what the controller assumes.
 void show_mismatch(const config::AxisConfig& axis) {
   if (axis.twin.interpolate == axis.control.delays.interpolated) return;
   print(
-      "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}; the preview is "
-      "half a cycle off\n",
+      "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}; the "
+      "preview is half a cycle off\n",
       axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
 }
 

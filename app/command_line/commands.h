@@ -14,8 +14,9 @@ namespace hystcan::app {
 
 /// All subcommands, with the examples of their --help.
 void add_commands(CLI::App& cli, int& status);
-/// The message of a command line that cannot be used: one line that begins with the command, `hystcan identify: --order: 0,
-/// expected auto or 1 to 20`. A command or an option that does not exist is named with the nearest that does.
+/// The message of a command line that cannot be used: one line that begins with the command,
+/// `hystcan identify: --order: 0, expected auto or 1 to 20`. A command or an option that does not exist is
+/// named with the nearest that does.
 std::string usage_error(const CLI::App& cli, const CLI::ParseError& error);
 /// To every command below `cli`; the examples of a command end its --help.
 void add_examples(CLI::App& cli);

@@ -16,8 +16,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Tables by the words of a command below `hystcan`: its commands, its options, and what an option takes: words,
-/// `@interface`, `@file`, or nothing.
+/// Tables by the words of a command below `hystcan`: its commands, its options, and what an option takes:
+/// words, `@interface`, `@file`, or nothing.
 struct Tables {
   std::string commands, options, values;
 };

@@ -51,8 +51,8 @@ struct ControllerArguments {
   bool json = false;
 };
 
-/// Consumes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the black box
-/// come first, the log comes last.
+/// Consumes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the
+/// black box come first, the log comes last.
 class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
@@ -113,8 +113,8 @@ bool all_axes(const controller::Controller& controller, auto predicate) {
   return true;
 }
 
-/// True if every axis is at the end of its reference or is not driven. An axis that still waits counts as such when
-/// another one has ended, and when it had its time.
+/// True if every axis is at the end of its reference or is not driven. An axis that still waits counts as
+/// such when another one has ended, and when it had its time.
 bool nothing_left_to_do(const controller::Controller& controller, bool had_their_time) {
   const auto has_ended = [](const controller::Axis& axis) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
@@ -179,8 +179,8 @@ std::vector<controller::AxisOutcome> outcomes_of(const controller::Controller& c
   return outcomes;
 }
 
-/// Throws RunError with the reason why the run is not a success: every fault, or else the first reason. `was_enabled`: some
-/// axis was when the run was asked to end. A user may leave all axes disabled.
+/// Throws RunError with the reason why the run is not a success: every fault, or else the first reason.
+/// `was_enabled`: some axis was when the run was asked to end. A user may leave all axes disabled.
 void require_success(const controller::Controller& controller, const CycleRecorder& recorder,
                      const ControllerArguments& options, bool was_enabled,
                      const std::vector<controller::AxisOutcome>& outcomes) {
@@ -197,8 +197,8 @@ void require_success(const controller::Controller& controller, const CycleRecord
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
 }
 
-/// Returns when every axis is safe: whether some axis was enabled until then. What follows may wait for a disk, but not
-/// forever.
+/// Returns when every axis is safe: whether some axis was enabled until then. What follows may wait for a
+/// disk, but not forever.
 bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
                     CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
   const ExitLimit limit(std::chrono::seconds(30));

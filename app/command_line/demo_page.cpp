@@ -57,7 +57,8 @@ std::filesystem::path copy_of(const std::filesystem::path& shipped, const Tempor
   return folder / shipped.filename();
 }
 
-/// Controller and twin in virtual time that keeps up with the clock, with the sockets of both, on a thread of its own.
+/// Controller and twin in virtual time that keeps up with the clock, with the sockets of both, on a thread of
+/// its own.
 class PacedRehearsal {
  public:
   PacedRehearsal(const std::filesystem::path& file, const config::Config& config,

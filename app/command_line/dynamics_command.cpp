@@ -69,7 +69,7 @@ controller::Delays configured_delays(const std::optional<config::Config>& config
   return config ? config->axes[axis].control.delays : controller::Delays{.amplifier_bandwidth_Hz = 1e9};
 }
 
-/// Nobody has stated a mode: the one that the record shows.
+/// No mode is stated: the one that the record shows.
 void take_mode(controller::Delays& delays, const identification::Dataset& record) {
   const identification::SecondOrderFit fit = identification::fit_second_order(record);
   delays.resonance_Hz = fit.natural_frequency_Hz.value;

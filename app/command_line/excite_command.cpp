@@ -147,7 +147,7 @@ class DatasetRecorder {
   std::string lost_;
 };
 
-/// What nobody has stated of the size is chosen: small first.
+/// A size that is not stated is chosen: small first.
 bool chooses_size(const ExciteArguments& options) {
   return options.signal == "hysteresis" ? !options.low && !options.high : !options.amplitude;
 }

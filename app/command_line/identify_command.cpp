@@ -270,7 +270,8 @@ void add_identify(CLI::App& cli, int& status) {
   command
       ->add_option(
           "--creep", options->creep,
-          "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it carries over")
+          "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it "
+          "carries over")
       ->check(creep_or_auto());
   command->add_flag("--common-zero", options->asked.common_zero,
                     "several datasets: their outputs have the same zero; if left out, each has its own");

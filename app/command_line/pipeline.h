@@ -26,7 +26,7 @@ class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t most) : most_(most) {}
 
-  /// Waits for room. False: nobody takes any more.
+  /// Waits for room. False: no more is taken.
   bool push(T value) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return abandoned_ || values_.size() < most_; });
@@ -65,8 +65,9 @@ class BoundedQueue {
   bool abandoned_ = false;
 };
 
-/// `read(Block&)` fills a block and returns false at the end; `compute(Block&)` and `write(const Block&)` get each block
-/// once, in order. What one of them throws ends all. It is thrown here; of several, that of the earliest block.
+/// `read(Block&)` fills a block and returns false at the end; `compute(Block&)` and `write(const Block&)` get
+/// each block once, in order. What one of them throws ends all. It is thrown here; of several, that of the
+/// earliest block.
 template <class Block, class Read, class Compute, class Write>
 void run_pipeline(Read read, Compute compute, Write write) {
   constexpr std::size_t depth = 4;  // blocks between two threads

@@ -124,8 +124,8 @@ bool sleep_until(Time deadline) {
   return stop_signalled == 0;
 }
 
-/// Refuses a log whose time runs backwards: two logs in one file, or a clock that was set. The frames of several
-/// interfaces stand a little out of order, which counts as no step.
+/// Refuses a log whose time runs backwards: two logs in one file, or a clock that was set. The frames of
+/// several interfaces stand a little out of order, which counts as no step.
 class TimeOrder {
  public:
   explicit TimeOrder(std::string name) : name_(std::move(name)) {}
@@ -151,8 +151,8 @@ class Replay {
   explicit Replay(const ReplayArguments& options)
       : options_(options), ids_(parsed_ids(options.ids)), outlets_(options.force_interface) {}
 
-  /// Reads the whole log and then opens every interface before the first frame is sent, so that a damaged log or
-  /// a missing interface moves nothing.
+  /// Reads the whole log and then opens every interface before the first frame is sent, so that a damaged log
+  /// or a missing interface moves nothing.
   void prepare(std::istream& stream) {
     const std::string name = options_.log.string();
     can::CandumpReader reader(stream, name);

@@ -23,8 +23,8 @@ bool has_hdf5_name(const std::filesystem::path& file);
 class RowInput {
  public:
   virtual ~RowInput() = default;
-  /// Fills time_s and given. False at the end. Throws Error at a value that is not finite, at a row that is none,
-  /// and where time decreases, with the place.
+  /// Fills time_s and given. False at the end. Throws Error at a value that is not finite, at a row that is
+  /// none, and where time decreases, with the place.
   virtual bool next(SampleBlock& block) = 0;
   /// That the file states for its column; empty: none.
   virtual std::string unit() const = 0;
@@ -35,8 +35,8 @@ class RowInput {
   virtual std::uint64_t size() const = 0;  ///< 0: unknown
 };
 
-/// `column`: "input" or "output", a CSV column or an HDF5 dataset beside `time_s`, which may be left out: then it is the
-/// number of the row. The contents tell which format it is. Throws Error.
+/// `column`: "input" or "output", a CSV column or an HDF5 dataset beside `time_s`, which may be left out:
+/// then it is the number of the row. The contents tell which format it is. Throws Error.
 std::unique_ptr<RowInput> open_rows(const std::filesystem::path& file, const std::string& column);
 
 class RowOutput {
@@ -50,7 +50,8 @@ class RowOutput {
 struct RowUnits {
   std::string input, output;
 };
-/// time_s, input, output. HDF5 if its name says so, else CSV with the shortest digits that read back to the same bits.
+/// time_s, input, output. HDF5 if its name says so, else CSV with the shortest digits that read back to the
+/// same bits.
 std::unique_ptr<RowOutput> make_rows(const std::filesystem::path& file, const RowUnits& units);
 
 }  // namespace hystcan::app

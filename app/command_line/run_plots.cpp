@@ -96,7 +96,8 @@ Picture step(const RunFigures& run, const std::string& data_file) {
 Picture timing(const RunFigures& run, const std::string& data_file) {
   std::string data = "upper_us,share_percent,what\n";
   std::string body =
-      "set logscale y\nset yrange [1e-4:150]\nset xrange [0:*]\nset xlabel 'time (us)'\nset ylabel 'cycles (%)'\nset style fill solid 0.4\nplot ";
+      "set logscale y\nset yrange [1e-4:150]\nset xrange [0:*]\nset xlabel 'time (us)'\nset ylabel 'cycles "
+      "(%)'\nset style fill solid 0.4\nplot ";
   const char* between = "";
   int style = 1;
   for (const auto& [what, histogram] :
@@ -171,7 +172,8 @@ std::string label_of(const RunFigures& run) { return fmt::format("{}-{}", run.ru
 Picture comparison(const std::vector<RunFigures>& runs, const std::string& data_file) {
   std::string data = "time_s,error_um,which\n";
   std::string body =
-      "set xlabel 'time since the first cycle (s)'\nset ylabel 'error (um)'\nset key vertical maxrows 4\nplot ";
+      "set xlabel 'time since the first cycle (s)'\nset ylabel 'error (um)'\nset key vertical maxrows "
+      "4\nplot ";
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const std::vector<PlotRow> rows = runs[i].rows.rows();
     for (const PlotRow& row : rows)

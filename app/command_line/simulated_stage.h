@@ -18,8 +18,8 @@ class SimulatedCreep {
   struct Files {
     std::filesystem::path model, input, memory;  ///< memory: empty if there is none
   };
-  /// None if the model file has no [creep]. `h`: output of the hysteresis where the memory is. Throws Error, also if
-  /// the rows are not timed.
+  /// None if the model file has no [creep]. `h`: output of the hysteresis where the memory is. Throws Error,
+  /// also if the rows are not timed.
   static std::optional<SimulatedCreep> load(const Files& files, double h, const RowInput& rows);
 
   /// Throws Error if the row is not later than the row before.

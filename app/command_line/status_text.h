@@ -12,7 +12,7 @@ namespace hystcan::app {
 std::vector<std::string> status_lines(const nlohmann::json& status);
 
 /// The same for a screen: with timing, the last event of a node, and the interface (docs/page_protocol.md:
-/// `bus`). `status` may be null: nobody answers, and `trouble` says why.
+/// `bus`). `status` may be null: no answer has come, and `trouble` says why.
 std::vector<std::string> status_screen(const nlohmann::json& status, const nlohmann::json& bus,
                                        const std::string& trouble);
 

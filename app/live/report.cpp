@@ -175,7 +175,8 @@ std::string describe(const controller::Learning::Report& learning) {
       counted(learning.periods, "period"), learning.segment, learning.first_rms_um, learning.rms_um);
   if (learning.state == controller::LearningState::diverged)
     return errors +
-           "; warning: the error of a segment grew in each attempt, so its correction was taken back for good";
+           "; warning: the error of a segment grew in each attempt, so its correction was taken back for "
+           "good";
   if (learning.state == controller::LearningState::resting)
     return errors + "; warning: the error grew, so the correction was taken back, to begin again";
   return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);

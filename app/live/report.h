@@ -40,8 +40,8 @@ nlohmann::json to_json(const controller::CycleTiming& timing);
 std::vector<std::string> describe(const controller::CycleTiming& timing);
 
 std::string describe(const controller::AxisOutcome& outcome);
-/// A line for each segment of the reference: its errors; of steps the settling time and the overshoot; at rest the
-/// noise.
+/// A line for each segment of the reference: its errors; of steps the settling time and the overshoot; at
+/// rest the noise.
 std::vector<std::string> describe_segments(const controller::AxisOutcome& outcome);
 std::string describe(const std::string& axis, const controller::Fault& fault);
 

@@ -4,7 +4,7 @@
 // Another user must not be able to put a socket there first, or `hystcan ctl` would talk to it. The socket is
 // therefore in a folder of the user: the one that RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR names; else
 // /run/user/UID; else /tmp/hystcan-UID, which is made for it. The last two count only if they belong to the
-// user and nobody else can write there.
+// user and no other user can write there.
 #pragma once
 
 #include <sys/types.h>

@@ -36,10 +36,10 @@ constexpr auto longest_write = std::chrono::seconds(5);
 constexpr auto longest_silence = std::chrono::seconds(20);  // of a client: then a ping, which it must answer
 constexpr auto pause_after_failed_accept = std::chrono::milliseconds(100);
 
-/// Nothing but the page's own files may run, be shown or be asked; nobody may frame it.
+/// Nothing but the page's own files may run, be shown or be asked; no other page may frame it.
 constexpr const char* content_policy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: data:; "
-    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: "
+    "data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::string_body>;

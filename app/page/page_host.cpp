@@ -19,9 +19,9 @@ void require_intended(const PageListening& listening, const std::string& source)
   if (is_loopback(listening.address)) return;
   if (source == "demo")
     throw Error(fmt::format(
-        "--page {}: other machines can reach this address; the page of a demo is for this machine alone. Forward "
-        "the port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real controller, "
-        "hystcan page has --listen and --expose",
+        "--page {}: other machines can reach this address; the page of a demo is for this machine alone. "
+        "Forward the port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real "
+        "controller, hystcan page has --listen and --expose",
         listening.address));
   if (!listening.expose)
     throw Error(fmt::format(
@@ -30,7 +30,8 @@ void require_intended(const PageListening& listening, const std::string& source)
         "(ssh -L 8080:localhost:8080 HOST), or say --expose",
         listening.address));
   spdlog::warn(
-      "the page is open to the network, unencrypted: who listens there sees the token and can move the stage");
+      "the page is open to the network, unencrypted: who listens there sees the token and can move the "
+      "stage");
 }
 
 }  // namespace

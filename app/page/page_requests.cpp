@@ -281,9 +281,9 @@ void PageRequests::command(PageClient& client, const Asked& asked, const json& r
   spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
   role_.command(asked.client, *command, [this, asked](const json& answer) {
     const bool is_done = answer.value("ok", false);
-    json told{{"ok", is_done}, {"answer", answer}};
-    if (!is_done) told["error"] = answer.value("error", "refused");
-    reply(asked, std::move(told));
+    json body{{"ok", is_done}, {"answer", answer}};
+    if (!is_done) body["error"] = answer.value("error", "refused");
+    reply(asked, std::move(body));
   });
 }
 
@@ -317,10 +317,10 @@ void PageRequests::reply_or_write(const Asked& asked, const json& request,
   with_settings(asked, [this, asked, digest, make = std::move(make)](const json& answer) {
     require_the_same_file(answer);
     const ConfigSave save = make(answer);
-    json told{{"ok", true}, {"kept", kept_beside(options_.config).filename().string()}};
+    json body{{"ok", true}, {"kept", kept_beside(options_.config).filename().string()}};
     if (digest.empty()) {
-      told.update({{"diff", save.diff}, {"digest", save.digest}});
-      return reply(asked, std::move(told));
+      body.update({{"diff", save.diff}, {"digest", save.digest}});
+      return reply(asked, std::move(body));
     }
     if (digest != save.digest)
       return refuse(asked,
@@ -330,12 +330,12 @@ void PageRequests::reply_or_write(const Asked& asked, const json& request,
         fmt::format("{} {}", save.undoes ? "undo save of" : "save", options_.config.filename().string());
     spdlog::info("page {}: {}", asked.client, done);
     events_.add_act(asked.client, "info", done);
-    if (!save.undoes) return reply(asked, std::move(told));
+    if (!save.undoes) return reply(asked, std::move(body));
     // The controller takes the restored file over; if it does not, `not_applied` says why.
     role_.command(asked.client, {{"do", "reload"}},
-                  [this, asked, told = std::move(told)](const json& reloaded) mutable {
-                    if (!reloaded.value("ok", false)) told["not_applied"] = reloaded.value("error", "");
-                    reply(asked, std::move(told));
+                  [this, asked, body = std::move(body)](const json& reloaded) mutable {
+                    if (!reloaded.value("ok", false)) body["not_applied"] = reloaded.value("error", "");
+                    reply(asked, std::move(body));
                   });
   });
 }

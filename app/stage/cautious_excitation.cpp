@@ -140,14 +140,15 @@ Excitation::Hysteresis tried_small_first(const config::Config& config, const twi
     if (!seen)
       throw RunError(fmt::format(
           "{:g} to {:g} {} already takes the position out of position_min_um to position_max_um or past "
-          "position_jump_um: look at these limits, at the sign, the zero (`hystcan init --sensor-at-safe`) and the unit of the "
-          "sensor; nothing is written",
+          "position_jump_um: look at these limits, at the sign, the zero (`hystcan init --sensor-at-safe`) "
+          "and the unit of the sensor; nothing is written",
           part.low, part.high, unit));
     if (const auto smaller = part_within_limits(whole, part, *seen, control.supervision)) {
       const controller::Supervisor::Config& limits = control.supervision;
       note(
-          "{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits, {:g} to {:g} um, as the "
-          "sensor reads about {:.3g} um at {:g} {}. If that is its zero, state it: `hystcan init --sensor-at-safe`\n",
+          "{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits, {:g} to "
+          "{:g} um, as the sensor reads about {:.3g} um at {:g} {}. If that is its zero, state it: `hystcan "
+          "init --sensor-at-safe`\n",
           smaller->low, smaller->high, unit, whole.low, whole.high, limits.position_min_um,
           limits.position_max_um, 0.5 * (seen->lo + seen->hi), control.gate.safe_drive, unit);
       return *smaller;

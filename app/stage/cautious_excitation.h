@@ -1,4 +1,4 @@
-// The size of an excitation that nobody has stated, on a stage that nobody knows.
+// The size of an excitation, where it is not stated, on an unknown stage.
 #pragma once
 
 #include "app/stage/open_loop.h"

@@ -1,4 +1,5 @@
-// Measured datasets as input of the commands that identify: files and recorded runs, an interval of time, units.
+// Measured datasets as input of the commands that identify: files and recorded runs, an interval of time,
+// units.
 //
 // A recorded run is a dataset of the cycles in which one axis is driven.
 //
@@ -6,10 +7,10 @@
 //   input    drive of the command that answered SYNC(n-1): in force from SYNC(n) until SYNC(n+1)
 //   output   position at SYNC(n)
 //
-// This is the timing of controller/excitation_dataset.h, so that a delay means the same for both. The memory depends on
-// every drive. The dataset is therefore the longest stretch without an interruption: the axis is initialising, ready or
-// tracking, and no cycle is lost. It begins where the drive first moves, because the amplifier may not be enabled before.
-// Cycles without a sample are left out.
+// This is the timing of controller/excitation_dataset.h, so that a delay means the same for both. The memory
+// depends on every drive. The dataset is therefore the longest stretch without an interruption: the axis is
+// initialising, ready or tracking, and no cycle is lost. It begins where the drive first moves, because the
+// amplifier may not be enabled before. Cycles without a sample are left out.
 #pragma once
 
 #include <filesystem>
@@ -53,18 +54,19 @@ void add_dataset_options(CLI::App& command, DatasetInput& input);
 void require_run_for_axis(const std::vector<std::filesystem::path>& files, const DatasetInput& input,
                           const char* otherwise = "");
 
-/// Notes on standard error which stretch it is. `axis`: empty: the only one. Throws Error with the name of the run
-/// if it is none, if it has no such axis, if the axis is not driven in `span`, or if the stretch has more than
-/// config::most_dataset_rows.
+/// Notes on standard error which stretch it is. `axis`: empty: the only one. Throws Error with the name of
+/// the run if it is none, if it has no such axis, if the axis is not driven in `span`, or if the stretch has
+/// more than config::most_dataset_rows.
 identification::Dataset load_run(const std::filesystem::path& run, const std::string& axis,
                                  const runs::TimeSpan& span);
 
-/// Loads a dataset and notes on standard error which columns it took by likeness, and whether the last row was left out.
+/// Loads a dataset and notes on standard error which columns it took by likeness, and whether the last row
+/// was left out.
 identification::Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout);
 
-/// A recorded run is read by load_run(). The unit is the one that the dataset states, else the option's, else V or
-/// um with a note on standard error. Throws Error if --from lies after --to, with the name of the file if no row is
-/// left, if dataset and option have different units, or if the units of two files differ.
+/// A recorded run is read by load_run(). The unit is the one that the dataset states, else the option's, else
+/// V or um with a note on standard error. Throws Error if --from lies after --to, with the name of the file
+/// if no row is left, if dataset and option have different units, or if the units of two files differ.
 std::vector<identification::Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
                                                    const DatasetInput& input);
 

@@ -36,11 +36,11 @@ struct AxisFacts;
 std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisFacts>& axes,
                                      const std::string& file);
 
-/// Some signals may be the enable of the lab's command, and no name says which: somebody has to.
+/// Some signals may be the enable of the lab's command, and no name says which: the user has to.
 bool asks_for_enable(const AxisRoles& roles);
 /// Stated in the place of a signal: the command has no enable.
 inline constexpr std::string_view no_enable = "none";
-/// The enable as somebody states it: one of the candidates, or `no_enable`.
+/// The enable as the user states it: one of the candidates, or `no_enable`.
 void state_enable(AxisRoles& roles, const std::string& signal);
 
 /// A table for the terminal.

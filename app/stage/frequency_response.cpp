@@ -170,7 +170,8 @@ std::string draw_response(const TuningReport& report, const identification::Data
       fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name);
   const std::string script =
       fmt::format(
-          "set terminal {} size 900,1000\nset output {}\ntitle_text = {}\n$measured << EOD\n{}EOD\n$curves << EOD\n{}EOD\n",
+          "set terminal {} size 900,1000\nset output {}\ntitle_text = {}\n$measured << EOD\n{}EOD\n$curves "
+          "<< EOD\n{}EOD\n",
           is_png ? "pngcairo enhanced" : "svg enhanced", gnuplot_file(picture.filename().string()),
           gnuplot_text(title), points_of(report, record), curves_of(report)) +
       panels;

@@ -99,9 +99,9 @@ class Structures {
         part += fmt::format("<tr><td>{}</td>", escaped(report_.names[i])) + number(of.rms()) +
                 number_cell(fmt::format("{:+.2g}", 100.0 * (of.gain - 1.0))) + "</tr>\n";
     return part +
-           "</table>\n<p class=\"note\">Each record predicted by the curves of the others, with its own zero and the "
-           "mean gain of the others; k, thresholds, delay, creep and initial memories are those of all. Cycles beyond "
-           "the inputs of the others do not count.</p>\n";
+           "</table>\n<p class=\"note\">Each record predicted by the curves of the others, with its own zero "
+           "and the mean gain of the others; k, thresholds, delay, creep and initial memories are those of "
+           "all. Cycles beyond the inputs of the others do not count.</p>\n";
   }
 
   const IdentificationReport& report_;
@@ -199,8 +199,8 @@ std::string table_of(const Comparison& comparison) {
 std::string cross_validated(const Identified& identified) {
   if (!identified.held_out_rms) return {};
   return fmt::format(
-      " Cross-validated, as identify prints it, the identified one misses {:.3g} % RMS: over all cycles that can be held out, "
-      "in turn, with k, delay and thresholds from all samples.",
+      " Cross-validated, as identify prints it, the identified one misses {:.3g} % RMS: over all cycles that "
+      "can be held out, in turn, with k, delay and thresholds from all samples.",
       100.0 * *identified.held_out_rms / identified.output_span);
 }
 
@@ -208,8 +208,8 @@ std::string hold_out_of(const Identified& identified, const Comparison& comparis
   if (comparison.no_hold_out) return "Nothing was held out: " + *comparison.no_hold_out + ".";
   return fmt::format(
              "Held out: {} of {}, {} of {}, every other cycle of those that are not needed to reach "
-             "the ends of the input range. Every model was fitted again without them, the identified one with the "
-             "order found from all samples.",
+             "the ends of the input range. Every model was fitted again without them, the identified one "
+             "with the order found from all samples.",
              comparison.held_out_cycles, counted(comparison.cycles, "cycle"), comparison.held_out_samples,
              counted(comparison.samples, "sample")) +
          cross_validated(identified);

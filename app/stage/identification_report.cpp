@@ -198,8 +198,8 @@ std::string preamble(const std::string& name, int height, std::size_t datasets,
   return fmt::format("# gnuplot {0}.gp: draws {0}.svg\n", name) +
          fmt::format("set terminal svg size 1000,{} enhanced font 'sans,16' background 'white'\n", height) +
          fmt::format("set output {}\n", gnuplot_file(name + ".svg")) +
-         "set datafile separator ','\nset datafile missing NaN\nset border 3 lw 0.6\nset tics nomirror out scale 0.6\nset grid lw 0.4 lc rgb '#dddddd'\nset key outside "
-         "top center horizontal\n" +
+         "set datafile separator ','\nset datafile missing NaN\nset border 3 lw 0.6\nset tics nomirror out "
+         "scale 0.6\nset grid lw 0.4 lc rgb '#dddddd'\nset key outside top center horizontal\n" +
          fmt::format("datasets = {}\ninput_label = {}\noutput_label = {}\n", datasets,
                      labelled("input", p.input_unit), labelled("output", p.output_unit)) +
          setting("span", identified.output_span) + setting("thresholds_lo", p.input_range().lo) +
@@ -229,7 +229,8 @@ std::string of_landscape(const Landscape& map, const Identified& identified) {
          setting("y_best", place(identified.parameters.k_descending));
 }
 
-/// Draws every plot whose numbers exist. Returns an empty text if all were drawn, else the reason of the failure.
+/// Draws every plot whose numbers exist. Returns an empty text if all were drawn, else the reason of the
+/// failure.
 std::string draw_pictures(const std::filesystem::path& directory, std::size_t datasets,
                           const Identified& identified, const std::optional<Landscape>& landscape) {
   std::string undrawn;

@@ -1,5 +1,5 @@
-// The report of an identification: a folder with one page, its plots, the numbers of the plots, and the scripts with which
-// gnuplot draws them. Values are in output units unless they are percentages.
+// The report of an identification: a folder with one page, its plots, the numbers of the plots, and the
+// scripts with which gnuplot draws them. Values are in output units unless they are percentages.
 //   residual = measured - model
 //
 //   record.csv      time_s,input,output,predicted,residual,record

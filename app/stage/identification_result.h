@@ -45,8 +45,8 @@ struct Validation {
   bool has_rest() const { return estimated_from > 0 && estimated_from < predicted.size(); }
 };
 
-/// Throws std::invalid_argument if the output is constant, if the delay is longer than the dataset, or if dynamics are given
-/// and the dataset is not evenly sampled.
+/// Throws std::invalid_argument if the output is constant, if the delay is longer than the dataset, or if
+/// dynamics are given and the dataset is not evenly sampled.
 Validation validate(const model::Hysteresis& model, const identification::Dataset& dataset,
                     ValidationOptions options);
 nlohmann::json validation_json(const Validation& validation);

@@ -1,4 +1,5 @@
-// Checks of the values that the options of a command take. What they refuse is a usage error, which names the option.
+// Checks of the values that the options of a command take. What they refuse is a usage error, which names the
+// option.
 #pragma once
 
 #include <cstdint>

@@ -48,7 +48,7 @@ class Questions {
   /// Keeps the answer to the present question, which then is the next one.
   void accept(const std::string& line);
   void object(const std::string& wrong);
-  /// The line that was answered; none where nobody is asked. Throws RunError at the end of the input.
+  /// The line that was answered; none where no question is asked. Throws RunError at the end of the input.
   std::optional<std::string> answer(const Question& question, const std::string& usual);
 
   std::istream& in_;

@@ -1,4 +1,5 @@
-// What no setpoints can avoid: the floor of the true error (controller/analysis/feed_forward_design.h) of a reference on a stage.
+// What no setpoints can avoid: the floor of the true error (controller/analysis/feed_forward_design.h) of a
+// reference on a stage.
 #pragma once
 
 #include <optional>

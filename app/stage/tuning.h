@@ -14,8 +14,8 @@ namespace hystcan::app {
 /// Up and down around the middle of the range of the drive by 1 % of it, five times.
 controller::Excitation::Steps usual_steps(const controller::Gate::Config& gate);
 
-/// The steps with a smaller amplitude where the twin comes near a limit (amplitude_with_margin), which is noted.
-/// `config` has one axis.
+/// The steps with a smaller amplitude where the twin comes near a limit (amplitude_with_margin), which is
+/// noted. `config` has one axis.
 controller::Excitation::Steps with_safe_amplitude(const controller::Excitation::Steps& steps,
                                                   const config::Config& config, const twin::Config& twin);
 

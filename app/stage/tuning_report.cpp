@@ -88,11 +88,12 @@ std::string candidate_table(const TuningReport& report) {
              "feedback alone;\n"
              "notch: frequency, depth, width; at the worst: of the corners of the intervals, "
              "with {:g} % more of resonance;\n"
-             "RMS: predicted error of the configured reference at the samples, true: between them too, % of {:g} um\n",
+             "RMS: predicted error of the configured reference at the samples, true: between them too, % of "
+             "{:g} um\n",
              report.rule.resonance_percent, stroke_um(report));
 }
 
-/// How much the true error depends on what nobody has stated.
+/// How much the true error depends on what is not stated.
 std::string shares_line(const TuningReport& report) {
   if (!report.shares) return {};
   const auto percent = [&](std::optional<double> um) {

@@ -1,7 +1,8 @@
 // Changes values in the text of a TOML file. Comments, order, spaces and line ends stay as they are.
 //
-//   set                 replaces the value where it stands. A key that is absent becomes a line below the last one of its
-//                       table; a table that is absent becomes [a.table] below its parent's keys
+//   set                 replaces the value where it stands. A key that is absent becomes a line below the
+//                       last one of its table; a table that is absent becomes [a.table] below its parent's
+//                       keys
 //   set_comment         replaces the comment behind a value
 //   comment_out         puts `# ` before each line of the key or table; it is absent then
 //

@@ -4,8 +4,8 @@
 //   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per axis
 //
 // A command is in time if its transmission begins before the next SYNC: a frame that has begun ends before
-// that SYNC is sent. can/timing/schedulability.h bounds the beginning of the command and states the assumptions;
-// can/timing/schedulability.h has the other frames.
+// that SYNC is sent. can/timing/schedulability.h bounds the beginning of the command and states the
+// assumptions; can/timing/schedulability.h has the other frames.
 #pragma once
 
 #include <optional>

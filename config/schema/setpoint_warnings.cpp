@@ -98,8 +98,8 @@ void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, const std::
   const controller::FollowingError::Config& following = axis.control.following_error;
   if (needs.step_um > following.error_um)
     warnings.push_back(fmt::format(
-        "{}: a step of {:.4g} um, but following_error_um is {:g}: the stage must be within it after {} cycles; "
-        "smaller steps, or a rise, would do",
+        "{}: a step of {:.4g} um, but following_error_um is {:g}: the stage must be within it after {} "
+        "cycles; smaller steps, or a rise, would do",
         place, needs.step_um, following.error_um, following.cycles));
 }
 

@@ -73,7 +73,7 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
 Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                          const CautiousRule& rule);
 
-/// An integral gain alone, an eighth of what is stable at every corner: for a plant that nobody has measured.
+/// An integral gain alone, an eighth of what is stable at every corner: for a plant that is not measured.
 Pi::Config unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
 /// Gains without a filter, with the best low pass, and where a record has shown the mode with the best deep

@@ -6,9 +6,9 @@
 //   waiting       the axis waits until both nodes are operational and the amplifier is ready and at rest
 //   initialising  the drive is held where the amplifier's output is until the amplifier is enabled; its
 //                 watchdog is tried where that is asked for. The drive then ramps to where tracking begins,
-//                 as far as the output follows it. In closed loop it goes up to the upper threshold and down to
-//                 the lower one: this wipes the actuator's memory out, and the model's memory agrees with it.
-//                 In open loop it goes straight to the first drive of the excitation
+//                 as far as the output follows it. In closed loop it goes up to the upper threshold and down
+//                 to the lower one: this wipes the actuator's memory out, and the model's memory agrees with
+//                 it. In open loop it goes straight to the first drive of the excitation
 //   ready         the axis holds that drive until the axes begin together, or follows those that track
 //   tracking      the closed loop follows its reference, the open loop its excitation
 //   faulted       the fault is latched with cause and time; the command is safe from the same step on, or the

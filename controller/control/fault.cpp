@@ -32,13 +32,15 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"amplifier fault",
      "the amplifier has tripped, or is still faulted: find out why, then clear and enable the axis"},
     {"amplifier not enabled",
-     "the amplifier does not report that it is enabled: check its interlocks, and in its data sheet how long it takes "
+     "the amplifier does not report that it is enabled: check its interlocks, and in its data sheet how long "
+     "it takes "
      "to start (enable_delay_ms)"},
     {"following error", "the stage does not follow: check load, model and gains", true},
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
-     "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the log names the "
+     "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the log "
+     "names the "
      "frame, end one of the two"},
     {"sample late", "the sensor answers a SYNC after the next one: check the bus load and the sensor's rate",
      true},
@@ -58,8 +60,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"commands late",
      "our commands do not get onto the bus: check its load, its wiring, and that a node is on it"},
     {"sample doubled",
-     "two different samples name the same SYNC: two nodes send this message, or the sensor does not sample at the "
-     "SYNC",
+     "two different samples name the same SYNC: two nodes send this message, or the sensor does not sample "
+     "at the SYNC",
      true},
     {"status missing",
      "no status of the amplifier in status_timeout_ms: check the amplifier node and the bus load"},
@@ -71,7 +73,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
      "the amplifier does not put out what it is told: check its interlock, its supply, its "
      "limits and slew, and amplifier_bandwidth_Hz"},
     {"position contradicts drive",
-     "the ramp of the start-up does not move the position as the model says: check the sensor's sign and scale, the "
+     "the ramp of the start-up does not move the position as the model says: check the sensor's sign and "
+     "scale, the "
      "amplifier's range and supply; identify again where the stage has changed"},
 }};
 

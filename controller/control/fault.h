@@ -49,7 +49,7 @@ inline constexpr std::size_t cause_count = 32;
 std::string_view to_string(Cause cause);
 /// One sentence about what the engineer can do.
 std::string_view remedy(Cause cause);
-/// Whether amplifier, bus and computer still do what they are told: the drive may then ramp to its safe
+/// Whether amplifier, bus and computer still obey: the drive may then ramp to its safe
 /// value.
 bool leaves_the_drive_in_hand(Cause cause);
 

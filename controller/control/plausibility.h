@@ -11,8 +11,8 @@
 
 namespace hystcan::controller {
 
-// Compares what the amplifier says that it puts out with what it was told. An interlock that is open, or a
-// supply at its limit, is found before the stage has far to go when it closes.
+// Compares what the amplifier says that it puts out with what it was commanded. An interlock that is open, or
+// a supply at its limit, is found before the stage has far to go when it closes.
 //
 //   |o - u| <= m + s (age + late)       s: slew of the drive, late: four cycles and five lags
 //   min u - m <= o <= max u + m         u: drives of the last two to three spans, m: 5 % of the drive's range

@@ -20,9 +20,10 @@
 // the samples, this image differs from f only by the delay.
 //
 // Confidence: identification/numerics/nonlinear_fit.h.
-// Intervals are +-1.96 standard errors (for f and zeta, of their logarithms).  Near half the sampling rate J is singular; an interval of more than +-1 % is made narrower
-// there, to where the fitted response differs by 3.84 s^2 from that of the best mode with this parameter
-// (profile).  Intervals include any other minimum whose sum of squares is not significantly larger (3.84 s^2).
+// Intervals are +-1.96 standard errors (for f and zeta, of their logarithms).  Near half the sampling rate J
+// is singular; an interval of more than +-1 % is made narrower there, to where the fitted response differs by
+// 3.84 s^2 from that of the best mode with this parameter (profile).  Intervals include any other minimum
+// whose sum of squares is not significantly larger (3.84 s^2).
 #pragma once
 
 #include <cstddef>

@@ -85,7 +85,8 @@ TEST(LogSink, WritesLinesInTheirOrder) {
   close(descriptor);
 }
 
-/// The lines "line 0", "line 1", ... that arrived, and those that are reported as lost, must be all that were logged.
+/// The lines "line 0", "line 1", ... that arrived, and those that are reported as lost, must be all that were
+/// logged.
 std::size_t lines_accounted_for(const std::string& text) {
   std::size_t next = 0;
   for (const std::string& line : lines_of(text)) {
@@ -102,7 +103,7 @@ TEST(LogSink, NeitherWaitsForItsReaderNorHidesThatLinesAreLost) {
   constexpr std::size_t logged = 5000;
   Pipe pipe;
   auto logger = logger_on(pipe.writer());
-  for (std::size_t i = 0; i < logged; ++i) logger->info("line {}", i);  // nobody reads
+  for (std::size_t i = 0; i < logged; ++i) logger->info("line {}", i);  // no program reads
   std::string text;
   while (lines_accounted_for(text) < logged) text += pipe.read_up_to("\n");
   EXPECT_EQ(lines_accounted_for(text), logged);

@@ -46,7 +46,7 @@ TEST_F(RegularFile, MayBeNamedByALink) {
 
 TEST_F(RegularFile, IsNeitherAPipeNorADeviceNorADirectory) {
   ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
-  EXPECT_EQ(refusal_of(file), "it is a pipe or a device") << "and nobody waits for a writer";
+  EXPECT_EQ(refusal_of(file), "it is a pipe or a device") << "and no writer is waited for";
   EXPECT_EQ(refusal_of("/dev/zero"), "it is a pipe or a device");
   EXPECT_EQ(refusal_of(folder.folder()), "Is a directory");
   EXPECT_EQ(refusal_of(folder / "none"), "No such file or directory");

@@ -1,6 +1,6 @@
-// The identification of a model from a dataset of 100 000 samples, and from three with a million: seconds of processor
-// time beside the budget; then the memory against the number of samples. The longest time without a look at the stop
-// signal is how long Ctrl-C waits, in the identification and in the comparison of a report.
+// The identification of a model from a dataset of 100 000 samples, and from three with a million: seconds of
+// processor time beside the budget; then the memory against the number of samples. The longest time without a
+// look at the stop signal is how long Ctrl-C waits, in the identification and in the comparison of a report.
 //
 //   bench_identify
 #include <sys/resource.h>

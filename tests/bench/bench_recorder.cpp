@@ -2,7 +2,8 @@
 //
 //   bench_recorder [SECONDS [FOLDER]]      default 20 s, in the temporary folder
 //
-// A producer in the place of the control thread pushes the records of a cycle, then sleeps until the next one.
+// A producer in the place of the control thread pushes the records of a cycle, then sleeps until the next
+// one.
 #include <fmt/format.h>
 #include <time.h>
 

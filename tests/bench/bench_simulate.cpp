@@ -1,4 +1,5 @@
-// `hystcan simulate` over 10^7 rows, as a process: CSV to CSV and HDF5 to HDF5, beside the model alone in memory.
+// `hystcan simulate` over 10^7 rows, as a process: CSV to CSV and HDF5 to HDF5, beside the model alone in
+// memory.
 //
 //   bench_simulate [FOLDER]      default: the temporary folder; it takes 1.5 GB there
 //   bench_simulate --model       the model alone

@@ -1,12 +1,12 @@
 // How well the loop tracks, in % of the stage's stroke, at the samples and true: between the samples too.
 //
-//   bench_tracking    prints each budget with its figure, beside the floor that no setpoints can get below; then the five
-//                     structures, each with its own best gains by one rule and with its own best delay of the reference;
-//                     then triangle and sine at 1 to 50 Hz
+//   bench_tracking    prints each budget with its figure, beside the floor that no setpoints can get below;
+//                     then the five structures, each with its own best gains by one rule and with its own
+//                     best delay of the reference; then triangle and sine at 1 to 50 Hz
 //
-// The shipped piezo stage works against a twin whose curves are off by 3 % and whose k is off by 20 %, the soft stage
-// against a Preisach twin. Gains are those of the sensitivity rule (controller/analysis/loop_design.h). With learning the
-// first 2 s do not count: 20 periods at 10 Hz.
+// The shipped piezo stage works against a twin whose curves are off by 3 % and whose k is off by 20 %, the
+// soft stage against a Preisach twin. Gains are those of the sensitivity rule
+// (controller/analysis/loop_design.h). With learning the first 2 s do not count: 20 periods at 10 Hz.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -205,7 +205,8 @@ void print_budgets() {
         with(learns(piezo, 10.0), [&](Case& c) { c.resonance_factor = factor; }), 10.0, any, 0.0);
 }
 
-/// The smallest RMS of the samples' error over all delays of the reference: the same preview for every structure.
+/// The smallest RMS of the samples' error over all delays of the reference: the same preview for every
+/// structure.
 double best_delayed_percent(const rehearsal::Setup& setup, double stroke_um) {
   struct Sample {
     double t_s, reference_um, position_um;

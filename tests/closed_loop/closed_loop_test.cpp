@@ -61,7 +61,8 @@ TEST(Galfenol, IsTrackedThroughItsButterflyCurve) {
   EXPECT_GE(triangle_percent(average) / triangle_percent(inverse), 2.0);
 }
 
-/// The piezo stage with a butterfly of a material with coercivity, from -30 V. The branches cross near -28 and 28 V.
+/// The piezo stage with a butterfly of a material with coercivity, from -30 V. The branches cross near -28
+/// and 28 V.
 rehearsal::Setup butterfly_stage() {
   const model::Interval range{-100.0, 100.0};
   const auto butterfly = [&](double share) {
@@ -136,7 +137,7 @@ TEST_F(TrackingLoop, FaultsWithItsCauseWithinMillisecondsWhenTheTwinDies) {
   rehearsal_.kill_twin();
   rehearsal_.run_for(milliseconds(4));
   EXPECT_EQ(state(0), AxisState::faulted);
-  EXPECT_EQ(cause(0), Cause::commands_late) << "nobody is left to acknowledge them";
+  EXPECT_EQ(cause(0), Cause::commands_late) << "no node is left to acknowledge them";
   EXPECT_EQ(state(1), AxisState::faulted);
 }
 

@@ -1,5 +1,6 @@
-// A stage that creeps by 2 % a decade, from 10 ms to 10 s, and differs from the controller's model as the shipped one does:
-// by 3 % in the curves and 20 % in k. "before": the controller's model does not creep; "after": it creeps by 2 % a decade.
+// A stage that creeps by 2 % a decade, from 10 ms to 10 s, and differs from the controller's model as the
+// shipped one does: by 3 % in the curves and 20 % in k. "before": the controller's model does not creep;
+// "after": it creeps by 2 % a decade.
 //
 //                                                             before   after   without creep
 //   step of 80 % of the stroke, held for 10 s
@@ -61,7 +62,8 @@ std::vector<double> step_errors_um(rehearsal::Setup setup, Structure structure) 
   return errors_um;
 }
 
-/// From 50 ms after the step on, when the mode has rung down: of the means of 10 ms, which are almost free of noise.
+/// From 50 ms after the step on, when the mode has rung down: of the means of 10 ms, which are almost free of
+/// noise.
 double drift_nm(const rehearsal::Setup& setup) {
   const std::vector<double> errors_um = step_errors_um(setup, Structure::inverse);
   double lowest_um = 1e9, highest_um = -1e9;

@@ -250,7 +250,8 @@ TEST(SampleThatIsSentTwice, BitForBitIsNoFault) {
   EXPECT_EQ(loop.axis().state(), AxisState::tracking) << to_string(loop.axis().fault().cause);
 }
 
-/// The controller of axis x, whose sensor gives its samples this SyncCounter in place of the right one from `fail` on.
+/// The controller of axis x, whose sensor gives its samples this SyncCounter in place of the right one from
+/// `fail` on.
 class WrongSyncCounter : public testing::TestWithParam<int> {
  protected:
   WrongSyncCounter() {

@@ -1,4 +1,5 @@
-// When the axes of one controller begin to track: together, after a limited wait, and one by one after a fault.
+// When the axes of one controller begin to track: together, after a limited wait, and one by one after a
+// fault.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -272,7 +272,7 @@ TEST_F(StallTest, IsNoTimeForTheReferenceOfAnAxisThatTracksAnewAfterIt) {
   EXPECT_TRUE(axis().reference_at(begin_s + 1e-9));
 }
 
-/// Axis y is told that a twentieth of the motion of x adds to its own.
+/// Axis y's configuration says that a twentieth of the motion of x adds to its own.
 class CoupledStallTest : public StallTest {
  protected:
   CoupledStallTest() : StallTest({{.from = "x", .um_per_um = 0.05, .index = 0}}) {}

@@ -84,8 +84,8 @@ TEST(TrueError, OfASmoothReferenceIsSmallerWithAnInterpolatingAmplifier) {
   EXPECT_LT(straight.truly, 0.25 * held.truly) << straight.truly << " and " << held.truly;
 }
 
-// A SYNC's frame takes 55 us. The lag of pi is in phase with the velocity, at most 750 um/s: a reference that is off by
-// that time would change the error by 0.5 %.
+// A SYNC's frame takes 55 us. The lag of pi is in phase with the velocity, at most 750 um/s: a reference that
+// is off by that time would change the error by 0.5 %.
 TEST(TrueError, OfASmoothReferenceIsThatAtTheSamples) {
   const Percent smooth = of_first_segment(with_structure(with_sine(matched(true), 10.0), Structure::pi));
   EXPECT_NEAR(smooth.truly, smooth.at_samples, 0.002 * smooth.at_samples);

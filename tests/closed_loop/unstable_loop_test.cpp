@@ -1,5 +1,5 @@
-// Gains above the critical ones: the fault says that the loop oscillates. Faster growth may trip another limit first,
-// `position jumped` or `position implausible`.
+// Gains above the critical ones: the fault says that the loop oscillates. Faster growth may trip another
+// limit first, `position jumped` or `position implausible`.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -65,7 +65,7 @@ Cause cause_with_sensor_delay(double ki_per_s, std::chrono::microseconds delay) 
   setup.controller.axes.resize(1);
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
   axis.law.pi.ki_per_s = ki_per_s;
-  axis.wipe_slew_per_s = 50.0;  // nobody has stated the delay: a faster ramp is far ahead of the sensor
+  axis.wipe_slew_per_s = 50.0;  // the delay is not stated: a faster ramp is far ahead of the sensor
   axis.setpoint = {{.shape = controller::Hold{.level_um = 15.0, .duration_s = 10.0}}};
   setup.twin.axes.resize(1);
   setup.twin.axes[0].axis.sensor.delay = delay;

@@ -1,5 +1,6 @@
-// Every document: its shell blocks parse, its command lines are accepted, its links lead somewhere, and the tables of
-// docs/commands.md are those of the program. HYSTCAN_WRITE_TABLES=1 in the environment writes these tables.
+// Every document: its shell blocks parse, its command lines are accepted, its links lead somewhere, and the
+// tables of docs/commands.md are those of the program. HYSTCAN_WRITE_TABLES=1 in the environment writes these
+// tables.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
@@ -90,7 +91,8 @@ int line_of(const std::string& text, std::ptrdiff_t at) {
   return 1 + static_cast<int>(std::count(text.begin(), text.begin() + at, '\n'));
 }
 
-/// The simple commands of a shell script, as lists of words. Expansions stay as they are written, redirections go.
+/// The simple commands of a shell script, as lists of words. Expansions stay as they are written,
+/// redirections go.
 std::vector<std::vector<std::string>> commands_of(const std::string& script) {
   std::vector<std::vector<std::string>> commands(1);
   std::string word;
@@ -132,8 +134,8 @@ std::vector<std::vector<std::string>> commands_of(const std::string& script) {
   return commands;
 }
 
-/// What follows the program's name, also behind `sudo`, `taskset` or a variable; empty if it is another command. A
-/// variable of the shell stands for a number.
+/// What follows the program's name, also behind `sudo`, `taskset` or a variable; empty if it is another
+/// command. A variable of the shell stands for a number.
 std::vector<std::string> arguments_of_hystcan(const std::vector<std::string>& command) {
   static const std::set<std::string> others{"cp", "ln", "ls", "install", "cmake", "setcap", "ldd", "apt-get"};
   if (command.empty() || others.contains(command.front())) return {};

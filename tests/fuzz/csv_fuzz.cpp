@@ -1,4 +1,5 @@
-// For any bytes, CsvReader and LabCsvReader either refuse them with their place, or return rows of finite numbers.
+// For any bytes, CsvReader and LabCsvReader either refuse them with their place, or return rows of finite
+// numbers.
 #include <cmath>
 #include <vector>
 

@@ -1,5 +1,6 @@
-// For any bytes as messages of a client of the page, each message has at most one answer at once: `ok`, or an error with its
-// reason. Nothing is thrown, and without the token nothing is asked of the control socket. There is no controller here.
+// For any bytes as messages of a client of the page, each message has at most one answer at once: `ok`, or an
+// error with its reason. Nothing is thrown, and without the token nothing is asked of the control socket.
+// There is no controller here.
 #include <spdlog/spdlog.h>
 
 #include <boost/asio/io_context.hpp>

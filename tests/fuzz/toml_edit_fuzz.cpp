@@ -1,5 +1,5 @@
-// For any bytes as a configuration, with the changes that its last lines ask for, TomlEdit either refuses with a reason and
-// changes nothing, or the text has the value and is TOML as before.
+// For any bytes as a configuration, with the changes that its last lines ask for, TomlEdit either refuses
+// with a reason and changes nothing, or the text has the value and is TOML as before.
 #include <sstream>
 #include <string>
 #include <vector>

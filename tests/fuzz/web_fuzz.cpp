@@ -1,6 +1,6 @@
-// For any bytes of clients over TCP, as HTTP and, behind an upgrade, as frames of a WebSocket, the server closes or answers
-// each connection, and answers the next one as ever. An input is several connections; each begins with a byte that says
-// which of both it is and one for its length.
+// For any bytes of clients over TCP, as HTTP and, behind an upgrade, as frames of a WebSocket, the server
+// closes or answers each connection, and answers the next one as ever. An input is several connections; each
+// begins with a byte that says which of both it is and one for its length.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <spdlog/spdlog.h>

@@ -24,8 +24,8 @@ struct ExampleNode : testing::Test {
   Process y{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4"}, "40")};
 };
 
-// The stage of the example is a straight line within the loop of the model, which is 15 % of the stroke wide. PI
-// corrects most of the difference: 1.9 and 1.3 % remain.
+// The stage of the example is a straight line within the loop of the model, which is 15 % of the stroke wide.
+// PI corrects most of the difference: 1.9 and 1.3 % remain.
 TEST_F(ExampleNode, IsTrackedByTheControllerAndEverythingOnTheWireIsAsDocumented) {
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
@@ -61,8 +61,8 @@ TEST_F(ExampleNode, TripsWithoutCommandsAndTracksAgainOnceItsFaultIsCleared) {
   EXPECT_EQ(bench.decoded().at("first_fault").at("fault"), 1) << "commands stopped";
 }
 
-// Stop and reset communication keep the fault, ClearFault beside Enable only clears, and a boot-up is followed by no
-// status. Node 1 alone; the frames are literal.
+// Stop and reset communication keep the fault, ClearFault beside Enable only clears, and a boot-up is
+// followed by no status. Node 1 alone; the frames are literal.
 TEST_F(ExampleNode, ObeysNmtAndClearFaultAsDocumented) {
   ASSERT_TRUE(x.says("amplifier node 1"));
   for (const char* frame : {"000#0101", "080#01",

@@ -238,7 +238,7 @@ TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAnd
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }
 
-/// Nobody else is on the bus.
+/// No other node is on the bus.
 TEST(ControllerProcessWithoutNodes, SaysWhatItWaitsForAndEndsWithOne) {
   hil::FreshVcan fresh;
   hil::Process controller(

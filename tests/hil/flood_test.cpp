@@ -61,8 +61,9 @@ std::int64_t frames_on_vcan0() {
   return frames;
 }
 
-// A frame that no filter accepts takes some microseconds of the kernel's interrupt, by which a cycle may begin
-// later. A frame that the controller reads takes several times as much, and 40 of them come with every cycle.
+// A frame that no filter accepts takes some microseconds of the kernel's interrupt, by which a cycle may
+// begin later. A frame that the controller reads takes several times as much, and 40 of them come with every
+// cycle.
 TEST(IcountFlood, OfForeignFramesDoesNotChangeTheControlError) {
   const config::Config config = config::load(config_file);
   const rehearsal::Outcome predicted = rehearsal::run_once(support::setup_of(config), 0.1, support::ignore);

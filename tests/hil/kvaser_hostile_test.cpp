@@ -76,8 +76,8 @@ TEST_F(KvaserHostile, AFullTransmitQueueFaultsWithACauseAndANewStartTracks) {
   EXPECT_TRUE(bench.tracks()) << bench.controller->err();
 }
 
-// The queue takes every frame and lets one out in 8 ms, as behind a bus that others fill. Its driver echoes a frame when it
-// has left: the commands are seen to be late before samples are missing.
+// The queue takes every frame and lets one out in 8 ms, as behind a bus that others fill. Its driver echoes a
+// frame when it has left: the commands are seen to be late before samples are missing.
 TEST_F(KvaserHostile, CommandsThatWaitInTheQueueFaultAsLate) {
   ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 16kbit burst 20 limit 3200"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();

@@ -1,5 +1,6 @@
-// How late the cycles of a run were, by what that did to its tracking. A loop of a quarter of a percent feels 10 us as 2 %
-// of its error; so a bound is a time, not a share of an error that every better tuning makes smaller.
+// How late the cycles of a run were, by what that did to its tracking. A loop of a quarter of a percent feels
+// 10 us as 2 % of its error; so a bound is a time, not a share of an error that every better tuning makes
+// smaller.
 #pragma once
 
 #include <algorithm>

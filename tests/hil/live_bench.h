@@ -43,9 +43,10 @@ inline std::vector<std::string> with_real_time_priority(std::vector<std::string>
 
 inline bool shell(const std::string& command) { return std::system(command.c_str()) == 0; }
 
-/// Checks the condition every 10 ms, for 30 s at most. A test waits for another process in this way, and never
-/// by a sleep of fixed length: in a guest whose time is instructions, an idle processor continues with the next
-/// timer at once, and a sleep may end before the host has read the file that the other process waits for.
+/// Checks the condition every 10 ms, for 30 s at most. A test waits for another process in this way, and
+/// never by a sleep of fixed length: in a guest whose time is instructions, an idle processor continues with
+/// the next timer at once, and a sleep may end before the host has read the file that the other process waits
+/// for.
 template <class Condition>
 [[nodiscard]] bool comes_true(Condition condition) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
@@ -56,8 +57,8 @@ template <class Condition>
   return true;
 }
 
-/// Counts the programs that receive every frame of an interface, as candump, record and monitor do. Construct it
-/// before another one is started.
+/// Counts the programs that receive every frame of an interface, as candump, record and monitor do. Construct
+/// it before another one is started.
 class Listeners {
  public:
   explicit Listeners(std::string interface) : interface_(std::move(interface)), before_(count()) {}
@@ -91,7 +92,8 @@ struct FreshVcan {
   }
 };
 
-/// Whether a socket may have a larger buffer than the kernel's limit: for root of the machine, not of a namespace.
+/// Whether a socket may have a larger buffer than the kernel's limit: for root of the machine, not of a
+/// namespace.
 inline bool may_force_buffers() {
   const int probe = socket(AF_UNIX, SOCK_DGRAM, 0);
   const int size = 1 << 20;
@@ -109,9 +111,9 @@ class LiveBench {
   explicit LiveBench(Wire wire, std::string config = config_file, Nodes nodes = Nodes::twin)
       : wire_(wire), config_(std::move(config)) {
     log_file_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
-    // -L prints the log format with the kernel's timestamps; the shell only opens the file. Root's buffer holds
-    // all frames of a test, and candump reads them at its end: each change of process costs an emulator dearly.
-    // Another user's holds what the kernel allows.
+    // -L prints the log format with the kernel's timestamps; the shell only opens the file. Root's buffer
+    // holds all frames of a test, and candump reads them at its end: each change of process costs an emulator
+    // dearly. Another user's holds what the kernel allows.
     const Listeners listeners(wire.controller_side);
     candump = std::make_unique<Process>(std::vector<std::string>{
         "sh", "-c", std::string("exec candump -L -r 400000000 ") + wire.controller_side + " >" + log_file_});
@@ -145,8 +147,8 @@ class LiveBench {
   json decoded() { return hil::decoded(log(), false); }
   json decoded_with_series() { return hil::decoded(log(), true); }
 
-  /// The log with all in it that has been sent so far: candump writes in order, so that a last frame of ours comes
-  /// behind it. It is taken out again, and what follows it.
+  /// The log with all in it that has been sent so far: candump writes in order, so that a last frame of ours
+  /// comes behind it. It is taken out again, and what follows it.
   std::string log() {
     if (candump) {
       candump->send(SIGCONT);

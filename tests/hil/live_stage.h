@@ -63,8 +63,8 @@ inline void expect_both_safe(const json& log) {
   }
 }
 
-/// A client of the control socket that stays connected. A test that asks again and again asks in this way: each
-/// `hystcan ctl` is a process, whose start is costly for an emulated processor.
+/// A client of the control socket that stays connected. A test that asks again and again asks in this way:
+/// each `hystcan ctl` is a process, whose start is costly for an emulated processor.
 class Client {
  public:
   explicit Client(const std::string& file) {
@@ -141,7 +141,7 @@ struct LiveStage {
   Answer ctl(const std::vector<std::string>& words) const { return ask({"--socket", socket}, words); }
   /// Sends the command to the twin instead of the controller.
   Answer ctl_twin(const std::vector<std::string>& words) const { return ask({"--twin"}, words); }
-  /// What the controller answers to `status`; null if nobody listens.
+  /// What the controller answers to `status`; null if no controller listens.
   json status() const {
     const Client client(socket);
     return client.is_connected() ? client.says("{\"do\": \"status\"}\n") : json();
@@ -171,8 +171,8 @@ struct LiveStage {
   }
 };
 
-/// A stage at half the rate, for tests that show nothing about timing or tracking: an emulated processor pays for each
-/// cycle.
+/// A stage at half the rate, for tests that show nothing about timing or tracking: an emulated processor pays
+/// for each cycle.
 struct QuickStage : LiveStage {
   QuickStage() {
     files.edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 500.0");

@@ -88,8 +88,8 @@ class Job {
   }
   Process& process() { return shell_; }
   void interrupt() const { kill(std::stoi(shell_.out()), SIGINT); }
-  /// Its exit status. It is interrupted once it catches SIGINT: an early one is ignored, and one more while it ends would
-  /// kill it.
+  /// Its exit status. It is interrupted once it catches SIGINT: an early one is ignored, and one more while
+  /// it ends would kill it.
   int end() {
     EXPECT_TRUE(hil::comes_true([&] { return catches_sigint() || !shell_.running(); }));
     interrupt();

@@ -84,7 +84,8 @@ TEST(IcountPage, TwentyClientsAndOneThatNeverReadsCostNoCycle) {
   std::printf("turnaround p99.9: with clients / alone = %.2f, aim 1.15: %s\n", ratio,
               ratio <= 1.15 ? "met" : "MISSED");
 
-  // On one processor and without PREEMPT_RT the kernel itself may hold a cycle up: its first TCP connection takes 12.7 ms.
+  // On one processor and without PREEMPT_RT the kernel itself may hold a cycle up: its first TCP connection
+  // takes 12.7 ms.
   const bool is_preemptible = std::filesystem::exists("/sys/kernel/realtime");
   std::printf("%d cycles missed\n", static_cast<int>(busy.report.at("missed_cycles")));
   EXPECT_LE(busy.report.at("missed_cycles"), is_preemptible ? 0 : 2);

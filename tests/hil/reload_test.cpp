@@ -25,8 +25,8 @@ struct Reload : testing::Test {
   LiveStage stage;
   std::string edited = "piezo.toml";
 
-  /// Replaces the first occurrence in the file, which is that of x. As most editors do, it puts another file in
-  /// the place of the old one.
+  /// Replaces the first occurrence in the file, which is that of x. As most editors do, it puts another file
+  /// in the place of the old one.
   void replace(const std::string& what, const std::string& with) const {
     const std::filesystem::path file = stage.files / edited.c_str();
     const std::filesystem::path draft = file.string() + ".new";

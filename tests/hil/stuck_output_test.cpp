@@ -1,4 +1,4 @@
-// Nobody reads the log and the results of the controller: hystcan controller ... 2>&1 | sleep 1000
+// No program reads the log and the results of the controller: hystcan controller ... 2>&1 | sleep 1000
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -102,9 +102,9 @@ std::vector<double> of_controller() {
   return turnarounds(log);
 }
 
-// The ratio is printed with its budget. The test asserts only that both answer, and a looser bound of the median:
-// the kernel's tick of 4 ms falls into every fourth turnaround or into none, as the start happens to lie, and the
-// stamps are whole microseconds, which is 4 % of the echo's median.
+// The ratio is printed with its budget. The test asserts only that both answer, and a looser bound of the
+// median: the kernel's tick of 4 ms falls into every fourth turnaround or into none, as the start happens to
+// lie, and the stamps are whole microseconds, which is 4 % of the echo's median.
 TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
   const std::vector<double> echo = of_bare_echo(5000);
   const std::vector<double> controller = of_controller();

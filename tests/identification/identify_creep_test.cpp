@@ -25,8 +25,8 @@ using model::OutputCreep;
 constexpr double step_s = 2e-5;
 constexpr std::size_t late = 12;  // steps: a delay of 0.24 ms
 
-/// Ten cycles of an actuator that was at rest at the lower threshold: over the range, then nested. One row in each `stride`
-/// steps.
+/// Ten cycles of an actuator that was at rest at the lower threshold: over the range, then nested. One row in
+/// each `stride` steps.
 Dataset decaying_sines(double rate_Hz, std::size_t stride, const OutputCreep& creep, double zero,
                        std::uint64_t seed) {
   const Hysteresis truth(model::piezo_model());

@@ -19,8 +19,8 @@ inline CurveShape shape_of(const model::HysteresisParameters& parameters) {
       static_cast<int>(std::max(up.coefficients().size(), down.coefficients().size())) - 1);
 }
 
-/// a_i, then q_i: a_i - d_i for i > 0 (polynomials; missing coefficients of the shorter curve are zero), d_i - a_i
-/// for i < n (splines).
+/// a_i, then q_i: a_i - d_i for i > 0 (polynomials; missing coefficients of the shorter curve are zero), d_i
+/// - a_i for i < n (splines).
 inline Eigen::VectorXd theta_of(const model::HysteresisParameters& parameters) {
   const auto& a = parameters.ascending.coefficients();
   const auto& d = parameters.descending.coefficients();

@@ -1,4 +1,5 @@
-// The properties of the model over walks as long as a weekend: 100 000 steps; a million setpoints in the long run.
+// The properties of the model over walks as long as a weekend: 100 000 steps; a million setpoints in the long
+// run.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 

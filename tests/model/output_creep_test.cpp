@@ -104,7 +104,8 @@ TEST(OutputCreep, DoesNotDependOnTheSizeOfTheStepsWhileTheOutputIsHeld) {
 
 // The lags make a comb in log t, of which a decade shifts two teeth. Only its ends are missing:
 //
-//   x(10 t) - x(t) = w h [2 - e^{-sqrt(10) t / from} - e^{-10 t / from} - (1 - e^{-sqrt(10) t / to}) - (1 - e^{-t / to})]
+//   x(10 t) - x(t) = w h [2 - e^{-sqrt(10) t / from} - e^{-10 t / from} - (1 - e^{-sqrt(10) t / to}) - (1 -
+//   e^{-t / to})]
 //
 // From t = from_s on, and until t = to_s / 100, each end takes 2.1 % of the two.
 TEST(OutputCreep, OfAStepIncreasesByPerDecadeInEachDecadeBetweenTheLags) {
@@ -203,8 +204,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "least 0.5"}),
     [](const auto& test) { return test.param.name; });
 
-// Times and wanted outputs. 0.2 to 0.8 of the range lies within reach whatever the creep is: with n w = 0.06 it takes
-// 0.15 to 0.85 of the range of h.
+// Times and wanted outputs. 0.2 to 0.8 of the range lies within reach whatever the creep is: with n w = 0.06
+// it takes 0.15 to 0.85 of the range of h.
 struct Course {
   std::vector<double> time_s, x;
 

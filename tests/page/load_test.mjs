@@ -1,4 +1,4 @@
-// The page loads, shows the loop, and asks nobody but its server.
+// The page loads, shows the loop, and asks no other server.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 

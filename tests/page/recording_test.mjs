@@ -10,7 +10,7 @@ const { demo, page } = await startDemoWithPage();
 
 const words = () => page.textContent('#recording');
 
-test('Nothing is recorded, and nobody without control can begin', async () => {
+test('Nothing is recorded, and no page without control can begin', async () => {
   await until('the state of the recording', async () => (await words()) === 'nothing is recorded');
   assert.ok(await page.locator('#record').isDisabled());
 });

@@ -146,7 +146,8 @@ TEST_F(Recording, RefusesASecondRunAndCanBeginAgainAfterTheEnd) {
   EXPECT_NE(recorder.start(), first);
 }
 
-/// The limit of a process on the size of its files acts as a full disk does: a write fails in the middle of a row.
+/// The limit of a process on the size of its files acts as a full disk does: a write fails in the middle of a
+/// row.
 bool is_closed(const std::filesystem::path& file) {
   std::error_code ignored;
   for (const auto& open : std::filesystem::directory_iterator("/proc/self/fd"))
@@ -214,17 +215,18 @@ TEST_F(Recording, ThatCannotBeginLeavesNoFolder) {
 [[noreturn]] void record_forever(Recorder& recorder, int pipe,
                                  const std::function<controller::CycleRecord(std::uint64_t)>& next) {
   recorder.start();
-  for (std::uint64_t cycle = 1, told = 0;; ++cycle) {
+  for (std::uint64_t cycle = 1, reported = 0;; ++cycle) {
     recorder.add(next(cycle));
-    if (const std::uint64_t bytes = recorder.status().of_run.bytes; bytes != told) {
-      told = bytes;
-      if (::write(pipe, &told, sizeof told) != sizeof told) _exit(1);
+    if (const std::uint64_t bytes = recorder.status().of_run.bytes; bytes != reported) {
+      reported = bytes;
+      if (::write(pipe, &reported, sizeof reported) != sizeof reported) _exit(1);
     }
     if (cycle % 20 == 0) std::this_thread::sleep_for(milliseconds(1));
   }
 }
 
-/// Twenty times at a random moment. How much time it loses is a matter of the guest (tests/hil/recording_test.cpp).
+/// Twenty times at a random moment. How much time it loses is a matter of the guest
+/// (tests/hil/recording_test.cpp).
 TEST_F(Recording, KeepsWhatIsWrittenThroughAKill) {
   std::mt19937 random(20261123);
   std::uniform_int_distribution<int> moment_ms(0, 600);
@@ -239,17 +241,17 @@ TEST_F(Recording, KeepsWhatIsWrittenThroughAKill) {
       record_forever(recorder, ends[1], [](std::uint64_t cycle) { return tracked(cycle); });
     }
     ::close(ends[1]);
-    std::uint64_t told = 0;
-    ASSERT_EQ(::read(ends[0], &told, sizeof told), static_cast<ssize_t>(sizeof told));
+    std::uint64_t reported = 0;
+    ASSERT_EQ(::read(ends[0], &reported, sizeof reported), static_cast<ssize_t>(sizeof reported));
     std::this_thread::sleep_for(milliseconds(moment_ms(random)));
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
-    while (::read(ends[0], &told, sizeof told) == sizeof told) {
+    while (::read(ends[0], &reported, sizeof reported) == sizeof reported) {
     }
     ::close(ends[0]);
     const std::vector<std::filesystem::path> runs = runs_in(config.record.folder);
     ASSERT_EQ(runs.size(), 1U);
-    EXPECT_GE(std::filesystem::file_size(runs.front() / "cycles_0001.csv"), told);
+    EXPECT_GE(std::filesystem::file_size(runs.front() / "cycles_0001.csv"), reported);
     const RecordedRun run(runs.front());
     EXPECT_TRUE(run.info().ended.empty());
     const std::vector<std::string> names{"cycle"};

@@ -1,5 +1,5 @@
-// What must be true before the stage is driven: the amplifier's fault is cleared by somebody who asks for it, and its
-// watchdog has shown that it works.
+// What must be true before the stage is driven: the amplifier's fault is cleared where a clear is asked for,
+// and its watchdog has shown that it works.
 #include <gtest/gtest.h>
 
 #include "tests/support/fault_rig.h"
@@ -50,7 +50,7 @@ TEST(Clear, DoesNotDriveAnAxisWhoseInterlockClosesLater) {
   interlock.rig.stage().amplifier.end_internal_fault();
   interlock.rig.run_for(seconds(2));
   EXPECT_EQ(interlock.rig.axis().state(), AxisState::faulted);
-  EXPECT_EQ(interlock.rig.stage().amplifier.state(), can::AmpState::fault) << "nobody has asked to clear it";
+  EXPECT_EQ(interlock.rig.stage().amplifier.state(), can::AmpState::fault) << "no clear was asked for";
   interlock.clear_and_enable();
   EXPECT_TRUE(interlock.rig.tracks());
   EXPECT_EQ(interlock.rig.monitor().violations(), 0u);

@@ -1,4 +1,5 @@
-// The drive after a fault, where fault_ramp_<U>_per_s is configured: it ramps to the safe one as long as amplifier and bus obey.
+// The drive after a fault, where fault_ramp_<U>_per_s is configured: it ramps to the safe one as long as
+// amplifier and bus obey.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -19,7 +19,8 @@ using controller::Cause;
 using std::chrono::milliseconds;
 using Kind = controller::Request::Kind;
 
-/// The command's own frame and one that it waits for; before them a cycle, where the next step sends the command.
+/// The command's own frame and one that it waits for; before them a cycle, where the next step sends the
+/// command.
 double safe_within_ms(Cause cause) { return (is_between_steps(cause) ? 1.0 : 0.0) + 2 * frame_ms; }
 
 double ms(can::Duration time) { return 1e3 * can::seconds(time); }

@@ -1,4 +1,5 @@
-// A sensor that is off by 8 um for 10 ms, with limits of 5 um in a cycle and 4 um of following error: the loop does not follow it.
+// A sensor that is off by 8 um for 10 ms, with limits of 5 um in a cycle and 4 um of following error: the
+// loop does not follow it.
 #include <gtest/gtest.h>
 
 #include <algorithm>

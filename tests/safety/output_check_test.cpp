@@ -1,5 +1,6 @@
-// An amplifier that says that it is enabled, and says honestly that it does not put out what it is told: its interlock is open,
-// or its supply ends below the range. The ramp of the start-up waits for it, and the stage makes no step where it comes back.
+// An amplifier that says that it is enabled, and says honestly that it does not put out what is commanded:
+// its interlock is open, or its supply ends below the range. The ramp of the start-up waits for it, and the
+// stage makes no step where it comes back.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +29,7 @@ double reach(const controller::AxisConfig& axis, double age_s, int cycles_to_nex
          axis.wipe_slew_per_s * (age_s + 4e-3 + 5.0 * lag_s + 1e-3 * cycles_to_next);
 }
 
-// It creeps to where it is told.
+// It creeps to where it is commanded.
 TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondWhatTheAmplifierPutsOut) {
   config::Config config = one_axis();
   config.axes[0].twin.plant.amplifier.slew_per_s = 1.0;

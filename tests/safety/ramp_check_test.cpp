@@ -1,5 +1,6 @@
-// A sensor that is reversed or scaled wrongly, or an amplifier that ends below its range and does not say so: the ramp of the
-// start-up moves the position otherwise than the model says, and the axis faults before it has gone far.
+// A sensor that is reversed or scaled wrongly, or an amplifier that ends below its range and does not say so:
+// the ramp of the start-up moves the position otherwise than the model says, and the axis faults before it
+// has gone far.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -82,7 +83,7 @@ TEST(PositionContradictsDrive, IsFoundAQuarterOfTheRangeBeyondWhereAnAmplifierEn
   expect_within(95.0, slowly_wiped(), [](double um) { return std::min(um, 19.7); });
 }
 
-// Ten milliseconds that nobody has stated, in a ramp of five ranges in a second.
+// Ten milliseconds that are not stated, in a ramp of five ranges in a second.
 TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
   std::deque<double> under_way(10, 0.0);
   EXPECT_EQ(highest_drive(slowly_wiped(),
@@ -179,8 +180,8 @@ TEST(PositionContradictsDrive, IsNotSaidOfAStageThatRingsWhenTheRampBegins) {
             0.0);
 }
 
-/// A stage that is honest and not what its configuration says: up to a fifth less or more steep, its mode up to 20 % off,
-/// its damping up to twofold, its sensor up to 10 ms later, noisy.
+/// A stage that is honest and not what its configuration says: up to a fifth less or more steep, its mode up
+/// to 20 % off, its damping up to twofold, its sensor up to 10 ms later, noisy.
 config::Config drawn(std::mt19937_64& random) {
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution(low, high)(random);

@@ -1,5 +1,5 @@
-// An amplifier whose relay or soft start takes its time from Enable to enabled. The controller waits for it: the
-// stage moves by the ramp of the start-up and never in a step.
+// An amplifier whose relay or soft start takes its time from Enable to enabled. The controller waits for it:
+// the stage moves by the ramp of the start-up and never in a step.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// A short storm of random faults; the long one is tests/bench/bench_storm.cpp, `ctest -C long` (docs/safety.md).
+// A short storm of random faults; the long one is tests/bench/bench_storm.cpp, `ctest -C long`
+// (docs/safety.md).
 #include "tests/support/storm.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
-// Every fault of the twin, with an amplifier that holds a setpoint and with one that interpolates. The twin begins each
-// fault by its own schedule; the fault leads to the reaction that docs/twin.md states, and the wire stays safe
-// throughout. The reaction does not depend on the control structure: one fault shows it for each.
+// Every fault of the twin, with an amplifier that holds a setpoint and with one that interpolates. The twin
+// begins each fault by its own schedule; the fault leads to the reaction that docs/twin.md states, and the
+// wire stays safe throughout. The reaction does not depend on the control structure: one fault shows it for
+// each.
 #include <gtest/gtest.h>
 
 #include <algorithm>

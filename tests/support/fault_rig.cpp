@@ -233,8 +233,8 @@ bool FaultRig::sensor_sends(can::Frame& frame) {
   return true;
 }
 
-/// Drift and jump go in one direction, so that they do not cancel each other. The load pulls slowly: the drive
-/// makes up for it until it is saturated.
+/// Drift and jump go in one direction, so that they do not cancel each other. The load pulls slowly: the
+/// drive makes up for it until it is saturated.
 void FaultRig::displace(can::Frame& sample) {
   if (is_on(Trouble::position_drifts)) offset_um_ = std::min(offset_um_ + 1.0, 7.5);
   if (is_on(Trouble::load_pulls)) offset_um_ = std::max(offset_um_ - 0.05, -7.0);

@@ -57,10 +57,10 @@ inline constexpr std::size_t trouble_count = 32;
 std::string_view to_string(Trouble trouble);
 inline void PrintTo(Trouble trouble, std::ostream* out) { *out << to_string(trouble); }
 
-/// From the deciding frame to the safe command, at 1 kHz and 1 Mbit/s (docs/safety.md). At worst the command waits
-/// for a frame on the wire, and for an emergency of each node, a status and a sample, which have a higher priority.
-/// Where a fault is decided between two steps, the next step sends the command: with the next sample, or at the
-/// SYNC after it where the sample is lost.
+/// From the deciding frame to the safe command, at 1 kHz and 1 Mbit/s (docs/safety.md). At worst the command
+/// waits for a frame on the wire, and for an emergency of each node, a status and a sample, which have a
+/// higher priority. Where a fault is decided between two steps, the next step sends the command: with the
+/// next sample, or at the SYNC after it where the sample is lost.
 inline constexpr double frame_ms = 0.135;  ///< of eight bytes, with all its stuff bits
 inline constexpr double safe_in_a_step_ms = 6 * frame_ms;
 inline constexpr double safe_between_steps_ms = 2.0 + safe_in_a_step_ms;

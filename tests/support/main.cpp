@@ -1,6 +1,6 @@
-// The main function of the test programs. Exit status: 0 passed, 1 failed, 77 passed but with skipped tests, which ctest
-// shows as skipped (SKIP_RETURN_CODE). Property tests draw HYSTCAN_CASES cases, 100 by default, the same on every run;
-// RC_PARAMS in the environment overrides this.
+// The main function of the test programs. Exit status: 0 passed, 1 failed, 77 passed but with skipped tests,
+// which ctest shows as skipped (SKIP_RETURN_CODE). Property tests draw HYSTCAN_CASES cases, 100 by default,
+// the same on every run; RC_PARAMS in the environment overrides this.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

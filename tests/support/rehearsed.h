@@ -29,7 +29,8 @@ inline double triangle_percent(const rehearsal::Outcome& outcome) {
   return 100.0 * outcome.axes[0].statistics.segments()[0].rms_um() / outcome.axes[0].stroke_um;
 }
 
-/// Allocations in one second of tracking, from 2 s after the start on. For programs with count_allocations.cpp.
+/// Allocations in one second of tracking, from 2 s after the start on. For programs with
+/// count_allocations.cpp.
 inline std::uint64_t allocations_while_tracking(const rehearsal::Setup& setup) {
   rehearsal::Rehearsal rehearsal(setup, ignore);
   rehearsal.start();

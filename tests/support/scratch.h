@@ -1,5 +1,5 @@
-// Folders and files of one test program. Tests run several at a time, and more than one build's at once: no path
-// below is another process's.
+// Folders and files of one test program. Tests run several at a time, and more than one build's at once: no
+// path below is another process's.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -190,7 +190,8 @@ TEST(AmplifierSoftStart, EndsWhereTheAmplifierIsSwitchedOff) {
   EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
 }
 
-// The output has fallen for 20 ms from 50 V, and falls until the first SYNC. 0.5 V are the frames and the soft start.
+// The output has fallen for 20 ms from 50 V, and falls until the first SYNC. 0.5 V are the frames and the
+// soft start.
 TEST(AmplifierSoftStart, BeginsWhereTheOutputIs) {
   EnableBench bench({.soft_start = milliseconds(100), .command_timeout = milliseconds(200), .slow = true});
   bench.drive(50.0, 200);

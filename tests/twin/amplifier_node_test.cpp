@@ -1,5 +1,5 @@
-// The amplifier's node at its bounds, observed at the bus: which frames it receives and obeys, when its watchdog
-// acts, and what it reports.
+// The amplifier's node at its bounds, observed at the bus: which frames it receives and obeys, when its
+// watchdog acts, and what it reports.
 #include <gtest/gtest.h>
 
 #include <span>

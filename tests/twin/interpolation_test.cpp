@@ -145,8 +145,8 @@ TEST(PlantWithAMovingTarget, HasTheSamePositionHoweverOftenItIsRead) {
   }));
 }
 
-// The output still rises for some 100 us after the target has turned. A plant with sub-steps of 1 ms that turned only at
-// their ends would keep another memory.
+// The output still rises for some 100 us after the target has turned. A plant with sub-steps of 1 ms that
+// turned only at their ends would keep another memory.
 TEST(PlantWithAMovingTarget, MissesNoTurningPointOfItsOutput) {
   const auto stage = [](can::Duration substep) {
     Plant::Config config = piezo_stage();

@@ -90,9 +90,9 @@ export class CaptureView {
 
   /** The rows of a capture that was announced. */
   take({ capture, rows, values }) {
-    const told = this.#announced.get(capture);
+    const result = this.#announced.get(capture);
     this.#announced.delete(capture);
-    if (!told) return;
+    if (!result) return;
     const names = this.greeting.columns.map(({ name }) => name);
     const columns = new Map(
       names.map((name, at) => [
@@ -106,22 +106,22 @@ export class CaptureView {
       columns.get('reference_um').map((reference, row) => reference - position[row]),
     );
     this.captures.unshift({
-      number: told.number,
-      on: told.on,
-      axis: told.axis,
-      time_s: told.trigger_time_s,
-      step: told.step,
+      number: result.number,
+      on: result.on,
+      axis: result.axis,
+      time_s: result.trigger_time_s,
+      step: result.step,
       columns,
       rows,
       isShown: true,
-      name: this.greeting.axes[told.axis].name,
+      name: this.greeting.axes[result.axis].name,
     });
     this.captures.length = Math.min(this.captures.length, most);
     this.#shown()
       .slice(shownAtOnce)
       .forEach((old) => (old.isShown = false));
-    if (!this.isRepeating) this.#tell('idle', `capture ${told.number} is here`);
-    else this.#tell('armed', `armed, capture ${told.number} is here`);
+    if (!this.isRepeating) this.#tell('idle', `capture ${result.number} is here`);
+    else this.#tell('armed', `armed, capture ${result.number} is here`);
     this.#listChanged();
   }
 

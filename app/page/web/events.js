@@ -81,20 +81,20 @@ export class ControllerNotice {
     const answer = element('span', { class: 'refusal', role: 'status' });
     const start = async () => {
       setText(answer, '');
-      const told = await this.access.startAgain();
-      if (!told.ok) setText(answer, ` It does not start: ${told.error}`);
+      const result = await this.access.startAgain();
+      if (!result.ok) setText(answer, ` It does not start: ${result.error}`);
     };
     return [element('button', { id: 'start-again', type: 'button', text: 'Start again', onclick: start }), answer];
   }
 
   #tellOfStop(isDone, error) {
-    const told = {
+    const result = {
       true: 'Stop is under way: every axis ramps down to its safe drive and is switched off. Then the controller ends.',
       false: `Stop has failed: ${error}. Run "hystcan ctl stop", or switch the amplifiers off.`,
       null: 'Stop is sent.',
     }[String(isDone)];
-    setText(byId('stop-message'), told);
-    if (isDone !== null) this.events.note(isDone ? 'warning' : 'error', told);
+    setText(byId('stop-message'), result);
+    if (isDone !== null) this.events.note(isDone ? 'warning' : 'error', result);
     this.#stopSent ||= isDone === true;
   }
 }

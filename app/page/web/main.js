@@ -18,7 +18,7 @@ import { startTheme } from './theme.js';
 import { rowsBetween, traceOfAxis } from './trace.js';
 
 const fullRate_Hz = 1000;
-const hiddenRate_Hz = 50; // a page that nobody sees needs little
+const hiddenRate_Hz = 50; // a hidden page needs little
 const slow_ms = 200; // between two updates of texts
 
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/socket`);

@@ -85,39 +85,39 @@ export class ResponseView {
 
   #showSpectrum() {
     const { values, rate_Hz, reason } = this.#error();
-    const told = values && spectrum(values, rate_Hz);
-    if (!told) return setText(byId('spectrum-text'), reason ?? 'There are too few rows for a spectrum.');
+    const result = values && spectrum(values, rate_Hz);
+    if (!result) return setText(byId('spectrum-text'), reason ?? 'There are too few rows for a spectrum.');
     const kind = byId('spectrum-kind').value;
     const unit = kind === 'density' ? 'um/sqrt(Hz)' : 'um';
-    this.spectrumChart.show(told.frequency_Hz, [{ label: `error, ${unit}`, values: told[kind], colour: 0, dash: 0 }]);
-    const top = told[kind].indexOf(Math.max(...told[kind]));
+    this.spectrumChart.show(result.frequency_Hz, [{ label: `error, ${unit}`, values: result[kind], colour: 0, dash: 0 }]);
+    const top = result[kind].indexOf(Math.max(...result[kind]));
     setText(
       byId('spectrum-text'),
-      `Largest: ${compact(told[kind][top], 3)} ${unit} at ${compact(told.frequency_Hz[top], 4)} Hz. ` +
-        `Hann window, segments of ${told.size} cycles: ${told.segments}, ${compact(rate_Hz / told.size, 3)} Hz apart.`,
+      `Largest: ${compact(result[kind][top], 3)} ${unit} at ${compact(result.frequency_Hz[top], 4)} Hz. ` +
+        `Hann window, segments of ${result.size} cycles: ${result.segments}, ${compact(rate_Hz / result.size, 3)} Hz apart.`,
     );
   }
 
   #showStep() {
     const capture = this.#capture();
-    const told = capture?.step;
-    const table = told
+    const result = capture?.step;
+    const table = result
       ? [
-          ['Step', `${plain(told.from_um, 3)} to ${plain(told.to_um, 3)} um`],
-          ['Overshoot', quantity(told.overshoot_percent, '%')],
-          ['Rise time, 10 to 90 %', told.rise_s === null ? 'not reached' : quantity(1000 * told.rise_s, 'ms', 1)],
+          ['Step', `${plain(result.from_um, 3)} to ${plain(result.to_um, 3)} um`],
+          ['Overshoot', quantity(result.overshoot_percent, '%')],
+          ['Rise time, 10 to 90 %', result.rise_s === null ? 'not reached' : quantity(1000 * result.rise_s, 'ms', 1)],
           [
-            `Settling time to ${compact(told.band_um, 3)} um`,
-            told.settling_s === null ? 'not settled' : quantity(1000 * told.settling_s, 'ms', 1),
+            `Settling time to ${compact(result.band_um, 3)} um`,
+            result.settling_s === null ? 'not settled' : quantity(1000 * result.settling_s, 'ms', 1),
           ],
-          ['Steady error', quantity(told.steady_error_um, 'um')],
-          ['Judged over', quantity(1000 * told.judged_s, 'ms', 1)],
+          ['Steady error', quantity(result.steady_error_um, 'um')],
+          ['Judged over', quantity(1000 * result.judged_s, 'ms', 1)],
         ]
       : [];
     fillTable(byId('step-rows'), table);
     setText(
       byId('step-text'),
-      told
+      result
         ? ''
         : capture
           ? 'The reference of this capture does not step at its trigger.'

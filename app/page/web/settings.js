@@ -66,9 +66,9 @@ export function settingField(key, about, apply) {
   const send = async () => {
     say('', '...');
     const trouble = commaTrouble(input.value);
-    const told = trouble ? { error: trouble } : await apply(valueOfText(input.value));
-    say(told.ok ? 'done' : 'refused', told.ok ? `${input.value} is in force` : (told.error ?? 'refused'));
-    if (told.ok) {
+    const result = trouble ? { error: trouble } : await apply(valueOfText(input.value));
+    say(result.ok ? 'done' : 'refused', result.ok ? `${input.value} is in force` : (result.error ?? 'refused'));
+    if (result.ok) {
       isTyped = false;
       inForce = input.value; // until the settings come
     }

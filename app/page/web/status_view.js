@@ -163,9 +163,9 @@ export class StatusView {
     if (!timing || byId('system').hidden) return;
     const isLog = byId('reveal-histogram').checked;
     for (const name of ['turnaround_us', 'lateness_us']) {
-      const told = timing[name];
-      const counts = told?.counts ?? told ?? [];
-      drawBars(byId(name), told?.upper_us ?? timing.upper_us ?? [], counts, isLog);
+      const result = timing[name];
+      const counts = result?.counts ?? result ?? [];
+      drawBars(byId(name), result?.upper_us ?? timing.upper_us ?? [], counts, isLog);
     }
   }
 }

@@ -288,10 +288,10 @@ const waysToSave = {
 
 /** Save and Undo save: both show first what the configuration file would get. */
 class SaveDialog {
-  /** `told(answer, words)` is called when the file is written. */
-  constructor(connection, told) {
+  /** `onWritten(answer, words)` is called when the file is written. */
+  constructor(connection, onWritten) {
     this.connection = connection;
-    this.told = told;
+    this.onWritten = onWritten;
     byId('save').addEventListener('click', () => this.#open('save'));
     byId('undo-save').addEventListener('click', () => this.#open('undo_save'));
     byId('save-confirm').addEventListener('click', () => this.#confirm());
@@ -322,7 +322,7 @@ class SaveDialog {
     byId('save-dialog').close();
     const { kept, not_applied: trouble } = answer;
     if (trouble)
-      this.told({ error: `the former file is restored, but the controller has not taken it over: ${trouble}` });
-    else this.told(answer, waysToSave[this.way].done(kept));
+      this.onWritten({ error: `the former file is restored, but the controller has not taken it over: ${trouble}` });
+    else this.onWritten(answer, waysToSave[this.way].done(kept));
   }
 }

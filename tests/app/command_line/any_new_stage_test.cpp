@@ -1,5 +1,6 @@
-// `hystcan init` on stages that nobody has built it for (any_stage.h), from their own records. The delay of the sensor is
-// stated, as a data sheet states it. Then the twin that `init` has made is replaced by the stage itself.
+// `hystcan init` on stages for which it was not built (any_stage.h), from their own records. The delay of the
+// sensor is stated, as a data sheet states it. Then the twin that `init` has made is replaced by the stage
+// itself.
 #include <gtest/gtest.h>
 
 #include <algorithm>

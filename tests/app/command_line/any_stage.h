@@ -1,8 +1,8 @@
-// Stages drawn at random about the soft stage, whose hysteresis is of another kind than the controller's model. What is stated
-// of each is up to 8 % off.
+// Stages drawn at random about the soft stage, whose hysteresis is of another kind than the controller's
+// model. What is stated of each is up to 8 % off.
 //
-//   cycle rate 500, 1000, 1500 Hz; mode 0.1 to 2 times as high, damping 0.01 to 0.1; amplifier 300 to 3000 Hz; sensor
-//   without a delay, or up to 0.6 ms; noise 0.5 to 5 nm; creep up to 2 % a decade
+//   cycle rate 500, 1000, 1500 Hz; mode 0.1 to 2 times as high, damping 0.01 to 0.1; amplifier 300 to 3000
+//   Hz; sensor without a delay, or up to 0.6 ms; noise 0.5 to 5 nm; creep up to 2 % a decade
 #pragma once
 
 #include <random>

@@ -1,4 +1,4 @@
-// `hystcan tune` on stages that nobody has tuned it for (any_stage.h). Their sensor's delay is not stated.
+// `hystcan tune` on stages for which it was not made (any_stage.h). Their sensor's delay is not stated.
 #include "tests/app/command_line/any_stage.h"
 
 #include <gtest/gtest.h>
@@ -106,8 +106,8 @@ TEST_F(AnyStage, GetsALoopThatIsNotWorseAndKeepsItsPromise) {
     std::printf("  %.2f  %s: true error %.4f um, promised %.4f, before %.4f\n", rows[i].miss(),
                 rows[i].stage.text().c_str(), rows[i].after.true_um, rows[i].promised_um,
                 rows[i].before.true_um);
-  // A mode near a whole multiple of the rate rings between the samples, which do not show it; where the mode is slow, the
-  // record does not show whether the sensor has a delay.
+  // A mode near a whole multiple of the rate rings between the samples, which do not show it; where the mode
+  // is slow, the record does not show whether the sensor has a delay.
   EXPECT_LE(missed, static_cast<std::ptrdiff_t>(rows.size() / 20));
 }
 

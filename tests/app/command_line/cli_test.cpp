@@ -78,8 +78,8 @@ TEST_F(Cli, CheckPrintsTheAllowedRangeOfKAndItsEndsAreAccepted) {
   }
 }
 
-// UTF-16, and CR alone as the end of a line, are what they are, not a mistake in the first line; the byte order mark of
-// UTF-8 is no mistake.
+// UTF-16, and CR alone as the end of a line, are what they are, not a mistake in the first line; the byte
+// order mark of UTF-8 is no mistake.
 TEST_F(Cli, NamesTheEncodingOfAFileThatItCannotRead) {
   const std::string log = "(1700000000.000000) vcan0 080#\n(1700000000.001000) vcan0 080#\n";
   const std::string cycles = "cycle,time_s,axis,state,position_um\n1,0.001,x,tracking,1.5\n";

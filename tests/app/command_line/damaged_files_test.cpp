@@ -1,5 +1,6 @@
-// Whatever is wrong in a file that a command reads, a byte, a line or a number: the command works, or it ends with status 2
-// and one line that says why, and leaves no file behind. Under a sanitizer this also looks at memory.
+// Whatever is wrong in a file that a command reads, a byte, a line or a number: the command works, or it ends
+// with status 2 and one line that says why, and leaves no file behind. Under a sanitizer this also looks at
+// memory.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -25,8 +26,8 @@ struct Command {
   std::set<int> unrefused = {done};  ///< the statuses where nothing is refused
 };
 
-/// They read the files of stage() and write beside them. There is no interface hystcan-none: status 1, as where a rehearsal
-/// ends with a fault.
+/// They read the files of stage() and write beside them. There is no interface hystcan-none: status 1, as
+/// where a rehearsal ends with a fault.
 const std::vector<Command> commands{
     {{"check", "piezo.toml"}, {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"}},
     {{"check", "galfenol.toml"}, {"galfenol.toml", "galfenol.model.toml", "galfenol.dbc"}},

@@ -102,7 +102,7 @@ TEST_F(Plot, LeavesScriptsAndDataWhereGnuplotIsMissing) {
   EXPECT_TRUE(fs::exists(picture("pi-x-loops.gp")));
 }
 
-// A run of somebody else: its axis and its file are named as they like.
+// A run of another user: its axis and its file are named as they like.
 TEST_F(Plot, TakesTheNamesOfRunsAndAxesForText) {
   const std::string rows = support::read_file(csv("pi"));
   const Words names{"x';system(\"touch EXECUTED\");#",

@@ -55,8 +55,8 @@ class RecordedRuns : public runs::ScratchRuns {
     EXPECT_NE(program.err().find(words), std::string::npos) << program.err();
   }
 
-  /// Cycle i at i s, with drive i and position 10 i. w: waiting, i: initialising at drive 7, t: tracking, m: tracking
-  /// without a sample, blank: lost.
+  /// Cycle i at i s, with drive i and position 10 i. w: waiting, i: initialising at drive 7, t: tracking, m:
+  /// tracking without a sample, blank: lost.
   void write_cycles(const char* name, const std::string& states) const {
     std::ofstream out(folder / name);
     out << "cycle,time_s,axis,state,position_um,drive,sample_missing\n";
@@ -75,7 +75,8 @@ class RecordedRuns : public runs::ScratchRuns {
 
 using Times = std::vector<double>;
 
-// The run has its start-up, 500 V/s up and down, a triangle of 10 Hz and a staircase; the excitation has loops of 1 s.
+// The run has its start-up, 500 V/s up and down, a triangle of 10 Hz and a staircase; the excitation has
+// loops of 1 s.
 TEST_F(RecordedRuns, OfTheClosedLoopGiveAModelThatPredictsAnExcitation) {
   identified({closed_loop(), "--axis", "x"});
   const json figures = printed(hystcan({"validate", path("found.toml"), excitation("x.csv"), "--json"}));
@@ -115,8 +116,8 @@ TEST_F(RecordedRuns, AndCsvFilesMakeOneModel) {
   EXPECT_LT(found["rms_percent"].get<double>(), 0.2);
 }
 
-// Half a second of the staircase, 27 to 72 V of 0 to 100 V. The old model's curves are 3 % off: it misses the excitation
-// by 0.51 %, a model of the staircase alone by 20 % and more.
+// Half a second of the staircase, 27 to 72 V of 0 to 100 V. The old model's curves are 3 % off: it misses the
+// excitation by 0.51 %, a model of the staircase alone by 20 % and more.
 TEST_F(RecordedRuns, OfALittleExcitationImproveAnOldModel) {
   const std::string old = HYSTCAN_SOURCE_DIR "/config/piezo.model.toml";
   const json found = identified({closed_loop(), "--axis", "x", "--from", "2.5", "--start", old});

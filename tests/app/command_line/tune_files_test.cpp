@@ -103,9 +103,9 @@ TEST_F(TuneFiles, ChangesOnlyTheLinesOfTheProposalInTheConfiguration) {
 TEST_F(TuneFiles, CommentsANotchOutThatTheProposalDoesNotHave) {
   shipped.edit("piezo.toml", "ki_per_s           = 409.0",
                "ki_per_s           = 100.0");  // stable with that notch
-  shipped.edit(
-      "piezo.toml", "[axis.control.in_position]",
-      "[axis.control.notch]   # mine\nfrequency_Hz = 60.0\ndepth = 0.1\nwidth = 1.0\n\n[axis.control.in_position]");
+  shipped.edit("piezo.toml", "[axis.control.in_position]",
+               "[axis.control.notch]   # mine\nfrequency_Hz = 60.0\ndepth = 0.1\nwidth = "
+               "1.0\n\n[axis.control.in_position]");
   const json found = written("piezo.toml");
   ASSERT_TRUE(found["proposed"]["notch"].is_null()) << found["proposed"];
   EXPECT_NE(read("new.toml").find("# [axis.control.notch]   # mine\n# frequency_Hz = 60.0\n"),

@@ -138,8 +138,8 @@ TEST_F(Tune, CountsAConfiguredNotchAndLowPassInThePresentLoop) {
   EXPECT_LT(present["margins"]["peak_beyond_180"], 0.7 * plain["margins"]["peak_beyond_180"].get<double>());
 }
 
-// It is stable on the plant that the configuration states, but not on the one that is found. An unstable loop is
-// neither rehearsed nor proposed.
+// It is stable on the plant that the configuration states, but not on the one that is found. An unstable loop
+// is neither rehearsed nor proposed.
 TEST_F(Tune, SaysThatThePresentLoopIsNotStable) {
   shipped.edit("piezo.toml", "kp                 = 0.05", "kp                 = 0.5");
   shipped.edit("piezo.toml", "resonance_Hz           = 500.0", "resonance_Hz           = 2000.0");

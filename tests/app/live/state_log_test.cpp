@@ -71,7 +71,8 @@ TEST_F(StateLogOfTwoAxes, NamesTheAxisWithoutWhichTheOthersBegin) {
   ASSERT_EQ(lines.size(), 3u);
   EXPECT_EQ(
       lines.back(),
-      "y: not ready, waits for an amplifier status that says ready (node 3): the other axes begin without it");
+      "y: not ready, waits for an amplifier status that says ready (node 3): the other axes begin without "
+      "it");
 }
 
 TEST_F(StateLogOfTwoAxes, NamesTheAxesThatAReadyAxisWaitsFor) {
@@ -91,7 +92,8 @@ TEST_F(StateLogOfTwoAxes, SaysTheOutputThatIsOutOfRange) {
   }
   EXPECT_EQ(
       lines.back(),
-      "x: still waits for an amplifier output within drive_min..drive_max (node 1): it is 120, expected 0 to 100 V");
+      "x: still waits for an amplifier output within drive_min..drive_max (node 1): it is 120, expected 0 to "
+      "100 V");
 }
 
 TEST_F(StateLogOfTwoAxes, SaysThatTheWatchdogHasPassedItsTrial) {

@@ -75,7 +75,8 @@ TEST(DbcLimits, OfListsInOneSection) {
 // Each of these needed gigabytes with a file of 400 kB.
 TEST(DbcLimits, OfWhatOneSectionCopiesToManyObjects) {
   const std::string expected =
-      "found a section that applies to too many objects, expected at most 67108864 bytes of copies in the file";
+      "found a section that applies to too many objects, expected at most 67108864 bytes of copies in the "
+      "file";
   const auto is_refused = [&](const std::string& text) {
     return refusal(text).ends_with(expected) ? std::string("refused") : refusal(text);
   };

@@ -71,10 +71,11 @@ INSTANTIATE_TEST_SUITE_P(
                "\"Time (ms)\",\"Drive (mV)\",\"Position (nm)\"\r\n0,1500,2.25\r\n1,-1000,3\r\n2,0,4\r\n",
                "time from Time (ms) in ms, input from Drive (mV) in mV, output from Position (nm) in nm", "V",
                "nm"},
-        Format{
-            "UnitsInWords", "Zeit in ms;Piezospannung in V;Istwert in \xC2\xB5m\n0;1,5;2,25\n1;-1;3\n2;0;4\n",
-            "time from Zeit in ms in ms, input from Piezospannung in V in V, output from Istwert in \xC2\xB5m in um",
-            "V", "um"},
+        Format{"UnitsInWords",
+               "Zeit in ms;Piezospannung in V;Istwert in \xC2\xB5m\n0;1,5;2,25\n1;-1;3\n2;0;4\n",
+               "time from Zeit in ms in ms, input from Piezospannung in V in V, output from Istwert in "
+               "\xC2\xB5m in um",
+               "V", "um"},
         Format{"UnitsBehindASlash", "t/ms,Ansteuerung/V,Sensorspannung/V\n0,1.5,2.25\n1,-1,3\n2,0,4\n",
                "time from t/ms in ms, input from Ansteuerung/V in V, output from Sensorspannung/V in V", "V",
                "V"},
@@ -82,11 +83,11 @@ INSTANTIATE_TEST_SUITE_P(
                "Zeit [s];Spannung [V];Weg [\xC2\xB5m]\n0;1,5;2,25\n0,001;-1;3\n0,002;0;4\n",
                "time from Zeit [s] in s, input from Spannung [V] in V, output from Weg [\xC2\xB5m] in um",
                "V", "um"},
-        Format{
-            "InstrumentAndALineOfUnits",
-            "Model: X-100, serial 7\nDate\t2026-11-22\n\nTime\tCurrent\tDisp\ns\tA\tum\n0\t1.5\t2.25\n0.001\t-1\t3\n"
-            "0.002\t0\t4\n",
-            "time from Time in s, input from Current in A, output from Disp in um", "A", "um"},
+        Format{"InstrumentAndALineOfUnits",
+               "Model: X-100, serial "
+               "7\nDate\t2026-11-22\n\nTime\tCurrent\tDisp\ns\tA\tum\n0\t1.5\t2.25\n0.001\t-1\t3\n"
+               "0.002\t0\t4\n",
+               "time from Time in s, input from Current in A, output from Disp in um", "A", "um"},
         Format{"MoreColumnsInAnotherOrder",
                "temperature,position_um,drive_V,time_us\n20,2.25,1.5,0\n20,3,-1,1000\n20,4,0,2000\n",
                "time from time_us in us, input from drive_V in V, output from position_um in um", "V", "um"},
@@ -154,10 +155,9 @@ TEST(LabCsvColumns, OfRoundedTimesAgreeWithTheRateAboveThem) {
 }
 
 TEST(LabCsvColumns, OfTimeContradictTheRateAboveThem) {
-  EXPECT_EQ(
-      refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
-      ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate says otherwise), or the "
-      "number of the sample");
+  EXPECT_EQ(refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
+            ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate says "
+            "otherwise), or the number of the sample");
 }
 
 TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
@@ -198,14 +198,15 @@ TEST(LabCsvRefusal, IsOfALengthThatIsScaled) {
 TEST(LabCsvRefusal, SaysWhichColumnsThereAreAndWhatIsMissing) {
   EXPECT_EQ(
       refusal("t,V1 (V),V2 (V),x\n0,1,2,3\n1,2,3,4\n"),
-      ":1:1: more than one column is the input among t, V1 (V), V2 (V), x, expected time_s, input, output, or "
-      "--columns TIME,INPUT,OUTPUT");
-  EXPECT_EQ(
-      refusal("t,V\n0,1\n1,2\n"),
-      ":1:1: no column is the output among t, V, expected time_s, input, output, or --columns TIME,INPUT,OUTPUT");
+      ":1:1: more than one column is the input among t, V1 (V), V2 (V), x, expected time_s, input, output, "
+      "or --columns TIME,INPUT,OUTPUT");
+  EXPECT_EQ(refusal("t,V\n0,1\n1,2\n"),
+            ":1:1: no column is the output among t, V, expected time_s, input, output, or --columns "
+            "TIME,INPUT,OUTPUT");
   EXPECT_EQ(
       refusal("0,1,2\n1,2,3\n"),
-      ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, 1 to 3");
+      ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, "
+      "1 to 3");
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,z"}),
             ":1:1: no column z, expected one of t, V, x, or a number from 1 to 3");
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,4"}),

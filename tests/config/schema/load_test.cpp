@@ -217,8 +217,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "ascending is of type string"}),
     [](const auto& test) { return test.param.name; });
 
-/// Replaces `what` in a copy of the shipped configuration. Expects a refusal in the line of `name`, and returns the rest
-/// of the message.
+/// Replaces `what` in a copy of the shipped configuration. Expects a refusal in the line of `name`, and
+/// returns the rest of the message.
 std::string refused_at(const std::string& name, const std::string& what, const std::string& with) {
   const support::ShippedCopy shipped;
   shipped.edit("piezo.toml", what, with);

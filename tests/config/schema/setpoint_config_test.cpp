@@ -113,7 +113,8 @@ TEST(SetpointKeys, MakeARaster) {
   const support::ShippedCopy shipped;
   shipped.edit(
       "raster.toml", "turnaround_percent = 10.0 ",
-      "both_directions = false\nflyback_percent = 25.0\nframes = 3\nslow = \"ramp\"\nturnaround_percent = 8.0");
+      "both_directions = false\nflyback_percent = 25.0\nframes = 3\nslow = \"ramp\"\nturnaround_percent = "
+      "8.0");
   shipped.edit("raster.toml", "turnaround_percent = 10.0 ",
                "both_directions = false\nflyback_percent = 25.0\nframes = 3\nturnaround_percent = 8.0");
   const Config config = load(shipped / "raster.toml");

@@ -20,7 +20,8 @@ Delays delays_of(double delay_us) {
           .damping_ratio = 0.1};
 }
 
-/// Amplifier, mode and sensor by small steps of Heun's method; the samples of a sine of setpoints after `cycles`.
+/// Amplifier, mode and sensor by small steps of Heun's method; the samples of a sine of setpoints after
+/// `cycles`.
 double sampled_after(const Delays& delays, double theta, int cycles) {
   constexpr int fine = 2000;
   const double dt_s = cycle_s / fine, omega = two_pi * delays.resonance_Hz, zeta = delays.damping_ratio;

@@ -64,7 +64,8 @@ TEST(LearningDesign, ConvergesAtEveryHarmonicForEveryResonanceInItsInterval) {
       }
 }
 
-// Without feed-forward the correction acts through PI alone, T = L / (1 + L); without PI through the feed-forward alone.
+// Without feed-forward the correction acts through PI alone, T = L / (1 + L); without PI through the
+// feed-forward alone.
 TEST(LearningDesign, ConvergesForEveryStructure) {
   const Pi::Config pi{.ki_per_s = 200.0};
   for (const Structure structure : all_structures) {

@@ -90,7 +90,8 @@ TEST(Margins, OfTheShippedPiezoStageWithItsFormerGains) {
   EXPECT_NEAR(margins.gain_margin, 5.5, 0.5);
 }
 
-// With every part: the loop of the judgement is the loop of the law (controller/control/law.h), cycle by cycle.
+// With every part: the loop of the judgement is the loop of the law (controller/control/law.h), cycle by
+// cycle.
 TEST(Margins, AgreeWithTheLawInTheTimeDomain) {
   for (const LoopConfig& config : simulated::loops()) {
     SCOPED_TRACE(simulated::name_of(config));

@@ -36,7 +36,8 @@ TEST(TrackingFloor, OfTheTriangleOfThePiezoStageIsThatOfTheDocuments) {
   EXPECT_NEAR(triangle_percent(50.0, true), 0.43, 0.05 * 0.43);
 }
 
-/// The position of the last of many periods at every fine step, with a setpoint of 1 in the first cycle of each period.
+/// The position of the last of many periods at every fine step, with a setpoint of 1 in the first cycle of
+/// each period.
 Eigen::VectorXd response_to_one_setpoint(const Delays& delays, int cycles, int per_cycle) {
   const double dt_s = cycle_s / per_cycle;
   const double lag = std::exp(-2.0 * std::numbers::pi * delays.amplifier_bandwidth_Hz * dt_s);

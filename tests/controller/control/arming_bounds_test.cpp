@@ -1,5 +1,5 @@
-// What arms an axis, at its bounds: the time of a clear, where the drive begins, the delay of the amplifier, and its
-// watchdog, which is tried by withholding commands.
+// What arms an axis, at its bounds: the time of a clear, where the drive begins, the delay of the amplifier,
+// and its watchdog, which is tried by withholding commands.
 #include <gtest/gtest.h>
 
 #include <array>

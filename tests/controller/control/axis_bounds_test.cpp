@@ -1,5 +1,5 @@
-// What an axis must not do at its bounds: ramps stay within the gate, a fault stays what it was, and a stop does
-// not hide it. Then what the axis reports.
+// What an axis must not do at its bounds: ramps stay within the gate, a fault stays what it was, and a stop
+// does not hide it. Then what the axis reports.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -50,7 +50,8 @@ TEST(Axis, WaitsForWhatItLacksAndSaysSo) {
   }
 }
 
-/// An amplifier whose output falls while its relay is open: what it commands when the relay closes is no step.
+/// An amplifier whose output falls while its relay is open: what it commands when the relay closes is no
+/// step.
 TEST(Axis, FollowsAnOutputThatFallsBeforeTheAmplifierIsEnabled) {
   IdealStage stage;
   double output = 60.0;
@@ -273,8 +274,8 @@ TEST(Axis, IsClearedOnlyWhereItIsFaultedAndThenStartsFromOffline) {
   EXPECT_NEAR(stage.axis.report().position_um, 15.0, 1e-9) << "its memory is wiped out again";
 }
 
-// A model that was identified with a lower threshold beyond the drive is the better one inside it. The upper threshold
-// alone wipes out what the actuator remembers.
+// A model that was identified with a lower threshold beyond the drive is the better one inside it. The upper
+// threshold alone wipes out what the actuator remembers.
 TEST(Axis, StartsFromTheUpperThresholdIfTheDriveDoesNotReachTheLowerOne) {
   AxisConfig config = support::piezo_axis();
   const model::Hysteresis actuator(config.law.model);

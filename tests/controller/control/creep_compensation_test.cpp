@@ -118,8 +118,8 @@ TEST_P(CreepingStructure, IsEnteredAndRetunedWithoutABump) {
   EXPECT_NEAR(loop.repeated(20.0), loop.drive, 1e-6);
 }
 
-// I = limit - F for a limit that the creep moves: from the first cycle in which the reference is within reach again, the
-// integral asks for nothing that is not there.
+// I = limit - F for a limit that the creep moves: from the first cycle in which the reference is within reach
+// again, the integral asks for nothing that is not there.
 TEST(CreepCompensation, DoesNotWindUpAtALimitThatCreeps) {
   Loop loop(config(Structure::pi, three_percent, {.kp = 0.0, .ki_per_s = 100.0}));
   for (int i = 0; i < 2000; ++i) {

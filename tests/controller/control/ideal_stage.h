@@ -1,4 +1,5 @@
-// An axis and its actuator for tests. The actuator is the model itself with its creep, without dynamics, noise or a bus.
+// An axis and its actuator for tests. The actuator is the model itself with its creep, without dynamics,
+// noise or a bus.
 #pragma once
 
 #include <algorithm>

@@ -28,7 +28,8 @@ double step(ControlLaw& law, double reference_um, double previewed_um, std::opti
   return demand.drive;
 }
 
-// After five cycles without one the error is that of the pause. Over 6 ms it would move the integral by 0.6 of itself.
+// After five cycles without one the error is that of the pause. Over 6 ms it would move the integral by 0.6
+// of itself.
 TEST(ControlLaw, IntegratesNoCyclesThatWereLeftOut) {
   ControlLaw paused = law(Structure::inverse_pi), steady = law(Structure::inverse_pi);
   const auto after = [](ControlLaw& of, double elapsed_s) {

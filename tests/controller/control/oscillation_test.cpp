@@ -34,7 +34,8 @@ constexpr double far_um = 4.0;  // following_error_um and position_jump_um are a
 /// 24 um at 10 Hz: the reference of the shipped piezo stage.
 double triangle(int n) { return 3.0 + 24.0 * std::abs((n % 100) / 50.0 - 1.0); }
 
-// Growth by 2 each half-period takes two more of them, from the swing that is large enough to the turn after it.
+// Growth by 2 each half-period takes two more of them, from the swing that is large enough to the turn after
+// it.
 TEST(Oscillation, ThatGrowsIsFoundBeforeTheErrorIsFourTimesTheAmplitude) {
   for (const double frequency_Hz : {37.0, 110.0, 180.0, 222.2, 333.3})
     for (const double growth_per_half_period : {1.002, 1.02, 1.1, 1.5, 2.0})

@@ -187,14 +187,13 @@ TEST(Raster, RefusesNumbersThatContradictEachOther) {
   raster.return_lines = 1;
   EXPECT_EQ(
       refusal(raster),
-      "lines + return_lines is 5, expected an even number: with both_directions every second frame would begin "
-      "at the other end");
+      "lines + return_lines is 5, expected an even number: with both_directions every second frame would "
+      "begin at the other end");
   raster = one_way(ScanRole::fast);
   raster.flyback_percent = 8.0;
-  EXPECT_EQ(
-      refusal(raster),
-      "turnaround_percent is 20, expected at most 16: half of it must fit into the trace and into the flyback "
-      "of 8 %");
+  EXPECT_EQ(refusal(raster),
+            "turnaround_percent is 20, expected at most 16: half of it must fit into the trace and into the "
+            "flyback of 8 %");
 }
 
 }  // namespace

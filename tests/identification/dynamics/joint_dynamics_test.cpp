@@ -26,7 +26,8 @@ model::Hysteresis hysteresis() {
                             .k_descending = 0.04});
 }
 
-/// A triangle whose amplitude grows and shrinks, at this many cycles per second, with noise of 0.1 % of the stroke.
+/// A triangle whose amplitude grows and shrinks, at this many cycles per second, with noise of 0.1 % of the
+/// stroke.
 Dataset fast_record(double frequency_Hz, int cycles, std::uint64_t seed, double zero = 0.0) {
   const model::Hysteresis model = hysteresis();
   Dataset dataset{"V", "um", {}, {}, {}};

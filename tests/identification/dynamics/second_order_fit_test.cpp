@@ -148,8 +148,8 @@ TEST(SecondOrderFit, CoversTheTruthAsOftenAsItsIntervalsState) {
   RecordProperty("gain", gain);
 }
 
-// There the samples depend on the square of the distance from half the rate: where the best frequency lies nearly on
-// it, the standard error says nothing, although the dataset does.
+// There the samples depend on the square of the distance from half the rate: where the best frequency lies
+// nearly on it, the standard error says nothing, although the dataset does.
 TEST(SecondOrderFit, DeterminesAModeAtHalfTheSamplingRate) {
   const Truth truth{500.0, 0.05, 0.15e-3};
   const Dataset exact = measured(truth, step_train(150), 900);
