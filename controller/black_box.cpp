@@ -121,7 +121,7 @@ std::filesystem::path BlackBox::file_for(const Box& box, std::chrono::system_clo
 }
 
 void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_clock::time_point when) {
-  if (config_.files == 0 || box.ring.size() == 0) return;
+  if (config_.files == 0 || box.ring.empty()) return;
   if (const auto refusal = reason_against_writing()) {
     sink_(Level::warning, fmt::format("{}: no black box was written: {}", box.name, *refusal));
     return;

@@ -67,11 +67,10 @@ TEST(CsvLog, WritesARowForEachRecord) {
   std::ifstream stream(file);
   std::stringstream text;
   text << stream.rdbuf();
-  EXPECT_NE(
-      text.str().find(
-          "\n7,0.007000000,y,tracking,none,0,3.000000,2.500000,0.500000,3.250000,10.000000,0.000000,,0,"
-          "12.000,,,,0.000000000,0.000000,0.000000,,0,0.000,0.000,0.000,0.000,0.000,0,0,0\n"),
-      std::string::npos)
+  EXPECT_NE(text.str().find(
+                "\n7,0.007000000,y,tracking,none,0,3.000000,2.500000,0.500000,3.250000,10.000000,0.000000,,0,"
+                "12.000,,,,0.000000000,0.000000,0.000000,,0,0.000,0.000,0.000,0.000,0.000,0,0,0\n"),
+            std::string::npos)
       << text.str();
 }
 
