@@ -103,7 +103,7 @@ bool terminal_hung_up() {
 
 void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealthLog& bus_log,
               const LiveRun& run) {
-  constexpr auto poll_period = std::chrono::milliseconds(20);
+  constexpr auto check_period = std::chrono::milliseconds(20);
   terminal_hung_up();  // the first call finds out whether there is a terminal
   const can::Time start = loop.scheduler().now();
   bool stopping = false;
@@ -121,10 +121,10 @@ void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealth
     bus_log.sample(can::report_of(controller.bus(), can::seconds(now - start)));
     if (stopping && controller.stopped()) return loop.stop();
     if (!stopping && must_stop(now)) stop();
-    poll->expire_at(now + poll_period);
+    poll->expire_at(now + check_period);
   });
   controller.start(run.clear_faults);
-  poll->expire_at(start + poll_period);
+  poll->expire_at(start + check_period);
   try {
     loop.run([&](int signal) {
       if (signal == SIGHUP && terminal_hung_up())
