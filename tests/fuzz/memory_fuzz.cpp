@@ -35,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::read_or_refuse(file, [&] {
     const model::OutputCreep creep({.per_decade = 0.02});
     const auto state = config::load_creep_memory(file.path(), creep, 10.0);
-    fuzz::demand(!state || state->creep.late.size() == creep.lags());
+    fuzz::demand(!state || state->creep.size() == creep.lags());
   });
   return 0;
 }
