@@ -10,6 +10,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "model/spectrum.h"
+
 namespace hystcan::metrics {
 
 class Spectrum {
@@ -31,8 +33,7 @@ class Spectrum {
   void take_segment();
 
   double rate_Hz_;
-  std::size_t length_;
-  std::vector<double> window_;
+  model::HannTransform transform_;
   std::vector<double> segment_;
   std::vector<double> powers_;  ///< sums over the segments
   std::size_t segments_ = 0;

@@ -160,9 +160,6 @@ Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& a, const Eigen::VectorX
 
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 constexpr double dependent_tolerance = 1e-12;
 constexpr double pull_to_zero = 1e-7;
 constexpr double too_far = 1e6;
