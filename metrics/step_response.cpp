@@ -2,17 +2,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hystcan::metrics {
 namespace {
 
-constexpr std::size_t least_rest = 10;  // cycles, of a jump in a record
+constexpr std::size_t least_rest = 10;  // cycles, in a record
 
-/// The first cycle in which the reference is no longer what it is in this one.
-std::size_t end_of_rest(std::span<const double> reference_um, std::size_t cycle) {
-  const auto rest = reference_um.subspan(cycle);
-  const auto end = std::ranges::find_if(rest, [&](double value) { return value != rest.front(); });
-  return cycle + static_cast<std::size_t>(end - rest.begin());
+/// A move of the reference in a record.
+struct Move {
+  double from_um = 0.0;
+  std::size_t left = 0;            ///< the first cycle in which it is no longer at the level before
+  std::size_t begin = 0, end = 0;  ///< the cycles at the new level
+};
+
+/// Calls `visit` with each move from one resting level to the next.
+template <class Visit>
+void for_each_move(std::span<const double> reference_um, Visit visit) {
+  double level_um = std::numeric_limits<double>::quiet_NaN();
+  std::size_t left = 0;
+  for (std::size_t begin = 0, end = 0; begin < reference_um.size(); begin = end) {
+    const double here_um = reference_um[begin];
+    for (end = begin + 1; end < reference_um.size() && reference_um[end] == here_um;) ++end;
+    if (!std::isnan(here_um) && end - begin < least_rest && begin > 0) continue;
+    if (std::abs(here_um - level_um) > 0.0)
+      visit(Move{.from_um = level_um, .left = left, .begin = begin, .end = end});
+    level_um = here_um;
+    left = end;
+  }
 }
 
 Step begin_step(double from_um, double to_um, double time_s, double tolerance_um) {
@@ -24,6 +41,16 @@ Step begin_step(double from_um, double to_um, double time_s, double tolerance_um
           .settled_s = {},
           .at_tenth_s = {},
           .at_nine_tenths_s = {}};
+}
+
+Step response_to(const Move& move, const Cycles& cycles, double tolerance_um) {
+  Step step =
+      begin_step(move.from_um, cycles.reference_um[move.begin], cycles.time_s[move.begin], tolerance_um);
+  for (std::size_t i = move.begin; i < move.end; ++i)
+    if (std::isfinite(cycles.position_um[i])) step.add(cycles.time_s[i], cycles.position_um[i]);
+  step.cycles = move.end - move.begin;
+  step.last_s = cycles.time_s[move.end - 1];
+  return step;
 }
 
 }  // namespace
@@ -86,33 +113,25 @@ void StepResponse::count(const Step& step, Result& result) {
 }
 
 std::optional<Step> step_at(const Cycles& cycles, std::size_t cycle, double tolerance_um) {
-  const std::span<const double> reference_um = cycles.reference_um;
-  if (cycle == 0 || cycle >= reference_um.size()) return std::nullopt;
-  const bool jumps = std::abs(reference_um[cycle] - reference_um[cycle - 1]) > 0.0;
-  const std::size_t end = end_of_rest(reference_um, cycle);
-  if (!jumps || end < cycle + least_rest) return std::nullopt;
-  Step step = begin_step(reference_um[cycle - 1], reference_um[cycle], cycles.time_s[cycle], tolerance_um);
-  for (std::size_t i = cycle; i < end; ++i)
-    if (std::isfinite(cycles.position_um[i])) step.add(cycles.time_s[i], cycles.position_um[i]);
-  step.cycles = end - cycle;
-  step.last_s = cycles.time_s[end - 1];
+  std::optional<Step> step;
+  for_each_move(cycles.reference_um, [&](const Move& move) {
+    if (move.left <= cycle && cycle <= move.begin) step = response_to(move, cycles, tolerance_um);
+  });
   return step;
 }
 
 std::optional<Step> largest_step(const Cycles& cycles, double tolerance_um, std::size_t& begin) {
-  const std::span<const double> reference_um = cycles.reference_um;
-  if (reference_um.size() <= least_rest) return std::nullopt;
-  const auto [low, high] = std::ranges::minmax(reference_um);
-  begin = 0;
-  double largest_um = 0.5 * (high - low);
-  for (std::size_t i = 1; i < reference_um.size(); ++i) {
-    const double change_um = std::abs(reference_um[i] - reference_um[i - 1]);
-    if (!(change_um > 0.0) || change_um < largest_um || end_of_rest(reference_um, i) < i + least_rest)
-      continue;
-    begin = i;
-    largest_um = change_um;
-  }
-  return step_at(cycles, begin, tolerance_um);
+  std::optional<Move> largest;
+  double largest_um = 0.0;
+  for_each_move(cycles.reference_um, [&](const Move& move) {
+    const double moved_um = std::abs(cycles.reference_um[move.begin] - move.from_um);
+    if (moved_um <= largest_um) return;
+    largest = move;
+    largest_um = moved_um;
+  });
+  if (!largest) return std::nullopt;
+  begin = largest->begin;
+  return response_to(*largest, cycles, tolerance_um);
 }
 
 void HoldNoise::add(double reference_um, double position_um, double band_um, bool at_rest) {

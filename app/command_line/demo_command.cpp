@@ -188,7 +188,7 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
 }
 
 int run_demo(const DemoArguments& options) {
-  if (!options.page.empty()) return run_demo_page(options.config, shipped_file("piezo.toml"), options.page);
+  if (!options.page.empty()) return run_demo_page(options.config, options.page);
   const config::Config config =
       config::load(options.config.empty() ? shipped_file("piezo.toml") : options.config);
   create_folder(options.output);

@@ -18,6 +18,7 @@
 #include "app/live/samples.h"
 #include "app/live/twin_command_handler.h"
 #include "app/page/page_host.h"
+#include "app/stage/shipped.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "config/schema/settings.h"
@@ -151,11 +152,10 @@ class Rehearsals {
 
 }  // namespace
 
-int run_demo_page(const std::filesystem::path& given, const std::filesystem::path& shipped,
-                  const std::string& listen) {
+int run_demo_page(const std::filesystem::path& given, const std::string& listen) {
   const TemporaryFolder folder;
   const std::filesystem::path file =
-      given.empty() ? copy_of(shipped, folder) : std::filesystem::absolute(given);
+      given.empty() ? copy_of(shipped_file("piezo.toml"), folder) : std::filesystem::absolute(given);
   std::optional<Rehearsals> rehearsals;
   const std::string token = new_token();
   PageHost host({.config = file,

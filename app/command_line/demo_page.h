@@ -6,8 +6,7 @@
 
 namespace hystcan::app {
 
-/// Until a signal. Without `config` a copy of `shipped`, so that the page cannot change the original.
-int run_demo_page(const std::filesystem::path& config, const std::filesystem::path& shipped,
-                  const std::string& listen);
+/// Until a signal. Without `config` a copy of the shipped stage, so that the page cannot change the original.
+int run_demo_page(const std::filesystem::path& config, const std::string& listen);
 
 }  // namespace hystcan::app

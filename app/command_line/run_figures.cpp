@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "base/error.h"
 #include "controller/control/axis.h"
@@ -17,7 +18,8 @@ constexpr std::size_t longest_step = 2'000'000;  // rows in which a step is look
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<std::string> needed{"time_s", "state", "reference_um", "position_um", "drive"};
-const std::vector<std::string> wanted{"turnaround_us", "lateness_us", "sample_missing"};
+const std::vector<std::string> wanted{"turnaround_us", "lateness_us", "sample_missing", "segment",
+                                      "shape_time_s"};
 
 std::vector<std::string> columns_of(const runs::Run& run, std::size_t axis) {
   std::vector<std::string> columns = needed;
@@ -82,6 +84,8 @@ class Gatherer {
         turnaround_(place_in(columns, "turnaround_us")),
         lateness_(place_in(columns, "lateness_us")),
         missing_(place_in(columns, "sample_missing")),
+        segment_(place_in(columns, "segment")),
+        shape_time_(place_in(columns, "shape_time_s")),
         rate_Hz_(rate_Hz),
         tolerance_um_(tolerance_um),
         drive_(rate_Hz * figures.drive_delay_s) {}
@@ -94,14 +98,17 @@ class Gatherer {
     const auto value = [&](std::size_t column) {
       return column < columns.size() ? columns[column][i] : nothing;
     };
-    add(row, value(missing_) == 1.0);
+    // A transition to a segment is no step of it: the levels count anew from the segment's beginning.
+    const bool is_between =
+        value(shape_time_) == 0.0 || std::exchange(in_segment_, value(segment_)) != value(segment_);
+    add(row, value(missing_) == 1.0, is_between);
     figures_.turnaround_us.add(value(turnaround_));  // what is nothing does not count
     figures_.lateness_us.add(value(lateness_));
   }
 
   void finish() {
     std::size_t begin = 0;
-    figures_.step = metrics::largest_step({time_s_, reference_um_, position_um_}, tolerance_um_, begin);
+    figures_.step = metrics::largest_step({time_s_, level_um_, position_um_}, tolerance_um_, begin);
     if (!figures_.step) return;
     const std::size_t length = std::min(figures_.step->cycles, static_cast<std::size_t>(0.1 * rate_Hz_) + 10);
     for (std::size_t i = begin - std::min(begin, length / 5); i < begin + length; ++i)
@@ -115,21 +122,25 @@ class Gatherer {
   }
 
   /// A step is judged by the samples that the controller has had.
-  void add(const PlotRow& row, bool is_missing) {
+  void add(const PlotRow& row, bool is_missing, bool is_between) {
     figures_.error.add(row.error_um);
     figures_.rows.add(row);
     figures_.spectrum.add(row.error_um);
     if (time_s_.size() == longest_step) return;
     time_s_.push_back(row.time_s);
     reference_um_.push_back(row.reference_um);
+    level_um_.push_back(is_between ? nothing : row.reference_um);
     position_um_.push_back(is_missing ? nothing : row.position_um);
   }
 
   RunFigures& figures_;
-  std::size_t turnaround_, lateness_, missing_;  ///< columns; beyond the last one: not there
+  std::size_t turnaround_, lateness_, missing_, segment_,
+      shape_time_;  ///< columns; beyond the last: not there
   double rate_Hz_, tolerance_um_;
   DelayedDrive drive_;
+  double in_segment_ = nothing;
   std::vector<double> time_s_, reference_um_, position_um_;
+  std::vector<double> level_um_;  ///< the reference; NaN between the segments
 };
 
 using TableRow = std::vector<std::string>;

@@ -153,6 +153,7 @@ void add_validate(CLI::App& cli, int& status) {
                     "the hysteresis alone, without [creep] and [dynamics] of the model file");
   command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);
   command->add_option("--output", options->output, "write time_s,input,output,predicted (CSV)");
+  add_layout_options(*command, options->input);
   add_interval_options(*command, options->input);
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_validate(*options); });

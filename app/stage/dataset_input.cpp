@@ -192,9 +192,17 @@ Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
   return dataset;
 }
 
+/// The columns, rate and units of a run are known.
+Dataset load_run(const std::filesystem::path& run, const DatasetInput& input) {
+  const config::DatasetLayout& layout = input.layout;
+  if (!layout.columns.empty() || layout.rate_Hz || layout.output_scale)
+    throw Error(
+        fmt::format("{}: a recorded run, expected no --columns, --rate and --output-scale", run.string()));
+  return app::load_run(run, input.axis, span_of(input));
+}
+
 Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
-  Dataset dataset =
-      is_recorded_run(file) ? load_run(file, input.axis, span_of(input)) : load_csv(file, input);
+  Dataset dataset = is_recorded_run(file) ? load_run(file, input) : load_csv(file, input);
   settle(dataset.input_unit, input.input_unit, unit_of_input, file);
   settle(dataset.output_unit, input.output_unit, unit_of_output, file);
   return dataset;
@@ -243,17 +251,21 @@ void add_column_options(CLI::App& command, config::DatasetLayout& layout) {
       ->check(finite_number());
 }
 
-void add_interval_options(CLI::App& command, DatasetInput& input) {
+void add_layout_options(CLI::App& command, DatasetInput& input) {
   add_column_options(command, input.layout);
   command
       .add_option("--rate", input.layout.rate_Hz,
                   "sampling rate in Hz, where there is no time or it is the number of the sample")
       ->check(positive_number());
+}
+
+void add_interval_options(CLI::App& command, DatasetInput& input) {
   command.add_option("--from", input.from_s, "leave out the rows before this time_s")->check(finite_number());
   command.add_option("--to", input.to_s, "leave out the rows after this time_s")->check(finite_number());
 }
 
 void add_dataset_options(CLI::App& command, DatasetInput& input) {
+  add_layout_options(command, input);
   add_interval_options(command, input);
   command.add_option(unit_of_input.option, input.input_unit,
                      "unit of the input, if the file does not state it: V, A");

@@ -45,7 +45,9 @@ runs::TimeSpan span_of(const DatasetInput& input);
 
 /// --columns, --output-scale.
 void add_column_options(CLI::App& command, config::DatasetLayout& layout);
-/// These, --rate, --from, --to.
+/// These, --rate.
+void add_layout_options(CLI::App& command, DatasetInput& input);
+/// --from, --to.
 void add_interval_options(CLI::App& command, DatasetInput& input);
 /// All of them, --input-unit, --output-unit.
 void add_dataset_options(CLI::App& command, DatasetInput& input);

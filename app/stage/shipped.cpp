@@ -1,16 +1,24 @@
 #include "app/stage/shipped.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <system_error>
+
+#include "base/error.h"
 
 namespace hystcan::app {
 namespace {
 
 std::filesystem::path shipped_folder() {
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  for (const auto& folder : {program / "../share/hystcan", program / "../../config"})
-    if (std::filesystem::exists(folder / "piezo.toml")) return folder.lexically_normal();
-  return "config";
+  const auto installed = (program / "../share/hystcan").lexically_normal();
+  const auto of_the_tree = (program / "../../config").lexically_normal();
+  for (const auto& folder : {installed, of_the_tree})
+    if (std::filesystem::exists(folder / "piezo.toml")) return folder;
+  throw Error(fmt::format(
+      "the shipped configurations are neither in {} nor in {}, expected piezo.toml in one of them",
+      installed.string(), of_the_tree.string()));
 }
 
 }  // namespace

@@ -197,7 +197,11 @@ can::Duration Reader::read_duration(const toml::node& node, std::string_view key
   if (std::abs(value) > year_ns / unit_ns)
     document_.fail(node.source(),
                    fmt::format("{} is {}, expected at most a year, {}", key, value, year_ns / unit_ns));
-  return can::Duration(std::llround(value * unit_ns));
+  const can::Duration duration(std::llround(value * unit_ns));
+  if (value != 0.0 && duration == can::Duration::zero())
+    document_.fail(node.source(),
+                   fmt::format("{} is {}, expected at least a nanosecond, {}", key, value, 1.0 / unit_ns));
+  return duration;
 }
 
 std::vector<double> Reader::read_numbers(const toml::node& node, std::string_view key, Range range) const {

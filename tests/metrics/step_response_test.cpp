@@ -112,6 +112,45 @@ TEST(StepResponse, IsTheSameCycleByCycleAndFromARecord) {
   }
 }
 
+/// Rests at 2 um, goes to 3, in 30 cycles to 7, back to 5, and after a transition at 15.
+struct Staircase {
+  std::vector<double> time_s, reference_um;
+  Staircase() {
+    for (const double level_um : {2.0, 3.0}) add(100, level_um);
+    for (int i = 1; i < 30; ++i) add(1, 3.0 + 4.0 * i / 30.0);
+    for (const double level_um : {7.0, 5.0}) add(100, level_um);
+    add(200, std::nan(""));
+    add(100, 15.0);
+  }
+  void add(int cycles, double um) {
+    while (cycles-- > 0)
+      reference_um.push_back(um), time_s.push_back(1e-3 * static_cast<double>(time_s.size()));
+  }
+};
+
+TEST(StepResponse, OfARecordIsThatOfTheLargestMoveBetweenLevelsThatNoTransitionDivides) {
+  const Staircase stairs;
+  std::size_t begin = 0;
+  const auto step = largest_step({stairs.time_s, stairs.reference_um, stairs.reference_um}, 0.0, begin);
+  ASSERT_TRUE(step);
+  EXPECT_EQ(step->from_um, 3.0);
+  EXPECT_EQ(step->to_um, 7.0);
+  EXPECT_EQ(begin, 229U) << "where it comes to rest";
+  EXPECT_EQ(step->cycles, 100U);
+}
+
+TEST(StepResponse, OfACycleIsThatOfTheMoveWhichItIsIn) {
+  const Staircase stairs;
+  const Cycles cycles{stairs.time_s, stairs.reference_um, stairs.reference_um};
+  for (const std::size_t on_its_way : {200U, 210U, 229U}) {
+    ASSERT_TRUE(step_at(cycles, on_its_way, 0.0)) << on_its_way;
+    EXPECT_EQ(step_at(cycles, on_its_way, 0.0)->to_um, 7.0);
+  }
+  EXPECT_FALSE(step_at(cycles, 230, 0.0));
+  EXPECT_FALSE(step_at(cycles, 99, 0.0));
+  EXPECT_EQ(step_at(cycles, 100, 0.0)->to_um, 3.0);
+}
+
 TEST(StepResponse, OfARecordIsNotFoundInATriangle) {
   std::vector<double> time_s, reference;
   for (int i = 0; i < 1000; ++i) time_s.push_back(1e-3 * i), reference.push_back(std::abs(i % 200 - 100));

@@ -170,6 +170,13 @@ TEST_F(RecordedRuns, AreNotAnyFolder) {
                  path("run.json") + ": cannot be read");
 }
 
+TEST_F(RecordedRuns, NeedNoWordAboutTheirColumns) {
+  write_cycles("cycles.csv", "wttttt");
+  for (const char* option : {"--columns=1,2,3", "--rate=1000", "--output-scale=2"})
+    expect_refused(hystcan({"identify", path("cycles.csv"), option, "--output", path("found.toml")}),
+                   "a recorded run, expected no --columns, --rate and --output-scale");
+}
+
 TEST_F(RecordedRuns, AreNeededForAnAxis) {
   expect_refused(hystcan({"identify", excitation("x.csv"), "--axis", "x", "--output", path("found.toml")}),
                  "--axis is x, expected a recorded run, or --for");

@@ -60,6 +60,7 @@ TEST_F(FiguresOfARun, HaveTheStepThatTheControllerHasSeen) {
   const std::filesystem::path run = recorder.start();
   for (std::uint64_t cycle = 1; cycle <= 50; ++cycle) {
     controller::CycleRecord record = tracked(cycle);
+    record.report.point.shape_time_s = record.time_s;
     record.report.reference_um = cycle < 20 ? 5.0 : 15.0;
     record.report.position_um = record.report.reference_um + (cycle == 25 ? 3.0 : 0.0);
     record.report.sample_missing = cycle == 25;
@@ -71,6 +72,24 @@ TEST_F(FiguresOfARun, HaveTheStepThatTheControllerHasSeen) {
   EXPECT_EQ(of.step->band_um, config.axes[0].control.in_position->tolerance_um);
   EXPECT_EQ(of.step->overshoot(), 0.0) << "without the sample that was bridged";
   EXPECT_EQ(of.step->settling_s(), 0.0);
+}
+
+/// The controller counts the levels of a segment anew after the transition to it.
+TEST_F(FiguresOfARun, HaveNoStepFromATransitionHoweverFarItGoes) {
+  runs::Recorder recorder = make();
+  const std::filesystem::path run = recorder.start();
+  for (std::uint64_t cycle = 1; cycle <= 80; ++cycle) {
+    controller::CycleRecord record = tracked(cycle);
+    record.report.reference_um = cycle < 20 ? 1.0 : cycle < 40 ? 20.0 : cycle < 60 ? 21.0 : 20.0;
+    record.report.position_um = record.report.reference_um;
+    record.report.point.shape_time_s = cycle < 20 ? 0.0 : 1e-3 * static_cast<double>(cycle - 19);
+    recorder.add(record);
+  }
+  recorder.finish();
+  const RunFigures of = figures_of(runs::RecordedRun(run), 0, {});
+  ASSERT_TRUE(of.step);
+  EXPECT_EQ(of.step->from_um, 20.0);
+  EXPECT_EQ(of.step->to_um, 21.0) << "the first of two equal ones";
 }
 
 RunFigures figures() {

@@ -129,6 +129,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"Infinite", "piezo.toml", "slew_V_per_s       = 20_000.0", "slew_V_per_s = inf",
                  "slew_V_per_s is inf"},
         BadInput{"NegativeRate", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = -1000.0", "rate_Hz is -1000"},
+        BadInput{"TimeThatWouldBeZero", "piezo.toml", "heartbeat_ms = 100.0", "heartbeat_ms = 4e-7",
+                 "heartbeat_ms is 4e-07, expected at least a nanosecond, 1e-06"},
         BadInput{"NotToml", "piezo.toml", "[controller]", "[controller", "expected TOML"},
         BadInput{"UnknownStructure", "piezo.toml", "\"inverse+pi\"", "\"pid\"", "structure is \"pid\""},
         BadInput{"UnknownSetpoint", "piezo.toml", "\"triangle\"", "\"zigzag\"", "kind is \"zigzag\""},
