@@ -15,9 +15,6 @@
 #include "base/error.h"
 #include "base/log_sink.h"
 #include "base/standard_streams.h"
-#include "can/dbc/database.h"
-#include "can/log/candump.h"
-#include "can/socketcan/socketcan_bus.h"
 #include "config/schema/config.h"
 
 namespace {
@@ -70,16 +67,12 @@ int report_errors(const Command& command) {
     return command();
   } catch (const Error& error) {
     return print_error(error, bad_input);
-  } catch (const can::DbcError& error) {
-    return print_error(error, bad_input);
-  } catch (const can::CandumpError& error) {
-    return print_error(error, bad_input);
   } catch (const std::invalid_argument& error) {
     return print_error(error, bad_input);
   } catch (const std::system_error& error) {
     if (!is_lost_output()) return print_error(error, failed);
     return print_error(lost_output_text(error.code().message()), failed);
-  } catch (const std::exception& error) {  // InterfaceError, RunError, a full disk
+  } catch (const std::exception& error) {  // RunError, a full disk
     return print_error(error, failed);
   }
 }

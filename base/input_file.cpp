@@ -23,10 +23,10 @@ class DescriptorBuffer : public std::streambuf {
   explicit DescriptorBuffer(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
 
   /// Waits until a process has the FIFO open for writing. Without one, a read ends at once.
-  void await_writer(std::chrono::milliseconds patience) {
+  void await_writer(std::chrono::milliseconds timeout) {
     using WaitClock = std::chrono::steady_clock;
     constexpr int pause_ms = 10;
-    const auto deadline = WaitClock::now() + patience;
+    const auto deadline = WaitClock::now() + timeout;
     while (true) {
       const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
       if (received > 0) return take(received);
@@ -62,7 +62,7 @@ class InputStream : public std::istream {
   explicit InputStream(Descriptor descriptor) : std::istream(nullptr), buffer_(std::move(descriptor)) {
     rdbuf(&buffer_);
   }
-  void await_writer(std::chrono::milliseconds patience) { buffer_.await_writer(patience); }
+  void await_writer(std::chrono::milliseconds timeout) { buffer_.await_writer(timeout); }
 
  private:
   DescriptorBuffer buffer_;
@@ -95,7 +95,7 @@ std::string read_regular_file(const std::filesystem::path& file, std::size_t lar
 }
 
 std::unique_ptr<std::istream> open_input(const std::filesystem::path& file,
-                                         std::chrono::milliseconds patience) {
+                                         std::chrono::milliseconds timeout) {
   Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   const int number = descriptor.get();
   if (number < 0) refuse_input(errno);
@@ -103,7 +103,7 @@ std::unique_ptr<std::istream> open_input(const std::filesystem::path& file,
   if (::fstat(number, &found) != 0) refuse_input(errno);
   if (S_ISDIR(found.st_mode)) refuse_input(EISDIR);
   auto stream = std::make_unique<InputStream>(std::move(descriptor));
-  if (S_ISFIFO(found.st_mode)) stream->await_writer(patience);
+  if (S_ISFIFO(found.st_mode)) stream->await_writer(timeout);
   if (::fcntl(number, F_SETFL, ::fcntl(number, F_GETFL) & ~O_NONBLOCK) != 0) refuse_input(errno);
   return stream;
 }

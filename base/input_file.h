@@ -44,12 +44,12 @@ class FileError : public std::runtime_error {
 std::string read_regular_file(const std::filesystem::path& file, std::size_t largest);
 
 /// How long a FIFO may wait for a process that opens it for writing.
-inline constexpr std::chrono::seconds patience_with_a_fifo{3};
+inline constexpr std::chrono::seconds fifo_open_timeout{3};
 
 /// A file that is read once from its beginning. It may be a pipe (/dev/stdin, a FIFO). Throws FileError if
 /// the file cannot be opened, is a directory, or is a FIFO that no program opens for writing. A signal that
 /// interrupts a wait for data makes the stream bad().
 std::unique_ptr<std::istream> open_input(const std::filesystem::path& file,
-                                         std::chrono::milliseconds patience = patience_with_a_fifo);
+                                         std::chrono::milliseconds timeout = fifo_open_timeout);
 
 }  // namespace hystcan

@@ -18,7 +18,7 @@ namespace hystcan {
 namespace {
 
 /// How long the end of the program waits for a reader that reads nothing.
-constexpr auto reader_patience = std::chrono::milliseconds(500);
+constexpr auto reader_timeout = std::chrono::milliseconds(500);
 /// How often the thread looks whether the program ends.
 constexpr auto write_slice = std::chrono::milliseconds(50);
 
@@ -50,11 +50,11 @@ class LogSink::Queue {
     changed_.notify_all();
   }
 
-  /// Returns when all is written, or when nothing was written for `reader_patience`.
+  /// Returns when all is written, or when nothing was written for `reader_timeout`.
   void wait_until_written() {
     std::unique_lock lock(mutex_);
     for (std::size_t before = written_; !is_empty(); before = written_)
-      if (!changed_.wait_for(lock, reader_patience, [&] { return is_empty() || written_ != before; })) return;
+      if (!changed_.wait_for(lock, reader_timeout, [&] { return is_empty() || written_ != before; })) return;
   }
 
   /// Returns true if the thread has ended.
@@ -62,7 +62,7 @@ class LogSink::Queue {
     std::unique_lock lock(mutex_);
     ending_ = true;
     changed_.notify_all();
-    return changed_.wait_for(lock, reader_patience, [&] { return ended_; });
+    return changed_.wait_for(lock, reader_timeout, [&] { return ended_; });
   }
 
   void run() {

@@ -82,9 +82,9 @@ std::string lost_output_text(std::string_view reason) {
   return fmt::format("standard output: cannot be written: {}", reason);
 }
 
-Written write_within(int descriptor, std::string_view& text, std::chrono::milliseconds patience) {
+Written write_within(int descriptor, std::string_view& text, std::chrono::milliseconds timeout) {
   using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + patience;
+  const auto deadline = Clock::now() + timeout;
   while (!text.empty()) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
     pollfd stream{.fd = descriptor, .events = POLLOUT, .revents = 0};

@@ -60,8 +60,8 @@ void note(fmt::format_string<Values...> format, Values&&... values) {
 
 enum class Written : std::uint8_t { all, timed_out, failed };
 
-/// Writes the text to the descriptor and waits at most `patience` for its reader. Removes what was written
+/// Writes the text to the descriptor and waits at most `timeout` for its reader. Removes what was written
 /// from the text. It does not use the buffers of stdio.
-Written write_within(int descriptor, std::string_view& text, std::chrono::milliseconds patience);
+Written write_within(int descriptor, std::string_view& text, std::chrono::milliseconds timeout);
 
 }  // namespace hystcan

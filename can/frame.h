@@ -1,7 +1,6 @@
 // One CAN frame as on the wire: identifier without flag bits, kind, payload.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -25,28 +24,18 @@ struct Frame {
 };
 
 /// The arbitration field as a number, in the order of its bits on the wire. The lowest number wins.
-constexpr std::uint32_t arbitration_key(std::uint32_t id, bool extended, bool remote = false) {
-  if (!extended) return id << 21U | std::uint32_t{remote} << 20U;
-  return id >> 18U << 21U | std::uint32_t{3} << 19U | (id & 0x3FFFFU) << 1U | std::uint32_t{remote};
-}
+std::uint32_t arbitration_key(std::uint32_t id, bool extended, bool remote = false);
 
 /// True: the identifier has at most 11 bits, or 29 bits.
-constexpr bool is_identifier(std::uint32_t id, bool extended) {
-  return id <= (extended ? 0x1FFF'FFFFU : 0x7FFU);
-}
+bool is_identifier(std::uint32_t id, bool extended);
 
 /// The payloads of CAN FD that are longer than 8 bytes. Their codes in the frame (DLC) are 9 to 15.
 inline constexpr std::array<std::uint8_t, 7> fd_lengths{12, 16, 20, 24, 32, 48, 64};
 
 /// Payload bytes on the wire. A length of 0..8 stays; a longer message takes the next length of CAN FD.
-constexpr std::uint8_t wire_length(std::uint8_t message_length) {
-  if (message_length <= 8) return message_length;
-  return *std::ranges::lower_bound(fd_lengths, std::min<std::uint8_t>(message_length, 64));
-}
+std::uint8_t wire_length(std::uint8_t message_length);
 
 /// The kind of frame that carries a message of this length.
-constexpr FrameKind wire_kind(std::size_t message_length) {
-  return message_length > 8 ? FrameKind::fd : FrameKind::data;
-}
+FrameKind wire_kind(std::size_t message_length);
 
 }  // namespace hystcan::can

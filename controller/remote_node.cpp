@@ -84,8 +84,8 @@ std::string describe(const ForeignAccess& access) {
   return parts.empty() ? "" : fmt::format("{} of another node", fmt::join(parts, ", "));
 }
 
-RemoteNode::RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup)
-    : node_(node), heartbeat_(heartbeat_timeout), setup_(node, setup) {}
+RemoteNode::RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, can::SdoSetup setup)
+    : node_(node), heartbeat_(heartbeat_timeout), setup_(std::move(setup)) {}
 
 bool RemoteNode::on_heartbeat(const can::Frame& frame, can::Time now) {
   if (heartbeat_checker_.check(frame)) return false;

@@ -66,7 +66,7 @@ std::string describe(const ForeignAccess& access);
 /// A node is set up before it is started, and again after each boot-up, because it may have lost its set-up.
 class RemoteNode {
  public:
-  RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, const can::SdoSetup::Config& setup);
+  RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, can::SdoSetup setup);
 
   /// True if the node has booted up.
   bool on_heartbeat(const can::Frame& frame, can::Time now);

@@ -27,7 +27,8 @@ can::E2eChecker checker_of(const can::Layout<can::AmpCommand>& layout) {
 
 SensorLink::SensorLink(const can::AxisWire& wire, can::Duration heartbeat_timeout,
                        const can::Database& database)
-    : RemoteNode(wire.sensor_node, heartbeat_timeout, {wire.sensor_setup, wire.setup_patience}),
+    : RemoteNode(wire.sensor_node, heartbeat_timeout,
+                 {wire.sensor_node, wire.sensor_setup, wire.setup_patience}),
       decode_(*can::find_layout<can::SensorSample>(database, wire)),
       names_its_sync_(can::message_map<can::SensorSample>(wire)->carries("sync_counter")) {}
 
@@ -65,7 +66,8 @@ void SensorLink::take_health(can::Time now, AxisInput& input) {
 
 AmplifierLink::AmplifierLink(const can::AxisWire& wire, const Axis& axis, can::Duration heartbeat_timeout,
                              const can::Database& database)
-    : RemoteNode(wire.amplifier_node, heartbeat_timeout, {wire.amplifier_setup, wire.setup_patience}),
+    : RemoteNode(wire.amplifier_node, heartbeat_timeout,
+                 {wire.amplifier_node, wire.amplifier_setup, wire.setup_patience}),
       axis_(axis),
       encode_(*can::find_layout<can::AmpCommand>(database, wire)),
       foreign_command_(checker_of(*can::find_layout<can::AmpCommand>(database, wire))) {

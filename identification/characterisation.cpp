@@ -179,7 +179,7 @@ model::Symmetry symmetry_of(const Dataset& dataset) {
     H += T * T.transpose();
     g += T * dataset.output[i];
   }
-  const Eigen::VectorXd c = OrthogonalDecomposition(H, 1e-15).solve(g);
+  const Eigen::VectorXd c = shortest_solution(H, g, 1e-15);
   double even = 0.0, odd = 0.0;
   for (Eigen::Index i = 1; i <= order; ++i) (i % 2 == 0 ? even : odd) += c[i] * c[i];
   return odd < 0.01 * even ? model::Symmetry::even : model::Symmetry::none;

@@ -21,12 +21,13 @@ inline constexpr double least_span = 1e-12;
 
 /// Columns of equal length. Every number is finite and within the limits, and time increases strictly.
 struct Dataset {
-  std::string input_unit;  ///< empty: unknown
-  std::string output_unit;
-  std::vector<double> time_s;
-  std::vector<double> input;
-  std::vector<double> output;
+  std::string input_unit{};  ///< empty: unknown
+  std::string output_unit{};
+  std::vector<double> time_s{};
+  std::vector<double> input{};
+  std::vector<double> output{};
   std::vector<double> weight{};  ///< of each sample's error in a fit; empty: all 1
+  std::vector<int> fold{};       ///< of each sample in a fit: from 0 on, or Regression::left_out
   std::vector<std::vector<double>>
       regressors{};  ///< columns that are fitted to it beside the curves, not weighted
 

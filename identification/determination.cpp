@@ -25,7 +25,7 @@ class Valley {
          const std::function<bool()>& go_on)
       : trial_(found.trial),
         number_(number),
-        fit_(problem, found.shape, SeparableFit::Scan::coarse),
+        fit_(problem, found.shape, SeparableFit::coarse_scan),
         go_on_(go_on),
         largest_rms_(nearly_best * fit_.fit(trial_).rms) {}
 
@@ -86,7 +86,7 @@ class Valley {
 // Searches outwards from the best k, in steps that grow by half each time.
 model::Interval pace_range(const Problem& problem, const SearchResult& found, double Trial::*k,
                            const std::function<bool()>& go_on) {
-  SeparableFit fit(problem, found.shape, SeparableFit::Scan::coarse);
+  SeparableFit fit(problem, found.shape, SeparableFit::coarse_scan);
   Trial trial = found.trial;
   const double best = trial.*k, largest_rms = 1.05 * fit.fit(trial).rms;
   const auto is_as_good = [&](double value) {
@@ -127,7 +127,7 @@ std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult
   Valley valley(problem, found, &Trial::delay_s, go_on);
   const double step_s = std::max(0.1 * shortest_s, 0.05 * found.trial.delay_s);
   const Trial low = valley.farthest(-step_s), high = valley.farthest(step_s);
-  SeparableFit fine(problem, found.shape, SeparableFit::Scan::fine);
+  SeparableFit fine(problem, found.shape, SeparableFit::fine_scan);
   const Fitted of_low = fine.fit(low), of_high = fine.fit(high);
   if (!of_low.valid || !of_high.valid) return std::nullopt;
   const auto first = model::Hysteresis::beyond_limit(of_low.parameters);
@@ -167,7 +167,7 @@ Landscape landscape(const std::vector<Dataset>& datasets, const Identified& iden
   for (std::size_t i = 0; i < datasets.size(); ++i)
     problem.nuisances.push_back({identified.offsets[i] != 0.0, identified.drifts[i] != 0.0});
   problem.regressors = static_cast<Eigen::Index>(seen.front().regressors.size());
-  SeparableFit fit(problem, identified.search.shape, SeparableFit::Scan::coarse);
+  SeparableFit fit(problem, identified.search.shape, SeparableFit::coarse_scan);
   const double span = identified.parameters.input_range().span();
   const auto grid = [&](double best) {
     const double middle = std::asinh(best * span);

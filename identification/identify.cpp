@@ -154,7 +154,7 @@ class Identification {
     if (result_.creep && !options_.creep_per_decade && options_.go_on())
       result_.creep_range = creep_range(problem_, result_.search, options_.go_on);
     if (problem_.whole_excerpts && options_.go_on())
-      result_.left_out = SeparableFit(problem_, result_.search.shape, SeparableFit::Scan::coarse)
+      result_.left_out = SeparableFit(problem_, result_.search.shape, SeparableFit::coarse_scan)
                              .left_out(result_.search.trial);
     result_.stopped = !options_.go_on();
     return result_;
@@ -251,7 +251,7 @@ class Identification {
   void fit_all() {
     Folds one_fold = result_.folds;
     const Problem all = options_.go_on() ? unfolded(problem_, datasets(), one_fold) : problem_;
-    SeparableFit fit(all, result_.search.shape, SeparableFit::Scan::fine);
+    SeparableFit fit(all, result_.search.shape, SeparableFit::fine_scan);
     Trial& trial = result_.search.trial;
     const Fitted fitted = fit_to_all(fit, trial);
     result_.parameters = fitted.parameters;

@@ -12,6 +12,7 @@ namespace {
 // A law whose output is the input. Only the memory of the hysteresis model remains.
 class InputLaw {
  public:
+  using Parameters = model::Interval;
   explicit InputLaw(model::Interval range) : range_(range) {}
   static constexpr std::string_view kind() { return "path"; }
   static std::uint64_t fingerprint() { return 0; }

@@ -77,7 +77,7 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
     predicted = with_creep(creep, dataset.time_s, std::move(predicted), crept);
     return lag.dynamics ? respond(*lag.dynamics, dataset.time_s, predicted) : predicted;
   }
-  const Regression::Samples sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(lag.delay_s);
+  const Dataset sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(lag.delay_s);
   for (std::size_t i = 0; i < sequence.input.size(); ++i) {
     const double output = model.advance(state, sequence.input[i]).value;
     if (sequence.fold[i] != Regression::left_out) predicted.push_back(output);

@@ -141,7 +141,7 @@ Eigen::VectorXd Eliminated::completed(const Eigen::VectorXd& theta) const {
   return all;
 }
 
-Regression::Regression(Path path, CurveBasis basis, const Samples& samples, int folds, Nuisances nuisances)
+Regression::Regression(Path path, CurveBasis basis, const Dataset& samples, int folds, Nuisances nuisances)
     : path_(std::move(path)),
       basis_(std::move(basis)),
       regressors_(std::ssize(samples.regressors)),
@@ -151,7 +151,7 @@ Regression::Regression(Path path, CurveBasis basis, const Samples& samples, int 
   for (Sums& run : runs_) sum_up(run);
 }
 
-void Regression::gather(const Samples& samples) {
+void Regression::gather(const Dataset& samples) {
   const auto counted = std::ranges::count_if(samples.fold, [](int part) { return part != left_out; });
   values_.resize(basis_.size(), counted);
   beside_.resize(regressors_ + nuisances_.count(), counted);
@@ -249,8 +249,8 @@ std::vector<double> Excerpt::outputs_without(const model::OutputCreep& creep) co
   return without_creep(creep, dataset_->time_s, dataset_->output, counts);
 }
 
-Regression::Samples Excerpt::delayed_by(double delay_s, const model::OutputCreep& creep) const {
-  Regression::Samples kept;
+Dataset Excerpt::delayed_by(double delay_s, const model::OutputCreep& creep) const {
+  Dataset kept;
   const std::vector<double>&time_s = dataset_->time_s, &input = dataset_->input, &weight = dataset_->weight;
   const std::vector<std::vector<double>>& regressors = dataset_->regressors;
   const std::vector<double> at_once = creep.lags() > 0 ? outputs_without(creep) : std::vector<double>{};

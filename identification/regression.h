@@ -97,16 +97,9 @@ class Regression {
  public:
   /// In place of a fold: the sample does not count, but the path goes through its input.
   static constexpr int left_out = -1;
-  struct Samples {
-    std::vector<double> time_s;  ///< of the output; used for a drift only, else it may be empty
-    std::vector<double> input;
-    std::vector<double> output;
-    std::vector<int> fold;  ///< of each sample, 0 to folds - 1, or left_out
-    std::vector<double>
-        weight{};  ///< of the error of each; empty: all 1. Regressors and nuisances are not weighted
-    std::vector<std::vector<double>> regressors{};
-  };
-  Regression(Path path, CurveBasis basis, const Samples& samples, int folds, Nuisances nuisances = {});
+  /// `samples`: time_s is used for a drift only, else it may be empty; the regressors and the nuisances are
+  /// not weighted. All samples have a fold, from 0 to folds - 1, or left_out.
+  Regression(Path path, CurveBasis basis, const Dataset& samples, int folds, Nuisances nuisances = {});
 
   /// theta, the regressors, then the nuisances.
   Eigen::Index unknowns() const { return basis_.unknowns() + regressors_ + nuisances_.count(); }
@@ -123,7 +116,7 @@ class Regression {
     double square = 0.0;  // of the weights
   };
 
-  void gather(const Samples& samples);
+  void gather(const Dataset& samples);
   void sum_up(Sums& run);
   void add_run(const Sums& run, const Pace& pace, const BranchRows& rows, NormalEquations& to) const;
 
@@ -156,7 +149,7 @@ class Excerpt {
   double first_input() const { return dataset_->input.front(); }
   /// The outputs are those of the hysteresis alone: without the creep, which begins settled. The time of
   /// samples that are left out does not pass for it. An inserted turning point is left out, too.
-  Regression::Samples delayed_by(double delay_s, const model::OutputCreep& creep = {}) const;
+  Dataset delayed_by(double delay_s, const model::OutputCreep& creep = {}) const;
 
  private:
   std::vector<double> outputs_without(const model::OutputCreep& creep) const;

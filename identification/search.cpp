@@ -111,7 +111,7 @@ class Searcher {
 
   void use(CurveShape shape) {
     shape_ = std::move(shape);
-    fit_.emplace(*problem_, shape_, SeparableFit::Scan::coarse);
+    fit_.emplace(*problem_, shape_, SeparableFit::coarse_scan);
   }
 
   double cost(const Trial& trial) {

@@ -45,8 +45,8 @@ model::Interval Problem::thresholds(const Trial& trial) const {
   return {observed.lo - trial.below * span, observed.hi + trial.above * span};
 }
 
-SeparableFit::SeparableFit(const Problem& problem, CurveShape shape, Scan scan)
-    : problem_(problem), shape_(std::move(shape)), curves_(shape_, static_cast<std::size_t>(scan)) {}
+SeparableFit::SeparableFit(const Problem& problem, CurveShape shape, std::size_t scan_steps)
+    : problem_(problem), shape_(std::move(shape)), curves_(shape_, scan_steps) {}
 
 void SeparableFit::prepare(const Trial& trial) {
   if (prepared_ && same_path(*prepared_, trial)) return;
@@ -55,7 +55,7 @@ void SeparableFit::prepare(const Trial& trial) {
   const CurveBasis basis(shape_, thresholds);
   const model::OutputCreep creep(creep_of(trial.creep_per_decade));
   for (std::size_t i = 0; i < problem_.excerpts.size(); ++i) {
-    const Regression::Samples dataset = problem_.excerpts[i].delayed_by(trial.delay_s, creep);
+    const Dataset dataset = problem_.excerpts[i].delayed_by(trial.delay_s, creep);
     const InitialMemory& memory = trial.memories[i];
     Path path = trace(thresholds, memory.origin(), prehistory(memory, thresholds, dataset.input.front()),
                       dataset.input);

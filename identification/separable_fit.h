@@ -73,8 +73,8 @@ struct LeftOut {
 class SeparableFit {
  public:
   /// Resolution of the check of the branches. The final model is checked with the resolution of a model file.
-  enum class Scan : std::size_t { coarse = 50, fine = 200 };
-  SeparableFit(const Problem& problem, CurveShape shape, Scan scan);
+  static constexpr std::size_t coarse_scan = 50, fine_scan = 200;
+  SeparableFit(const Problem& problem, CurveShape shape, std::size_t scan_steps);
 
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);

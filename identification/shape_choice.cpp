@@ -118,7 +118,7 @@ std::function<double(double)> mean_course(const Problem& problem, const Trial& t
                                           const std::vector<double>& offsets) {
   std::array<std::vector<Sample>, 2> samples;
   for (std::size_t i = 0; i < problem.excerpts.size(); ++i) {
-    const Regression::Samples sequence =
+    const Dataset sequence =
         problem.excerpts[i].delayed_by(trial.delay_s, model::OutputCreep(creep_of(trial.creep_per_decade)));
     std::size_t way = 0;
     for (std::size_t j = 0; j < sequence.input.size(); ++j) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "base/text.h"
 
@@ -20,8 +21,8 @@ void check(const Creep::Operator& one, std::size_t index) {
     refuse_key("threshold", one.threshold, "a number, zero or more");
 }
 
-void check(const Creep::Config& config, double dt_s) {
-  for (std::size_t i = 0; i < config.operators.size(); ++i) check(config.operators[i], i);
+void check(const Creep::Operators& operators, double dt_s) {
+  for (std::size_t i = 0; i < operators.size(); ++i) check(operators[i], i);
   if (!std::isfinite(dt_s) || dt_s <= 0) refuse("dt_s = ", dt_s, ", expected a positive number");
 }
 
@@ -32,32 +33,26 @@ double beyond_dead_zone(double distance, double threshold) {
 
 }  // namespace
 
-Creep::State Creep::settled(const Config& config, double input) {
-  return {std::vector<double>(config.operators.size(), input)};
+Creep::Creep(Operators operators, double dt_s) : operators_(std::move(operators)) {
+  check(operators_, dt_s);
+  shares_.reserve(operators_.size());
+  for (const Operator& one : operators_) shares_.push_back(-std::expm1(-one.rate_per_s * dt_s));
 }
 
-Creep::Step::Step(const Config& config, double dt_s) {
-  check(config, dt_s);
-  coefficients_.reserve(config.operators.size());
-  for (const Operator& one : config.operators)
-    coefficients_.push_back({one.weight, -std::expm1(-one.rate_per_s * dt_s), one.threshold});
-}
-
-double Creep::Step::operator()(State& state, double input) const {
+double Creep::operator()(State& state, double input) const {
   if (!std::isfinite(input)) return output(state);
-  for (std::size_t i = 0; i < coefficients_.size(); ++i)
-    state.values[i] +=
-        coefficients_[i].share * beyond_dead_zone(input - state.values[i], coefficients_[i].threshold);
+  for (std::size_t i = 0; i < operators_.size(); ++i)
+    state[i] += shares_[i] * beyond_dead_zone(input - state[i], operators_[i].threshold);
   return output(state);
 }
 
-double Creep::Step::output(const State& state) const {
+double Creep::output(const State& state) const {
   double sum = 0.0;
-  for (std::size_t i = 0; i < coefficients_.size(); ++i) sum += coefficients_[i].weight * state.values[i];
+  for (std::size_t i = 0; i < operators_.size(); ++i) sum += operators_[i].weight * state[i];
   return sum;
 }
 
-Creep::Config logarithmic_creep(double per_decade, double from_s, double to_s) {
+Creep::Operators logarithmic_creep(double per_decade, double from_s, double to_s) {
   constexpr double spacing = 0.5;  // decades
   if (!std::isfinite(per_decade)) refuse("creep per_decade = ", per_decade, ", expected a finite number");
   if (!std::isfinite(from_s) || from_s <= 0)
@@ -66,10 +61,11 @@ Creep::Config logarithmic_creep(double per_decade, double from_s, double to_s) {
     refuse("creep to_s = ", to_s, ", expected more than from_s = ", from_s);
   const double decades = std::log10(to_s) - std::log10(from_s);
   const int last = static_cast<int>(std::ceil((decades + 2.0) / spacing - 1e-9));
-  Creep::Config config;
+  Creep::Operators operators;
+  operators.reserve(static_cast<std::size_t>(last) + 2);
   for (int i = -1; i <= last; ++i)
-    config.operators.push_back({per_decade * spacing, std::pow(10.0, -spacing * i) / from_s, 0.0});
-  return config;
+    operators.push_back({per_decade * spacing, std::pow(10.0, -spacing * i) / from_s, 0.0});
+  return operators;
 }
 
 }  // namespace hystcan::model

@@ -24,38 +24,30 @@
 
 namespace hystcan::model {
 
-struct Creep {
+/// A step of fixed length; its coefficients are computed once. A state must belong to the same operators: it
+/// has as many values as there are operators. The step allocates nothing.
+class Creep {
+ public:
   struct Operator {
     double weight = 0.0;      ///< w, output units per input unit, of either sign
     double rate_per_s = 1.0;  ///< a > 0
     double threshold = 0.0;   ///< r >= 0, input units
   };
-  struct Config {
-    std::vector<Operator> operators;
-  };
-  struct State {
-    std::vector<double> values;  ///< y_i, one for each operator
-  };
+  using Operators = std::vector<Operator>;
+  using State = std::vector<double>;  ///< y_i, one for each operator
   /// The state after the input was held for a very long time: every y_i = input.
-  static State settled(const Config& config, double input);
+  static State settled(const Operators& operators, double input) { return State(operators.size(), input); }
 
-  /// A step of fixed length; its coefficients are computed once. A state must belong to the same Config: it
-  /// has as many values as there are operators. The step allocates nothing.
-  class Step {
-   public:
-    /// Throws std::invalid_argument, with the operator's index, if a weight is not finite, a rate is not
-    /// positive or a threshold is negative; also if dt_s is not positive.
-    Step(const Config& config, double dt_s);
-    /// Returns the output after `input` was held for dt_s. An input that is not finite changes nothing.
-    double operator()(State& state, double input) const;
-    double output(const State& state) const;  ///< sum_i w_i y_i
+  /// Throws std::invalid_argument, with the operator's index, if a weight is not finite, a rate is not
+  /// positive or a threshold is negative; also if dt_s is not positive.
+  Creep(Operators operators, double dt_s);
+  /// Returns the output after `input` was held for dt_s. An input that is not finite changes nothing.
+  double operator()(State& state, double input) const;
+  double output(const State& state) const;  ///< sum_i w_i y_i
 
-   private:
-    struct Coefficients {
-      double weight, share, threshold;  // w, 1 - e^{-a dt}, r
-    };
-    std::vector<Coefficients> coefficients_;
-  };
+ private:
+  Operators operators_;
+  std::vector<double> shares_;  // 1 - e^{-a dt}
 };
 
 /// Logarithmic creep for t in [from_s, to_s] after a step of the input:
@@ -77,6 +69,6 @@ struct Creep {
 ///   - The approximation is linear: successive steps superpose. Real creep with its thresholds superposes
 ///     only roughly.
 /// Throws std::invalid_argument if gamma is not finite or not 0 < from_s < to_s.
-Creep::Config logarithmic_creep(double per_decade, double from_s, double to_s);
+Creep::Operators logarithmic_creep(double per_decade, double from_s, double to_s);
 
 }  // namespace hystcan::model

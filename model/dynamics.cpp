@@ -7,12 +7,12 @@
 namespace hystcan::model {
 namespace {
 
-Eigen::Vector2d state_after(const SecondOrder::Step& step, const SecondOrder::State& state, double drive) {
+Eigen::Vector2d state_after(const SecondOrder& step, const SecondOrder::State& state, double drive) {
   const SecondOrder::State after = step(state, drive, drive);
   return {after.position, after.velocity};
 }
 
-Eigen::Matrix2d transition_of(const SecondOrder::Step& step) {
+Eigen::Matrix2d transition_of(const SecondOrder& step) {
   Eigen::Matrix2d transition;
   transition << state_after(step, {1.0, 0.0}, 0.0), state_after(step, {0.0, 1.0}, 0.0);
   return transition;
@@ -23,7 +23,7 @@ Eigen::Matrix2d transition_of(const SecondOrder::Step& step) {
 HeldMode::HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle_s) {
   if (!std::isfinite(delay_s) || std::abs(delay_s) > 1e6 * cycle_s)
     refuse("delay_s = ", delay_s, ", expected less than a million cycles");
-  const SecondOrder::Step whole(mode, cycle_s);
+  const SecondOrder whole(mode, cycle_s);
   transition_ = transition_of(whole);
   const double cycles = std::floor(delay_s / cycle_s);
   whole_cycles_ = static_cast<int>(cycles);
@@ -34,9 +34,9 @@ HeldMode::HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle
   } else if (rest_s <= 0.0) {  // rounding
     from_old_ = state_after(whole, {}, 1.0);
   } else {
-    const SecondOrder::Step rest(mode, rest_s);
+    const SecondOrder rest(mode, rest_s);
     from_new_ = state_after(rest, {}, 1.0);
-    from_old_ = transition_of(rest) * state_after(SecondOrder::Step(mode, late_s), {}, 1.0);
+    from_old_ = transition_of(rest) * state_after(SecondOrder(mode, late_s), {}, 1.0);
   }
 }
 

@@ -20,7 +20,7 @@ namespace hystcan::model {
 ///   x'' + 2 zeta omega x' + omega^2 x = omega^2 u(t - d),    u(t) = u_n for n T <= t < (n + 1) T
 ///
 /// With d = m T + phi, 0 <= phi < T, the drive changes once in a cycle, at the time phi after its beginning.
-/// Two exact steps (SecondOrder::Step) therefore make one exact cycle, for every fraction phi:
+/// Two exact steps (SecondOrder) therefore make one exact cycle, for every fraction phi:
 ///
 ///   X[n+1] = A X[n] + b_old u[n-m-1] + b_new u[n-m],      X = (x, x'),  x[n] = x(n T)
 ///   G(z)   = (1 0) (z I - A)^-1 (b_old z^-1 + b_new) z^-m                    (1 at rest, z = 1)

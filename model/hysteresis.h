@@ -50,6 +50,7 @@ namespace hystcan::model {
 /// unit of h; in a regular loop it is >= 0 rising and <= 0 falling.
 class ExponentialConvergence {
  public:
+  using Parameters = HysteresisParameters;
   explicit ExponentialConvergence(HysteresisParameters parameters);
 
   const HysteresisParameters& parameters() const { return parameters_; }
@@ -106,6 +107,7 @@ class Hysteresis : private MemoryModel<ExponentialConvergence> {
   using Levels::fingerprint;
   using Levels::input_range;
   using Levels::kind;
+  using Levels::parameters;
   using Levels::save;
   using Levels::saved_size;
   using Levels::State;
@@ -119,8 +121,6 @@ class Hysteresis : private MemoryModel<ExponentialConvergence> {
   /// For studies beyond that limit (Fig. 6c and d of the paper): the curves are checked, the branches are
   /// not. Where `increasing` is false, the inverse is not reliable.
   static Hysteresis beyond_limit(HysteresisParameters parameters);
-
-  const HysteresisParameters& parameters() const { return law().parameters(); }
 
   Interval output_range() const { return shown(Levels::output_range()); }
   Interval reachable(const State& state) const { return shown(Levels::reachable(state)); }

@@ -57,9 +57,6 @@ Jet AffineMap::jet(const Branch& branch, Direction direction, double input) cons
 
 double AffineMap::halley_tolerance() const { return 1e-7 * input_range().span(); }
 
-LinearMapping::LinearMapping(HysteresisParameters parameters)
-    : MemoryModel(AffineMap(std::move(parameters))) {}
-
 template class MemoryModel<AffineMap>;
 
 }  // namespace hystcan::model

@@ -19,6 +19,9 @@ namespace hystcan::model {
 /// The law of a branch: Branch::coefficient is b, Branch::offset is x_s - b f_0(v_s).
 class AffineMap {
  public:
+  using Parameters = HysteresisParameters;
+  /// Uses only the reference curves, the units and the symmetry, not k. Throws std::invalid_argument if the
+  /// curves are not valid (model/validity.h).
   explicit AffineMap(HysteresisParameters parameters);
 
   const HysteresisParameters& parameters() const { return parameters_; }
@@ -40,15 +43,7 @@ class AffineMap {
   HysteresisParameters parameters_;
 };
 
-class LinearMapping : public MemoryModel<AffineMap> {
- public:
-  /// Uses only the reference curves, the units and the symmetry, not k. Throws std::invalid_argument if the
-  /// curves are not valid (model/validity.h).
-  explicit LinearMapping(HysteresisParameters parameters);
-
-  const HysteresisParameters& parameters() const { return law().parameters(); }
-};
-
+using LinearMapping = MemoryModel<AffineMap>;
 extern template class MemoryModel<AffineMap>;
 
 }  // namespace hystcan::model

@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "model/hysteresis_operator.h"
 #include "model/memory.h"
@@ -26,6 +27,7 @@ namespace hystcan::model {
 template <class L>
 concept BranchLaw = requires(const L& law, const Branch& branch, const HysteresisState& state,
                              Direction direction, double v) {
+  typename L::Parameters;                                   // of which a law is made
   { law.kind() } -> std::convertible_to<std::string_view>;  // as in a model file
   { law.fingerprint() } -> std::same_as<std::uint64_t>;     // of all parameters
   { law.input_range() } -> std::convertible_to<Interval>;
@@ -58,6 +60,9 @@ class MemoryModel {
   static constexpr std::size_t default_capacity = 256;
 
   explicit MemoryModel(Law law);
+  explicit MemoryModel(typename Law::Parameters parameters) : MemoryModel(Law(std::move(parameters))) {}
+
+  const auto& parameters() const { return law_.parameters(); }
 
   const Interval& input_range() const { return law_.input_range(); }
   Symmetry symmetry() const { return law_.symmetry(); }
@@ -96,9 +101,6 @@ class MemoryModel {
   }
   std::uint64_t fingerprint() const { return law_.fingerprint(); }
   static constexpr std::string_view kind() { return Law::kind(); }
-
- protected:
-  const Law& law() const { return law_; }
 
  private:
   struct Segment;

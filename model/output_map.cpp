@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "model/root.h"
 
 namespace hystcan::model {
 namespace {
@@ -42,24 +43,17 @@ Interval OutputMap::beyond_valley(Interval m) const {
   return {value(std::max(m.lo, valley_)), value(std::max(m.hi, valley_))};
 }
 
-// Newton's method inside a bracket that every step narrows.
+// The start is the root of a parabola.
 Prediction OutputMap::inverse(double output) const {
-  double lo = valley_, hi = inner().hi;
+  const double lo = valley_, hi = inner().hi;
   const double least = value(lo), most = value(hi);
   if (output <= least) return {lo, output < least};
   if (output >= most) return {hi, output > most};
-  const double rounding = 2e-16 * std::max(std::abs(least), std::abs(most));
-  double m = lo + (hi - lo) * std::sqrt((output - least) / (most - least));
-  for (int i = 0; i < 100; ++i) {
-    const double residual = value(m) - output;
-    if (std::abs(residual) <= rounding) break;
-    (residual < 0.0 ? lo : hi) = m;
-    const double next = m - residual / slope(m);
-    const double middle = lo + (hi - lo) / 2.0;
-    if (middle == lo || middle == hi) break;
-    m = next > lo && next < hi ? next : middle;
-  }
-  return {m, false};
+  const double start = lo + (hi - lo) * std::sqrt((output - least) / (most - least));
+  const double residual = value(start) - output;
+  const auto jet_at = [this](double m) { return series_.jet(m); };
+  return {root_of_increasing(jet_at, start, residual < 0.0 ? hi : lo, residual, output,
+                             {.value = 2e-16 * std::max(std::abs(least), std::abs(most))})};
 }
 
 }  // namespace hystcan::model

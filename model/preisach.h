@@ -37,6 +37,9 @@ struct PreisachParameters {
 /// The law of a branch; Branch::offset and Branch::coefficient are not used.
 class EverettLaw {
  public:
+  using Parameters = PreisachParameters;
+  /// Throws std::invalid_argument if the range is not lo < hi, a number is not finite or negative, the number
+  /// of weights is not N (N + 1) / 2, or the output would not rise from threshold to threshold.
   explicit EverettLaw(PreisachParameters parameters);
 
   const PreisachParameters& parameters() const { return parameters_; }
@@ -70,15 +73,7 @@ class EverettLaw {
   std::vector<double> below_;  // weight of the first rows and columns, (levels + 1)^2 numbers
 };
 
-class Preisach : public MemoryModel<EverettLaw> {
- public:
-  /// Throws std::invalid_argument if the range is not lo < hi, a number is not finite or negative, the number
-  /// of weights is not N (N + 1) / 2, or the output would not rise from threshold to threshold.
-  explicit Preisach(PreisachParameters parameters) : MemoryModel(EverettLaw(std::move(parameters))) {}
-
-  const PreisachParameters& parameters() const { return law().parameters(); }
-};
-
+using Preisach = MemoryModel<EverettLaw>;
 extern template class MemoryModel<EverettLaw>;
 
 }  // namespace hystcan::model

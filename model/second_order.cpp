@@ -63,7 +63,7 @@ void check(const SecondOrder::Config& config, double dt_s) {
 
 }  // namespace
 
-SecondOrder::Step::Step(const Config& config, double dt_s) {
+SecondOrder::SecondOrder(const Config& config, double dt_s) {
   check(config, dt_s);
   const long double omega = 2 * std::numbers::pi_v<long double> * config.natural_frequency_Hz;
   const long double tau = omega * dt_s;
@@ -81,8 +81,8 @@ SecondOrder::Step::Step(const Config& config, double dt_s) {
   velocity_from_after_ = static_cast<double>(from_after(1) * omega);
 }
 
-SecondOrder::State SecondOrder::Step::operator()(const State& state, double input_before,
-                                                 double input_after) const {
+SecondOrder::State SecondOrder::operator()(const State& state, double input_before,
+                                           double input_after) const {
   const double before = input_before - state.position;
   const double after = input_after - state.position;
   return {state.position + position_from_velocity_ * state.velocity + position_from_before_ * before +

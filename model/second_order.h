@@ -13,7 +13,9 @@
 
 namespace hystcan::model {
 
-struct SecondOrder {
+/// A step of fixed length; its coefficients are computed once.
+class SecondOrder {
+ public:
   struct Config {
     double natural_frequency_Hz = 100.0;  ///< f > 0
     double damping_ratio = 0.1;           ///< zeta >= 0
@@ -24,17 +26,14 @@ struct SecondOrder {
     double position = 0.0;  ///< output units
     double velocity = 0.0;  ///< output units per second
   };
-  /// A step of fixed length; its coefficients are computed once.
-  class Step {
-   public:
-    /// Throws std::invalid_argument if a parameter is not finite or out of range, or if dt_s <= 0.
-    Step(const Config& config, double dt_s);
-    State operator()(const State& state, double input_before, double input_after) const;
 
-   private:
-    double position_from_velocity_, position_from_before_, position_from_after_;
-    double velocity_from_velocity_, velocity_from_before_, velocity_from_after_;
-  };
+  /// Throws std::invalid_argument if a parameter is not finite or out of range, or if dt_s <= 0.
+  SecondOrder(const Config& config, double dt_s);
+  State operator()(const State& state, double input_before, double input_after) const;
+
+ private:
+  double position_from_velocity_, position_from_before_, position_from_after_;
+  double velocity_from_velocity_, velocity_from_before_, velocity_from_after_;
 };
 
 }  // namespace hystcan::model

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -6,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "metrics/step_response.h"
 #include "python/bindings.h"
 #include "runs/export.h"
 #include "runs/run.h"
@@ -52,6 +54,27 @@ py::dict of_each_signal(const Run& run, const std::optional<std::string>& axis, 
   return result;
 }
 
+/// The positions may lack values.
+std::optional<py::dict> step_response(const Array& t, const Array& reference_um, const Array& position_um,
+                                      double tolerance_um) {
+  const metrics::Cycles cycles{
+      column(t, "t"),
+      column(reference_um, "reference_um"),
+      {position_um.data(), static_cast<std::size_t>(position_um.size())},
+  };
+  if (cycles.reference_um.size() != cycles.time_s.size() || cycles.position_um.size() != cycles.time_s.size())
+    throw py::value_error(
+        fmt::format("t, reference_um, position_um have {}, {}, {} values, expected as many of each",
+                    cycles.time_s.size(), cycles.reference_um.size(), cycles.position_um.size()));
+  std::size_t begin = 0;
+  const auto step = metrics::largest_step(cycles, tolerance_um, begin);
+  if (!step) return std::nullopt;
+  using py::literals::operator""_a;
+  return py::dict("from_um"_a = step->from_um, "to_um"_a = step->to_um, "band_um"_a = step->band_um,
+                  "begin_s"_a = step->begin_s, "rise_s"_a = step->rise_s(),
+                  "settling_s"_a = step->settling_s(), "overshoot_percent"_a = 100.0 * step->overshoot());
+}
+
 }  // namespace
 
 void bind_run(py::module_& module) {
@@ -89,6 +112,22 @@ A run that was killed, or that is still being recorded, is read up to its last w
 signals: all if left out. axis: may be left out if the run has one. from_s, to_s: limits of time_s, included.
 A value that a cycle does not have is NaN.
 Raises Error for an unknown axis or signal, and for a row that is none, with its place.
+)");
+  module.def(
+      "step_response", &step_response, py::arg("t"), py::arg("reference_um"), py::arg("position_um"),
+      py::kw_only(), py::arg("tolerance_um") = 0.0,
+      R"(Return the figures of the largest jump of the reference: those of the controller's report and of plot.
+
+tolerance_um: of [axis.control.in_position]; 0: the band is 1 % of the step.
+The dict has from_um, to_um, band_um, begin_s, rise_s (10 to 90 %), settling_s and overshoot_percent. rise_s and
+settling_s are None where the record ends first. A position that is NaN does not count: give this to a cycle whose
+sample_missing is 1, as the controller has not had its sample.
+Returns None without a jump after which the reference rests for ten cycles, of at least half of all its motion.
+
+>>> import hystcan
+>>> step = hystcan.step_response(range(20), [0.0] * 5 + [2.0] * 15, [0.0] * 6 + [1.0, 2.1] + [2.0] * 12)
+>>> step["settling_s"], round(step["overshoot_percent"], 6)
+(3.0, 5.0)
 )");
 }
 

@@ -80,7 +80,7 @@ class BusLog {
  public:
   using Warn = std::function<void(const std::string&)>;
 
-  /// Throws can::InterfaceError if the interface cannot be listened to.
+  /// Throws RunError if the interface cannot be listened to.
   BusLog(const std::string& interface, std::filesystem::path run, std::uint64_t part_bytes, Warn warn);
   ~BusLog();
   BusLog(const BusLog&) = delete;

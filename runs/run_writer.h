@@ -44,7 +44,7 @@ class RunWriter {
   };
 
   /// Makes the folder and the first part. Throws std::system_error, std::filesystem::filesystem_error or
-  /// can::InterfaceError.
+  /// RunError.
   RunWriter(const config::Config& config, const RunInfo& info, Sink sink, OnPart on_part, UtcNow utc_now);
   ~RunWriter();
   RunWriter(const RunWriter&) = delete;

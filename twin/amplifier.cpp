@@ -52,7 +52,7 @@ enum class Phase : std::uint8_t { lag, slews_up, slews_down, load_up, load_down 
 /// The course of v, phase by phase.
 class Walk {
  public:
-  Walk(const MovingTarget& start, const DriveLimits& limits)
+  Walk(const Amplifier::State& start, const DriveLimits& limits)
       : now_(start), limits_(limits), has_load_(std::isfinite(limits.load_limit)), phase_(first_phase()) {}
 
   double output_after(double left_s) {
@@ -170,24 +170,11 @@ class Walk {
     phase_ = next;
   }
 
-  MovingTarget now_;
+  Amplifier::State now_;
   DriveLimits limits_;
   bool has_load_;
   Phase phase_;
 };
-
-}  // namespace
-
-double MovingTarget::output_after(const DriveLimits& limits, double time_s) const {
-  return Walk(*this, limits).output_after(time_s);
-}
-
-double MovingTarget::turns_after_s(const DriveLimits& limits, double time_s) const {
-  if ((target - output) * rate_per_s >= 0.0) return never;
-  return Walk(*this, limits).turns_after_s(time_s);
-}
-
-namespace {
 
 /// v' = rate (pole - v); `decay` is e^{-rate dt} of the whole step.
 struct Line {
@@ -239,6 +226,15 @@ double slew_into_the_load(const Amplifier::Config& config) {
 
 }  // namespace
 
+double Amplifier::State::output_after(const DriveLimits& limits, double time_s) const {
+  return Walk(*this, limits).output_after(time_s);
+}
+
+double Amplifier::State::turns_after_s(const DriveLimits& limits, double time_s) const {
+  if ((target - output) * rate_per_s >= 0.0) return never;
+  return Walk(*this, limits).turns_after_s(time_s);
+}
+
 double Amplifier::target_of(const Config& config, double setpoint) {
   if (config.resolution > 0.0) setpoint = config.resolution * std::round(setpoint / config.resolution);
   return std::clamp(setpoint, config.drive_min, config.drive_max);
@@ -257,7 +253,7 @@ DriveLimits Amplifier::limits(const Config& config) {
           .load_limit = has_coil ? config.voltage_limit_V / config.load_ohm : unlimited};
 }
 
-Amplifier::Step::Step(const Config& config, double dt_s)
+Amplifier::Amplifier(const Config& config, double dt_s)
     : dt_s_(dt_s),
       limits_(limits(config)),
       ramp_per_s_(std::min(limits_.slew_per_s, config.ramp_per_s)),
@@ -266,7 +262,7 @@ Amplifier::Step::Step(const Config& config, double dt_s)
       load_decay_(std::isinf(limits_.load_limit) ? 0.0 : std::exp(-limits_.load_rate_per_s * dt_s)),
       discharge_s_(discharge_s(config)) {}
 
-Amplifier::State Amplifier::Step::operator()(const State& state) const {
+Amplifier::State Amplifier::operator()(const State& state) const {
   if (state.rate_per_s != 0.0) return follow(state);
   State next = state;
   const bool ramps = state.course == Course::ramp;
@@ -282,7 +278,7 @@ Amplifier::State Amplifier::Step::operator()(const State& state) const {
 }
 
 /// Without an inductive load: lag and slew alone.
-double Amplifier::Step::drive(const State& state, double slew_per_s, double linear_error) const {
+double Amplifier::drive(const State& state, double slew_per_s, double linear_error) const {
   const double error = state.target - state.output;
   if (std::abs(error) <= linear_error) return state.target - error * decay_;
   const double slewing_s = (std::abs(error) - linear_error) / slew_per_s;
@@ -291,7 +287,7 @@ double Amplifier::Step::drive(const State& state, double slew_per_s, double line
 }
 
 /// A moving target. The first form is that of a step within the lag alone.
-Amplifier::State Amplifier::Step::follow(const State& state) const {
+Amplifier::State Amplifier::follow(const State& state) const {
   State next = state;
   next.target += state.rate_per_s * dt_s_;
   const double lag = state.rate_per_s / limits_.omega;
@@ -300,11 +296,11 @@ Amplifier::State Amplifier::Step::follow(const State& state) const {
   if (std::isinf(limits_.load_limit) && std::max(std::abs(error), std::abs(error_after)) <= linear_error_)
     next.output = next.target - error_after;
   else
-    next.output = MovingTarget{state.output, state.target, state.rate_per_s}.output_after(limits_, dt_s_);
+    next.output = state.output_after(limits_, dt_s_);
   return next;
 }
 
-double Amplifier::Step::drive_the_coil(const State& state, double slew_per_s) const {
+double Amplifier::drive_the_coil(const State& state, double slew_per_s) const {
   const double sign = state.target < state.output ? -1.0 : 1.0;
   return sign * rise(sign * state.output, slew_per_s, {limits_.omega, sign * state.target, decay_},
                      {limits_.load_rate_per_s, limits_.load_limit, load_decay_}, dt_s_);

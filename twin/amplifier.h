@@ -32,16 +32,6 @@ struct DriveLimits {
   double load_limit = std::numeric_limits<double>::infinity();  ///< P; infinite: the voltage is not limited
 };
 
-struct MovingTarget {
-  double output = 0.0;      ///< v(0)
-  double target = 0.0;      ///< r(0)
-  double rate_per_s = 0.0;  ///< of the target
-
-  double output_after(const DriveLimits& limits, double time_s) const;
-  /// When v turns; infinite where it does not turn within `time_s`.
-  double turns_after_s(const DriveLimits& limits, double time_s) const;
-};
-
 // The drive amplifier: a first-order lag with limits.
 //
 //   v' = clamp( omega (target - v), -slew, +slew ),   omega = 2 pi bandwidth
@@ -68,7 +58,9 @@ struct MovingTarget {
 //
 //   v' = -v / tau,   tau = R C (a bleed resistor) or L / R (free-wheeling)
 
-struct Amplifier {
+/// A step of fixed length; its decays are computed once.
+class Amplifier {
+ public:
   static constexpr double unlimited = std::numeric_limits<double>::infinity();
 
   struct Config {
@@ -93,9 +85,14 @@ struct Amplifier {
   };
   struct State {
     double output = 0.0;  ///< v
-    double target = 0.0;
+    double target = 0.0;  ///< r
     Course course = Course::drive;
     double rate_per_s = 0.0;  ///< of the target
+
+    /// v in Course::drive.
+    double output_after(const DriveLimits& limits, double time_s) const;
+    /// When v turns in Course::drive; infinite where it does not turn within `time_s`.
+    double turns_after_s(const DriveLimits& limits, double time_s) const;
   };
 
   /// The target for a setpoint: rounded to the resolution and limited to the range.
@@ -105,25 +102,21 @@ struct Amplifier {
   /// omega, slew and load, as v meets them in Course::drive.
   static DriveLimits limits(const Config& config);
 
-  /// A step of fixed length; its decays are computed once.
-  class Step {
-   public:
-    Step(const Config& config, double dt_s);
-    State operator()(const State& state) const;
+  Amplifier(const Config& config, double dt_s);
+  State operator()(const State& state) const;
 
-   private:
-    double drive(const State& state, double slew_per_s, double linear_error) const;
-    double drive_the_coil(const State& state, double slew_per_s) const;
-    State follow(const State& state) const;
+ private:
+  double drive(const State& state, double slew_per_s, double linear_error) const;
+  double drive_the_coil(const State& state, double slew_per_s) const;
+  State follow(const State& state) const;
 
-    double dt_s_;
-    DriveLimits limits_;
-    double ramp_per_s_;
-    double linear_error_;  ///< below this error the lag is slower than the slew limit
-    double decay_;         ///< e^{-omega dt}
-    double load_decay_;    ///< e^{-dt R / L}
-    double discharge_s_;   ///< tau
-  };
+  double dt_s_;
+  DriveLimits limits_;
+  double ramp_per_s_;
+  double linear_error_;  ///< below this error the lag is slower than the slew limit
+  double decay_;         ///< e^{-omega dt}
+  double load_decay_;    ///< e^{-dt R / L}
+  double discharge_s_;   ///< tau
 };
 
 }  // namespace hystcan::twin

@@ -15,9 +15,11 @@ constexpr std::uint16_t emergency_device_hardware = 0x5000;
 
 }  // namespace
 
-AmplifierNode::AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
+AmplifierNode::AmplifierNode(const WiredAxisConfig& config, const CommonConfig& common,
+                             const can::Database& database, can::Scheduler& scheduler,
                              const can::Attach& attach, Plant& plant)
-    : config_(config),
+    : config_(config.axis),
+      interpolation_(config.axis.interpolate ? common.cycle : can::Duration::zero()),
       scheduler_(scheduler),
       // Without an Enable signal, a command alone enables the amplifier.
       decode_command_(*can::find_layout<can::AmpCommand>(database, config.wire, {.enable = true})),
@@ -27,9 +29,9 @@ AmplifierNode::AmplifierNode(const Config& config, const can::Database& database
                      can::Filter{can::sdo_request_base + config.wire.amplifier_node},
                      can::Filter{.id = decode_command_.id(), .extended = decode_command_.extended()}})),
       plant_(plant),
-      nmt_(*bus_, scheduler, config.wire.amplifier_node, config.heartbeat_period,
-           [this](can::NmtState state) { on_nmt(state); }),
-      sdo_(config.wire.amplifier_node),
+      node_(config.wire.amplifier_node),
+      nmt_(*bus_, scheduler, node_, common.heartbeat_period, [this](can::NmtState state) { on_nmt(state); }),
+      sdo_(node_),
       commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
       watchdog_(scheduler.make_timer([this] { check_watchdog(); })),
       relay_(scheduler.make_timer([this] { connect(); })) {
@@ -63,7 +65,7 @@ void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
     plant_.advance_to(received);
     aim_at(setpoint_);
   }
-  if (soft_start_) start_softly(received);
+  if (soft_start_begun_) start_softly(received);
   if (nmt_.state() == can::NmtState::operational && ++syncs_since_status_ >= config_.status_every)
     send_status();
 }
@@ -75,7 +77,8 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
     return;
   }
   if (!command.enable) return enter(can::AmpState::ready);
-  if (command.setpoint < config_.drive_min || command.setpoint > config_.drive_max)
+  const Amplifier::Config& amplifier = config_.plant.amplifier;
+  if (command.setpoint < amplifier.drive_min || command.setpoint > amplifier.drive_max)
     return trip(can::amp_fault::setpoint_out_of_range, emergency_data_set);
   setpoint_ = command.setpoint;
   command_deadline_ = scheduler_.now() + config_.command_timeout;
@@ -92,7 +95,7 @@ bool AmplifierNode::is_stale(const can::AmpCommand& command) const {
 
 void AmplifierNode::clear_fault() {
   fault_ = 0;
-  bus_->send(can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_error_reset}));
+  bus_->send(can::emergency_frame(node_, {.code = emergency_error_reset}));
   enter(can::AmpState::ready);
 }
 
@@ -105,20 +108,21 @@ void AmplifierNode::begin_to_enable() {
 void AmplifierNode::connect() {
   if (config_.soft_start == can::Duration::zero()) return begin_to_drive();
   plant_.advance_to(scheduler_.now());
-  soft_start_ = {.begun = scheduler_.now(), .from = plant_.drive()};
+  soft_start_begun_ = scheduler_.now();
+  soft_start_from_ = plant_.drive();
 }
 
 void AmplifierNode::start_softly(can::Time now) {
   if (now >= command_deadline_) return leave_drive(WatchdogAction::safe);
-  const double share = can::seconds(now - soft_start_->begun) / can::seconds(config_.soft_start);
+  const double share = can::seconds(now - *soft_start_begun_) / can::seconds(config_.soft_start);
   if (share >= 1.0) return begin_to_drive();
   plant_.advance_to(now);
-  aim_at(std::lerp(soft_start_->from, setpoint_, share));
+  aim_at(std::lerp(soft_start_from_, setpoint_, share));
 }
 
 void AmplifierNode::begin_to_drive() {
   is_enabling_ = false;
-  soft_start_.reset();
+  soft_start_begun_.reset();
   if (scheduler_.now() >= command_deadline_) return;  // the commands have stopped meanwhile
   watchdog_->expire_at(command_deadline_);
   enter(can::AmpState::enabled);
@@ -130,7 +134,7 @@ void AmplifierNode::take_setpoint() {
   plant_.set_target(setpoint_);
 }
 
-void AmplifierNode::aim_at(double drive) { plant_.move_target(drive, config_.interpolation); }
+void AmplifierNode::aim_at(double drive) { plant_.move_target(drive, interpolation_); }
 
 void AmplifierNode::on_nmt(can::NmtState state) {
   if (state == can::NmtState::boot_up) return boot_up();
@@ -169,8 +173,7 @@ void AmplifierNode::check_watchdog() {
 
 void AmplifierNode::trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action) {
   fault_ |= fault;
-  bus_->send(
-      can::emergency_frame(config_.wire.amplifier_node, {.code = emergency_code, .error_register = 0x01}));
+  bus_->send(can::emergency_frame(node_, {.code = emergency_code, .error_register = 0x01}));
   enter(can::AmpState::fault, action);
 }
 
@@ -183,16 +186,16 @@ void AmplifierNode::enter(can::AmpState state, WatchdogAction action) {
 
 void AmplifierNode::leave_drive(WatchdogAction action) {
   is_enabling_ = false;
-  soft_start_.reset();
+  soft_start_begun_.reset();
   relay_->cancel();
   plant_.advance_to(scheduler_.now());
   switch (action) {
     case WatchdogAction::safe:
-      return plant_.set_target(config_.safe_drive);
+      return plant_.set_target(config_.plant.amplifier.safe_drive);
     case WatchdogAction::hold:
       return;
     case WatchdogAction::ramp:
-      return plant_.set_target(config_.safe_drive, Amplifier::Course::ramp);
+      return plant_.set_target(config_.plant.amplifier.safe_drive, Amplifier::Course::ramp);
     case WatchdogAction::off:
       return plant_.set_target(0.0, Amplifier::Course::off);
   }

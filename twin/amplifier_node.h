@@ -1,35 +1,15 @@
 // The amplifier as a node on the bus: follows NMT and AmpCommand, detects when commands stop, sends status.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "can/bus.h"
 #include "can/protocol/node.h"
 #include "can/protocol/protocol.h"
-#include "twin/plant.h"
+#include "twin/config.h"
 
 namespace hystcan::twin {
-
-/// Behaviour of the output after commands have stopped, until a command clears the fault.
-enum class WatchdogAction : std::uint8_t {
-  safe,  ///< goes to the safe value as fast as the amplifier can
-  hold,  ///< stays at the last setpoint in force
-  ramp,  ///< goes to the safe value at the amplifier's ramp
-  off    ///< not driven: the load discharges to zero
-};
-constexpr auto words(WatchdogAction) {
-  return std::to_array<std::string_view>({"safe", "hold", "ramp", "off"});
-}
-
-/// When a setpoint takes effect.
-enum class Apply : std::uint8_t {
-  sync,    ///< at the next SYNC (synchronous PDO, CiA 301): always one cycle after the SYNC that it answers
-  receipt  ///< when its frame arrives: sooner, but the delay depends on the bus
-};
-constexpr auto words(Apply) { return std::to_array<std::string_view>({"sync", "receipt"}); }
 
 /// Bit of AmpStatus.Fault beside can::amp_fault: a cause within the amplifier, such as its temperature.
 inline constexpr std::uint8_t internal_fault = 0x80;
@@ -40,26 +20,8 @@ inline constexpr std::uint8_t internal_fault = 0x80;
 /// the watchdog action.
 class AmplifierNode {
  public:
-  struct Config {
-    can::AxisWire wire;
-    double drive_min = 0.0;  ///< a setpoint outside trips the amplifier
-    double drive_max = 100.0;
-    double safe_drive = 0.0;
-    can::Duration command_timeout{};
-    can::Duration heartbeat_period{};
-    unsigned status_every = 10;  ///< number of SYNCs per AmpStatus
-    WatchdogAction watchdog_action = WatchdogAction::safe;
-    Apply apply = Apply::sync;
-    /// From one SYNC to the next: the output's target moves in a straight line to a setpoint in this time.
-    /// Zero: it is there at once.
-    can::Duration interpolation{};
-    can::Duration enable_delay{};  ///< from Enable until the output is connected, by a relay
-    can::Duration
-        soft_start{};  ///< from there the output goes evenly to its setpoint; only then it is enabled
-  };
-
-  AmplifierNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
-                const can::Attach& attach, Plant& plant);
+  AmplifierNode(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
+                can::Scheduler& scheduler, const can::Attach& attach, Plant& plant);
 
   void start() { nmt_.start(); }
   /// Another node on the bus has the same number: this node is off and silent.
@@ -104,11 +66,15 @@ class AmplifierNode {
   void send_status();
   void boot_up();
 
-  Config config_;
+  AxisConfig config_;
+  /// From one SYNC to the next: the output's target moves in a straight line to a setpoint in this time.
+  /// Zero: it is there at once.
+  can::Duration interpolation_;
   can::Scheduler& scheduler_;
   can::Decoder<can::AmpCommand> decode_command_;
   std::unique_ptr<can::Bus> bus_;
   Plant& plant_;
+  std::uint8_t node_;
   can::NmtSlave nmt_;
   can::SdoServer sdo_;
   bool commands_name_their_sync_;                              ///< false: a command is never stale
@@ -116,11 +82,8 @@ class AmplifierNode {
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected
   bool is_enabling_ = false;
-  struct SoftStart {
-    can::Time begun{};
-    double from = 0.0;
-  };
-  std::optional<SoftStart> soft_start_;
+  std::optional<can::Time> soft_start_begun_;
+  double soft_start_from_ = 0.0;
   can::Time command_deadline_{};
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;

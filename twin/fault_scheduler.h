@@ -15,16 +15,10 @@
 #include <vector>
 
 #include "twin/amplifier_node.h"
-#include "twin/fault.h"
+#include "twin/config.h"
 #include "twin/faulty_connection.h"
-#include "twin/noise.h"
-#include "twin/plant.h"
-#include "twin/sensor_node.h"
 
 namespace hystcan::twin {
-
-struct WiredAxisConfig;
-struct CommonConfig;
 
 /// One axis of a twin: the stage, its two nodes, and their connections.
 struct Axis {

@@ -13,40 +13,8 @@ using enum Fault;
 /// The identifier of the highest priority that no node uses: 0 is NMT, which nodes would follow.
 constexpr std::uint32_t babble_id = 0x001;
 
-/// Adds the rules by which one active fault acts on frames.
-void add_rules(std::vector<can::FaultRule>& rules, Fault kind, double value, const can::Filter& message,
-               const can::Filter& command, std::uint8_t node) {
-  using can::BusFault;
-  const auto sent = [&](BusFault fault, const can::Filter& only) {
-    rules.push_back(
-        {.fault = fault, .probability = 1.0, .on_receive = false, .on_transmit = true, .only = only});
-  };
-  const auto heard = [&](double probability, std::optional<can::Filter> only) {
-    rules.push_back({.fault = BusFault::lose, .probability = probability, .only = only});
-  };
-  switch (kind) {
-    case no_reply:
-      sent(BusFault::lose, {.id = can::sdo_response_base + node});
-      return sent(BusFault::lose, message);
-    case no_heartbeat:
-      return sent(BusFault::lose, {.id = can::heartbeat_base + node});
-    case duplicate:
-      return sent(BusFault::duplicate, message);
-    case wrong_length:
-      return sent(BusFault::corrupt_length, message);
-    case wrong_id_type:
-      return sent(BusFault::corrupt_extension, message);
-    case watchdog_trip:
-      return heard(1.0, command);
-    case error_passive:
-      return heard(value, std::nullopt);
-    case node_reboot:
-    case bus_off:
-      rules.push_back({.fault = BusFault::lose, .probability = 1.0, .on_transmit = true, .only = {}});
-      return;
-    default:
-      return;
-  }
+bool is_of(const can::Filter& filter, const can::Frame& frame) {
+  return frame.id == filter.id && frame.extended == filter.extended;
 }
 
 }  // namespace
@@ -106,48 +74,77 @@ std::optional<SentMessage> sent_by(Node node, const can::Database& database, con
 
 FaultyConnection::FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler,
                                    const Config& config)
-    : bus_(std::move(within), scheduler, {.seed = config.seed, .rules = {}}),
+    : within_(std::move(within)),
       scheduler_(scheduler),
       config_(config),
+      random_(config.seed),
       babbles_(scheduler.make_timer([this] { babble(); })) {}
 
 void FaultyConnection::begin(Fault kind, double value) {
   on_[static_cast<std::size_t>(kind)] = value;
-  set_rules();
+  find_changes();
   if (kind == emergency)
-    bus_.send(can::emergency_frame(config_.node,
-                                   {.code = static_cast<std::uint16_t>(value), .error_register = 0x01}));
+    put(can::emergency_frame(config_.node,
+                             {.code = static_cast<std::uint16_t>(value), .error_register = 0x01}));
   if (kind == babbling_node) babbles_->expire_at(scheduler_.now());
 }
 
 void FaultyConnection::end(Fault kind) {
   if (!std::exchange(on_[static_cast<std::size_t>(kind)], std::nullopt)) return;
-  set_rules();
+  find_changes();
   if (kind == frozen_value) frozen_value_.reset();
   if (kind == frozen_counter) frozen_counter_.reset();
   if (kind == sensor_gain) gain_from_.reset();
   if (kind == out_of_order) overtaken_.reset();
   if (kind == late) late_count_ = 0;
   if (kind == babbling_node) babbles_->cancel();
-  if (kind == emergency) bus_.send(can::emergency_frame(config_.node, {}));
+  if (kind == emergency) put(can::emergency_frame(config_.node, {}));
 }
 
-void FaultyConnection::set_rules() {
+void FaultyConnection::find_changes() {
   constexpr std::array changes{late,         out_of_order,      frozen_value, frozen_counter, wrong_crc,
                                out_of_range, sensor_bad_status, sensor_gain,  sensor_offset};
   corrupts_ = config_.sends && std::ranges::any_of(changes, [this](Fault kind) { return is_on(kind); });
-  constexpr can::Filter nothing{.id = 0xFFFF'FFFF};
-  const can::Filter message = config_.sends ? config_.sends->filter() : nothing;
-  std::vector<can::FaultRule> rules;
-  for (std::size_t i = 0; i < fault_count; ++i)
-    if (on_[i])
-      add_rules(rules, static_cast<Fault>(i), *on_[i], message, config_.obeys.value_or(nothing),
-                config_.node);
-  bus_.set_rules(std::move(rules));
+}
+
+void FaultyConnection::on_frame(FrameHandler handler) {
+  within_->on_frame([this, handler = std::move(handler)](const can::Frame& frame, can::Time received) {
+    if (!misses(frame)) handler(frame, received);
+  });
+}
+
+bool FaultyConnection::misses(const can::Frame& frame) {
+  if (is_on(node_reboot) || is_on(bus_off)) return true;
+  if (is_on(watchdog_trip) && config_.obeys && is_of(*config_.obeys, frame)) return true;
+  return is_on(error_passive) && uniform() < value_of(error_passive);
+}
+
+bool FaultyConnection::loses(const can::Frame& frame) const {
+  if (is_on(node_reboot) || is_on(bus_off)) return true;
+  if (is_on(no_heartbeat) && is_of({.id = can::heartbeat_base + config_.node}, frame)) return true;
+  return is_on(no_reply) &&
+         (is_message(frame) || is_of({.id = can::sdo_response_base + config_.node}, frame));
+}
+
+/// Hands a frame to the bus. A lost one counts as sent.
+bool FaultyConnection::put(can::Frame frame) {
+  if (loses(frame)) return true;
+  if (!is_message(frame)) return within_->send(frame);
+  if (is_on(wrong_length)) {  // one of the lengths 0..8 but its own
+    const auto other = static_cast<std::uint8_t>(uniform() * (frame.length <= 8 ? 8 : 9));
+    frame.length = static_cast<std::uint8_t>(other >= frame.length ? other + 1 : other);
+  }
+  if (is_on(wrong_id_type)) {
+    frame.extended = !frame.extended;
+    if (!frame.extended) frame.id &= 0x7FFU;
+  }
+  const bool passed = within_->send(frame);
+  if (is_on(duplicate)) within_->send(frame);
+  return passed;
 }
 
 bool FaultyConnection::send(const can::Frame& frame) {
-  if (!corrupts_ || !config_.sends->is(frame)) return bus_.send(frame);
+  if (!corrupts_ || !is_message(frame)) return put(frame);
   can::Frame corrupted = frame;
   corrupt(corrupted);
   return is_on(late) ? pass_late(corrupted) : pass_in_order(corrupted);
@@ -176,13 +173,13 @@ void FaultyConnection::corrupt(can::Frame& frame) {
 }
 
 bool FaultyConnection::pass_in_order(const can::Frame& frame) {
-  if (!is_on(out_of_order)) return bus_.send(frame);
+  if (!is_on(out_of_order)) return put(frame);
   if (!overtaken_) {
     overtaken_ = frame;
     return true;
   }
-  const bool passed = bus_.send(frame);
-  return bus_.send(*std::exchange(overtaken_, std::nullopt)) && passed;
+  const bool passed = put(frame);
+  return put(*std::exchange(overtaken_, std::nullopt)) && passed;
 }
 
 bool FaultyConnection::pass_late(const can::Frame& frame) {
@@ -203,7 +200,7 @@ void FaultyConnection::babble() {
   can::Frame frame{.id = babble_id, .length = 8};
   frame.data.fill(0);
   std::fill_n(frame.data.begin(), frame.length, std::uint8_t{0x55});
-  bus_.send(frame);
+  put(frame);
   const auto period = static_cast<can::Duration::rep>(1e9 / value_of(babbling_node));
   babbles_->expire_at(scheduler_.now() + can::Duration{period});
 }

@@ -1,8 +1,7 @@
 // A node's connection to the bus, at which faults can begin and end. The node itself does not notice them.
 //
-//   node  ->  FaultyConnection                     ->  can::FaultyBus              ->  bus
-//             wrong value, status, counter, CRC;       lost, doubled, wrong length,
-//             late, out of order                       wrong kind of identifier
+//   node  ->  wrong value, status, counter, CRC  ->  late, out of order
+//         ->  lost, doubled, wrong length, wrong kind of identifier  ->  bus
 //
 // After a change of value or status the CRC is computed again, with the frame's own counter, so that only
 // the value is wrong. A wrong CRC or a frozen counter is then applied to the protected frame. Frames that
@@ -13,10 +12,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <random>
 
 #include "can/bus.h"
 #include "can/protocol/protocol.h"
-#include "can/sim/faulty_bus.h"
 #include "twin/fault.h"
 
 namespace hystcan::twin {
@@ -77,27 +76,33 @@ class FaultyConnection final : public can::Bus {
   void end(Fault kind);
 
   bool send(const can::Frame& frame) override;
-  void on_frame(FrameHandler handler) override { bus_.on_frame(std::move(handler)); }
-  bool on_sent(FrameHandler handler) override { return bus_.on_sent(std::move(handler)); }
-  void on_state(StateHandler handler) override { bus_.on_state(std::move(handler)); }
-  can::BusState state() const override { return bus_.state(); }
-  std::optional<can::ErrorCounters> error_counters() const override { return bus_.error_counters(); }
-  const can::BusCounters& counters() const override { return bus_.counters(); }
+  void on_frame(FrameHandler handler) override;
+  bool on_sent(FrameHandler handler) override { return within_->on_sent(std::move(handler)); }
+  void on_state(StateHandler handler) override { within_->on_state(std::move(handler)); }
+  can::BusState state() const override { return within_->state(); }
+  std::optional<can::ErrorCounters> error_counters() const override { return within_->error_counters(); }
+  const can::BusCounters& counters() const override { return within_->counters(); }
 
  private:
   static constexpr std::size_t held_frames = 17;  ///< traits(Fault::late).highest and the present one
 
   bool is_on(Fault kind) const { return on_[static_cast<std::size_t>(kind)].has_value(); }
   double value_of(Fault kind) const { return *on_[static_cast<std::size_t>(kind)]; }
-  void set_rules();
+  bool is_message(const can::Frame& frame) const { return config_.sends && config_.sends->is(frame); }
+  void find_changes();
+  bool misses(const can::Frame& frame);
+  bool loses(const can::Frame& frame) const;
+  bool put(can::Frame frame);
+  double uniform() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
   void corrupt(can::Frame& frame);
   bool pass_in_order(const can::Frame& frame);
   bool pass_late(const can::Frame& frame);
   void babble();
 
-  can::FaultyBus bus_;
+  std::unique_ptr<can::Bus> within_;
   can::Scheduler& scheduler_;
   Config config_;
+  std::mt19937_64 random_;
   std::array<std::optional<double>, fault_count> on_{};  ///< values of the active faults
   bool corrupts_ = false;                                ///< an active fault changes the sent frames
   std::optional<std::int64_t> frozen_value_;

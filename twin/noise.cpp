@@ -10,11 +10,11 @@ DriveNoise::DriveNoise(const Config& config, can::Duration substep, can::Time st
       ripple_(config.ripple),
       ripple_rad_per_s_(2.0 * std::numbers::pi * config.ripple_Hz),
       start_(start),
-      normal_(seed) {}
+      normal_(normal_numbers(seed)) {}
 
 double DriveNoise::operator()(can::Time time) {
   double noise = 0.0;
-  if (sigma_ > 0.0) noise = sigma_ * normal_.next();
+  if (sigma_ > 0.0) noise = sigma_ * normal_();
   if (ripple_ > 0.0) noise += ripple_ * std::sin(ripple_rad_per_s_ * can::seconds(time - start_));
   return noise;
 }

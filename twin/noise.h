@@ -3,27 +3,20 @@
 
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
+#include <boost/random/variate_generator.hpp>
 #include <cstdint>
 
 #include "can/scheduler.h"
 
 namespace hystcan::twin {
 
-// Normally distributed random numbers. Generator and transformation are Boost's, whose numbers, unlike those
-// of <random>, do not depend on the standard library.
-
-class NormalNumbers {
- public:
-  /// The same seed gives the same numbers on every host.
-  explicit NormalNumbers(std::uint64_t seed) : random_(seed) {}
-
-  /// The next number, with mean 0 and standard deviation 1.
-  double next() { return normal_(random_); }
-
- private:
-  boost::random::mt19937_64 random_;
-  boost::random::normal_distribution<double> normal_{};
-};
+/// Numbers with mean 0 and standard deviation 1. Those of Boost, unlike those of <random>, do not depend on
+/// the standard library: the same seed gives the same numbers on every host.
+using NormalNumbers =
+    boost::random::variate_generator<boost::random::mt19937_64, boost::random::normal_distribution<double>>;
+inline NormalNumbers normal_numbers(std::uint64_t seed) {
+  return NormalNumbers(boost::random::mt19937_64(seed), boost::random::normal_distribution<double>());
+}
 
 // Noise and ripple of an amplifier's output, added to the drive:
 //

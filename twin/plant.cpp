@@ -18,6 +18,61 @@ bool is_even(const Model& model) {
     return false;
 }
 
+/// A drive whose amplitude changes with every period, as under a learning controller, nests two turning
+/// points per period. A full memory merges branches, which is a jump that no real actuator makes.
+constexpr std::size_t remembered_branches = 4096;
+
+/// Number of sub-steps taken as one where only creep or temperature move the stage: three simulated days take
+/// a second.
+constexpr int even_substeps = 1000;
+
+/// Spreads neighbouring lengths over a table (Knuth's multiplicative hashing).
+std::size_t slot_of(can::Duration length, std::size_t slots) {
+  return static_cast<std::size_t>((static_cast<std::uint64_t>(length.count()) * 0x9E3779B97F4A7C15U) >> 32U) %
+         slots;
+}
+
+void check(const Plant::Config& config) {
+  if (config.substep <= can::Duration::zero())
+    refuse("substep = ", config.substep.count(), " ns, expected a positive time");
+  if (config.second_mode && !(config.second_mode->share >= 0.0 && config.second_mode->share <= 1.0))
+    refuse("second_mode share = ", config.second_mode->share, ", expected 0 to 1");
+  if (!config.temperature) return;
+  const Temperature& t = *config.temperature;
+  if (!std::isfinite(t.period_s) || t.period_s <= 0.0)
+    refuse("temperature period_s = ", t.period_s, ", expected a positive number");
+  for (const double number : {t.swing_K, t.expansion_um_per_K, t.gain_per_K})
+    if (!std::isfinite(number)) refuse("temperature: ", number, ", expected a finite number");
+}
+
+Plant::Config checked(const Plant::Config& config) {
+  check(config);
+  return config;
+}
+
+model::Creep::Operators operators_of(const Plant::Config& config, const model::OutputCreep& of_model) {
+  model::Creep::Operators all;
+  if (const auto& creep = config.creep; creep && creep->per_decade != 0.0)
+    all = model::logarithmic_creep(creep->per_decade, creep->from_s, creep->to_s);
+  for (const double rate_per_s : of_model.rates_per_s())
+    all.push_back({.weight = of_model.weight(), .rate_per_s = rate_per_s});
+  return all;
+}
+
+model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor) {
+  mode.natural_frequency_Hz *= factor;
+  return mode;
+}
+
+// Within these bounds only rounding would move the mode: it is set to rest.
+bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
+  constexpr double negligible_um = 1e-12;
+  const double swing_um = state.velocity / mode.natural_frequency_Hz;
+  if (std::abs(state.position - input_um) > negligible_um || std::abs(swing_um) > negligible_um) return false;
+  state = {input_um, 0.0};
+  return true;
+}
+
 }  // namespace
 
 template <class Model>
@@ -52,66 +107,7 @@ void Material::pass_zero(double drive) {
   if (drive * drive_ < 0.0) go_to(0.0);
 }
 
-namespace {
-
-/// A drive whose amplitude changes with every period, as under a learning controller, nests two turning
-/// points per period. A full memory merges branches, which is a jump that no real actuator makes.
-constexpr std::size_t remembered_branches = 4096;
-
-/// Number of sub-steps taken as one where only creep or temperature move the stage: three simulated days take
-/// a second.
-constexpr int even_substeps = 1000;
-
-/// Spreads neighbouring lengths over a table (Knuth's multiplicative hashing).
-std::size_t slot_of(can::Duration length, std::size_t slots) {
-  return static_cast<std::size_t>((static_cast<std::uint64_t>(length.count()) * 0x9E3779B97F4A7C15U) >> 32U) %
-         slots;
-}
-
-void check(const Plant::Config& config) {
-  if (config.substep <= can::Duration::zero())
-    refuse("substep = ", config.substep.count(), " ns, expected a positive time");
-  if (config.second_mode && !(config.second_mode->share >= 0.0 && config.second_mode->share <= 1.0))
-    refuse("second_mode share = ", config.second_mode->share, ", expected 0 to 1");
-  if (!config.temperature) return;
-  const Temperature& t = *config.temperature;
-  if (!std::isfinite(t.period_s) || t.period_s <= 0.0)
-    refuse("temperature period_s = ", t.period_s, ", expected a positive number");
-  for (const double number : {t.swing_K, t.expansion_um_per_K, t.gain_per_K})
-    if (!std::isfinite(number)) refuse("temperature: ", number, ", expected a finite number");
-}
-
-Plant::Config checked(const Plant::Config& config) {
-  check(config);
-  return config;
-}
-
-model::Creep::Config operators_of(const Plant::Config& config, const model::OutputCreep& of_model) {
-  model::Creep::Config all;
-  if (const auto& creep = config.creep; creep && creep->per_decade != 0.0)
-    all = model::logarithmic_creep(creep->per_decade, creep->from_s, creep->to_s);
-  for (const double rate_per_s : of_model.rates_per_s())
-    all.operators.push_back({.weight = of_model.weight(), .rate_per_s = rate_per_s});
-  return all;
-}
-
-model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor) {
-  mode.natural_frequency_Hz *= factor;
-  return mode;
-}
-
-// Within these bounds only rounding would move the mode: it is set to rest.
-bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
-  constexpr double negligible_um = 1e-12;
-  const double swing_um = state.velocity / mode.natural_frequency_Hz;
-  if (std::abs(state.position - input_um) > negligible_um || std::abs(swing_um) > negligible_um) return false;
-  state = {input_um, 0.0};
-  return true;
-}
-
-}  // namespace
-
-Plant::Step::Step(const Config& config, const model::Creep::Config& creep_operators,
+Plant::Step::Step(const Config& config, const model::Creep::Operators& creep_operators,
                   can::Duration step_length)
     : length(step_length),
       amplifier(config.amplifier, can::seconds(step_length)),
@@ -192,9 +188,8 @@ void Plant::move_target(double drive, can::Duration time) {
        .course = Amplifier::Course::drive,
        .rate_per_s = way / can::seconds(time)});
   ramp_ = {.end = present_.time + time, .to = target, .turn = {}};
-  const MovingTarget moving{present_.amplifier.output, present_.amplifier.target,
-                            present_.amplifier.rate_per_s};
-  const double turn_s = moving.turns_after_s(Amplifier::limits(config_.amplifier), can::seconds(time));
+  const double turn_s =
+      present_.amplifier.turns_after_s(Amplifier::limits(config_.amplifier), can::seconds(time));
   if (std::isfinite(turn_s))
     ramp_->turn = std::min(ramp_->end, present_.time + can::Duration(std::llround(1e9 * turn_s)));
 }
@@ -233,10 +228,9 @@ void Plant::disturb(const Disturbance& disturbance) {
 
 double Plant::crosstalk_um() const {
   double sum_um = 0.0;
-  for (const Coupled& coupled : couplings_) {
-    coupled.from->advance_to(present_.time);
-    sum_um +=
-        coupled.um_per_um * (coupled.from->own_position_um(coupled.from->present_) - coupled.from->start_um_);
+  for (const auto& [from, um_per_um] : couplings_) {
+    from->advance_to(present_.time);
+    sum_um += um_per_um * (from->own_position_um(from->present_) - from->start_um_);
   }
   return sum_um;
 }
@@ -248,7 +242,7 @@ void Plant::move(Motion& motion, const Step& step, Hysteresis hysteresis) {
   motion.amplifier = step.amplifier(motion.amplifier);
   const double hysteresis_before = motion.hysteresis_um;
   motion.hysteresis_um = hysteresis(motion.amplifier.output + noise_);
-  if (!creep_.operators.empty())
+  if (!creep_.empty())
     motion.creep_um = step.creep(motion.creep, 0.5 * (hysteresis_before + motion.hysteresis_um) - start_um_);
   const double input_before = motion.input_um;
   motion.input_um = input_um(motion);
@@ -279,8 +273,7 @@ void Plant::begin_substep(can::Duration length) {
 bool Plant::has_settled() {
   if (drive_noise_ || config_.temperature) return false;
   const double crept_um = settled_.hysteresis_um - start_um_;
-  if (!std::ranges::all_of(settled_.creep.values, [&](double value) { return value == crept_um; }))
-    return false;
+  if (!std::ranges::all_of(settled_.creep, [&](double value) { return value == crept_um; })) return false;
   return settle(settled_.mode, config_.mode, settled_.input_um) &&
          (!config_.second_mode || settle(settled_.second_mode, config_.second_mode->mode, settled_.input_um));
 }
@@ -288,11 +281,11 @@ bool Plant::has_settled() {
 // Bounds u'' by the sum of the closed forms for creep and temperature.
 bool Plant::drifts_evenly() const {
   constexpr double negligible_um = 1e-6;
-  if (drive_noise_ || (creep_.operators.empty() && !config_.temperature)) return false;
+  if (drive_noise_ || (creep_.empty() && !config_.temperature)) return false;
   double curvature_um_per_s2 = 0.0;
-  for (std::size_t i = 0; i < creep_.operators.size(); ++i) {
-    const auto& [weight, rate_per_s, threshold] = creep_.operators[i];
-    const double to_go_um = settled_.hysteresis_um - start_um_ - settled_.creep.values[i];
+  for (std::size_t i = 0; i < creep_.size(); ++i) {
+    const auto& [weight, rate_per_s, threshold] = creep_[i];
+    const double to_go_um = settled_.hysteresis_um - start_um_ - settled_.creep[i];
     curvature_um_per_s2 += std::abs(weight * rate_per_s * rate_per_s * to_go_um);
   }
   if (config_.temperature) {

@@ -138,7 +138,7 @@ class Plant {
   void disturb(const Disturbance& disturbance);
   /// Adds `um_per_um` times the motion of `from` since its start to this position: a kinematic error, which
   /// does not excite the modes. Every read of the position reads `from`, so it must live as long as this.
-  void couple(Plant& from, double um_per_um) { couplings_.push_back({&from, um_per_um}); }
+  void couple(Plant& from, double um_per_um) { couplings_.emplace_back(&from, um_per_um); }
 
   /// Each handler is called at the end of every sub-step of the fixed grid, with the position without
   /// couplings; it is linear in between. A rest counts as one sub-step, a whole number of times as long: the
@@ -171,16 +171,12 @@ class Plant {
   };
   /// The steps of all parts over one length of time.
   struct Step {
-    Step(const Config& config, const model::Creep::Config& creep_operators, can::Duration step_length);
+    Step(const Config& config, const model::Creep::Operators& creep_operators, can::Duration step_length);
     can::Duration length;
-    Amplifier::Step amplifier;
-    model::SecondOrder::Step mode;
-    std::optional<model::SecondOrder::Step> second_mode;
-    model::Creep::Step creep;
-  };
-  struct Coupled {
-    Plant* from;
-    double um_per_um;
+    Amplifier amplifier;
+    model::SecondOrder mode;
+    std::optional<model::SecondOrder> second_mode;
+    model::Creep creep;
   };
 
   /// The rest of the way of a moving target.
@@ -206,7 +202,7 @@ class Plant {
   double own_position_um(const Motion& motion) const;
 
   Config config_;  ///< natural frequencies as disturbed
-  model::Creep::Config creep_;
+  model::Creep::Operators creep_;
   double late_share_;  ///< s
   Disturbance disturbance_;
   Material material_;  ///< as of settled_
@@ -222,7 +218,7 @@ class Plant {
   double noise_ = 0.0;
   std::vector<GridHandler> on_grid_;
   DriveNoise drive_noise_;
-  std::vector<Coupled> couplings_;
+  std::vector<std::pair<Plant*, double>> couplings_;  ///< from, um_per_um
 };
 
 }  // namespace hystcan::twin

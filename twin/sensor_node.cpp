@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "twin/config.h"
+
 namespace hystcan::twin {
 namespace {
 
@@ -24,7 +26,7 @@ Sensor::Sensor(const Config& config, std::uint64_t seed, can::Time start, can::D
       omega_(2.0 * std::numbers::pi * config.bandwidth_Hz),
       substep_decay_(std::exp(-omega_ * can::seconds(substep))),
       points_(points_needed(config.delay, substep)),
-      normal_(seed),
+      normal_(normal_numbers(seed)),
       density_rms_um_(config.noise_density_um_per_rtHz *
                       std::sqrt(0.5 * std::numbers::pi * config.bandwidth_Hz)) {}
 
@@ -45,7 +47,7 @@ Sensor::Reading Sensor::measure(can::Time time, double position_um) {
   if (config_.nonlinearity_percent != 0.0)
     reading_um += 0.01 * config_.nonlinearity_percent * (hi - lo) *
                   std::sin(2.0 * std::numbers::pi * (held_um - lo) / (hi - lo));
-  reading_um += config_.noise_um_rms * normal_.next();
+  reading_um += config_.noise_um_rms * normal_();
   if (density_rms_um_ > 0.0) reading_um += low_passed_noise(time);
   if (config_.resolution_um > 0.0)
     reading_um = config_.resolution_um * std::round(reading_um / config_.resolution_um);
@@ -88,7 +90,7 @@ double Sensor::delayed_um(const Point& now) const {
 double Sensor::low_passed_noise(can::Time time) {
   const double rho =
       has_sampled_ ? std::exp(-omega_ * can::seconds(std::max(time, last_sample_) - last_sample_)) : 0.0;
-  density_noise_um_ = rho * density_noise_um_ + std::sqrt(1.0 - rho * rho) * density_rms_um_ * normal_.next();
+  density_noise_um_ = rho * density_noise_um_ + std::sqrt(1.0 - rho * rho) * density_rms_um_ * normal_();
   last_sample_ = time;
   has_sampled_ = true;
   return density_noise_um_;
@@ -99,22 +101,24 @@ const Sensor::Point& Sensor::point(std::size_t age) const {
   return points_[(newest_ + points_.size() - age) % points_.size()];
 }
 
-SensorNode::SensorNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
-                       std::unique_ptr<can::Bus> bus, Plant& plant, Sensor sensor)
+SensorNode::SensorNode(const WiredAxisConfig& config, const CommonConfig& common,
+                       const can::Database& database, can::Scheduler& scheduler,
+                       std::unique_ptr<can::Bus> bus, Plant& plant)
     : scheduler_(scheduler),
       bus_(std::move(bus)),
       plant_(plant),
-      sensor_(std::move(sensor)),
-      runs_free_(config.clock.sampling == Sampling::free),
-      period_ns_(1e9 / (config.clock.rate_Hz * (1.0 + 1e-6 * config.clock.skew_ppm))),
+      sensor_(config.axis.sensor, common.seed + config.wire.sensor_node, scheduler.now(),
+              config.axis.plant.substep),
+      runs_free_(config.axis.sample_clock.sampling == Sampling::free),
+      period_ns_(1e9 / (config.axis.sample_clock.rate_Hz * (1.0 + 1e-6 * config.axis.sample_clock.skew_ppm))),
       clock_(scheduler.make_timer([this] { on_clock(); })),
-      nmt_(*bus_, scheduler, config.wire.sensor_node, config.heartbeat_period,
+      nmt_(*bus_, scheduler, config.wire.sensor_node, common.heartbeat_period,
            [this](can::NmtState state) { on_nmt(state); }),
       sdo_(config.wire.sensor_node),
       encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)),
       encode_sample_at_power_on_(encode_sample_) {
   if (runs_free_ && !(period_ns_ >= 1.0 && period_ns_ < 1e12))
-    throw std::invalid_argument("the sensor samples at " + std::to_string(config.clock.rate_Hz) +
+    throw std::invalid_argument("the sensor samples at " + std::to_string(config.axis.sample_clock.rate_Hz) +
                                 " Hz by its own clock, expected a rate > 0");
   bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
 }

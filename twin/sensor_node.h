@@ -19,6 +19,9 @@
 
 namespace hystcan::twin {
 
+struct WiredAxisConfig;  // twin/config.h
+struct CommonConfig;
+
 // The position sensor: bandwidth, delay, characteristic, drift, noise, quantisation.
 //
 //   y' = omega (x - y),  omega = 2 pi bandwidth     exact for a position that is linear between grid points
@@ -122,15 +125,9 @@ struct SampleClock {
 
 class SensorNode {
  public:
-  struct Config {
-    can::AxisWire wire;
-    can::Duration heartbeat_period{};
-    SampleClock clock{};
-  };
-
   /// Throws std::invalid_argument where a free-running clock has no rate.
-  SensorNode(const Config& config, const can::Database& database, can::Scheduler& scheduler,
-             std::unique_ptr<can::Bus> bus, Plant& plant, Sensor sensor);
+  SensorNode(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
+             can::Scheduler& scheduler, std::unique_ptr<can::Bus> bus, Plant& plant);
   SensorNode(const SensorNode&) = delete;
   SensorNode& operator=(const SensorNode&) = delete;
 

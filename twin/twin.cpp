@@ -8,23 +8,6 @@
 namespace hystcan::twin {
 namespace {
 
-AmplifierNode::Config amplifier_config(const can::AxisWire& wire, const AxisConfig& axis,
-                                       const CommonConfig& common) {
-  const Amplifier::Config& amplifier = axis.plant.amplifier;
-  return {.wire = wire,
-          .drive_min = amplifier.drive_min,
-          .drive_max = amplifier.drive_max,
-          .safe_drive = amplifier.safe_drive,
-          .command_timeout = axis.command_timeout,
-          .heartbeat_period = common.heartbeat_period,
-          .status_every = axis.status_every,
-          .watchdog_action = axis.watchdog_action,
-          .apply = axis.apply,
-          .interpolation = axis.interpolate ? common.cycle : can::Duration::zero(),
-          .enable_delay = axis.enable_delay,
-          .soft_start = axis.soft_start};
-}
-
 /// Opens a node's connection, at which faults can act, and sets `line` to it.
 can::Attach attach_with_faults(const can::Attach& attach, can::Scheduler& scheduler,
                                const FaultyConnection::Config& config, FaultyConnection*& line) {
@@ -64,18 +47,15 @@ Axis::Axis(const WiredAxisConfig& config, const CommonConfig& common, const can:
     : name(config.wire.name),
       wire(config.wire),
       plant(config.axis.plant, scheduler.now()),
-      amplifier(amplifier_config(wire, config.axis, common), database, scheduler,
+      amplifier(config, common, database, scheduler,
                 attach_with_faults(attach, scheduler, amplifier_line_config(wire, database, common.seed),
                                    amplifier_line),
                 plant),
-      sensor({.wire = wire, .heartbeat_period = common.heartbeat_period, .clock = config.axis.sample_clock},
-             database, scheduler,
+      sensor(config, common, database, scheduler,
              attach_sensor(
                  wire, attach_with_faults(attach, scheduler, sensor_line_config(wire, database, common.seed),
                                           sensor_line)),
-             plant,
-             Sensor(config.axis.sensor, common.seed + wire.sensor_node, scheduler.now(),
-                    config.axis.plant.substep)),
+             plant),
       drive_noise(config.axis.drive_noise, config.axis.plant.substep, scheduler.now(),
                   common.seed + wire.amplifier_node) {
   if (!drive_noise.is_silent()) plant.set_drive_noise([this](can::Time time) { return drive_noise(time); });

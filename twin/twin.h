@@ -15,12 +15,7 @@
 #include "can/dbc/database.h"
 #include "can/scheduler.h"
 #include "model/coupling.h"
-#include "twin/amplifier_node.h"
 #include "twin/fault_scheduler.h"
-#include "twin/faulty_connection.h"
-#include "twin/noise.h"
-#include "twin/plant.h"
-#include "twin/sensor_node.h"
 
 namespace hystcan::twin {
 
@@ -40,43 +35,6 @@ struct Truth {
 };
 
 using TruthHandler = std::function<void(const Truth&)>;
-
-struct AxisConfig {
-  Plant::Config plant;
-  Sensor::Config sensor;
-  can::Duration command_timeout{};
-  unsigned status_every = 10;
-  std::vector<model::Coupling> couplings{};  ///< Of the way that the other axis is from its start.
-  WatchdogAction watchdog_action = WatchdogAction::safe;
-  Apply apply = Apply::sync;
-  bool interpolate = false;      ///< moves to a setpoint in a straight line within a cycle
-  can::Duration enable_delay{};  ///< from Enable until the output is connected
-  can::Duration soft_start{};    ///< from there to enabled
-  DriveNoise::Config drive_noise{};
-  SampleClock sample_clock{};
-};
-
-struct WiredAxisConfig {
-  can::AxisWire wire;
-  AxisConfig axis;
-};
-
-/// What holds for the twin as a whole.
-struct CommonConfig {
-  std::uint64_t seed = 1;
-  can::Duration heartbeat_period{};
-  can::Duration cycle{};            ///< of the SYNCs, as set in an amplifier that interpolates
-  std::vector<FaultSpec> faults{};  ///< their times count from start()
-  std::optional<RandomFaults> random_faults{};
-};
-
-struct Config : CommonConfig {
-  std::vector<WiredAxisConfig> axes;
-};
-
-/// The same twin with these axes alone and their faults; the others are other twins', or real. Throws
-/// std::invalid_argument where there is no axis of a name.
-Config with_axes(Config config, const std::vector<std::string>& names);
 
 class Twin {
  public:

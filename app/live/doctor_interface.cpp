@@ -148,7 +148,7 @@ std::vector<Finding> examine_interface(const config::Config& config, const std::
     else
       findings.push_back({"round trip", Verdict::good, "not tried: --send puts frames on this bus"});
     return findings;
-  } catch (const can::InterfaceError& error) {
+  } catch (const RunError& error) {
     const std::string text = error.what();
     const auto cut = text.find("; ");
     return {

@@ -29,7 +29,7 @@ class LiveConfig {
     std::vector<config::Change> after_restart;
     std::vector<std::unique_ptr<controller::Request>> requests;  ///< retune, one for each axis concerned
   };
-  /// Prepares the file as it is now; discards earlier single settings. Throws Error, can::DbcError.
+  /// Prepares the file as it is now; discards earlier single settings. Throws Error.
   Prepared reread() const;
   /// Prepares one setting of an axis's control: key "kp", "delays.resonance_Hz".
   Prepared with(std::string_view axis, std::string_view key, const std::string& toml_value) const;

@@ -15,7 +15,7 @@
 
 namespace hystcan::app {
 
-/// Logs the settings of the interface, with a warning for each doubtful one. Throws InterfaceError if the
+/// Logs the settings of the interface, with a warning for each doubtful one. Throws RunError if the
 /// interface cannot serve a node that sends.
 void check_interface(const config::Config& config, const std::string& interface);
 

@@ -254,14 +254,6 @@ void number_nodes(StageFacts& stage, const StatedFacts& stated, Questions& quest
   }
 }
 
-can::Database read_dbc(const std::filesystem::path& file) {
-  try {
-    return can::load_dbc(file);
-  } catch (const can::DbcError& error) {
-    throw Error(error.what());
-  }
-}
-
 void ask_about_the_bus(StageFacts& stage, const StatedFacts& stated, const std::filesystem::path& shipped_dbc,
                        Questions& questions) {
   stage.rate_Hz = questions.number(
@@ -283,7 +275,7 @@ void ask_about_the_bus(StageFacts& stage, const StatedFacts& stated, const std::
                      stated.dbc, own, [&](const std::string& file) -> std::string {
                        if (file == own && !std::filesystem::exists(file)) return {};
                        try {
-                         read_dbc(file);
+                         can::load_dbc(file);
                          return {};
                        } catch (const Error& error) {
                          return error.what();
@@ -333,7 +325,7 @@ StageFacts asked_from_the_first(const StatedFacts& stated, const std::vector<Axi
   ask_about_the_bus(stage, stated, shipped_dbc(stage.axes.front().drive_unit), questions);
   questions.require_all();
   const std::vector<AxisRoles> roles =
-      propose_roles(read_dbc(stage.dbc_file), stage.axes, stage.dbc_file.string());
+      propose_roles(can::load_dbc(stage.dbc_file), stage.axes, stage.dbc_file.string());
   for (std::size_t i = 0; i < roles.size(); ++i) {
     stage.axes[i].roles = roles[i];
     ask_for_enable(stage.axes[i].roles, stated.axes[i],

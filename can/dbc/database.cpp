@@ -62,15 +62,8 @@ const Signal* Message::find(std::string_view signal) const { return find_named(s
 
 const Message* Database::find(std::string_view message) const { return find_named(messages, message); }
 
-const AttributeValue* attribute(const Database& database, const Attributes& given, std::string_view name) {
-  if (const auto own = given.find(name); own != given.end()) return &own->second;
-  const auto defined = database.attribute_definitions.find(name);
-  if (defined == database.attribute_definitions.end() || !defined->second.default_value) return nullptr;
-  return &*defined->second.default_value;
-}
-
 Database parse_dbc(std::string_view text, const std::string& file_name) {
-  if (is_utf16(text)) throw DbcError(file_name + ":1:1: " + std::string(refusal_of_encoding(text)));
+  if (is_utf16(text)) throw Error(file_name + ":1:1: " + std::string(refusal_of_encoding(text)));
   text = without_byte_order_mark(text);
   Places place(text, file_name);
   try {
@@ -82,7 +75,7 @@ Database parse_dbc(std::string_view text, const std::string& file_name) {
     for (const auto& [where, what] : warnings) database.warnings.push_back(place(where) + ": " + what);
     return database;
   } catch (const dbc::ParseError& error) {
-    throw DbcError(place(error.where) + ": found " + error.found + ", expected " + error.expected);
+    throw Error(place(error.where) + ": found " + error.found + ", expected " + error.expected);
   }
 }
 
@@ -90,7 +83,7 @@ Database load_dbc(const std::filesystem::path& file) {
   try {
     return parse_dbc(read_regular_file(file, dbc::largest_file), file.string());
   } catch (const FileError& error) {
-    throw DbcError(file.string() + ": cannot be read: " + error.what());
+    throw Error(file.string() + ": cannot be read: " + error.what());
   }
 }
 

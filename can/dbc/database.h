@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
+
+#include "base/error.h"
 
 namespace hystcan::can {
 
@@ -32,10 +32,6 @@ struct Multiplexing {
   std::vector<Range> ranges;
 };
 
-/// The value of an attribute (BA_): INT and HEX, FLOAT, STRING or the name of an ENUM's item.
-using AttributeValue = std::variant<std::int64_t, double, std::string>;
-using Attributes = std::map<std::string, AttributeValue, std::less<>>;
-
 /// One signal:
 ///
 ///   physical = raw * scale + offset
@@ -55,12 +51,8 @@ struct Signal {
   double minimum = 0.0;  ///< physical range; minimum == maximum == 0: the DBC states none
   double maximum = 0.0;
   std::string unit;
-  std::string comment;
-  std::vector<std::string> receivers;
   std::map<std::int64_t, std::string> values;  ///< names of raw values (VAL_)
   Multiplexing multiplexing;
-  Attributes attributes;              ///< without defaults; attribute() also looks for the default
-  std::optional<double> start_value;  ///< GenSigStartValue, raw
 };
 
 /// True: the signal has 1 to 64 bits and a readable value type.
@@ -77,50 +69,14 @@ struct Message {
   std::uint16_t length = 0;  ///< bytes; more than 64 if a transport protocol carries it (J1939)
   bool fd = false;           ///< CAN FD, by VFrameFormat or, without it, by the length
   std::string sender;
-  std::string comment;
   std::vector<Signal> signals;
-  Attributes attributes;
-  std::optional<double> cycle_time_ms;  ///< GenMsgCycleTime; empty if it is 0
 
   /// By its name, or by a short name that only one signal has. Null if absent.
   const Signal* find(std::string_view signal) const;
 };
 
-struct Node {
-  std::string name;
-  std::string short_name;  ///< in the file, if an attribute has the long name; else empty
-  std::string comment;
-  Attributes attributes;
-};
-
-/// An attribute's definition (BA_DEF_) and its default (BA_DEF_DEF_).
-struct AttributeDefinition {
-  enum class Type : std::uint8_t { integer, hexadecimal, real, text, enumeration };
-
-  std::string object;  ///< "" network, "BU_" node, "BO_" message, "SG_" signal, "EV_", "BU_SG_REL_", ...
-  Type type = Type::text;
-  std::vector<std::string> items;  ///< the items of an enumeration
-  std::optional<AttributeValue> default_value;
-};
-
-/// An attribute of a node together with a message, a signal or an environment variable (BA_REL_).
-struct RelationAttribute {
-  std::string name;
-  std::string node;
-  std::string message;  ///< empty for an environment variable
-  std::string object;   ///< name of the signal or of the environment variable
-  AttributeValue value;
-};
-
 struct Database {
-  std::string version;
-  std::string comment;
-  std::vector<Node> nodes;
   std::vector<Message> messages;
-  std::map<std::string, std::map<std::int64_t, std::string>, std::less<>> value_tables;  ///< VAL_TABLE_
-  std::map<std::string, AttributeDefinition, std::less<>> attribute_definitions;
-  Attributes attributes;  ///< attributes of the network
-  std::vector<RelationAttribute> relation_attributes;
   std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: what`
   std::size_t further_warnings = 0;   ///< number of those that are not in `warnings`
   std::map<std::uint32_t, std::size_t> message_by_id;  ///< key_of() to the last such message
@@ -129,15 +85,6 @@ struct Database {
   const Message* find(std::string_view message) const;
 
   static std::uint32_t key_of(std::uint32_t id, bool extended) { return extended ? id | 1U << 31U : id; }
-};
-
-/// The attribute in `given` or, if it is absent, its default. Null if there is neither.
-const AttributeValue* attribute(const Database& database, const Attributes& given, std::string_view name);
-
-/// what() is `FILE:LINE:COLUMN: what, expected what`.
-class DbcError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
 };
 
 /// What a DBC may have at most. Within these limits, time and memory grow in proportion to the file.
@@ -152,11 +99,12 @@ inline constexpr std::size_t most_items = 65'536;  ///< of one list: receivers, 
 inline constexpr std::size_t most_warnings = 1000;  ///< that are kept; all others are only counted
 }  // namespace dbc
 
-/// Throws DbcError if the text is not a DBC, or has more than these limits allow. Known irregularities of
-/// real files give a warning; docs/protocol.md lists them. All texts are converted to UTF-8.
+/// Throws Error if the text is not a DBC, or has more than these limits allow. Known irregularities of real
+/// files give a warning; docs/protocol.md lists them. All texts are converted to UTF-8. Comments, receivers
+/// and most attributes are checked but not kept.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
-/// Throws DbcError, also if the file can't be read.
+/// Throws Error, also if the file can't be read.
 Database load_dbc(const std::filesystem::path& file);
 
 }  // namespace hystcan::can

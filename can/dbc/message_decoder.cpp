@@ -22,32 +22,29 @@ std::uint64_t bits_of(const Signal& signal, std::span<const std::uint8_t> payloa
 class Presence {
  public:
   Presence(const Message& message, std::span<const std::uint8_t> payload)
-      : signals_(message.signals), payload_(payload), known_(message.signals.size(), State::unknown) {}
+      : signals_(message.signals), payload_(payload), known_(message.signals.size()) {}
 
   bool of(std::size_t asked) {
     std::size_t index = asked;
-    while (known_[index] == State::unknown) {  // follow the switches to a known one or to the last
-      known_[index] = State::asked;
+    while (!known_[index]) {  // follow the switches to a known one or to the last
+      known_[index] = false;  // until it is known; stays in a ring
       chain_.push_back(index);
       const auto& switched_by = signals_[index].multiplexing.switched_by;
       if (!switched_by) break;
       index = *switched_by;
     }
-    for (; !chain_.empty(); chain_.pop_back()) {
-      known_[chain_.back()] = is_present(signals_[chain_.back()]) ? State::present : State::absent;
-    }
-    return known_[asked] == State::present;
+    for (; !chain_.empty(); chain_.pop_back()) known_[chain_.back()] = is_present(signals_[chain_.back()]);
+    return known_[asked] == true;
   }
 
  private:
   using Range = Multiplexing::Range;
-  enum class State : std::uint8_t { unknown, asked, present, absent };
 
   bool is_present(const Signal& signal) const {
     if (!can_be_read(signal, payload_)) return false;
     const Multiplexing& multiplexing = signal.multiplexing;
     if (!multiplexing.switched_by) return true;
-    if (known_[*multiplexing.switched_by] != State::present) return false;
+    if (known_[*multiplexing.switched_by] != true) return false;
     const std::uint64_t reads = bits_of(signals_[*multiplexing.switched_by], payload_);
     const auto range = std::ranges::lower_bound(multiplexing.ranges, reads, std::less<>{}, &Range::high);
     return range != multiplexing.ranges.end() && range->low <= reads;
@@ -55,7 +52,7 @@ class Presence {
 
   const std::vector<Signal>& signals_;
   std::span<const std::uint8_t> payload_;
-  std::vector<State> known_;
+  std::vector<std::optional<bool>> known_;  ///< whether a signal is present
   std::vector<std::size_t> chain_;
 };
 

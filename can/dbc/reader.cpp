@@ -63,10 +63,9 @@ Database Reader::read() {
   }
   for (const auto& apply : details_) apply();
   for (const auto& apply : long_names_) apply();
-  name_nodes();
+  name_senders();
   note_repeated_long_names();
-  for (const auto& apply : relations_) apply();
-  for (Message& message : database_.messages) derive(message);
+  set_frame_formats();
   return std::move(database_);
 }
 
@@ -157,7 +156,7 @@ void Reader::need_room(std::size_t count, std::size_t most, std::string_view at,
 }
 
 void Reader::version() {
-  database_.version = unescaped(cursor_.need_quoted("the version in quotes", longest_text));
+  cursor_.need_quoted("the version in quotes", longest_text);
   cursor_.take(';');
 }
 
@@ -184,12 +183,9 @@ void Reader::nodes() {
     const std::string_view word = cursor_.peek_word();
     if (word.empty() || is_section(word)) break;
     if (cursor_.at_line_start() && looks_like_section(word)) break;
-    need_room(database_.nodes.size(), most_nodes, word, "nodes");
+    need_room(nodes_.size(), most_nodes, word, "nodes");
     const std::string_view name = cursor_.need_word("the name of a node");
-    if (nodes_.emplace(name, database_.nodes.size()).second)
-      database_.nodes.push_back({to_utf8(name), {}, {}, {}});
-    else
-      note(name, "node " + std::string(name) + " occurs a second time");
+    if (!nodes_.try_emplace(name).second) note(name, "node " + std::string(name) + " occurs a second time");
     cursor_.take(',');
   }
   cursor_.take(';');
@@ -241,7 +237,7 @@ void Reader::message() {
                        " occurs a second time: the last message decodes its frames");
   }
   by_id_.emplace(id, index);
-  texts_.push_back({name, {}, {}});
+  texts_.push_back({name, {}, {}, {}});
   database_.messages.push_back(std::move(message));
 }
 
@@ -263,7 +259,7 @@ void Reader::signal() {
   if (unit.find_first_of("\r\n") != std::string_view::npos)
     throw ParseError{unit.data() - 1, "a text over several lines", "the unit" + of + " in one line"};
   signal.unit = unescaped(unit);
-  read_receivers(signal.receivers);
+  skip_receivers();
   if (!in_left_out_) add_signal(std::move(signal), name, start_bit);
 }
 
@@ -329,13 +325,13 @@ char Reader::one_of(std::string_view marks, const std::string& words) {
 }
 
 /// The receivers on the signal's line and, after a comma, on the next line.
-void Reader::read_receivers(std::vector<std::string>& names) {
+void Reader::skip_receivers() {
   bool more = false;
-  while (more || cursor_.next_is_on_this_line()) {
+  for (std::size_t count = 0; more || cursor_.next_is_on_this_line(); ++count) {
     const std::string_view name = cursor_.peek_word();
     if (name.empty() || is_section(name)) break;
-    need_room(names.size(), most_items, name, "receivers of a signal");
-    names.push_back(to_utf8(cursor_.need_word("a receiver")));
+    need_room(count, most_items, name, "receivers of a signal");
+    cursor_.need_word("a receiver");
     more = cursor_.take(',');
   }
   cursor_.take(';');

@@ -33,11 +33,13 @@ std::string cited(std::string_view token);
 
 /// One function for each section; it starts with the cursor after the section's name.
 ///
-/// Nodes, messages, value tables and definitions of attributes enter the database where they stand. The
-/// sections that say more about them (comments, names of values, attributes, ...) may stand before them, so
-/// they are read where they stand and apply after the last line. They name messages and signals by
-/// identifier and name. If several messages or signals have the same identifier or name, the section
-/// applies to all of them.
+/// Nodes, messages, value tables and definitions of attributes are kept where they stand. The sections that
+/// say more about them (names of values, attributes, ...) may stand before them, so they are read where they
+/// stand and apply after the last line. They name messages and signals by identifier and name. If several
+/// messages or signals have the same identifier or name, the section applies to all of them.
+///
+/// Nothing is kept of comments, receivers, relations (BA_REL_) and most attributes: their syntax, and that
+/// their objects and attributes exist, is checked.
 class Reader {
  public:
   explicit Reader(std::string_view text) : cursor_(text) {}
@@ -55,6 +57,7 @@ class Reader {
     std::string_view name;
     std::vector<std::string_view> signals;
     std::multimap<std::string_view, std::size_t> signal_by_name;
+    std::optional<bool> fd;  ///< by the message's own VFrameFormat
   };
 
   /// The object of a comment or of an attribute.
@@ -64,10 +67,16 @@ class Reader {
     std::string_view id;    ///< of the message
   };
 
-  /// A number or a text in quotes.
+  /// A number or a text.
   struct Value {
-    std::string_view text;
-    bool quoted = false;
+    std::string_view token;
+    bool is_text = false;
+  };
+
+  struct Attribute {
+    std::string_view type;                ///< INT, HEX, FLOAT, STRING or ENUM
+    std::vector<std::string_view> items;  ///< of an ENUM
+    std::optional<Value> default_value;
   };
 
   using Names = std::map<std::int64_t, std::string>;
@@ -92,7 +101,7 @@ class Reader {
   void read_range(Signal& signal, const std::string& of);
   Multiplexing simple_multiplexing(std::string_view word, const std::string& of);
   char one_of(std::string_view marks, const std::string& words);
-  void read_receivers(std::vector<std::string>& names);
+  void skip_receivers();
   void note_of_signal(std::string_view at, std::string what);
   void add_signal(Signal signal, std::string_view name, std::string_view start_bit);
   static void find_switch(Message& message);
@@ -117,11 +126,11 @@ class Reader {
   void attribute();
   void relation();
   void set_long_name(const Subject& subject, std::string_view name);
-  void add_relation(std::string_view name, std::string_view node, const Subject& subject, const Value& value);
-  AttributeValue value_of(std::string_view name, const Value& value);
-  void name_nodes();
+  Value known_value(std::string_view name, const Value& value);
+  void name_senders();
   void note_repeated_long_names();
-  void derive(Message& message) const;
+  static bool is_fd(const Value& format);
+  void set_frame_formats();
 
   // Search by identifier and name. `bytes` is what `act` copies to each object.
   void count_copies(std::string_view at, std::size_t bytes);
@@ -141,10 +150,11 @@ class Reader {
   std::optional<std::uint64_t> left_out_;          ///< Vector's message without a frame
   std::vector<std::function<void()>> details_;     ///< apply after the last line
   std::vector<std::function<void()>> long_names_;  ///< apply after these
-  std::vector<std::function<void()>> relations_;   ///< apply after these
   std::size_t copied_ = 0;
   // Trees, because the keys of a hash table can be chosen so that each search visits all of them.
-  std::map<std::string_view, std::size_t> nodes_;
+  std::map<std::string_view, std::string> nodes_;  ///< long name of each, if it has one
+  std::map<std::string, Names> value_tables_;
+  std::map<std::string, Attribute> attributes_;
   std::map<std::string_view, std::size_t> names_;    ///< index of each message
   std::multimap<std::uint64_t, std::size_t> by_id_;  ///< by the identifier in the DBC
 };
@@ -173,19 +183,18 @@ void Reader::for_signals(std::string_view id, std::string_view name, std::size_t
   });
 }
 
-/// The database stands for the network. Nothing is kept of environment variables.
+/// `act` takes a message, a signal or the long name of a node. Nothing is kept of the network and of
+/// environment variables.
 template <class Do>
 void Reader::for_objects(const Subject& subject, std::size_t bytes, Do&& act) {
-  if (subject.kind.empty()) {
-    act(database_);
-  } else if (subject.kind == "BO_") {
+  if (subject.kind == "BO_") {
     for_messages(subject.id, bytes, [&](std::size_t index) { act(database_.messages[index]); });
   } else if (subject.kind == "SG_") {
     for_signals(subject.id, subject.name, bytes, act);
   } else if (subject.kind == "BU_") {
     const auto found = nodes_.find(subject.name);
     if (found != nodes_.end())
-      act(database_.nodes[found->second]);
+      act(found->second);
     else if (subject.name != "Vector__XXX")
       note(subject.name, "there is no node " + std::string(subject.name));
   }

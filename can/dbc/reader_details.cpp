@@ -1,12 +1,17 @@
 // The sections that say more about messages and signals: comments, names of values, types, extended
-// multiplexing.
+// multiplexing, attributes.
 #include <algorithm>
+#include <array>
+#include <set>
 
 #include "can/dbc/reader.h"
 #include "can/dbc/text.h"
 
 namespace hystcan::can::dbc {
 namespace {
+
+constexpr const char* attribute_name = "the name of an attribute in quotes";
+constexpr const char* frame_format = "VFrameFormat";
 
 std::size_t bytes_of(const std::map<std::int64_t, std::string>& names) {
   std::size_t bytes = 0;
@@ -30,6 +35,13 @@ std::vector<Multiplexing::Range> disjoint(std::vector<Multiplexing::Range> range
 
 }  // namespace
 
+/// VFrameFormat is an ENUM with names, or an INT with the numbers of Vector.
+bool Reader::is_fd(const Value& format) {
+  const auto number = format.is_text ? std::nullopt : to_real(format.token);
+  if (!number) return format.token.ends_with("FD");
+  return *number == 14.0 || *number == 15.0;  // StandardCAN_FD, ExtendedCAN_FD
+}
+
 Reader::Subject Reader::subject() {
   const std::string_view kind = cursor_.peek_word();
   if (kind != "BU_" && kind != "BO_" && kind != "SG_" && kind != "EV_") return {};
@@ -45,12 +57,9 @@ Reader::Subject Reader::subject() {
 void Reader::comment() {
   const Subject of = subject();
   if (of.kind.empty() && cursor_.next() != '"') cursor_.refuse("BO_, SG_, BU_, EV_ or a comment in quotes");
-  const std::string_view text = cursor_.need_quoted(quoted_text, longest_text);
+  cursor_.need_quoted(quoted_text, longest_text);
   need_semicolon();
-  details_.emplace_back([this, of, text] {
-    const std::string comment = unescaped(text);
-    for_objects(of, comment.size(), [&](auto& object) { object.comment = comment; });
-  });
+  details_.emplace_back([this, of] { for_objects(of, 0, [](const auto&) {}); });
 }
 
 /// A raw value above the signed range means the signed value with the same 64 bits.
@@ -72,7 +81,7 @@ Reader::Names Reader::value_names() {
 
 void Reader::value_table() {
   const std::string_view name = cursor_.need_word("the name of a value table");
-  Names& table = database_.value_tables[to_utf8(name)];
+  Names& table = value_tables_[to_utf8(name)];
   for (const auto& [raw, value] : value_names()) table[raw] = value;
   need_semicolon();
 }
@@ -96,8 +105,8 @@ void Reader::values() {
 
 void Reader::set_values(std::string_view id, std::string_view signal, std::string_view table, Names names) {
   if (!table.empty()) {
-    const auto found = database_.value_tables.find(to_utf8(table));
-    if (found == database_.value_tables.end()) {
+    const auto found = value_tables_.find(to_utf8(table));
+    if (found == value_tables_.end()) {
       note(table, "there is no value table " + std::string(table));
     } else {
       count_copies(table, bytes_of(found->second));
@@ -177,6 +186,158 @@ void Reader::set_multiplexing(std::string_view id, std::string_view switched, st
     }
     message.signals[found_switch->second].multiplexing.is_switch = true;
   });
+}
+
+void Reader::definition() {
+  cursor_.take_word();  // the kind of object
+  const std::string name = unescaped(cursor_.need_quoted(attribute_name, longest_name));
+  constexpr const char* any_type = "INT, HEX, FLOAT, STRING or ENUM";
+  constexpr std::array<std::string_view, 5> types = {"INT", "HEX", "FLOAT", "STRING", "ENUM"};
+  Attribute attribute{cursor_.need_word(any_type), {}, {}};
+  if (std::ranges::find(types, attribute.type) == types.end())
+    throw ParseError{attribute.type.data(), cited(attribute.type), any_type};
+  while (cursor_.next() != ';' && !cursor_.at_end()) {  // the names of an ENUM; the range of a number
+    const auto item =
+        cursor_.next() == '"' ? cursor_.need_quoted(quoted_text, longest_name) : cursor_.take_number();
+    if (!item) break;
+    need_room(attribute.items.size(), most_items, *item, "items of an attribute");
+    attribute.items.push_back(*item);
+    cursor_.take(',');
+  }
+  need_semicolon();
+  attributes_[name] = std::move(attribute);
+}
+
+Reader::Value Reader::value() {
+  if (cursor_.next() == '"') return {cursor_.need_quoted(quoted_text, longest_text), true};
+  if (const auto number = cursor_.take_number()) return {*number, false};
+  return {cursor_.need_word("a number or a text in quotes"), true};
+}
+
+void Reader::attribute_default() {
+  const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
+  const Value given = value();
+  need_semicolon();
+  details_.emplace_back([this, name, given] {
+    const auto found = attributes_.find(unescaped(name));
+    if (found == attributes_.end())
+      note(name, "a default for attribute " + cited(name) + ", which is not defined");
+    else
+      found->second.default_value = known_value(name, given);
+  });
+}
+
+/// Names of more than 32 characters stand shortened in the file, and whole in an attribute.
+void Reader::attribute() {
+  const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
+  const Subject of = subject();
+  const Value given = value();
+  need_semicolon();
+  details_.emplace_back([this, name, of, given] {
+    const Value known = known_value(name, given);
+    if (of.kind != "BO_" || name != frame_format) return for_objects(of, 0, [](const auto&) {});
+    for_messages(of.id, 0, [&](std::size_t index) { texts_[index].fd = is_fd(known); });
+  });
+  const bool is_long_name = (of.kind == "BO_" && name == "SystemMessageLongSymbol") ||
+                            (of.kind == "SG_" && name == "SystemSignalLongSymbol") ||
+                            (of.kind == "BU_" && name == "SystemNodeLongSymbol");
+  if (is_long_name && !given.token.empty())
+    long_names_.emplace_back([this, of, given] { set_long_name(of, given.token); });
+}
+
+void Reader::set_long_name(const Subject& subject, std::string_view name) {
+  if (name.size() > longest_name || !Cursor::is_word(name))
+    return note(name, cited(name) + " is not a name: the name in the file stays");
+  const std::string long_name = to_utf8(name);
+  for_objects(subject, long_name.size(), [&](auto& object) {
+    if constexpr (requires { object.short_name; }) {
+      if (object.short_name.empty()) object.short_name = object.name;
+      object.name = long_name;
+    } else {
+      object = long_name;
+    }
+  });
+}
+
+/// An attribute of a node together with a message, a signal or an environment variable.
+void Reader::relation() {
+  const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
+  const std::string_view kind = cursor_.need_word("BU_SG_REL_, BU_BO_REL_ or BU_EV_REL_");
+  cursor_.need_word("the name of a node");
+  std::string_view id;
+  if (kind == "BU_SG_REL_")
+    id = subject().id;
+  else if (kind == "BU_BO_REL_")
+    id = cursor_.need_number(message_id);
+  else
+    cursor_.need_word("the name of an environment variable");
+  const Value given = value();
+  need_semicolon();
+  details_.emplace_back([this, name, id, given] {
+    known_value(name, given);
+    if (!id.empty()) for_messages(id, 0, [](std::size_t) {});
+  });
+}
+
+/// By the attribute's definition: the name of an ENUM's item for its number, and what is a text or a number.
+Reader::Value Reader::known_value(std::string_view name, const Value& value) {
+  const auto found = attributes_.find(unescaped(name));
+  if (found == attributes_.end()) {
+    note(name, "attribute " + cited(name) + " is not defined");
+    return value;
+  }
+  const auto& [type, items, default_value] = found->second;
+  if (type == "STRING") return {value.token, true};
+  if (type != "ENUM") return {value.token, false};
+  const auto number = value.is_text ? std::nullopt : to_natural(value.token);
+  if (!number) return {value.token, true};
+  if (*number < items.size()) return {items[*number], true};
+  note(value.token, "attribute " + cited(name) + " has no item " + std::string(value.token));
+  return value;
+}
+
+/// A sender is the name of a node.
+void Reader::name_senders() {
+  std::map<std::string, const std::string*> names;
+  for (const auto& [name, long_name] : nodes_)
+    if (!long_name.empty()) names.emplace(to_utf8(name), &long_name);
+  for (std::size_t i = 0; i < texts_.size(); ++i) {
+    std::string& sender = database_.messages[i].sender;
+    const auto found = names.find(sender);
+    if (found == names.end()) continue;
+    count_copies(texts_[i].name, found->second->size());
+    sender = *found->second;
+  }
+}
+
+void Reader::note_repeated_long_names() {
+  std::set<std::string_view> messages;
+  for (std::size_t i = 0; i < texts_.size(); ++i) {
+    const Message& message = database_.messages[i];
+    if (!messages.insert(message.name).second && !message.short_name.empty()) {
+      note(texts_[i].name, "message " + message.name + " occurs a second time: its name finds the first");
+    }
+    std::set<std::string_view> signals;
+    for (std::size_t k = 0; k < message.signals.size(); ++k) {
+      const Signal& signal = message.signals[k];
+      const bool is_new = signals.insert(signal.name).second;
+      if (is_new || signal.short_name.empty() || signal.multiplexing.present_at) continue;
+      note(texts_[i].signals[k],
+           "signal " + signal.name + " occurs a second time in message " + message.name + ": both are kept");
+    }
+  }
+}
+
+/// The attribute or its default decides before the length.
+void Reader::set_frame_formats() {
+  std::optional<bool> by_default;
+  const auto defined = attributes_.find(frame_format);
+  if (defined != attributes_.end() && defined->second.default_value)
+    by_default = is_fd(*defined->second.default_value);
+  for (std::size_t i = 0; i < texts_.size(); ++i) {
+    Message& message = database_.messages[i];
+    message.fd = texts_[i].fd.value_or(by_default.value_or(message.fd));
+  }
 }
 
 }  // namespace hystcan::can::dbc

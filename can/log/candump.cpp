@@ -226,14 +226,13 @@ std::optional<LoggedFrame> CandumpReader::next() {
     auto size = static_cast<std::size_t>(stream_.gcount());
     if (stream_.eof() && size == 0) return std::nullopt;
     const auto refuse = [&](std::size_t at, const std::string& found, const std::string& expected) {
-      throw CandumpError(
-          fmt::format("{}:{}:{}: found {}, expected {}", name_, line_, at + 1, found, expected));
+      throw Error(fmt::format("{}:{}:{}: found {}, expected {}", name_, line_, at + 1, found, expected));
     };
-    if (stream_.bad()) throw CandumpError(name_ + ": cannot be read");
+    if (stream_.bad()) throw Error(name_ + ": cannot be read");
     if (!stream_.eof() && !stream_.fail()) --size;  // the end of the line is counted too
     if (line_ == 1)
       if (const std::string_view other = refusal_of_encoding({buffer.data(), size}); !other.empty())
-        throw CandumpError(fmt::format("{}:1:1: {}", name_, other));
+        throw Error(fmt::format("{}:1:1: {}", name_, other));
     if (stream_.fail()) refuse(size, "a longer line", "at most " + std::to_string(size) + " characters");
     std::string_view text(buffer.data(), size);
     if (line_ == 1) text = without_byte_order_mark(text);

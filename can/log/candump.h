@@ -20,10 +20,10 @@
 #include <cstdint>
 #include <istream>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include "base/error.h"
 #include "can/frame.h"
 
 namespace hystcan::can {
@@ -40,12 +40,6 @@ struct LoggedFrame {
   friend bool operator==(const LoggedFrame&, const LoggedFrame&) = default;
 };
 
-/// what() is `FILE:LINE:COLUMN: found what, expected what`.
-class CandumpError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 /// Only the frame, in the format of cansend: `123#11223344`.
 std::string candump_frame(const Frame& frame, std::uint8_t fd_flags = 0);
 
@@ -58,7 +52,7 @@ class CandumpReader {
   /// `stream` must outlive the reader. Messages call the file `name`.
   CandumpReader(std::istream& stream, std::string name) : stream_(stream), name_(std::move(name)) {}
 
-  /// Empty at the end of the log. Throws CandumpError.
+  /// Empty at the end of the log. Throws Error: `FILE:LINE:COLUMN: found what, expected what`.
   std::optional<LoggedFrame> next();
 
   /// The line of the last frame, counted from 1.

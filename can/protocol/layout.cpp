@@ -1,51 +1,11 @@
 #include "can/protocol/layout.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 
 namespace hystcan::can {
-
-const Signal& find_signal(const Message& message, const std::string& name) {
-  const Signal* const found = message.find(name);
-  if (found == nullptr) throw std::invalid_argument("message " + message.name + " has no signal " + name);
-  if (message.length > Frame{}.data.size() || bytes_needed(*found) > message.length)
-    throw std::invalid_argument("signal " + name + " lies outside message " + message.name);
-  return *found;
-}
-
-Protection protection_of(const Message& message, const MessageMap& map) {
-  Protection protection{.polynomial = map.polynomial, .data_id = map.data_id};
-  if (map.integrity == Integrity::none) return protection;
-  protection.counter.emplace(find_signal(message, map.counter));
-  if (map.integrity == Integrity::counter) return protection;
-  const Signal& crc = find_signal(message, map.crc);
-  protection.crc.emplace(crc);
-  if (!protection.crc->is_whole_byte())
-    throw std::invalid_argument("signal " + map.crc + " of message " + message.name + " is not a whole byte");
-  return protection;
-}
-
-StateTable::StateTable(const StateValues& values) {
-  // If one value stands for two states, it reads as the more severe state.
-  const std::array by_state{&values.off, &values.ready, &values.enabled, &values.fault};
-  for (std::size_t i = by_state.size(); i-- > 0;)
-    for (const std::int64_t raw : *by_state[i]) known_.emplace_back(raw, static_cast<AmpState>(i));
-  for (std::size_t i = 0; i < by_state.size(); ++i)
-    sent_[i] = by_state[i]->empty() ? (i == 0 ? 0 : sent_[0]) : by_state[i]->front();
-}
-
-AmpState StateTable::state(std::int64_t raw) const {
-  for (const auto& [value, state] : known_)
-    if (value == raw) return state;
-  return AmpState::off;
-}
-
-const Message& find_message(const Database& database, const MessageMap& map) {
-  if (const Message* found = database.find(map.message)) return *found;
-  throw std::invalid_argument("no message " + map.message);
-}
-
 namespace {
 
 // A micro sign is U+00B5 or U+03BC in UTF-8. The DBC reader converts Latin-1 to UTF-8.
@@ -74,6 +34,46 @@ std::optional<std::pair<std::string_view, int>> parse(std::string_view unit) {
 }
 
 }  // namespace
+
+const Signal& find_signal(const Message& message, const std::string& name) {
+  const Signal* const found = message.find(name);
+  if (found == nullptr) throw std::invalid_argument("message " + message.name + " has no signal " + name);
+  if (message.length > Frame{}.data.size() || bytes_needed(*found) > message.length)
+    throw std::invalid_argument("signal " + name + " lies outside message " + message.name);
+  return *found;
+}
+
+Protection protection_of(const Message& message, const MessageMap& map) {
+  Protection protection{.polynomial = map.polynomial, .data_id = map.data_id};
+  if (map.integrity == Integrity::none) return protection;
+  protection.counter.emplace(find_signal(message, map.counter));
+  if (map.integrity == Integrity::counter) return protection;
+  const Signal& crc = find_signal(message, map.crc);
+  protection.crc.emplace(crc);
+  if (!protection.crc->is_whole_byte())
+    throw std::invalid_argument("signal " + map.crc + " of message " + message.name + " is not a whole byte");
+  return protection;
+}
+
+AmpState StateValues::state(std::int64_t raw) const {
+  const auto lists = {std::pair(&fault, AmpState::fault), std::pair(&enabled, AmpState::enabled),
+                      std::pair(&ready, AmpState::ready)};
+  for (const auto& [values, state] : lists)
+    if (std::ranges::find(*values, raw) != values->end()) return state;
+  return AmpState::off;
+}
+
+std::int64_t StateValues::raw(AmpState state) const {
+  const std::array lists{&off, &ready, &enabled, &fault};
+  for (const auto* values : {lists[static_cast<std::size_t>(state)], &off})
+    if (!values->empty()) return values->front();
+  return 0;
+}
+
+const Message& find_message(const Database& database, const MessageMap& map) {
+  if (const Message* found = database.find(map.message)) return *found;
+  throw std::invalid_argument("no message " + map.message);
+}
 
 std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours) {
   DecimalStep step;

@@ -39,12 +39,17 @@ constexpr auto words(Integrity) {
   return std::to_array<std::string_view>({"none", "counter", "counter+crc"});
 }
 
-/// Raw values of a state signal. The sender uses the first of each list. An unlisted value reads as off.
+/// Raw values of a state signal.
 struct StateValues {
   std::vector<std::int64_t> off{0};
   std::vector<std::int64_t> ready{1};
   std::vector<std::int64_t> enabled{2};
   std::vector<std::int64_t> fault{3};
+
+  /// An unlisted value reads as off. A value that is in two lists reads as the more severe state.
+  AmpState state(std::int64_t raw) const;
+  /// The first of the state's list; where that is empty, of `off`, or else 0.
+  std::int64_t raw(AmpState state) const;
 };
 
 /// The names from the configuration: the message of the DBC and the signal of each role.
@@ -118,18 +123,6 @@ const Signal& find_signal(const Message& message, const std::string& name);
 
 /// Throws std::invalid_argument if a signal is missing or the signal of the CRC is not a whole byte.
 Protection protection_of(const Message& message, const MessageMap& map);
-
-/// Converts raw values to states and states to raw values.
-class StateTable {
- public:
-  explicit StateTable(const StateValues& values);
-  AmpState state(std::int64_t raw) const;
-  std::int64_t raw(AmpState state) const { return sent_[static_cast<std::size_t>(state)]; }
-
- private:
-  std::vector<std::pair<std::int64_t, AmpState>> known_;
-  std::array<std::int64_t, 4> sent_{};
-};
 
 /// The signals of one message.
 template <class Payload>
@@ -240,7 +233,7 @@ class Layout {
   bool extended_;
   std::uint8_t length_;
   Protection protection_;
-  StateTable states_;
+  StateValues states_;
   Payload absent_;
   std::array<std::optional<Slot>, field_count> slots_{};
 };

@@ -133,7 +133,8 @@ std::optional<SdoMessage> sdo_access_of(const Frame& request) {
   return std::nullopt;
 }
 
-SdoSetup::SdoSetup(std::uint8_t node, Config config) : node_(node), config_(std::move(config)) {}
+SdoSetup::SdoSetup(std::uint8_t node, std::vector<SdoWrite> writes, SdoPatience patience)
+    : node_(node), writes_(std::move(writes)), patience_(patience) {}
 
 void SdoSetup::restart() {
   next_ = 0;
@@ -144,8 +145,8 @@ void SdoSetup::restart() {
 }
 
 Frame SdoSetup::ask(SdoService service, Time now) {
-  const SdoWrite& write = config_.writes[next_];
-  deadline_ = now + config_.patience.timeout;
+  const SdoWrite& write = writes_[next_];
+  deadline_ = now + patience_.timeout;
   step_ = service == SdoService::write ? Step::await_written : Step::await_value;
   return sdo_request(node_, {.service = service, .object = write.object, .content = write.content});
 }
@@ -155,7 +156,7 @@ std::optional<Frame> SdoSetup::poll(Time now) {
   if (step_ == Step::write) return ask(SdoService::write, now);
   if (step_ == Step::read) return ask(SdoService::read, now);
   if (now < deadline_) return std::nullopt;
-  const SdoObject object = config_.writes[next_].object;
+  const SdoObject object = writes_[next_].object;
   fail(SdoFailure::Reason::timed_out, 0, 0);
   return sdo_request(node_, {.service = SdoService::abort,
                              .object = object,
@@ -166,7 +167,7 @@ bool SdoSetup::handle(const Frame& frame) {
   const bool waiting = step_ == Step::await_written || step_ == Step::await_value;
   if (is_done() || failed_ || !waiting) return false;
   const auto message = parse_sdo_response(frame);
-  if (!message || message->object != config_.writes[next_].object) return false;
+  if (!message || message->object != writes_[next_].object) return false;
   if (message->service == SdoService::abort)
     fail(SdoFailure::Reason::aborted, message->content.value, 0);
   else if (step_ == Step::await_written && message->service == SdoService::written)
@@ -181,7 +182,7 @@ bool SdoSetup::handle(const Frame& frame) {
 }
 
 void SdoSetup::take_value(const SdoValue& value) {
-  const SdoValue& written = config_.writes[next_].content;
+  const SdoValue& written = writes_[next_].content;
   const std::uint32_t stated = value.bytes == 0 ? value.value & mask_of(written.bytes) : value.value;
   if (stated != written.value || (value.bytes != 0 && value.bytes != written.bytes))
     return fail(SdoFailure::Reason::read_back_differs, 0, value.value);
@@ -191,14 +192,14 @@ void SdoSetup::take_value(const SdoValue& value) {
 }
 
 void SdoSetup::fail(SdoFailure::Reason reason, std::uint32_t abort_code, std::uint32_t read_back) {
-  const SdoWrite& write = config_.writes[next_];
+  const SdoWrite& write = writes_[next_];
   failure_ = {.reason = reason,
               .object = write.object,
               .abort_code = abort_code,
               .written = write.content.value,
               .read_back = read_back};
   step_ = Step::write;
-  failed_ = ++attempt_ > config_.patience.attempts;
+  failed_ = ++attempt_ > patience_.attempts;
 }
 
 SdoServer::SdoServer(std::uint8_t node) : node_(node) { objects_.reserve(64); }

@@ -104,12 +104,7 @@ struct SdoPatience {
 /// write of the same object. The setup has failed after `attempts` tries of one object.
 class SdoSetup {
  public:
-  struct Config {
-    std::vector<SdoWrite> writes{};
-    SdoPatience patience{};
-  };
-
-  SdoSetup(std::uint8_t node, Config config);
+  SdoSetup(std::uint8_t node, std::vector<SdoWrite> writes, SdoPatience patience = {});
 
   /// Starts again with the first object, because the node has lost its values.
   void restart();
@@ -118,7 +113,7 @@ class SdoSetup {
   /// Takes a response of this node. False: the frame does not answer the last request and is ignored.
   bool handle(const Frame& frame);
 
-  bool is_done() const { return next_ == config_.writes.size(); }
+  bool is_done() const { return next_ == writes_.size(); }
   bool has_failed() const { return failed_; }
   const SdoFailure& failure() const { return failure_; }
 
@@ -130,7 +125,8 @@ class SdoSetup {
   Frame ask(SdoService service, Time now);
 
   std::uint8_t node_;
-  Config config_;
+  std::vector<SdoWrite> writes_;
+  SdoPatience patience_;
   std::size_t next_ = 0;
   Step step_ = Step::write;
   unsigned attempt_ = 1;

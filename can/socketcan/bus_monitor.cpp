@@ -12,6 +12,8 @@
 #include <cstring>
 #include <thread>
 
+#include "base/error.h"
+
 namespace hystcan::can {
 namespace {
 
@@ -24,7 +26,7 @@ int open_tap(const std::string& interface) {
   if (::setsockopt(socket, SOL_CAN_RAW, CAN_RAW_FILTER, &everything, sizeof everything) != 0) {
     const int error = errno;
     ::close(socket);
-    throw InterfaceError("interface " + interface + ": cannot receive every frame: " + std::strerror(error));
+    throw RunError("interface " + interface + ": cannot receive every frame: " + std::strerror(error));
   }
   if (::setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &receive_buffer_bytes, sizeof receive_buffer_bytes) !=
       0)
@@ -101,7 +103,7 @@ void BusMonitor::reopen() {
     lost_of_socket_ = 0;
     batch_.emplace();
     up_ = true;
-  } catch (const InterfaceError&) {
+  } catch (const RunError&) {
     up_ = false;
   }
 }

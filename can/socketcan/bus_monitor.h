@@ -18,7 +18,7 @@ class BusMonitor {
  public:
   using Handler = std::function<void(const LoggedFrame& frame)>;
 
-  /// Throws InterfaceError.
+  /// Throws RunError.
   explicit BusMonitor(const std::string& interface);
   ~BusMonitor();
   BusMonitor(const BusMonitor&) = delete;

@@ -27,7 +27,7 @@ namespace hystcan::can {
 namespace {
 
 [[noreturn]] void fail_query(const std::string& name, const char* what) {
-  throw InterfaceError("interface " + name + ": " + what + ": " + std::strerror(errno));
+  throw RunError("interface " + name + ": " + what + ": " + std::strerror(errno));
 }
 
 std::vector<std::byte> ask_for_link(const std::string& name) {
@@ -66,27 +66,26 @@ std::optional<Interface> query_interface(const std::string& name) {
 
 namespace {
 
-/// Throws InterfaceError if the kernel has no CAN, so that the user does not look for an interface.
+/// Throws RunError if the kernel has no CAN, so that the user does not look for an interface.
 void require_can_support() {
   const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
   const int error = errno;
   if (socket >= 0) ::close(socket);
   if (socket < 0 && (error == EAFNOSUPPORT || error == EPROTONOSUPPORT))
-    throw InterfaceError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(error) +
-                         "); see scripts/guest for one that has");
+    throw RunError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(error) +
+                   "); see scripts/guest for one that has");
 }
 
-/// Throws InterfaceError if the interface is absent or not a CAN interface.
+/// Throws RunError if the interface is absent or not a CAN interface.
 Interface require_interface(const std::string& name) {
   require_can_support();
   const auto interface = query_interface(name);
   if (interface && interface->is_can) return *interface;
-  if (interface) throw InterfaceError("interface " + name + " is not a CAN interface");
-  throw InterfaceError(
-      "interface " + name + " does not exist; " +
-      (name.starts_with("vcan")
-           ? "create it with: ip link add dev " + name + " type vcan && ip link set " + name + " up"
-           : "list the existing ones with: ip -brief link show type can"));
+  if (interface) throw RunError("interface " + name + " is not a CAN interface");
+  throw RunError("interface " + name + " does not exist; " +
+                 (name.starts_with("vcan") ? "create it with: ip link add dev " + name +
+                                                 " type vcan && ip link set " + name + " up"
+                                           : "list the existing ones with: ip -brief link show type can"));
 }
 
 }  // namespace
@@ -95,8 +94,8 @@ Interface require_can_interface(const std::string& name) {
   Interface interface = require_interface(name);
   if (!interface.up) {
     const bool real = interface.kind == "can" || (interface.kind.empty() && !name.starts_with("vcan"));
-    throw InterfaceError("interface " + name + " is down; bring it up with: ip link set " + name + " up" +
-                         (real ? " type can bitrate 1000000" : ""));
+    throw RunError("interface " + name + " is down; bring it up with: ip link set " + name + " up" +
+                   (real ? " type can bitrate 1000000" : ""));
   }
   return interface;
 }
@@ -108,14 +107,14 @@ bool is_virtual_interface(const std::string& name) {
 
 void require_able_to_send(const std::string& name, const Interface& interface) {
   if (!interface.listen_only) return;
-  throw InterfaceError("interface " + name + " is listen-only; take it down and set: ip link set " + name +
-                       " type can listen-only off");
+  throw RunError("interface " + name + " is listen-only; take it down and set: ip link set " + name +
+                 " type can listen-only off");
 }
 
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
                               const std::vector<std::string>& messages) {
   if (interface.fd || messages.empty()) return;
-  throw InterfaceError(
+  throw RunError(
       fmt::format("interface {} takes no CAN FD frames, expected one that does for {}; "
                   "take it down and set: ip link set {} {}",
                   name, fmt::join(messages, ", "), name,

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "can/bus.h"
 
 namespace hystcan::can {
@@ -32,16 +33,16 @@ struct Interface {
   std::string queue_discipline;  ///< "pfifo_fast", "noqueue"
 };
 
-/// Empty if there is no interface of this name. Throws InterfaceError if the kernel does not answer.
+/// Empty if there is no interface of this name. Throws RunError if the kernel does not answer.
 std::optional<Interface> query_interface(const std::string& name);
 
-/// The interface, which can carry CAN frames now. Otherwise throws InterfaceError, with the remedy.
+/// The interface, which can carry CAN frames now. Otherwise throws RunError, with the remedy.
 Interface require_can_interface(const std::string& name);
 
-/// Throws InterfaceError, with the remedy, if the interface is listen-only.
+/// Throws RunError, with the remedy, if the interface is listen-only.
 void require_able_to_send(const std::string& name, const Interface& interface);
 
-/// Throws InterfaceError, with the remedy, if the interface takes no CAN FD frames and `messages`, names of
+/// Throws RunError, with the remedy, if the interface takes no CAN FD frames and `messages`, names of
 /// the DBC that need CAN FD, is not empty.
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
                               const std::vector<std::string>& messages);

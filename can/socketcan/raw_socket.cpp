@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "base/input_file.h"
 #include "can/socketcan/interface.h"
 
@@ -41,7 +42,7 @@ std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
 }
 
 [[noreturn]] void fail_socket(const std::string& interface, const char* what) {
-  throw InterfaceError("interface " + interface + ": " + what + ": " + std::strerror(errno));
+  throw RunError("interface " + interface + ": " + what + ": " + std::strerror(errno));
 }
 
 void set_options(int socket, const std::string& interface, std::span<const Filter> filters) {

@@ -22,7 +22,7 @@
 namespace hystcan::can {
 
 /// Opens a non-blocking socket that is bound to the interface. It sets the filters before bind and enables
-/// error frames and kernel time stamps. The caller closes the socket. Throws InterfaceError.
+/// error frames and kernel time stamps. The caller closes the socket. Throws RunError.
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters);
 
 /// The socket also receives the echo of its own frames, as far as its filters pass them.

@@ -167,7 +167,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
       refusal_ = found && found->up ? refusal_of(*found, at_start_) : Refusal::none;
       if (refusal_ != Refusal::none) return retry_after(retry_period);
       open();
-    } catch (const InterfaceError&) {
+    } catch (const RunError&) {
       retry_after(retry_period);
       return;
     }

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "can/bus.h"
 
 namespace boost::asio {
@@ -16,13 +16,6 @@ class io_context;
 }
 
 namespace hystcan::can {
-
-/// The interface can't be used: it is absent, down or no CAN device, or permission is missing. what() names
-/// the interface and the remedy.
-class InterfaceError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// A Bus on a SocketCAN interface.
 ///
@@ -40,7 +33,8 @@ class InterfaceError : public std::runtime_error {
 /// - Arrival times are the kernel's stamps.
 class SocketCanBus final : public Bus {
  public:
-  /// Throws InterfaceError.
+  /// Throws RunError, with the name and the remedy, if the interface can't be used: it is absent, down or no
+  /// CAN device, or permission is missing.
   SocketCanBus(boost::asio::io_context& context, const std::string& interface,
                std::span<const Filter> filters);
   ~SocketCanBus() override;
@@ -59,7 +53,7 @@ class SocketCanBus final : public Bus {
   std::shared_ptr<Impl> impl_;  ///< shared with the pending operations
 };
 
-/// True: the interface is virtual (vcan, vxcan), without a real bus. Throws InterfaceError if it is absent.
+/// True: the interface is virtual (vcan, vxcan), without a real bus. Throws RunError if it is absent.
 bool is_virtual_interface(const std::string& interface);
 
 /// The scheduler of an io_context, with the steady clock and absolute deadlines.

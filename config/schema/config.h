@@ -68,7 +68,7 @@ controller::Config controller_config(const Config& config);
 twin::Config twin_config(const Config& config);
 
 /// Reads and checks `file` and all files that it names; the overrides replace values of `file`. Throws
-/// Error or can::DbcError.
+/// Error.
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
 /// The same where `file` is to have this text and need not exist.

@@ -82,8 +82,7 @@ LocalMinimum descend(const Task& task, const Box& box, const Point& start, doubl
       Eigen::Matrix3d damped = curvature;
       damped.diagonal() = damped.diagonal() * (1.0 + damping) + Point::Constant(1e-300);
       const Point next = box.clamped(
-          best.point +
-          OrthogonalDecomposition(damped, normal_tolerance).solve(downhill).cwiseMax(-0.5).cwiseMin(0.5));
+          best.point + shortest_solution(damped, downhill, normal_tolerance).cwiseMax(-0.5).cwiseMin(0.5));
       Projection there = task.project(next);
       const double sum = there.residual.squaredNorm();
       if (!(sum < best.sum_of_squares)) {

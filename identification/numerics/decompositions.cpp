@@ -1,19 +1,33 @@
 #include "identification/numerics/decompositions.h"
 
+#include <Eigen/QR>
 #include <utility>
 
 namespace hystcan::identification {
 
-OrthogonalDecomposition::OrthogonalDecomposition(const Eigen::MatrixXd& a, double rank_tolerance) {
-  decomposed_.setThreshold(rank_tolerance);
-  decomposed_.compute(a);
+namespace {
+
+Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposed(const Eigen::MatrixXd& a,
+                                                                   double rank_tolerance) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> made;
+  made.setThreshold(rank_tolerance);
+  made.compute(a);
+  return made;
 }
 
-Eigen::VectorXd OrthogonalDecomposition::solve(const Eigen::VectorXd& b) const {
-  return decomposed_.solve(b);
+}  // namespace
+
+Eigen::Index rank_of(const Eigen::MatrixXd& a, double rank_tolerance) {
+  return decomposed(a, rank_tolerance).rank();
 }
 
-Eigen::MatrixXd OrthogonalDecomposition::pseudo_inverse() const { return decomposed_.pseudoInverse(); }
+Eigen::VectorXd shortest_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double rank_tolerance) {
+  return decomposed(a, rank_tolerance).solve(b);
+}
+
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a, double rank_tolerance) {
+  return decomposed(a, rank_tolerance).pseudoInverse();
+}
 
 using Eigen::Index;
 

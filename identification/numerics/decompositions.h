@@ -2,29 +2,21 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <utility>
 
 namespace hystcan::identification {
 
-/// Solutions of smallest norm, by the complete orthogonal decomposition of a matrix:  A P = Q [T 0; 0 0] Z.
-///
-/// G. H. Golub, C. F. Van Loan, "Matrix Computations", section 5.5. The templates of Eigen that this takes
-/// are large: they are compiled here, and not in each source that solves a linear system.
-class OrthogonalDecomposition {
- public:
-  /// Of a matrix of any shape. A pivot below `rank_tolerance` of the largest one counts as zero.
-  explicit OrthogonalDecomposition(const Eigen::MatrixXd& a, double rank_tolerance);
+// By the complete orthogonal decomposition of a matrix of any shape,  A P = Q [T 0; 0 0] Z. A pivot below
+// `rank_tolerance` of the largest one counts as zero.
+//
+// G. H. Golub, C. F. Van Loan, "Matrix Computations", section 5.5. The templates of Eigen that this takes are
+// large: they are compiled here, and not in each source that solves a linear system.
 
-  Eigen::Index rank() const { return decomposed_.rank(); }
-  /// The shortest of all x that minimise |A x - b|.
-  Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
-  /// A^+ (Moore, Penrose).
-  Eigen::MatrixXd pseudo_inverse() const;
-
- private:
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposed_;
-};
+Eigen::Index rank_of(const Eigen::MatrixXd& a, double rank_tolerance);
+/// The shortest of all x that minimise |A x - b|.
+Eigen::VectorXd shortest_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double rank_tolerance);
+/// A^+ (Moore, Penrose).
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a, double rank_tolerance);
 
 /// A tall matrix as the product of orthonormal columns and a triangle, by modified Gram-Schmidt:  A = Q R.
 ///

@@ -226,7 +226,7 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   if (squared * too_far * too_far < 1.0)
     refuse("inequalities contradict each other, expected an x that meets all of them");
   const Inequalities tight = active(all, u);
-  return OrthogonalDecomposition(tight.g, dependent_tolerance).solve(tight.h);
+  return shortest_solution(tight.g, tight.h, dependent_tolerance);
 }
 
 }  // namespace
@@ -259,8 +259,7 @@ Triangle LeastSquares::triangle() const {
 Fit LeastSquares::solve() const {
   const Triangle t = triangle();
   const VectorXd scale = scales(t.r);
-  const VectorXd y =
-      OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), dependent_tolerance).solve(t.right);
+  const VectorXd y = shortest_solution(t.r * scale.cwiseInverse().asDiagonal(), t.right, dependent_tolerance);
   const VectorXd x = y.cwiseQuotient(scale);
   return {x, t.residual(x)};
 }
@@ -278,8 +277,7 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
   const Triangle whole = triangle();
   const VectorXd scale = scales(whole.r);
   Triangle t = whole;
-  if (OrthogonalDecomposition(t.r * scale.cwiseInverse().asDiagonal(), dependent_tolerance).rank() <
-      unknowns()) {
+  if (rank_of(t.r * scale.cwiseInverse().asDiagonal(), dependent_tolerance) < unknowns()) {
     LeastSquares regularised = *this;
     for (Index j = 0; j < unknowns(); ++j)
       regularised.add(VectorXd::Unit(unknowns(), j) * pull_to_zero * scale[j], 0.0);

@@ -175,8 +175,7 @@ Confidence confidence_of(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd&
   constexpr double normal_tolerance = 1e-15;
   const Eigen::RowVectorXd scale = jacobian.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = jacobian.array().rowwise() / scale.array();
-  const Eigen::MatrixXd inverse =
-      OrthogonalDecomposition(scaled.transpose() * scaled, normal_tolerance).pseudo_inverse();
+  const Eigen::MatrixXd inverse = pseudo_inverse(scaled.transpose() * scaled, normal_tolerance);
   const double freedom = static_cast<double>(jacobian.rows() - jacobian.cols());
   const double variance = residual.squaredNorm() / freedom;
   const Eigen::MatrixXd scores = scaled.array().colwise() * residual.array();

@@ -6,11 +6,11 @@ Names carry their units: `time_s`, `position_um`. Arrays are float64. Errors are
 """
 import pathlib
 
-from ._hystcan import Error, Identified, Memory, Model, Rehearsal, Run, __version__, identify, validate
+from ._hystcan import Error, Identified, Memory, Model, Rehearsal, Run, __version__, identify, step_response, validate
 from .client import Client, Refused
 
 __all__ = ["Client", "Error", "Identified", "Memory", "Model", "Refused", "Rehearsal", "Run", "__version__", "identify",
-           "shipped", "validate"]
+           "shipped", "step_response", "validate"]
 
 
 def shipped(name: str) -> pathlib.Path:

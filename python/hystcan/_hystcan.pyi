@@ -112,6 +112,10 @@ class Run:
         to_s: float | None = None,
     ) -> dict[str, _Array]: ...
 
+def step_response(
+    t: ArrayLike, reference_um: ArrayLike, position_um: ArrayLike, *, tolerance_um: float = 0.0
+) -> dict[str, float | None] | None: ...
+
 class Rehearsal:
     def __init__(
         self,

@@ -54,7 +54,7 @@ TEST_F(RegularFile, IsNeitherAPipeNorADeviceNorADirectory) {
 
 TEST_F(RegularFile, IsWhatADbcMustBe) {
   ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
-  EXPECT_THROW(load_dbc(file), DbcError);
+  EXPECT_THROW(load_dbc(file), Error);
 }
 
 }  // namespace

@@ -154,8 +154,9 @@ struct Drift {
 };
 std::vector<Drift> drift(Structure structure) {
   const twin::LogarithmicCreep creep{.per_decade = 0.015, .from_s = 0.1, .to_s = 100.0};
-  const model::Creep::Config operators = model::logarithmic_creep(creep.per_decade, creep.from_s, creep.to_s);
-  const model::Creep::Step step(operators, 1e-3);
+  const model::Creep::Operators operators =
+      model::logarithmic_creep(creep.per_decade, creep.from_s, creep.to_s);
+  const model::Creep step(operators, 1e-3);
   model::Creep::State state = model::Creep::settled(operators, 0.0);
   double error_um = 0.0;
   rehearsal::Rehearsal loop(creeping(structure), [&](const controller::CycleRecord& record) {

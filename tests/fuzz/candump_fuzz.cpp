@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   CandumpReader reader(stream, "fuzz.log");
   try {
     while (const auto logged = reader.next()) use(*logged);
-  } catch (const CandumpError& error) {
+  } catch (const hystcan::Error& error) {
     const std::string_view what = error.what();
     demand(what.starts_with("fuzz.log:" + std::to_string(reader.line()) + ':'));
     demand(what.find(": found ") != std::string_view::npos);

@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       for (const Signal& signal : message.signals) use(signal);
     }
     for (const std::string& warning : database.warnings) demand(warning.starts_with("fuzz.dbc:"));
-  } catch (const DbcError& error) {
+  } catch (const hystcan::Error& error) {
     const std::string_view what = error.what();
     demand(what.starts_with("fuzz.dbc:"));
     demand(what.find(": found ") != std::string_view::npos &&

@@ -65,7 +65,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Database database = parse_dbc(
         {reinterpret_cast<const char*>(data), static_cast<std::size_t>(text_end - data)}, "fuzz.dbc");
     for (const Message& message : database.messages) decode(database, message, bytes);
-  } catch (const DbcError&) {
+  } catch (const hystcan::Error&) {
     return 0;
   }
   return 0;

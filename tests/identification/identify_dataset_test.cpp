@@ -63,7 +63,7 @@ Dataset joined(const std::vector<Dataset>& datasets) {
 }
 
 std::vector<double> delayed_input(const Dataset& dataset, double delay_s) {
-  const Regression::Samples sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(delay_s);
+  const Dataset sequence = Excerpt(dataset, {}, dataset.size(), 0.0).delayed_by(delay_s);
   std::vector<double> inputs;
   for (std::size_t i = 0; i < sequence.input.size(); ++i)
     if (sequence.fold[i] != Regression::left_out) inputs.push_back(sequence.input[i]);

@@ -32,7 +32,9 @@ struct Case {
       fold.push_back(static_cast<int>(random() % 4) - 1);  // Regression::left_out, 0, 1, 2
     }
   }
-  Regression of(const std::vector<int>& parts) const { return {path, basis, {{}, input, output, parts}, 3}; }
+  Regression of(const std::vector<int>& parts) const {
+    return {path, basis, {.input = input, .output = output, .fold = parts}, 3};
+  }
   std::vector<NormalEquations> summed(const Pace& at) const {
     const Regression regression = of(fold);
     std::vector<NormalEquations> folds(3, NormalEquations(regression.unknowns()));
@@ -78,8 +80,10 @@ TEST(Regression, WeighsTheRowsOfItsSamplesButNotTheNuisances) {
     weight.push_back(0.1 + static_cast<double>(i % 7));
     column[0].push_back(std::sin(static_cast<double>(i)));
   }
-  const Regression regression(made.path, basis, {{}, made.input, made.output, made.fold, weight, column}, 3,
-                              {.offset = true});
+  const Regression regression(
+      made.path, basis,
+      {.input = made.input, .output = made.output, .weight = weight, .fold = made.fold, .regressors = column},
+      3, {.offset = true});
   std::vector<NormalEquations> folds(3, NormalEquations(regression.unknowns()));
   regression.add(pace, folds);
   NormalEquations expected(2 * order + 3);

@@ -23,10 +23,10 @@ using model::Origin;
 
 NormalEquations system_of(const Dataset& dataset, model::Interval thresholds, const CurveShape& shape,
                           const Pace& pace) {
-  const std::vector<int> fold(dataset.size(), 0);
+  Dataset samples = dataset;
+  samples.fold.assign(dataset.size(), 0);
   const Regression regression(trace(thresholds, Origin::lower_threshold, {}, dataset.input),
-                              CurveBasis(shape, thresholds),
-                              {dataset.time_s, dataset.input, dataset.output, fold}, 1);
+                              CurveBasis(shape, thresholds), samples, 1);
   std::vector<NormalEquations> systems(1, NormalEquations(regression.unknowns()));
   regression.add(pace, systems);
   return systems.front();

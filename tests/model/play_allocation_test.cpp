@@ -36,8 +36,8 @@ TEST(PlayAllocation, NeverHappensInForwardInverseAdvanceOrSave) {
 }
 
 TEST(PlayAllocation, NeverHappensInAStepOfCreep) {
-  const Creep::Config config = logarithmic_creep(0.01, 0.1, 1000.0);
-  const Creep::Step step(config, 0.01);
+  const Creep::Operators config = logarithmic_creep(0.01, 0.1, 1000.0);
+  const Creep step(config, 0.01);
   Creep::State state = Creep::settled(config, 0.0);
   const std::uint64_t before = support::allocations_so_far();
   double sum = 0.0;

@@ -41,7 +41,7 @@ INSTANTIATE_TEST_SUITE_P(Damping, SecondOrderRegimes,
 
 TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfFreeMotion) {
   const double zeta = GetParam(), dt = 1.3e-4;
-  const SecondOrder::Step step({frequency_Hz, zeta}, dt);
+  const SecondOrder step({frequency_Hz, zeta}, dt);
   State state{1.0, -0.3 * omega};
   for (int n = 1; n <= 200; ++n) {
     state = step(state, 0.0, 0.0);
@@ -55,7 +55,7 @@ TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfFreeMotion) {
 
 TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfAStepResponse) {
   const double zeta = GetParam(), dt = 1e-3;
-  const SecondOrder::Step step({frequency_Hz, zeta}, dt);
+  const SecondOrder step({frequency_Hz, zeta}, dt);
   State state;
   for (int n = 1; n <= 50; ++n) {
     state = step(state, 2.0, 2.0);
@@ -67,7 +67,7 @@ TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfAStepResponse) {
 
 TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfARampResponse) {
   const double zeta = GetParam(), dt = 3e-4, rate = 500.0;
-  const SecondOrder::Step step({frequency_Hz, zeta}, dt);
+  const SecondOrder step({frequency_Hz, zeta}, dt);
   const double lag = 2.0 * zeta / omega * rate;  // x -> u - lag
   State state;
   for (int n = 1; n <= 100; ++n) {
@@ -80,7 +80,7 @@ TEST_P(SecondOrderRegimes, FollowsTheClosedFormOfARampResponse) {
 
 TEST_P(SecondOrderRegimes, DoesNotDependOnTheSizeOfTheSteps) {
   const double zeta = GetParam();
-  const SecondOrder::Step big({frequency_Hz, zeta}, 1e-3), small({frequency_Hz, zeta}, 1e-3 / 64);
+  const SecondOrder big({frequency_Hz, zeta}, 1e-3), small({frequency_Hz, zeta}, 1e-3 / 64);
   State one{0.2, 30.0}, many = one;
   for (int n = 0; n < 20; ++n) {
     const double before = std::sin(0.7 * n), after = std::sin(0.7 * (n + 1));
@@ -94,7 +94,7 @@ TEST_P(SecondOrderRegimes, DoesNotDependOnTheSizeOfTheSteps) {
 
 TEST_P(SecondOrderRegimes, StaysExactlyAtRestAtAHeldInput) {
   for (const double dt : {1e-12, 1e-6, 1e-3, 1.0}) {
-    const SecondOrder::Step step({frequency_Hz, GetParam()}, dt);
+    const SecondOrder step({frequency_Hz, GetParam()}, dt);
     State state{12.345678, 0.0};
     for (int n = 0; n < 100; ++n) state = step(state, 12.345678, 12.345678);
     EXPECT_EQ(state.position, 12.345678);
@@ -106,7 +106,7 @@ TEST_P(SecondOrderRegimes, StaysExactlyAtRestAtAHeldInput) {
 // terms.
 TEST(SecondOrder, IsExactForTinySteps) {
   const double dt = 1e-11;
-  const SecondOrder::Step step({frequency_Hz, 0.0}, dt);
+  const SecondOrder step({frequency_Hz, 0.0}, dt);
   const State after = step({0.0, 0.0}, 1.0, 1.0);
   EXPECT_NEAR(after.position / (0.5 * omega * omega * dt * dt), 1.0, 1e-14);
   EXPECT_NEAR(after.velocity / (omega * omega * dt), 1.0, 1e-14);
@@ -116,7 +116,7 @@ TEST(SecondOrder, IsExactForTinySteps) {
 }
 
 TEST(SecondOrder, KeepsItsAmplitudeWithoutDamping) {
-  const SecondOrder::Step step({frequency_Hz, 0.0}, 1e-4);
+  const SecondOrder step({frequency_Hz, 0.0}, 1e-4);
   State state{1.0, 0.0};
   for (int n = 0; n < 100000; ++n) state = step(state, 0.0, 0.0);
   EXPECT_NEAR(std::hypot(state.position, state.velocity / omega), 1.0, 1e-10);
@@ -124,7 +124,7 @@ TEST(SecondOrder, KeepsItsAmplitudeWithoutDamping) {
 
 TEST(SecondOrder, RefusesInvalidParameters) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto make = [](double f, double zeta, double dt) { SecondOrder::Step({f, zeta}, dt); };
+  const auto make = [](double f, double zeta, double dt) { SecondOrder({f, zeta}, dt); };
   EXPECT_THROW(make(0.0, 0.1, 1e-3), std::invalid_argument);
   EXPECT_THROW(make(-1.0, 0.1, 1e-3), std::invalid_argument);
   EXPECT_THROW(make(nan, 0.1, 1e-3), std::invalid_argument);

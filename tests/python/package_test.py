@@ -262,6 +262,26 @@ class Runs(Scratch):
         self.assertEqual(run.units()["position_um"], "um")
         self.assertEqual(run.read(from_s=0.0015)["cycle"], [2.0])
 
+    def test_a_step_has_the_figures_of_the_report_and_of_plot(self):
+        before, _, after = STAGE.read_text().partition("[[axis.control.setpoint]]")
+        step = '[[axis.control.setpoint]]\nkind = "step"\nfrom_um = 2.0\nto_um = 5.0\ndwell_s = 0.3\n'
+        text = before + step + after[after.index("[axis.twin]"):]
+        (self.folder / "stage.toml").write_text(text.replace('= "piezo.', f'= "{STAGE.parent}/piezo.')
+                                                .replace('"hystcan.dbc"', f'"{STAGE.parent}/hystcan.dbc"'))
+        demo = json.loads(self.hystcan("demo", "--config", "stage.toml", "--output", "demo", "--json"))
+        report = {column["structure"]: column["segments"][0]["steps"] for column in demo["columns"]}["inverse+pi"]
+        x = hystcan.Run.open(self.folder / "demo/inverse+pi.csv").read(axis="x")
+        x["position_um"][x["sample_missing"] == 1] = numpy.nan
+        rows = [x[name][x["state"] == 4] for name in ("time_s", "reference_um", "position_um")]
+        ours = hystcan.step_response(*rows, tolerance_um=report["band_um"])
+        self.assertAlmostEqual(ours["settling_s"], report["settling_s"], places=12)
+        self.assertAlmostEqual(ours["overshoot_percent"], report["overshoot_percent"], places=9)
+        table = self.hystcan("plot", "demo/inverse+pi.csv", "--kind", "step", "--axis", "x", "--table", "csv")
+        ours = hystcan.step_response(*rows)  # the band of a CSV
+        self.assertEqual(table.splitlines()[1].split(",")[-3:],
+                         [f"{1e3 * ours['rise_s']:.1f}", f"{ours['overshoot_percent']:.1f}",
+                          f"{1e3 * ours['settling_s']:.1f}"])
+
     def test_what_it_does_not_have_is_refused(self):
         run = hystcan.Run.open(self.folder / "c.csv")
         with self.assertRaisesRegex(hystcan.Error, "no signal speed"):

@@ -77,17 +77,17 @@ struct AnyCoil {
 
 TEST(AmplifierWithACapacitor, SlewsAsFastAsItsCurrentChargesIt) {
   const Amplifier::Config config{.slew_per_s = 1e6, .current_limit_A = 0.14, .load_uF = 1.5};
-  const auto after = Amplifier::Step(config, 1e-4)({.output = 0.0, .target = 100.0});
+  const auto after = Amplifier(config, 1e-4)({.output = 0.0, .target = 100.0});
   EXPECT_NEAR(after.output, 0.14 / 1.5e-6 * 1e-4, 1e-12);
 }
 
 TEST(AmplifierWithACapacitor, KeepsItsSlewLimitWhereItsCurrentIsSufficient) {
   const Amplifier::Config config{.slew_per_s = 1000.0, .current_limit_A = 1.0, .load_uF = 1.0};
-  EXPECT_DOUBLE_EQ(Amplifier::Step(config, 0.01)({.output = 0.0, .target = 100.0}).output, 10.0);
+  EXPECT_DOUBLE_EQ(Amplifier(config, 0.01)({.output = 0.0, .target = 100.0}).output, 10.0);
 }
 
 TEST(AmplifierWithACoil, RisesAsAnExponentialWhileItsVoltageIsLimited) {
-  const auto after = Amplifier::Step(coil(), 0.003)({.output = 0.0, .target = 4.0});
+  const auto after = Amplifier(coil(), 0.003)({.output = 0.0, .target = 4.0});
   EXPECT_NEAR(after.output, 5.0 * (1.0 - std::exp(-0.003 / 0.005)), 1e-12);
 }
 
@@ -96,13 +96,13 @@ TEST(AmplifierWithACoil, ContinuesWithItsLagOnceItsVoltageIsSufficient) {
   const double omega = two_pi * 1000.0;
   const double i_x = (0.01 * omega * 4.0 - 10.0) / (0.01 * omega - 2.0);
   const double t_x = 0.005 * std::log(5.0 / (5.0 - i_x));
-  const auto after = Amplifier::Step(coil(), t_x + 1e-4)({.output = 0.0, .target = 4.0});
+  const auto after = Amplifier(coil(), t_x + 1e-4)({.output = 0.0, .target = 4.0});
   EXPECT_NEAR(after.output, 4.0 - (4.0 - i_x) * std::exp(-omega * 1e-4), 1e-12);
 }
 
 TEST(AmplifierWithACoil, NeverReachesATargetBeyondItsVoltage) {
   for (const double target : {7.0, -7.0}) {
-    const auto after = Amplifier::Step(coil(), 1.0)({.output = 0.0, .target = target});
+    const auto after = Amplifier(coil(), 1.0)({.output = 0.0, .target = target});
     EXPECT_NEAR(after.output, std::copysign(5.0, target), 1e-12);
   }
 }
@@ -110,16 +110,16 @@ TEST(AmplifierWithACoil, NeverReachesATargetBeyondItsVoltage) {
 TEST(AmplifierWithACoil, WithoutResistanceIsSlewLimitedByItsVoltage) {
   Amplifier::Config ideal = coil();
   ideal.load_ohm = 0.0;
-  EXPECT_NEAR(Amplifier::Step(ideal, 1e-3)({.output = 0.0, .target = 4.0}).output, 1.0, 1e-12);
+  EXPECT_NEAR(Amplifier(ideal, 1e-3)({.output = 0.0, .target = 4.0}).output, 1.0, 1e-12);
 }
 
 TEST(AmplifierWithACoil, HasTheSameOutputAfterOneStepAndAfterTwo) {
   EXPECT_TRUE(rc::check("two parts of a step equal the whole, to rounding", [] {
     const AnyCoil coil;
     const double first_s = uniform(0.0, 1.0) * coil.total_s;
-    const auto once = Amplifier::Step(coil.config, coil.total_s)(coil.state);
-    const auto half = Amplifier::Step(coil.config, first_s)(coil.state);
-    const auto twice = Amplifier::Step(coil.config, coil.total_s - first_s)(half);
+    const auto once = Amplifier(coil.config, coil.total_s)(coil.state);
+    const auto half = Amplifier(coil.config, first_s)(coil.state);
+    const auto twice = Amplifier(coil.config, coil.total_s - first_s)(half);
     RC_ASSERT(std::abs(once.output - twice.output) <= 1e-11);  // of up to 30 A, through logarithms
   }));
 }
@@ -128,7 +128,7 @@ TEST(AmplifierWithACoil, KeepsEveryLimitAndReachesItsEndMonotonically) {
   EXPECT_TRUE(rc::check("each small step within slew and voltage, towards the end and never past it", [] {
     const AnyCoil coil;
     const double dt_s = 0.01 * coil.total_s;
-    const Amplifier::Step step(coil.config, dt_s);
+    const Amplifier step(coil.config, dt_s);
     const double towards = coil.end() < coil.state.output ? -1.0 : 1.0;
     const double tau_s = 1e-3 * coil.config.load_mH / coil.config.load_ohm;
     const double reach = coil.config.voltage_limit_V / coil.config.load_ohm;
@@ -153,7 +153,7 @@ TEST(AmplifierWithACoil, ConvergesToItsTargetOrToWhatItsVoltageAllows) {
     const double slowest_s = std::max(1e-3 * coil.config.load_mH / coil.config.load_ohm,
                                       1.0 / (two_pi * coil.config.bandwidth_Hz));
     const double total_s = 40.0 * slowest_s + 60.0 / coil.config.slew_per_s;
-    RC_ASSERT(std::abs(Amplifier::Step(coil.config, total_s)(coil.state).output - coil.end()) <= 1e-12);
+    RC_ASSERT(std::abs(Amplifier(coil.config, total_s)(coil.state).output - coil.end()) <= 1e-12);
   }));
 }
 
@@ -164,7 +164,7 @@ TEST(AmplifierWithACoil, EqualsAFineIntegration) {
     AnyCoil coil;
     coil.total_s *= 0.1;
     constexpr int steps = 20'000;
-    const double exact = Amplifier::Step(coil.config, coil.total_s)(coil.state).output;
+    const double exact = Amplifier(coil.config, coil.total_s)(coil.state).output;
     const double fine = integrated(coil.config, coil.state, coil.total_s, steps);
     const double rate_dt = two_pi * coil.config.bandwidth_Hz * coil.total_s / steps;
     RC_ASSERT(std::abs(exact - fine) <= 1e-9 + 3.0 * rate_dt * rate_dt);
@@ -176,8 +176,7 @@ TEST(AmplifierWithACapacitor, EqualsAFineIntegration) {
       .slew_per_s = 2e5, .bandwidth_Hz = 800.0, .current_limit_A = 0.1, .load_uF = 2.0};
   const Amplifier::State start{.output = 80.0, .target = 12.0};
   for (const double total_s : {2e-4, 1e-3, 1.5e-3, 3e-3})
-    EXPECT_NEAR(Amplifier::Step(config, total_s)(start).output, integrated(config, start, total_s, 100'000),
-                1e-6)
+    EXPECT_NEAR(Amplifier(config, total_s)(start).output, integrated(config, start, total_s, 100'000), 1e-6)
         << total_s;
 }
 
@@ -192,7 +191,7 @@ TEST(Amplifier, RoundsItsTargetToItsResolutionWithinTheRange) {
 TEST(Amplifier, RampsNoFasterThanConfigured) {
   const Amplifier::Config config{.ramp_per_s = 50.0};
   const auto after =
-      Amplifier::Step(config, 0.5)({.output = 80.0, .target = 0.0, .course = Amplifier::Course::ramp});
+      Amplifier(config, 0.5)({.output = 80.0, .target = 0.0, .course = Amplifier::Course::ramp});
   EXPECT_DOUBLE_EQ(after.output, 80.0 - 25.0);
   EXPECT_EQ(after.course, Amplifier::Course::ramp);
 }
@@ -200,9 +199,9 @@ TEST(Amplifier, RampsNoFasterThanConfigured) {
 TEST(Amplifier, IsDischargedByItsLoadWhileSwitchedOffWhateverItsTarget) {
   const Amplifier::State off{.output = 80.0, .target = 60.0, .course = Amplifier::Course::off};
   const Amplifier::Config bled{.load_uF = 1.5, .load_ohm = 1e5};  // 150 ms
-  EXPECT_NEAR(Amplifier::Step(bled, 0.3)(off).output, 80.0 * std::exp(-2.0), 1e-12);
-  EXPECT_NEAR(Amplifier::Step(coil(), 0.005)(off).output, 80.0 * std::exp(-1.0), 1e-12);
-  EXPECT_EQ(Amplifier::Step({}, 1e-5)(off).output, 0.0) << "without a load the output is zero at once";
+  EXPECT_NEAR(Amplifier(bled, 0.3)(off).output, 80.0 * std::exp(-2.0), 1e-12);
+  EXPECT_NEAR(Amplifier(coil(), 0.005)(off).output, 80.0 * std::exp(-1.0), 1e-12);
+  EXPECT_EQ(Amplifier({}, 1e-5)(off).output, 0.0) << "without a load the output is zero at once";
 }
 
 }  // namespace

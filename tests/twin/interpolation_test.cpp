@@ -30,13 +30,13 @@ DriveLimits any_limits() {
   return limits;
 }
 
-MovingTarget any_motion() {
+Amplifier::State any_motion() {
   return {.output = any_between(-5.0, 5.0),
           .target = any_between(-5.0, 5.0),
           .rate_per_s = any_between(-15'000.0, 15'000.0)};
 }
 
-/// v' by the equations of MovingTarget, without a closed form.
+/// v' by the equations of Amplifier, without a closed form.
 double rate_of(const DriveLimits& limits, double output, double target) {
   double most = limits.slew_per_s, least = -limits.slew_per_s;
   if (std::isfinite(limits.load_limit)) {
@@ -47,7 +47,7 @@ double rate_of(const DriveLimits& limits, double output, double target) {
 }
 
 /// By the midpoint rule.
-double integrated(const DriveLimits& limits, const MovingTarget& start, double time_s) {
+double integrated(const DriveLimits& limits, const Amplifier::State& start, double time_s) {
   constexpr int steps = 20'000;
   const double dt_s = time_s / steps;
   double v = start.output;
@@ -62,7 +62,7 @@ double integrated(const DriveLimits& limits, const MovingTarget& start, double t
 TEST(MovingTarget, IsFollowedAsByAFineIntegration) {
   EXPECT_TRUE(rc::check("integration", [] {
     const DriveLimits limits = any_limits();
-    const MovingTarget start = any_motion();
+    const Amplifier::State start = any_motion();
     const double time_s = any_between(1e-5, 2e-3);
     RC_ASSERT(std::abs(start.output_after(limits, time_s) - integrated(limits, start, time_s)) < 1e-5);
   }));
@@ -71,9 +71,9 @@ TEST(MovingTarget, IsFollowedAsByAFineIntegration) {
 TEST(MovingTarget, IsFollowedToTheSameOutputInOneStepAndInTwo) {
   EXPECT_TRUE(rc::check("parts", [] {
     const DriveLimits limits = any_limits();
-    const MovingTarget start = any_motion();
+    const Amplifier::State start = any_motion();
     const double first_s = any_between(1e-6, 2e-3), second_s = any_between(1e-6, 2e-3);
-    MovingTarget half = start;
+    Amplifier::State half = start;
     half.output = start.output_after(limits, first_s);
     half.target += start.rate_per_s * first_s;
     RC_ASSERT(std::abs(half.output_after(limits, second_s) - start.output_after(limits, first_s + second_s)) <
@@ -84,7 +84,7 @@ TEST(MovingTarget, IsFollowedToTheSameOutputInOneStepAndInTwo) {
 TEST(MovingTarget, LetsTheOutputTurnOnceAtTheTimeThatItStates) {
   EXPECT_TRUE(rc::check("turn", [] {
     const DriveLimits limits = any_limits();
-    const MovingTarget start = any_motion();
+    const Amplifier::State start = any_motion();
     const double time_s = any_between(1e-4, 4e-3);
     const double turn_s = start.turns_after_s(limits, time_s);
     double before = start.output;
@@ -106,8 +106,10 @@ TEST(MovingTarget, LetsTheOutputTurnOnceAtTheTimeThatItStates) {
 TEST(MovingTarget, IsFollowedByTheAmplifiersStepAlsoWithinTheLag) {
   const Amplifier::Config config{.slew_per_s = 1e6, .bandwidth_Hz = 1000.0};
   const Amplifier::State start{.output = 5.0, .target = 6.0, .rate_per_s = -2000.0};
-  const Amplifier::State after = Amplifier::Step(config, 7e-4)(start);
-  EXPECT_NEAR(after.output, MovingTarget({5.0, 6.0, -2000.0}).output_after(Amplifier::limits(config), 7e-4),
+  const Amplifier::State after = Amplifier(config, 7e-4)(start);
+  EXPECT_NEAR(after.output,
+              Amplifier::State({.output = 5.0, .target = 6.0, .rate_per_s = -2000.0})
+                  .output_after(Amplifier::limits(config), 7e-4),
               1e-12);
   EXPECT_DOUBLE_EQ(after.target, 6.0 - 2000.0 * 7e-4);
 }

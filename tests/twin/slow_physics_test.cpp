@@ -29,13 +29,13 @@ TEST(Creep, DoesNotBeginBeforeAnythingMoves) {
 //   x(t) = 15 um (1 + sum w_i (1 - e^{-a_i t}))
 // The amplifier's lag of 0.13 ms reduces it by less than 1 nm: the slope at the start is 15 um * 0.3 / s.
 TEST(Creep, FollowsItsOperatorsAfterAStep) {
-  const model::Creep::Config operators = model::logarithmic_creep(slow.per_decade, slow.from_s, slow.to_s);
+  const model::Creep::Operators operators = model::logarithmic_creep(slow.per_decade, slow.from_s, slow.to_s);
   Plant plant(creeping_stage(), can::Time{});
   plant.set_target(50.0);
   for (const double time_s : {0.3, 1.0, 3.0, 10.0, 30.0}) {
     plant.advance_to(at_s(time_s));
     double crept = 0.0;
-    for (const auto& one : operators.operators) crept += one.weight * -std::expm1(-one.rate_per_s * time_s);
+    for (const auto& one : operators) crept += one.weight * -std::expm1(-one.rate_per_s * time_s);
     EXPECT_NEAR(plant.position_um(), 15.0 * (1.0 + crept), 1e-3) << time_s << " s";
   }
 }
@@ -123,9 +123,9 @@ TEST(SlowPhysics, NeedsLittleComputingTimeWhileNothingElseMoves) {
 // The slowest operator has settled except for e^{-259200 s / 10^4 s}. The sine of the day is zero, with a
 // slope of 22 pm/s.
 TEST(SlowPhysics, IsExactAfterALongTime) {
-  const model::Creep::Config operators = model::logarithmic_creep(slow.per_decade, slow.from_s, slow.to_s);
+  const model::Creep::Operators operators = model::logarithmic_creep(slow.per_decade, slow.from_s, slow.to_s);
   double whole = 0.0;
-  for (const auto& one : operators.operators) whole += one.weight;
+  for (const auto& one : operators) whole += one.weight;
   Plant::Config config = creeping_stage();
   config.temperature =
       Temperature{.swing_K = 2.0, .period_s = 86'400.0, .expansion_um_per_K = 0.15, .gain_per_K = 1e-3};

@@ -35,39 +35,31 @@ BA_ "Env" EV_ Ambient 1;
 BA_REL_ "Timeout" BU_SG_REL_ Sensor SG_ 1 S 20;
 )";
 
-TEST(DbcAttributes, KeepTheirTypes) {
-  const Database database = parse_dbc(lab, "lab.dbc");
-  EXPECT_EQ(database.warnings, std::vector<std::string>{});
-  EXPECT_EQ(database.attributes.at("DBName"), AttributeValue("lab; \"1\""));
-  EXPECT_EQ(database.nodes[1].attributes.at("Address"), AttributeValue(std::int64_t{0x1F}));
-  EXPECT_EQ(database.find("Fast")->find("S")->attributes.at("GenSigStartValue"), AttributeValue(2.5));
-  EXPECT_EQ(database.find("Slow")->attributes.at("VFrameFormat"), AttributeValue("StandardCAN_FD"));
-  ASSERT_EQ(database.relation_attributes.size(), 1U);
-  const RelationAttribute& relation = database.relation_attributes[0];
-  EXPECT_EQ(relation.node, "Sensor");
-  EXPECT_EQ(relation.message, "Fast");
-  EXPECT_EQ(relation.object, "S");
-  EXPECT_EQ(relation.value, AttributeValue(std::int64_t{20}));
+TEST(DbcAttributes, OfEveryKindAreRead) {
+  EXPECT_EQ(parse_dbc(lab, "lab.dbc").warnings, std::vector<std::string>{});
 }
 
-TEST(DbcAttributes, HaveTheirDefaultWhereNoValueIsGiven) {
+TEST(DbcAttributes, SayWhichMessageIsOfCanFd) {
   const Database database = parse_dbc(lab, "lab.dbc");
-  EXPECT_EQ(*attribute(database, database.find("Fast")->attributes, "VFrameFormat"),
-            AttributeValue("StandardCAN"));
-  EXPECT_EQ(attribute(database, database.nodes[0].attributes, "Address"), nullptr);
-  EXPECT_EQ(attribute(database, {}, "Absent"), nullptr);
-}
-
-TEST(DbcAttributes, GiveCycleTimesStartValuesAndCanFd) {
-  const Database database = parse_dbc(lab, "lab.dbc");
-  EXPECT_EQ(database.find("Fast")->cycle_time_ms, 1.0);
-  EXPECT_EQ(database.find("Slow")->cycle_time_ms, 100.0) << "the default";
-  EXPECT_EQ(database.find("Event")->cycle_time_ms, std::nullopt)
-      << "0 means that the message is not periodic";
-  EXPECT_EQ(database.find("Fast")->find("S")->start_value, 2.5);
-  EXPECT_FALSE(database.find("Fast")->fd);
-  EXPECT_TRUE(database.find("Slow")->fd);
+  EXPECT_FALSE(database.find("Fast")->fd) << "the default";
+  EXPECT_TRUE(database.find("Slow")->fd) << "by the number of the item";
   EXPECT_FALSE(database.find("Event")->fd) << "the attribute decides, not the length";
+}
+
+TEST(DbcAttributes, SayCanFdByNameOrByTheNumbersOfVector) {
+  const auto is_fd = [](const std::string& type, const std::string& value) {
+    return parse_dbc("BO_ 1 A: 8 X\nBA_DEF_ BO_ \"VFrameFormat\" " + type + ";\nBA_ \"VFrameFormat\" BO_ 1 " +
+                         value + ";\n",
+                     "lab.dbc")
+        .messages[0]
+        .fd;
+  };
+  EXPECT_TRUE(is_fd("INT 0 15", "14"));
+  EXPECT_TRUE(is_fd("INT 0 15", "15"));
+  EXPECT_FALSE(is_fd("INT 0 15", "1"));
+  EXPECT_TRUE(is_fd("STRING ", "\"ExtendedCAN_FD\""));
+  EXPECT_FALSE(is_fd("STRING ", "\"14\"")) << "a text is a name";
+  EXPECT_TRUE(is_fd("ENUM \"StandardCAN\",\"StandardCAN_FD\"", "\"StandardCAN_FD\""));
 }
 
 TEST(DbcAttributes, GiveOneWarningForEachIrregularity) {
@@ -75,8 +67,6 @@ TEST(DbcAttributes, GiveOneWarningForEachIrregularity) {
       "BO_ 1 A: 8 X\nBA_DEF_ BO_ \"E\" ENUM \"a\" , \"b\" ;\nBA_DEF_DEF_ \"E\" 1;\nBA_ \"E\" BO_ 1 7;\n"
       "BA_ \"Unknown\" BO_ 1 5;\nBA_DEF_DEF_ \"Other\" 5;\nBA_ \"E\" BO_ 9 \"a\";\n",
       "lab.dbc");
-  EXPECT_EQ(*attribute(database, {}, "E"), AttributeValue("b")) << "by number";
-  EXPECT_EQ(database.messages[0].attributes.at("Unknown"), AttributeValue(std::int64_t{5}));
   EXPECT_EQ(database.warnings,
             (std::vector<std::string>{"lab.dbc:4:15: attribute 'E' has no item 7",
                                       "lab.dbc:5:6: attribute 'Unknown' is not defined",

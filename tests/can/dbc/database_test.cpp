@@ -72,12 +72,6 @@ SIG_VALTYPE_ 2566843902 Exact 2;
 
 TEST(Dbc, ReadsATypicalFile) {
   const Database database = parse_dbc(typical, "lab.dbc");
-  EXPECT_EQ(database.version, "7.1");
-  ASSERT_EQ(database.nodes.size(), 3U);
-  EXPECT_EQ(database.nodes[1].name, "Amp");
-  EXPECT_EQ(database.nodes[1].comment, "the amplifier");
-  EXPECT_EQ(database.nodes[2].name, "Sensor");
-  EXPECT_EQ(database.comment, "whole file; with a semicolon");
   EXPECT_EQ(database.warnings, std::vector<std::string>{"lab.dbc:45:6: attribute 'Note' is not defined"});
   ASSERT_EQ(database.messages.size(), 2U);
 
@@ -86,7 +80,6 @@ TEST(Dbc, ReadsATypicalFile) {
   EXPECT_FALSE(status.extended);
   EXPECT_EQ(status.length, 8);
   EXPECT_EQ(status.sender, "Amp");
-  EXPECT_EQ(status.comment, "status of the \"amplifier\",\non two lines");
   ASSERT_EQ(status.signals.size(), 4U);
 
   const Signal& output = *status.find("Output");
@@ -99,8 +92,6 @@ TEST(Dbc, ReadsATypicalFile) {
   EXPECT_EQ(output.minimum, -1000.0);
   EXPECT_EQ(output.maximum, 1500.0);
   EXPECT_EQ(output.unit, "V");
-  EXPECT_EQ(output.comment, "measured");
-  EXPECT_EQ(output.receivers, (std::vector<std::string>{"Controller", "Sensor"}));
   EXPECT_EQ(output.value_type, ValueType::integer);
 
   const Signal& level = *status.find("Level");
@@ -143,10 +134,10 @@ TEST(Dbc, ReadsDosLineEndsTabsAByteOrderMarkAndLatin1) {
   const Database database = parse_dbc(
       "\xEF\xBB\xBFVERSION \"\"\r\n\r\nBU_:\tAmp\r\n\r\nBO_ 1\tA: 1 Amp\r\n\tSG_ "
       "S:0|8@1+(1,0)[0|0]\"\xB0\x43\"Amp\r\n"
-      "CM_ BO_ 1 \"\xFC\xE4\r\n\";\r\n",
+      "CM_ BO_ 1 \"\xFC\xE4\r\n\";\r\nVAL_ 1 S 0 \"\xFC\xE4\";\r\n",
       "lab.dbc");
   EXPECT_EQ(database.find("A")->find("S")->unit, "\xC2\xB0\x43") << "in UTF-8";
-  EXPECT_EQ(database.find("A")->comment, "\xC3\xBC\xC3\xA4\r\n");
+  EXPECT_EQ(database.find("A")->find("S")->values.at(0), "\xC3\xBC\xC3\xA4");
   EXPECT_EQ(refusal("VERSION \"\"\r\n\r\n\tBO_ x"),
             "lab.dbc:3:6: found 'x', expected the identifier of a message");
 }
@@ -226,7 +217,7 @@ TEST(DbcError, NamesTheReasonWhyAFileCannotBeRead) {
   const auto refused = [](const std::filesystem::path& file) -> std::string {
     try {
       load_dbc(file);
-    } catch (const DbcError& error) {
+    } catch (const Error& error) {
       return error.what();
     }
     return "accepted";

@@ -34,26 +34,20 @@ VAL_ 385 OutputOfTheAmplifier_0001 1 "one";
 
 Database read(const std::string& text) { return parse_dbc(text, "lab.dbc"); }
 
-TEST(DbcLongNames, AreTheNamesOfMessagesSignalsAndNodes) {
+TEST(DbcLongNames, AreTheNamesOfMessagesSignalsAndSenders) {
   const Database database = read(lab);
   const Message& status = database.messages[0];
   EXPECT_EQ(status.name, "StatusOfTheAmplifierOfTheUpperStage");
   EXPECT_EQ(status.signals[0].name, "OutputOfTheAmplifierOfTheUpperStage");
   EXPECT_EQ(status.signals[1].name, "State");
   EXPECT_EQ(database.messages[1].name, "Sample") << "the default is empty: there is no long name";
-  EXPECT_EQ(database.nodes[0].name, "AmplifierOfTheUpperStageOnTheLeft");
   EXPECT_EQ(status.sender, "AmplifierOfTheUpperStageOnTheLeft");
-  EXPECT_EQ(status.signals[0].receivers, (Texts{"Sensor", "AmplifierOfTheUpperStageOnTheLeft"}));
   EXPECT_EQ(database.warnings, Texts{});
 }
 
 TEST(DbcLongNames, DoNotSeparateAnObjectFromTheSectionsThatNameItShort) {
   const Database database = read(lab);
   EXPECT_EQ(database.messages[0].signals[0].values.at(1), "one");
-  ASSERT_EQ(database.relation_attributes.size(), 1U);
-  EXPECT_EQ(database.relation_attributes[0].message, "StatusOfTheAmplifierOfTheUpperStage");
-  EXPECT_EQ(database.relation_attributes[0].object, "OutputOfTheAmplifierOfTheUpperStage");
-  EXPECT_EQ(database.relation_attributes[0].node, "AmplifierOfTheUpperStageOnTheLeft");
 }
 
 TEST(DbcLongNames, AndShortOnesFindMessagesAndSignals) {

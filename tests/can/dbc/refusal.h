@@ -10,7 +10,7 @@ namespace hystcan::can::dbc_refusal {
 inline std::string refusal(const std::string& text) {
   try {
     parse_dbc(text, "lab.dbc");
-  } catch (const DbcError& error) {
+  } catch (const Error& error) {
     return error.what();
   }
   return "accepted";

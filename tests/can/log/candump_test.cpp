@@ -28,7 +28,7 @@ std::string refusal_of(const std::string& text) {
   CandumpReader reader(stream, "log");
   try {
     while (reader.next()) continue;
-  } catch (const CandumpError& error) {
+  } catch (const Error& error) {
     return error.what();
   }
   return "accepted";

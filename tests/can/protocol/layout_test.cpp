@@ -160,16 +160,16 @@ TEST(DecimalStep, IsEmptyIfTheUnitsDoNotConvert) {
     EXPECT_FALSE(decimal_step(theirs, ours)) << theirs << " to " << ours;
 }
 
-TEST(StateTable, ReadsAndSendsTheLabsRawValues) {
-  const StateTable table({.off = {0}, .ready = {16}, .enabled = {32}, .fault = {64, 65}});
+TEST(StateValues, ReadsAndSendsTheLabsRawValues) {
+  const StateValues table{.off = {0}, .ready = {16}, .enabled = {32}, .fault = {64, 65}};
   EXPECT_EQ(table.state(16), AmpState::ready);
   EXPECT_EQ(table.state(65), AmpState::fault);
   EXPECT_EQ(table.state(7), AmpState::off);
   EXPECT_EQ(table.raw(AmpState::fault), 64);
 }
 
-TEST(StateTable, ReadsTheMoreSevereStateIfOneValueMeansTwo) {
-  const StateTable table({.off = {0}, .ready = {1}, .enabled = {1}, .fault = {}});
+TEST(StateValues, ReadsTheMoreSevereStateIfOneValueMeansTwo) {
+  const StateValues table{.off = {0}, .ready = {1}, .enabled = {1}, .fault = {}};
   EXPECT_EQ(table.state(1), AmpState::enabled);
   EXPECT_EQ(table.raw(AmpState::fault), 0);
 }

@@ -127,8 +127,8 @@ TEST(SdoServer, RefusesWithTheAbortCodesOfCiA301) {
 
 SdoSetup two_writes() {
   return {1,
-          {.writes = {{.object = {.index = 0x2000, .subindex = 1}, .content = {.value = 500, .bytes = 2}},
-                      {.object = {.index = 0x2001, .subindex = 0}, .content = {.value = 3, .bytes = 1}}}}};
+          {{.object = {.index = 0x2000, .subindex = 1}, .content = {.value = 500, .bytes = 2}},
+           {.object = {.index = 0x2001, .subindex = 0}, .content = {.value = 3, .bytes = 1}}}};
 }
 
 /// Polls every millisecond and passes each request to `answer`. Returns the number of requests.
@@ -182,8 +182,8 @@ TEST(SdoSetup, FailsAfterThreeAttemptsIfTheNodeDoesNotAnswer) {
 
 TEST(SdoSetup, UsesTheConfiguredTimeoutAndNumberOfAttempts) {
   SdoSetup setup{1,
-                 {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}},
-                  .patience = {.timeout = milliseconds(700), .attempts = 2}}};
+                 {{.object = object, .content = {.value = 9, .bytes = 1}}},
+                 {.timeout = milliseconds(700), .attempts = 2}};
   const auto silence = [](const Frame&) { return std::optional<Frame>(); };
   EXPECT_EQ(run(setup, 1401, silence), 3) << "a request, its abort and the next request after 700 ms";
   EXPECT_FALSE(setup.has_failed());
@@ -192,7 +192,7 @@ TEST(SdoSetup, UsesTheConfiguredTimeoutAndNumberOfAttempts) {
 }
 
 TEST(SdoSetup, GivesTheReasonWhyTheNodeRefuses) {
-  SdoSetup setup{1, {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}}}};
+  SdoSetup setup{1, {{.object = object, .content = {.value = 9, .bytes = 1}}}};
   run(setup, 100, [&](const Frame&) {
     return std::optional(frame_of(0x581, {0x80, 0x01, 0x20, 0x05, 0x31, 0x00, 0x09, 0x06}));
   });
@@ -202,7 +202,7 @@ TEST(SdoSetup, GivesTheReasonWhyTheNodeRefuses) {
 }
 
 TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
-  SdoSetup setup{1, {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}}}};
+  SdoSetup setup{1, {{.object = object, .content = {.value = 9, .bytes = 1}}}};
   run(setup, 100, [&](const Frame& request) {
     const bool write = request.data[0] == 0x2F;
     return std::optional(frame_of(0x581, write ? Bytes{0x60, 0x01, 0x20, 0x05, 0, 0, 0, 0}
@@ -214,7 +214,7 @@ TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
 
 /// Runs the setup of one object of one byte, 9, against a node that answers each read with these bytes.
 SdoSetup set_up_with(const Bytes& answer_to_read) {
-  SdoSetup setup{1, {.writes = {{.object = object, .content = {.value = 9, .bytes = 1}}}}};
+  SdoSetup setup{1, {{.object = object, .content = {.value = 9, .bytes = 1}}}};
   run(setup, 100, [&](const Frame& request) {
     const bool write = request.data[0] == 0x2F;
     return std::optional(frame_of(0x581, write ? Bytes{0x60, 0x01, 0x20, 0x05, 0, 0, 0, 0} : answer_to_read));

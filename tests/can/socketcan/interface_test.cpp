@@ -15,7 +15,7 @@ template <class Action>
 std::string refusal(Action action) {
   try {
     action();
-  } catch (const InterfaceError& error) {
+  } catch (const RunError& error) {
     return error.what();
   }
   return "";
@@ -44,7 +44,7 @@ TEST(Interface, IsRefusedIfItIsNotCan) {
 }
 
 TEST(Interface, IsNeitherVirtualNorRealIfItIsAbsent) {
-  EXPECT_THROW(is_virtual_interface("vcan97"), InterfaceError);
+  EXPECT_THROW(is_virtual_interface("vcan97"), RunError);
 }
 
 TEST(SocketCanBus, IsRefusedIfTheInterfaceIsAbsentOrTheKernelHasNoCan) {

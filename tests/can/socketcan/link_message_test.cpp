@@ -192,7 +192,7 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItIsListenOnly) {
   try {
     require_able_to_send("can0", interface);
     FAIL();
-  } catch (const InterfaceError& error) {
+  } catch (const RunError& error) {
     EXPECT_STREQ(
         error.what(),
         "interface can0 is listen-only; take it down and set: ip link set can0 type can listen-only off");
@@ -203,7 +203,7 @@ std::string refusal_of_fd(const std::string& name, const Interface& interface,
                           const std::vector<std::string>& messages) {
   try {
     require_able_to_carry_fd(name, interface, messages);
-  } catch (const InterfaceError& error) {
+  } catch (const RunError& error) {
     return error.what();
   }
   return "";

@@ -8,7 +8,7 @@ std::string refusal(const std::string& interface) {
   boost::asio::io_context context;
   try {
     SocketCanBus bus(context, interface, {});
-  } catch (const InterfaceError& error) {
+  } catch (const RunError& error) {
     return error.what();
   }
   return "opened";

@@ -40,7 +40,7 @@ double true_error_um(const LoopConfig& loop, const ReferenceFilter& filter) {
     return sum;
   };
   const double lag = 1.0 - std::exp(-2.0 * std::numbers::pi * loop.delays.amplifier_bandwidth_Hz * dt_s);
-  const model::SecondOrder::Step mode({loop.delays.resonance_Hz, loop.delays.damping_ratio}, dt_s);
+  const model::SecondOrder mode({loop.delays.resonance_Hz, loop.delays.damping_ratio}, dt_s);
   model::SecondOrder::State state;
   double driven = 0.0, sum = 0.0;
   int counted = 0;

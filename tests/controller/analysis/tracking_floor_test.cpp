@@ -41,7 +41,7 @@ TEST(TrackingFloor, OfTheTriangleOfThePiezoStageIsThatOfTheDocuments) {
 Eigen::VectorXd response_to_one_setpoint(const Delays& delays, int cycles, int per_cycle) {
   const double dt_s = cycle_s / per_cycle;
   const double lag = std::exp(-2.0 * std::numbers::pi * delays.amplifier_bandwidth_Hz * dt_s);
-  const model::SecondOrder::Step mode({delays.resonance_Hz, delays.damping_ratio}, dt_s);
+  const model::SecondOrder mode({delays.resonance_Hz, delays.damping_ratio}, dt_s);
   model::SecondOrder::State state;
   double output = 0.0;
   Eigen::VectorXd position(cycles * per_cycle);

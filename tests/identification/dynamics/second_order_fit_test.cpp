@@ -207,7 +207,7 @@ TEST(SecondOrderFit, IsExactForAStepTrainBehindHysteresis) {
 // 1 / (2 pi 1500 Hz) = 0.106 ms. A lag is not exactly a delay; its corner is at five times the resonance.
 TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
   const int fine = 50, rows = 600;
-  const model::SecondOrder::Step mode({300.0, 0.05}, cycle_s / fine);
+  const model::SecondOrder mode({300.0, 0.05}, cycle_s / fine);
   const support::FirstOrder::Step lag({1500.0}, cycle_s / fine);
   const Drive drive = step_train(150);
   support::FirstOrder::State amplifier{drive(0)};
