@@ -175,22 +175,23 @@ void print_excitations(const std::filesystem::path& folder, const config::Config
 
 /// The models of an axis that has none yet.
 void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
-  axis.model_file = axis.name + ".first.model.toml";
-  axis.plant_file = axis.name + ".first.plant.toml";
-  write_file(folder / axis.model_file,
+  axis.config.control_model = axis.config.wire.name + ".first.model.toml";
+  axis.config.twin_model = axis.config.wire.name + ".first.plant.toml";
+  write_file(folder / axis.config.control_model,
              "# A straight line through the travel, until there is a measured model.\n" +
                  config::model_text(straight_line(axis), {}));
-  write_file(folder / axis.plant_file,
+  write_file(folder / axis.config.twin_model,
              "# The twin's actuator: a loop as piezo stacks have it, until there is a measured one.\n" +
                  config::model_text(usual_loop(axis), {}));
 }
 
 /// Measured model, plant and noise of an axis.
 void write_measured_models(const std::filesystem::path& folder, AxisFacts& axis, const AxisRecords& records) {
-  const identification::Identified found = identify_axis(folder, axis.name, records);
-  axis.model_file = model_name(axis.name);
-  axis.plant_file = plant_name(axis.name);
-  axis.noise_um = std::max(found.datasets.front().noise, 1e-6 * axis.travel_um.span());
+  const std::string& name = axis.config.wire.name;
+  const identification::Identified found = identify_axis(folder, name, records);
+  axis.config.control_model = model_name(name);
+  axis.config.twin_model = plant_name(name);
+  axis.config.twin.sensor.noise_um_rms = std::max(found.datasets.front().noise, 1e-6 * axis.travel_um.span());
 }
 
 AxisRecords records_beside(const std::filesystem::path& folder, const config::AxisConfig& axis) {
@@ -277,7 +278,7 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
                 const std::vector<AxisRecords>& records) {
   NewFolder made(folder);
   naming(folder, made.path(), [&] {
-    copy_into(facts.dbc_file, made.path());
+    copy_into(facts.config.bus.dbc, made.path());
     for (std::size_t i = 0; i < facts.axes.size(); ++i) {
       if (records.empty())
         write_first_models(made.path(), facts.axes[i]);

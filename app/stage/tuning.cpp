@@ -164,20 +164,15 @@ void predict_structures(Candidate& candidate, const config::Config& config, cons
         outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, plant), structure)).axes[0]));
 }
 
-/// Empty where the configuration states the sensor's delay.
-std::optional<DelayShares> delay_shares(const TuningReport& report, const config::Config& config,
-                                        const twin::Config& twin) {
-  const double delay_s = report.plant.delays.lag_s() + report.plant.delays.sensor_s();
-  if (config.axes[0].control.delays.sensor_s() > 0.0 || !(delay_s > 0.0)) return std::nullopt;
-  const auto true_um = [&](bool is_the_sensors) -> std::optional<double> {
-    rehearsal::Setup setup = setup_of(report.proposed(), config, twin, report.plant);
-    for (twin::WiredAxisConfig& axis : setup.twin.axes)
-      if (axis.wire.name == config.axes[0].wire.name) set_delay(axis.axis, delay_s, is_the_sensors);
-    const rehearsal::Outcome outcome = outcome_of(setup);
-    if (outcome.axes[0].fault.cause != controller::Cause::none) return std::nullopt;
-    return outcome.true_errors[0].total().rms_um();
-  };
-  return DelayShares{.delay_s = delay_s, .all_um = true_um(true), .none_um = true_um(false)};
+/// Of the proposed loop, where the unshared delay is all the sensor's, or none of it is. Empty: a fault.
+std::optional<double> true_rms_um(const TuningReport& report, const config::Config& config,
+                                  const twin::Config& twin, bool is_the_sensors) {
+  rehearsal::Setup setup = setup_of(report.proposed(), config, twin, report.plant);
+  for (twin::WiredAxisConfig& axis : setup.twin.axes)
+    if (axis.wire.name == config.axes[0].wire.name) set_delay(axis.axis, report.unshared_s, is_the_sensors);
+  const rehearsal::Outcome outcome = outcome_of(setup);
+  if (outcome.axes[0].fault.cause != controller::Cause::none) return std::nullopt;
+  return outcome.true_errors[0].total().rms_um();
 }
 
 }  // namespace
@@ -274,7 +269,11 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin) {
   predict_structures(report.candidates[0], config, twin, report.plant);
   if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
-  report.shares = delay_shares(report, config, twin);
+  if (config.axes[0].control.delays.sensor_s() > 0.0) return;
+  report.unshared_s = report.plant.delays.lag_s() + report.plant.delays.sensor_s();
+  if (!(report.unshared_s > 0.0)) return;
+  report.all_the_sensors_um = true_rms_um(report, config, twin, true);
+  report.none_the_sensors_um = true_rms_um(report, config, twin, false);
 }
 
 void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {

@@ -95,7 +95,7 @@ std::string candidate_table(const TuningReport& report) {
 
 /// How much the true error depends on what is not stated.
 std::string shares_line(const TuningReport& report) {
-  if (!report.shares) return {};
+  if (!(report.unshared_s > 0.0)) return {};
   const auto percent = [&](std::optional<double> um) {
     return um ? fmt::format("{:.3f} %", 100.0 * *um / stroke_um(report)) : std::string("a fault");
   };
@@ -106,7 +106,7 @@ std::string shares_line(const TuningReport& report) {
           "{} as the delay is counted here, {} if none of it is the sensor's, {} if all is: its data sheet "
           "tells (sensor_delay_us)",
           counted ? fmt::format("{:.3f} %", *counted) : std::string("not known"),
-          percent(report.shares->none_um), percent(report.shares->all_um)));
+          percent(report.none_the_sensors_um), percent(report.all_the_sensors_um)));
 }
 
 /// Beside a proposal with less margin.
@@ -295,10 +295,10 @@ nlohmann::json to_json(const TuningReport& report) {
   json["present"] = to_whole_json(report.present());
   json["proposed"] = to_whole_json(report.proposed());
   json["true_rms_um_by_delay_share"] = nullptr;
-  if (report.shares)
-    json["true_rms_um_by_delay_share"] = {{"delay_us", 1e6 * report.shares->delay_s},
-                                          {"none_is_the_sensors", or_null(report.shares->none_um)},
-                                          {"all_is_the_sensors", or_null(report.shares->all_um)}};
+  if (report.unshared_s > 0.0)
+    json["true_rms_um_by_delay_share"] = {{"delay_us", 1e6 * report.unshared_s},
+                                          {"none_is_the_sensors", or_null(report.none_the_sensors_um)},
+                                          {"all_is_the_sensors", or_null(report.all_the_sensors_um)}};
   json["prediction_rests_on"] = assumptions(report);
   return json;
 }

@@ -39,12 +39,6 @@ struct Candidate {
 /// 2 % and, where that is known, not worse between the samples.
 std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
 
-/// True errors of a loop where a measured delay is all the sensor's, or none of it is. Empty: a fault.
-struct DelayShares {
-  double delay_s = 0.0;
-  std::optional<double> all_um, none_um;
-};
-
 struct TuningReport {
   std::string config;  ///< the file's name, without its folder
   std::string axis;
@@ -59,8 +53,9 @@ struct TuningReport {
   bool only_cautious = false;
   std::vector<Candidate> candidates;  ///< the present one is the first
   std::size_t best = 0;
-  /// Of the proposed loop; empty where the configuration states the sensor's delay.
-  std::optional<DelayShares> shares;
+  double unshared_s = 0.0;  ///< of the measured delay; 0 where the configuration states the sensor's
+  /// True errors of the proposed loop where that is all the sensor's, or none of it is; empty: a fault.
+  std::optional<double> all_the_sensors_um{}, none_the_sensors_um{};
 
   const Candidate& present() const { return candidates.front(); }
   const Candidate& proposed() const { return candidates[best]; }
