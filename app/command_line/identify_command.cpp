@@ -125,12 +125,12 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
   std::vector<std::string> names;
   for (const auto& file : options.data) names.push_back(name_of(file));
   Progress progress("comparing models", 0, "trials");
-  const WrittenReport written = write_report(options.report, {datasets, names, identified, said},
-                                             [&, tries = std::uint64_t{0}]() mutable {
-                                               progress.update(++tries);
-                                               return stop_signalled == 0;
-                                             });
-  if (!written.undrawn.empty()) note("hystcan: {}: {}\n", options.report.string(), written.undrawn);
+  const auto undrawn = write_report(options.report, {datasets, names, identified, said},
+                                    [&, tries = std::uint64_t{0}]() mutable {
+                                      progress.update(++tries);
+                                      return stop_signalled == 0;
+                                    });
+  if (undrawn) note("hystcan: {}: {}\n", options.report.string(), *undrawn);
 }
 
 /// The configuration that gets the model, before it has one.

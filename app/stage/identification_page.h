@@ -9,7 +9,6 @@
 namespace hystcan::app {
 
 /// `directory` holds the plots. The page names those that are missing.
-std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report,
-                    const WrittenReport& written);
+std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report);
 
 }  // namespace hystcan::app

@@ -11,6 +11,7 @@
 #include "app/stage/config_edit.h"
 #include "app/stage/dynamics_text.h"
 #include "base/text.h"
+#include "config/schema/settings.h"
 
 namespace hystcan::app {
 namespace {
@@ -171,6 +172,19 @@ nlohmann::json or_null(std::optional<double> value) {
   return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
+/// By the names in [axis.control.delays].
+nlohmann::json to_json(const controller::Delays& delays) {
+  constexpr std::string_view table = "axis.control.delays.";
+  config::AxisConfig axis;
+  axis.control.delays = delays;
+  nlohmann::json json;
+  config::control_text(axis, [&](const config::Setting& key, bool /*is_required*/) {
+    if (key.path.starts_with(table)) json[key.path.substr(table.size())] = nlohmann::json::parse(key.value);
+    return std::optional<std::string>();
+  });
+  return json;
+}
+
 nlohmann::json to_json(const Candidate& of) {
   nlohmann::json json{{"name", of.name},
                       {"kp", of.setting.pi.kp},
@@ -179,14 +193,7 @@ nlohmann::json to_json(const Candidate& of) {
                       {"notch", to_json(of.setting.notch)},
                       {"margins", nullptr},
                       {"worst_margins", nullptr},
-                      {"delays",
-                       {{"command_delay_us", microseconds(of.delays.command_delay)},
-                        {"amplifier_bandwidth_Hz", of.delays.amplifier_bandwidth_Hz},
-                        {"sensor_delay_us", microseconds(of.delays.sensor_delay)},
-                        {"resonance_Hz", of.delays.resonance_Hz},
-                        {"damping_ratio", of.delays.damping_ratio},
-                        {"second_order", of.delays.second_order},
-                        {"plant_inverse", of.delays.plant_inverse}}},
+                      {"delays", to_json(of.delays)},
                       {"predicted_rms_percent", nullptr},
                       {"predicted_true_rms_percent", nullptr}};
   if (of.has_run()) {
