@@ -20,7 +20,7 @@
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/shipped.h"
-#include "app/stage/tracking_floors.h"
+#include "app/stage/tuning.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "config/schema/config.h"

@@ -14,7 +14,6 @@
 #include "app/live/stop_signal.h"
 #include "app/stage/config_edit.h"
 #include "app/stage/dataset_input.h"
-#include "app/stage/identification_findings.h"
 #include "app/stage/identification_report.h"
 #include "app/stage/identification_result.h"
 #include "app/stage/option_check.h"

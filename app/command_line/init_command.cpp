@@ -17,7 +17,6 @@
 #include "app/stage/frame_roles.h"
 #include "app/stage/new_folder.h"
 #include "app/stage/option_check.h"
-#include "app/stage/shipped.h"
 #include "app/stage/stage_folder.h"
 #include "app/stage/stage_questions.h"
 #include "base/error.h"
@@ -25,11 +24,6 @@
 
 namespace hystcan::app {
 namespace {
-
-/// With the standard frames, whose setpoint is in this unit.
-std::filesystem::path shipped_dbc(const std::string& drive_unit) {
-  return shipped_file(drive_unit == "A" ? "galfenol.dbc" : "hystcan.dbc");
-}
 
 /// The files of each axis: with one axis all records are its own, with several there is one for each.
 std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
@@ -66,7 +60,7 @@ int new_stage(const InitOptions& options) {
   std::vector<AxisRecords> records = records_by_axis(options);
   for (AxisRecords& of_axis : records) load(of_axis, options.input);
   Questions questions(std::cin, !options.yes && isatty(STDIN_FILENO) != 0);
-  const StageFacts stage = ask_about(options, records, shipped_dbc, questions);
+  const StageFacts stage = ask_about(options, records, questions);
   for (const AxisFacts& axis : stage.axes) print("{}", table_of(axis));
   stop_at_a_signal();
   make_stage(options.folder, stage, records);

@@ -103,11 +103,10 @@ int tune(const TuneArguments& options) {
   const Dataset record = measured_steps(config, twin, options.run, report.steps);
   evaluate(report, plant_of_steps(record, config), config, twin);
   predict_further(report, config, twin);
-  const Candidate& best = report.proposed();
   put(files.fragment, fragment(report));
   if (files.table) put(files.table, response_table(report, record));
   if (files.written)
-    put(files.written, with_loop(loaded, index_of_axis(loaded, options.run.axis), best.setting, best.delays));
+    put(files.written, with_loop(loaded, index_of_axis(loaded, options.run.axis), report.proposed().loop));
   if (!options.picture.empty())
     if (const auto failure = draw_response(report, record, options.picture))
       note("{}: not drawn: {}\n", options.picture.string(), *failure);

@@ -52,7 +52,7 @@ MatrixXd ChainRecord::columns(const ChainPoint& point) const {
   controller::Delays chain = delays(point);
   chain.sensor_delay = stated_.sensor_delay;  // in whole nanoseconds, which derivatives would see
   const double pure_s = point[pure_share] * point[late_cycles] * dataset_.cycle_s;
-  const auto plant = controller::HeldPlant(chain, dataset_.cycle_s, pure_s).recursion();
+  const auto plant = controller::held_plant(chain, dataset_.cycle_s, pure_s);
   const Index inputs = dataset_.inputs.cols(), cycles = dataset_.inputs.rows();
   MatrixXd all(cycles, inputs);
   for (Index i = 0; i < inputs; ++i) {

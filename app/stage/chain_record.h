@@ -1,7 +1,7 @@
 // A chain of delay, lag and mode in a record of steps or a chirp: what a loop is designed for.
 //
 //   y = offset + drift t + free decay + sum_i gain_i G u_i    u_i: identification/dynamics/sampled_dataset.h
-//   G: HeldPlant of mode (f, zeta), amplifier's lag (1 - s) D, pure delay s D, and the stated sensor
+//   G: held_plant() of mode (f, zeta), amplifier's lag (1 - s) D, pure delay s D, and the stated sensor
 //
 // The linear part is solved for directly (variable projection), the rest by Levenberg's method. A lag lowers
 // the mode's amplitude, a pure delay does not: so a record that shows the mode can tell them apart.

@@ -29,11 +29,11 @@ controller::Delays without_commands(controller::Delays delays) {
   return delays;
 }
 
+/// With the plant that was found.
 controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) {
-  return {.delays = report.plant.delays,
-          .cycle_s = 1.0 / report.rate_Hz,
-          .measurement_filter_Hz = of.setting.measurement_filter_Hz,
-          .notch = of.setting.notch};
+  controller::LoopConfig loop = of.loop;
+  loop.delays = report.plant.delays;
+  return loop;
 }
 
 /// What belongs to a frequency, with its memory of the frequency before: the plant, and the loops present and
@@ -42,7 +42,7 @@ class Curves {
  public:
   explicit Curves(const TuningReport& of)
       : of_(of),
-        model_(without_commands(of.plant.delays), of.plant.cycle_s),
+        model_(controller::held_plant(without_commands(of.plant.delays), of.plant.cycle_s)),
         before_(loop_of(of, of.present())),
         after_(loop_of(of, of.proposed())) {}
 
@@ -55,9 +55,9 @@ class Curves {
     double model_deg, before_deg, after_deg;
   };
   Values at(double theta) {
-    Values v{.model = model_.response(theta),
-             .before = before_(of_.present().setting.pi, theta),
-             .after = after_(of_.proposed().setting.pi, theta),
+    Values v{.model = controller::response_of(model_, theta),
+             .before = before_(of_.present().loop.pi, theta),
+             .after = after_(of_.proposed().loop.pi, theta),
              .model_deg = 0.0,
              .before_deg = 0.0,
              .after_deg = 0.0};
@@ -69,7 +69,7 @@ class Curves {
 
  private:
   const TuningReport& of_;
-  controller::HeldPlant model_;
+  controller::PlantRecursion::Config model_;
   controller::LinearLoop before_, after_;
   double model_phase_ = 0.0, before_phase_ = 0.0, after_phase_ = 0.0;
 };

@@ -37,41 +37,6 @@ std::string terminal(const std::string& format, const PictureSize& size) {
                      size.height_mm / 10.0);
 }
 
-}  // namespace
-
-const std::vector<std::string>& picture_formats() {
-  static const std::vector<std::string> formats{"svg", "png", "pdf"};
-  return formats;
-}
-
-std::string plot_look() {
-  return R"(set encoding utf8
-set datafile separator ','
-set datafile missing NaN
-set border 3 lw 0.6
-set tics nomirror out scale 0.6
-set grid lw 0.4 lc rgb '#dddddd' dt 1
-set key outside above center horizontal Left reverse samplen 2.5
-set style line 1 lc rgb '#0072b2' lw 1.3 dt 1
-set style line 2 lc rgb '#d55e00' lw 1.3 dt (9,3)
-set style line 3 lc rgb '#009e73' lw 1.3 dt (3,3)
-set style line 4 lc rgb '#cc79a7' lw 1.3 dt (9,3,3,3)
-set style line 5 lc rgb '#999999' lw 1.3 dt 1
-set style line 6 lc rgb '#000000' lw 1.0 dt 1
-)";
-}
-
-std::string drawn_as(const std::string& name, const std::vector<std::string>& formats,
-                     const PictureSize& size, const std::string& body) {
-  std::string text = plot_look();
-  for (const std::string& format : formats)
-    text += fmt::format("\nset terminal {}\nset output {}\n{}unset output\n", terminal(format, size),
-                        gnuplot_file(fmt::format("{}.{}", name, format)), body);
-  return text;
-}
-
-namespace {
-
 namespace fs = std::filesystem;
 
 std::optional<std::string> run_gnuplot(const fs::path& directory, const std::string& script) {
@@ -113,6 +78,37 @@ bool is_whole(const fs::path& picture, const std::string& ending) {
 }
 
 }  // namespace
+
+const std::vector<std::string>& picture_formats() {
+  static const std::vector<std::string> formats{"svg", "png", "pdf"};
+  return formats;
+}
+
+std::string plot_look() {
+  return R"(set encoding utf8
+set datafile separator ','
+set datafile missing NaN
+set border 3 lw 0.6
+set tics nomirror out scale 0.6
+set grid lw 0.4 lc rgb '#dddddd' dt 1
+set key outside above center horizontal Left reverse samplen 2.5
+set style line 1 lc rgb '#0072b2' lw 1.3 dt 1
+set style line 2 lc rgb '#d55e00' lw 1.3 dt (9,3)
+set style line 3 lc rgb '#009e73' lw 1.3 dt (3,3)
+set style line 4 lc rgb '#cc79a7' lw 1.3 dt (9,3,3,3)
+set style line 5 lc rgb '#999999' lw 1.3 dt 1
+set style line 6 lc rgb '#000000' lw 1.0 dt 1
+)";
+}
+
+std::string drawn_as(const std::string& name, const std::vector<std::string>& formats,
+                     const PictureSize& size, const std::string& body) {
+  std::string text = plot_look();
+  for (const std::string& format : formats)
+    text += fmt::format("\nset terminal {}\nset output {}\n{}unset output\n", terminal(format, size),
+                        gnuplot_file(fmt::format("{}.{}", name, format)), body);
+  return text;
+}
 
 std::optional<std::string> draw_with_gnuplot(const fs::path& directory, const std::string& name,
                                              const std::vector<std::string>& endings,

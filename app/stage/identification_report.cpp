@@ -8,7 +8,6 @@
 #include <system_error>
 
 #include "app/stage/gnuplot.h"
-#include "app/stage/identification_page.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "config/schema/config.h"

@@ -44,6 +44,14 @@ struct IdentificationReport {
   std::optional<std::string> undrawn{};  ///< why a plot is missing
 };
 
+/// The observations and decisions of an identification, in sentences for the engineer.
+std::vector<std::string> findings(const std::vector<identification::Dataset>& datasets,
+                                  const identification::Identified& identified);
+
+/// The page of a report: HTML that needs only the plots beside it, in `directory`. It names those that are
+/// missing.
+std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report);
+
 /// The names of all files that a report may hold. Files of an earlier report are overwritten, or removed if
 /// this report has no such file. Other files in the folder do not change.
 const std::vector<std::string>& report_files();

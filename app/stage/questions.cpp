@@ -35,14 +35,14 @@ std::optional<double> parsed(std::string text, const std::string& unit) {
 }
 
 template <class T>
-std::string objection(const Questions::Check<T>& check, const T& value) {
-  return check ? check(value) : std::string();
+std::optional<std::string> objection(const Questions::Check<T>& check, const T& value) {
+  return check ? check(value) : std::nullopt;
 }
 
 template <class T>
 void require(const Question& question, const Questions::Check<T>& check, const T& stated) {
-  if (const std::string wrong = objection(check, stated); !wrong.empty())
-    throw Error(fmt::format("{}: {}", question.option, wrong));
+  if (const auto wrong = objection(check, stated))
+    throw Error(fmt::format("{}: {}", question.option, *wrong));
 }
 
 }  // namespace
@@ -87,14 +87,14 @@ double Questions::number(const Question& question, const std::optional<double>& 
   if (asks_) ++asked_;
   while (const auto line = answer(question, usual ? fmt::format("{}", *usual) : "")) {
     const std::optional<double> value = line->empty() ? usual : parsed(*line, question.unit);
-    const std::string wrong = value ? objection(check, *value)
-                                    : fmt::format("'{}' is no number, expected one{}", *line,
-                                                  question.unit.empty() ? "" : " in " + question.unit);
-    if (wrong.empty()) {
+    const auto wrong = value ? objection(check, *value)
+                             : unless(false, "'{}' is no number, expected one{}", *line,
+                                      question.unit.empty() ? "" : " in " + question.unit);
+    if (!wrong) {
       accept(*line);
       return *value;
     }
-    object(wrong);
+    object(*wrong);
   }
   if (!usual) missing_.push_back(question.option);
   return usual.value_or(std::numeric_limits<double>::quiet_NaN());
@@ -109,12 +109,13 @@ std::string Questions::text(const Question& question, const std::optional<std::s
   if (asks_) ++asked_;
   while (const auto line = answer(question, usual.value_or(""))) {
     std::string value = line->empty() ? usual.value_or("") : *line;
-    const std::string wrong = value.empty() ? "an answer is expected" : objection(check, value);
-    if (wrong.empty()) {
+    const auto wrong =
+        value.empty() ? std::optional<std::string>("an answer is expected") : objection(check, value);
+    if (!wrong) {
       accept(*line);
       return value;
     }
-    object(wrong);
+    object(*wrong);
   }
   if (!usual) missing_.push_back(question.option);
   return usual.value_or("");

@@ -101,9 +101,11 @@ void rehearse_fast(const Stage& stage, const std::vector<TunedAxis>& tuned) {
   const std::filesystem::path file = stage.file().parent_path() / fast_config;
   Stage fast(file, stage.text());
   for (std::size_t i = 0; i < tuned.size(); ++i)
-    if (tuned[i].fast)
-      set_loop(fast.config.axes[i].control, tuned[i].fast->setting,
-               in_whole_microseconds(tuned[i].fast->delays));
+    if (tuned[i].fast) {
+      controller::LoopConfig loop = tuned[i].fast->loop;
+      loop.delays = in_whole_microseconds(loop.delays);
+      set_loop(fast.config.axes[i].control, loop);
+    }
   const std::string text = fast.text();
   const config::Config config = config::load_text(file, text);
   write_file(file, text);

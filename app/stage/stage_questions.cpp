@@ -14,6 +14,7 @@
 
 #include "app/stage/frame_roles.h"
 #include "app/stage/identified_plant.h"
+#include "app/stage/shipped.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "identification/dynamics/second_order_fit.h"
@@ -62,12 +63,12 @@ class AxisQuestions {
     drive(axis.config.control.gate);
     travel(axis);
     mode(axis);
-    const double sensor_delay_us = number(
-        {"--sensor-delay", "Sensor's delay", "us",
-         "from the position to its sample; a data sheet has it, 0 where you do not know"},
-        stated_.sensor_delay_us, {}, 0.0, sensor_delay_us_, [](double value) {
-          return value < 0.0 || value > 100'000.0 ? fmt::format("{:g}, expected 0 to 100000", value) : "";
-        });
+    const double sensor_delay_us =
+        number({"--sensor-delay", "Sensor's delay", "us",
+                "from the position to its sample; a data sheet has it, 0 where you do not know"},
+               stated_.sensor_delay_us, {}, 0.0, sensor_delay_us_, [](double value) {
+                 return unless(value >= 0.0 && value <= 100'000.0, "{:g}, expected 0 to 100000", value);
+               });
     axis.config.control.delays.sensor_delay = std::chrono::nanoseconds(std::llround(1e3 * sensor_delay_us));
     const controller::Gate::Config& gate = axis.config.control.gate;
     if (const AxisRecords* measured = record())
@@ -81,11 +82,10 @@ class AxisQuestions {
     if (!records_.empty()) usual = records_.front().loops.front().input_unit;
     const std::optional<std::string> known =
         stated_.drive_unit || records_.empty() ? stated_.drive_unit : usual;
-    unit_ =
-        questions_.text({"--unit", "Unit of the drive", "", "V for a piezo stack, A for a coil"}, known,
-                        usual, [](const std::string& unit) {
-                          return unit == "V" || unit == "A" ? "" : fmt::format("'{}', expected V or A", unit);
-                        });
+    unit_ = questions_.text({"--unit", "Unit of the drive", "", "V for a piezo stack, A for a coil"}, known,
+                            usual, [](const std::string& unit) {
+                              return unless(unit == "V" || unit == "A", "'{}', expected V or A", unit);
+                            });
   }
 
  private:
@@ -103,8 +103,8 @@ class AxisQuestions {
 
   static constexpr double largest_drive = 1e6;
   static constexpr double usual_damping_ratio = 0.02;
-  static std::string too_large(double value) {
-    return fmt::format("{:g}, expected at most {:g} in magnitude", value, largest_drive);
+  static std::optional<std::string> if_too_large(double value, double most = largest_drive) {
+    return unless(std::abs(value) <= most, "{:g}, expected at most {:g} in magnitude", value, most);
   }
 
   void drive(controller::Gate::Config& gate) {
@@ -118,29 +118,26 @@ class AxisQuestions {
     gate.drive_min =
         number({"--drive-min", "Lowest drive", unit_, "no drive below it leaves the controller"},
                stated_.drive_min, least, {}, drive_min_, [&](double value) {
-                 if (std::abs(value) > largest_drive) return too_large(value);
-                 return least && value > *least
-                            ? fmt::format("{:g}, but the record goes down to {:g} {}", value, *least, unit_)
-                            : std::string();
+                 if (auto wrong = if_too_large(value)) return wrong;
+                 return unless(!least || value <= *least, "{:g}, but the record goes down to {:g} {}", value,
+                               least.value_or(0.0), unit_);
                });
-    gate.drive_max = number(
-        {"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"}, stated_.drive_max,
-        most, {}, drive_max_, [&](double value) {
-          if (std::abs(value) > largest_drive) return too_large(value);
-          if (most && value < *most)
-            return fmt::format("{:g}, but the record goes up to {:g} {}", value, *most, unit_);
-          return value <= gate.drive_min
-                     ? fmt::format("{:g}, expected more than the lowest drive, {:g}", value, gate.drive_min)
-                     : std::string();
-        });
+    gate.drive_max =
+        number({"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"},
+               stated_.drive_max, most, {}, drive_max_, [&](double value) {
+                 if (auto wrong = if_too_large(value)) return wrong;
+                 if (most && value < *most)
+                   return unless(false, "{:g}, but the record goes up to {:g} {}", value, *most, unit_);
+                 return unless(value > gate.drive_min, "{:g}, expected more than the lowest drive, {:g}",
+                               value, gate.drive_min);
+               });
     const double nearest_zero = std::min(std::max(0.0, gate.drive_min), gate.drive_max);
-    gate.safe_drive = number({"--safe", "Safe drive", unit_, "every run ends there, also after a fault"},
-                             stated_.safe_drive, {}, nearest_zero, safe_drive_, [&](double value) {
-                               return value < gate.drive_min || value > gate.drive_max
-                                          ? fmt::format("{:g}, expected {:g} to {:g}", value, gate.drive_min,
-                                                        gate.drive_max)
-                                          : "";
-                             });
+    gate.safe_drive =
+        number({"--safe", "Safe drive", unit_, "every run ends there, also after a fault"},
+               stated_.safe_drive, {}, nearest_zero, safe_drive_, [&](double value) {
+                 return unless(value >= gate.drive_min && value <= gate.drive_max,
+                               "{:g}, expected {:g} to {:g}", value, gate.drive_min, gate.drive_max);
+               });
   }
 
   void travel(AxisFacts& axis) {
@@ -152,12 +149,12 @@ class AxisQuestions {
                                  stated_.stroke_um, {}, {}, stroke_um_, more_than_zero_);
     const controller::Gate::Config& gate = axis.config.control.gate;
     const double below = stroke * (gate.safe_drive - gate.drive_min) / (gate.drive_max - gate.drive_min);
-    const double at_safe = number(
-        {"--sensor-at-safe", "Sensor at the safe drive", "um",
-         "what it reads there; the limits follow from it"},
-        stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
-          return std::abs(value) > 1e6 ? fmt::format("{:g}, expected at most 1e6 in magnitude", value) : "";
-        });
+    const double at_safe =
+        number({"--sensor-at-safe", "Sensor at the safe drive", "um",
+                "what it reads there; the limits follow from it"},
+               stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
+                 return unless(std::abs(value) <= 1e6, "{:g}, expected at most 1e6 in magnitude", value);
+               });
     axis.travel_um = {at_safe - below, at_safe + stroke - below};
     axis.config.twin.sensor.noise_um_rms = 1e-5 * stroke;
   }
@@ -198,7 +195,7 @@ class AxisQuestions {
   }
 
   const Questions::Check<double> more_than_zero_ = [](double value) {
-    return value <= 0.0 ? fmt::format("{:g}, expected more than 0", value) : "";
+    return unless(value > 0.0, "{:g}, expected more than 0", value);
   };
   const InitOptions& stated_;
   const std::vector<AxisRecords>& records_;
@@ -224,14 +221,14 @@ std::vector<int> parsed_nodes(const std::string& text) {
   return nodes;
 }
 
-std::string wrong_with(const std::vector<int>& nodes, std::size_t axes) {
+std::optional<std::string> wrong_with(const std::vector<int>& nodes, std::size_t axes) {
   const bool sound = nodes.size() == 2 * axes &&
                      std::ranges::all_of(nodes, [](int node) { return node >= 1 && node <= 127; });
   if (!sound)
-    return fmt::format("expected {} node ids from 1 to 127, amplifier and sensor of each axis", 2 * axes);
+    return unless(false, "expected {} node ids from 1 to 127, amplifier and sensor of each axis", 2 * axes);
   std::vector<int> sorted = nodes;
   std::ranges::sort(sorted);
-  return std::ranges::adjacent_find(sorted) == sorted.end() ? "" : "expected ids that differ";
+  return unless(std::ranges::adjacent_find(sorted) == sorted.end(), "expected ids that differ");
 }
 
 void number_nodes(StageFacts& stage, const InitOptions& stated, Questions& questions) {
@@ -268,35 +265,38 @@ can::Database read_dbc(const std::filesystem::path& file) {
   }
 }
 
-void ask_about_the_bus(StageFacts& stage, const InitOptions& stated, const std::filesystem::path& shipped_dbc,
-                       Questions& questions) {
-  stage.config.controller.rate_Hz = questions.number(
-      {"--cycle-rate", "Cycle rate", "Hz",
-       "samples and commands per second; the bus must carry four frames each"},
-      stated.rate_Hz, 1000.0, [](double value) {
-        return value >= 1.0 && value <= 10'000.0 ? "" : fmt::format("{:g}, expected 1 to 10000", value);
-      });
+/// With the standard frames, whose setpoint is in this unit.
+std::filesystem::path shipped_dbc(const std::string& drive_unit) {
+  return shipped_file(drive_unit == "A" ? "galfenol.dbc" : "hystcan.dbc");
+}
+
+void ask_about_the_bus(StageFacts& stage, const InitOptions& stated, Questions& questions) {
+  stage.config.controller.rate_Hz =
+      questions.number({"--cycle-rate", "Cycle rate", "Hz",
+                        "samples and commands per second; the bus must carry four frames each"},
+                       stated.rate_Hz, 1000.0, [](double value) {
+                         return unless(value >= 1.0 && value <= 10'000.0, "{:g}, expected 1 to 10000", value);
+                       });
   stage.config.bus.interface = questions.text(
       {"--interface", "CAN interface", "", "vcan0 to rehearse with the twin; it can be changed at any time"},
       stated.interface, "vcan0", [](const std::string& name) {
-        return name.size() <= 15 && name.find_first_of("/ ") == std::string::npos
-                   ? ""
-                   : fmt::format("'{}', expected a name of at most 15 letters", name);
+        return unless(name.size() <= 15 && name.find_first_of("/ ") == std::string::npos,
+                      "'{}', expected a name of at most 15 letters", name);
       });
-  const std::string own = shipped_dbc.filename().string();
+  const std::filesystem::path shipped = shipped_dbc(stage.axes.front().config.wire.drive_unit);
+  const std::string own = shipped.filename().string();
   const std::string dbc =
       questions.text({"--dbc", "DBC of the frames", "", "a lab's own; " + own + " has the standard ones"},
-                     stated.dbc, own, [&](const std::string& file) -> std::string {
-                       if (file == own && !std::filesystem::exists(file)) return {};
+                     stated.dbc, own, [&](const std::string& file) -> std::optional<std::string> {
+                       if (file == own && !std::filesystem::exists(file)) return std::nullopt;
                        try {
                          read_dbc(file);
-                         return {};
+                         return std::nullopt;
                        } catch (const Error& error) {
                          return error.what();
                        }
                      });
-  stage.config.bus.dbc =
-      dbc == own && !std::filesystem::exists(dbc) ? shipped_dbc : std::filesystem::path(dbc);
+  stage.config.bus.dbc = dbc == own && !std::filesystem::exists(dbc) ? shipped : std::filesystem::path(dbc);
 }
 
 /// A command without it never switches the amplifier off. A DBC with another name for it must not lead to
@@ -318,9 +318,8 @@ void ask_for_enable(AxisFacts& facts, const std::optional<std::string>& stated, 
        fmt::format("the signal of {} that switches the amplifier on: {}", message, choice)},
       stated, {}, [&](const std::string& signal) {
         const bool is_known = signal == no_enable || std::ranges::count(facts.enable_candidates, signal) != 0;
-        return is_known ? ""
-                        : fmt::format("'{}', expected a signal of {} for axis {}: {}", signal, message, axis,
-                                      choice);
+        return unless(is_known, "'{}', expected a signal of {} for axis {}: {}", signal, message, axis,
+                      choice);
       });
   if (answer.empty())
     throw Error(
@@ -331,13 +330,13 @@ void ask_for_enable(AxisFacts& facts, const std::optional<std::string>& stated, 
 }
 
 StageFacts asked_from_the_first(const InitOptions& stated, const std::vector<AxisRecords>& records,
-                                const ShippedDbc& shipped_dbc, Questions& questions) {
+                                Questions& questions) {
   questions.begin();
   StageFacts stage;
   AxisQuestions axes(stated, records, questions);
   axes.ask_unit();
   for (std::size_t i = 0; i < stated.axes.size(); ++i) stage.axes.push_back(axes.ask(i));
-  ask_about_the_bus(stage, stated, shipped_dbc(stage.axes.front().config.wire.drive_unit), questions);
+  ask_about_the_bus(stage, stated, questions);
   questions.require_all();
   const std::filesystem::path& dbc = stage.config.bus.dbc;
   stage.axes = propose_roles(read_dbc(dbc), std::move(stage.axes), dbc.string());
@@ -350,10 +349,10 @@ StageFacts asked_from_the_first(const InitOptions& stated, const std::vector<Axi
 }  // namespace
 
 StageFacts ask_about(const InitOptions& stated, const std::vector<AxisRecords>& records,
-                     const ShippedDbc& shipped_dbc, Questions& questions) {
+                     Questions& questions) {
   require_names(stated.axes);
   for (;;) try {
-      return asked_from_the_first(stated, records, shipped_dbc, questions);
+      return asked_from_the_first(stated, records, questions);
     } catch (const Questions::StepBack&) {
     }
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,11 +32,9 @@ struct InitOptions {
   std::optional<double> rate_Hz{};
 };
 
-using ShippedDbc = std::function<std::filesystem::path(const std::string& drive_unit)>;
-
-/// `records`: one for each axis, or none. `shipped_dbc` gives the one for a drive unit, which is used where
-/// no other is named. Throws Error where an answer is missing, or where a record contradicts one.
+/// `records`: one for each axis, or none. Where no DBC is named it is the shipped one for the drive's unit.
+/// Throws Error where an answer is missing, or where a record contradicts one.
 StageFacts ask_about(const InitOptions& stated, const std::vector<AxisRecords>& records,
-                     const ShippedDbc& shipped_dbc, Questions& questions);
+                     Questions& questions);
 
 }  // namespace hystcan::app

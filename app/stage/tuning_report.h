@@ -19,10 +19,9 @@ namespace hystcan::app {
 
 /// One way to set the loop of an axis, and its predicted effect.
 struct Candidate {
-  std::string name;  ///< "present", "plain", "low pass", "notch", "cautious"
-  controller::LoopSetting setting;
-  controller::Delays delays;
-  std::optional<controller::JudgedLoop> loop{};  ///< empty if ki is zero: there is no loop to judge
+  std::string name;                                ///< "present", "plain", "low pass", "notch", "cautious"
+  controller::LoopConfig loop;                     ///< its delays are those of the feed-forward
+  std::optional<controller::JudgedLoop> judged{};  ///< empty if ki is zero: there is no loop to judge
   /// Of the configured reference, with the configured structure and limits, without learning; empty: not
   /// rehearsed, as it is not stable.
   std::optional<controller::AxisOutcome> predicted{};
