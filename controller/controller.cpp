@@ -40,11 +40,14 @@ Controller::Controller(const Config& config, const can::Database& database, can:
       background_(config.node, config.heartbeat_period, axes_),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(std::llround(1e9 / config.rate_Hz)) {
-  add_routes();
-  bus_ = attach(router_.filters());
+  add_handlers();
+  std::vector<can::Filter> filters;
+  filters.reserve(handlers_.size());
+  for (const auto& [key, handler] : handlers_) filters.push_back({.id = key.first, .extended = key.second});
+  bus_ = attach(filters);
   bus_->on_frame([this](const can::Frame& frame, can::Time received) {
     frame_heard_ = received;
-    router_.pass_on(frame);
+    pass_on(frame);
   });
   bus_->on_state([this](can::BusState state) { on_bus_state(state); });
   listen_to_echoes();
@@ -58,56 +61,62 @@ void Controller::listen_to_echoes() {
   for (const auto& wired : axes_) wired->amplifier.begin_to_count_echoes();
 }
 
+/// A frame of the other identifier type in the place of a message goes to that message, which rejects and
+/// counts it.
+void Controller::pass_on(const can::Frame& frame) const {
+  auto found = handlers_.find({frame.id, frame.extended});
+  if (found == handlers_.end()) found = handlers_.find({frame.id, !frame.extended});
+  if (found != handlers_.end()) found->second(frame);
+}
+
 /// Our own frames never come back to us: a frame with an identifier of ours comes from another controller. A
 /// damaged one, which no node accepts, is ignored.
-void Controller::add_routes() {
-  router_.add_route(can::sync_id, false, [this](const can::Frame& frame) {
+void Controller::add_handlers() {
+  add_handler(can::sync_id, false, [this](const can::Frame& frame) {
     if (can::is_sync(frame)) on_another_controller(ForeignFrame::Kind::sync, frame);
   });
-  router_.add_route(can::nmt_id, false, [this](const can::Frame& frame) { on_foreign_nmt(frame); });
-  router_.add_route(can::heartbeat_base + config_.node, false, [this](const can::Frame& frame) {
+  add_handler(can::nmt_id, false, [this](const can::Frame& frame) { on_foreign_nmt(frame); });
+  add_handler(can::heartbeat_base + config_.node, false, [this](const can::Frame& frame) {
     if (can::is_heartbeat_of(config_.node, frame))
       on_another_controller(ForeignFrame::Kind::heartbeat, frame);
   });
-  for (std::size_t i = 0; i < axes_.size(); ++i) add_routes_of(i);
+  for (std::size_t i = 0; i < axes_.size(); ++i) add_handlers_of(i);
 }
 
-void Controller::add_routes_of(std::size_t index) {
+void Controller::add_handlers_of(std::size_t index) {
   WiredAxis& wired = *axes_[index];
   const auto& decode_sample = wired.sensor.decoder();
-  router_.add_route(decode_sample.id(), decode_sample.extended(),
-                    [this, index](const can::Frame& frame) { on_sample(index, frame); });
+  add_handler(decode_sample.id(), decode_sample.extended(),
+              [this, index](const can::Frame& frame) { on_sample(index, frame); });
   if (const auto& decode = wired.amplifier.decoder())
-    router_.add_route(decode->id(), decode->extended(), [this, &wired](const can::Frame& frame) {
+    add_handler(decode->id(), decode->extended(), [this, &wired](const can::Frame& frame) {
       wired.amplifier.on_status(frame, scheduler_.now());
     });
   const auto& encode = wired.amplifier.encoder();
-  router_.add_route(encode.id(), encode.extended(), [this, &wired](const can::Frame& frame) {
+  add_handler(encode.id(), encode.extended(), [this, &wired](const can::Frame& frame) {
     if (wired.amplifier.is_command(frame)) on_another_controller(ForeignFrame::Kind::command, frame);
   });
   if (const auto id = wired.status_sender.id())
-    router_.add_route(*id, false, [this, &wired](const can::Frame& frame) {
+    add_handler(*id, false, [this, &wired](const can::Frame& frame) {
       if (wired.status_sender.is_sound(frame)) on_another_controller(ForeignFrame::Kind::axis_status, frame);
     });
   if (const auto& receiver = wired.setpoint_receiver)
-    router_.add_route(receiver->id(), false, [&wired](const can::Frame& frame) {
-      wired.setpoint_receiver->on_frame(frame, wired.axis);
-    });
-  router_.add_route(
-      can::heartbeat_base + wired.sensor.node(), false,
-      [this, &wired](const can::Frame& frame) { wired.sensor.on_heartbeat(frame, scheduler_.now()); });
-  router_.add_route(
-      can::heartbeat_base + wired.amplifier.node(), false,
-      [this, &wired](const can::Frame& frame) { wired.amplifier.on_heartbeat(frame, scheduler_.now()); });
+    add_handler(receiver->id(), false,
+                [&wired](const can::Frame& frame) { wired.setpoint_receiver->on_frame(frame, wired.axis); });
+  add_handler(can::heartbeat_base + wired.sensor.node(), false, [this, &wired](const can::Frame& frame) {
+    wired.sensor.on_heartbeat(frame, scheduler_.now());
+  });
+  add_handler(can::heartbeat_base + wired.amplifier.node(), false, [this, &wired](const can::Frame& frame) {
+    wired.amplifier.on_heartbeat(frame, scheduler_.now());
+  });
   for (RemoteNode* node : wired.nodes()) {
-    router_.add_route(can::emergency_base + node->node(), false,
-                      [node](const can::Frame& frame) { node->on_emergency(frame); });
-    router_.add_route(can::sdo_response_base + node->node(), false,
-                      [node](const can::Frame& frame) { node->on_sdo(frame); });
-    router_.add_route(can::sdo_request_base + node->node(), false,
-                      [this, node, &wired](const can::Frame& frame) {
-                        if (node->on_foreign_sdo(frame)) trip_if_in_use(wired, Cause::foreign_access);
-                      });
+    add_handler(can::emergency_base + node->node(), false,
+                [node](const can::Frame& frame) { node->on_emergency(frame); });
+    add_handler(can::sdo_response_base + node->node(), false,
+                [node](const can::Frame& frame) { node->on_sdo(frame); });
+    add_handler(can::sdo_request_base + node->node(), false, [this, node, &wired](const can::Frame& frame) {
+      if (node->on_foreign_sdo(frame)) trip_if_in_use(wired, Cause::foreign_access);
+    });
   }
 }
 

@@ -33,9 +33,11 @@
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "can/bus.h"
@@ -43,7 +45,6 @@
 #include "controller/background_frames.h"
 #include "controller/black_box.h"
 #include "controller/cycle_record.h"
-#include "controller/frame_router.h"
 #include "controller/realtime.h"
 #include "controller/requests.h"
 #include "controller/timing.h"
@@ -127,8 +128,13 @@ class Controller {
   };
 
   void listen_to_echoes();
-  void add_routes();
-  void add_routes_of(std::size_t index);
+  void add_handlers();
+  void add_handlers_of(std::size_t index);
+  /// Where two have the same identifier, the first one receives its frames.
+  void add_handler(std::uint32_t id, bool extended, std::function<void(const can::Frame&)> handler) {
+    handlers_.emplace(std::pair(id, extended), std::move(handler));
+  }
+  void pass_on(const can::Frame& frame) const;
   void tick();
   void close_cycle();
   void begin_cycle(can::Time now);
@@ -153,7 +159,8 @@ class Controller {
   can::Scheduler& scheduler_;
   RecordHandler on_record_;
   WiredAxes axes_;
-  FrameRouter router_;
+  /// By identifier, and whether it is an extended one.
+  std::map<std::pair<std::uint32_t, bool>, std::function<void(const can::Frame&)>> handlers_;
   RequestLink* requests_ = nullptr;  ///< Null: there are none.
   bool asked_to_stop_ = false;
   BackgroundFrames background_;

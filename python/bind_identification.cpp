@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "app/stage/identification_findings.h"
+#include "app/stage/identification_report.h"
 #include "app/stage/identification_result.h"
 #include "base/output_file.h"
 #include "base/words.h"

@@ -132,6 +132,15 @@ double longest_reference_s(const controller::Config& config) {
   return longest;
 }
 
+/// A structure for which no filter converges learns nothing.
+void plan_learning_anew(controller::AxisConfig& axis, double rate_Hz) {
+  try {
+    controller::plan_learning(axis, rate_Hz);
+  } catch (const std::invalid_argument&) {
+    axis.learning.reset();
+  }
+}
+
 }  // namespace
 
 Rehearsal::Rehearsal(const Setup& setup, controller::Controller::RecordHandler on_record)
@@ -193,19 +202,6 @@ Outcome run_once(const Setup& setup, double settle_s, const controller::Controll
     outcome.axes.push_back(controller::outcome_of(loop.axis_name(i), loop.axis(i), std::move(statistics[i])));
   return outcome;
 }
-
-namespace {
-
-/// A structure for which no filter converges learns nothing.
-void plan_learning_anew(controller::AxisConfig& axis, double rate_Hz) {
-  try {
-    controller::plan_learning(axis, rate_Hz);
-  } catch (const std::invalid_argument&) {
-    axis.learning.reset();
-  }
-}
-
-}  // namespace
 
 Setup with_structure(Setup setup, controller::Structure structure) {
   for (auto& axis : setup.controller.axes) {

@@ -85,7 +85,7 @@ class CycleRecorder {
   can::BusHealthLog& bus_log() { return bus_log_; }
   CycleOutlets& outlets() { return outlets_; }
   controller::BlackBox& black_box() { return black_box_; }
-  std::string close_csv() { return csv_ ? csv_->close() : std::string(); }
+  std::optional<std::string> close_csv() { return csv_ ? csv_->close() : std::nullopt; }
   const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
 
  private:
@@ -270,13 +270,13 @@ int run_controller(const ControllerArguments& options) {
   recorder.bus_log().write();
   recorder.black_box().finish();
   states.save(controller);
-  const std::string lost = recorder.close_csv();
+  const std::optional<std::string> lost = recorder.close_csv();
   const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, recorder);
   spdlog::default_logger()->flush();  // its last lines come before the results
   const std::string unprinted =
       print_patiently(results_text(controller, recorder, outcomes, options.json, dropped));
   require_success(controller, recorder, options, was_enabled, outcomes);
-  for (const std::string& reason : {lost, unprinted})
+  for (const std::string& reason : {lost.value_or(""), unprinted})
     if (!reason.empty()) throw RunError(reason);
   return done;
 }

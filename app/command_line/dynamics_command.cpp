@@ -53,10 +53,10 @@ struct IdentifiedDynamics {
   IdentifiedPlant plant;
   controller::Delays stated;         ///< with the identified resonance where there is no configuration
   std::optional<double> sensor_s{};  ///< the configured part of the delay
-  std::vector<controller::LoopSetting> designs;  ///< the first one is proposed
-  std::vector<controller::JudgedLoop> loops;     ///< of the designs
+  std::vector<controller::LoopConfig> designs;  ///< the first one is proposed
+  std::vector<controller::JudgedLoop> judged;   ///< of the designs
 
-  const controller::LoopSetting& proposed() const { return designs.front(); }
+  const controller::LoopConfig& proposed() const { return designs.front(); }
 };
 
 std::string unit_or(const std::string& unit, const char* otherwise) {
@@ -82,17 +82,15 @@ void design(IdentifiedDynamics& identified, bool cautious) {
   identified.plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 * cycle_s));
   const controller::SensitivityRule rule;
   const auto corners = controller::widened(identified.plant.uncertainty, rule.resonance_percent);
-  const controller::LoopConfig plain{.delays = identified.plant.delays, .cycle_s = cycle_s};
-  if (cautious)
-    identified.designs = {{.pi = controller::largest_gains(plain, corners, controller::CautiousRule{})}};
-  else
+  controller::LoopConfig plain{.delays = identified.plant.delays, .cycle_s = cycle_s};
+  if (cautious) {
+    plain.pi = controller::largest_gains(plain, corners, controller::CautiousRule{});
+    identified.designs = {plain};
+  } else {
     identified.designs = controller::designs(plain, identified.plant.uncertainty, rule);
-  for (const controller::LoopSetting& setting : identified.designs) {
-    controller::LoopConfig loop = plain;
-    loop.measurement_filter_Hz = setting.measurement_filter_Hz;
-    loop.notch = setting.notch;
-    identified.loops.push_back(controller::judge(loop, corners, setting.pi));
   }
+  for (const controller::LoopConfig& loop : identified.designs)
+    identified.judged.push_back(controller::judge(loop, corners));
 }
 
 IdentifiedDynamics find(const DynamicsArguments& options, const std::optional<config::Config>& config,
@@ -122,10 +120,9 @@ IdentifiedDynamics find(const DynamicsArguments& options, const std::optional<co
   }
 }
 
-std::string filters_of(const controller::LoopSetting& setting) {
-  if (setting.notch) return fmt::format(", notch {} (Hz, depth, width)", describe(*setting.notch));
-  if (setting.measurement_filter_Hz > 0.0)
-    return fmt::format(", low pass {} Hz", setting.measurement_filter_Hz);
+std::string filters_of(const controller::LoopConfig& loop) {
+  if (loop.notch) return fmt::format(", notch {} (Hz, depth, width)", describe(*loop.notch));
+  if (loop.measurement_filter_Hz > 0.0) return fmt::format(", low pass {} Hz", loop.measurement_filter_Hz);
   return ", no filter";
 }
 
@@ -145,15 +142,15 @@ std::string describe(const IdentifiedDynamics& identified, std::size_t shown) {
       describe(plant, identified.stated, identified.input_unit, identified.output_unit) +
       delay_shares(identified);
   for (std::size_t i = 0; i < shown; ++i) {
-    const controller::LoopSetting& setting = identified.designs[i];
-    const controller::JudgedLoop& loop = identified.loops[i];
+    const controller::LoopConfig& loop = identified.designs[i];
+    const auto& [margins, worst] = identified.judged[i];
     text += line(i == 0 ? "PI gains" : "less fast",
-                 fmt::format("kp {:.5g} um per um, ki {:.5g} 1/s, at {:.6g} Hz{}", setting.pi.kp,
-                             setting.pi.ki_per_s, identified.rate_Hz, filters_of(setting))) +
-            line("loop", describe(loop.margins)) +
-            line("at the worst", describe(loop.worst) + " (corners of the intervals)") +
+                 fmt::format("kp {:.5g} um per um, ki {:.5g} 1/s, at {:.6g} Hz{}", loop.pi.kp,
+                             loop.pi.ki_per_s, identified.rate_Hz, filters_of(loop))) +
+            line("loop", describe(margins)) +
+            line("at the worst", describe(worst) + " (corners of the intervals)") +
             line("speed", fmt::format("crossover {:.4g} Hz, bandwidth of the feedback alone {:.4g} Hz",
-                                      loop.margins.crossover_Hz, loop.margins.bandwidth_Hz));
+                                      margins.crossover_Hz, margins.bandwidth_Hz));
   }
   if (const std::size_t more = identified.designs.size() - shown; more > 0)
     text += line("", fmt::format("--all shows {} that {} still less fast", counted(more, "design"),
@@ -172,7 +169,7 @@ std::string fragment(const IdentifiedDynamics& identified, const controller::Del
   if (axis != nullptr) before.control = axis->control;
   before.control.delays = configured;
   after = before;
-  set_loop(after.control, identified.proposed(), found);
+  set_loop(after.control, identified.proposed());
   std::map<std::string, std::string> notes{{"axis.control.kp", " um per um"},
                                            {"axis.control.ki_per_s", ""},
                                            {"axis.control.delays.resonance_Hz", ""},
@@ -188,16 +185,16 @@ std::string fragment(const IdentifiedDynamics& identified, const controller::Del
 
 nlohmann::json to_json(const IdentifiedDynamics& identified) {
   nlohmann::json json = to_json(identified.plant);
-  const controller::LoopSetting& setting = identified.proposed();
+  const controller::LoopConfig& loop = identified.proposed();
   json["rate_Hz"] = identified.rate_Hz;
-  json["kp"] = setting.pi.kp;
-  json["ki_per_s"] = setting.pi.ki_per_s;
-  json["measurement_filter_Hz"] = setting.measurement_filter_Hz;
-  json["notch"] = to_json(setting.notch);
+  json["kp"] = loop.pi.kp;
+  json["ki_per_s"] = loop.pi.ki_per_s;
+  json["measurement_filter_Hz"] = loop.measurement_filter_Hz;
+  json["notch"] = to_json(loop.notch);
   json["amplifier_bandwidth_Hz"] = identified.plant.delays.amplifier_bandwidth_Hz;
   json["sensor_delay_us"] = microseconds(identified.plant.delays.sensor_delay);
-  json["margins"] = to_json(identified.loops.front().margins);
-  json["worst_margins"] = to_json(identified.loops.front().worst);
+  json["margins"] = to_json(identified.judged.front().margins);
+  json["worst_margins"] = to_json(identified.judged.front().worst);
   return json;
 }
 
@@ -205,7 +202,7 @@ nlohmann::json to_json(const IdentifiedDynamics& identified) {
 void write_config(const DynamicsArguments& options, const config::Config& config, std::size_t axis,
                   const IdentifiedDynamics& identified) {
   OutputFile out(options.written);
-  out.write(with_loop(config, axis, identified.proposed(), identified.plant.delays));
+  out.write(with_loop(config, axis, identified.proposed()));
   out.commit();
 }
 

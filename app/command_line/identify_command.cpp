@@ -14,7 +14,6 @@
 #include "app/live/stop_signal.h"
 #include "app/stage/config_edit.h"
 #include "app/stage/dataset_input.h"
-#include "app/stage/identification_findings.h"
 #include "app/stage/identification_report.h"
 #include "app/stage/identification_result.h"
 #include "app/stage/option_check.h"
@@ -125,12 +124,12 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
   std::vector<std::string> names;
   for (const auto& file : options.data) names.push_back(name_of(file));
   Progress progress("comparing models", 0, "trials");
-  const WrittenReport written = write_report(options.report, {datasets, names, identified, said},
-                                             [&, tries = std::uint64_t{0}]() mutable {
-                                               progress.update(++tries);
-                                               return stop_signalled == 0;
-                                             });
-  if (!written.undrawn.empty()) note("hystcan: {}: {}\n", options.report.string(), written.undrawn);
+  const auto undrawn = write_report(options.report, {datasets, names, identified, said},
+                                    [&, tries = std::uint64_t{0}]() mutable {
+                                      progress.update(++tries);
+                                      return stop_signalled == 0;
+                                    });
+  if (undrawn) note("hystcan: {}: {}\n", options.report.string(), *undrawn);
 }
 
 /// The configuration that gets the model, before it has one.

@@ -14,9 +14,9 @@
 #include "app/command_line/commands.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/dataset_input.h"
+#include "app/stage/frame_roles.h"
 #include "app/stage/new_folder.h"
 #include "app/stage/option_check.h"
-#include "app/stage/shipped.h"
 #include "app/stage/stage_folder.h"
 #include "app/stage/stage_questions.h"
 #include "base/error.h"
@@ -25,24 +25,9 @@
 namespace hystcan::app {
 namespace {
 
-struct InitArguments {
-  std::filesystem::path folder;
-  std::string preset;
-  StatedFacts stated;
-  std::vector<std::filesystem::path> records, steps, unseen;
-  DatasetInput input;
-  bool yes = false;
-  bool carry_on = false;
-};
-
-/// With the standard frames, whose setpoint is in this unit.
-std::filesystem::path shipped_dbc(const std::string& drive_unit) {
-  return shipped_file(drive_unit == "A" ? "galfenol.dbc" : "hystcan.dbc");
-}
-
 /// The files of each axis: with one axis all records are its own, with several there is one for each.
-std::vector<AxisRecords> records_by_axis(const InitArguments& options) {
-  const std::size_t axes = options.stated.axes.size();
+std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
+  const std::size_t axes = options.axes.size();
   const auto require_one_each = [&](const char* option, const std::vector<std::filesystem::path>& files) {
     if (files.empty() || files.size() == axes ||
         (axes == 1 && files.size() > 1 && option == std::string("--record")))
@@ -70,19 +55,19 @@ std::vector<AxisRecords> records_by_axis(const InitArguments& options) {
   return records;
 }
 
-int new_stage(const InitArguments& options) {
+int new_stage(const InitOptions& options) {
   require_new(options.folder);
   std::vector<AxisRecords> records = records_by_axis(options);
   for (AxisRecords& of_axis : records) load(of_axis, options.input);
   Questions questions(std::cin, !options.yes && isatty(STDIN_FILENO) != 0);
-  const StageFacts stage = ask_about(options.stated, records, shipped_dbc, questions);
-  for (const AxisFacts& axis : stage.axes) print("{}", table_of(axis.roles, axis.name));
+  const StageFacts stage = ask_about(options, records, questions);
+  for (const AxisFacts& axis : stage.axes) print("{}", table_of(axis));
   stop_at_a_signal();
   make_stage(options.folder, stage, records);
   return done;
 }
 
-int init(const InitArguments& options) {
+int init(const InitOptions& options) {
   if (!options.preset.empty()) {
     copy_preset(options.preset, options.folder);
     return done;
@@ -95,7 +80,7 @@ int init(const InitArguments& options) {
   return new_stage(options);
 }
 
-void add_facts(CLI::App& command, StatedFacts& facts) {
+void add_facts(CLI::App& command, InitOptions& facts) {
   command.add_option("--axis", facts.axes, "name of an axis; again for each further one")
       ->default_str("x")
       ->allow_extra_args(false);
@@ -127,7 +112,7 @@ void add_facts(CLI::App& command, StatedFacts& facts) {
 }  // namespace
 
 void add_init(CLI::App& cli, int& status) {
-  auto options = std::make_shared<InitArguments>();
+  auto options = std::make_shared<InitOptions>();
   CLI::App* command = cli.add_subcommand(
       "init", "Make the folder of a new stage: configuration, models, tuned and rehearsed loop");
   command->add_option("DIR", options->folder, "folder to make; nothing in it is overwritten")->required();
@@ -142,8 +127,8 @@ void add_init(CLI::App& cli, int& status) {
       ->allow_extra_args(false);
   command->add_option("--unseen", options->unseen, "loops that the model has not seen, to validate it with")
       ->allow_extra_args(false);
-  add_facts(*command, options->stated);
-  command->add_option("--cycle-rate", options->stated.rate_Hz, "samples and commands per second, Hz (1000)")
+  add_facts(*command, *options);
+  command->add_option("--cycle-rate", options->rate_Hz, "samples and commands per second, Hz (1000)")
       ->check(number_between(1.0, 10'000.0));
   add_column_options(*command, options->input.layout);
   command
@@ -157,7 +142,7 @@ void add_init(CLI::App& cli, int& status) {
   command->add_option("--from", options->preset, "copy a shipped configuration with all that it names: piezo")
       ->excludes(carry_on);
   command->callback([options, &status] {
-    if (options->stated.axes.empty()) options->stated.axes = {"x"};
+    if (options->axes.empty()) options->axes = {"x"};
     status = init(*options);
   });
 }

@@ -72,9 +72,9 @@ int run_plot(const PlotArguments& options) {
   create_folder(options.output);
   const DrawnPlots drawn = draw_runs(runs, plots);
   for (const std::string& lacking : drawn.lacking) note("{}\n", lacking);
-  if (!drawn.undrawn.empty())
+  if (drawn.undrawn)
     throw RunError(fmt::format("{}: {}; scripts (.gp) and data (.csv) are there", options.output.string(),
-                               drawn.undrawn));
+                               *drawn.undrawn));
   for (const std::string& name : drawn.names)
     note("{}: {}\n", (options.output / name).string(), fmt::join(plots.formats, ", "));
   return done;

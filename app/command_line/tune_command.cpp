@@ -103,14 +103,13 @@ int tune(const TuneArguments& options) {
   const Dataset record = measured_steps(config, twin, options.run, report.steps);
   evaluate(report, plant_of_steps(record, config), config, twin);
   predict_further(report, config, twin);
-  const Candidate& best = report.proposed();
   put(files.fragment, fragment(report));
   if (files.table) put(files.table, response_table(report, record));
   if (files.written)
-    put(files.written, with_loop(loaded, index_of_axis(loaded, options.run.axis), best.setting, best.delays));
+    put(files.written, with_loop(loaded, index_of_axis(loaded, options.run.axis), report.proposed().loop));
   if (!options.picture.empty())
-    if (const std::string failure = draw_response(report, record, options.picture); !failure.empty())
-      note("{}: not drawn: {}\n", options.picture.string(), failure);
+    if (const auto failure = draw_response(report, record, options.picture))
+      note("{}: not drawn: {}\n", options.picture.string(), *failure);
   print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
   note("{}: proposed, not applied\n", options.output.string());
   return done;

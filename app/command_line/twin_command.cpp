@@ -190,7 +190,7 @@ int run_twin(const TwinArguments& options) {
   for (const std::string& line : describe(closing_of(twin))) closing += line + "\n";
   const std::string lost_output = print_patiently(closing);
   if (truth)
-    if (const std::string lost = truth->close(); !lost.empty()) throw RunError(lost);
+    if (const auto lost = truth->close()) throw RunError(*lost);
   if (const auto node = twin.taken_node())
     throw RunError(
         fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",

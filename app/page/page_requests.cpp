@@ -69,7 +69,7 @@ nlohmann::json reference_curves_of(const config::AxisConfig& axis, double cycle_
 nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s) {
   const controller::LinearLoop loop(
       controller::loop_config_of(axis.control.law, axis.control.delays, cycle_s));
-  const controller::Pi::Config& pi = axis.control.law.pi;
+  const controller::PiGains& pi = axis.control.law.pi;
   nlohmann::json curves{{"frequency_Hz", nlohmann::json::array()},
                         {"loop_dB", nlohmann::json::array()},
                         {"loop_deg", nlohmann::json::array()},

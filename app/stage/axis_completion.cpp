@@ -16,10 +16,8 @@
 #include "app/stage/config_edit.h"
 #include "app/stage/dynamics_text.h"
 #include "app/stage/first_stage.h"
-#include "app/stage/identification_findings.h"
 #include "app/stage/identification_report.h"
 #include "app/stage/identification_result.h"
-#include "app/stage/tracking_floors.h"
 #include "app/stage/tuning.h"
 #include "base/error.h"
 #include "base/output_file.h"
@@ -55,16 +53,15 @@ Identified identified_loops(const AxisRecords& records) {
   }
 }
 
-/// Empty, or why the report has no pictures.
-std::string write_axis_report(const std::filesystem::path& folder, const AxisRecords& records,
-                              const Identified& found, const std::vector<std::string>& said) {
+/// Returns why the report has no pictures, if it has none.
+std::optional<std::string> write_axis_report(const std::filesystem::path& folder, const AxisRecords& records,
+                                             const Identified& found, const std::vector<std::string>& said) {
   Progress progress("comparing models", 0, "trials");
   return write_report(folder, {records.loops, records.names(), found, said},
                       [&progress, tries = std::uint64_t{0}]() mutable {
                         progress.update(++tries);
                         return stop_signalled == 0;
-                      })
-      .undrawn;
+                      });
 }
 
 std::string validation_line(const model::HysteresisParameters& parameters, double delay_s,
@@ -89,11 +86,12 @@ IdentifiedPlant measured_plant(const AxisRecords& records, const controller::Del
 }
 
 /// Gains of a cautious loop, which is stable with the measured delays.
-controller::LoopSetting cautious_setting(const IdentifiedPlant& plant, double cycle_s) {
+controller::LoopConfig cautious_loop(const IdentifiedPlant& plant, double cycle_s) {
   const controller::SensitivityRule rule;
   const auto corners = controller::widened(plant.uncertainty, rule.resonance_percent);
-  const controller::LoopConfig loop{.delays = plant.delays, .cycle_s = cycle_s};
-  return {.pi = controller::largest_gains(loop, corners, controller::CautiousRule{})};
+  controller::LoopConfig loop{.delays = plant.delays, .cycle_s = cycle_s};
+  loop.pi = controller::largest_gains(loop, corners, controller::CautiousRule{});
+  return loop;
 }
 
 /// The stated mode within what a statement is good for; above half the rate it may be anything from there up.
@@ -106,16 +104,16 @@ controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated
   return uncertainty;
 }
 
-void set_loop_of(Stage& stage, std::size_t i, const controller::LoopSetting& setting,
-                 const controller::Delays& delays) {
-  set_loop(stage.config.axes[i].control, setting, in_whole_microseconds(delays));
+void set_loop_of(Stage& stage, std::size_t i, controller::LoopConfig loop) {
+  loop.delays = in_whole_microseconds(loop.delays);
+  set_loop(stage.config.axes[i].control, loop);
   derive(stage.config, i);
 }
 
 /// The delays in [axis.control] and in [axis.twin], with the comments that are true of them then.
 void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
   const controller::Delays delays = in_whole_microseconds(plant.delays);
-  set_loop_of(stage, i, cautious_setting(plant, 1.0 / stage.config.controller.rate_Hz), delays);
+  set_loop_of(stage, i, cautious_loop(plant, 1.0 / stage.config.controller.rate_Hz));
   twin::AxisConfig& twin = stage.config.axes[i].twin;
   twin.plant.mode.natural_frequency_Hz = delays.resonance_Hz;
   twin.plant.mode.damping_ratio = delays.damping_ratio;
@@ -152,13 +150,13 @@ std::string dynamics_line(const std::string& record, const IdentifiedPlant& plan
 }
 
 std::string loop_text(const Candidate& best, double resonance_percent) {
-  std::string text = fmt::format("kp {:.4g}, ki {:.4g} 1/s", best.setting.pi.kp, best.setting.pi.ki_per_s);
-  if (best.setting.measurement_filter_Hz > 0.0)
-    text += fmt::format(", low pass {:g} Hz", best.setting.measurement_filter_Hz);
-  if (best.setting.notch) text += fmt::format(", notch at {:.5g} Hz", best.setting.notch->frequency_Hz);
-  if (best.loop)
+  std::string text = fmt::format("kp {:.4g}, ki {:.4g} 1/s", best.loop.pi.kp, best.loop.pi.ki_per_s);
+  if (best.loop.measurement_filter_Hz > 0.0)
+    text += fmt::format(", low pass {:g} Hz", best.loop.measurement_filter_Hz);
+  if (best.loop.notch) text += fmt::format(", notch at {:.5g} Hz", best.loop.notch->frequency_Hz);
+  if (best.judged)
     text += fmt::format("; sensitivity at most {:.3g}, {:.3g} with the resonance {:g} % off",
-                        best.loop->margins.peak_sensitivity, best.loop->worst.peak_sensitivity,
+                        best.judged->margins.peak_sensitivity, best.judged->worst.peak_sensitivity,
                         resonance_percent);
   return text;
 }
@@ -171,7 +169,7 @@ const Candidate& first_proposal(const TuningReport& report) {
 
 std::string loop_line(const TuningReport& report) {
   const Candidate& first = first_proposal(report);
-  // The present one has the gains of cautious_setting().
+  // The present one has the gains of cautious_loop().
   const bool is_cautious = &first == &report.candidates.back() || &first == &report.present();
   return fmt::format("loop: {}, {}", is_cautious ? "cautious" : first.name,
                      loop_text(first, report.rule.resonance_percent)) +
@@ -195,7 +193,7 @@ TunedAxis tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records)
   evaluate(report, plant, config, twin_config(stage.config));
   stop_if_signalled();
   const Candidate &first = first_proposal(report), &fast = report.proposed();
-  set_loop_of(stage, i, first.setting, first.delays);
+  set_loop_of(stage, i, first.loop);
   print_lines(name, {loop_line(report)});
   constexpr double worth_it = 0.98;
   if (report.best > 0 && fast.rms_percent() < worth_it * first.rms_percent()) {
@@ -203,10 +201,9 @@ TunedAxis tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records)
     print_lines(name,
                 {fmt::format("faster: {}, {}", fast.name, loop_text(fast, report.rule.resonance_percent))});
   }
-  if (const std::string undrawn =
-          draw_response(report, *records.step, stage.file().parent_path() / (name + ".bode.svg"));
-      !undrawn.empty())
-    print_lines(name, {"no picture of the loop: " + undrawn});
+  if (const auto undrawn =
+          draw_response(report, *records.step, stage.file().parent_path() / (name + ".bode.svg")))
+    print_lines(name, {"no picture of the loop: " + *undrawn});
   return tuned;
 }
 
@@ -214,15 +211,15 @@ void set_as_stated(Stage& stage, std::size_t i) {
   const config::AxisConfig& axis = stage.config.axes[i];
   const controller::Delays stated = axis.control.delays;
   const double rate_Hz = stage.config.controller.rate_Hz;
-  const controller::Pi::Config pi = controller::unmeasured_gains({.delays = stated, .cycle_s = 1.0 / rate_Hz},
-                                                                 stated_uncertainty(stated, rate_Hz));
-  set_loop_of(stage, i, {.pi = pi}, stated);
+  controller::LoopConfig loop{.delays = stated, .cycle_s = 1.0 / rate_Hz};
+  loop.pi = controller::unmeasured_gains(loop, stated_uncertainty(stated, rate_Hz));
+  set_loop_of(stage, i, loop);
   print_lines(
       axis.wire.name,
       {dynamics_line(stated) + ": stated or assumed, not measured",
        fmt::format("loop: integral alone, ki {:.4g} 1/s: an eighth of what is stable with these; a record of "
                    "small steps (--step) allows more",
-                   pi.ki_per_s)});
+                   loop.pi.ki_per_s)});
 }
 
 /// The twin with all of the unshared delays in its sensors, or none of them.
@@ -337,7 +334,7 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
   write_file(folder / plant_name(axis),
              "# The twin's actuator: the identified model with curves 3 % and k 20 % off.\n" +
                  config::model_text(not_quite(found.parameters), {}));
-  const std::string undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
+  const auto undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
   stop_if_signalled();
   const double percent = 100.0 / found.output_span;
   print_lines(
@@ -346,7 +343,7 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
           "hysteresis: {}, misses {} by {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
           found.search.shape.text(), fmt::join(records.names(), ", "), found.overall.rms * percent,
           found.held_out_rms ? fmt::format(" ({:.3g} % cross-validated)", *found.held_out_rms * percent) : "",
-          found.output_span, axis, undrawn.empty() ? "" : ", without pictures: " + undrawn)});
+          found.output_span, axis, undrawn ? ", without pictures: " + *undrawn : "")});
   if (records.unseen) print_lines(axis, {validation_line(found.parameters, found.delay_s, records)});
   return found;
 }

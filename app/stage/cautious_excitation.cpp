@@ -33,56 +33,46 @@ Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share
   return part;
 }
 
-/// Whether the position falls where the drive rises, by the covariance of both.
-class Course {
- public:
-  void add(const controller::AxisReport& report) {
-    if (report.state != controller::AxisState::tracking || report.sample_missing) return;
-    drive_.push_back(report.drive);
-    position_um_.push_back(report.position_um);
-  }
-  bool falls() const {
-    constexpr double clear = -0.5;  // of a correlation: an even actuator has none about zero
-    const double both = covariance(drive_, position_um_);
-    return both < clear * std::sqrt(covariance(drive_, drive_) * covariance(position_um_, position_um_));
-  }
-
- private:
-  static double mean(const std::vector<double>& of) {
+double covariance(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto mean = [](const std::vector<double>& of) {
     return std::reduce(of.begin(), of.end()) / static_cast<double>(of.size());
-  }
-  static double covariance(const std::vector<double>& a, const std::vector<double>& b) {
-    const double mean_a = mean(a), mean_b = mean(b);
-    return std::transform_reduce(a.begin(), a.end(), b.begin(), 0.0, std::plus<>(),
-                                 [=](double x, double y) { return (x - mean_a) * (y - mean_b); });
-  }
+  };
+  const double mean_a = mean(a), mean_b = mean(b);
+  return std::transform_reduce(a.begin(), a.end(), b.begin(), 0.0, std::plus<>(),
+                               [=](double x, double y) { return (x - mean_a) * (y - mean_b); });
+}
 
-  std::vector<double> drive_, position_um_;
-};
+/// Whether the position falls where the drive rises.
+bool falls(const std::vector<double>& drives, const std::vector<double>& positions_um) {
+  constexpr double clear = -0.5;  // of a correlation: an even actuator has none about zero
+  return covariance(drives, positions_um) <
+         clear * std::sqrt(covariance(drives, drives) * covariance(positions_um, positions_um));
+}
 
 /// Positions of the loop; none where it has left the limits. Throws RunError where they fall while the drive
 /// rises.
 std::optional<Interval> positions_of(const config::Config& config, const twin::Config& twin,
                                      const OpenLoopOptions& run, const Excitation::Hysteresis& loop) {
-  Travel travel;
-  Course course;
+  std::vector<double> drives, positions_um;
   const OpenLoopEnd end =
       drive_in_open_loop(in_open_loop(config, loop), twin, run, [&](const controller::CycleRecord& record) {
-        travel.add(record.report);
-        course.add(record.report);
+        if (!shows_position(record.report)) return;
+        drives.push_back(record.report.drive);
+        positions_um.push_back(record.report.position_um);
       });
   if (is_of_size(end.axis.fault())) {
     note("{}\n", describe(config.axes[0].wire.name, end.axis.fault()));
     return std::nullopt;
   }
   end.require_finished(config.axes[0].wire.name, "stopped at a first loop, nothing is written");
-  if (course.falls())
+  if (falls(drives, positions_um))
     throw RunError(fmt::format("{}: {:g} to {:g} {}: {}; nothing is written", config.axes[0].wire.name,
                                loop.low, loop.high, config.axes[0].wire.drive_unit,
                                identification::OutputFalls().what()));
+  const auto [low_um, high_um] = std::ranges::minmax(positions_um);
   note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", loop.low, loop.high,
-       config.axes[0].wire.drive_unit, travel.low_um, travel.high_um);
-  return Interval{travel.low_um, travel.high_um};
+       config.axes[0].wire.drive_unit, low_um, high_um);
+  return Interval{low_um, high_um};
 }
 
 /// The drives from which the position leaves its limits, if the stage goes on as in this loop.

@@ -27,7 +27,7 @@ enum Column : Index { offset, drift, free_cosine, free_sine, driven };
 std::vector<Index> free_of(const ChainBox& box) {
   std::vector<Index> free;
   for (Index i = 0; i < ChainPoint::SizeAtCompileTime; ++i)
-    if (box.lo[i] < box.hi[i]) free.push_back(i);
+    if (box.min()[i] < box.max()[i]) free.push_back(i);
   return free;
 }
 
@@ -52,7 +52,7 @@ MatrixXd ChainRecord::columns(const ChainPoint& point) const {
   controller::Delays chain = delays(point);
   chain.sensor_delay = stated_.sensor_delay;  // in whole nanoseconds, which derivatives would see
   const double pure_s = point[pure_share] * point[late_cycles] * dataset_.cycle_s;
-  const auto plant = controller::HeldPlant(chain, dataset_.cycle_s, pure_s).recursion();
+  const auto plant = controller::held_plant(chain, dataset_.cycle_s, pure_s);
   const Index inputs = dataset_.inputs.cols(), cycles = dataset_.inputs.rows();
   MatrixXd all(cycles, inputs);
   for (Index i = 0; i < inputs; ++i) {
@@ -96,7 +96,7 @@ ChainRecord::Fit ChainRecord::improved(const ChainPoint& start, const ChainBox& 
   constexpr int most_steps = 30;
   const std::vector<Index> free = free_of(box);
   const auto unknowns = static_cast<Index>(free.size());
-  if (unknowns == 0) return {start, sum_of_squares(start)};
+  if (unknowns == 0) return {start, sum_of_squares(start), box};
   const auto whole = [&](const VectorXd& x) {
     ChainPoint point = start;
     for (Index i = 0; i < unknowns; ++i) point[free[static_cast<std::size_t>(i)]] = x[i];
@@ -110,18 +110,19 @@ ChainRecord::Fit ChainRecord::improved(const ChainPoint& start, const ChainBox& 
   problem.g.resize(2 * unknowns, unknowns);
   problem.g << MatrixXd::Identity(unknowns, unknowns), -MatrixXd::Identity(unknowns, unknowns);
   problem.h.resize(2 * unknowns);
-  const ChainPoint lo = box.lo, hi = box.hi;
+  const ChainPoint lo = box.min(), hi = box.max();
   problem.h << lo(free), -hi(free);
-  const ChainPoint inside = start.cwiseMax(box.lo).cwiseMin(box.hi);
+  const ChainPoint inside = start.cwiseMax(box.min()).cwiseMin(box.max());
   const VectorXd from = inside(free);
-  const identification::Minimum fit = identification::improve(problem, from, most_steps);
-  return {whole(fit.x), fit.value};
+  const identification::Minimum found = identification::improve(problem, from, most_steps);
+  return {whole(found.x), found.value, box};
 }
 
-identification::Confidence ChainRecord::confidence(const ChainPoint& at, const ChainBox& box) const {
-  const std::vector<Index> free = free_of(box);
+identification::Confidence ChainRecord::confidence(const Fit& fit) const {
+  const std::vector<Index> free = free_of(fit.box);
   const auto unknowns = static_cast<Index>(free.size());
-  identification::Confidence of = identification::confidence_of(slope(at, box), residual(at), unknowns);
+  identification::Confidence of =
+      identification::confidence_of(slope(fit.at, fit.box), residual(fit.at), unknowns);
   VectorXd all = VectorXd::Zero(ChainPoint::SizeAtCompileTime);
   for (Index i = 0; i < unknowns; ++i) all[free[static_cast<std::size_t>(i)]] = of.standard_error[i];
   of.standard_error = all;

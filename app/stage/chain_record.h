@@ -1,13 +1,14 @@
 // A chain of delay, lag and mode in a record of steps or a chirp: what a loop is designed for.
 //
 //   y = offset + drift t + free decay + sum_i gain_i G u_i    u_i: identification/dynamics/sampled_dataset.h
-//   G: HeldPlant of mode (f, zeta), amplifier's lag (1 - s) D, pure delay s D, and the stated sensor
+//   G: held_plant() of mode (f, zeta), amplifier's lag (1 - s) D, pure delay s D, and the stated sensor
 //
 // The linear part is solved for directly (variable projection), the rest by Levenberg's method. A lag lowers
 // the mode's amplitude, a pure delay does not: so a record that shows the mode can tell them apart.
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
 
 #include "controller/control/delays.h"
@@ -21,9 +22,8 @@ namespace hystcan::app {
 using ChainPoint = Eigen::Vector4d;
 enum ChainUnknown : Eigen::Index { log_frequency, log_damping, late_cycles, pure_share };
 
-struct ChainBox {
-  ChainPoint lo, hi;  ///< an unknown whose interval is a single value is known
-};
+/// Where the unknowns may be; one whose interval is a single value is known.
+using ChainBox = Eigen::AlignedBox<double, 4>;
 
 class ChainRecord {
  public:
@@ -34,12 +34,13 @@ class ChainRecord {
   struct Fit {
     ChainPoint at;
     double sum_of_squares = 0.0;  ///< of the residuals, of an output with variance 1
+    ChainBox box;                 ///< in which it is the best
   };
   double sum_of_squares(const ChainPoint& point) const { return residual(point).squaredNorm(); }
   Fit improved(const ChainPoint& start, const ChainBox& box) const;
 
   /// Standard errors of the unknowns that are not known; 0 for the others.
-  identification::Confidence confidence(const ChainPoint& at, const ChainBox& box) const;
+  identification::Confidence confidence(const Fit& fit) const;
 
   /// The chain as a loop has it, without command delay.
   controller::Delays delays(const ChainPoint& at) const;

@@ -42,29 +42,24 @@ std::string removals(const Values& before, const Values& after) {
 
 }  // namespace
 
-controller::LoopSetting setting_of(const controller::AxisConfig& axis) {
-  return {axis.law.pi, axis.law.measurement_filter_Hz, axis.law.notch};
-}
-
 controller::Delays in_whole_microseconds(controller::Delays delays) {
   for (std::chrono::nanoseconds* delay : {&delays.command_delay, &delays.sensor_delay})
     *delay = std::chrono::round<std::chrono::microseconds>(*delay);
   return delays;
 }
 
-void set_loop(controller::AxisConfig& axis, const controller::LoopSetting& setting,
-              const controller::Delays& delays) {
-  axis.law.pi = setting.pi;
-  axis.law.measurement_filter_Hz = setting.measurement_filter_Hz;
-  axis.law.notch = setting.notch;
-  axis.delays = delays;
+void set_loop(controller::AxisConfig& axis, const controller::LoopConfig& loop) {
+  axis.law.pi = loop.pi;
+  axis.law.measurement_filter_Hz = loop.measurement_filter_Hz;
+  axis.law.notch = loop.notch;
+  axis.delays = loop.delays;
 }
 
-std::string with_loop(const config::Config& config, std::size_t axis, const controller::LoopSetting& setting,
-                      const controller::Delays& delays) {
+std::string with_loop(const config::Config& config, std::size_t axis, controller::LoopConfig loop) {
   config::TomlEdit text = config::TomlEdit::of_file(config.file);
   config::Config changed = config;
-  set_loop(changed.axes[axis].control, setting, in_whole_microseconds(delays));
+  loop.delays = in_whole_microseconds(loop.delays);
+  set_loop(changed.axes[axis].control, loop);
   edit(text, config, changed);
   return text.text();
 }

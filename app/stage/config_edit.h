@@ -11,20 +11,16 @@
 
 namespace hystcan::app {
 
-/// Gains and filters of an axis.
-controller::LoopSetting setting_of(const controller::AxisConfig& axis);
 /// Pure delays as a file has them.
 controller::Delays in_whole_microseconds(controller::Delays delays);
 /// Sets gains, filters and delays of an axis in memory.
-void set_loop(controller::AxisConfig& axis, const controller::LoopSetting& setting,
-              const controller::Delays& delays);
+void set_loop(controller::AxisConfig& axis, const controller::LoopConfig& loop);
 
 /// Index of the axis with this name; 0 if it is empty. Throws Error if there is none.
 std::size_t index_of_axis(const config::Config& config, const std::string& name);
 
 /// The text of the configuration's file with this loop in [axis.control] of the axis. All other lines stay.
-std::string with_loop(const config::Config& config, std::size_t axis, const controller::LoopSetting& setting,
-                      const controller::Delays& delays);
+std::string with_loop(const config::Config& config, std::size_t axis, controller::LoopConfig loop);
 
 /// A fragment: the keys of [axis.control] that differ from `before`, and those that have a note, at their
 /// path. Behind each stand its former value, if `before` is configured, and its note: "# was 0.1; one cycle".

@@ -29,10 +29,11 @@ class FirstAxis {
             std::map<std::string, std::string>& remarks)
       : facts_(facts),
         rate_Hz_(rate_Hz),
-        range_(facts.drive_max - facts.drive_min),
-        slew_per_s_(range_ * std::min(0.4 * facts.resonance_Hz, 0.2 * rate_Hz)),
         path_(std::move(path)),
-        remarks_(remarks) {}
+        remarks_(remarks),
+        axis_(facts.config),
+        range_(axis_.control.gate.drive_max - axis_.control.gate.drive_min),
+        slew_per_s_(range_ * std::min(0.4 * axis_.control.delays.resonance_Hz, 0.2 * rate_Hz)) {}
 
   config::AxisConfig make() {
     set_wire();
@@ -48,15 +49,11 @@ class FirstAxis {
   /// The comment behind a key. An empty one: the key is written though it is not required and has its
   /// default.
   void remark(const std::string& key, const std::string& comment = {}) { remarks_[path_ + key] = comment; }
-  std::string drive_key(const char* key, const char* per = "") const { return key + facts_.drive_unit + per; }
+  std::string drive_key(const char* key, const char* per = "") const {
+    return key + axis_.wire.drive_unit + per;
+  }
 
   void set_wire() {
-    axis_.wire.name = facts_.name;
-    axis_.wire.message_prefix = facts_.roles.message_prefix;
-    axis_.wire.drive_unit = facts_.drive_unit;
-    axis_.wire.amplifier_node = facts_.amplifier_node;
-    axis_.wire.sensor_node = facts_.sensor_node;
-    axis_.wire.frames = facts_.roles.frames;
     remark("message_prefix", fmt::format("messages {0}AmpCommand, {0}AmpStatus, {0}SensorSample of the DBC",
                                          axis_.wire.message_prefix));
     for (const char* frame : {"command", "status", "sample"})
@@ -64,10 +61,10 @@ class FirstAxis {
   }
 
   void set_loop() {
-    const double omega = 2.0 * std::numbers::pi * facts_.resonance_Hz;
-    axis_.control_model = facts_.model_file;
+    const double omega = 2.0 * std::numbers::pi * axis_.control.delays.resonance_Hz;
     axis_.control.law.structure = controller::Structure::inverse_pi;
-    axis_.control.law.pi.ki_per_s = rounded(std::min(0.5 * facts_.damping_ratio * omega, 0.1 * rate_Hz_), 3);
+    axis_.control.law.pi.ki_per_s =
+        rounded(std::min(0.5 * axis_.control.delays.damping_ratio * omega, 0.1 * rate_Hz_), 3);
     axis_.control.repeat = true;
     axis_.control.in_position = {.tolerance_um = rounded(0.002 * facts_.travel_um.span(), 2),
                                  .window = std::chrono::milliseconds(20),
@@ -84,12 +81,9 @@ class FirstAxis {
   void set_limits() {
     const double stroke = facts_.travel_um.span();
     controller::AxisConfig& control = axis_.control;
-    control.gate.drive_min = facts_.drive_min;
-    control.gate.drive_max = facts_.drive_max;
-    control.gate.safe_drive = facts_.safe_drive;
     control.gate.slew_per_s = rounded(slew_per_s_, 2);
     control.wipe_slew_per_s = rounded(std::min(5.0 * range_, slew_per_s_), 2);
-    control.wipe_dwell_s = rounded(std::max(0.1, 20.0 / facts_.resonance_Hz), 3);
+    control.wipe_dwell_s = rounded(std::max(0.1, 20.0 / control.delays.resonance_Hz), 3);
     const model::Interval position = position_limits_um(facts_.travel_um);
     control.supervision.position_min_um = rounded(position.lo, 3);
     control.supervision.position_max_um = rounded(position.hi, 3);
@@ -113,15 +107,12 @@ class FirstAxis {
     const char* origin = facts_.mode_is_measured ? "from the step" : "stated, not measured";
     controller::Delays& delays = axis_.control.delays;
     delays.command_delay = std::chrono::microseconds(std::llround(1e6 / rate_Hz_));
-    delays.amplifier_bandwidth_Hz = rounded(std::max(1000.0, 3.0 * facts_.resonance_Hz), 3);
-    delays.resonance_Hz = facts_.resonance_Hz;
-    delays.damping_ratio = facts_.damping_ratio;
-    delays.sensor_delay = std::chrono::nanoseconds(std::llround(1e3 * facts_.sensor_delay_us));
+    delays.amplifier_bandwidth_Hz = rounded(std::max(1000.0, 3.0 * delays.resonance_Hz), 3);
     remark("control.delays.command_delay_us", "one cycle: the amplifier applies a setpoint at the next SYNC");
     remark("control.delays.amplifier_bandwidth_Hz", "assumed: no step was recorded");
     remark("control.delays.resonance_Hz", origin);
     remark("control.delays.damping_ratio", facts_.damping_is_assumed ? "assumed" : origin);
-    if (facts_.sensor_delay_us > 0.0) remark("control.delays.sensor_delay_us", "stated, not measured");
+    if (delays.sensor_delay.count() > 0) remark("control.delays.sensor_delay_us", "stated, not measured");
   }
 
   void set_reference() {
@@ -129,7 +120,7 @@ class FirstAxis {
       return rounded(facts_.travel_um.lo + share * facts_.travel_um.span(), 4);
     };
     // slower where the resonance is below 200 Hz, or the rate below 500 Hz
-    const double slowness = std::max({1.0, 200.0 / facts_.resonance_Hz, 500.0 / rate_Hz_});
+    const double slowness = std::max({1.0, 200.0 / axis_.control.delays.resonance_Hz, 500.0 / rate_Hz_});
     controller::Staircase stairs{
         .levels_um = {}, .rise_s = rounded(0.05 * slowness, 2), .dwell_s = rounded(0.1 * slowness, 2)};
     for (const double share : {0.9, 0.15, 0.8, 0.25, 0.7, 0.35, 0.6, 0.45, 0.5})
@@ -146,32 +137,33 @@ class FirstAxis {
 
   void set_twin() {
     twin::AxisConfig& twin = axis_.twin;
-    axis_.twin_model = facts_.plant_file;
-    twin.plant.mode.natural_frequency_Hz = facts_.resonance_Hz;
-    twin.plant.mode.damping_ratio = facts_.damping_ratio;
-    twin.plant.amplifier.drive_min = rounded(facts_.drive_min - 0.2 * range_, 3);
-    twin.plant.amplifier.drive_max = rounded(facts_.drive_max + 0.2 * range_, 3);
-    twin.plant.amplifier.safe_drive = facts_.safe_drive;
+    const controller::Gate::Config& gate = axis_.control.gate;
+    const controller::Delays& delays = axis_.control.delays;
+    twin.plant.mode.natural_frequency_Hz = delays.resonance_Hz;
+    twin.plant.mode.damping_ratio = delays.damping_ratio;
+    twin.plant.amplifier.drive_min = rounded(gate.drive_min - 0.2 * range_, 3);
+    twin.plant.amplifier.drive_max = rounded(gate.drive_max + 0.2 * range_, 3);
+    twin.plant.amplifier.safe_drive = gate.safe_drive;
     twin.plant.amplifier.slew_per_s = rounded(4.0 * slew_per_s_, 2);
-    twin.plant.amplifier.bandwidth_Hz = axis_.control.delays.amplifier_bandwidth_Hz;
+    twin.plant.amplifier.bandwidth_Hz = delays.amplifier_bandwidth_Hz;
     twin.command_timeout =
         std::chrono::microseconds(std::llround(1e3 * rounded(std::max(20.0, 20e3 / rate_Hz_), 2)));
-    twin.sensor.noise_um_rms = rounded(facts_.noise_um, 2);
-    twin.sensor.resolution_um = rounded(facts_.noise_um / 3.0, 1);
-    twin.sensor.delay = axis_.control.delays.sensor_delay;
+    twin.sensor.resolution_um = rounded(twin.sensor.noise_um_rms / 3.0, 1);
+    twin.sensor.noise_um_rms = rounded(twin.sensor.noise_um_rms, 2);
+    twin.sensor.delay = delays.sensor_delay;
     remark(drive_key("twin.drive_min_"), "assumed: wider than the controller's");
     remark(drive_key("twin.slew_", "_per_s"), "assumed");
     remark("twin.bandwidth_Hz", "assumed");
-    if (facts_.sensor_delay_us > 0.0) remark("twin.sensor.delay_us", "stated");
+    if (delays.sensor_delay.count() > 0) remark("twin.sensor.delay_us", "stated");
   }
 
   const AxisFacts& facts_;
   double rate_Hz_;
-  double range_;       ///< of the drive
-  double slew_per_s_;  ///< the whole range in some periods of the mode, but not in less than a few cycles
   std::string path_;
   std::map<std::string, std::string>& remarks_;
   config::AxisConfig axis_;
+  double range_;       ///< of the drive
+  double slew_per_s_;  ///< the whole range in some periods of the mode, but not in less than a few cycles
 };
 
 }  // namespace
@@ -182,16 +174,13 @@ model::Interval position_limits_um(const model::Interval& travel_um) {
 }
 
 std::string config_text(const StageFacts& facts) {
-  config::Config config;
-  config.bus.interface = facts.interface;
-  config.bus.bitrate_bit_per_s = facts.bitrate_bit_per_s;
-  config.bus.dbc = facts.dbc_file.filename();
-  config.controller.rate_Hz = facts.rate_Hz;
+  config::Config config = facts.config;
+  config.bus.dbc = config.bus.dbc.filename();
   config.twin.heartbeat_period = std::chrono::milliseconds(100);
   std::map<std::string, std::string> remarks{{"twin.seed", ""}};
   for (std::size_t i = 0; i < facts.axes.size(); ++i)
     config.axes.push_back(
-        FirstAxis(facts.axes[i], facts.rate_Hz, fmt::format("axis[{}].", i), remarks).make());
+        FirstAxis(facts.axes[i], config.controller.rate_Hz, fmt::format("axis[{}].", i), remarks).make());
   return heading + config::file_text(config, remarks);
 }
 

@@ -124,34 +124,6 @@ bool is_recorded_run(const std::filesystem::path& file) {
   }
 }
 
-}  // namespace
-
-Dataset load_run(const std::filesystem::path& file, const std::string& axis, const runs::TimeSpan& span) {
-  const runs::Run run(file);
-  if (run.info().rows == 0) throw Error(fmt::format("{}: no rows, expected a run", file.string()));
-  const std::size_t index = runs::axis_of(run, axis.empty() ? std::nullopt : std::optional(axis));
-  const runs::RunAxis& about = run.info().axes[index];
-  LongestStretch stretch(file.string());
-  run.read_blocks({&index, 1}, columns_of_a_run, span,
-                  [&](std::size_t, std::span<const std::vector<double>> block) {
-                    for (std::size_t row = 0; row < block.front().size(); ++row)
-                      stretch.add(Cycle(block, row));
-                  });
-  stretch.end_stretch();
-  if (stretch.is_empty())
-    throw Error(
-        fmt::format("{}: axis {} is not driven there, expected cycles between {:g} and {:g} s "
-                    "in which it is initialising, ready or tracking",
-                    file.string(), about.name, run.info().first_s, run.info().last_s));
-  note("hystcan: {}: axis {}, {}\n", file.string(), about.name, stretch.text());
-  Dataset dataset = stretch.take();
-  dataset.input_unit = about.drive_unit;
-  dataset.output_unit = "um";
-  return dataset;
-}
-
-namespace {
-
 /// The name of a unit in a dataset, its option on the command line, and its default.
 struct UnitOf {
   const char* name;
@@ -209,6 +181,30 @@ Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
 }
 
 }  // namespace
+
+Dataset load_run(const std::filesystem::path& file, const std::string& axis, const runs::TimeSpan& span) {
+  const runs::Run run(file);
+  if (run.info().rows == 0) throw Error(fmt::format("{}: no rows, expected a run", file.string()));
+  const std::size_t index = runs::axis_of(run, axis.empty() ? std::nullopt : std::optional(axis));
+  const runs::RunAxis& about = run.info().axes[index];
+  LongestStretch stretch(file.string());
+  run.read_blocks({&index, 1}, columns_of_a_run, span,
+                  [&](std::size_t, std::span<const std::vector<double>> block) {
+                    for (std::size_t row = 0; row < block.front().size(); ++row)
+                      stretch.add(Cycle(block, row));
+                  });
+  stretch.end_stretch();
+  if (stretch.is_empty())
+    throw Error(
+        fmt::format("{}: axis {} is not driven there, expected cycles between {:g} and {:g} s "
+                    "in which it is initialising, ready or tracking",
+                    file.string(), about.name, run.info().first_s, run.info().last_s));
+  note("hystcan: {}: axis {}, {}\n", file.string(), about.name, stretch.text());
+  Dataset dataset = stretch.take();
+  dataset.input_unit = about.drive_unit;
+  dataset.output_unit = "um";
+  return dataset;
+}
 
 runs::TimeSpan span_of(const DatasetInput& input) {
   constexpr double infinity = std::numeric_limits<double>::infinity();

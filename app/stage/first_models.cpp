@@ -78,7 +78,9 @@ std::optional<HysteresisParameters> valid(HysteresisParameters p) {
 }  // namespace
 
 HysteresisParameters straight_line(const AxisFacts& axis) {
-  return model::straight_line(axis.drive_unit, "um", {axis.drive_min, axis.drive_max}, axis.travel_um);
+  const controller::Gate::Config& gate = axis.config.control.gate;
+  return model::straight_line(axis.config.wire.drive_unit, "um", {gate.drive_min, gate.drive_max},
+                              axis.travel_um);
 }
 
 HysteresisParameters usual_loop(const AxisFacts& axis) {

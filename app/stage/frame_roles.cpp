@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "app/stage/signal_likeness.h"
-#include "app/stage/stage_facts.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "can/protocol/protocol.h"
@@ -46,7 +45,7 @@ bool is_in_every_frame(const Signal& signal) {
 /// One message's roles beside the one that it was found by.
 class Roles {
  public:
-  Roles(AxisRoles& into, std::string of, const Message& message)
+  Roles(AxisFacts& into, std::string of, const Message& message)
       : into_(into), of_(std::move(of)), message_(message) {
     map_.message = message.name;
   }
@@ -54,7 +53,7 @@ class Roles {
   void take(const char* role, const Signal& signal, const std::string& because) {
     map_.signals[role] = signal.name;
     used_.insert(&signal);
-    into_.rows.push_back({of_ + "." + role, message_.name, signal.name, because});
+    into_.roles.push_back({of_ + "." + role, message_.name, signal.name, because});
   }
   /// A signal without unit that has one of the words and none of the others. Null: not found, and listed so.
   const Signal* look_for(const char* role, const Words& words, const Words& others = {}) {
@@ -79,7 +78,7 @@ class Roles {
   MessageMap finished();
 
  private:
-  AxisRoles& into_;
+  AxisFacts& into_;
   std::string of_;
   const Message& message_;
   MessageMap map_;
@@ -145,12 +144,12 @@ MessageMap Roles::finished() {
   if (counter != nullptr) {
     map_.integrity = crc != nullptr ? can::Integrity::counter_crc : can::Integrity::counter;
     map_.counter = counter->name;
-    into_.rows.push_back({of_ + ".counter", message_.name, counter->name, "counts frames"});
+    into_.roles.push_back({of_ + ".counter", message_.name, counter->name, "counts frames"});
   }
   if (crc != nullptr && counter != nullptr) {
     map_.crc = crc->name;
     map_.data_id.kind = can::DataId::Kind::none;
-    into_.rows.push_back({of_ + ".crc", message_.name, crc->name, "SAE-J1850 of the payload, assumed"});
+    into_.roles.push_back({of_ + ".crc", message_.name, crc->name, "SAE-J1850 of the payload, assumed"});
     miss("crc's polynomial and what it covers: a DBC does not say that");
   } else if (crc != nullptr) {
     miss("counter, without which " + crc->name + " is not checked");
@@ -158,8 +157,8 @@ MessageMap Roles::finished() {
   return map_;
 }
 
-MessageMap command_of(AxisRoles& roles, const LikeSignal& setpoint) {
-  Roles found(roles, "command", *setpoint.message);
+MessageMap command_of(AxisFacts& axis, const LikeSignal& setpoint) {
+  Roles found(axis, "command", *setpoint.message);
   found.take("setpoint", *setpoint.signal, setpoint.because);
   found.look_for("clear_fault", {"clear", "rst", "reset", "ack", "clr"});
   found.look_for("sync_counter", {"sync"});
@@ -167,12 +166,12 @@ MessageMap command_of(AxisRoles& roles, const LikeSignal& setpoint) {
   return found.finished();
 }
 
-std::optional<MessageMap> status_of(AxisRoles& roles, const LikeSignal& output) {
+std::optional<MessageMap> status_of(AxisFacts& axis, const LikeSignal& output) {
   if (output.message == nullptr) {
-    roles.not_found.emplace_back("status (output, state, fault)");
+    axis.not_found.emplace_back("status (output, state, fault)");
     return std::nullopt;
   }
-  Roles found(roles, "status", *output.message);
+  Roles found(axis, "status", *output.message);
   found.take("output", *output.signal, output.because);
   const Signal* state = found.unlisted({"state", "st", "status", "mode"});
   if (state != nullptr)
@@ -183,8 +182,8 @@ std::optional<MessageMap> status_of(AxisRoles& roles, const LikeSignal& output) 
   return found.finished();
 }
 
-MessageMap sample_of(AxisRoles& roles, const LikeSignal& position) {
-  Roles found(roles, "sample", *position.message);
+MessageMap sample_of(AxisFacts& axis, const LikeSignal& position) {
+  Roles found(axis, "sample", *position.message);
   found.take("position", *position.signal, position.because);
   found.look_for("status", {"status", "err", "error", "state", "fault"}, {"valid"});
   found.look_for("sync_counter", {"sync"});
@@ -227,24 +226,22 @@ std::vector<std::string> standard_prefixes(const can::Database& database) {
   return found;
 }
 
-std::optional<int> node_of(const Message& message) {
+/// 0: its identifier does not say it.
+std::uint8_t node_of(const Message& message) {
   const std::int64_t node = std::int64_t{message.id} - can::transmit_pdo_base;
-  if (message.extended || node < 1 || node > 127) return std::nullopt;
-  return static_cast<int>(node);
+  return message.extended || node < 1 || node > 127 ? std::uint8_t{0} : static_cast<std::uint8_t>(node);
 }
 
-AxisRoles standard_roles(const can::Database& database, const std::string& prefix,
-                         const std::string& drive_unit, const std::string& file) {
+void take_standard_frames(can::AxisWire& wire, const can::Database& database, const std::string& prefix,
+                          const std::string& file) {
   const Message& command = *database.find(prefix + std::string(can::AmpCommand::name));
   if (const Signal* setpoint = command.find("Setpoint");
-      setpoint != nullptr && !converts(*setpoint, drive_unit))
+      setpoint != nullptr && !converts(*setpoint, wire.drive_unit))
     throw Error(fmt::format("{}: the setpoint of {} is in {}, expected {} (--unit)", file, command.name,
-                            setpoint->unit, drive_unit));
-  AxisRoles roles;
-  roles.message_prefix = prefix;
-  roles.amplifier_node = node_of(*database.find(prefix + std::string(can::AmpStatus::name)));
-  roles.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
-  return roles;
+                            setpoint->unit, wire.drive_unit));
+  wire.message_prefix = prefix;
+  wire.amplifier_node = node_of(*database.find(prefix + std::string(can::AmpStatus::name)));
+  wire.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
 }
 
 /// The prefix that is the axis's name, else the next one that is not yet taken.
@@ -259,15 +256,15 @@ std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
 
 }  // namespace
 
-std::vector<AxisRoles> propose_roles(const can::Database& database, const std::vector<AxisFacts>& axes,
+std::vector<AxisFacts> propose_roles(const can::Database& database, std::vector<AxisFacts> axes,
                                      const std::string& file) {
-  const std::string& drive_unit = axes.front().drive_unit;
-  std::vector<AxisRoles> all;
   std::vector<std::string> prefixes = standard_prefixes(database);
   if (prefixes.size() >= axes.size()) {
-    for (const AxisFacts& axis : axes)
-      all.push_back(standard_roles(database, prefix_of(axis.name, prefixes), drive_unit, file));
-    return all;
+    for (AxisFacts& axis : axes) {
+      can::AxisWire& wire = axis.config.wire;
+      take_standard_frames(wire, database, prefix_of(wire.name, prefixes), file);
+    }
+    return axes;
   }
   if (!prefixes.empty())
     throw Error(fmt::format("{}: it has the standard frames of {} ({}), expected those of {} axes", file,
@@ -279,48 +276,52 @@ std::vector<AxisRoles> propose_roles(const can::Database& database, const std::v
     return found;
   };
   const Words drive_names{"volt", "voltage", "u", "v", "current", "i"};
-  for (const AxisFacts& axis : axes) {
-    const LikeSignals likeness(database, axes.size() == 1 ? "" : axis.name, taken);
-    AxisRoles& roles = all.emplace_back();
-    const LikeSignal setpoint = take(likeness.best({drive_unit, {axis.drive_min, axis.drive_max}},
-                                                   command_words, status_words, drive_names));
-    require(setpoint, axis.name, "setpoint", drive_unit, database, file);
+  for (AxisFacts& axis : axes) {
+    can::AxisWire& wire = axis.config.wire;
+    const controller::Gate::Config& gate = axis.config.control.gate;
+    const model::Interval drives{gate.drive_min, gate.drive_max};
+    const LikeSignals likeness(database, axes.size() == 1 ? "" : wire.name, taken);
+    const LikeSignal setpoint =
+        take(likeness.best(wire.drive_unit, drives, command_words, status_words, drive_names));
+    require(setpoint, wire.name, "setpoint", wire.drive_unit, database, file);
     const LikeSignal position =
-        take(likeness.best({"um", axis.travel_um}, position_words, command_words, {"x", "y", "z"}));
-    require(position, axis.name, "position", "um", database, file);
-    const LikeSignal output = take(likeness.best({drive_unit, {axis.drive_min, axis.drive_max}}, status_words,
-                                                 command_words, drive_names));
-    roles.frames = can::AxisFrames{.command = command_of(roles, setpoint),
-                                   .status = status_of(roles, output),
-                                   .sample = sample_of(roles, position)};
+        take(likeness.best("um", axis.travel_um, position_words, command_words, {"x", "y", "z"}));
+    require(position, wire.name, "position", "um", database, file);
+    const LikeSignal output =
+        take(likeness.best(wire.drive_unit, drives, status_words, command_words, drive_names));
+    wire.frames = can::AxisFrames{.command = command_of(axis, setpoint),
+                                  .status = status_of(axis, output),
+                                  .sample = sample_of(axis, position)};
   }
-  return all;
+  return axes;
 }
 
-bool asks_for_enable(const AxisRoles& roles) {
-  return !roles.enable_candidates.empty() && !roles.frames->command.carries("enable");
+bool asks_for_enable(const AxisFacts& axis) {
+  return !axis.enable_candidates.empty() && !axis.config.wire.frames->command.carries("enable");
 }
 
-void state_enable(AxisRoles& roles, const std::string& signal) {
-  can::MessageMap& command = roles.frames->command;
+void state_enable(AxisFacts& axis, const std::string& signal) {
+  can::MessageMap& command = axis.config.wire.frames->command;
   command.signals.erase("enable");
-  std::erase_if(roles.rows, [](const AxisRoles::Row& row) { return row.role == "command.enable"; });
+  std::erase_if(axis.roles, [](const AxisFacts::Row& row) { return row.role == "command.enable"; });
   if (signal == no_enable) {
-    roles.not_found.emplace_back("command.enable: there is none, as stated");
+    axis.not_found.emplace_back("command.enable: there is none, as stated");
     return;
   }
   command.signals["enable"] = signal;
-  roles.rows.push_back({"command.enable", command.message, signal, "stated"});
+  axis.roles.push_back({"command.enable", command.message, signal, "stated"});
 }
 
-std::string table_of(const AxisRoles& roles, const std::string& axis) {
-  if (!roles.message_prefix.empty())
-    return fmt::format("axis {}: the standard frames, {}AmpCommand and so on\n", axis, roles.message_prefix);
-  std::string text = fmt::format("axis {}: by likeness of names and units\n  {:<22} {:<20} {:<20} {}\n", axis,
-                                 "role", "message", "signal", "because of");
-  for (const AxisRoles::Row& row : roles.rows)
+std::string table_of(const AxisFacts& axis) {
+  const can::AxisWire& wire = axis.config.wire;
+  if (!wire.frames)
+    return fmt::format("axis {}: the standard frames, {}AmpCommand and so on\n", wire.name,
+                       wire.message_prefix);
+  std::string text = fmt::format("axis {}: by likeness of names and units\n  {:<22} {:<20} {:<20} {}\n",
+                                 wire.name, "role", "message", "signal", "because of");
+  for (const AxisFacts::Row& row : axis.roles)
     text += fmt::format("  {:<22} {:<20} {:<20} {}\n", row.role, row.message, row.signal, row.because);
-  for (const std::string& role : roles.not_found) text += fmt::format("  not found: {}\n", role);
+  for (const std::string& role : axis.not_found) text += fmt::format("  not found: {}\n", role);
   return text;
 }
 

@@ -18,28 +18,22 @@ using Complex = std::complex<double>;
 
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
-/// Phase without leaps along ascending frequencies.
-class Phase {
- public:
-  double of(const Complex& value) {
-    phase_ += std::arg(value / std::polar(1.0, phase_));
-    return degrees(phase_);
-  }
-
- private:
-  double phase_ = 0.0;
-};
+/// Phase without leaps along ascending frequencies: `phase` is that of the frequency before.
+double next_degrees(double& phase, const Complex& value) {
+  phase += std::arg(value / std::polar(1.0, phase));
+  return degrees(phase);
+}
 
 controller::Delays without_commands(controller::Delays delays) {
   delays.command_delay = {};
   return delays;
 }
 
+/// With the plant that was found.
 controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) {
-  return {.delays = report.plant.delays,
-          .cycle_s = 1.0 / report.rate_Hz,
-          .measurement_filter_Hz = of.setting.measurement_filter_Hz,
-          .notch = of.setting.notch};
+  controller::LoopConfig loop = of.loop;
+  loop.delays = report.plant.delays;
+  return loop;
 }
 
 /// What belongs to a frequency, with its memory of the frequency before: the plant, and the loops present and
@@ -48,7 +42,7 @@ class Curves {
  public:
   explicit Curves(const TuningReport& of)
       : of_(of),
-        model_(without_commands(of.plant.delays), of.plant.cycle_s),
+        model_(controller::held_plant(without_commands(of.plant.delays), of.plant.cycle_s)),
         before_(loop_of(of, of.present())),
         after_(loop_of(of, of.proposed())) {}
 
@@ -61,35 +55,30 @@ class Curves {
     double model_deg, before_deg, after_deg;
   };
   Values at(double theta) {
-    Values v{.model = model_.response(theta),
-             .before = before_(of_.present().setting.pi, theta),
-             .after = after_(of_.proposed().setting.pi, theta),
+    Values v{.model = controller::response_of(model_, theta),
+             .before = before_(of_.present().loop.pi, theta),
+             .after = after_(of_.proposed().loop.pi, theta),
              .model_deg = 0.0,
              .before_deg = 0.0,
              .after_deg = 0.0};
-    v.model_deg = model_phase_.of(v.model);
-    v.before_deg = before_phase_.of(v.before);
-    v.after_deg = after_phase_.of(v.after);
+    v.model_deg = next_degrees(model_phase_, v.model);
+    v.before_deg = next_degrees(before_phase_, v.before);
+    v.after_deg = next_degrees(after_phase_, v.after);
     return v;
   }
 
  private:
   const TuningReport& of_;
-  controller::HeldPlant model_;
+  controller::PlantRecursion::Config model_;
   controller::LinearLoop before_, after_;
-  Phase model_phase_, before_phase_, after_phase_;
+  double model_phase_ = 0.0, before_phase_ = 0.0, after_phase_ = 0.0;
 };
 
 double sensitivity(const Complex& loop) { return 1.0 / std::abs(1.0 + loop); }
 
-/// frequency, then gain and phase of the plant, coherence.
-struct Measured {
-  double gain, phase_deg, coherence;
-};
-Measured measured_at(const identification::ResponsePoint& point, const TuningReport& of,
-                     const Curves::Values& v) {
-  const Complex plant = point.response / of.plant.gain;
-  return {std::abs(plant), v.model_deg + degrees(std::arg(plant / v.model)), point.coherence};
+/// Of a measured response, near the model's.
+double phase_deg(const Complex& measured, const Curves::Values& v) {
+  return v.model_deg + degrees(std::arg(measured / v.model));
 }
 
 std::string curves_of(const TuningReport& report) {
@@ -109,9 +98,10 @@ std::string points_of(const TuningReport& report, const identification::Dataset&
   fmt::memory_buffer text;
   Curves curves(report);
   for (const identification::ResponsePoint& point : identification::empirical_response(record)) {
-    const Measured m = measured_at(point, report, curves.at(curves.theta(point.frequency_Hz)));
+    const Complex measured = point.response / report.plant.gain;
+    const Curves::Values v = curves.at(curves.theta(point.frequency_Hz));
     fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.4f}\n", point.frequency_Hz,
-                   decibel(m.gain), m.phase_deg, m.coherence);
+                   decibel(std::abs(measured)), phase_deg(measured, v), point.coherence);
   }
   return fmt::to_string(text);
 }
@@ -148,12 +138,12 @@ std::string response_table(const TuningReport& report, const identification::Dat
   Curves curves(report);
   for (const identification::ResponsePoint& point : identification::empirical_response(record)) {
     const Curves::Values v = curves.at(curves.theta(point.frequency_Hz));
-    const Measured m = measured_at(point, report, v);
+    const Complex measured = point.response / report.plant.gain;
     fmt::format_to(std::back_inserter(text),
                    "{:.7g},{:.6g},{:.6g},{:.4f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
-                   point.frequency_Hz, m.gain, m.phase_deg, m.coherence, std::abs(v.model), v.model_deg,
-                   std::abs(v.before), v.before_deg, std::abs(v.after), v.after_deg, sensitivity(v.before),
-                   sensitivity(v.after));
+                   point.frequency_Hz, std::abs(measured), phase_deg(measured, v), point.coherence,
+                   std::abs(v.model), v.model_deg, std::abs(v.before), v.before_deg, std::abs(v.after),
+                   v.after_deg, sensitivity(v.before), sensitivity(v.after));
   }
   return fmt::to_string(text);
 }
@@ -163,8 +153,8 @@ void require_picture(const std::filesystem::path& picture) {
     throw Error(fmt::format("{}: expected a name that ends with .svg or .png", picture.string()));
 }
 
-std::string draw_response(const TuningReport& report, const identification::Dataset& record,
-                          const std::filesystem::path& picture) {
+std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,
+                                         const std::filesystem::path& picture) {
   const bool is_png = picture.extension() == ".png";
   const std::string title =
       fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name);

@@ -37,6 +37,46 @@ std::string terminal(const std::string& format, const PictureSize& size) {
                      size.height_mm / 10.0);
 }
 
+namespace fs = std::filesystem;
+
+std::optional<std::string> run_gnuplot(const fs::path& directory, const std::string& script) {
+  const pid_t child = fork();
+  if (child < 0) return std::generic_category().message(errno);
+  if (child == 0) {
+    std::signal(SIGPIPE, SIG_DFL);   // this program ignores it
+    setenv("LC_ALL", "C.UTF-8", 1);  // the encoding of the scripts, whatever the user's
+    if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", ("./" + script).c_str(), nullptr);
+    _exit(127);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return std::nullopt;
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return "gnuplot is not installed";
+  return fmt::format("gnuplot failed at {}", script);
+}
+
+fs::path picture_of(fs::path script, const std::string& ending) {
+  return script.replace_extension("." + ending);
+}
+
+/// What gnuplot has left unfinished, and earlier pictures of the same script.
+void remove_pictures_of(const fs::path& script, const std::vector<std::string>& endings) {
+  std::error_code ignored;
+  for (const std::string& ending : endings) fs::remove(picture_of(script, ending), ignored);
+}
+
+/// Whether the file has the last bytes of its format.
+bool is_whole(const fs::path& picture, const std::string& ending) {
+  constexpr std::streamoff tail_bytes = 16;
+  std::ifstream file(picture, std::ios::binary);
+  file.seekg(0, std::ios::end);
+  file.seekg(std::max<std::streamoff>(0, file.tellg() - tail_bytes));
+  const std::string tail{std::istreambuf_iterator<char>(file), {}};
+  const char* last = ending == "svg" ? "</svg>" : ending == "png" ? "IEND" : "%%EOF";
+  return tail.find(last) != std::string::npos;
+}
+
 }  // namespace
 
 const std::vector<std::string>& picture_formats() {
@@ -70,61 +110,18 @@ std::string drawn_as(const std::string& name, const std::vector<std::string>& fo
   return text;
 }
 
-namespace {
-
-namespace fs = std::filesystem;
-
-std::string run_gnuplot(const fs::path& directory, const std::string& script) {
-  const pid_t child = fork();
-  if (child < 0) return std::generic_category().message(errno);
-  if (child == 0) {
-    std::signal(SIGPIPE, SIG_DFL);   // this program ignores it
-    setenv("LC_ALL", "C.UTF-8", 1);  // the encoding of the scripts, whatever the user's
-    if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", ("./" + script).c_str(), nullptr);
-    _exit(127);
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return "gnuplot is not installed";
-  return fmt::format("gnuplot failed at {}", script);
-}
-
-fs::path picture_of(fs::path script, const std::string& ending) {
-  return script.replace_extension("." + ending);
-}
-
-/// What gnuplot has left unfinished, and earlier pictures of the same script.
-void remove_pictures_of(const fs::path& script, const std::vector<std::string>& endings) {
-  std::error_code ignored;
-  for (const std::string& ending : endings) fs::remove(picture_of(script, ending), ignored);
-}
-
-/// Whether the file has the last bytes of its format.
-bool is_whole(const fs::path& picture, const std::string& ending) {
-  constexpr std::streamoff tail_bytes = 16;
-  std::ifstream file(picture, std::ios::binary);
-  file.seekg(0, std::ios::end);
-  file.seekg(std::max<std::streamoff>(0, file.tellg() - tail_bytes));
-  const std::string tail{std::istreambuf_iterator<char>(file), {}};
-  const char* last = ending == "svg" ? "</svg>" : ending == "png" ? "IEND" : "%%EOF";
-  return tail.find(last) != std::string::npos;
-}
-
-}  // namespace
-
-std::string draw_with_gnuplot(const fs::path& directory, const std::string& name,
-                              const std::vector<std::string>& endings, std::string_view script) {
+std::optional<std::string> draw_with_gnuplot(const fs::path& directory, const std::string& name,
+                                             const std::vector<std::string>& endings,
+                                             std::string_view script) {
   const fs::path path = directory / name;
   write_file(path, script);
   remove_pictures_of(path, endings);
-  std::string failure = run_gnuplot(directory, name);
+  std::optional<std::string> failure = run_gnuplot(directory, name);
   for (const std::string& ending : endings)
-    if (failure.empty() && !is_whole(picture_of(path, ending), ending))
+    if (!failure && !is_whole(picture_of(path, ending), ending))
       failure = fmt::format("gnuplot has not written the whole of {}; is the disk full?",
                             picture_of(name, ending).string());
-  if (!failure.empty()) remove_pictures_of(path, endings);
+  if (failure) remove_pictures_of(path, endings);
   return failure;
 }
 

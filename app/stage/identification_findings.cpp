@@ -1,4 +1,4 @@
-#include "app/stage/identification_findings.h"
+#include "app/stage/identification_report.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "app/stage/identification_page.h"
+#include "app/stage/identification_report.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -51,67 +51,59 @@ std::string heading_row(const std::vector<std::string>& headings) {
   return row + "</tr>\n";
 }
 
-/// The table of what a search has tried: which parts of a model lower the error of what is held out.
-class Structures {
- public:
-  explicit Structures(const IdentificationReport& report)
-      : report_(report), identified_(report.identified), percent_(100.0 / identified_.output_span) {}
+std::string error_cell(double error, const Identified& identified) {
+  return number_cell(fmt::format("{:.3g}", error * (100.0 / identified.output_span)));
+}
 
-  std::string text() const {
-    const bool records = !identified_.left_out.empty();
-    std::string part =
-        "<h2>What carries over</h2>\n<table>\n" +
-        heading_row({"structure", "fit RMS [%]",
-                     records ? "records left out RMS [%]" : "held-out cycles RMS [%]", "taken"});
-    for (const identification::Step& step : identified_.search.steps)
-      part += row(step.what, step.rms_after, step.held_out_after, "yes");
-    for (const identification::Step& step : identified_.search.refused)
-      part += row(step.what, step.rms_after, step.held_out_after, "no");
-    for (const identification::ShapeScore& tried : identified_.search.shapes)
-      part += row(tried.shape.text(), tried.rms, tried.held_out,
-                  tried.shape.text() == identified_.search.shape.text() ? "yes" : "no");
-    if (identified_.other) {
-      part += row(name_of(identified_.search), identified_.search.rms, identified_.search.held_out, "yes");
-      part += row(name_of(*identified_.other), identified_.other->rms, identified_.other->held_out, "no");
-    }
-    return part + "</table>\n" + (records ? left_out() : std::string());
-  }
+std::string left_out_of(const IdentificationReport& report) {
+  const std::vector<identification::LeftOut>& left_out = report.identified.left_out;
+  if (left_out.empty()) return {};
+  std::string part =
+      "<table>\n" + heading_row({"record left out", "predicted by the others RMS [%]", "moves [%] more"});
+  for (std::size_t i = 0; i < left_out.size(); ++i)
+    if (const identification::LeftOut& of = left_out[i]; of.samples > 0.0)
+      part += fmt::format("<tr><td>{}</td>", escaped(report.names[i])) +
+              error_cell(of.rms(), report.identified) +
+              number_cell(fmt::format("{:+.2g}", 100.0 * (of.gain - 1.0))) + "</tr>\n";
+  return part +
+         "</table>\n<p class=\"note\">Each record predicted by the curves of the others, with its own zero "
+         "and the mean gain of the others; k, thresholds, delay, creep and initial memories are those of "
+         "all. Cycles beyond the inputs of the others do not count.</p>\n";
+}
 
- private:
-  std::string row(const std::string& what, double rms, const std::optional<double>& held_out,
-                  const char* taken) const {
-    return fmt::format("<tr><td>{}</td>", escaped(what)) + number(rms) +
-           (held_out ? number(*held_out) : number_cell("")) + number_cell(taken) + "</tr>\n";
-  }
-  std::string number(double error) const { return number_cell(fmt::format("{:.3g}", error * percent_)); }
-
-  static std::string name_of(const SearchResult& result) {
+/// The table of what a search has tried: which parts of a model lower the error of what is held out. Empty if
+/// nothing was held out.
+std::string structures_of(const IdentificationReport& report) {
+  const Identified& identified = report.identified;
+  const SearchResult& search = identified.search;
+  if (!identified.held_out_rms) return {};
+  std::string part =
+      "<h2>What carries over</h2>\n<table>\n" +
+      heading_row({"structure", "fit RMS [%]",
+                   identified.left_out.empty() ? "held-out cycles RMS [%]" : "records left out RMS [%]",
+                   "taken"});
+  const auto row = [&](const std::string& what, double rms, const std::optional<double>& held_out,
+                       bool is_taken) {
+    part += fmt::format("<tr><td>{}</td>", escaped(what)) + error_cell(rms, identified) +
+            (held_out ? error_cell(*held_out, identified) : number_cell("")) +
+            number_cell(is_taken ? "yes" : "no") + "</tr>\n";
+  };
+  const auto with_creep = [](const SearchResult& result) {
     const double creep = result.trial.creep_per_decade;
     return creep > 0.0 ? fmt::format("all, with creep of {:.2g} % a decade", 100.0 * creep)
                        : "all, without creep";
+  };
+  for (const identification::Step& step : search.steps)
+    row(step.what, step.rms_after, step.held_out_after, true);
+  for (const identification::Step& step : search.refused)
+    row(step.what, step.rms_after, step.held_out_after, false);
+  for (const identification::ShapeScore& tried : search.shapes)
+    row(tried.shape.text(), tried.rms, tried.held_out, tried.shape.text() == search.shape.text());
+  if (const auto& other = identified.other) {
+    row(with_creep(search), search.rms, search.held_out, true);
+    row(with_creep(*other), other->rms, other->held_out, false);
   }
-
-  std::string left_out() const {
-    std::string part =
-        "<table>\n" + heading_row({"record left out", "predicted by the others RMS [%]", "moves [%] more"});
-    for (std::size_t i = 0; i < identified_.left_out.size(); ++i)
-      if (const identification::LeftOut& of = identified_.left_out[i]; of.samples > 0.0)
-        part += fmt::format("<tr><td>{}</td>", escaped(report_.names[i])) + number(of.rms()) +
-                number_cell(fmt::format("{:+.2g}", 100.0 * (of.gain - 1.0))) + "</tr>\n";
-    return part +
-           "</table>\n<p class=\"note\">Each record predicted by the curves of the others, with its own zero "
-           "and the mean gain of the others; k, thresholds, delay, creep and initial memories are those of "
-           "all. Cycles beyond the inputs of the others do not count.</p>\n";
-  }
-
-  const IdentificationReport& report_;
-  const Identified& identified_;
-  double percent_;
-};
-
-/// Empty if nothing was held out.
-std::string structures_of(const IdentificationReport& report) {
-  return report.identified.held_out_rms ? Structures(report).text() : std::string();
+  return part + "</table>\n" + left_out_of(report);
 }
 
 constexpr const char* head = R"(<!DOCTYPE html>
@@ -146,9 +138,9 @@ std::string title_of(const IdentificationReport& report) {
   return title;
 }
 
-std::string findings_of(const IdentificationReport& report, const WrittenReport& written) {
+std::string findings_of(const IdentificationReport& report) {
   std::string list;
-  if (report.identified.stopped || written.comparison.stopped)
+  if (report.identified.stopped || report.comparison.stopped)
     list += "<p><strong>The search was stopped early: this is the best result so far.</strong></p>\n";
   if (report.findings.empty()) return list;
   list += "<h2>Findings</h2>\n<ul>\n";
@@ -215,7 +207,8 @@ std::string hold_out_of(const Identified& identified, const Comparison& comparis
          cross_validated(identified);
 }
 
-std::string comparison_of(const IdentificationReport& report, const Comparison& comparison) {
+std::string comparison_of(const IdentificationReport& report) {
+  const Comparison& comparison = report.comparison;
   std::string part = "<h2>Comparison</h2>\n";
   const std::string& unit = report.identified.parameters.output_unit;
   part += fmt::format(
@@ -320,7 +313,7 @@ std::string datasets_of(const IdentificationReport& report) {
 
 // Pictures and files
 
-std::string pictures_of(const std::filesystem::path& directory, const WrittenReport& written) {
+std::string pictures_of(const std::filesystem::path& directory, const IdentificationReport& report) {
   std::string part;
   for (const Picture& picture : pictures()) {
     part += fmt::format("<h2>{}</h2>\n", picture.title);
@@ -330,7 +323,7 @@ std::string pictures_of(const std::filesystem::path& directory, const WrittenRep
                       picture.name, picture.title, picture.explanation);
     else if (std::filesystem::exists(directory / (picture.name + ".gp")))
       part += fmt::format("<p>No picture: {}. To draw it: <code>gnuplot {}.gp</code> in this folder.</p>\n",
-                          escaped(written.undrawn), picture.name);
+                          escaped(report.undrawn.value_or("")), picture.name);
     else
       part += "<p>No picture: stopped before it was made.</p>\n";
   }
@@ -353,11 +346,10 @@ std::string files_of(const std::filesystem::path& directory, const Identificatio
 
 }  // namespace
 
-std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report,
-                    const WrittenReport& written) {
-  return fmt::format(head, escaped(title_of(report))) + findings_of(report, written) + structures_of(report) +
-         comparison_of(report, written.comparison) + model_of(report.identified) + datasets_of(report) +
-         pictures_of(directory, written) + files_of(directory, report);
+std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report) {
+  return fmt::format(head, escaped(title_of(report))) + findings_of(report) + structures_of(report) +
+         comparison_of(report) + model_of(report.identified) + datasets_of(report) +
+         pictures_of(directory, report) + files_of(directory, report);
 }
 
 }  // namespace hystcan::app

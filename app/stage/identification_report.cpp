@@ -8,7 +8,6 @@
 #include <system_error>
 
 #include "app/stage/gnuplot.h"
-#include "app/stage/identification_page.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "config/schema/config.h"
@@ -229,15 +228,15 @@ std::string of_landscape(const Landscape& map, const Identified& identified) {
          setting("y_best", place(identified.parameters.k_descending));
 }
 
-/// Draws every plot whose numbers exist. Returns an empty text if all were drawn, else the reason of the
-/// failure.
-std::string draw_pictures(const std::filesystem::path& directory, std::size_t datasets,
-                          const Identified& identified, const std::optional<Landscape>& landscape) {
-  std::string undrawn;
+/// Draws every plot whose numbers exist. Returns why one was not drawn.
+std::optional<std::string> draw_pictures(const std::filesystem::path& directory, std::size_t datasets,
+                                         const Identified& identified,
+                                         const std::optional<Landscape>& landscape) {
+  std::optional<std::string> undrawn;
   const auto draw = [&](const std::string& name, int height, const std::string& script) {
-    const std::string why = draw_with_gnuplot(directory, name + ".gp", {"svg"},
-                                              preamble(name, height, datasets, identified) + script);
-    if (undrawn.empty()) undrawn = why;
+    const auto why = draw_with_gnuplot(directory, name + ".gp", {"svg"},
+                                       preamble(name, height, datasets, identified) + script);
+    if (!undrawn) undrawn = why;
   };
   draw("loops", 700, loops_script);
   draw("residual_time", static_cast<int>(std::max<std::size_t>(400, 340 * datasets)), residual_time_script);
@@ -298,24 +297,24 @@ const std::vector<std::string>& report_files() {
   return names;
 }
 
-WrittenReport write_report(const std::filesystem::path& directory, const IdentificationReport& report,
-                           const std::function<bool()>& go_on) {
+std::optional<std::string> write_report(const std::filesystem::path& directory, IdentificationReport report,
+                                        const std::function<bool()>& go_on) {
   create_folder(directory);
-  WrittenReport written{identification::compare(report.datasets, report.identified, go_on), {}};
+  report.comparison = identification::compare(report.datasets, report.identified, go_on);
   std::optional<identification::Landscape> map;
   if (go_on()) map = identification::landscape(report.datasets, report.identified, landscape_points);
   remove_files(directory);  // of an earlier report
   try {
-    write_numbers(directory, report.datasets, report.identified, written.comparison, map);
-    written.undrawn = draw_pictures(directory, report.datasets.size(), report.identified, map);
+    write_numbers(directory, report.datasets, report.identified, report.comparison, map);
+    report.undrawn = draw_pictures(directory, report.datasets.size(), report.identified, map);
     OutputFile page(directory / "report.html");
-    page.write(page_of(directory, report, written));
+    page.write(page_of(directory, report));
     page.commit();
   } catch (const RunError&) {
     remove_files(directory);  // no part of a report remains
     throw;
   }
-  return written;
+  return report.undrawn;
 }
 
 }  // namespace hystcan::app

@@ -39,12 +39,18 @@ struct IdentificationReport {
   std::vector<std::string> names;  ///< of the datasets
   const identification::Identified& identified;
   std::vector<std::string> findings;  ///< observations and decisions, one sentence each
+  // What writing it has found:
+  identification::Comparison comparison{};
+  std::optional<std::string> undrawn{};  ///< why a plot is missing
 };
 
-struct WrittenReport {
-  identification::Comparison comparison;
-  std::string undrawn;  ///< the reason why a plot is missing; empty if all are there
-};
+/// The observations and decisions of an identification, in sentences for the engineer.
+std::vector<std::string> findings(const std::vector<identification::Dataset>& datasets,
+                                  const identification::Identified& identified);
+
+/// The page of a report: HTML that needs only the plots beside it, in `directory`. It names those that are
+/// missing.
+std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report);
 
 /// The names of all files that a report may hold. Files of an earlier report are overwritten, or removed if
 /// this report has no such file. Other files in the folder do not change.
@@ -52,8 +58,8 @@ const std::vector<std::string>& report_files();
 
 /// Creates the folder, compares with the baselines (identification/baselines/comparison.h), which takes
 /// most of the time, and writes the report. When `go_on` returns false, it writes the results so far, and
-/// the page says so.
-WrittenReport write_report(const std::filesystem::path& directory, const IdentificationReport& report,
-                           const std::function<bool()>& go_on);
+/// the page says so. Returns why a plot is missing, if one is.
+std::optional<std::string> write_report(const std::filesystem::path& directory, IdentificationReport report,
+                                        const std::function<bool()>& go_on);
 
 }  // namespace hystcan::app

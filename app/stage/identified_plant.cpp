@@ -18,7 +18,7 @@ namespace {
 using identification::Dataset;
 using identification::Estimate;
 using identification::SecondOrderFit;
-using Fit = ChainRecord::Fit;
+using Found = ChainRecord::Fit;
 
 constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;  // cycles
 constexpr double stated_share = 0.1;  // a stated resonance is that far off at most
@@ -28,15 +28,9 @@ double interpolation_s(const controller::Delays& stated, double cycle_s) {
   return stated.interpolated ? 0.5 * cycle_s : 0.0;
 }
 
-/// A chain and what may vary about it.
-struct Found {
-  Fit fit;
-  ChainBox box;
-};
-
 /// By more than the noise can do.
 bool is_better(const ChainRecord& record, const Found& a, const Found& b) {
-  return b.fit.sum_of_squares - a.fit.sum_of_squares > record.confidence(a.fit.at, a.box).as_good();
+  return b.sum_of_squares - a.sum_of_squares > record.confidence(a).as_good();
 }
 
 /// True: the mode that is shown explains the record better than the stated one. Above half the rate it must
@@ -45,21 +39,20 @@ bool excludes(const ChainRecord& record, const Found& shown, const Found& as_sta
               const controller::Delays& stated) {
   constexpr double beyond = 0.45, by_far = 0.5;
   const double share = stated.resonance_Hz * record.cycle_s() > beyond ? by_far : 1.0;
-  return shown.fit.sum_of_squares < share * as_stated.fit.sum_of_squares &&
-         is_better(record, shown, as_stated);
+  return shown.sum_of_squares < share * as_stated.sum_of_squares && is_better(record, shown, as_stated);
 }
 
 /// The same delay with a known lag, in cycles; the mode is found anew.
 Found with_lag(const ChainRecord& record, const Found& found, double lag) {
-  Found known = found;
-  ChainPoint& at = known.fit.at;
-  at[pure_share] = std::clamp(1.0 - lag / at[late_cycles], 0.0, found.box.hi[pure_share]);
+  ChainPoint at = found.at;
+  at[pure_share] = std::clamp(1.0 - lag / at[late_cycles], 0.0, found.box.max()[pure_share]);
   ChainBox box = found.box;
-  for (ChainPoint* end : {&box.lo, &box.hi}) {
+  for (ChainPoint* end : {&box.min(), &box.max()}) {
     (*end)[late_cycles] = at[late_cycles];
     (*end)[pure_share] = at[pure_share];
   }
-  known.fit = record.improved(at, box);
+  Found known = record.improved(at, box);
+  known.box = found.box;
   return known;
 }
 
@@ -70,21 +63,21 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   if (stated.sensor_delay.count() > 0) return lag_alone;
   Found best = lag_alone;
   ChainBox box = lag_alone.box;
-  box.lo[pure_share] = 0.0;
-  box.hi[pure_share] = most_share;
+  box.min()[pure_share] = 0.0;
+  box.max()[pure_share] = most_share;
   // Near half the rate a delay looks like another frequency.
   constexpr double far_from_half = 0.2;  // of the rate
-  const double cycles = std::exp(lag_alone.fit.at[log_frequency]) * record.cycle_s();
+  const double cycles = std::exp(lag_alone.at[log_frequency]) * record.cycle_s();
   const bool is_near_half = std::abs(cycles - 0.5) < far_from_half;
   for (const double moved : is_near_half ? std::vector{0.0, -0.07, 0.07} : std::vector{0.0})
     for (const double share : {0.3, 0.7}) {
-      ChainPoint start = lag_alone.fit.at;
+      ChainPoint start = lag_alone.at;
       start[pure_share] = share;
       start[log_frequency] += moved;
-      const Fit fit = record.improved(start, box);
-      if (fit.sum_of_squares < best.fit.sum_of_squares) best = {fit, box};
+      const Found found = record.improved(start, box);
+      if (found.sum_of_squares < best.sum_of_squares) best = found;
     }
-  if (best.fit.at[pure_share] * best.fit.at[late_cycles] < least_cycles) return lag_alone;
+  if (best.at[pure_share] * best.at[late_cycles] < least_cycles) return lag_alone;
   if (!is_better(record, best, lag_alone)) return lag_alone;
   const Found as_stated = with_lag(record, best, stated.lag_s() / record.cycle_s());
   return is_better(record, best, as_stated) ? best : as_stated;
@@ -96,27 +89,27 @@ Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double 
   const ChainPoint start{std::log(mode.natural_frequency_Hz.value), std::log(mode.damping_ratio.value), late,
                          0.0};
   ChainBox box{start, start};
-  box.lo[log_frequency] -= reach;
-  box.hi[log_frequency] += reach;
-  box.lo[log_damping] = std::log(least_damping_ratio);
-  box.hi[log_damping] = std::log(most_damping_ratio);
+  box.min()[log_frequency] -= reach;
+  box.max()[log_frequency] += reach;
+  box.min()[log_damping] = std::log(least_damping_ratio);
+  box.max()[log_damping] = std::log(most_damping_ratio);
   if (!lag_is_known) {
-    box.lo[late_cycles] = least_late;
-    box.hi[late_cycles] = most_late;
+    box.min()[late_cycles] = least_late;
+    box.max()[late_cycles] = most_late;
   }
-  return {record.improved(start, box), box};
+  return record.improved(start, box);
 }
 
 /// The best of some delays.
 Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
-  Found best{{{}, std::numeric_limits<double>::infinity()}, {}};
+  Found best{{}, std::numeric_limits<double>::infinity(), {}};
   for (const double late : {0.05, 0.15, 0.4, 1.0, 2.5}) {
     const ChainPoint point{log_f, log_zeta, late, 0.0};
-    const Fit fit{point, record.sum_of_squares(point)};
-    if (fit.sum_of_squares < best.fit.sum_of_squares) best = {fit, {point, point}};
+    const double sum_of_squares = record.sum_of_squares(point);
+    if (sum_of_squares < best.sum_of_squares) best = {point, sum_of_squares, {point, point}};
   }
-  best.box.lo[late_cycles] = least_late;
-  best.box.hi[late_cycles] = most_late;
+  best.box.min()[late_cycles] = least_late;
+  best.box.max()[late_cycles] = most_late;
   return best;
 }
 
@@ -127,7 +120,7 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
   const double log_f = std::log(stated.resonance_Hz),
                log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
   Found plain = with_any_delay(record, log_f, log_zeta);
-  plain.fit = record.improved(plain.fit.at, plain.box);
+  plain = record.improved(plain.at, plain.box);
   const double half_Hz = 0.5 / record.cycle_s();  // the samples have shown all images then
   const double reach_Hz = std::min(stated_share * stated.resonance_Hz, half_Hz);
   const double step_Hz = std::min(step / record.cycle_s(), 0.25 * reach_Hz);
@@ -136,17 +129,17 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
   for (int i = 0; i < count; ++i)
     starts[static_cast<std::size_t>(i)] =
         with_any_delay(record, std::log(stated.resonance_Hz - reach_Hz + i * step_Hz), log_zeta);
-  std::ranges::stable_sort(starts, {}, [](const Found& of) { return of.fit.sum_of_squares; });
+  std::ranges::stable_sort(starts, {}, [](const Found& of) { return of.sum_of_squares; });
   constexpr std::size_t tried = 3;
   starts.resize(std::min(starts.size(), tried));
   Found best = plain;
   for (Found& start : starts) {
-    start.box.lo[log_frequency] = log_f + std::log1p(-stated_share);
-    start.box.hi[log_frequency] = log_f + std::log1p(stated_share);
-    start.box.lo[log_damping] = log_zeta - damping_reach;
-    start.box.hi[log_damping] = log_zeta + damping_reach;
-    start.fit = record.improved(start.fit.at, start.box);
-    if (start.fit.sum_of_squares < best.fit.sum_of_squares) best = start;
+    start.box.min()[log_frequency] = log_f + std::log1p(-stated_share);
+    start.box.max()[log_frequency] = log_f + std::log1p(stated_share);
+    start.box.min()[log_damping] = log_zeta - damping_reach;
+    start.box.max()[log_damping] = log_zeta + damping_reach;
+    start = record.improved(start.at, start.box);
+    if (start.sum_of_squares < best.sum_of_squares) best = start;
   }
   return is_better(record, best, plain) ? best : plain;
 }
@@ -224,12 +217,11 @@ void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
 /// Intervals where none is shown.
 void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found& found,
                    const controller::Delays& stated) {
-  const double error_s =
-                   chain.confidence(found.fit.at, found.box).standard_error[late_cycles] * chain.cycle_s(),
-               late_s = found.fit.at[late_cycles] * chain.cycle_s(),
+  const double error_s = chain.confidence(found).standard_error[late_cycles] * chain.cycle_s(),
+               late_s = found.at[late_cycles] * chain.cycle_s(),
                reach_s = identification::two_sided_95 * error_s;
   plant.late_s = {late_s, error_s, late_s - reach_s, late_s + reach_s};
-  plant.uncertainty = uncertainty_of(stated, chain.delays(found.fit.at));
+  plant.uncertainty = uncertainty_of(stated, chain.delays(found.at));
   plant.uncertainty.longer_s = {std::max(-reach_s, -late_s), reach_s};
 }
 
@@ -244,7 +236,7 @@ IdentifiedPlant identified_plant(const Dataset& record, const controller::Delays
   find_mode(plant, record);
   const ChainRecord chain(record, stated);
   const Found found = best_of(plant, chain, stated);
-  const ChainPoint& at = found.fit.at;
+  const ChainPoint& at = found.at;
   const controller::Delays exact = chain.delays(at);
   if (plant.mode)
     set_intervals(plant, exact);

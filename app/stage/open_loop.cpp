@@ -30,24 +30,32 @@ std::optional<std::string> excess_of(const config::Config& config, const twin::C
   const controller::Supervisor::Config& limits = config.axes[0].control.supervision;
   OpenLoopOptions rehearsed;
   rehearsed.rehearse = true;
-  Travel travel;
+  std::vector<double> positions_um;
   try {
-    const OpenLoopEnd end =
-        drive_in_open_loop(in_open_loop(config, excitation), twin, rehearsed,
-                           [&](const controller::CycleRecord& record) { travel.add(record.report); });
+    const OpenLoopEnd end = drive_in_open_loop(in_open_loop(config, excitation), twin, rehearsed,
+                                               [&](const controller::CycleRecord& record) {
+                                                 if (shows_position(record.report))
+                                                   positions_um.push_back(record.report.position_um);
+                                               });
     if (stop_signalled != 0) throw RunError("stopped before the experiment, nothing is written");
     if (end.axis.fault().cause != controller::Cause::none)
       return describe(config.axes[0].wire.name, end.axis.fault());
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
-  if (limits.position_jump_um > 0.0 && amplitude_margin * travel.largest_jump_um > limits.position_jump_um)
-    return fmt::format("{:.3g} um from sample to sample, position_jump_um is {:g}", travel.largest_jump_um,
+  if (positions_um.empty()) return "no sample came";
+  double jump_um = 0.0;
+  for (std::size_t i = 1; i < positions_um.size(); ++i)
+    jump_um = std::max(jump_um, std::abs(positions_um[i] - positions_um[i - 1]));
+  if (limits.position_jump_um > 0.0 && amplitude_margin * jump_um > limits.position_jump_um)
+    return fmt::format("{:.3g} um from sample to sample, position_jump_um is {:g}", jump_um,
                        limits.position_jump_um);
-  const auto twice = [&](double um) { return travel.first_um + amplitude_margin * (um - travel.first_um); };
-  if (twice(travel.low_um) < limits.position_min_um || twice(travel.high_um) > limits.position_max_um)
-    return fmt::format("{:.4g} to {:.4g} um, position_min_um and position_max_um are {:g} and {:g}",
-                       travel.low_um, travel.high_um, limits.position_min_um, limits.position_max_um);
+  const double first_um = positions_um.front();
+  const model::Interval seen{std::ranges::min(positions_um), std::ranges::max(positions_um)};
+  const auto twice = [&](double um) { return first_um + amplitude_margin * (um - first_um); };
+  if (twice(seen.lo) < limits.position_min_um || twice(seen.hi) > limits.position_max_um)
+    return fmt::format("{:.4g} to {:.4g} um, position_min_um and position_max_um are {:g} and {:g}", seen.lo,
+                       seen.hi, limits.position_min_um, limits.position_max_um);
   return std::nullopt;
 }
 
@@ -153,14 +161,8 @@ OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config&
   return options.rehearse ? rehearse(config, twin, on_record) : run_on_the_bus(config, options, on_record);
 }
 
-void Travel::add(const controller::AxisReport& report) {
-  if (report.state != controller::AxisState::tracking || report.sample_missing) return;
-  const double here = report.position_um;
-  if (!last_um) first_um = low_um = high_um = here;
-  largest_jump_um = std::max(largest_jump_um, std::abs(here - last_um.value_or(here)));
-  low_um = std::min(low_um, here);
-  high_um = std::max(high_um, here);
-  last_um = here;
+bool shows_position(const controller::AxisReport& report) {
+  return report.state == controller::AxisState::tracking && !report.sample_missing;
 }
 
 double amplitude_with_margin(const config::Config& config, const twin::Config& twin, double amplitude,

@@ -52,14 +52,8 @@ OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config&
                                const OpenLoopOptions& options,
                                const std::function<void(const controller::CycleRecord&)>& on_record);
 
-/// How far and how fast the position went.
-struct Travel {
-  double first_um = 0.0, low_um = 0.0, high_um = 0.0;
-  double largest_jump_um = 0.0;
-  std::optional<double> last_um{};
-
-  void add(const controller::AxisReport& report);
-};
+/// The axis follows its excitation, and has a sample.
+bool shows_position(const controller::AxisReport& report);
 
 /// For an amplitude that is not given: the twin tries it before the stage does. The first of `amplitude`, its
 /// half, its quarter ... that a rehearsal with the twin passes with a margin of 2: no fault, at most half of

@@ -4,15 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <istream>
 #include <limits>
-#include <string_view>
 
 #include "base/error.h"
 #include "base/standard_streams.h"
+#include "can/protocol/layout.h"
 
 namespace hystcan::app {
 namespace {
@@ -23,33 +22,6 @@ std::string without_spaces_around(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
-struct Prefix {
-  std::string_view text;
-  double factor;
-};
-constexpr std::array<Prefix, 8> prefixes{{{"", 1.0},
-                                          {"k", 1e3},
-                                          {"M", 1e6},
-                                          {"m", 1e-3},
-                                          {"u", 1e-6},
-                                          {"\xC2\xB5", 1e-6},
-                                          {"\xCE\xBC", 1e-6},
-                                          {"n", 1e-9}}};
-
-/// How many `unit` one `given` is: 1000 of "Hz" for "kHz". Empty where it is another quantity.
-std::optional<double> factor_between(std::string_view given, std::string_view unit) {
-  if (given.empty() || given == unit) return 1.0;
-  for (const std::string_view base : {"m", "Hz", "V", "A", "s"}) {
-    if (!given.ends_with(base) || !unit.ends_with(base)) continue;
-    const std::string_view of_given = given.substr(0, given.size() - base.size());
-    const std::string_view of_unit = unit.substr(0, unit.size() - base.size());
-    const auto from = std::ranges::find(prefixes, of_given, &Prefix::text);
-    const auto to = std::ranges::find(prefixes, of_unit, &Prefix::text);
-    if (from != prefixes.end() && to != prefixes.end()) return from->factor / to->factor;
-  }
-  return std::nullopt;
-}
-
 /// "60.5", "60,5", "60 um", "0.31 kHz" where Hz are asked for.
 std::optional<double> parsed(std::string text, const std::string& unit) {
   if (text.find('.') == std::string::npos && std::ranges::count(text, ',') == 1)
@@ -57,21 +29,20 @@ std::optional<double> parsed(std::string text, const std::string& unit) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-  const auto factor =
-      factor_between(without_spaces_around({end, static_cast<const char*>(text.data() + text.size())}), unit);
-  if (!factor) return std::nullopt;
-  return value * *factor;
+  const std::string given = without_spaces_around({end, static_cast<const char*>(text.data() + text.size())});
+  const auto step = can::decimal_step(given.empty() ? unit : given, unit);
+  return step ? std::optional(step->to_ours(value)) : std::nullopt;
 }
 
 template <class T>
-std::string objection(const Questions::Check<T>& check, const T& value) {
-  return check ? check(value) : std::string();
+std::optional<std::string> objection(const Questions::Check<T>& check, const T& value) {
+  return check ? check(value) : std::nullopt;
 }
 
 template <class T>
 void require(const Question& question, const Questions::Check<T>& check, const T& stated) {
-  if (const std::string wrong = objection(check, stated); !wrong.empty())
-    throw Error(fmt::format("{}: {}", question.option, wrong));
+  if (const auto wrong = objection(check, stated))
+    throw Error(fmt::format("{}: {}", question.option, *wrong));
 }
 
 }  // namespace
@@ -116,14 +87,14 @@ double Questions::number(const Question& question, const std::optional<double>& 
   if (asks_) ++asked_;
   while (const auto line = answer(question, usual ? fmt::format("{}", *usual) : "")) {
     const std::optional<double> value = line->empty() ? usual : parsed(*line, question.unit);
-    const std::string wrong = value ? objection(check, *value)
-                                    : fmt::format("'{}' is no number, expected one{}", *line,
-                                                  question.unit.empty() ? "" : " in " + question.unit);
-    if (wrong.empty()) {
+    const auto wrong = value ? objection(check, *value)
+                             : unless(false, "'{}' is no number, expected one{}", *line,
+                                      question.unit.empty() ? "" : " in " + question.unit);
+    if (!wrong) {
       accept(*line);
       return *value;
     }
-    object(wrong);
+    object(*wrong);
   }
   if (!usual) missing_.push_back(question.option);
   return usual.value_or(std::numeric_limits<double>::quiet_NaN());
@@ -138,12 +109,13 @@ std::string Questions::text(const Question& question, const std::optional<std::s
   if (asks_) ++asked_;
   while (const auto line = answer(question, usual.value_or(""))) {
     std::string value = line->empty() ? usual.value_or("") : *line;
-    const std::string wrong = value.empty() ? "an answer is expected" : objection(check, value);
-    if (wrong.empty()) {
+    const auto wrong =
+        value.empty() ? std::optional<std::string>("an answer is expected") : objection(check, value);
+    if (!wrong) {
       accept(*line);
       return value;
     }
-    object(wrong);
+    object(*wrong);
   }
   if (!usual) missing_.push_back(question.option);
   return usual.value_or("");

@@ -1,10 +1,13 @@
 // What a command needs to know and its options do not say: asked on a terminal, one question at a time.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <functional>
 #include <iosfwd>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hystcan::app {
@@ -16,15 +19,21 @@ struct Question {
   std::string why;     ///< one sentence
 };
 
+/// None where the answer is sound.
+template <class... Args>
+std::optional<std::string> unless(bool is_sound, fmt::format_string<Args...> format, Args&&... args) {
+  return is_sound ? std::nullopt : std::optional(fmt::format(format, std::forward<Args>(args)...));
+}
+
 class Questions {
  public:
   /// Thrown where the answer was `<`. Whoever asks begins again: the answers before the last one are given by
   /// themselves.
   struct StepBack {};
 
-  /// Empty: the answer is taken; else what is wrong with it, in one line.
+  /// What is wrong with an answer, in one line; none: it is taken.
   template <class T>
-  using Check = std::function<std::string(const T&)>;
+  using Check = std::function<std::optional<std::string>(const T&)>;
 
   /// `asks`: reads answers from `in` and shows questions on standard error; else takes the defaults.
   Questions(std::istream& in, bool asks) : in_(in), asks_(asks) {}

@@ -32,11 +32,10 @@ std::vector<std::string> parts(std::string_view name) {
 }
 
 /// Points for the range that the DBC states, if it states one.
-int points_of_range(const Signal& signal, const NeededRange& needed) {
+int points_of_range(const Signal& signal, std::string_view unit, const model::Interval& values) {
   if (!(signal.minimum < signal.maximum)) return 0;
-  const auto step = can::decimal_step(signal.unit, needed.unit);
-  const bool holds =
-      step->to_ours(signal.minimum) <= needed.values.lo && step->to_ours(signal.maximum) >= needed.values.hi;
+  const auto step = can::decimal_step(signal.unit, unit);
+  const bool holds = step->to_ours(signal.minimum) <= values.lo && step->to_ours(signal.maximum) >= values.hi;
   return holds ? 1 : -4;
 }
 
@@ -62,15 +61,15 @@ bool converts(const Signal& signal, std::string_view unit) {
          can::decimal_step(signal.unit, unit).has_value();
 }
 
-LikeSignal LikeSignals::best(const NeededRange& needed, const Words& words, const Words& others,
-                             const Words& names) const {
+LikeSignal LikeSignals::best(std::string_view unit, const model::Interval& values, const Words& words,
+                             const Words& others, const Words& names) const {
   LikeSignal best;
   for (const Message& message : database_.messages) {
     if (taken_.contains(&message)) continue;
     for (const Signal& signal : message.signals) {
-      if (!converts(signal, needed.unit) || signal.multiplexing.present_at) continue;
+      if (!converts(signal, unit) || signal.multiplexing.present_at) continue;
       LikeSignal one = judged(message, signal, words, others, names);
-      one.points += points_of_range(signal, needed);
+      one.points += points_of_range(signal, unit, values);
       if (one.points > best.points) best = std::move(one);
     }
   }

@@ -30,12 +30,6 @@ struct LikeSignal {
   std::string because;  ///< "mV, set, volt"
 };
 
-/// What a signal must be able to say.
-struct NeededRange {
-  std::string unit;
-  model::Interval values;
-};
-
 class LikeSignals {
  public:
   /// `axis`: a name that a signal of this axis has somewhere; empty: there is one axis. A message that is
@@ -44,10 +38,10 @@ class LikeSignals {
               const std::set<const can::Message*>& taken)
       : database_(database), axis_(in_lower_case(axis)), taken_(taken) {}
 
-  /// The signal most like `words`, in name and message, and least like `others`; `names` are good for a name
-  /// alone.
-  LikeSignal best(const NeededRange& needed, const Words& words, const Words& others,
-                  const Words& names) const;
+  /// The signal that can say these values, most like `words`, in name and message, and least like `others`;
+  /// `names` are good for a name alone.
+  LikeSignal best(std::string_view unit, const model::Interval& values, const Words& words,
+                  const Words& others, const Words& names) const;
 
  private:
   LikeSignal judged(const can::Message& message, const can::Signal& signal, const Words& words,

@@ -1,39 +1,35 @@
 // What is known of a stage before the program has measured it.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "app/stage/frame_roles.h"
+#include "config/schema/config.h"
 #include "model/reference_curve.h"
 
 namespace hystcan::app {
 
 struct AxisFacts {
-  std::string name;
-  std::string drive_unit;                   ///< V or A
-  double drive_min = 0.0, drive_max = 0.0;  ///< drive units
-  double safe_drive = 0.0;                  ///< where every run ends
-  model::Interval travel_um{};              ///< positions at the ends of the range of the drive
-  double resonance_Hz = 0.0;
-  double damping_ratio = 0.0;
-  double sensor_delay_us = 0.0;     ///< from the position to its sample; 0: none, or not known
+  /// A role of the lab's own frames, and why the signal is thought to have it.
+  struct Row {
+    std::string role;  ///< "command.setpoint"
+    std::string message, signal;
+    std::string because;  ///< "mV, set"
+  };
+
+  /// As far as it is known: name, unit, drives, mode, sensor's delay and noise, nodes, frames, model files.
+  config::AxisConfig config{};
+  model::Interval travel_um{};      ///< positions at the ends of the range of the drive
   bool mode_is_measured = false;    ///< resonance and damping are those of a step
   bool damping_is_assumed = false;  ///< neither stated nor measured
-  double noise_um = 0.0;            ///< of the sensor, rms
-  std::uint8_t amplifier_node = 1, sensor_node = 2;
-  AxisRoles roles{};                   ///< of its frames
-  std::string model_file, plant_file;  ///< names of the controller's model and of the twin's
+  std::vector<Row> roles{};
+  std::vector<std::string> not_found{};          ///< roles, and what a DBC cannot say
+  std::vector<std::string> enable_candidates{};  ///< signals of the lab's command that may be its enable
 };
 
 struct StageFacts {
-  std::string interface;
-  std::uint32_t bitrate_bit_per_s = 1'000'000;
-  double rate_Hz = 1000.0;
-  std::filesystem::path dbc_file;
-  std::vector<AxisFacts> axes;
+  config::Config config{};  ///< interface, rate, and the DBC where it lies now; no axes
+  std::vector<AxisFacts> axes{};
 };
 
 }  // namespace hystcan::app

@@ -101,9 +101,11 @@ void rehearse_fast(const Stage& stage, const std::vector<TunedAxis>& tuned) {
   const std::filesystem::path file = stage.file().parent_path() / fast_config;
   Stage fast(file, stage.text());
   for (std::size_t i = 0; i < tuned.size(); ++i)
-    if (tuned[i].fast)
-      set_loop(fast.config.axes[i].control, tuned[i].fast->setting,
-               in_whole_microseconds(tuned[i].fast->delays));
+    if (tuned[i].fast) {
+      controller::LoopConfig loop = tuned[i].fast->loop;
+      loop.delays = in_whole_microseconds(loop.delays);
+      set_loop(fast.config.axes[i].control, loop);
+    }
   const std::string text = fast.text();
   const config::Config config = config::load_text(file, text);
   write_file(file, text);
@@ -175,22 +177,23 @@ void print_excitations(const std::filesystem::path& folder, const config::Config
 
 /// The models of an axis that has none yet.
 void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
-  axis.model_file = axis.name + ".first.model.toml";
-  axis.plant_file = axis.name + ".first.plant.toml";
-  write_file(folder / axis.model_file,
+  axis.config.control_model = axis.config.wire.name + ".first.model.toml";
+  axis.config.twin_model = axis.config.wire.name + ".first.plant.toml";
+  write_file(folder / axis.config.control_model,
              "# A straight line through the travel, until there is a measured model.\n" +
                  config::model_text(straight_line(axis), {}));
-  write_file(folder / axis.plant_file,
+  write_file(folder / axis.config.twin_model,
              "# The twin's actuator: a loop as piezo stacks have it, until there is a measured one.\n" +
                  config::model_text(usual_loop(axis), {}));
 }
 
 /// Measured model, plant and noise of an axis.
 void write_measured_models(const std::filesystem::path& folder, AxisFacts& axis, const AxisRecords& records) {
-  const identification::Identified found = identify_axis(folder, axis.name, records);
-  axis.model_file = model_name(axis.name);
-  axis.plant_file = plant_name(axis.name);
-  axis.noise_um = std::max(found.datasets.front().noise, 1e-6 * axis.travel_um.span());
+  const std::string& name = axis.config.wire.name;
+  const identification::Identified found = identify_axis(folder, name, records);
+  axis.config.control_model = model_name(name);
+  axis.config.twin_model = plant_name(name);
+  axis.config.twin.sensor.noise_um_rms = std::max(found.datasets.front().noise, 1e-6 * axis.travel_um.span());
 }
 
 AxisRecords records_beside(const std::filesystem::path& folder, const config::AxisConfig& axis) {
@@ -277,7 +280,7 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
                 const std::vector<AxisRecords>& records) {
   NewFolder made(folder);
   naming(folder, made.path(), [&] {
-    copy_into(facts.dbc_file, made.path());
+    copy_into(facts.config.bus.dbc, made.path());
     for (std::size_t i = 0; i < facts.axes.size(); ++i) {
       if (records.empty())
         write_first_models(made.path(), facts.axes[i]);

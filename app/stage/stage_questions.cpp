@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
+#include "app/stage/frame_roles.h"
 #include "app/stage/identified_plant.h"
+#include "app/stage/shipped.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "identification/dynamics/second_order_fit.h"
@@ -49,25 +52,27 @@ std::optional<Value> of_axis(const char* option, const std::vector<Value>& value
 /// Asks about an axis; what was answered for the first one holds for the others.
 class AxisQuestions {
  public:
-  AxisQuestions(const StatedFacts& stated, const std::vector<AxisRecords>& records, Questions& questions)
+  AxisQuestions(const InitOptions& stated, const std::vector<AxisRecords>& records, Questions& questions)
       : stated_(stated), records_(records), questions_(questions) {}
 
   AxisFacts ask(std::size_t i) {
     axis_ = i;
     AxisFacts axis;
-    axis.name = stated_.axes[i];
-    axis.drive_unit = unit_;
-    drive(axis);
+    axis.config.wire.name = stated_.axes[i];
+    axis.config.wire.drive_unit = unit_;
+    drive(axis.config.control.gate);
     travel(axis);
     mode(axis);
-    axis.sensor_delay_us = number(
-        {"--sensor-delay", "Sensor's delay", "us",
-         "from the position to its sample; a data sheet has it, 0 where you do not know"},
-        stated_.sensor_delay_us, {}, 0.0, sensor_delay_us_, [](double value) {
-          return value < 0.0 || value > 100'000.0 ? fmt::format("{:g}, expected 0 to 100000", value) : "";
-        });
+    const double sensor_delay_us =
+        number({"--sensor-delay", "Sensor's delay", "us",
+                "from the position to its sample; a data sheet has it, 0 where you do not know"},
+               stated_.sensor_delay_us, {}, 0.0, sensor_delay_us_, [](double value) {
+                 return unless(value >= 0.0 && value <= 100'000.0, "{:g}, expected 0 to 100000", value);
+               });
+    axis.config.control.delays.sensor_delay = std::chrono::nanoseconds(std::llround(1e3 * sensor_delay_us));
+    const controller::Gate::Config& gate = axis.config.control.gate;
     if (const AxisRecords* measured = record())
-      refuse_contradictions(*measured, axis.drive_unit, {axis.drive_min, axis.drive_max},
+      refuse_contradictions(*measured, unit_, {gate.drive_min, gate.drive_max},
                             of_axis("--stroke", stated_.stroke_um, i, stated_.axes.size()));
     return axis;
   }
@@ -77,11 +82,10 @@ class AxisQuestions {
     if (!records_.empty()) usual = records_.front().loops.front().input_unit;
     const std::optional<std::string> known =
         stated_.drive_unit || records_.empty() ? stated_.drive_unit : usual;
-    unit_ =
-        questions_.text({"--unit", "Unit of the drive", "", "V for a piezo stack, A for a coil"}, known,
-                        usual, [](const std::string& unit) {
-                          return unit == "V" || unit == "A" ? "" : fmt::format("'{}', expected V or A", unit);
-                        });
+    unit_ = questions_.text({"--unit", "Unit of the drive", "", "V for a piezo stack, A for a coil"}, known,
+                            usual, [](const std::string& unit) {
+                              return unless(unit == "V" || unit == "A", "'{}', expected V or A", unit);
+                            });
   }
 
  private:
@@ -99,11 +103,11 @@ class AxisQuestions {
 
   static constexpr double largest_drive = 1e6;
   static constexpr double usual_damping_ratio = 0.02;
-  static std::string too_large(double value) {
-    return fmt::format("{:g}, expected at most {:g} in magnitude", value, largest_drive);
+  static std::optional<std::string> if_too_large(double value, double most = largest_drive) {
+    return unless(std::abs(value) <= most, "{:g}, expected at most {:g} in magnitude", value, most);
   }
 
-  void drive(AxisFacts& axis) {
+  void drive(controller::Gate::Config& gate) {
     std::optional<double> least, most;
     if (const AxisRecords* measured = record()) {
       const Interval range = measured->drive();
@@ -111,32 +115,29 @@ class AxisQuestions {
       least = grain * std::floor(range.lo / grain + 0.1);
       most = grain * std::ceil(range.hi / grain - 0.1);
     }
-    axis.drive_min =
+    gate.drive_min =
         number({"--drive-min", "Lowest drive", unit_, "no drive below it leaves the controller"},
                stated_.drive_min, least, {}, drive_min_, [&](double value) {
-                 if (std::abs(value) > largest_drive) return too_large(value);
-                 return least && value > *least
-                            ? fmt::format("{:g}, but the record goes down to {:g} {}", value, *least, unit_)
-                            : std::string();
+                 if (auto wrong = if_too_large(value)) return wrong;
+                 return unless(!least || value <= *least, "{:g}, but the record goes down to {:g} {}", value,
+                               least.value_or(0.0), unit_);
                });
-    axis.drive_max = number(
-        {"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"}, stated_.drive_max,
-        most, {}, drive_max_, [&](double value) {
-          if (std::abs(value) > largest_drive) return too_large(value);
-          if (most && value < *most)
-            return fmt::format("{:g}, but the record goes up to {:g} {}", value, *most, unit_);
-          return value <= axis.drive_min
-                     ? fmt::format("{:g}, expected more than the lowest drive, {:g}", value, axis.drive_min)
-                     : std::string();
-        });
-    const double nearest_zero = std::min(std::max(0.0, axis.drive_min), axis.drive_max);
-    axis.safe_drive = number({"--safe", "Safe drive", unit_, "every run ends there, also after a fault"},
-                             stated_.safe_drive, {}, nearest_zero, safe_drive_, [&](double value) {
-                               return value < axis.drive_min || value > axis.drive_max
-                                          ? fmt::format("{:g}, expected {:g} to {:g}", value, axis.drive_min,
-                                                        axis.drive_max)
-                                          : "";
-                             });
+    gate.drive_max =
+        number({"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"},
+               stated_.drive_max, most, {}, drive_max_, [&](double value) {
+                 if (auto wrong = if_too_large(value)) return wrong;
+                 if (most && value < *most)
+                   return unless(false, "{:g}, but the record goes up to {:g} {}", value, *most, unit_);
+                 return unless(value > gate.drive_min, "{:g}, expected more than the lowest drive, {:g}",
+                               value, gate.drive_min);
+               });
+    const double nearest_zero = std::min(std::max(0.0, gate.drive_min), gate.drive_max);
+    gate.safe_drive =
+        number({"--safe", "Safe drive", unit_, "every run ends there, also after a fault"},
+               stated_.safe_drive, {}, nearest_zero, safe_drive_, [&](double value) {
+                 return unless(value >= gate.drive_min && value <= gate.drive_max,
+                               "{:g}, expected {:g} to {:g}", value, gate.drive_min, gate.drive_max);
+               });
   }
 
   void travel(AxisFacts& axis) {
@@ -146,15 +147,16 @@ class AxisQuestions {
     }
     const double stroke = number({"--stroke", "Stroke", "um", "the way between lowest and highest drive"},
                                  stated_.stroke_um, {}, {}, stroke_um_, more_than_zero_);
-    const double below = stroke * (axis.safe_drive - axis.drive_min) / (axis.drive_max - axis.drive_min);
-    const double at_safe = number(
-        {"--sensor-at-safe", "Sensor at the safe drive", "um",
-         "what it reads there; the limits follow from it"},
-        stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
-          return std::abs(value) > 1e6 ? fmt::format("{:g}, expected at most 1e6 in magnitude", value) : "";
-        });
+    const controller::Gate::Config& gate = axis.config.control.gate;
+    const double below = stroke * (gate.safe_drive - gate.drive_min) / (gate.drive_max - gate.drive_min);
+    const double at_safe =
+        number({"--sensor-at-safe", "Sensor at the safe drive", "um",
+                "what it reads there; the limits follow from it"},
+               stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
+                 return unless(std::abs(value) <= 1e6, "{:g}, expected at most 1e6 in magnitude", value);
+               });
     axis.travel_um = {at_safe - below, at_safe + stroke - below};
-    axis.noise_um = 1e-5 * stroke;
+    axis.config.twin.sensor.noise_um_rms = 1e-5 * stroke;
   }
 
   void mode(AxisFacts& axis) {
@@ -173,15 +175,16 @@ class AxisQuestions {
         throw Error(fmt::format("{}: {}", measured->step_file->string(), error.what()));
       }
     }
-    axis.resonance_Hz = known_or_asked({"--resonance", "First resonance", "Hz",
-                                        "feedback, ramps and reference keep below it; a data sheet has it"},
-                                       resonance_Hz, stated_.resonance_Hz, {}, resonance_Hz_);
-    axis.damping_ratio =
+    controller::Delays& delays = axis.config.control.delays;
+    delays.resonance_Hz = known_or_asked({"--resonance", "First resonance", "Hz",
+                                          "feedback, ramps and reference keep below it; a data sheet has it"},
+                                         resonance_Hz, stated_.resonance_Hz, {}, resonance_Hz_);
+    delays.damping_ratio =
         known_or_asked({"--damping", "Damping ratio", "", "of that resonance; flexures have 0.01 to 0.05"},
                        damping_ratio, stated_.damping_ratio, usual_damping_ratio, damping_ratio_);
     axis.mode_is_measured = resonance_Hz.has_value();
     axis.damping_is_assumed =
-        !damping_ratio && stated_.damping_ratio.empty() && axis.damping_ratio == usual_damping_ratio;
+        !damping_ratio && stated_.damping_ratio.empty() && delays.damping_ratio == usual_damping_ratio;
   }
 
   /// What a step shows is not asked for.
@@ -192,9 +195,9 @@ class AxisQuestions {
   }
 
   const Questions::Check<double> more_than_zero_ = [](double value) {
-    return value <= 0.0 ? fmt::format("{:g}, expected more than 0", value) : "";
+    return unless(value > 0.0, "{:g}, expected more than 0", value);
   };
-  const StatedFacts& stated_;
+  const InitOptions& stated_;
   const std::vector<AxisRecords>& records_;
   Questions& questions_;
   std::size_t axis_ = 0;
@@ -218,25 +221,25 @@ std::vector<int> parsed_nodes(const std::string& text) {
   return nodes;
 }
 
-std::string wrong_with(const std::vector<int>& nodes, std::size_t axes) {
+std::optional<std::string> wrong_with(const std::vector<int>& nodes, std::size_t axes) {
   const bool sound = nodes.size() == 2 * axes &&
                      std::ranges::all_of(nodes, [](int node) { return node >= 1 && node <= 127; });
   if (!sound)
-    return fmt::format("expected {} node ids from 1 to 127, amplifier and sensor of each axis", 2 * axes);
+    return unless(false, "expected {} node ids from 1 to 127, amplifier and sensor of each axis", 2 * axes);
   std::vector<int> sorted = nodes;
   std::ranges::sort(sorted);
-  return std::ranges::adjacent_find(sorted) == sorted.end() ? "" : "expected ids that differ";
+  return unless(std::ranges::adjacent_find(sorted) == sorted.end(), "expected ids that differ");
 }
 
-void number_nodes(StageFacts& stage, const StatedFacts& stated, Questions& questions) {
+void number_nodes(StageFacts& stage, const InitOptions& stated, Questions& questions) {
   std::vector<int> known = stated.nodes, usual;
   std::string usual_text;
   bool from_dbc = true;
   for (std::size_t i = 0; i < stage.axes.size(); ++i) {
-    const AxisRoles& roles = stage.axes[i].roles;
-    from_dbc = from_dbc && roles.amplifier_node && roles.sensor_node;
-    usual.push_back(roles.amplifier_node.value_or(static_cast<int>(2 * i + 1)));
-    usual.push_back(roles.sensor_node.value_or(static_cast<int>(2 * i + 2)));
+    const can::AxisWire& wire = stage.axes[i].config.wire;
+    from_dbc = from_dbc && wire.amplifier_node != 0 && wire.sensor_node != 0;
+    usual.push_back(wire.amplifier_node != 0 ? wire.amplifier_node : static_cast<int>(2 * i + 1));
+    usual.push_back(wire.sensor_node != 0 ? wire.sensor_node : static_cast<int>(2 * i + 2));
   }
   for (const int node : usual) usual_text += fmt::format("{}{}", usual_text.empty() ? "" : ",", node);
   if (known.empty() && from_dbc) known = usual;
@@ -249,99 +252,99 @@ void number_nodes(StageFacts& stage, const StatedFacts& stated, Questions& quest
       [&](const std::string& text) { return wrong_with(parsed_nodes(text), stage.axes.size()); });
   const std::vector<int> nodes = parsed_nodes(answer);
   for (std::size_t i = 0; i < stage.axes.size() && 2 * i + 1 < nodes.size(); ++i) {
-    stage.axes[i].amplifier_node = static_cast<std::uint8_t>(nodes[2 * i]);
-    stage.axes[i].sensor_node = static_cast<std::uint8_t>(nodes[2 * i + 1]);
+    stage.axes[i].config.wire.amplifier_node = static_cast<std::uint8_t>(nodes[2 * i]);
+    stage.axes[i].config.wire.sensor_node = static_cast<std::uint8_t>(nodes[2 * i + 1]);
   }
 }
 
-void ask_about_the_bus(StageFacts& stage, const StatedFacts& stated, const std::filesystem::path& shipped_dbc,
-                       Questions& questions) {
-  stage.rate_Hz = questions.number(
-      {"--cycle-rate", "Cycle rate", "Hz",
-       "samples and commands per second; the bus must carry four frames each"},
-      stated.rate_Hz, 1000.0, [](double value) {
-        return value >= 1.0 && value <= 10'000.0 ? "" : fmt::format("{:g}, expected 1 to 10000", value);
-      });
-  stage.interface = questions.text(
+/// With the standard frames, whose setpoint is in this unit.
+std::filesystem::path shipped_dbc(const std::string& drive_unit) {
+  return shipped_file(drive_unit == "A" ? "galfenol.dbc" : "hystcan.dbc");
+}
+
+void ask_about_the_bus(StageFacts& stage, const InitOptions& stated, Questions& questions) {
+  stage.config.controller.rate_Hz =
+      questions.number({"--cycle-rate", "Cycle rate", "Hz",
+                        "samples and commands per second; the bus must carry four frames each"},
+                       stated.rate_Hz, 1000.0, [](double value) {
+                         return unless(value >= 1.0 && value <= 10'000.0, "{:g}, expected 1 to 10000", value);
+                       });
+  stage.config.bus.interface = questions.text(
       {"--interface", "CAN interface", "", "vcan0 to rehearse with the twin; it can be changed at any time"},
       stated.interface, "vcan0", [](const std::string& name) {
-        return name.size() <= 15 && name.find_first_of("/ ") == std::string::npos
-                   ? ""
-                   : fmt::format("'{}', expected a name of at most 15 letters", name);
+        return unless(name.size() <= 15 && name.find_first_of("/ ") == std::string::npos,
+                      "'{}', expected a name of at most 15 letters", name);
       });
-  const std::string own = shipped_dbc.filename().string();
+  const std::filesystem::path shipped = shipped_dbc(stage.axes.front().config.wire.drive_unit);
+  const std::string own = shipped.filename().string();
   const std::string dbc =
       questions.text({"--dbc", "DBC of the frames", "", "a lab's own; " + own + " has the standard ones"},
-                     stated.dbc, own, [&](const std::string& file) -> std::string {
-                       if (file == own && !std::filesystem::exists(file)) return {};
+                     stated.dbc, own, [&](const std::string& file) -> std::optional<std::string> {
+                       if (file == own && !std::filesystem::exists(file)) return std::nullopt;
                        try {
                          can::load_dbc(file);
-                         return {};
+                         return std::nullopt;
                        } catch (const Error& error) {
                          return error.what();
                        }
                      });
-  stage.dbc_file = dbc == own && !std::filesystem::exists(dbc) ? shipped_dbc : std::filesystem::path(dbc);
+  stage.config.bus.dbc = dbc == own && !std::filesystem::exists(dbc) ? shipped : std::filesystem::path(dbc);
 }
 
 /// A command without it never switches the amplifier off. A DBC with another name for it must not lead to
 /// that unnoticed.
-void ask_for_enable(AxisRoles& roles, const std::string& axis, const std::optional<std::string>& stated,
-                    Questions& questions) {
-  if (!roles.frames) {
+void ask_for_enable(AxisFacts& facts, const std::optional<std::string>& stated, Questions& questions) {
+  const std::string& axis = facts.config.wire.name;
+  if (!facts.config.wire.frames) {
     if (stated)
       throw Error(
           fmt::format("--enable: axis {} has the standard frames, which have their own enable", axis));
     return;
   }
-  if (!stated && !asks_for_enable(roles)) return;
-  const std::string choice = fmt::format("{}{}{}", fmt::join(roles.enable_candidates, ", "),
-                                         roles.enable_candidates.empty() ? "" : ", ", no_enable);
-  const std::string& message = roles.frames->command.message;
+  if (!stated && !asks_for_enable(facts)) return;
+  const std::string choice = fmt::format("{}{}{}", fmt::join(facts.enable_candidates, ", "),
+                                         facts.enable_candidates.empty() ? "" : ", ", no_enable);
+  const std::string& message = facts.config.wire.frames->command.message;
   const std::string answer = questions.text(
       {"--enable", "Enable of axis " + axis, "",
        fmt::format("the signal of {} that switches the amplifier on: {}", message, choice)},
       stated, {}, [&](const std::string& signal) {
-        const bool is_known = signal == no_enable || std::ranges::count(roles.enable_candidates, signal) != 0;
-        return is_known ? ""
-                        : fmt::format("'{}', expected a signal of {} for axis {}: {}", signal, message, axis,
-                                      choice);
+        const bool is_known = signal == no_enable || std::ranges::count(facts.enable_candidates, signal) != 0;
+        return unless(is_known, "'{}', expected a signal of {} for axis {}: {}", signal, message, axis,
+                      choice);
       });
   if (answer.empty())
     throw Error(
         fmt::format("--enable missing: no name says which signal of {} switches the amplifier of axis {} on, "
                     "expected one of: {}",
                     message, axis, choice));
-  state_enable(roles, answer);
+  state_enable(facts, answer);
 }
 
-StageFacts asked_from_the_first(const StatedFacts& stated, const std::vector<AxisRecords>& records,
-                                const ShippedDbc& shipped_dbc, Questions& questions) {
+StageFacts asked_from_the_first(const InitOptions& stated, const std::vector<AxisRecords>& records,
+                                Questions& questions) {
   questions.begin();
   StageFacts stage;
   AxisQuestions axes(stated, records, questions);
   axes.ask_unit();
   for (std::size_t i = 0; i < stated.axes.size(); ++i) stage.axes.push_back(axes.ask(i));
-  ask_about_the_bus(stage, stated, shipped_dbc(stage.axes.front().drive_unit), questions);
+  ask_about_the_bus(stage, stated, questions);
   questions.require_all();
-  const std::vector<AxisRoles> roles =
-      propose_roles(can::load_dbc(stage.dbc_file), stage.axes, stage.dbc_file.string());
-  for (std::size_t i = 0; i < roles.size(); ++i) {
-    stage.axes[i].roles = roles[i];
-    ask_for_enable(stage.axes[i].roles, stated.axes[i],
-                   of_axis("--enable", stated.enable, i, stated.axes.size()), questions);
-  }
+  const std::filesystem::path& dbc = stage.config.bus.dbc;
+  stage.axes = propose_roles(can::load_dbc(dbc), std::move(stage.axes), dbc.string());
+  for (std::size_t i = 0; i < stage.axes.size(); ++i)
+    ask_for_enable(stage.axes[i], of_axis("--enable", stated.enable, i, stated.axes.size()), questions);
   number_nodes(stage, stated, questions);
   return stage;
 }
 
 }  // namespace
 
-StageFacts ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
-                     const ShippedDbc& shipped_dbc, Questions& questions) {
+StageFacts ask_about(const InitOptions& stated, const std::vector<AxisRecords>& records,
+                     Questions& questions) {
   require_names(stated.axes);
   for (;;) try {
-      return asked_from_the_first(stated, records, shipped_dbc, questions);
+      return asked_from_the_first(stated, records, questions);
     } catch (const Questions::StepBack&) {
     }
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,22 +13,28 @@
 
 namespace hystcan::app {
 
-/// What the options say. Lists have one value for all axes, one for each, or none.
-struct StatedFacts {
-  std::vector<std::string> axes;
-  std::optional<std::string> drive_unit, interface, dbc;
-  std::vector<std::string> enable;  ///< signals of the lab's commands, or `none`
-  std::vector<double> drive_min, drive_max, safe_drive, stroke_um, sensor_at_safe_um, resonance_Hz,
-      damping_ratio, sensor_delay_us;
-  std::vector<int> nodes;  ///< amplifier and sensor of the first axis, of the second one ...
-  std::optional<double> rate_Hz;
+/// What the options of `hystcan init` say. Lists have one value for all axes, one for each, or none.
+struct InitOptions {
+  std::filesystem::path folder{};
+  std::string preset{};
+  bool yes = false;
+  bool carry_on = false;
+  std::vector<std::filesystem::path> records{}, steps{}, unseen{};
+  DatasetInput input{};
+  // What is known of the stage:
+  std::vector<std::string> axes{};
+  std::optional<std::string> drive_unit{}, interface {
+  }, dbc{};
+  std::vector<std::string> enable{};  ///< signals of the lab's commands, or `none`
+  std::vector<double> drive_min{}, drive_max{}, safe_drive{}, stroke_um{}, sensor_at_safe_um{},
+      resonance_Hz{}, damping_ratio{}, sensor_delay_us{};
+  std::vector<int> nodes{};  ///< amplifier and sensor of the first axis, of the second one ...
+  std::optional<double> rate_Hz{};
 };
 
-using ShippedDbc = std::function<std::filesystem::path(const std::string& drive_unit)>;
-
-/// `records`: one for each axis, or none. `shipped_dbc` gives the one for a drive unit, which is used where
-/// no other is named. Throws Error where an answer is missing, or where a record contradicts one.
-StageFacts ask_about(const StatedFacts& stated, const std::vector<AxisRecords>& records,
-                     const ShippedDbc& shipped_dbc, Questions& questions);
+/// `records`: one for each axis, or none. Where no DBC is named it is the shipped one for the drive's unit.
+/// Throws Error where an answer is missing, or where a record contradicts one.
+StageFacts ask_about(const InitOptions& stated, const std::vector<AxisRecords>& records,
+                     Questions& questions);
 
 }  // namespace hystcan::app

@@ -59,7 +59,7 @@ rehearsal::Setup setup_of(const Candidate& candidate, const config::Config& conf
                           const IdentifiedPlant& plant) {
   rehearsal::Setup setup = rehearsal_setup(config, twin);
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
-  set_loop(axis, candidate.setting, candidate.delays);
+  set_loop(axis, candidate.loop);
   controller::plan_feed_forward(axis, config.controller.rate_Hz);
   axis.learning.reset();  // its filters are designed for the present loop
   set_plant(setup.twin, config.axes[0].wire.name, plant.delays, 1.0 / config.controller.rate_Hz);
@@ -74,17 +74,17 @@ rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
 
 /// The present setting is compared with, however little margin it has.
 bool may_run(const Candidate& candidate) {
-  if (!candidate.loop) return true;
-  return candidate.name == present_name ? candidate.loop->margins.stable : candidate.loop->worst.stable;
+  if (!candidate.judged) return true;
+  return candidate.name == present_name ? candidate.judged->margins.stable : candidate.judged->worst.stable;
 }
 
 bool is_better(const Candidate& a, const Candidate& b) {
   return a.has_run() && (!b.has_run() || a.rms_percent() < b.rms_percent());
 }
 
-const char* name_of(const controller::LoopSetting& setting) {
-  if (setting.notch) return "notch";
-  return setting.measurement_filter_Hz > 0.0 ? "low pass" : "plain";
+const char* name_of(const controller::LoopConfig& loop) {
+  if (loop.notch) return "notch";
+  return loop.measurement_filter_Hz > 0.0 ? "low pass" : "plain";
 }
 
 /// Designs for the plant of a report, judged and rehearsed.
@@ -98,51 +98,44 @@ class Rehearsed {
 
   std::vector<Candidate> candidates() const {
     const controller::AxisConfig& axis = config_.axes[0].control;
-    const controller::LoopSetting present = setting_of(axis);
-    std::vector<Candidate> all{predicted(present_name, present, axis.delays, judged(present))};
+    const double cycle_s = 1.0 / config_.controller.rate_Hz;
+    std::vector<Candidate> all{
+        predicted(present_name, controller::loop_config_of(axis.law, axis.delays, cycle_s))};
+    controller::LoopConfig plain{.delays = report_.plant.delays, .cycle_s = cycle_s};
     if (!report_.only_cautious)
-      for (const controller::LoopSetting& setting :
-           controller::designs(loop({}), report_.plant.uncertainty, report_.rule))
-        all.push_back(design(name_of(setting), setting));
-    all.push_back(
-        design("cautious", {.pi = controller::largest_gains(loop({}), corners_, report_.cautious_rule)}));
+      for (const controller::LoopConfig& loop :
+           controller::designs(plain, report_.plant.uncertainty, report_.rule))
+        all.push_back(design(name_of(loop), loop));
+    plain.pi = controller::largest_gains(plain, corners_, report_.cautious_rule);
+    all.push_back(design("cautious", plain));
     return all;
   }
 
  private:
-  controller::LoopConfig loop(const controller::LoopSetting& setting) const {
-    return {.delays = report_.plant.delays,
-            .cycle_s = 1.0 / config_.controller.rate_Hz,
-            .measurement_filter_Hz = setting.measurement_filter_Hz,
-            .notch = setting.notch};
-  }
-
   /// With the feed-forward that tracks best.
-  Candidate design(const char* name, const controller::LoopSetting& setting) const {
-    controller::Delays delays = report_.plant.delays;
-    const std::optional<controller::JudgedLoop> loop = judged(setting);  // no feed-forward is in it
-    Candidate best = predicted(name, setting, delays, loop);
+  Candidate design(const char* name, controller::LoopConfig loop) const {
+    Candidate best = predicted(name, loop);
     for (const auto& [second_order, plant_inverse] :
          {std::pair(false, false), std::pair(true, false), std::pair(false, true)}) {
-      if (second_order == best.delays.second_order && plant_inverse == best.delays.plant_inverse) continue;
-      delays.second_order = second_order;
-      delays.plant_inverse = plant_inverse;
-      Candidate other = predicted(name, setting, delays, loop);
+      const controller::Delays& tried = best.loop.delays;
+      if (second_order == tried.second_order && plant_inverse == tried.plant_inverse) continue;
+      loop.delays.second_order = second_order;
+      loop.delays.plant_inverse = plant_inverse;
+      Candidate other = predicted(name, loop);
       if (is_better(other, best)) best = std::move(other);
     }
     return best;
   }
 
-  std::optional<controller::JudgedLoop> judged(const controller::LoopSetting& setting) const {
-    if (!(setting.pi.ki_per_s > 0.0)) return std::nullopt;
-    return controller::judge(loop(setting), corners_, setting.pi);
+  /// With the plant that was found.
+  std::optional<controller::JudgedLoop> judged(controller::LoopConfig loop) const {
+    if (!(loop.pi.ki_per_s > 0.0)) return std::nullopt;
+    loop.delays = report_.plant.delays;
+    return controller::judge(loop, corners_);
   }
 
-  Candidate predicted(const char* name, const controller::LoopSetting& setting,
-                      const controller::Delays& delays,
-                      const std::optional<controller::JudgedLoop>& loop) const {
-    Candidate candidate{.name = name, .setting = setting, .delays = delays};
-    candidate.loop = loop;
+  Candidate predicted(const char* name, const controller::LoopConfig& loop) const {
+    Candidate candidate{.name = name, .loop = loop, .judged = judged(loop)};
     if (!may_run(candidate)) return candidate;
     rehearsal::Outcome outcome = outcome_of(setup_of(candidate, config_, twin_, report_.plant));
     candidate.predicted = std::move(outcome.axes[0]);
@@ -164,20 +157,15 @@ void predict_structures(Candidate& candidate, const config::Config& config, cons
         outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, plant), structure)).axes[0]));
 }
 
-/// Empty where the configuration states the sensor's delay.
-std::optional<DelayShares> delay_shares(const TuningReport& report, const config::Config& config,
-                                        const twin::Config& twin) {
-  const double delay_s = report.plant.delays.lag_s() + report.plant.delays.sensor_s();
-  if (config.axes[0].control.delays.sensor_s() > 0.0 || !(delay_s > 0.0)) return std::nullopt;
-  const auto true_um = [&](bool is_the_sensors) -> std::optional<double> {
-    rehearsal::Setup setup = setup_of(report.proposed(), config, twin, report.plant);
-    for (twin::WiredAxisConfig& axis : setup.twin.axes)
-      if (axis.wire.name == config.axes[0].wire.name) set_delay(axis.axis, delay_s, is_the_sensors);
-    const rehearsal::Outcome outcome = outcome_of(setup);
-    if (outcome.axes[0].fault.cause != controller::Cause::none) return std::nullopt;
-    return outcome.true_errors[0].total().rms_um();
-  };
-  return DelayShares{.delay_s = delay_s, .all_um = true_um(true), .none_um = true_um(false)};
+/// Of the proposed loop, where the unshared delay is all the sensor's, or none of it is. Empty: a fault.
+std::optional<double> true_rms_um(const TuningReport& report, const config::Config& config,
+                                  const twin::Config& twin, bool is_the_sensors) {
+  rehearsal::Setup setup = setup_of(report.proposed(), config, twin, report.plant);
+  for (twin::WiredAxisConfig& axis : setup.twin.axes)
+    if (axis.wire.name == config.axes[0].wire.name) set_delay(axis.axis, report.unshared_s, is_the_sensors);
+  const rehearsal::Outcome outcome = outcome_of(setup);
+  if (outcome.axes[0].fault.cause != controller::Cause::none) return std::nullopt;
+  return outcome.true_errors[0].total().rms_um();
 }
 
 }  // namespace
@@ -274,7 +262,11 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin) {
   predict_structures(report.candidates[0], config, twin, report.plant);
   if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
-  report.shares = delay_shares(report, config, twin);
+  if (config.axes[0].control.delays.sensor_s() > 0.0) return;
+  report.unshared_s = report.plant.delays.lag_s() + report.plant.delays.sensor_s();
+  if (!(report.unshared_s > 0.0)) return;
+  report.all_the_sensors_um = true_rms_um(report, config, twin, true);
+  report.none_the_sensors_um = true_rms_um(report, config, twin, false);
 }
 
 void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {
@@ -282,6 +274,21 @@ void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {
   axis.sensor.delay = std::chrono::nanoseconds(std::llround(is_the_sensors ? 1e9 * delay_s : 0.0));
   axis.plant.amplifier.bandwidth_Hz =
       is_the_sensors ? without_lag_Hz : 1.0 / (2.0 * std::numbers::pi * delay_s);
+}
+
+std::vector<std::optional<double>> tracking_floors_um(const twin::AxisConfig& stage,
+                                                      const std::vector<controller::Segment>& setpoint,
+                                                      double cycle_s) {
+  const controller::Delays chain{.amplifier_bandwidth_Hz = stage.plant.amplifier.bandwidth_Hz,
+                                 .resonance_Hz = stage.plant.mode.natural_frequency_Hz,
+                                 .damping_ratio = stage.plant.mode.damping_ratio,
+                                 .interpolated = stage.interpolate};
+  std::vector<std::optional<double>> floors;
+  floors.reserve(setpoint.size());
+  for (const controller::Segment& segment : setpoint)
+    floors.push_back(stage.plant.second_mode ? std::nullopt
+                                             : controller::tracking_floor_um(chain, cycle_s, segment.shape));
+  return floors;
 }
 
 }  // namespace hystcan::app

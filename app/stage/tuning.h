@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "app/stage/open_loop.h"
 #include "app/stage/tuning_report.h"
@@ -44,5 +45,11 @@ void predict_further(TuningReport& report, const config::Config& config, const t
 
 /// All of a delay becomes the sensor's, or the amplifier's lag.
 void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors);
+
+/// What no setpoints can avoid: the floor of the true error (controller/analysis/feed_forward_design.h) of a
+/// reference on a stage. um RMS of each segment; none where it has no floor, or the stage a second mode.
+std::vector<std::optional<double>> tracking_floors_um(const twin::AxisConfig& stage,
+                                                      const std::vector<controller::Segment>& setpoint,
+                                                      double cycle_s);
 
 }  // namespace hystcan::app

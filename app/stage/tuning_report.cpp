@@ -11,6 +11,7 @@
 #include "app/stage/config_edit.h"
 #include "app/stage/dynamics_text.h"
 #include "base/text.h"
+#include "config/schema/settings.h"
 
 namespace hystcan::app {
 namespace {
@@ -45,11 +46,11 @@ const char* preview_of(const controller::Delays& delays) {
 }
 
 std::string filter_cells(const Candidate& of) {
-  const std::string low_pass = of.setting.measurement_filter_Hz > 0.0
-                                   ? fmt::format("{:.4g}", of.setting.measurement_filter_Hz)
+  const std::string low_pass = of.loop.measurement_filter_Hz > 0.0
+                                   ? fmt::format("{:.4g}", of.loop.measurement_filter_Hz)
                                    : std::string("-");
-  const std::string notch = of.setting.notch ? describe(*of.setting.notch) : std::string("-");
-  return fmt::format(" {:>13} {:>21} {:>7}", low_pass, notch, preview_of(of.delays));
+  const std::string notch = of.loop.notch ? describe(*of.loop.notch) : std::string("-");
+  return fmt::format(" {:>13} {:>21} {:>7}", low_pass, notch, preview_of(of.loop.delays));
 }
 
 std::optional<double> true_rms_percent(const Candidate& of) {
@@ -67,12 +68,12 @@ std::string error_cell(const Candidate& of) {
 
 std::string candidate_rows(const Candidate& of, bool is_proposed) {
   const std::string first = fmt::format("{:<2}{:<12} {:>7.4g} {:>9.4g}", is_proposed ? ">" : "", of.name,
-                                        of.setting.pi.kp, of.setting.pi.ki_per_s) +
+                                        of.loop.pi.kp, of.loop.pi.ki_per_s) +
                             filter_cells(of);
-  if (!of.loop) return first + fmt::format(" {:>56}", "ki is zero: no loop to judge") + error_cell(of);
-  return first + margin_cells(of.loop->margins) + error_cell(of) +
-         fmt::format("{:<2}{:<73}", "", "  at the worst") + margin_cells(of.loop->worst) +
-         (of.loop->worst.stable ? "\n" : "  NOT STABLE\n");
+  if (!of.judged) return first + fmt::format(" {:>56}", "ki is zero: no loop to judge") + error_cell(of);
+  return first + margin_cells(of.judged->margins) + error_cell(of) +
+         fmt::format("{:<2}{:<73}", "", "  at the worst") + margin_cells(of.judged->worst) +
+         (of.judged->worst.stable ? "\n" : "  NOT STABLE\n");
 }
 
 std::string candidate_table(const TuningReport& report) {
@@ -95,7 +96,7 @@ std::string candidate_table(const TuningReport& report) {
 
 /// How much the true error depends on what is not stated.
 std::string shares_line(const TuningReport& report) {
-  if (!report.shares) return {};
+  if (!(report.unshared_s > 0.0)) return {};
   const auto percent = [&](std::optional<double> um) {
     return um ? fmt::format("{:.3f} %", 100.0 * *um / stroke_um(report)) : std::string("a fault");
   };
@@ -106,7 +107,7 @@ std::string shares_line(const TuningReport& report) {
           "{} as the delay is counted here, {} if none of it is the sensor's, {} if all is: its data sheet "
           "tells (sensor_delay_us)",
           counted ? fmt::format("{:.3f} %", *counted) : std::string("not known"),
-          percent(report.shares->none_um), percent(report.shares->all_um)));
+          percent(report.none_the_sensors_um), percent(report.all_the_sensors_um)));
 }
 
 /// Beside a proposal with less margin.
@@ -163,7 +164,7 @@ std::string rules(const TuningReport& report) {
 /// An axis with the loop of a candidate, and without anything else.
 config::AxisConfig axis_with(const Candidate& candidate) {
   config::AxisConfig axis;
-  set_loop(axis.control, candidate.setting, candidate.delays);
+  set_loop(axis.control, candidate.loop);
   return axis;
 }
 
@@ -171,31 +172,37 @@ nlohmann::json or_null(std::optional<double> value) {
   return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
+/// By the names in [axis.control.delays].
+nlohmann::json to_json(const controller::Delays& delays) {
+  constexpr std::string_view table = "axis.control.delays.";
+  config::AxisConfig axis;
+  axis.control.delays = delays;
+  nlohmann::json json;
+  config::control_text(axis, [&](const config::Setting& key, bool /*is_required*/) {
+    if (key.path.starts_with(table)) json[key.path.substr(table.size())] = nlohmann::json::parse(key.value);
+    return std::optional<std::string>();
+  });
+  return json;
+}
+
 nlohmann::json to_json(const Candidate& of) {
   nlohmann::json json{{"name", of.name},
-                      {"kp", of.setting.pi.kp},
-                      {"ki_per_s", of.setting.pi.ki_per_s},
-                      {"measurement_filter_Hz", of.setting.measurement_filter_Hz},
-                      {"notch", to_json(of.setting.notch)},
+                      {"kp", of.loop.pi.kp},
+                      {"ki_per_s", of.loop.pi.ki_per_s},
+                      {"measurement_filter_Hz", of.loop.measurement_filter_Hz},
+                      {"notch", to_json(of.loop.notch)},
                       {"margins", nullptr},
                       {"worst_margins", nullptr},
-                      {"delays",
-                       {{"command_delay_us", microseconds(of.delays.command_delay)},
-                        {"amplifier_bandwidth_Hz", of.delays.amplifier_bandwidth_Hz},
-                        {"sensor_delay_us", microseconds(of.delays.sensor_delay)},
-                        {"resonance_Hz", of.delays.resonance_Hz},
-                        {"damping_ratio", of.delays.damping_ratio},
-                        {"second_order", of.delays.second_order},
-                        {"plant_inverse", of.delays.plant_inverse}}},
+                      {"delays", to_json(of.loop.delays)},
                       {"predicted_rms_percent", nullptr},
                       {"predicted_true_rms_percent", nullptr}};
   if (of.has_run()) {
     json["predicted_rms_percent"] = of.rms_percent();
     if (const auto percent = true_rms_percent(of)) json["predicted_true_rms_percent"] = *percent;
   }
-  if (of.loop) {
-    json["margins"] = to_json(of.loop->margins);
-    json["worst_margins"] = to_json(of.loop->worst);
+  if (of.judged) {
+    json["margins"] = to_json(of.judged->margins);
+    json["worst_margins"] = to_json(of.judged->worst);
   }
   return json;
 }
@@ -228,7 +235,8 @@ std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensit
                                    : std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (candidates[i].has_run() && !is_worse_between_samples(candidates[i]) &&
-        (!candidates[i].loop || candidates[i].loop->worst.peak_sensitivity <= rounding * peak_sensitivity) &&
+        (!candidates[i].judged ||
+         candidates[i].judged->worst.peak_sensitivity <= rounding * peak_sensitivity) &&
         candidates[i].rms_percent() < least) {
       least = candidates[i].rms_percent();
       best = i;
@@ -238,7 +246,7 @@ std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensit
 
 std::string describe(const TuningReport& report) {
   const controller::Excitation::Steps& s = report.steps;
-  const controller::Delays& now = report.present().delays;
+  const controller::Delays& now = report.present().loop.delays;
   return line("experiment",
               fmt::format("axis {} of {}, {}: {} of {:g} {} about {:g} {}, {:g} s each, "
                           "{} at {:g} Hz{}",
@@ -295,10 +303,10 @@ nlohmann::json to_json(const TuningReport& report) {
   json["present"] = to_whole_json(report.present());
   json["proposed"] = to_whole_json(report.proposed());
   json["true_rms_um_by_delay_share"] = nullptr;
-  if (report.shares)
-    json["true_rms_um_by_delay_share"] = {{"delay_us", 1e6 * report.shares->delay_s},
-                                          {"none_is_the_sensors", or_null(report.shares->none_um)},
-                                          {"all_is_the_sensors", or_null(report.shares->all_um)}};
+  if (report.unshared_s > 0.0)
+    json["true_rms_um_by_delay_share"] = {{"delay_us", 1e6 * report.unshared_s},
+                                          {"none_is_the_sensors", or_null(report.none_the_sensors_um)},
+                                          {"all_is_the_sensors", or_null(report.all_the_sensors_um)}};
   json["prediction_rests_on"] = assumptions(report);
   return json;
 }

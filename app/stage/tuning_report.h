@@ -19,10 +19,9 @@ namespace hystcan::app {
 
 /// One way to set the loop of an axis, and its predicted effect.
 struct Candidate {
-  std::string name;  ///< "present", "plain", "low pass", "notch", "cautious"
-  controller::LoopSetting setting;
-  controller::Delays delays;
-  std::optional<controller::JudgedLoop> loop{};  ///< empty if ki is zero: there is no loop to judge
+  std::string name;                                ///< "present", "plain", "low pass", "notch", "cautious"
+  controller::LoopConfig loop;                     ///< its delays are those of the feed-forward
+  std::optional<controller::JudgedLoop> judged{};  ///< empty if ki is zero: there is no loop to judge
   /// Of the configured reference, with the configured structure and limits, without learning; empty: not
   /// rehearsed, as it is not stable.
   std::optional<controller::AxisOutcome> predicted{};
@@ -39,12 +38,6 @@ struct Candidate {
 /// 2 % and, where that is known, not worse between the samples.
 std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
 
-/// True errors of a loop where a measured delay is all the sensor's, or none of it is. Empty: a fault.
-struct DelayShares {
-  double delay_s = 0.0;
-  std::optional<double> all_um, none_um;
-};
-
 struct TuningReport {
   std::string config;  ///< the file's name, without its folder
   std::string axis;
@@ -59,8 +52,9 @@ struct TuningReport {
   bool only_cautious = false;
   std::vector<Candidate> candidates;  ///< the present one is the first
   std::size_t best = 0;
-  /// Of the proposed loop; empty where the configuration states the sensor's delay.
-  std::optional<DelayShares> shares;
+  double unshared_s = 0.0;  ///< of the measured delay; 0 where the configuration states the sensor's
+  /// True errors of the proposed loop where that is all the sensor's, or none of it is; empty: a fault.
+  std::optional<double> all_the_sensors_um{}, none_the_sensors_um{};
 
   const Candidate& present() const { return candidates.front(); }
   const Candidate& proposed() const { return candidates[best]; }
@@ -75,10 +69,10 @@ nlohmann::json to_json(const TuningReport& report);
 /// those of the loops from -90 on without a leap.
 std::string response_table(const TuningReport& report, const identification::Dataset& record);
 
-/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns an empty
-/// text, or why there is no picture.
-std::string draw_response(const TuningReport& report, const identification::Dataset& record,
-                          const std::filesystem::path& picture);
+/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns why there is
+/// no picture, if there is none.
+std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,
+                                         const std::filesystem::path& picture);
 
 /// Throws Error unless the name ends with .svg or .png.
 void require_picture(const std::filesystem::path& picture);

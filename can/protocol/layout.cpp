@@ -19,7 +19,7 @@ constexpr std::array<std::pair<std::string_view, int>, 9> prefixes{{{"p", -12},
                                                                     {"k", 3},
                                                                     {"M", 6}}};
 
-constexpr std::array<std::string_view, 3> base_units{"V", "A", "m"};
+constexpr std::array<std::string_view, 5> base_units{"V", "A", "m", "Hz", "s"};
 
 /// The base unit, and the exponent of its prefix.
 std::optional<std::pair<std::string_view, int>> parse(std::string_view unit) {

@@ -240,10 +240,15 @@ std::string Reader::join(std::string_view key) const {
   return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
 }
 
-void Writer::line(std::string_view key, const std::string& value, bool is_required) {
+void Writer::line(std::string_view key, const std::string& value, bool is_required,
+                  std::string_view meaning) {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
   const auto comment = remark_({path, value}, is_required);
   if (!comment) return;
+  if (layout_ == Layout::model) {
+    keys_ += fmt::format("{:<12} = {}{}{}\n", key, value, meaning.empty() ? "" : "  # ", meaning);
+    return;
+  }
   const std::string text =
       layout_ == Layout::plain ? fmt::format("{} = {}", key, value) : fmt::format("{:<22} = {}", key, value);
   if (comment->empty())
@@ -280,7 +285,8 @@ void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>
   line(key, fmt::format("[{}]", fmt::join(values, ", ")), false);
 }
 
-std::string Writer::number(double value) const {
+std::string Writer::number(double value, int digits) const {
+  if (layout_ == Layout::model) return fmt::format("{:.{}g}", value, digits);
   std::string text = fmt::format("{}", value);
   const bool is_whole = std::isfinite(value) && text.find_first_of(".e") == std::string::npos;
   return is_whole && layout_ == Layout::columns ? text + ".0" : text;

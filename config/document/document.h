@@ -79,11 +79,6 @@ struct About {
 
 double nanoseconds_per_unit(std::string_view key);
 
-template <class T>
-struct IsVector : std::false_type {};
-template <class T>
-struct IsVector<std::vector<T>> : std::true_type {};
-
 /// Fills structs from one table.
 class Reader {
  public:
@@ -198,7 +193,7 @@ class Reader {
       value = read_number(node, key, range);
     } else if constexpr (std::is_same_v<T, can::Duration>) {
       value = read_duration(node, key, range);
-    } else if constexpr (IsVector<T>::value) {
+    } else if constexpr (std::is_same_v<T, std::vector<double>>) {
       value = read_numbers(node, key, range);
     } else {
       value = read_string(node, key);
@@ -236,14 +231,15 @@ class Writer {
   enum class Layout : std::uint8_t {
     plain,    ///< `hystcan check`: each number with the fewest characters
     columns,  ///< a file: equals signs and comments below each other, numbers that are not whole have a point
+    model     ///< a model file: numbers of some digits, meanings as comments
   };
   /// `table`: in whose keys the struct's are, as path and header; empty: the file's.
   Writer(Layout layout, Remark remark, std::string table = {})
       : layout_(layout), remark_(std::move(remark)), header_(table), path_(std::move(table)) {}
 
   template <class T>
-  void required(std::string_view key, const T& value, Range = any, const About& = {}) {
-    line(key, text_of(key, value), true);
+  void required(std::string_view key, const T& value, Range = any, const About& about = {}) {
+    line(key, text_of(key, value, about.digits), true, about.meaning);
   }
   /// An infinite number and an empty text say that the key is left out. A key without a default of its own
   /// counts as required otherwise.
@@ -310,24 +306,24 @@ class Writer {
 
  private:
   template <class T>
-  std::string text_of(std::string_view key, const T& value) const {
+  std::string text_of(std::string_view key, const T& value, int digits = About{}.digits) const {
     if constexpr (std::is_same_v<T, bool>)
       return value ? "true" : "false";
     else if constexpr (std::is_same_v<T, can::Duration>)
       return number(static_cast<double>(value.count()) / nanoseconds_per_unit(key));
     else if constexpr (std::is_floating_point_v<T>)
-      return number(value);
+      return number(value, digits);
     else if constexpr (std::is_integral_v<T>)
       return std::to_string(value);
-    else if constexpr (IsVector<T>::value)
+    else if constexpr (std::is_same_v<T, std::vector<double>>)
       return list_of(value);
     else
       return toml_string(std::filesystem::path(value).string());
   }
   /// A table, or the element of a list with this index.
   void enter(std::string_view key, const std::string& index, const std::function<void(Writer&)>& body);
-  void line(std::string_view key, const std::string& value, bool is_required);
-  std::string number(double value) const;
+  void line(std::string_view key, const std::string& value, bool is_required, std::string_view meaning = {});
+  std::string number(double value, int digits = About{}.digits) const;
   std::string list_of(const std::vector<double>& values) const;
   static std::string list_of(const std::vector<std::string_view>& words);
 

@@ -54,6 +54,43 @@ bool same(const toml::source_position& a, const toml::source_position& b) {
   return a.line == b.line && a.column == b.column;
 }
 
+/// The lines of a table's own keys.
+struct OwnLines {
+  std::size_t last = 0;
+  std::size_t last_key = 0;  ///< where the last value begins
+  bool has_tables = false;   ///< with headers of their own
+};
+
+using HasHeader = std::function<bool(const toml::node&)>;
+
+void add_lines_of(const toml::node& node, const HasHeader& has_header, OwnLines& lines) {
+  if (has_header(node)) {
+    lines.has_tables = true;
+  } else if (node.is_table() && !node.as_table()->is_inline()) {  // dotted keys
+    for (const auto& [key, value] : *node.as_table()) add_lines_of(value, has_header, lines);
+  } else if (node.source().end.line > lines.last) {
+    lines.last = node.source().end.line;
+    lines.last_key = node.source().begin.line;
+  }
+}
+
+OwnLines own_lines_of(const toml::table& table, const HasHeader& has_header) {
+  OwnLines lines{.last = table.source().begin.line, .last_key = table.source().begin.line};
+  for (const auto& [key, value] : table) add_lines_of(value, has_header, lines);
+  return lines;
+}
+
+/// `key = value`, with the equals sign below that of `above`, if there is one.
+std::string aligned(const std::string& key, const std::string& value, std::string_view above) {
+  const std::size_t indent = std::min(above.find_first_not_of(" \t"), above.size());
+  const bool is_key = indent < above.size() && above[indent] != '[' && above[indent] != '#';
+  const std::size_t equals = is_key ? above.find('=') : std::string_view::npos;
+  std::string text = std::string(above.substr(0, indent)) + key;
+  if (equals != std::string_view::npos && text.size() + 1 < equals)
+    text.append(equals - 1 - text.size(), ' ');
+  return text + " = " + value;
+}
+
 }  // namespace
 
 /// What there is of a path.
@@ -158,47 +195,6 @@ void TomlEdit::insert_below(std::size_t line, const std::vector<std::string>& li
   std::string text = text_;
   take(text.insert(newline + 1, added));
 }
-
-namespace {
-
-/// The lines of a table's own keys.
-struct OwnLines {
-  std::size_t last = 0;
-  std::size_t last_key = 0;  ///< where the last value begins
-  bool has_tables = false;   ///< with headers of their own
-};
-
-using HasHeader = std::function<bool(const toml::node&)>;
-
-void add_lines_of(const toml::node& node, const HasHeader& has_header, OwnLines& lines) {
-  if (has_header(node)) {
-    lines.has_tables = true;
-  } else if (node.is_table() && !node.as_table()->is_inline()) {  // dotted keys
-    for (const auto& [key, value] : *node.as_table()) add_lines_of(value, has_header, lines);
-  } else if (node.source().end.line > lines.last) {
-    lines.last = node.source().end.line;
-    lines.last_key = node.source().begin.line;
-  }
-}
-
-OwnLines own_lines_of(const toml::table& table, const HasHeader& has_header) {
-  OwnLines lines{.last = table.source().begin.line, .last_key = table.source().begin.line};
-  for (const auto& [key, value] : table) add_lines_of(value, has_header, lines);
-  return lines;
-}
-
-/// `key = value`, with the equals sign below that of `above`, if there is one.
-std::string aligned(const std::string& key, const std::string& value, std::string_view above) {
-  const std::size_t indent = std::min(above.find_first_not_of(" \t"), above.size());
-  const bool is_key = indent < above.size() && above[indent] != '[' && above[indent] != '#';
-  const std::size_t equals = is_key ? above.find('=') : std::string_view::npos;
-  std::string text = std::string(above.substr(0, indent)) + key;
-  if (equals != std::string_view::npos && text.size() + 1 < equals)
-    text.append(equals - 1 - text.size(), ' ');
-  return text + " = " + value;
-}
-
-}  // namespace
 
 void TomlEdit::set(const std::string& path, const std::string& value) {
   if (parse_toml("value = " + value, path).size() != 1)

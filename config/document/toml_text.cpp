@@ -83,17 +83,15 @@ class Scan {
 };
 static_assert(deepest_nesting == 16 && most_key_parts == 16, "as the messages say");
 
-TextRefusal refusal_at(std::string_view text, std::size_t at, std::string what) {
+std::string refusal_at(std::string_view text, std::size_t at, const char* what) {
   const std::string_view before = text.substr(0, at);
   const std::size_t line_start = before.rfind('\n') + 1;  // 0 in the first line
-  return {.line = static_cast<std::size_t>(std::ranges::count(before, '\n')) + 1,
-          .column = at - line_start + 1,
-          .what = std::move(what)};
+  return fmt::format("{}:{}: {}", std::ranges::count(before, '\n') + 1, at - line_start + 1, what);
 }
 
 }  // namespace
 
-std::optional<TextRefusal> find_refusal(std::string_view text) {
+std::optional<std::string> find_refusal(std::string_view text) {
   Scan scan;
   for (std::size_t at = text.size() - without_byte_order_mark(text).size(); at < text.size();) {
     std::size_t next = at + 1;
@@ -131,8 +129,7 @@ toml::table parse_toml(std::string_view text, const std::string& name, std::stri
   if (const std::string_view other = refusal_of_encoding(text); !other.empty())
     throw Error(fmt::format("{}:1:1: {}", name, other));
   if (const auto refusal = find_refusal(text))
-    throw Error(
-        fmt::format("{}:{}:{}: {}, expected TOML", name, refusal->line, refusal->column, refusal->what));
+    throw Error(fmt::format("{}:{}, expected TOML", name, *refusal));
   try {
     return origin.empty() ? toml::parse(text) : toml::parse(text, origin);
   } catch (const toml::parse_error& error) {

@@ -15,15 +15,8 @@ namespace hystcan::config {
 inline constexpr std::size_t deepest_nesting = 16;
 inline constexpr std::size_t most_key_parts = 16;
 
-/// A place of a text, counted from 1, and what is wrong there.
-struct TextRefusal {
-  std::size_t line = 1;
-  std::size_t column = 1;
-  std::string what;
-};
-
-/// Why the library must not see this text; empty if it may.
-std::optional<TextRefusal> find_refusal(std::string_view text);
+/// Why the library must not see this text, after the place, counted from 1: "3:7: what"; none if it may.
+std::optional<std::string> find_refusal(std::string_view text);
 
 /// The text as a string of TOML, in quotes: a reader gets the same text back.
 std::string toml_string(std::string_view text);

@@ -51,6 +51,16 @@ std::size_t end_of_field(std::string_view line, char separator) {
   return quoted ? line.find(separator) : std::string_view::npos;  // an odd quote is a letter
 }
 
+/// A running controller reads this file too, so it must not wait for a pipe.
+std::string text_of_setpoint(const std::filesystem::path& file) {
+  constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
+  try {
+    return read_regular_file(file, largest);
+  } catch (const FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
+  }
+}
+
 }  // namespace
 
 std::string_view trimmed(std::string_view text) {
@@ -245,20 +255,6 @@ bool CsvReader::next(std::vector<double>& row) {
     row[i] = finite_number(lines_, fields_[where_[i]], wanted_[i], separator_);
   return true;
 }
-
-namespace {
-
-/// A running controller reads this file too, so it must not wait for a pipe.
-std::string text_of_setpoint(const std::filesystem::path& file) {
-  constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
-  try {
-    return read_regular_file(file, largest);
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
-  }
-}
-
-}  // namespace
 
 controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
   CsvReader reader(file, text_of_setpoint(file), {"time_s", "position_um"});

@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 4> memory_kinds{
     model::Hysteresis::kind(), model::LinearMapping::kind(), model::PrandtlIshlinskii::kind(),
     model::Preisach::kind()};
 
-/// [memory] of a memory file.
+/// A memory file.
 struct MemoryFile {
   std::string kind;
   std::string model;
@@ -32,6 +32,9 @@ struct MemoryFile {
   std::vector<double> plays;
   std::vector<double> creep;
   double time_s = 0.0;
+  // Beside [memory], in a file that a controller has saved:
+  std::vector<std::vector<double>> learnt{};  ///< [[learning]]: correction_um of each segment
+  std::optional<std::string> stop{};          ///< [stop]: the reason
 };
 
 template <class V>
@@ -52,18 +55,11 @@ void visit(V& v, MemoryFile& m) {
   v.optional("merged", m.merged);
 }
 
-/// The contents of a memory file. A file that a controller saved also has what it learnt, and [stop].
-struct Contents {
-  MemoryFile memory;
-  std::vector<std::vector<double>> learnt{};  ///< [[learning]]: correction_um of each segment
-  std::optional<std::string> stop{};          ///< [stop]: the reason
-};
-
-Contents read(const Document& document) {
-  Contents raw;
+MemoryFile read(const Document& document) {
+  MemoryFile raw;
   const auto plain = [](Reader& sub, auto& value) { visit(sub, value); };
   Reader reader(document, document.root(), "");
-  reader.table("memory", raw.memory, plain);
+  reader.table("memory", raw, plain);
   reader.optional_table("stop", raw.stop,
                         [](Reader& sub, std::string& reason) { sub.required("reason", reason); });
   // Former controllers wrote a learnt gain and offset of the model, which no longer exist.
@@ -80,9 +76,8 @@ Contents read(const Document& document) {
 }
 
 template <class Model>
-Contents read(const Document& document, const Model& model) {
-  Contents raw = read(document);
-  const MemoryFile& memory = raw.memory;
+MemoryFile read(const Document& document, const Model& model) {
+  MemoryFile memory = read(document);
   if (memory.kind != model.kind())
     document.fail_at("memory.kind", fmt::format("kind is \"{}\", expected \"{}\" as of the model",
                                                 memory.kind, model.kind()));
@@ -91,7 +86,7 @@ Contents read(const Document& document, const Model& model) {
     document.fail_at("memory.model",
                      fmt::format("model is \"{}\", expected \"{}\": the memory of another model",
                                  memory.model, fingerprint));
-  return raw;
+  return memory;
 }
 
 model::TurningPoints turning_points(const Document& document, const MemoryFile& raw) {
@@ -122,7 +117,7 @@ template <class Model>
 model::HysteresisState load_memory(const std::filesystem::path& file, const Model& model,
                                    std::size_t capacity) {
   const Document document(file, {}, largest_model_file);
-  return remembered(document, read(document, model).memory, model, capacity);
+  return remembered(document, read(document, model), model, capacity);
 }
 
 template model::HysteresisState load_memory(const std::filesystem::path&, const model::Hysteresis&,
@@ -139,15 +134,15 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
     document.fail_at("", "missing table [stop], expected a whole file that a controller has saved");
   if (document.root().at_path("memory.creep"))
     document.fail_at("memory.creep", "creep stands in a state file, expected it in a memory file only");
-  Contents raw = read(document, model);
-  return {.memory = remembered(document, raw.memory, model, model::Hysteresis::default_capacity),
+  MemoryFile raw = read(document, model);
+  return {.memory = remembered(document, raw, model, model::Hysteresis::default_capacity),
           .learnt = std::move(raw.learnt)};
 }
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t) {
   const Document document(file, {}, largest_model_file);
-  const MemoryFile raw = read(document, model).memory;
+  const MemoryFile raw = read(document, model);
   try {
     return model.restore(raw.input, raw.plays);
   } catch (const std::invalid_argument& error) {
@@ -158,7 +153,7 @@ model::PlayState load_memory(const std::filesystem::path& file, const model::Pra
 std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,
                                                          const model::OutputCreep& creep, double h) {
   const Document document(file, {}, largest_model_file);
-  const MemoryFile raw = read(document).memory;
+  const MemoryFile raw = read(document);
   const bool has_time = static_cast<bool>(document.root().at_path("memory.time_s"));
   if (!document.root().at_path("memory.creep")) {
     if (has_time) document.fail_at("memory.time_s", "time_s stands without creep, expected both");

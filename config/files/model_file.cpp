@@ -180,51 +180,6 @@ model::AnyParameters any_parameters(const Document& document, const ModelTables&
   return raw.kind == average_kind ? model::average(given) : given;
 }
 
-/// Writes a model file: the keys in a column, the numbers to the bit.
-class ModelWriter {
- public:
-  template <class T>
-  void required(std::string_view key, const T& value, Range = any, const About& about = {}) {
-    if constexpr (std::is_floating_point_v<T>)
-      line(key, fmt::format("{:.{}g}", value, about.digits), about.meaning);
-    else if constexpr (std::is_integral_v<T>)
-      line(key, fmt::format("{}", value), about.meaning);
-    else if constexpr (IsVector<T>::value)
-      line(key, fmt::format("[{:.17g}]", fmt::join(value, ", ")), about.meaning);
-    else
-      line(key, fmt::format("\"{}\"", value), about.meaning);
-  }
-  void numbers(std::string_view key, const std::vector<double>& values) {
-    if (!values.empty()) required(key, values);
-  }
-  void choice(std::string_view key, const std::string& value, std::span<const std::string_view>) {
-    required(key, value);
-  }
-  template <HasWords Enum>
-  void choice(std::string_view key, Enum value) {
-    required(key, word_of(value));
-  }
-  template <class T, class Visit>
-  void table(std::string_view key, T& value, Visit visit) {
-    text_ += fmt::format("{}[{}]\n", text_.empty() ? "" : "\n", key);
-    visit(*this, value);
-  }
-
-  template <class T, class Visit>
-  void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
-    if (value) table(key, *value, visit);
-  }
-
-  const std::string& text() const { return text_; }
-
- private:
-  void line(std::string_view key, const std::string& value, std::string_view remark) {
-    text_ += fmt::format("{:<12} = {}{}{}\n", key, value, remark.empty() ? "" : "  # ", remark);
-  }
-
-  std::string text_;
-};
-
 // Reads the kind first, because the keys depend on it.
 model::HysteresisParameters recursive_memory(const Document& document) {
   const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
@@ -285,9 +240,11 @@ std::string model_text(const model::HysteresisParameters& parameters,
                   .weights = {}};
   if (parameters.input_map) raw.input_map = parameters.input_map->coefficients();
   if (parameters.output_map) raw.output_map = parameters.output_map->coefficients();
-  ModelWriter writer;
+  Writer writer(Writer::Layout::model, [](const Setting& key, bool /*is_required*/) {
+    return key.value == "[]" ? std::nullopt : std::optional<std::string>("");
+  });
   visit_tables(writer, raw);
-  return writer.text();
+  return writer.text().substr(1);  // without the empty line before the first table
 }
 
 identification::Lag load_lag(const std::filesystem::path& file) {

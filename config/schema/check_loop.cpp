@@ -17,7 +17,7 @@ controller::LoopConfig loop_of(const AxisConfig& axis, double rate_Hz) {
   return controller::loop_config_of(axis.control.law, axis.control.delays, 1.0 / rate_Hz);
 }
 
-std::string gains_of(const controller::Pi::Config& pi) {
+std::string gains_of(const controller::PiGains& pi) {
   return fmt::format("kp {:g}, ki_per_s {:g}", pi.kp, pi.ki_per_s);
 }
 
@@ -34,17 +34,17 @@ constexpr double too_sensitive = 3.0;
 
 void check_loop(const Document& document, const Config& config, std::size_t index) {
   const AxisConfig& axis = config.axes[index];
-  const controller::Pi::Config& pi = axis.control.law.pi;
+  const controller::PiGains& pi = axis.control.law.pi;
   const controller::LinearLoop loop(loop_of(axis, config.controller.rate_Hz));
   if (controller::margins_of(loop, pi).stable) return;
-  const controller::StableGains stable = controller::largest_stable_gains(loop, pi);
+  const controller::PiGains stable = controller::largest_stable_gains(loop, pi);
   const std::string path = fmt::format("axis[{}].control.", index);
-  if (stable.ki_per_s)
+  if (stable.ki_per_s > 0.0)
     document.fail_at(
         path + "ki_per_s",
         fmt::format("the loop is unstable with {}, expected ki_per_s of at most {:g} for the plant in "
                     "delays; `hystcan tune` finds gains with margin",
-                    gains_of(pi), *stable.ki_per_s));
+                    gains_of(pi), stable.ki_per_s));
   document.fail_at(path + "kp",
                    fmt::format("the loop is unstable with {}, expected kp of less than {:g} without ki_per_s "
                                "for the plant in delays; `hystcan tune` finds gains with margin",
@@ -62,13 +62,12 @@ void plan_filters(const Document& document, Config& config, std::size_t index) {
 
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz) {
   return controller::judge(loop_of(axis, rate_Hz),
-                           controller::around(axis.control.delays, resonance_off_percent),
-                           axis.control.law.pi);
+                           controller::around(axis.control.delays, resonance_off_percent));
 }
 
 std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz) {
   const controller::JudgedLoop loop = judged_loop(axis, rate_Hz);
-  if (loop.pi.kp == 0.0 && loop.pi.ki_per_s == 0.0)
+  if (const auto& [kp, ki_per_s] = axis.control.law.pi; kp == 0.0 && ki_per_s == 0.0)
     return {"kp and ki_per_s are 0: there is no loop to judge"};
   std::vector<std::string> lines{fmt::format("the loop is stable: {}; bandwidth {:.3g} Hz",
                                              text_of(loop.margins), loop.margins.bandwidth_Hz)};

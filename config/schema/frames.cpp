@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 namespace hystcan::config {
 namespace {
 
-struct Loss {
-  const char* role;
-  const char* what;
-};
+/// A role, and what is lost without it.
+using Loss = std::pair<const char*, const char*>;
 
 constexpr Loss command_losses[] = {
     {"enable",
@@ -39,8 +39,8 @@ void add_integrity(std::vector<std::string>& lines, const std::string& place, ca
 
 void add(std::vector<std::string>& lines, const std::string& place, const can::MessageMap& map,
          std::span<const Loss> all) {
-  for (const Loss& loss : all)
-    if (!map.carries(loss.role)) lines.push_back(place + loss.what);
+  for (const auto& [role, what] : all)
+    if (!map.carries(role)) lines.push_back(place + what);
   add_integrity(lines, place, map.integrity);
 }
 

@@ -207,29 +207,6 @@ void resolve_couplings(const Document& document, Config& config) {
   }
 }
 
-}  // namespace
-
-controller::Config controller_config(const Config& config) {
-  controller::Config derived{config.controller, {}};
-  derived.axes.reserve(config.axes.size());
-  for (const AxisConfig& axis : config.axes)
-    derived.axes.push_back({.wire = axis.wire,
-                            .axis = axis.control,
-                            .live_setpoint = axis.live_setpoint,
-                            .scan_marker = axis.scan_marker});
-  return derived;
-}
-
-twin::Config twin_config(const Config& config) {
-  twin::Config derived{config.twin, {}};
-  derived.cycle = can::Duration(std::llround(1e9 / config.controller.rate_Hz));
-  derived.axes.reserve(config.axes.size());
-  for (const AxisConfig& axis : config.axes) derived.axes.push_back({.wire = axis.wire, .axis = axis.twin});
-  return derived;
-}
-
-namespace {
-
 Config load(const Document& document, const ModelFile& model_file) {
   Config config = read_config(document);
   config.database = can::load_dbc(named_file(document, "bus.dbc", config.bus.dbc));
@@ -252,6 +229,25 @@ Config load(const Document& document, const ModelFile& model_file) {
 }
 
 }  // namespace
+
+controller::Config controller_config(const Config& config) {
+  controller::Config derived{config.controller, {}};
+  derived.axes.reserve(config.axes.size());
+  for (const AxisConfig& axis : config.axes)
+    derived.axes.push_back({.wire = axis.wire,
+                            .axis = axis.control,
+                            .live_setpoint = axis.live_setpoint,
+                            .scan_marker = axis.scan_marker});
+  return derived;
+}
+
+twin::Config twin_config(const Config& config) {
+  twin::Config derived{config.twin, {}};
+  derived.cycle = can::Duration(std::llround(1e9 / config.controller.rate_Hz));
+  derived.axes.reserve(config.axes.size());
+  for (const AxisConfig& axis : config.axes) derived.axes.push_back({.wire = axis.wire, .axis = axis.twin});
+  return derived;
+}
 
 void derive(Config& config, std::size_t i) {
   controller::AxisConfig& control = config.axes[i].control;

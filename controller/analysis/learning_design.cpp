@@ -36,57 +36,45 @@ double ahead_cycles(const LoopConfig& loop) {
                       loop.cycle_s));
 }
 
-/// T of every resonance at every frequency.
-class LearningResponses {
- public:
-  LearningResponses(const LoopConfig& loop, const Pi::Config& pi, double resonance_percent) {
-    constexpr int resonances = 11;
-    const double ahead = ahead_cycles(loop);
-    for (int i = 0; i < resonances; ++i) {
-      LoopConfig actual = loop;
-      actual.delays.resonance_Hz *= 1.0 + 0.01 * resonance_percent * (2.0 * i / (resonances - 1) - 1.0);
-      const LinearLoop linear(actual);
-      Eigen::ArrayXcd response(half_grid + 1);
-      for (int k = 0; k <= half_grid; ++k) {
-        const double theta = k == 0 ? 1e-9 : theta_of(k, half_grid);
-        const Complex path = linear.plant(theta);
-        const Complex forward = feeds_forward(loop.structure) ? std::polar(1.0, theta * ahead) : 0.0;
-        const Complex feedback = feeds_back(loop.structure) ? linear(pi, theta) : 0.0;
-        response[k] = (path * forward + feedback) / (1.0 + feedback);
-      }
-      of_.push_back(std::move(response));
-    }
-  }
+/// T at every frequency, of one resonance.
+using LearningResponse = Eigen::ArrayXcd;
 
-  /// H, without a cut-off.
-  Eigen::ArrayXcd inverse() const {
-    Eigen::ArrayXcd h(half_grid + 1);
+std::vector<LearningResponse> learning_responses(const LoopConfig& loop, double resonance_percent) {
+  constexpr int resonances = 11;
+  const double ahead = ahead_cycles(loop);
+  std::vector<LearningResponse> all(resonances, LearningResponse(half_grid + 1));
+  for (int i = 0; i < resonances; ++i) {
+    LoopConfig actual = loop;
+    actual.delays.resonance_Hz *= 1.0 + 0.01 * resonance_percent * (2.0 * i / (resonances - 1) - 1.0);
+    const LinearLoop linear(actual);
     for (int k = 0; k <= half_grid; ++k) {
-      Complex lo(1e300, 1e300), hi(-1e300, -1e300);
-      for (const Eigen::ArrayXcd& t : of_) {
-        lo = {std::min(lo.real(), t[k].real()), std::min(lo.imag(), t[k].imag())};
-        hi = {std::max(hi.real(), t[k].real()), std::max(hi.imag(), t[k].imag())};
-      }
-      const Complex middle = 0.5 * (lo + hi);
-      double radius = 0.0;
-      for (const Eigen::ArrayXcd& t : of_) radius = std::max(radius, std::abs(t[k] - middle));
-      const double certain = std::max(0.0, 1.0 - radius / std::abs(middle));
-      h[k] = certain * certain * std::conj(middle) / (std::norm(middle) + regularisation);
+      const double theta = k == 0 ? 1e-9 : theta_of(k, half_grid);
+      const Complex path = linear.plant(theta);
+      const Complex forward = feeds_forward(loop.structure) ? std::polar(1.0, theta * ahead) : 0.0;
+      const Complex feedback = feeds_back(loop.structure) ? linear(loop.pi, theta) : 0.0;
+      all[static_cast<std::size_t>(i)][k] = (path * forward + feedback) / (1.0 + feedback);
     }
-    return h;
   }
+  return all;
+}
 
-  /// The largest |1 - forget - rate H T| at frequency k.
-  double growth(const Complex& h, double forget, double rate, int k) const {
-    double largest = 0.0;
-    for (const Eigen::ArrayXcd& t : of_)
-      largest = std::max(largest, std::abs(1.0 - forget - rate * h * t[k]));
-    return largest;
+/// H, without a cut-off.
+Eigen::ArrayXcd inverse_of(const std::vector<LearningResponse>& responses) {
+  Eigen::ArrayXcd h(half_grid + 1);
+  for (int k = 0; k <= half_grid; ++k) {
+    Complex lo(1e300, 1e300), hi(-1e300, -1e300);
+    for (const LearningResponse& t : responses) {
+      lo = {std::min(lo.real(), t[k].real()), std::min(lo.imag(), t[k].imag())};
+      hi = {std::max(hi.real(), t[k].real()), std::max(hi.imag(), t[k].imag())};
+    }
+    const Complex middle = 0.5 * (lo + hi);
+    double radius = 0.0;
+    for (const LearningResponse& t : responses) radius = std::max(radius, std::abs(t[k] - middle));
+    const double certain = std::max(0.0, 1.0 - radius / std::abs(middle));
+    h[k] = certain * certain * std::conj(middle) / (std::norm(middle) + regularisation);
   }
-
- private:
-  std::vector<Eigen::ArrayXcd> of_;
-};
+  return h;
+}
 
 /// 1 below the corner, 0 above 1.5 times the corner, smooth in between; of frequencies as a share of half the
 /// rate.
@@ -120,7 +108,7 @@ Complex response_of(const std::vector<double>& taps, double theta) {
 }
 
 /// Judges the taps as they are; false where some error would grow.
-bool converges(const LearningResponses& responses, const Learning::Config& config, double cycle_s,
+bool converges(const std::vector<LearningResponse>& responses, const Learning::Config& config, double cycle_s,
                LearningDesign& design) {
   const double forget = 0.01 * config.forget_percent;
   design.largest_growth = design.highest_Hz = design.slowest_Hz = 0.0;
@@ -128,7 +116,10 @@ bool converges(const LearningResponses& responses, const Learning::Config& confi
   bool lower = true;
   for (int k = 0; k <= half_grid; ++k) {
     const double theta = theta_of(k, half_grid), frequency_Hz = theta / (2.0 * half_turn * cycle_s);
-    const double growth = responses.growth(response_of(design.plan.taps, theta), forget, config.rate, k);
+    const Complex h = response_of(design.plan.taps, theta);
+    double growth = 0.0;
+    for (const LearningResponse& t : responses)
+      growth = std::max(growth, std::abs(1.0 - forget - config.rate * h * t[k]));
     design.largest_growth = std::max(design.largest_growth, growth);
     lower = lower && growth < soon(config.rate);
     if (!lower) continue;
@@ -143,9 +134,9 @@ bool converges(const LearningResponses& responses, const Learning::Config& confi
 }
 
 /// Lowers the corner until no error grows.
-bool finds_filter(const LearningResponses& responses, const Learning::Config& config, double cycle_s,
-                  LearningDesign& design) {
-  const Eigen::ArrayXcd inverse = responses.inverse();
+bool finds_filter(const std::vector<LearningResponse>& responses, const Learning::Config& config,
+                  double cycle_s, LearningDesign& design) {
+  const Eigen::ArrayXcd inverse = inverse_of(responses);
   constexpr int steps = 50;
   for (int step = 0; step < steps; ++step) {
     design.plan.taps = taps_of(inverse, 2.0 * std::pow(0.9, step), design.plan.phases);
@@ -188,8 +179,7 @@ std::optional<double> period_s(const Shape& shape) {
   return std::visit(of, shape);
 }
 
-LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, const Shape& shape,
-                               const Learning::Config& config) {
+LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const Learning::Config& config) {
   constexpr double fewest_cycles = 4.0;
   const std::optional<double> period = period_s(shape);
   if (!period) refuse("a ", to_string(shape), " does not repeat, expected a shape with a frequency_Hz");
@@ -205,7 +195,7 @@ LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, con
   if (periods < design.periods + settling_periods)
     refuse("a ", to_string(shape), " of ", periods, " periods, expected ", design.periods + settling_periods,
            " or more: the first ", design.periods, " settle");
-  const LearningResponses responses(loop, pi, config.resonance_percent);
+  const std::vector<LearningResponse> responses = learning_responses(loop, config.resonance_percent);
   const unsigned together = design.periods;
   // A short period has a short filter. Several of them together have a longer one, and learn more slowly.
   do {
@@ -228,7 +218,7 @@ std::vector<std::optional<LearningDesign>> plan_learning(AxisConfig& axis, doubl
   learning.plans.assign(axis.setpoint.size(), {});
   for (std::size_t i = 0; i < designs.size(); ++i) {
     if (!period_s(axis.setpoint[i].shape)) continue;
-    designs[i] = design_learning(loop, axis.law.pi, axis.setpoint[i].shape, learning);
+    designs[i] = design_learning(loop, axis.setpoint[i].shape, learning);
     learning.plans[i] = designs[i]->plan;
   }
   if (std::ranges::none_of(designs, [](const auto& design) { return design.has_value(); }))

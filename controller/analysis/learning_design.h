@@ -48,8 +48,7 @@ inline constexpr double longest_period_cycles = 20'000.0;
 
 /// Designs the filter of one segment. Throws std::invalid_argument where the period has fewer than 4 cycles
 /// or more than longest_period_cycles, or where no filter converges.
-LearningDesign design_learning(const LoopConfig& loop, const Pi::Config& pi, const Shape& shape,
-                               const Learning::Config& config);
+LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const Learning::Config& config);
 
 /// Fills ahead_cycles and plans of the axis's learning, if it has one, for each segment that repeats. Throws
 /// std::invalid_argument where no segment repeats, or as design_learning.

@@ -44,94 +44,6 @@ std::vector<Complex> poles_of(const Delays& delays) {
   return poles;
 }
 
-}  // namespace
-
-HeldPlant::HeldPlant(const Delays& delays, double cycle_s, double longer_s) {
-  require_positive("cycle_s", cycle_s);
-  const std::vector<Complex> poles = poles_of(delays);
-  const double delay_s = delays.pure_s() + longer_s;
-  if (!std::isfinite(delay_s) || std::abs(delay_s) > 1e6 * cycle_s)
-    refuse("delay_s = ", delay_s, ", expected less than a million cycles");
-  constexpr double rounding = 1e-9;                               // a delay of whole cycles in nanoseconds
-  const double cycles = std::ceil(delay_s / cycle_s - rounding);  // j
-  const double rest_s = cycles * cycle_s - delay_s;               // tau
-  plant_.delay_cycles = static_cast<int>(cycles);
-  plant_.interpolated = delays.interpolated;
-  plant_.constant = rest_s / cycle_s;
-  for (std::size_t i = 0; i < poles.size(); ++i) {
-    Complex share = -1.0;  // c_i
-    for (std::size_t k = 0; k < poles.size(); ++k)
-      if (k != i) share *= poles[k] / (poles[k] - poles[i]);
-    if (plant_.interpolated) {
-      share /= poles[i] * cycle_s;
-      plant_.constant -= share.real();  // the imaginary parts of a pair add up to zero
-    }
-    plant_.terms[i] = {share * std::exp(poles[i] * rest_s), std::exp(poles[i] * cycle_s)};
-  }
-}
-
-std::complex<double> HeldPlant::response(double theta) const {
-  const Complex w = std::polar(1.0, -theta);
-  Complex sum = 0.0;
-  for (const PlantRecursion::Term& term : plant_.terms) sum += term.share / (1.0 - term.decay * w);
-  const Complex late = std::polar(1.0, -theta * plant_.delay_cycles);
-  if (!plant_.interpolated) return late * (1.0 + (1.0 - w) * sum);
-  return late * (w + (1.0 - w) * (plant_.constant + (1.0 - w) * sum));
-}
-
-Complex response_between_samples(const Delays& delays, double cycle_s, double frequency_Hz) {
-  const Complex s(0.0, whole_turn * frequency_Hz);
-  const Complex u = s / (whole_turn * delays.resonance_Hz);
-  const Complex st = s * cycle_s;
-  const Complex held = frequency_Hz == 0.0 ? 1.0 : (1.0 - std::exp(-st)) / st;
-  return (delays.interpolated ? held * held : held) /
-         (1.0 + s / (whole_turn * delays.amplifier_bandwidth_Hz)) /
-         (1.0 + 2.0 * delays.damping_ratio * u + u * u);
-}
-
-namespace {
-
-using Complex = std::complex<double>;
-
-}  // namespace
-
-LoopConfig loop_config_of(const ControlLaw::Config& law, const Delays& delays, double cycle_s) {
-  return {.delays = delays,
-          .cycle_s = cycle_s,
-          .measurement_filter_Hz = law.measurement_filter_Hz,
-          .notch = law.notch,
-          .structure = law.structure};
-}
-
-Complex pi_response(const Pi::Config& pi, double cycle_s, double theta) {
-  const Complex z = std::polar(1.0, theta);
-  return pi.kp + pi.ki_per_s * cycle_s * z / (z - 1.0);
-}
-
-LinearLoop::LinearLoop(const LoopConfig& config, double longer_s)
-    : config_(config), plant_(config.delays, config.cycle_s, longer_s) {
-  if (config.notch) coefficients_ = Notch::design(*config.notch, config.cycle_s);
-  if (config.measurement_filter_Hz > 0.0)
-    filter_pole_ = std::exp(-2.0 * std::numbers::pi * config.measurement_filter_Hz * config.cycle_s);
-}
-
-Complex LinearLoop::notch(double theta) const {
-  const Complex w = std::polar(1.0, -theta);
-  const Notch::Coefficients& c = coefficients_;
-  return (c.b0 + w * (c.b1 + w * c.b2)) / (1.0 + w * (c.a1 + w * c.a2));
-}
-
-Complex LinearLoop::plant(double theta) const { return notch(theta) * plant_.response(theta); }
-
-Complex LinearLoop::filter(double theta) const {
-  return (1.0 - filter_pole_) / (1.0 - filter_pole_ * std::polar(1.0, -theta));
-}
-
-Complex LinearLoop::without_gains(double theta) const { return filtered(theta, unfiltered(theta)); }
-
-namespace {
-
-using Complex = std::complex<double>;
 constexpr double pi_ = std::numbers::pi;
 constexpr double on_the_axis = -pi_ + 1e-9;  // with room for rounding
 
@@ -162,7 +74,7 @@ void require_gain(const char* name, double value) {
 /// Walks along the frequencies and collects the margins.
 class Walk {
  public:
-  Walk(const LinearLoop& loop, const Pi::Config& pi) : loop_(loop), pi_gains_(pi) {
+  Walk(const LinearLoop& loop, const PiGains& pi) : loop_(loop), pi_gains_(pi) {
     found_.phase_margin_deg = 180.0;
   }
 
@@ -209,7 +121,7 @@ class Walk {
   }
 
   const LinearLoop& loop_;
-  Pi::Config pi_gains_;
+  PiGains pi_gains_;
   Margins found_;
   double least_distance_ = std::numeric_limits<double>::infinity();  ///< least |1 + L|^2
   double at_180_ = 0.0;  ///< the largest |L| at which L is real and negative
@@ -245,6 +157,86 @@ std::optional<double> largest(const std::function<bool(double)>& stable, double 
 
 }  // namespace
 
+PlantRecursion::Config held_plant(const Delays& delays, double cycle_s, double longer_s) {
+  require_positive("cycle_s", cycle_s);
+  const std::vector<Complex> poles = poles_of(delays);
+  const double delay_s = delays.pure_s() + longer_s;
+  if (!std::isfinite(delay_s) || std::abs(delay_s) > 1e6 * cycle_s)
+    refuse("delay_s = ", delay_s, ", expected less than a million cycles");
+  constexpr double rounding = 1e-9;                               // a delay of whole cycles in nanoseconds
+  const double cycles = std::ceil(delay_s / cycle_s - rounding);  // j
+  const double rest_s = cycles * cycle_s - delay_s;               // tau
+  PlantRecursion::Config plant;
+  plant.delay_cycles = static_cast<int>(cycles);
+  plant.interpolated = delays.interpolated;
+  plant.constant = rest_s / cycle_s;
+  for (std::size_t i = 0; i < poles.size(); ++i) {
+    Complex share = -1.0;  // c_i
+    for (std::size_t k = 0; k < poles.size(); ++k)
+      if (k != i) share *= poles[k] / (poles[k] - poles[i]);
+    if (plant.interpolated) {
+      share /= poles[i] * cycle_s;
+      plant.constant -= share.real();  // the imaginary parts of a pair add up to zero
+    }
+    plant.terms[i] = {share * std::exp(poles[i] * rest_s), std::exp(poles[i] * cycle_s)};
+  }
+  return plant;
+}
+
+Complex response_of(const PlantRecursion::Config& plant, double theta) {
+  const Complex w = std::polar(1.0, -theta);
+  Complex sum = 0.0;
+  for (const PlantRecursion::Term& term : plant.terms) sum += term.share / (1.0 - term.decay * w);
+  const Complex late = std::polar(1.0, -theta * plant.delay_cycles);
+  if (!plant.interpolated) return late * (1.0 + (1.0 - w) * sum);
+  return late * (w + (1.0 - w) * (plant.constant + (1.0 - w) * sum));
+}
+
+Complex response_between_samples(const Delays& delays, double cycle_s, double frequency_Hz) {
+  const Complex s(0.0, whole_turn * frequency_Hz);
+  const Complex u = s / (whole_turn * delays.resonance_Hz);
+  const Complex st = s * cycle_s;
+  const Complex held = frequency_Hz == 0.0 ? 1.0 : (1.0 - std::exp(-st)) / st;
+  return (delays.interpolated ? held * held : held) /
+         (1.0 + s / (whole_turn * delays.amplifier_bandwidth_Hz)) /
+         (1.0 + 2.0 * delays.damping_ratio * u + u * u);
+}
+
+LoopConfig loop_config_of(const ControlLaw::Config& law, const Delays& delays, double cycle_s) {
+  return {.delays = delays,
+          .cycle_s = cycle_s,
+          .pi = law.pi,
+          .measurement_filter_Hz = law.measurement_filter_Hz,
+          .notch = law.notch,
+          .structure = law.structure};
+}
+
+Complex pi_response(const PiGains& pi, double cycle_s, double theta) {
+  const Complex z = std::polar(1.0, theta);
+  return pi.kp + pi.ki_per_s * cycle_s * z / (z - 1.0);
+}
+
+LinearLoop::LinearLoop(const LoopConfig& config, double longer_s)
+    : config_(config), plant_(held_plant(config.delays, config.cycle_s, longer_s)) {
+  if (config.notch) coefficients_ = Notch::design(*config.notch, config.cycle_s);
+  if (config.measurement_filter_Hz > 0.0)
+    filter_pole_ = std::exp(-2.0 * std::numbers::pi * config.measurement_filter_Hz * config.cycle_s);
+}
+
+Complex LinearLoop::notch(double theta) const {
+  const Complex w = std::polar(1.0, -theta);
+  const Notch::Coefficients& c = coefficients_;
+  return (c.b0 + w * (c.b1 + w * c.b2)) / (1.0 + w * (c.a1 + w * c.a2));
+}
+
+Complex LinearLoop::plant(double theta) const { return notch(theta) * unfiltered(theta); }
+
+Complex LinearLoop::filter(double theta) const {
+  return (1.0 - filter_pole_) / (1.0 - filter_pole_ * std::polar(1.0, -theta));
+}
+
+Complex LinearLoop::without_gains(double theta) const { return filtered(theta, unfiltered(theta)); }
+
 Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density) {
   const int even = static_cast<int>(1000 * density), slow = static_cast<int>(3000 * density),
             close = static_cast<int>(300 * density);
@@ -273,7 +265,7 @@ Responses responses_of(const LinearLoop& loop) {
   return {integral, plant};
 }
 
-Margins margins_of(const LinearLoop& loop, const Pi::Config& pi) {
+Margins margins_of(const LinearLoop& loop, const PiGains& pi) {
   require_gain("ki_per_s", pi.ki_per_s);
   require_gain("kp", pi.kp);
   return Walk(loop, pi).along(frequencies_for(loop.config()));
@@ -289,14 +281,14 @@ Margins worse_of(const Margins& a, const Margins& b) {
           .bandwidth_Hz = std::min(a.bandwidth_Hz, b.bandwidth_Hz)};
 }
 
-StableGains largest_stable_gains(const LinearLoop& loop, const Pi::Config& pi) {
+PiGains largest_stable_gains(const LinearLoop& loop, const PiGains& pi) {
   constexpr double least_share = 1e-9;
   require_gain("kp", pi.kp);
   const double cycle_s = loop.config().cycle_s, most_ki_per_s = std::max(pi.ki_per_s, 10.0 / cycle_s);
   const Responses of = responses_of(loop);
   const auto with_ki = [&](double ki_per_s) { return is_stable(of, pi.kp, ki_per_s * cycle_s); };
   if (const auto ki_per_s = largest(with_ki, least_share * most_ki_per_s, most_ki_per_s))
-    return {.kp = pi.kp, .ki_per_s = ki_per_s};
+    return {.kp = pi.kp, .ki_per_s = *ki_per_s};
   const auto with_kp = [&](double kp) { return is_stable(of, kp, 0.0); };
   return {.kp = largest(with_kp, least_share, std::max(pi.kp, 10.0)).value_or(0.0)};
 }

@@ -33,21 +33,14 @@ namespace hystcan::controller {
 // Interpolated: the amplifier moves in a straight line from the last setpoint to the new one, within one
 // cycle.
 
-class HeldPlant {
- public:
-  /// `longer_s` is added to the delays. Throws std::invalid_argument where a parameter is not finite or out
-  /// of range.
-  HeldPlant(const Delays& delays, double cycle_s, double longer_s = 0.0);
+/// As a recursion, without a notch. `longer_s` is added to the delays. Throws std::invalid_argument where a
+/// parameter is not finite or out of range.
+///
+///   share: c_i e^{p_i tau};  interpolated: c_i e^{p_i tau} / (p_i T).   constant: (tau - sum c_i / p_i) / T
+PlantRecursion::Config held_plant(const Delays& delays, double cycle_s, double longer_s = 0.0);
 
-  /// G(e^{i theta}), theta = 2 pi f T.
-  std::complex<double> response(double theta) const;
-  /// The same as a recursion, without a notch.
-  const PlantRecursion::Config& recursion() const { return plant_; }
-
- private:
-  /// share: c_i e^{p_i tau};  interpolated: c_i e^{p_i tau} / (p_i T). constant: (tau - sum c_i / p_i) / T
-  PlantRecursion::Config plant_;
-};
+/// G(e^{i theta}), theta = 2 pi f T.
+std::complex<double> response_of(const PlantRecursion::Config& held_plant, double theta);
 
 /// From the setpoints to the position between the samples, without pure delays and without the sensor:
 ///
@@ -63,12 +56,13 @@ std::complex<double> response_between_samples(const Delays& delays, double cycle
 //   PI = kp + ki T z / (z - 1)                     controller/control/law.h
 //   F                                              low pass of the error (measurement_filter_Hz)
 //   N                                              notch of the demand
-//   G                                              the held plant with all delays (HeldPlant)
+//   G                                              the held plant with all delays (held_plant)
 
-/// What closes the loop beside the gains, and what the reference does in it.
+/// What closes the loop, and what the reference does in it.
 struct LoopConfig {
   Delays delays;
   double cycle_s = 1e-3;
+  PiGains pi{};
   double measurement_filter_Hz = 0.0;  ///< 0: none
   std::optional<Notch::Config> notch{};
   Structure structure = Structure::inverse_pi;
@@ -76,7 +70,7 @@ struct LoopConfig {
 LoopConfig loop_config_of(const ControlLaw::Config& law, const Delays& delays, double cycle_s);
 
 /// PI without a number of its own: kp + ki T z / (z - 1).
-std::complex<double> pi_response(const Pi::Config& pi, double cycle_s, double theta);
+std::complex<double> pi_response(const PiGains& pi, double cycle_s, double theta);
 
 class LinearLoop {
  public:
@@ -93,12 +87,12 @@ class LinearLoop {
   /// F P: the loop without its gains.
   std::complex<double> without_gains(double theta) const;
   /// without_gains() in two parts: the plant alone, and a plant's response behind notch and low pass.
-  std::complex<double> unfiltered(double theta) const { return plant_.response(theta); }
+  std::complex<double> unfiltered(double theta) const { return response_of(plant_, theta); }
   std::complex<double> filtered(double theta, const std::complex<double>& plant) const {
     return filter(theta) * (notch(theta) * plant);
   }
   /// L.
-  std::complex<double> operator()(const Pi::Config& pi, double theta) const {
+  std::complex<double> operator()(const PiGains& pi, double theta) const {
     return pi_response(pi, config_.cycle_s, theta) * without_gains(theta);
   }
 
@@ -106,7 +100,7 @@ class LinearLoop {
   std::complex<double> filter(double theta) const;
 
   LoopConfig config_;
-  HeldPlant plant_;
+  PlantRecursion::Config plant_;
   Notch::Coefficients coefficients_;
   double filter_pole_ = 0.0;  ///< e^{-2 pi f T}
 };
@@ -138,17 +132,13 @@ struct Responses {
 Responses responses_of(const LinearLoop& loop);
 
 /// Throws std::invalid_argument where a gain is negative or not finite.
-Margins margins_of(const LinearLoop& loop, const Pi::Config& pi);
+Margins margins_of(const LinearLoop& loop, const PiGains& pi);
 
 /// The worst of both, margin by margin.
 Margins worse_of(const Margins& a, const Margins& b);
 
-/// The gains that this loop is stable with.
-struct StableGains {
-  double kp = 0.0;                   ///< the present one, or the largest where that is too large
-  std::optional<double> ki_per_s{};  ///< the largest with the present kp; empty: none, kp is too large
-};
-/// Two digits, rounded down.
-StableGains largest_stable_gains(const LinearLoop& loop, const Pi::Config& pi);
+/// The present kp with the largest ki that is stable with it; where none is, the largest kp and no ki. Two
+/// digits, rounded down.
+PiGains largest_stable_gains(const LinearLoop& loop, const PiGains& pi);
 
 }  // namespace hystcan::controller

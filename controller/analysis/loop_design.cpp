@@ -234,8 +234,8 @@ std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertai
   return corners;
 }
 
-Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
-                         const SensitivityRule& rule) {
+PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                      const SensitivityRule& rule) {
   require(rule);
   const Responses of =
       responses_of(config, plants_of(config, widened(uncertainty, rule.resonance_percent), exact_density));
@@ -246,8 +246,8 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
           .ki_per_s = rounded_down(best.ki_per_cycle / config.cycle_s)};
 }
 
-Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
-                         const CautiousRule& rule) {
+PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                      const CautiousRule& rule) {
   require(rule);
   const Responses of = responses_of(LinearLoop(config));
   Best best;
@@ -268,16 +268,16 @@ Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncer
           .ki_per_s = rounded_down(best.ki_per_cycle / config.cycle_s)};
 }
 
-Pi::Config unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty) {
+PiGains unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty) {
   constexpr double share = 0.125;
   double most_per_s = std::numeric_limits<double>::infinity();
   for (const LinearLoop& corner : corners_of(config, uncertainty))
-    most_per_s = std::min(most_per_s, largest_stable_gains(corner, {}).ki_per_s.value_or(0.0));
+    most_per_s = std::min(most_per_s, largest_stable_gains(corner, {}).ki_per_s);
   return {.ki_per_s = rounded_down(share * most_per_s)};
 }
 
-std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
-                                 const SensitivityRule& rule) {
+std::vector<LoopConfig> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                                const SensitivityRule& rule) {
   require(rule);
   const PlantUncertainty corners = widened(uncertainty, rule.resonance_percent);
   LoopConfig plain = config;
@@ -293,21 +293,21 @@ std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertaint
     add(with_notch(plain, corners, rule, deep_notches));
     add(with_notch(plain, corners, rule, shallow_notches));
   }
-  std::vector<LoopSetting> settings{{.pi = largest_gains(plain, uncertainty, rule)}};
-  for (const LoopConfig& one : filtered) {
-    const Pi::Config pi = largest_gains(one, uncertainty, rule);
-    if (pi.ki_per_s > settings.front().pi.ki_per_s)
-      settings.push_back({.pi = pi, .measurement_filter_Hz = one.measurement_filter_Hz, .notch = one.notch});
+  plain.pi = largest_gains(plain, uncertainty, rule);
+  std::vector<LoopConfig> better{plain};
+  for (LoopConfig& one : filtered) {
+    one.pi = largest_gains(one, uncertainty, rule);
+    if (one.pi.ki_per_s > plain.pi.ki_per_s) better.push_back(one);
   }
-  std::ranges::stable_sort(settings, std::greater{}, [](const LoopSetting& of) { return of.pi.ki_per_s; });
-  return settings;
+  std::ranges::stable_sort(better, std::greater{}, [](const LoopConfig& of) { return of.pi.ki_per_s; });
+  return better;
 }
 
-JudgedLoop judge(const LoopConfig& config, const PlantUncertainty& uncertainty, const Pi::Config& pi) {
-  JudgedLoop judged{.pi = pi, .margins = margins_of(LinearLoop(config), pi), .worst = {}};
-  judged.worst = judged.margins;
+JudgedLoop judge(const LoopConfig& config, const PlantUncertainty& uncertainty) {
+  const Margins margins = margins_of(LinearLoop(config), config.pi);
+  JudgedLoop judged{.margins = margins, .worst = margins};
   for (const LinearLoop& corner : corners_of(config, uncertainty))
-    judged.worst = worse_of(judged.worst, margins_of(corner, pi));
+    judged.worst = worse_of(judged.worst, margins_of(corner, config.pi));
   return judged;
 }
 

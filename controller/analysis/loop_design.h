@@ -57,37 +57,30 @@ struct CautiousRule {
   double gain_margin = 2.0;  ///< 6 dB
 };
 
-/// What a rule chooses.
-struct LoopSetting {
-  Pi::Config pi;
-  double measurement_filter_Hz = 0.0;
-  std::optional<Notch::Config> notch{};
-};
-
 /// The largest gains with the notch and the low pass of `config`. Throws std::invalid_argument where the rule
 /// is out of range.
-Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
-                         const SensitivityRule& rule);
+PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                      const SensitivityRule& rule);
 /// The same by the cautious rule, for the plant of `config`; where the samples fold the mode, with less of
 /// both so that it holds at every corner.
-Pi::Config largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
-                         const CautiousRule& rule);
+PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                      const CautiousRule& rule);
 
 /// An integral gain alone, an eighth of what is stable at every corner: for a plant that is not measured.
-Pi::Config unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty);
+PiGains unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
 /// Gains without a filter, with the best low pass, and where a record has shown the mode with the best deep
 /// notch, the best shallow one, and notches of several widths that cancel the mode, in the order of
 /// descending ki. Which one tracks best depends on the reference: a notch delays and shapes the feed-forward
-/// too. A filter that allows no more ki than none is left out.
-std::vector<LoopSetting> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
-                                 const SensitivityRule& rule);
+/// too. A filter that allows no more ki than none is left out. Gains and filters of `config` have no part in
+/// it.
+std::vector<LoopConfig> designs(const LoopConfig& config, const PlantUncertainty& uncertainty,
+                                const SensitivityRule& rule);
 
 struct JudgedLoop {
-  Pi::Config pi;
   Margins margins;  ///< for the plant of the configuration
   Margins worst;    ///< each has its worst value at the corners
 };
-JudgedLoop judge(const LoopConfig& config, const PlantUncertainty& uncertainty, const Pi::Config& pi);
+JudgedLoop judge(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
 }  // namespace hystcan::controller

@@ -28,7 +28,7 @@ bool is_line(const model::HysteresisParameters& model) {
 
 /// Gains this small do not make the mode grow, even with an eighth of its damping: what rings is the
 /// reference.
-bool can_oscillate(const Pi::Config& pi, const Delays& delays) {
+bool can_oscillate(const PiGains& pi, const Delays& delays) {
   const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
   return 8.0 * std::hypot(pi.kp, integral) > 2.0 * delays.damping_ratio;
 }

@@ -61,11 +61,9 @@ constexpr bool feeds_back(Structure structure) {
 }
 
 /// Proportional and integral action:  PI(e) = kp e + ki integral(e) dt,  e and the result in um.
-struct Pi {
-  struct Config {
-    double kp = 0.0;        ///< um per um
-    double ki_per_s = 0.0;  ///< 1/s
-  };
+struct PiGains {
+  double kp = 0.0;        ///< um per um
+  double ki_per_s = 0.0;  ///< 1/s
 };
 
 class ControlLaw {
@@ -75,7 +73,7 @@ class ControlLaw {
     Structure structure = Structure::inverse_pi;
     model::HysteresisParameters model;
     std::optional<model::OutputCreep::Config> creep{};  ///< of the model
-    Pi::Config pi;
+    PiGains pi;
     double deadband_um = 0.0;            ///< an error within it counts as 0, a greater one is reduced by it
     double measurement_filter_Hz = 0.0;  ///< corner of the low pass, 0: none
     std::optional<Notch::Config> notch{};

@@ -114,7 +114,7 @@ void Learning::learn(const Trajectory::Point& point, std::optional<double> error
 void Learning::interrupt() {
   for (Segment& segment : segments_) {
     segment.valid = 0;
-    segment.judgement.begin_period();
+    segment.judgement.present = {};
   }
 }
 
@@ -153,37 +153,29 @@ bool Learning::Judgement::is_glitch(double error_um) const {
   return periods > 0 && std::abs(error_um) > glitch_factor * first_largest_um;
 }
 
-double Learning::Judgement::rms_um() const {
-  return judged == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(judged));
-}
-
-void Learning::Judgement::begin_period() {
-  sum_of_squares = largest_um = 0.0;
-  judged = 0;
-}
-
 void Learning::judge(Segment& segment, const Plan& plan, double error_um) {
   Judgement& judgement = segment.judgement;
-  if (judgement.judged == std::max(plan.phases, plan.judged)) {
+  metrics::ErrorStatistics& present = judgement.present;
+  if (present.samples == std::max(plan.phases, plan.judged)) {
     conclude(segment);
-    judgement.begin_period();
+    present = {};
   }
   const double counted_um =
       judgement.is_glitch(error_um) ? glitch_factor * judgement.first_largest_um : error_um;
-  ++judgement.judged;
-  judgement.sum_of_squares += counted_um * counted_um;
-  judgement.largest_um = std::max(judgement.largest_um, std::abs(error_um));
+  ++present.samples;
+  present.sum_of_squares += counted_um * counted_um;
+  present.max_um = std::max(present.max_um, std::abs(error_um));
 }
 
 void Learning::conclude(Segment& segment) {
   Judgement& judgement = segment.judgement;
-  const double rms_um = judgement.rms_um();
+  const double rms_um = judgement.present.rms_um();
   const bool is_without_learning = judgement.periods == 0 || judgement.resting > 0;
   ++judgement.periods;
   if (judgement.resting > 0) --judgement.resting;
   if (is_without_learning) {
     judgement.first_rms_um = rms_um;
-    judgement.first_largest_um = judgement.largest_um;
+    judgement.first_largest_um = judgement.present.max_um;
   }
   judgement.grown = rms_um > grown_factor * judgement.first_rms_um ? judgement.grown + 1 : 0;
   ++report_.periods;
@@ -222,7 +214,7 @@ void Learning::continue_from(const Learning& before) {
     if (segments_[i].correction_um.size() != before.segments_[i].correction_um.size()) continue;
     std::ranges::copy(before.segments_[i].correction_um, segments_[i].correction_um.begin());
     segments_[i].judgement = before.segments_[i].judgement;
-    segments_[i].judgement.begin_period();
+    segments_[i].judgement.present = {};
   }
 }
 

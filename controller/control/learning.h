@@ -37,6 +37,7 @@
 
 #include "base/words.h"
 #include "controller/reference/trajectory.h"
+#include "metrics/statistics.h"
 
 namespace hystcan::controller {
 
@@ -125,9 +126,7 @@ class Learning {
 
   /// What the errors of a segment were in the periods that were undisturbed from end to end.
   struct Judgement {
-    double sum_of_squares = 0.0;  ///< of the present period
-    std::size_t judged = 0;
-    double largest_um = 0.0;  ///< |error| of the present period
+    metrics::ErrorStatistics present{};  ///< of the present period; a glitch counts less in its square
     std::uint32_t periods = 0;
     double first_rms_um = 0.0, first_largest_um = 0.0;  ///< of the period without learning
     unsigned grown = 0;    ///< periods in a row with a larger error than that one
@@ -137,8 +136,6 @@ class Learning {
     bool has_ended() const;
     bool is_idle() const;  ///< rests, or has ended: no correction, nothing is learnt
     bool is_glitch(double error_um) const;
-    double rms_um() const;  ///< of the present period
-    void begin_period();
   };
 
   struct Segment {

@@ -129,7 +129,7 @@ double ClosedLoop::preview_s(double cycle_s) {
 /// How far ahead the last cycle has looked.
 double ClosedLoop::previewed_s() const {
   if (moments_for_s_ == 0.0) return 0.0;
-  const double cycles = plant_inverse_ ? ReferenceFilter::reach : delays_.second_order ? 1.0 : 0.0;
+  const double cycles = plant_inverse_ ? feed_forward_reach : delays_.second_order ? 1.0 : 0.0;
   return moments_.mean_s + cycles * moments_for_s_;
 }
 

@@ -11,8 +11,8 @@ bool ReferenceWindow::continues(double t_s, double cycle_s) const {
 }
 
 void ReferenceWindow::push(double value) {
-  values_[oldest_] = values_[oldest_ + ReferenceFilter::size] = value;
-  oldest_ = (oldest_ + 1) % ReferenceFilter::size;
+  values_[oldest_] = values_[oldest_ + std::tuple_size_v<FeedForwardWeights>] = value;
+  oldest_ = (oldest_ + 1) % std::tuple_size_v<FeedForwardWeights>;
 }
 
 double PlantRecursion::step(const Config& config, State& state, double input) {

@@ -21,13 +21,12 @@
 
 namespace hystcan::controller {
 
-struct ReferenceFilter {
-  static constexpr int reach = 4;
-  static constexpr std::size_t size = 2 * reach + 1;
-  std::array<double, size> weights{};  ///< w_k
-};
+/// k is at most this.
+inline constexpr int feed_forward_reach = 4;
+/// w_k.
+using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 
-/// The values of a reference that a filter needs. A cycle looks up only the newest one: what was looked up
+/// The values of a reference that its weighted sum needs. A cycle looks up only the newest one: what was looked up
 /// does not change any more, because the reference stays as it is until the end of the preview.
 class ReferenceWindow {
  public:
@@ -36,12 +35,13 @@ class ReferenceWindow {
   bool continues(double t_s, double cycle_s) const;
   /// Called once per cycle. `reference(t_s)`.
   template <class Reference>
-  double filtered(const ReferenceFilter& filter, double t_s, double cycle_s, const Reference& reference);
+  double filtered(const FeedForwardWeights& weights, double t_s, double cycle_s, const Reference& reference);
 
  private:
   void push(double value);
 
-  std::array<double, 2 * ReferenceFilter::size> values_{};  ///< twice, so that each window lies in one piece
+  std::array<double, 2 * std::tuple_size_v<FeedForwardWeights>>
+      values_{};  ///< twice, so that each window lies in one piece
   std::size_t oldest_ = 0;
   double last_s_ = 0.0;
   bool filled_ = false;
@@ -74,7 +74,7 @@ struct PlantRecursion {
 class PlantInverse {
  public:
   struct Config {
-    ReferenceFilter feed_forward;
+    FeedForwardWeights feed_forward;
     PlantRecursion::Config plant;
   };
 
@@ -102,17 +102,16 @@ class PlantInverse {
 };
 
 template <class Reference>
-double ReferenceWindow::filtered(const ReferenceFilter& filter, double t_s, double cycle_s,
+double ReferenceWindow::filtered(const FeedForwardWeights& weights, double t_s, double cycle_s,
                                  const Reference& reference) {
   if (continues(t_s, cycle_s))
-    push(reference(t_s + ReferenceFilter::reach * cycle_s));
+    push(reference(t_s + feed_forward_reach * cycle_s));
   else
-    for (int k = -ReferenceFilter::reach; k <= ReferenceFilter::reach; ++k)
-      push(reference(t_s + k * cycle_s));
+    for (int k = -feed_forward_reach; k <= feed_forward_reach; ++k) push(reference(t_s + k * cycle_s));
   last_s_ = t_s;
   filled_ = true;
   double sum = 0.0;
-  for (std::size_t i = 0; i < filter.weights.size(); ++i) sum += filter.weights[i] * values_[oldest_ + i];
+  for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * values_[oldest_ + i];
   return sum;
 }
 

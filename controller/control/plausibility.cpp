@@ -10,6 +10,19 @@ namespace {
 constexpr double margin_share = 0.05;
 constexpr double late_cycles = 4.0, late_lags = 5.0;
 
+/// Reversals that it remembers; deeper ones are merged.
+constexpr std::size_t capacity = 64;
+
+constexpr double mean_cycles = 2.0, rest_cycles = 200.0;
+constexpr double floor_share = 0.003;  // of e
+constexpr double backwards_share = 0.25;
+constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;  // of the drive's range
+constexpr unsigned least_cycles = 6;  // in these shares: of a ramp that is fast for its rate
+constexpr unsigned contradictions_to_trip = 3;
+
+/// Share by which a mean over this time comes closer to a sample.
+double weight(const AxisInput& input, double time_s) { return input.dt_s / (input.dt_s + time_s); }
+
 }  // namespace
 
 void OutputCheck::restart(double drive) {
@@ -48,13 +61,6 @@ bool OutputCheck::agrees(double drive, double slew_per_s, const AxisInput& input
          output <= std::ranges::max(spans_, {}, &model::Interval::hi).hi + margin;
 }
 
-namespace {
-
-/// Reversals that it remembers; deeper ones are merged.
-constexpr std::size_t capacity = 64;
-
-}  // namespace
-
 Course::Course(const model::HysteresisParameters& parameters, const Delays& delays)
     : model_(parameters),
       delays_(delays),
@@ -84,20 +90,6 @@ model::Interval Course::moved_um(const Mark& since) const {
   const auto [least, most] = std::ranges::minmax(moved);
   return {least, most};
 }
-
-namespace {
-
-constexpr double mean_cycles = 2.0, rest_cycles = 200.0;
-constexpr double floor_share = 0.003;  // of e
-constexpr double backwards_share = 0.25;
-constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;  // of the drive's range
-constexpr unsigned least_cycles = 6;  // in these shares: of a ramp that is fast for its rate
-constexpr unsigned contradictions_to_trip = 3;
-
-/// Share by which a mean over this time comes closer to a sample.
-double weight(const AxisInput& input, double time_s) { return input.dt_s / (input.dt_s + time_s); }
-
-}  // namespace
 
 void RampCheck::see(const AxisInput& input) {
   if (!input.position_um) return;

@@ -37,6 +37,22 @@ double mean(double t, double half, const Integral& integral) {
   return (integral(t + half) - integral(t - half)) / (2.0 * half);
 }
 
+/// Where w' has this value; w' is not decreasing.
+double where_slope_is(const Turnaround& turnaround, double slope) {
+  if (slope == 0.0) return 0.0;  // by symmetry
+  double before_s = -0.5 * turnaround.length_s();
+  double after_s = -before_s;
+  for (int i = 0; i < 60; ++i) {
+    const double middle_s = 0.5 * (before_s + after_s);
+    (turnaround.slope(middle_s) < slope ? before_s : after_s) = middle_s;
+  }
+  return 0.5 * (before_s + after_s);
+}
+
+bool finite(const std::vector<double>& values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
 }  // namespace
 
 Turnaround::Turnaround(double length_s, double mode_period_s) {
@@ -92,22 +108,6 @@ double Turnaround::peak_curvature_per_s() const {
   return (apart_s_ == 0.0 ? 1.0 : 0.5) / wide_s_;
 }
 
-namespace {
-
-/// Where w' has this value; w' is not decreasing.
-double where_slope_is(const Turnaround& turnaround, double slope) {
-  if (slope == 0.0) return 0.0;  // by symmetry
-  double before_s = -0.5 * turnaround.length_s();
-  double after_s = -before_s;
-  for (int i = 0; i < 60; ++i) {
-    const double middle_s = 0.5 * (before_s + after_s);
-    (turnaround.slope(middle_s) < slope ? before_s : after_s) = middle_s;
-  }
-  return 0.5 * (before_s + after_s);
-}
-
-}  // namespace
-
 Sawtooth::Sawtooth(double low_um, double high_um, double period_s, double rise_share,
                    const Turnaround& turnaround)
     : turnaround_(turnaround), rise_s_(rise_share * period_s), fall_s_(period_s - rise_s_) {
@@ -154,14 +154,6 @@ double Sawtooth::peak_slew_um_per_s() const { return std::abs(height_um_) / std:
 double Sawtooth::peak_acceleration_um_per_s2() const {
   return 0.5 * std::abs(height_um_) * (1.0 / rise_s_ + 1.0 / fall_s_) * turnaround_.peak_curvature_per_s();
 }
-
-namespace {
-
-bool finite(const std::vector<double>& values) {
-  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
-}
-
-}  // namespace
 
 MonotoneCubic::MonotoneCubic(std::vector<double> x, std::vector<double> y)
     : x_(std::move(x)), y_(std::move(y)), slope_(x_.size(), 0.0) {

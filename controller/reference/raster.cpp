@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace hystcan::controller {
 namespace {
@@ -65,21 +66,15 @@ Move move_after(const Raster& raster, double line) {
   return move;
 }
 
-struct InFrame {
-  Move move;
-  double t_s = 0.0;  ///< since the beginning of the move
-};
-
-/// The last move that has begun, or the first one.
-InFrame in_frame(const Raster& raster, double t_s) {
+/// The last move that has begun, or the first one, and the time since its beginning.
+std::pair<Move, double> in_frame(const Raster& raster, double t_s) {
   const double frames = std::floor(lines_until(raster, t_s) / (raster.lines + raster.return_lines));
   const double since_s = t_s - std::clamp(frames, 0.0, raster.frames - 1.0) * raster.frame_s();
   const double line =
       std::clamp(std::floor(lines_until(raster, since_s)), 0.0, static_cast<double>(raster.lines - 1));
-  InFrame found{.move = move_after(raster, line)};
-  if (since_s < found.move.begins_s && line > 0.0) found.move = move_after(raster, line - 1.0);
-  found.t_s = since_s - found.move.begins_s;
-  return found;
+  Move move = move_after(raster, line);
+  if (since_s < move.begins_s && line > 0.0) move = move_after(raster, line - 1.0);
+  return {move, since_s - move.begins_s};
 }
 
 Motion steps_of(const Raster& raster, double t_s) {

@@ -196,59 +196,6 @@ Shape default_shape(std::size_t index) {
   return Shape(std::in_place_index<i>);
 }
 
-}  // namespace
-
-Sawtooth rounded(const Triangle& s) {
-  const double period_s = 1.0 / s.frequency_Hz;
-  return {s.low_um, s.high_um, period_s, 0.5,
-          Turnaround(0.005 * s.turnaround_percent * period_s, s.mode_period_s)};
-}
-
-std::string to_string(const Shape& shape) { return std::string(shape_kinds[shape.index()]); }
-
-Shape shape_of_kind(std::string_view kind) {
-  return default_shape(static_cast<std::size_t>(std::ranges::find(shape_kinds, kind) - shape_kinds.begin()));
-}
-
-Shape prepared(Shape shape) {
-  if (auto* multi_sine = std::get_if<MultiSine>(&shape)) prepare(*multi_sine);
-  if (auto* raster = std::get_if<Raster>(&shape)) prepare(*raster);
-  return shape;
-}
-
-double duration_s(const Shape& shape) {
-  return std::visit([](const auto& s) { return duration_of(s); }, shape);
-}
-
-double value_um(const Shape& shape, double t_s) {
-  return std::visit([&](const auto& s) { return motion_of(s, t_s).value_um; }, shape);
-}
-
-bool has_turnarounds(const Shape& shape) {
-  if (const auto* triangle = std::get_if<Triangle>(&shape)) return triangle->turnaround_percent > 0.0;
-  const auto* raster = std::get_if<Raster>(&shape);
-  return raster != nullptr && raster->turnaround_percent > 0.0;
-}
-
-double ideal_um(const Shape& shape, double t_s) {
-  return std::visit([&](const auto& s) { return ideal_of(s, t_s); }, shape);
-}
-
-Motion motion(const Shape& shape, double t_s) {
-  return std::visit([&](const auto& s) { return motion_of(s, t_s); }, shape);
-}
-
-bool rests(const Shape& shape, double t_s) {
-  return std::visit([&](const auto& s) { return rests_in(s, t_s); }, shape);
-}
-
-std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s) {
-  const auto* raster = std::get_if<Raster>(&shape);
-  return raster == nullptr ? std::nullopt : place_of(*raster, t_s);
-}
-
-namespace {
-
 MotionBounds between(double from_um, double to_um) {
   return {.lowest_um = std::min(from_um, to_um), .highest_um = std::max(from_um, to_um)};
 }
@@ -365,6 +312,55 @@ MotionBounds motion_bounds_of(const Staircase& s) {
 MotionBounds motion_bounds_of(const Table& s) { return s.curve.bounds(); }
 
 }  // namespace
+
+Sawtooth rounded(const Triangle& s) {
+  const double period_s = 1.0 / s.frequency_Hz;
+  return {s.low_um, s.high_um, period_s, 0.5,
+          Turnaround(0.005 * s.turnaround_percent * period_s, s.mode_period_s)};
+}
+
+std::string to_string(const Shape& shape) { return std::string(shape_kinds[shape.index()]); }
+
+Shape shape_of_kind(std::string_view kind) {
+  return default_shape(static_cast<std::size_t>(std::ranges::find(shape_kinds, kind) - shape_kinds.begin()));
+}
+
+Shape prepared(Shape shape) {
+  if (auto* multi_sine = std::get_if<MultiSine>(&shape)) prepare(*multi_sine);
+  if (auto* raster = std::get_if<Raster>(&shape)) prepare(*raster);
+  return shape;
+}
+
+double duration_s(const Shape& shape) {
+  return std::visit([](const auto& s) { return duration_of(s); }, shape);
+}
+
+double value_um(const Shape& shape, double t_s) {
+  return std::visit([&](const auto& s) { return motion_of(s, t_s).value_um; }, shape);
+}
+
+bool has_turnarounds(const Shape& shape) {
+  if (const auto* triangle = std::get_if<Triangle>(&shape)) return triangle->turnaround_percent > 0.0;
+  const auto* raster = std::get_if<Raster>(&shape);
+  return raster != nullptr && raster->turnaround_percent > 0.0;
+}
+
+double ideal_um(const Shape& shape, double t_s) {
+  return std::visit([&](const auto& s) { return ideal_of(s, t_s); }, shape);
+}
+
+Motion motion(const Shape& shape, double t_s) {
+  return std::visit([&](const auto& s) { return motion_of(s, t_s); }, shape);
+}
+
+bool rests(const Shape& shape, double t_s) {
+  return std::visit([&](const auto& s) { return rests_in(s, t_s); }, shape);
+}
+
+std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s) {
+  const auto* raster = std::get_if<Raster>(&shape);
+  return raster == nullptr ? std::nullopt : place_of(*raster, t_s);
+}
 
 MotionBounds motion_bounds(const Shape& shape) {
   return std::visit([](const auto& s) { return motion_bounds_of(s); }, shape);

@@ -81,7 +81,7 @@ rehearsal::Setup triangle_setup(const Case& of, double frequency_Hz) {
   return setup_of(config);
 }
 
-void set(controller::AxisConfig& axis, const controller::LoopSetting& setting, double rate_Hz) {
+void set(controller::AxisConfig& axis, const controller::LoopConfig& setting, double rate_Hz) {
   axis.law.pi = setting.pi;
   axis.law.measurement_filter_Hz = setting.measurement_filter_Hz;
   axis.law.notch = setting.notch;
@@ -112,7 +112,7 @@ void design(rehearsal::Setup& setup) {
   const auto learning = std::exchange(axis.learning, std::nullopt);
   rehearsal::Setup best = setup;
   double least = std::numeric_limits<double>::infinity();
-  for (const controller::LoopSetting& setting :
+  for (const controller::LoopConfig& setting :
        controller::designs(loop, controller::around(axis.delays, 0.0), {})) {
     set(axis, setting, setup.controller.rate_Hz);
     const double percent = track(setup, settle_s).true_percent;
@@ -243,7 +243,7 @@ double best_by_rule(const rehearsal::Setup& setup, Structure structure, double s
   const controller::LoopConfig loop =
       controller::loop_config_of(axis.law, axis.delays, 1.0 / setup.controller.rate_Hz);
   double best = std::numeric_limits<double>::infinity();
-  for (const controller::LoopSetting& setting :
+  for (const controller::LoopConfig& setting :
        controller::designs(loop, controller::around(axis.delays, 0.0), {})) {
     rehearsal::Setup tried = with_structure(setup, structure);
     set(tried.controller.axes[0].axis, setting, setup.controller.rate_Hz);

@@ -23,10 +23,10 @@ double critical_ki_per_s(const char* stage) {
   const controller::AxisConfig& axis = setup.controller.axes[0].axis;
   const controller::LinearLoop loop(
       controller::loop_config_of(axis.law, axis.delays, 1.0 / setup.controller.rate_Hz));
-  return controller::largest_stable_gains(loop, axis.law.pi).ki_per_s.value();
+  return controller::largest_stable_gains(loop, axis.law.pi).ki_per_s;
 }
 
-Cause cause_with(const char* stage, double controller::Pi::Config::*gain, double value) {
+Cause cause_with(const char* stage, double controller::PiGains::*gain, double value) {
   rehearsal::Setup setup = support::shipped(stage);  // a configuration with such gains is refused
   setup.controller.axes.resize(1);
   setup.controller.axes[0].axis.law.pi.*gain = value;
@@ -41,7 +41,7 @@ TEST(UnstableLoop, IsTheCauseAboveTheCriticalGain) {
   for (const char* stage : stages)
     for (const double factor : {1.15, 1.3})
       EXPECT_EQ(
-          to_string(cause_with(stage, &controller::Pi::Config::ki_per_s, factor * critical_ki_per_s(stage))),
+          to_string(cause_with(stage, &controller::PiGains::ki_per_s, factor * critical_ki_per_s(stage))),
           "loop unstable")
           << stage << ", " << factor;
 }
@@ -50,14 +50,14 @@ TEST(UnstableLoop, IsNoCauseBelowTheCriticalGain) {
   for (const char* stage : stages)
     for (const double factor : {0.2, 0.5, 0.8})
       EXPECT_EQ(
-          to_string(cause_with(stage, &controller::Pi::Config::ki_per_s, factor * critical_ki_per_s(stage))),
+          to_string(cause_with(stage, &controller::PiGains::ki_per_s, factor * critical_ki_per_s(stage))),
           "none")
           << stage << ", " << factor;
 }
 
 TEST(UnstableLoop, IsTheCauseOfAProportionalGainThatIsTooHigh) {
   for (const double kp : {1.2})
-    EXPECT_EQ(to_string(cause_with(stages[0], &controller::Pi::Config::kp, kp)), "loop unstable") << kp;
+    EXPECT_EQ(to_string(cause_with(stages[0], &controller::PiGains::kp, kp)), "loop unstable") << kp;
 }
 
 Cause cause_with_sensor_delay(double ki_per_s, std::chrono::microseconds delay) {

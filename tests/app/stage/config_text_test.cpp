@@ -25,24 +25,21 @@ class FirstConfiguration : public testing::TestWithParam<Stage> {
   FirstConfiguration() {
     const Stage& stage = GetParam();
     StageFacts facts;
-    facts.interface = "vcan0";
-    facts.rate_Hz = stage.rate_Hz;
-    facts.dbc_file = "hystcan.dbc";
+    facts.config.controller.rate_Hz = stage.rate_Hz;
+    facts.config.bus.dbc = "hystcan.dbc";
     AxisFacts& axis = facts.axes.emplace_back();
-    axis.name = "x";
-    axis.roles.message_prefix = "X";
-    axis.drive_unit = "V";
-    axis.drive_min = stage.drive_min;
-    axis.drive_max = stage.drive_max;
-    axis.safe_drive = stage.safe_drive;
+    axis.config.wire = {
+        .name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2, .drive_unit = "V"};
+    axis.config.control.gate = {
+        .drive_min = stage.drive_min, .drive_max = stage.drive_max, .safe_drive = stage.safe_drive};
     const double below =
         stage.stroke_um * (stage.safe_drive - stage.drive_min) / (stage.drive_max - stage.drive_min);
     axis.travel_um = {-below, stage.stroke_um - below};
-    axis.resonance_Hz = stage.resonance_Hz;
-    axis.damping_ratio = stage.damping_ratio;
-    axis.noise_um = 1e-5 * stage.stroke_um;
-    axis.model_file = "model.toml";
-    axis.plant_file = "plant.toml";
+    axis.config.control.delays.resonance_Hz = stage.resonance_Hz;
+    axis.config.control.delays.damping_ratio = stage.damping_ratio;
+    axis.config.twin.sensor.noise_um_rms = 1e-5 * stage.stroke_um;
+    axis.config.control_model = "model.toml";
+    axis.config.twin_model = "plant.toml";
     std::filesystem::copy(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc", folder.path());
     std::ofstream(folder / "model.toml") << config::model_text(straight_line(axis), {});
     std::ofstream(folder / "plant.toml") << config::model_text(usual_loop(axis), {});

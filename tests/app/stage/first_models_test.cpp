@@ -14,10 +14,9 @@ namespace {
 
 AxisFacts stage() {
   AxisFacts axis;
-  axis.name = "x";
-  axis.drive_unit = "V";
-  axis.drive_min = -20.0;
-  axis.drive_max = 120.0;
+  axis.config.wire.drive_unit = "V";
+  axis.config.control.gate.drive_min = -20.0;
+  axis.config.control.gate.drive_max = 120.0;
   axis.travel_um = {-14.0, 86.0};
   return axis;
 }

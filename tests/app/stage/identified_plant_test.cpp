@@ -15,7 +15,7 @@ constexpr double cycle_s = 1e-3;
 
 /// Steps of 1 about 0, with a little noise.
 identification::Dataset record_of(const controller::Delays& chain) {
-  const controller::PlantRecursion::Config plant = controller::HeldPlant(chain, cycle_s).recursion();
+  const controller::PlantRecursion::Config plant = controller::held_plant(chain, cycle_s);
   auto state = controller::PlantRecursion::at_rest(-1.0);
   std::mt19937_64 random(1);
   std::normal_distribution<double> noise(0.0, 1e-4);

@@ -14,7 +14,9 @@ namespace {
 
 const Question highest{"--drive-max", "Highest drive", "V", "no drive above it leaves the controller"};
 
-std::string more_than_zero(double value) { return value > 0.0 ? "" : "expected more than 0"; }
+std::optional<std::string> more_than_zero(double value) {
+  return unless(value > 0.0, "expected more than 0");
+}
 
 TEST(Questions, AreAskedUntilAnAnswerDoes) {
   std::istringstream answers("abc\n-5\n 1e2 \n");

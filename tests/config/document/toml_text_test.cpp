@@ -18,12 +18,7 @@ std::string repeated(const std::string& text, std::size_t times) {
 }
 
 /// `LINE:COLUMN: what`, or "none".
-std::string refusal_of(const std::string& text) {
-  const auto refusal = find_refusal(text);
-  return refusal
-             ? std::to_string(refusal->line) + ":" + std::to_string(refusal->column) + ": " + refusal->what
-             : "none";
-}
+std::string refusal_of(const std::string& text) { return find_refusal(text).value_or("none"); }
 
 constexpr const char* not_in_a_string = "a character outside ASCII that is not in a string";
 

@@ -95,7 +95,7 @@ std::string default_text(std::string_view key, const T& value) {
     return fmt::format("{}", static_cast<double>(value.count()) / nanoseconds_per_unit(key));
   else if constexpr (std::is_arithmetic_v<T>)
     return fmt::format("{}", value);
-  else if constexpr (IsVector<T>::value)
+  else if constexpr (std::is_same_v<T, std::vector<double>> || std::is_same_v<T, std::vector<std::int64_t>>)
     return value.empty() ? "none" : fmt::format("`[{}]`", fmt::join(value, ", "));
   else
     return value.empty() ? "none" : fmt::format("`\"{}\"`", std::filesystem::path(value).string());

@@ -26,7 +26,7 @@ LoopConfig stage(double resonance_Hz, double damping_ratio, bool interpolated) {
 Triangle triangle() { return {.low_um = 0.0, .high_um = 24.0, .frequency_Hz = frequency_Hz, .cycles = 1e3}; }
 
 /// RMS between the samples, um, of the stage that is driven by the weighted reference, over its 20th period.
-double true_error_um(const LoopConfig& loop, const ReferenceFilter& filter) {
+double true_error_um(const LoopConfig& loop, const FeedForwardWeights& weights) {
   constexpr int fine = 100;
   constexpr double dt_s = cycle_s / fine;
   const double ahead_s = chain_moments(loop.delays, loop.notch, cycle_s).mean_s;
@@ -34,8 +34,8 @@ double true_error_um(const LoopConfig& loop, const ReferenceFilter& filter) {
   const Shape shape = triangle();
   const auto setpoint = [&](int cycle) {
     double sum = 0.0;
-    for (int k = -ReferenceFilter::reach; k <= ReferenceFilter::reach; ++k)
-      sum += filter.weights[static_cast<std::size_t>(k + ReferenceFilter::reach)] *
+    for (int k = -feed_forward_reach; k <= feed_forward_reach; ++k)
+      sum += weights[static_cast<std::size_t>(k + feed_forward_reach)] *
              value_um(shape, (cycle + k) * cycle_s + ahead_s);
     return sum;
   };
@@ -76,8 +76,8 @@ TEST(PlantInverseDesign, LeavesHardlyMoreThanTheFloorOfATriangle) {
 
 TEST(PlantInverseDesign, DoesNotRingALightlyDampedMode) {
   const LoopConfig loop = stage(220.0, 0.02, false);
-  ReferenceFilter mean_delay;
-  mean_delay.weights[ReferenceFilter::reach] = 1.0;
+  FeedForwardWeights mean_delay{};
+  mean_delay[feed_forward_reach] = 1.0;
   const double inverse_um = true_error_um(loop, design_plant_inverse(loop).feed_forward);
   EXPECT_LT(inverse_um, true_error_um(loop, mean_delay) / 10.0);
   EXPECT_LT(inverse_um, 1.3 * floor_um(loop));
@@ -85,11 +85,11 @@ TEST(PlantInverseDesign, DoesNotRingALightlyDampedMode) {
 
 TEST(PlantInverseDesign, HasAGainOfOneAndNoDelay) {
   for (const double resonance_Hz : {30.0, 220.0, 499.0, 3000.0}) {
-    const ReferenceFilter filter = design_plant_inverse(stage(resonance_Hz, 0.05, false)).feed_forward;
+    const FeedForwardWeights weights = design_plant_inverse(stage(resonance_Hz, 0.05, false)).feed_forward;
     double sum = 0.0, mean = 0.0;
-    for (std::size_t i = 0; i < filter.weights.size(); ++i) {
-      sum += filter.weights[i];
-      mean += filter.weights[i] * (static_cast<double>(i) - ReferenceFilter::reach);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      sum += weights[i];
+      mean += weights[i] * (static_cast<double>(i) - feed_forward_reach);
     }
     EXPECT_NEAR(sum, 1.0, 1e-9) << resonance_Hz;
     EXPECT_NEAR(mean, 0.0, 1e-9) << resonance_Hz;

@@ -51,7 +51,7 @@ double sampled_after(const Delays& delays, double theta, int cycles) {
 void expect_response(const Delays& delays) {
   constexpr int settled = 120;  // e^(-zeta omega t) = 3e-8
   for (const double theta : {0.3, 1.4, 2.9}) {
-    const auto expected = HeldPlant(delays, cycle_s).response(theta) * std::polar(1.0, theta * settled);
+    const auto expected = response_of(held_plant(delays, cycle_s), theta) * std::polar(1.0, theta * settled);
     EXPECT_NEAR(sampled_after(delays, theta, settled), expected.real(), 5e-5) << theta;
   }
 }
@@ -79,7 +79,7 @@ TEST(HeldPlant, HasAGainOfOneAtRest) {
   for (const bool interpolated : {false, true}) {
     Delays delays = delays_of(300.0);
     delays.interpolated = interpolated;
-    EXPECT_NEAR(std::abs(HeldPlant(delays, cycle_s).response(0.0) - 1.0), 0.0, 1e-12);
+    EXPECT_NEAR(std::abs(response_of(held_plant(delays, cycle_s), 0.0) - 1.0), 0.0, 1e-12);
   }
 }
 
@@ -91,21 +91,21 @@ TEST(HeldPlant, IsContinuousWherePolesMeet) {
   meeting.sensor_bandwidth_Hz = 700.0;
   near.sensor_bandwidth_Hz = 701.0;
   for (const double theta : {0.3, 1.4, 2.9})
-    EXPECT_NEAR(
-        std::abs(HeldPlant(meeting, cycle_s).response(theta) - HeldPlant(near, cycle_s).response(theta)), 0.0,
-        2e-3);
+    EXPECT_NEAR(std::abs(response_of(held_plant(meeting, cycle_s), theta) -
+                         response_of(held_plant(near, cycle_s), theta)),
+                0.0, 2e-3);
 }
 
 TEST(HeldPlant, RefusesWhatIsNoPlant) {
   const auto refused = [](auto change) {
     Delays delays = delays_of(300.0);
     change(delays);
-    EXPECT_THROW(HeldPlant(delays, cycle_s), std::invalid_argument);
+    EXPECT_THROW(held_plant(delays, cycle_s), std::invalid_argument);
   };
   refused([](Delays& d) { d.resonance_Hz = 0.0; });
   refused([](Delays& d) { d.damping_ratio = -0.1; });
   refused([](Delays& d) { d.amplifier_bandwidth_Hz = std::nan(""); });
-  EXPECT_THROW(HeldPlant(delays_of(0.0), 0.0), std::invalid_argument);
+  EXPECT_THROW(held_plant(delays_of(0.0), 0.0), std::invalid_argument);
 }
 
 }  // namespace

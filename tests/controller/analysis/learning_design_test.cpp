@@ -12,11 +12,12 @@
 namespace hystcan::controller::learning_design_test {
 namespace {
 
-LoopConfig stage(double resonance_Hz, double damping_ratio) {
+LoopConfig stage(double resonance_Hz, double damping_ratio, double ki_per_s = 200.0) {
   return {.delays = {.command_delay = std::chrono::milliseconds(1),
                      .amplifier_bandwidth_Hz = 1500.0,
                      .resonance_Hz = resonance_Hz,
-                     .damping_ratio = damping_ratio}};
+                     .damping_ratio = damping_ratio},
+          .pi = {.ki_per_s = ki_per_s}};
 }
 
 Triangle triangle(double frequency_Hz) {
@@ -28,12 +29,12 @@ Learning::Config learning(double resonance_percent) {
 }
 
 /// |1 - forget - rate H T| of the designed taps for a plant whose resonance is `factor` times the stated one.
-double growth(const LearningDesign& design, const Learning::Config& config, LoopConfig loop,
-              const Pi::Config& pi, double factor, double theta) {
+double growth(const LearningDesign& design, const Learning::Config& config, LoopConfig loop, double factor,
+              double theta) {
   const double ahead = std::round(chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s / loop.cycle_s);
   loop.delays.resonance_Hz *= factor;
   const LinearLoop linear(loop);
-  const std::complex<double> path = linear.plant(theta), l = linear(pi, theta);
+  const std::complex<double> path = linear.plant(theta), l = linear(loop.pi, theta);
   const auto t = (path * std::polar(1.0, theta * ahead) + l) / (1.0 + l);
   std::complex<double> h = 0.0;
   const int late = static_cast<int>(design.plan.taps.size() / 2);
@@ -44,7 +45,6 @@ double growth(const LearningDesign& design, const Learning::Config& config, Loop
 
 // The condition of docs/theory.md, for every harmonic and every resonance within the stated interval.
 TEST(LearningDesign, ConvergesAtEveryHarmonicForEveryResonanceInItsInterval) {
-  const Pi::Config pi{.ki_per_s = 200.0};
   for (const double resonance_Hz : {130.0, 220.0, 410.0, 500.0, 730.0})
     for (const double damping_ratio : {0.02, 0.05, 0.3})
       for (const double percent : {1.0, 5.0, 10.0}) {
@@ -53,10 +53,10 @@ TEST(LearningDesign, ConvergesAtEveryHarmonicForEveryResonanceInItsInterval) {
           loop.notch =
               Notch::Config{.frequency_Hz = resonance_Hz, .depth = 2.0 * damping_ratio, .width = 1.0};
         const Learning::Config config = learning(percent);
-        const LearningDesign design = design_learning(loop, pi, triangle(7.0), config);
+        const LearningDesign design = design_learning(loop, triangle(7.0), config);
         for (const double off : {-1.0, -0.37, 0.0, 0.51, 1.0})
           for (int harmonic = 1; harmonic < 71; ++harmonic)
-            EXPECT_LT(growth(design, config, loop, pi, 1.0 + 0.01 * percent * off,
+            EXPECT_LT(growth(design, config, loop, 1.0 + 0.01 * percent * off,
                              2.0 * std::numbers::pi * 0.007 * harmonic),
                       1.0)
                 << resonance_Hz << " Hz " << damping_ratio << ", " << percent << " % * " << off
@@ -67,12 +67,11 @@ TEST(LearningDesign, ConvergesAtEveryHarmonicForEveryResonanceInItsInterval) {
 // Without feed-forward the correction acts through PI alone, T = L / (1 + L); without PI through the
 // feed-forward alone.
 TEST(LearningDesign, ConvergesForEveryStructure) {
-  const Pi::Config pi{.ki_per_s = 200.0};
   for (const Structure structure : all_structures) {
     LoopConfig loop = stage(500.0, 0.05);
     loop.structure = structure;
     const Learning::Config config = learning(5.0);
-    const LearningDesign design = design_learning(loop, pi, triangle(10.0), config);
+    const LearningDesign design = design_learning(loop, triangle(10.0), config);
     const LinearLoop linear(loop);
     const double ahead =
         std::round(chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s / loop.cycle_s);
@@ -80,7 +79,7 @@ TEST(LearningDesign, ConvergesForEveryStructure) {
       const double theta = 2.0 * std::numbers::pi * 0.01 * harmonic;
       const std::complex<double> forward =
           feeds_forward(structure) ? linear.plant(theta) * std::polar(1.0, theta * ahead) : 0.0;
-      const std::complex<double> feedback = feeds_back(structure) ? linear(pi, theta) : 0.0;
+      const std::complex<double> feedback = feeds_back(structure) ? linear(loop.pi, theta) : 0.0;
       std::complex<double> h = 0.0;
       const int late = static_cast<int>(design.plan.taps.size() / 2);
       for (int k = -late; k <= late; ++k)
@@ -92,11 +91,10 @@ TEST(LearningDesign, ConvergesForEveryStructure) {
 }
 
 TEST(LearningDesign, LearnsLessOfHighHarmonicsWhereTheResonanceIsLessCertain) {
-  const LoopConfig loop = stage(220.0, 0.05);
+  const LoopConfig loop = stage(220.0, 0.05, 60.0);
   double before_Hz = 1e9;
   for (const double percent : {1.0, 5.0, 15.0}) {
-    const LearningDesign design =
-        design_learning(loop, {.ki_per_s = 60.0}, triangle(10.0), learning(percent));
+    const LearningDesign design = design_learning(loop, triangle(10.0), learning(percent));
     EXPECT_LE(design.highest_Hz, before_Hz) << percent;
     before_Hz = design.highest_Hz;
   }
@@ -105,7 +103,7 @@ TEST(LearningDesign, LearnsLessOfHighHarmonicsWhereTheResonanceIsLessCertain) {
 
 TEST(LearningDesign, LearnsSomePeriodsTogetherWhereTheyAreAWholeNumberOfCycles) {
   const auto designed = [](double frequency_Hz) {
-    return design_learning(stage(500.0, 0.05), {.ki_per_s = 200.0}, triangle(frequency_Hz), learning(10.0));
+    return design_learning(stage(500.0, 0.05), triangle(frequency_Hz), learning(10.0));
   };
   EXPECT_EQ(designed(10.0).plan.phases, 100u);
   EXPECT_EQ(designed(30.0).plan.phases, 100u) << "three periods";
@@ -117,7 +115,7 @@ TEST(LearningDesign, LearnsSomePeriodsTogetherWhereTheyAreAWholeNumberOfCycles) 
 TEST(LearningDesign, RefusesWhatItCannotLearn) {
   const auto refusal = [](const Shape& shape) {
     try {
-      design_learning(stage(500.0, 0.05), {.ki_per_s = 200.0}, shape, learning(10.0));
+      design_learning(stage(500.0, 0.05), shape, learning(10.0));
     } catch (const std::invalid_argument& error) {
       return std::string(error.what());
     }

@@ -28,9 +28,8 @@ LoopConfig stage(double resonance_Hz, double damping_ratio) {
                      .damping_ratio = damping_ratio}};
 }
 
-LoopConfig with(LoopConfig config, const LoopSetting& setting) {
-  config.measurement_filter_Hz = setting.measurement_filter_Hz;
-  config.notch = setting.notch;
+LoopConfig with(LoopConfig config, const PiGains& gains) {
+  config.pi = gains;
   return config;
 }
 
@@ -44,9 +43,9 @@ TEST(SensitivityRule, HoldsAtEveryCornerForRandomPlants) {
     SCOPED_TRACE(testing::Message() << config.delays.resonance_Hz << " Hz " << config.delays.damping_ratio);
     const PlantUncertainty known = around(config.delays, 0.0);
     const SensitivityRule rule;
-    const Pi::Config gains = largest_gains(config, known, rule);
+    const PiGains gains = largest_gains(config, known, rule);
     EXPECT_GT(gains.ki_per_s, 0.0);
-    const Margins worst = judge(config, widened(known, rule.resonance_percent), gains).worst;
+    const Margins worst = judge(with(config, gains), widened(known, rule.resonance_percent)).worst;
     EXPECT_TRUE(worst.stable);
     EXPECT_LE(worst.peak_sensitivity, rule.peak_sensitivity + grid_tolerance);
     EXPECT_GE(worst.gain_margin, rule.peak_sensitivity / (rule.peak_sensitivity - 1.0) - 0.1);
@@ -58,7 +57,7 @@ TEST(SensitivityRule, HoldsForEveryModeFromTheStatedOneUpWhereNoneIsShown) {
   PlantUncertainty unshown = around(config.delays, 0.0);
   unshown.resonance_Hz.hi = std::numeric_limits<double>::infinity();
   const SensitivityRule rule;
-  const Pi::Config gains = largest_gains(config, unshown, rule);
+  const PiGains gains = largest_gains(config, unshown, rule);
   EXPECT_GT(gains.ki_per_s, 0.0);
   std::mt19937_64 random(3);
   for (int i = 0; i < 200; ++i) {
@@ -82,7 +81,7 @@ TEST(Corners, AreAFewForAnyStatedResonance) {
 TEST(UnmeasuredGains, AreAnEighthOfWhatIsStable) {
   const LoopConfig config = stage(500.0, 0.02);
   const PlantUncertainty known = around(config.delays, 0.0);
-  const Pi::Config gains = unmeasured_gains(config, known);
+  const PiGains gains = unmeasured_gains(config, known);
   const auto stable = [&](double factor) {
     return margins_of(LinearLoop(config), {.ki_per_s = factor * gains.ki_per_s}).stable;
   };
@@ -95,7 +94,7 @@ TEST(SensitivityRule, UsesUpTheSensitivityThatItAllows) {
     const LoopConfig config = stage(220.0, 0.05);
     const SensitivityRule rule{.peak_sensitivity = allowed, .resonance_percent = 5.0};
     const PlantUncertainty known = around(config.delays, 0.0);
-    const Margins worst = judge(config, widened(known, 5.0), largest_gains(config, known, rule)).worst;
+    const Margins worst = judge(with(config, largest_gains(config, known, rule)), widened(known, 5.0)).worst;
     EXPECT_NEAR(worst.peak_sensitivity, allowed, grid_tolerance);
   }
 }
@@ -116,7 +115,7 @@ TEST(Designs, MultiplyTheIntegralOfASoftStageByANotchOrALowPass) {
   const LoopConfig soft = stage(220.0, 0.02);
   const auto settings = designs(soft, around(soft.delays, 0.0), {});
   ASSERT_GT(settings.size(), 3u);
-  const LoopSetting& plain = settings.back();
+  const LoopConfig& plain = settings.back();
   EXPECT_FALSE(plain.notch || plain.measurement_filter_Hz > 0.0);
   for (const bool notched : {false, true}) {
     const auto best =
@@ -133,7 +132,7 @@ TEST(Designs, HaveADeepAndAShallowNotchForAModeThatIsDamped) {
   const double plain_per_s = settings.back().pi.ki_per_s;
   const auto notched = [&](double depth) {
     return std::ranges::find_if(settings,
-                                [&](const LoopSetting& of) { return of.notch && of.notch->depth == depth; });
+                                [&](const LoopConfig& of) { return of.notch && of.notch->depth == depth; });
   };
   const auto deep = notched(0.3), shallow = notched(0.6);
   ASSERT_NE(deep, settings.end());
@@ -144,12 +143,12 @@ TEST(Designs, HaveADeepAndAShallowNotchForAModeThatIsDamped) {
 
 TEST(Designs, SettleInTheTimeDomainWhereTheResonanceIsOffByATenth) {
   const LoopConfig soft = stage(220.0, 0.02);
-  for (const LoopSetting& setting : designs(soft, around(soft.delays, 0.0), {}))
+  for (const LoopConfig& found : designs(soft, around(soft.delays, 0.0), {}))
     for (const double factor : {0.9, 1.0, 1.1}) {
-      LoopConfig actual = with(soft, setting);
+      LoopConfig actual = found;
       actual.delays.resonance_Hz *= factor;
-      EXPECT_LT(simulated::error_after(actual, setting.pi, 2000), 1e-3)
-          << factor << " ki " << setting.pi.ki_per_s;
+      EXPECT_LT(simulated::error_after(actual, found.pi, 2000), 1e-3)
+          << factor << " ki " << found.pi.ki_per_s;
     }
 }
 
@@ -157,14 +156,14 @@ TEST(CautiousRule, HoldsForRandomPlantsAndStaysStableForEveryDelay) {
   std::mt19937_64 random(7);
   for (int i = 0; i < 25; ++i) {
     LoopConfig config = draw(random);
-    const Pi::Config gains = largest_gains(config, around(config.delays, 0.0), CautiousRule{});
+    const PiGains gains = largest_gains(config, around(config.delays, 0.0), CautiousRule{});
     const Margins margins = margins_of(LinearLoop(config), gains);
     EXPECT_TRUE(margins.stable);
     EXPECT_GE(margins.phase_margin_deg, 59.5);  // tolerance for the steps of the grid
     EXPECT_GE(margins.gain_margin, 1.99);
   }
   LoopConfig soft = stage(120.0, 0.02);
-  const Pi::Config gains = largest_gains(soft, around(soft.delays, 0.0), CautiousRule{});
+  const PiGains gains = largest_gains(soft, around(soft.delays, 0.0), CautiousRule{});
   for (int delay_us = 0; delay_us <= 2500; delay_us += 100) {
     soft.delays.command_delay = std::chrono::microseconds(delay_us);
     EXPECT_TRUE(margins_of(LinearLoop(soft), gains).stable) << delay_us;
@@ -177,8 +176,8 @@ TEST(CautiousRule, HoldsWhereTheUncertainModeIsOnBothSidesOfHalfTheRate) {
   config.delays.amplifier_bandwidth_Hz = 460.0;
   config.delays.sensor_delay = std::chrono::microseconds(340);
   const PlantUncertainty corners = around(config.delays, 10.0);
-  const Pi::Config gains = largest_gains(config, corners, CautiousRule{});
-  const Margins worst = judge(config, corners, gains).worst;
+  const PiGains gains = largest_gains(config, corners, CautiousRule{});
+  const Margins worst = judge(with(config, gains), corners).worst;
   EXPECT_GT(gains.ki_per_s, 0.0);
   EXPECT_TRUE(worst.stable);
   EXPECT_LT(worst.peak_sensitivity, 2.5);

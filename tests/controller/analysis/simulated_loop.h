@@ -81,7 +81,7 @@ class FinePlant {
 };
 
 /// The largest error in the last tenth of the cycles after a step of the reference by 1.
-inline double error_after(const LoopConfig& config, const Pi::Config& gains, int cycles) {
+inline double error_after(const LoopConfig& config, const PiGains& gains, int cycles) {
   FinePlant plant(config);
   Notch::State notch_state;
   const Notch::Coefficients notch =

@@ -18,7 +18,7 @@ constexpr model::OutputCreep::Config three_percent{.per_decade = 0.03, .from_s =
 
 ControlLaw::Config config(Structure structure,
                           std::optional<model::OutputCreep::Config> creep = three_percent,
-                          Pi::Config pi = {.kp = 0.3, .ki_per_s = 100.0}) {
+                          PiGains pi = {.kp = 0.3, .ki_per_s = 100.0}) {
   return {.structure = structure, .model = support::piezo_model(), .creep = creep, .pi = pi};
 }
 

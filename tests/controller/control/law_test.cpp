@@ -14,7 +14,7 @@ namespace {
 
 constexpr double dt_s = 1e-3;
 
-ControlLaw law(Structure structure, Pi::Config pi = {.kp = 0.0, .ki_per_s = 100.0}) {
+ControlLaw law(Structure structure, PiGains pi = {.kp = 0.0, .ki_per_s = 100.0}) {
   ControlLaw result({.structure = structure, .model = support::piezo_model(), .pi = pi});
   support::restart_at_lower_threshold(result, 1.5);
   return result;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double dt_s = 1e-3;
 
-ControlLaw::Config config(Structure structure, Pi::Config pi = {.kp = 0.3, .ki_per_s = 100.0}) {
+ControlLaw::Config config(Structure structure, PiGains pi = {.kp = 0.3, .ki_per_s = 100.0}) {
   return {.structure = structure, .model = support::piezo_model(), .pi = pi};
 }
 

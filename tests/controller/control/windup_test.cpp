@@ -18,7 +18,7 @@ constexpr Gate::Config wide_open{.drive_min = -1e6, .drive_max = 1e6, .slew_per_
 /// Law, gate and stage; the stage's true gain may differ from the model's.
 class Loop {
  public:
-  Loop(Structure structure, Pi::Config pi, Gate::Config gate, double true_gain = 1.0)
+  Loop(Structure structure, PiGains pi, Gate::Config gate, double true_gain = 1.0)
       : law_({.structure = structure, .model = support::piezo_model(), .pi = pi}),
         gate_(gate),
         true_gain_(true_gain),
@@ -108,7 +108,7 @@ TEST(Windup, SaturationByPAloneDoesNotDriveTheIntegralAway) {
 // Structure pi demands the whole stroke by the integral: 40 um is out of reach, 20 um is not. Without
 // anti-windup half a second at 60 / s and 10 um is 300 um of integral, which takes as long to remove.
 TEST(Windup, SaturationOfTheModelCausesNoMoreOvershootThanTheLinearLoop) {
-  const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
+  const PiGains pi{.kp = 0.2, .ki_per_s = 60.0};
   Loop linear(Structure::pi, pi, wide_open), saturated(Structure::pi, pi, wide_open);
   for (int i = 0; i < 500; ++i) {
     linear.cycle(29.0);
@@ -120,7 +120,7 @@ TEST(Windup, SaturationOfTheModelCausesNoMoreOvershootThanTheLinearLoop) {
 }
 
 TEST(Windup, TheRangeOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
-  const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
+  const PiGains pi{.kp = 0.2, .ki_per_s = 60.0};
   Gate::Config narrow = wide_open;
   narrow.drive_max = 70.0;
   Loop linear(Structure::pi, pi, wide_open), saturated(Structure::pi, pi, narrow);
@@ -134,7 +134,7 @@ TEST(Windup, TheRangeOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
 }
 
 TEST(Windup, TheSlewOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
-  const Pi::Config pi{.kp = 0.2, .ki_per_s = 60.0};
+  const PiGains pi{.kp = 0.2, .ki_per_s = 60.0};
   Gate::Config slow = wide_open;
   slow.slew_per_s = 500.0;  // the step response of the linear loop needs about 8000 V/s
   Loop linear(Structure::pi, pi, wide_open), limited(Structure::pi, pi, slow);
