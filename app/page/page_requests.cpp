@@ -15,6 +15,7 @@
 #include "app/live/command_handler.h"
 #include "app/stage/config_edit.h"
 #include "base/error.h"
+#include "config/schema/settings.h"
 #include "controller/analysis/linear_loop.h"
 
 namespace hystcan::app {
@@ -40,6 +41,18 @@ std::vector<config::Setting> overrides_of(const json& unsaved) {
     if (!value.empty() && key.find(".setpoint[") == std::string::npos) overrides.push_back({key, value});
   }
   return overrides;
+}
+
+/// The keys that can change while the controller runs. docs/page_protocol.md has the members.
+json keys_json(const std::filesystem::path& file) {
+  json list = json::array();
+  for (const config::Key& key : config::running_keys(config::load_as_written(file))) {
+    json& about = list.emplace_back(json{{"key", key.path}, {"meaning", key.meaning}});
+    if (std::isfinite(key.range.lo) || std::isfinite(key.range.hi)) about["range"] = key.range.describe();
+    if (!key.choices.empty()) about["choices"] = key.choices;
+    about["unit"] = config::unit_of(key.path);
+  }
+  return list;
 }
 
 constexpr int points_of_a_curve = 400;
@@ -220,6 +233,9 @@ void PageRequests::with_settings(const Asked& asked, std::function<void(const js
 void PageRequests::settings(PageClient&, const Asked& asked, const json&) {
   with_settings(asked, [this, asked](json answer) {
     answer.erase("file");
+    for (json& setting : answer.at("settings"))
+      setting["unit"] = config::unit_of(setting.at("key").get<std::string>());
+    answer["keys"] = keys_json(options_.config);
     answer["undo_save"] = std::filesystem::exists(kept_beside(options_.config));
     reply(asked, std::move(answer));
   });

@@ -240,13 +240,14 @@ std::string Reader::join(std::string_view key) const {
   return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
 }
 
-void Writer::line(std::string_view key, const std::string& value, bool is_required,
-                  std::string_view meaning) {
+void Writer::line(std::string_view key, const std::string& value, bool is_required, const About& about,
+                  std::span<const std::string_view> choices, Range range) {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
-  const auto comment = remark_({path, value}, is_required);
+  const auto comment = remark_({{path, value}, range, about.meaning, choices}, is_required);
   if (!comment) return;
   if (layout_ == Layout::model) {
-    keys_ += fmt::format("{:<12} = {}{}{}\n", key, value, meaning.empty() ? "" : "  # ", meaning);
+    keys_ += fmt::format("{:<12} = {}{}{}\n", key, value, about.meaning.empty() ? "" : "  # ",
+                         about.meaning);
     return;
   }
   const std::string text =
@@ -267,22 +268,22 @@ void Writer::enter(std::string_view key, const std::string& index, const std::fu
   body(inner);
   if (layout_ == Layout::plain || !inner.keys_.empty()) {
     const std::string name = "[" + inner.header_ + "]", header = index.empty() ? name : "[" + name + "]";
-    const std::string comment = remark_({inner.path_, {}}, false).value_or("");
+    const std::string comment = remark_({{inner.path_, {}}}, false).value_or("");
     tables_ += '\n' + (comment.empty() ? header : fmt::format("{:<34} # {}", header, comment)) + '\n';
   }
   tables_ += inner.text();
 }
 
-void Writer::limit_or_inf(std::string_view key, double value, double in_its_place, const About& /*about*/) {
-  if (!std::isfinite(in_its_place))
-    line(key, number(value), false);
+void Writer::limit_or_inf(std::string_view key, double value, double in_its_place, const About& about) {
+  if (!std::isfinite(in_its_place) || layout_ == Layout::schema)
+    line(key, number(value), false, about, {}, positive);
   else if (layout_ == Layout::plain)
     keys_ += fmt::format("# {} = {:.6g}  # default, of transitions alone\n", key, in_its_place);
 }
 
 void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values,
-                           const About& /*about*/) {
-  line(key, fmt::format("[{}]", fmt::join(values, ", ")), false);
+                           const About& about) {
+  line(key, fmt::format("[{}]", fmt::join(values, ", ")), false, about);
 }
 
 std::string Writer::number(double value, int digits) const {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <toml++/toml.h>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -55,26 +56,6 @@ class Document {
 
   std::filesystem::path file_;
   toml::table root_;
-};
-
-/// The allowed range of a number.
-struct Range {
-  double lo = -std::numeric_limits<double>::infinity();
-  double hi = std::numeric_limits<double>::infinity();
-  bool lo_excluded = false;
-
-  bool contains(double value) const { return (lo_excluded ? value > lo : value >= lo) && value <= hi; }
-  std::string describe() const;
-};
-inline constexpr Range any{};
-inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
-inline constexpr Range not_negative{.lo = 0.0};
-
-/// What is said of a key, in the tables of docs/configuration.md or behind its value in a model file.
-struct About {
-  std::string_view meaning{};
-  std::string_view otherwise{};  ///< what holds where the key is left out and no default does: "of the model"
-  int digits = 17;               ///< significant ones in a model file; 17 bring back the same bits
 };
 
 double nanoseconds_per_unit(std::string_view key);
@@ -231,53 +212,55 @@ class Writer {
   enum class Layout : std::uint8_t {
     plain,    ///< `hystcan check`: each number with the fewest characters
     columns,  ///< a file: equals signs and comments below each other, numbers that are not whole have a point
-    model     ///< a model file: numbers of some digits, meanings as comments
+    model,    ///< a model file: numbers of some digits, meanings as comments
+    schema    ///< for the remark alone: also keys that are left out, and those of tables that are left out
   };
   /// `table`: in whose keys the struct's are, as path and header; empty: the file's.
   Writer(Layout layout, Remark remark, std::string table = {})
       : layout_(layout), remark_(std::move(remark)), header_(table), path_(std::move(table)) {}
 
   template <class T>
-  void required(std::string_view key, const T& value, Range = any, const About& about = {}) {
-    line(key, text_of(key, value, about.digits), true, about.meaning);
+  void required(std::string_view key, const T& value, Range range = any, const About& about = {}) {
+    line(key, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
   }
   /// An infinite number and an empty text say that the key is left out. A key without a default of its own
   /// counts as required otherwise.
   template <class T>
-  void optional(std::string_view key, const T& value, Range = any, const About& about = {}) {
-    if constexpr (std::is_floating_point_v<T>) {
-      if (!std::isfinite(value)) return;
-    } else if constexpr (std::is_convertible_v<T, std::filesystem::path>) {
-      if (value.empty()) return;
-    }
-    line(key, text_of(key, value), !about.otherwise.empty());
+  void optional(std::string_view key, const T& value, Range range = any, const About& about = {}) {
+    bool is_left_out = false;
+    if constexpr (std::is_floating_point_v<T>)
+      is_left_out = !std::isfinite(value);
+    else if constexpr (std::is_convertible_v<T, std::filesystem::path>)
+      is_left_out = value.empty();
+    if (!is_left_out || layout_ == Layout::schema)
+      line(key, text_of(key, value), !about.otherwise.empty(), about, choices_of<T>(), range);
   }
-  void choice(std::string_view key, const std::string& value, std::span<const std::string_view>,
-              const About& = {}) {
-    required(key, value);
-  }
-  template <HasWords Enum>
-  void choice(std::string_view key, Enum value, const About& = {}) {
-    required(key, word_of(value));
+  void choice(std::string_view key, const std::string& value, std::span<const std::string_view> choices,
+              const About& about = {}) {
+    line(key, text_of(key, value), true, about, choices);
   }
   template <HasWords Enum>
-  void optional_choice(std::string_view key, Enum value, const About& = {}) {
-    optional(key, word_of(value));
+  void choice(std::string_view key, Enum value, const About& about = {}) {
+    line(key, text_of(key, word_of(value)), true, about, choices_of<Enum>());
   }
   template <HasWords Enum>
-  void choices(std::string_view key, const std::vector<Enum>& values, const About& = {}) {
+  void optional_choice(std::string_view key, Enum value, const About& about = {}) {
+    line(key, text_of(key, word_of(value)), false, about, choices_of<Enum>());
+  }
+  template <HasWords Enum>
+  void choices(std::string_view key, const std::vector<Enum>& values, const About& about = {}) {
     std::vector<std::string_view> chosen;
     chosen.reserve(values.size());
     for (const Enum value : values) chosen.push_back(word_of(value));
-    if (!chosen.empty()) line(key, list_of(chosen), false);
+    if (!chosen.empty()) line(key, list_of(chosen), false, about);
   }
-  void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values, const About& = {});
-  void numbers(std::string_view key, const std::vector<double>& values, const About& = {}) {
-    optional(key, values);
+  void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values, const About& about = {});
+  void numbers(std::string_view key, const std::vector<double>& values, const About& about = {}) {
+    optional(key, values, any, about);
   }
   /// `in_its_place`: in force where it is left out; infinite: nothing. Shown as a comment, as it is no value
   /// of the key.
-  void limit_or_inf(std::string_view key, double value, double in_its_place, const About& = {});
+  void limit_or_inf(std::string_view key, double value, double in_its_place, const About& about = {});
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
     enter(key, {}, [&](Writer& writer) { visit(writer, value); });
@@ -288,7 +271,9 @@ class Writer {
   }
   template <class T, class Visit>
   void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
-    if (value) table(key, *value, visit);
+    if (value) return table(key, *value, visit);
+    T left_out{};
+    if (layout_ == Layout::schema) table(key, left_out, visit);
   }
   template <class T, class Visit>
   void list(std::string_view key, std::vector<T>& values, Visit visit) {
@@ -297,6 +282,7 @@ class Writer {
   }
   template <class T, class Visit>
   void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
+    if (layout_ == Layout::schema) line(key, {}, false);
     list(key, values, visit);
   }
   template <class Make>
@@ -322,7 +308,20 @@ class Writer {
   }
   /// A table, or the element of a list with this index.
   void enter(std::string_view key, const std::string& index, const std::function<void(Writer&)>& body);
-  void line(std::string_view key, const std::string& value, bool is_required, std::string_view meaning = {});
+  template <class T>
+  static std::span<const std::string_view> choices_of() {
+    if constexpr (HasWords<T>) {
+      static const auto& all = words(T{});
+      return all;
+    } else if constexpr (std::is_same_v<T, bool>) {
+      static constexpr auto both = std::to_array<std::string_view>({"false", "true"});
+      return both;
+    } else {
+      return {};
+    }
+  }
+  void line(std::string_view key, const std::string& value, bool is_required, const About& about = {},
+            std::span<const std::string_view> choices = {}, Range range = any);
   std::string number(double value, int digits = About{}.digits) const;
   std::string list_of(const std::vector<double>& values) const;
   static std::string list_of(const std::vector<std::string_view>& words);

@@ -78,6 +78,10 @@ Config load_text(const std::filesystem::path& file, std::string_view text);
 /// not there, a straight line through its drives and positions stands for it.
 Config load_unmeasured(const std::filesystem::path& file);
 
+/// The configuration with the values that the file has: no path is resolved, and nothing is checked between
+/// the keys.
+Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
+
 /// Sets what follows from the model, the delays and the reference of an axis that was changed in memory: the
 /// limits of its transitions, and the turnarounds. The filters are not designed anew.
 void derive(Config& config, std::size_t axis);

@@ -207,6 +207,12 @@ void resolve_couplings(const Document& document, Config& config) {
   }
 }
 
+Config as_written(const Document& document) {
+  Config config = read_config(document);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) complete_control(document, config, i, measured);
+  return config;
+}
+
 Config load(const Document& document, const ModelFile& model_file) {
   Config config = read_config(document);
   config.database = can::load_dbc(named_file(document, "bus.dbc", config.bus.dbc));
@@ -270,10 +276,13 @@ Config load_text(const std::filesystem::path& file, std::string_view text) {
 
 Config load_unmeasured(const std::filesystem::path& file) { return load(Document(file), measured_if_there); }
 
+Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
+  return as_written(Document(file, overrides));
+}
+
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document(file, overrides);
-  Config config = read_config(document);
-  for (std::size_t i = 0; i < config.axes.size(); ++i) complete_control(document, config, i, measured);
+  Config config = as_written(document);
   Writer writer(Writer::Layout::plain, [&](const Setting& key, bool /*is_required*/) {
     const bool is_given = key.value.empty() || document.root().at_path(key.path);  // or a table
     return std::optional<std::string>(is_given ? "" : "default");

@@ -1,49 +1,17 @@
 #include "config/schema/settings.h"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
-#include <sstream>
 
 #include "config/document/toml_edit.h"
-#include "config/document/toml_text.h"
 #include "config/schema/schema.h"
 
 namespace hystcan::config {
 namespace {
-
-/// The value as text; a number has the fewest digits that are exact.
-std::string text_of(const toml::node& value) {
-  if (const auto* number = value.as_floating_point()) return fmt::format("{}", number->get());
-  if (const toml::array* list = value.as_array()) {
-    std::vector<std::string> elements;
-    elements.reserve(list->size());
-    for (const toml::node& element : *list) elements.push_back(text_of(element));
-    return fmt::format("[{}]", fmt::join(elements, ", "));
-  }
-  std::ostringstream text;
-  value.visit([&](const auto& node) { text << node; });
-  return text.str();
-}
-
-bool is_list_of_tables(const toml::node& node) {
-  return node.is_array() && node.as_array()->is_array_of_tables();
-}
-
-void collect(const toml::node& node, const std::string& path, std::vector<Setting>& into) {
-  if (const toml::table* table = node.as_table()) {
-    for (const auto& [key, value] : *table)
-      collect(value, path.empty() ? std::string(key.str()) : path + "." + std::string(key.str()), into);
-  } else if (is_list_of_tables(node)) {
-    const toml::array& list = *node.as_array();
-    for (std::size_t i = 0; i < list.size(); ++i) collect(list[i], fmt::format("{}[{}]", path, i), into);
-  } else {
-    into.push_back({path, text_of(node)});
-  }
-}
 
 std::map<std::string, std::string> by_path(const std::vector<Setting>& settings) {
   std::map<std::string, std::string> result;
@@ -67,23 +35,60 @@ Config defaults_of(const Config& config) {
 /// Keys that a running axis cannot exchange.
 constexpr std::array foundations{std::string_view("model")};
 
-}  // namespace
-
-std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
+/// The keys that have a value.
+std::vector<Setting> keys_of(Config config, Writer::Layout layout) {
   std::vector<Setting> result;
-  collect(parse_toml(echo(file, overrides), file.string()), "", result);
+  Writer writer(layout, [&](const Key& key, bool /*is_required*/) {
+    if (!key.value.empty()) result.push_back(key);
+    return std::optional<std::string>();
+  });
+  visit(writer, config);
   return result;
 }
 
-std::vector<Setting> settings(const Config& config) {
-  std::vector<Setting> result;
-  Writer writer(Writer::Layout::columns, [&](const Setting& key, bool /*is_required*/) {
-    if (!key.value.empty()) result.push_back(key);
+}  // namespace
+
+std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
+  std::vector<Setting> result = keys_of(load_as_written(file, overrides), Writer::Layout::plain);
+  for (Setting& setting : result)
+    if (setting.value.find_first_of("'\\") == std::string::npos)
+      std::ranges::replace(setting.value, '"', '\'');
+  std::ranges::sort(result, {}, &Setting::path);
+  return result;
+}
+
+std::vector<Setting> settings(const Config& config) { return keys_of(config, Writer::Layout::columns); }
+
+std::vector<Key> running_keys(const Config& config) {
+  std::vector<Key> result;
+  Writer writer(Writer::Layout::schema, [&](const Key& key, bool /*is_required*/) {
+    if (effect_of(key.path) == Effect::at_once) result.push_back(key);
     return std::optional<std::string>();
   });
   Config visited = config;
   visit(writer, visited);
   return result;
+}
+
+std::string unit_of(std::string_view key) {
+  constexpr std::pair<std::string_view, std::string_view> units[] = {
+      {"um", "um"},   {"s", "s"},   {"ms", "ms"},  {"us", "us"},        {"hour", "h"},    {"h", "h"},
+      {"Hz", "Hz"},   {"V", "V"},   {"A", "A"},    {"K", "K"},          {"percent", "%"}, {"deg", "deg"},
+      {"ppm", "ppm"}, {"MB", "MB"}, {"GB", "GB"},  {"uF", "uF"},        {"mH", "mH"},     {"ohm", "ohm"},
+      {"bit", "bit"}, {"<U>", "U"}, {"s2", "s^2"}, {"rtHz", "sqrt(Hz)"}};
+  if (key == "kp") return "um/um";
+  if (key.ends_with("_rms")) key.remove_suffix(4);
+  const auto unit_at_end = [&](std::string_view text) {
+    const std::string_view word = text.substr(text.rfind('_') + 1);
+    const auto found = std::ranges::find(units, word, [](const auto& unit) { return unit.first; });
+    return found == std::end(units) ? std::string() : std::string(found->second);
+  };
+  const std::string unit = unit_at_end(key);
+  const std::size_t per = key.rfind("_per_");
+  if (unit.empty() || per == std::string_view::npos || key.find('_', per + 5) != std::string_view::npos)
+    return unit;
+  const std::string above = unit_at_end(key.substr(0, per));
+  return (above.empty() ? "1" : above) + "/" + unit;
 }
 
 std::string file_text(const Config& config, const std::map<std::string, std::string>& remarks) {

@@ -12,10 +12,15 @@
 
 namespace hystcan::config {
 
-/// All keys in force, including defaults, in the order of `check`'s output. Throws Error.
+/// All keys in force, including defaults, by their names, with the values that the file has. Throws Error.
 std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 /// The keys of a configuration in memory, with their values as a file has them.
 std::vector<Setting> settings(const Config& config);
+
+/// The keys that can change while the controller runs, also those that are left out.
+std::vector<Key> running_keys(const Config& config);
+/// The unit that the name of a key ends with, as it is written: "um/s^2", "%"; empty where it has none.
+std::string unit_of(std::string_view key);
 
 /// When a change takes effect.
 enum class Effect : std::uint8_t {

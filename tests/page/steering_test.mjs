@@ -112,10 +112,35 @@ test('A position that is out of range is refused with the limits in force', asyn
 test('What is not configured is off, without a unit', async () => {
   assert.match(await body(), /Learning: off/);
   assert.match(await body(), /Notch: off/);
-  const rate = page.getByRole('textbox', { name: 'Learning rate, axis x', includeHidden: true });
+  const rate = page.getByRole('textbox', { name: 'learning.rate, axis x', includeHidden: true });
   assert.equal(await rate.getAttribute('placeholder'), 'off');
   const unit = page.locator('.field', { has: rate }).locator('.unit');
   assert.equal(await unit.evaluate((shown) => getComputedStyle(shown).visibility), 'hidden');
+});
+
+test('The configuration says what a field is for, its unit, range and words', async () => {
+  const label = (text) => page.locator('.axis-card').first().locator('label', { hasText: text }).first();
+  assert.equal(await label('kp').getAttribute('title'), 'axis[0].control.kp; proportional gain; a number >= 0');
+  const structure = page.getByRole('combobox', { name: 'structure, axis x' });
+  assert.ok((await structure.locator('option').allTextContents()).includes('inverse+pi'));
+  const jump = page.getByRole('textbox', { name: 'position_jump_um, um, axis x', includeHidden: true });
+  assert.equal(await jump.count(), 1);
+});
+
+test('A key that only a restart changes has no field', async () => {
+  assert.equal(await page.locator('[data-key="axis[0].control.model"]').count(), 0);
+});
+
+test('A table that is off comes into force as a whole', async () => {
+  await page.getByText('Notch: off').first().click();
+  const fill = (key, value) => page.getByRole('textbox', { name: `notch.${key}` }).first().fill(value);
+  await fill('frequency_Hz', '300');
+  await fill('depth', '0.1');
+  await fill('width', '0.5');
+  await page.getByRole('button', { name: 'Apply all of notch, axis x' }).click();
+  await until('the notch is in force', async () => (await valueInForce('axis[0].control.notch.depth')) === '0.1');
+  await page.click('#undo');
+  await until('it is off again', async () => (await valueInForce('axis[0].control.notch.depth')) === undefined);
 });
 
 test('Undo takes the change back', async () => {

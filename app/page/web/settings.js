@@ -27,12 +27,15 @@ export function commaTrouble(text) {
   return found ? `decimal point, not comma: ${found[1]}.${found[2]}` : '';
 }
 
+/** A key of a label, which a narrow column may break. */
+const broken = (key) => key.replaceAll('_', '_\u200b');
+
 /**
- * `about`: {label, long, unit, choices, axis, absent (the word where there is no value)}. `apply(value)` gives the
- * answer of the controller.
+ * `about`: what the server says of the key, {unit, choices, range, meaning}, and {label, long, axis, absent (the word
+ * where there is no value)}. `apply(value)` gives the answer of the controller.
  */
 export function settingField(key, about, apply) {
-  const { label, long = label, unit, choices, axis, absent = 'none' } = about;
+  const { label, long, unit, choices, range, meaning, axis, absent = 'none' } = about;
   const id = `setting-${nextId++}`;
   const input = choices
     ? element(
@@ -42,7 +45,7 @@ export function settingField(key, about, apply) {
         element('option', { value: '', text: absent, hidden: true }),
       )
     : element('input', { id, type: 'text', spellcheck: 'false', autocomplete: 'off' });
-  input.setAttribute('aria-label', `${long}${unit && unit !== '1' ? `, ${unit}` : ''}, axis ${axis}`);
+  input.setAttribute('aria-label', `${long}${unit ? `, ${unit}` : ''}, axis ${axis}`);
   input.dataset.key = key;
   const answer = answerPlace();
   const button = element('button', { type: 'button', text: 'Apply', 'aria-label': `Apply ${long}, axis ${axis}` });
@@ -50,7 +53,7 @@ export function settingField(key, about, apply) {
   const root = element(
     'div',
     { class: 'field' },
-    element('label', { for: id, text: label, title: `${long}: ${key}` }),
+    element('label', { for: id, text: broken(label), title: [key, meaning, range].filter(Boolean).join('; ') }),
     element('span', { class: 'entry' }, input, unitText),
     button,
     answer,
@@ -121,7 +124,7 @@ export class Segments {
   #keys = '';
 
   /**
-   * `makeField(about)`: a setting field of this axis; `set(list)`: sets the whole list and tells the answer; null: the
+   * `makeField(about)`: a setting field of this axis, {path, label, long}; `set(list)`: sets the whole list and tells the answer; null: the
    * segments are others by now. `ask()`: the settings in force, as show() gets them.
    */
   constructor(axis, name, makeField, set, ask) {
@@ -175,8 +178,7 @@ export class Segments {
     const made = own.map((key) => {
       const path = key.slice(this.start.length);
       const label = path.slice(path.indexOf('.') + 1);
-      const broken = label.replaceAll('_', '_\u200b'); // where a narrow column may break it
-      return this.makeField({ key: path, label: broken, long: `Segment ${title}, ${label}`, unit: unitOfKey(label) });
+      return this.makeField({ path, label, long: `Segment ${title}, ${label}` });
     });
     fields.push(...made);
     const remove = element('button', {
@@ -207,10 +209,4 @@ function listOf(keys, values, start) {
     table[parts.at(-1)] = /^['"]/.test(toml) ? wordOfToml(toml) : valueOfText(toml);
   }
   return list;
-}
-
-/** The unit at the end of a key: low_um, frequency_Hz, ki_per_s. */
-function unitOfKey(key) {
-  const found = /_(um_per_s2|um_per_s|um_per_um|per_s|um|Hz|ms|us|s|percent|deg|cycles)$/.exec(key)?.[1] ?? '';
-  return { percent: '%', per_s: '1/s', um_per_s: 'um/s', um_per_s2: 'um/s^2', um_per_um: 'um/um' }[found] ?? found;
 }

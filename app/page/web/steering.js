@@ -3,32 +3,16 @@
 import { answerPlace, byId, element, openDialog, setText, tell } from './dom.js';
 import { Segments, commaTrouble, settingField, valueOfText } from './settings.js';
 
-const structures = ['average', 'inverse', 'pi', 'average+pi', 'inverse+pi'];
 const settingsEvery_ms = 3000; // another program may change them too
 
-const tuning = [
-  { key: 'structure', label: 'Structure', choices: structures },
-  { key: 'kp', label: 'Gain kp', long: 'Proportional gain kp', unit: 'um/um' },
-  { key: 'ki_per_s', label: 'Gain ki', long: 'Integral gain ki', unit: '1/s' },
-  { key: 'measurement_filter_Hz', label: 'Filter', long: 'Measurement filter', unit: 'Hz' },
-];
-const notch = [
-  { key: 'notch.frequency_Hz', label: 'Frequency', long: 'Notch frequency', unit: 'Hz' },
-  { key: 'notch.depth', label: 'Depth', long: 'Notch depth', unit: '1' },
-  { key: 'notch.width', label: 'Width', long: 'Notch width', unit: '1' },
-];
-const learning = [
-  { key: 'learning.correction_max_um', label: 'Largest correction', unit: 'um' },
-  { key: 'learning.rate', label: 'Rate', long: 'Learning rate', unit: '1' },
-  { key: 'learning.forget_percent', label: 'Forgotten', long: 'Forgotten in a period', unit: '%' },
-  { key: 'learning.resonance_percent', label: 'Resonance +-', long: 'Resonance uncertain by', unit: '%' },
-  { key: 'learning.frozen', label: 'Frozen', long: 'Learning frozen', choices: ['false', 'true'] },
-];
+const shownFirst = ['structure', 'kp', 'ki_per_s', 'measurement_filter_Hz']; // the other keys are in groups, folded
 
 export class Steering {
   #fields = []; // of all axes: {key, show(toml, isUnsaved)}
   #asked = false;
   #isStale = false; // what was asked for may have changed since
+  #units = new Map(); // of the keys
+  #keys = ''; // for which there are fields
 
   constructor(connection, access) {
     this.connection = connection;
@@ -46,7 +30,9 @@ export class Steering {
     this.#fields = [];
     this.segments = []; // per axis
     this.groups = []; // that are off where no key begins with their start: {start, title, summary}
-    byId('steering-axes').replaceChildren(...greeting.axes.map((axis, at) => this.#card(axis, at)));
+    this.cards = greeting.axes.map(({ name }, axis) => ({ name, axis, first: fields(), folded: element('div') }));
+    this.#keys = '';
+    byId('steering-axes').replaceChildren(...this.cards.map((card) => this.#card(card)));
     this.refresh();
   }
 
@@ -61,8 +47,10 @@ export class Steering {
     if (answer.ok) this.#show(answer);
   }
 
-  #show({ settings, unsaved, undo, undo_save: hasKept }) {
+  #show({ settings, keys, unsaved, undo, undo_save: hasKept }) {
     const values = valuesOf({ settings });
+    this.#units = new Map([...keys, ...settings].map(({ key, unit }) => [key, unit]));
+    this.#makeFields(keys);
     const changed = new Set(unsaved.map(({ key }) => key));
     this.values = values;
     for (const segments of this.segments ?? []) this.#showSegments(segments, values);
@@ -81,7 +69,36 @@ export class Steering {
     );
   }
 
-  #card({ name }, axis) {
+  /** A field for each key that can change, in the order of the configuration; a group for each table. */
+  #makeFields(keys) {
+    const shape = JSON.stringify(keys);
+    if (shape === this.#keys || !this.cards) return;
+    this.#keys = shape;
+    this.#fields = this.#fields.filter(({ key }) => this.segments.some((segments) => segments.owns(key)));
+    this.groups = [];
+    for (const { name, axis, first, folded } of this.cards) {
+      const start = `axis[${axis}].control.`;
+      const tables = new Map([['', []]]);
+      for (const about of keys) {
+        const path = about.key.slice(start.length);
+        if (!about.key.startsWith(start) || path.startsWith('setpoint[')) continue;
+        const dot = path.lastIndexOf('.');
+        const table = path.slice(0, Math.max(dot, 0));
+        if (!tables.has(table)) tables.set(table, []);
+        const own = { ...about, path, label: path.slice(dot + 1), long: path, absent: table && 'off' };
+        tables.get(table).push(this.#settingField(axis, name, own));
+      }
+      const isFirst = ({ key }) => shownFirst.includes(key.slice(start.length));
+      const [plain, ...others] = [...tables].map(([table, made]) => ({ table, made }));
+      first.replaceChildren(...plain.made.filter(isFirst).map(({ root }) => root));
+      folded.replaceChildren(
+        ...others.map(({ table, made }) => this.#tableGroup(name, start, table, made)),
+        group('Other keys', fields(...plain.made.filter((field) => !isFirst(field)).map(({ root }) => root))),
+      );
+    }
+  }
+
+  #card({ name, axis, first, folded }) {
     const answer = answerPlace();
     const act = (command) => async () =>
       tell(answer, await this.#command({ axis: name, ...command }), `${command.do} is done`);
@@ -135,27 +152,18 @@ export class Steering {
         button('Revert learnt', { do: 'revert' }),
       ),
       answer,
-      element('div', { class: 'fields' }, ...tuning.map((about) => this.#field(axis, name, about))),
-      this.#optionalGroup(axis, 'Notch', 'notch', [
-        ...notch.map((about) => this.#field(axis, name, { ...about, absent: 'off' })),
-        this.#wholeNotch(axis, name),
-      ]),
-      this.#optionalGroup(
-        axis,
-        'Learning',
-        'learning',
-        learning.map((about) => this.#field(axis, name, { ...about, absent: 'off' })),
-      ),
+      first,
+      folded,
       group('Setpoint segments', segments.root, segmentsAnswer),
-      group('Any other key', element('div', { class: 'fields' }, this.#anyKey(name))),
     );
   }
 
-  /** A table of settings that may be absent as a whole: it is off then, and its title says so. */
-  #optionalGroup(axis, title, table, children) {
-    const made = group(title, element('div', { class: 'fields' }, ...children));
-    this.groups.push({ start: `axis[${axis}].control.${table}.`, title, summary: made.querySelector('summary') });
-    return made;
+  /** The keys of a table. It may be absent as a whole: it is off then, and its title says so. */
+  #tableGroup(name, start, table, made) {
+    const title = (table[0].toUpperCase() + table.slice(1)).replaceAll('_', ' ');
+    const grouped = group(title, fields(...made.map(({ root }) => root), this.#wholeTable(name, table, made)));
+    this.groups.push({ start: `${start}${table}.`, title, summary: grouped.querySelector('summary') });
+    return grouped;
   }
 
   /** The refusal of a position, with the limits in force beside the names of their keys. */
@@ -167,68 +175,34 @@ export class Steering {
       : { ...answer, error: answer.error.replace('position_min_um..position_max_um', `$& ${limits}`) };
   }
 
-  #field(axis, name, about) {
-    return this.#settingField(axis, name, about).root;
-  }
-
   #settingField(axis, name, about) {
-    const field = settingField(`axis[${axis}].control.${about.key}`, { ...about, axis: name }, (value) =>
-      this.#set(name, about.key, value),
+    const key = `axis[${axis}].control.${about.path}`;
+    const field = settingField(key, { ...about, unit: this.#units.get(key), axis: name }, (value) =>
+      this.#set(name, about.path, value),
     );
     this.#fields.push(field);
     return field;
   }
 
-  /** All three values at once: a notch that is not there yet cannot get one key alone. */
-  #wholeNotch(axis, name) {
+  /** All values of a table at once: one that is not there yet cannot get one key alone. */
+  #wholeTable(name, table, made) {
     const answer = answerPlace();
     const apply = async () => {
-      const own = this.#fields.filter(({ key }) => key.startsWith(`axis[${axis}].control.notch.`));
-      const trouble = own.map(({ typed }) => commaTrouble(typed())).find(Boolean);
+      const given = made.filter(({ typed }) => typed() !== '');
+      const trouble = given.map(({ typed }) => commaTrouble(typed())).find(Boolean);
       if (trouble) return tell(answer, { error: trouble });
-      const value = Object.fromEntries(own.map(({ key, typed }) => [key.split('.').at(-1), valueOfText(typed())]));
-      const result = await this.#set(name, 'notch', value);
-      if (result.ok) own.forEach((field) => field.reset());
+      const value = Object.fromEntries(given.map(({ key, typed }) => [key.split('.').at(-1), valueOfText(typed())]));
+      const result = await this.#set(name, table, value);
+      if (result.ok) made.forEach((field) => field.reset());
       tell(answer, result, 'in force');
     };
     return element(
       'div',
       { class: 'field' },
-      element('button', { type: 'button', text: 'Apply the three together', onclick: apply }),
-      answer,
-    );
-  }
-
-  #anyKey(name) {
-    const key = element('input', {
-      type: 'text',
-      'aria-label': `Key of axis.control, axis ${name}`,
-      placeholder: 'key, as deadband_um',
-      spellcheck: 'false',
-    });
-    const value = element('input', {
-      type: 'text',
-      'aria-label': `Value of the key, axis ${name}`,
-      placeholder: 'value',
-      spellcheck: 'false',
-    });
-    const answer = answerPlace();
-    const apply = async () => {
-      const trouble = commaTrouble(value.value);
-      if (trouble) return tell(answer, { error: trouble });
-      tell(answer, await this.#set(name, key.value.trim(), valueOfText(value.value)), 'in force');
-    };
-    for (const input of [key, value]) input.addEventListener('keydown', (event) => event.key === 'Enter' && apply());
-    return element(
-      'div',
-      { class: 'field wide' },
-      key,
-      value,
-      element('span', { text: '' }),
       element('button', {
         type: 'button',
-        text: 'Apply',
-        'aria-label': `Apply the key, axis ${name}`,
+        text: 'Apply all together',
+        'aria-label': `Apply all of ${table}, axis ${name}`,
         onclick: apply,
       }),
       answer,
@@ -265,6 +239,8 @@ const valuesOf = ({ settings }) => settings && new Map(settings.map(({ key, valu
 
 const wordsOfChanges = (changes) =>
   changes.map(({ key, from, to }) => `${key}: ${from || 'none'} \u2192 ${to || 'none'}`).join('; ');
+
+const fields = (...children) => element('div', { class: 'fields' }, ...children);
 
 const group = (title, ...children) => element('details', {}, element('summary', { text: title }), ...children);
 

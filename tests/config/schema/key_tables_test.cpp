@@ -16,6 +16,7 @@
 
 #include "config/schema/config.h"
 #include "config/schema/schema.h"
+#include "config/schema/settings.h"
 
 namespace hystcan::config::key_tables_test {
 namespace {
@@ -24,44 +25,6 @@ struct Row {
   std::string key, range, otherwise, meaning;
 };
 using Tables = std::map<std::string, std::vector<Row>>;  ///< by header: "[bus]", "[[axis]]"
-
-/// The unit that the name of a key ends with.
-std::string unit_of(std::string_view key) {
-  constexpr std::pair<std::string_view, std::string_view> units[] = {{"um_per_s2", "um/s^2"},
-                                                                     {"um_per_s", "um/s"},
-                                                                     {"<U>_per_s", "U/s"},
-                                                                     {"<U>_per_rtHz", "U/sqrt(Hz)"},
-                                                                     {"um_per_rtHz", "um/sqrt(Hz)"},
-                                                                     {"um_per_um", "um/um"},
-                                                                     {"um_per_h", "um/h"},
-                                                                     {"um_per_K", "um/K"},
-                                                                     {"bit_per_s", "bit/s"},
-                                                                     {"per_hour", "1/h"},
-                                                                     {"per_s", "1/s"},
-                                                                     {"per_K", "1/K"},
-                                                                     {"<U>", "U"},
-                                                                     {"um_rms", "um"},
-                                                                     {"um", "um"},
-                                                                     {"percent", "%"},
-                                                                     {"ppm", "ppm"},
-                                                                     {"deg", "deg"},
-                                                                     {"Hz", "Hz"},
-                                                                     {"MB", "MB"},
-                                                                     {"GB", "GB"},
-                                                                     {"uF", "uF"},
-                                                                     {"mH", "mH"},
-                                                                     {"ohm", "ohm"},
-                                                                     {"K", "K"},
-                                                                     {"A", "A"},
-                                                                     {"V", "V"},
-                                                                     {"us", "us"},
-                                                                     {"ms", "ms"},
-                                                                     {"s", "s"}};
-  if (key == "kp") return "um/um";
-  for (const auto& [suffix, unit] : units)
-    if (key == suffix || key.ends_with(fmt::format("_{}", suffix))) return std::string(unit);
-  return {};
-}
 
 std::string in_words(std::span<const std::string_view> words) {
   constexpr std::size_t most = 10;

@@ -71,6 +71,34 @@ TEST(Changes, OfAnAddedSegmentListItsKeys) {
   }
 }
 
+Key running_key(std::string_view path) {
+  const std::vector<Key> keys = running_keys(load(shipped));
+  const auto found = std::ranges::find(keys, path, &Key::path);
+  return found == keys.end() ? Key{} : *found;
+}
+
+TEST(RunningKeys, SayWhatAKeyMeansAndItsRange) {
+  const Key gain = running_key("axis[0].control.kp");
+  EXPECT_EQ(gain.meaning, "proportional gain");
+  EXPECT_EQ(gain.range.describe(), "a number >= 0");
+}
+
+TEST(RunningKeys, HaveTheWordsOfAChoice) {
+  const Key structure = running_key("axis[0].control.structure");
+  EXPECT_EQ(structure.choices.size(), controller::all_structures.size());
+  EXPECT_EQ(running_key("axis[0].control.repeat").choices[1], "true");
+}
+
+TEST(RunningKeys, IncludeThoseOfATableThatIsLeftOut) {
+  EXPECT_FALSE(load(shipped).axes[0].control.law.notch);
+  EXPECT_EQ(running_key("axis[0].control.notch.depth").range.describe(), "a number >= 0 and <= 1");
+}
+
+TEST(RunningKeys, LeaveOutWhatOnlyARestartChanges) {
+  EXPECT_EQ(running_key("axis[0].control.model").path, "");
+  EXPECT_EQ(running_key("axis[0].name").path, "");
+}
+
 struct EffectCase {
   std::string_view path;
   Effect effect;
