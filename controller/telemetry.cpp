@@ -55,9 +55,10 @@ void CsvLog::write(const CycleRecord& record) {
   file_.add(row_ += '\n');
 }
 
-std::string CsvLog::close() {
+std::optional<std::string> CsvLog::close() {
   file_.close();
-  return file_.error_text().empty() ? "" : file_.error_text() + "; later rows are lost";
+  if (!file_.error()) return std::nullopt;
+  return file_.error_text() + "; later rows are lost";
 }
 
 void LatenessLog::add(const CycleRecord& record) {

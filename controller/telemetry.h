@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -48,8 +49,8 @@ class CsvLog {
 
   /// A full disk loses rows and does not stop the run.
   void write(const CycleRecord& record);
-  /// The reason where rows were lost; empty where none were.
-  std::string close();
+  /// Why rows were lost, if any were.
+  std::optional<std::string> close();
 
  private:
   std::vector<std::string> axis_names_;

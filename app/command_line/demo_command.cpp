@@ -70,8 +70,8 @@ Column run_column(const rehearsal::Setup& setup, controller::Structure structure
           csv.write(record);
         },
         [&](const auto& sampled) { truth.write(sampled); });
-    for (const std::string& lost : {csv.close(), truth.close()})
-      if (!lost.empty()) throw RunError(lost);
+    for (const auto& lost : {csv.close(), truth.close()})
+      if (lost) throw RunError(*lost);
     std::string failure = failure_of(outcome);
     return {structure, std::move(outcome), std::move(failure)};
   } catch (const std::exception&) {
@@ -211,22 +211,20 @@ int run_demo(const DemoArguments& options) {
   const config::AxisConfig& axis = config.axes.front();
   const double tracking_s =
       columns.front().outcome.virtual_s - controller::reference_of(axis.control).length_s();
-  const std::string undrawn =
-      draw({.directory = options.output,
-            .title = config.file.stem().string() + ", axis " + axis.wire.name,
-            .axis = axis.wire.name,
-            .drive_unit = axis.wire.drive_unit,
-            .stroke_um = columns.front().outcome.axes.front().stroke_um,
-            .delay_cycles =
-                config.controller.rate_Hz * axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz),
-            .from_s = tracking_s + axis.control.setpoint.front().transition_s,
-            .to_s = tracking_s + axis.control.setpoint.front().transition_s + 0.3});
+  const auto undrawn = draw({.directory = options.output,
+                             .title = config.file.stem().string() + ", axis " + axis.wire.name,
+                             .axis = axis.wire.name,
+                             .drive_unit = axis.wire.drive_unit,
+                             .stroke_um = columns.front().outcome.axes.front().stroke_um,
+                             .delay_cycles = config.controller.rate_Hz *
+                                             axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz),
+                             .from_s = tracking_s + axis.control.setpoint.front().transition_s,
+                             .to_s = tracking_s + axis.control.setpoint.front().transition_s + 0.3});
   note("{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
        virtual_s, wall.count(), axis_cycles / wall.count());
   note("{}: {}\n", options.output.string(),
-       undrawn.empty()
-           ? "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth"
-           : "two CSV for each structure, the controller's and the twin's truth; no picture: " + undrawn);
+       undrawn ? "two CSV for each structure, the controller's and the twin's truth; no picture: " + *undrawn
+               : "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth");
   const bool failed_once =
       std::ranges::any_of(columns, [](const Column& column) { return !column.failure.empty(); });
   return failed_once ? failed : done;

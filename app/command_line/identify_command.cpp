@@ -130,7 +130,7 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
                                                progress.update(++tries);
                                                return stop_signalled == 0;
                                              });
-  if (!written.undrawn.empty()) note("hystcan: {}: {}\n", options.report.string(), written.undrawn);
+  if (written.undrawn) note("hystcan: {}: {}\n", options.report.string(), *written.undrawn);
 }
 
 /// The configuration that gets the model, before it has one.

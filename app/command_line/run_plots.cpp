@@ -146,9 +146,9 @@ class Drawing {
     const Picture picture = make(gnuplot_file(name + ".csv"));
     write_file(plots_.folder / (name + ".csv"), picture.data);
     drawn_.names.push_back(name);
-    const std::string failure = draw_with_gnuplot(plots_.folder, name + ".gp", plots_.formats,
-                                                  drawn_as(name, plots_.formats, plots_.size, picture.body));
-    if (!failure.empty()) drawn_.undrawn = failure;
+    const auto failure = draw_with_gnuplot(plots_.folder, name + ".gp", plots_.formats,
+                                           drawn_as(name, plots_.formats, plots_.size, picture.body));
+    if (failure) drawn_.undrawn = failure;
   }
   void lack(const std::string& what) { drawn_.lacking.push_back(what); }
   DrawnPlots drawn() const { return drawn_; }
@@ -272,7 +272,7 @@ DrawnPlots draw_runs(const std::vector<RunFigures>& runs, const RunPlots& plots)
   return drawing.drawn();
 }
 
-std::string draw(const DemoPlot& plot) {
+std::optional<std::string> draw(const DemoPlot& plot) {
   const std::string body =
       fmt::format(demo_panels, fmt::arg("title", gnuplot_text(plot.title)),
                   fmt::arg("drive", gnuplot_text(fmt::format("drive ({})", plot.drive_unit))),

@@ -20,9 +20,10 @@ void TruthLog::write(const twin::Truth& truth) {
                         truth.position_um, truth.measured_um));
 }
 
-std::string TruthLog::close() {
+std::optional<std::string> TruthLog::close() {
   rows_.close();
-  return rows_.error_text().empty() ? "" : rows_.error_text() + "; later rows are lost";
+  if (!rows_.error()) return std::nullopt;
+  return rows_.error_text() + "; later rows are lost";
 }
 
 }  // namespace hystcan::app

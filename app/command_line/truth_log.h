@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,8 @@ class TruthLog {
   TruthLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
   void write(const twin::Truth& truth);
-  /// The reason if rows were lost; empty if none were.
-  std::string close();
+  /// Why rows were lost, if any were.
+  std::optional<std::string> close();
 
  private:
   std::vector<std::string> axis_names_;

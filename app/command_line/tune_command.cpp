@@ -109,8 +109,8 @@ int tune(const TuneArguments& options) {
   if (files.written)
     put(files.written, with_loop(loaded, index_of_axis(loaded, options.run.axis), best.setting, best.delays));
   if (!options.picture.empty())
-    if (const std::string failure = draw_response(report, record, options.picture); !failure.empty())
-      note("{}: not drawn: {}\n", options.picture.string(), failure);
+    if (const auto failure = draw_response(report, record, options.picture))
+      note("{}: not drawn: {}\n", options.picture.string(), *failure);
   print("{}", options.json ? to_json(report).dump(2) + "\n" : describe(report));
   note("{}: proposed, not applied\n", options.output.string());
   return done;

@@ -55,9 +55,9 @@ Identified identified_loops(const AxisRecords& records) {
   }
 }
 
-/// Empty, or why the report has no pictures.
-std::string write_axis_report(const std::filesystem::path& folder, const AxisRecords& records,
-                              const Identified& found, const std::vector<std::string>& said) {
+/// Why the report has no pictures, if it has none.
+std::optional<std::string> write_axis_report(const std::filesystem::path& folder, const AxisRecords& records,
+                                             const Identified& found, const std::vector<std::string>& said) {
   Progress progress("comparing models", 0, "trials");
   return write_report(folder, {records.loops, records.names(), found, said},
                       [&progress, tries = std::uint64_t{0}]() mutable {
@@ -203,10 +203,9 @@ TunedAxis tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records)
     print_lines(name,
                 {fmt::format("faster: {}, {}", fast.name, loop_text(fast, report.rule.resonance_percent))});
   }
-  if (const std::string undrawn =
-          draw_response(report, *records.step, stage.file().parent_path() / (name + ".bode.svg"));
-      !undrawn.empty())
-    print_lines(name, {"no picture of the loop: " + undrawn});
+  if (const auto undrawn =
+          draw_response(report, *records.step, stage.file().parent_path() / (name + ".bode.svg")))
+    print_lines(name, {"no picture of the loop: " + *undrawn});
   return tuned;
 }
 
@@ -337,7 +336,7 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
   write_file(folder / plant_name(axis),
              "# The twin's actuator: the identified model with curves 3 % and k 20 % off.\n" +
                  config::model_text(not_quite(found.parameters), {}));
-  const std::string undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
+  const auto undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
   stop_if_signalled();
   const double percent = 100.0 / found.output_span;
   print_lines(
@@ -346,7 +345,7 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
           "hysteresis: {}, misses {} by {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
           found.search.shape.text(), fmt::join(records.names(), ", "), found.overall.rms * percent,
           found.held_out_rms ? fmt::format(" ({:.3g} % cross-validated)", *found.held_out_rms * percent) : "",
-          found.output_span, axis, undrawn.empty() ? "" : ", without pictures: " + undrawn)});
+          found.output_span, axis, undrawn ? ", without pictures: " + *undrawn : "")});
   if (records.unseen) print_lines(axis, {validation_line(found.parameters, found.delay_s, records)});
   return found;
 }

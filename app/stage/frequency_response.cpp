@@ -163,8 +163,8 @@ void require_picture(const std::filesystem::path& picture) {
     throw Error(fmt::format("{}: expected a name that ends with .svg or .png", picture.string()));
 }
 
-std::string draw_response(const TuningReport& report, const identification::Dataset& record,
-                          const std::filesystem::path& picture) {
+std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,
+                                         const std::filesystem::path& picture) {
   const bool is_png = picture.extension() == ".png";
   const std::string title =
       fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name);

@@ -74,7 +74,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string run_gnuplot(const fs::path& directory, const std::string& script) {
+std::optional<std::string> run_gnuplot(const fs::path& directory, const std::string& script) {
   const pid_t child = fork();
   if (child < 0) return std::generic_category().message(errno);
   if (child == 0) {
@@ -86,7 +86,7 @@ std::string run_gnuplot(const fs::path& directory, const std::string& script) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return std::nullopt;
   if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return "gnuplot is not installed";
   return fmt::format("gnuplot failed at {}", script);
 }
@@ -114,17 +114,18 @@ bool is_whole(const fs::path& picture, const std::string& ending) {
 
 }  // namespace
 
-std::string draw_with_gnuplot(const fs::path& directory, const std::string& name,
-                              const std::vector<std::string>& endings, std::string_view script) {
+std::optional<std::string> draw_with_gnuplot(const fs::path& directory, const std::string& name,
+                                             const std::vector<std::string>& endings,
+                                             std::string_view script) {
   const fs::path path = directory / name;
   write_file(path, script);
   remove_pictures_of(path, endings);
-  std::string failure = run_gnuplot(directory, name);
+  std::optional<std::string> failure = run_gnuplot(directory, name);
   for (const std::string& ending : endings)
-    if (failure.empty() && !is_whole(picture_of(path, ending), ending))
+    if (!failure && !is_whole(picture_of(path, ending), ending))
       failure = fmt::format("gnuplot has not written the whole of {}; is the disk full?",
                             picture_of(name, ending).string());
-  if (!failure.empty()) remove_pictures_of(path, endings);
+  if (failure) remove_pictures_of(path, endings);
   return failure;
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,12 +31,13 @@ std::string plot_look();
 std::string drawn_as(const std::string& name, const std::vector<std::string>& formats,
                      const PictureSize& size, const std::string& body);
 
-/// Writes the script to directory/name and runs gnuplot on it there. Returns an empty text when each picture,
-/// the script's name with one of these endings ("svg", "png", "pdf"), is there and whole: gnuplot itself
-/// succeeds on a full disk. Else the reason of the failure; the script remains for a later attempt, and no
-/// picture of its name. Throws RunError if the script cannot be written.
-std::string draw_with_gnuplot(const std::filesystem::path& directory, const std::string& name,
-                              const std::vector<std::string>& endings, std::string_view script);
+/// Writes the script to directory/name and runs gnuplot on it there. Returns why not each picture, the
+/// script's name with one of these endings ("svg", "png", "pdf"), is there and whole: gnuplot itself succeeds
+/// on a full disk. After a failure the script remains for a later attempt, and no picture of its name. Throws
+/// RunError if the script cannot be written.
+std::optional<std::string> draw_with_gnuplot(const std::filesystem::path& directory, const std::string& name,
+                                             const std::vector<std::string>& endings,
+                                             std::string_view script);
 
 /// The text as a gnuplot string constant, in quotes; control characters become spaces.
 std::string gnuplot_string(std::string_view text);

@@ -330,7 +330,7 @@ std::string pictures_of(const std::filesystem::path& directory, const WrittenRep
                       picture.name, picture.title, picture.explanation);
     else if (std::filesystem::exists(directory / (picture.name + ".gp")))
       part += fmt::format("<p>No picture: {}. To draw it: <code>gnuplot {}.gp</code> in this folder.</p>\n",
-                          escaped(written.undrawn), picture.name);
+                          escaped(written.undrawn.value_or("")), picture.name);
     else
       part += "<p>No picture: stopped before it was made.</p>\n";
   }

@@ -229,15 +229,15 @@ std::string of_landscape(const Landscape& map, const Identified& identified) {
          setting("y_best", place(identified.parameters.k_descending));
 }
 
-/// Draws every plot whose numbers exist. Returns an empty text if all were drawn, else the reason of the
-/// failure.
-std::string draw_pictures(const std::filesystem::path& directory, std::size_t datasets,
-                          const Identified& identified, const std::optional<Landscape>& landscape) {
-  std::string undrawn;
+/// Draws every plot whose numbers exist. Returns why not all were drawn.
+std::optional<std::string> draw_pictures(const std::filesystem::path& directory, std::size_t datasets,
+                                         const Identified& identified,
+                                         const std::optional<Landscape>& landscape) {
+  std::optional<std::string> undrawn;
   const auto draw = [&](const std::string& name, int height, const std::string& script) {
-    const std::string why = draw_with_gnuplot(directory, name + ".gp", {"svg"},
-                                              preamble(name, height, datasets, identified) + script);
-    if (undrawn.empty()) undrawn = why;
+    const auto why = draw_with_gnuplot(directory, name + ".gp", {"svg"},
+                                       preamble(name, height, datasets, identified) + script);
+    if (!undrawn) undrawn = why;
   };
   draw("loops", 700, loops_script);
   draw("residual_time", static_cast<int>(std::max<std::size_t>(400, 340 * datasets)), residual_time_script);

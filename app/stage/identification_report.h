@@ -43,7 +43,7 @@ struct IdentificationReport {
 
 struct WrittenReport {
   identification::Comparison comparison;
-  std::string undrawn;  ///< the reason why a plot is missing; empty if all are there
+  std::optional<std::string> undrawn;  ///< why a plot is missing
 };
 
 /// The names of all files that a report may hold. Files of an earlier report are overwritten, or removed if

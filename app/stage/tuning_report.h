@@ -75,10 +75,10 @@ nlohmann::json to_json(const TuningReport& report);
 /// those of the loops from -90 on without a leap.
 std::string response_table(const TuningReport& report, const identification::Dataset& record);
 
-/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns an empty
-/// text, or why there is no picture.
-std::string draw_response(const TuningReport& report, const identification::Dataset& record,
-                          const std::filesystem::path& picture);
+/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns
+/// why there is no picture, if there is none.
+std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,
+                                         const std::filesystem::path& picture);
 
 /// Throws Error unless the name ends with .svg or .png.
 void require_picture(const std::filesystem::path& picture);
