@@ -60,7 +60,8 @@ TEST(CsvLog, WritesARowForEachRecord) {
     record.report.position_um = 2.5;
     record.report.demand_um = 3.25;
     record.report.drive = 10.0;
-    record.turnaround = std::chrono::microseconds(12);
+    record.phases.sample_heard = std::chrono::microseconds(300);
+    record.phases.command_sent = std::chrono::microseconds(312);
     log.write(record);
     EXPECT_FALSE(log.close());
   }
@@ -69,7 +70,7 @@ TEST(CsvLog, WritesARowForEachRecord) {
   text << stream.rdbuf();
   EXPECT_NE(text.str().find(
                 "\n7,0.007000000,y,tracking,none,0,3.000000,2.500000,0.500000,3.250000,10.000000,0.000000,,0,"
-                "12.000,,,,0.000000000,0.000000,0.000000,,0,0.000,0.000,0.000,0.000,0.000,0,0,0\n"),
+                "12.000,,,,0.000000000,0.000000,0.000000,,0,0.000,0.000,300.000,312.000,0.000,0,0,0\n"),
             std::string::npos)
       << text.str();
 }
