@@ -33,7 +33,7 @@ struct Column {
 class Hdf5Writer {
  public:
   virtual ~Hdf5Writer() = default;
-  /// A group of columns of equal length, which grow; "/" is the file itself. Returns the number of this table.
+  /// A group of columns of equal length, which grow; "/" is the file itself. Returns the number of the table.
   /// `is_deflated`: bytes shuffled and compressed, without loss.
   virtual std::size_t add_table(const std::string& group, const std::vector<Column>& columns,
                                 bool is_deflated) = 0;

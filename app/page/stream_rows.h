@@ -48,8 +48,8 @@ class RowHistory {
 std::optional<std::size_t> column_in(const nlohmann::json& greeting, std::string_view name);
 
 /// Of some consecutive rows of an axis the least and the largest value of each column. NaN counts only if all
-/// are NaN. A change of `state` or `fault` is never within such rows, and a bit of `limits` that was set is set
-/// in the second one.
+/// are NaN. A change of `state` or `fault` is never within such rows, and a bit of `limits` that was set is
+/// set in the second one.
 class RowDecimator {
  public:
   /// The stream has a column `axis`. `bucket`: rows that become two. 1 or 2: each row as it is.
