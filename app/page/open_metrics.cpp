@@ -104,15 +104,14 @@ const char* metrics_type(bool is_open) {
                  : "text/plain; version=0.0.4; charset=utf-8";
 }
 
-std::string metrics_text(bool is_open, const KnownStatus& known, const json& states, const json& bus,
+std::string metrics_text(bool is_open, const json& status, double age_s, const json& states, const json& bus,
                          const metrics::Histogram& turnaround, const metrics::Histogram& lateness,
                          const PageCounters& page) {
   MetricsText text(is_open);
-  const json& status = known.status;
   const bool is_up = status.is_object() && status.value("ok", false);
   text.gauge("up", "1 if the controller answers", is_up ? 1 : 0);
   text.family("status_age_seconds", "gauge", "since the controller last answered", "seconds");
-  text.sample("status_age_seconds", "", std::isfinite(known.age_s) ? json(known.age_s) : json());
+  text.sample("status_age_seconds", "", std::isfinite(age_s) ? json(age_s) : json());
   if (is_up) {
     text.counter("cycles", "cycles of the controller since its start", status.value("cycles", json()));
     text.counter("missed_cycles", "cycles left out", status.value("missed_cycles", json()));

@@ -15,15 +15,12 @@ namespace hystcan::app {
 bool accepts_open_metrics(std::string_view accept);
 const char* metrics_type(bool is_open);
 
-/// What the page knows of the controller.
-struct KnownStatus {
-  const nlohmann::json& status;  ///< the answer of the control socket; null: none, or too old
-  double age_s;                  ///< since the last answer; infinite: none yet
-};
-
-/// `is_open`: as OpenMetrics. `states`: all there are; null if not known. `bus`: as BusCounters::report().
-std::string metrics_text(bool is_open, const KnownStatus& known, const nlohmann::json& states,
-                         const nlohmann::json& bus, const metrics::Histogram& turnaround,
-                         const metrics::Histogram& lateness, const PageCounters& page);
+/// `is_open`: as OpenMetrics. `status`: the answer of the control socket; null: none, or too old. `age_s`: since
+/// the last answer; infinite: none yet. `states`: all there are; null if not known. `bus`: as
+/// BusCounters::report().
+std::string metrics_text(bool is_open, const nlohmann::json& status, double age_s,
+                         const nlohmann::json& states, const nlohmann::json& bus,
+                         const metrics::Histogram& turnaround, const metrics::Histogram& lateness,
+                         const PageCounters& page);
 
 }  // namespace hystcan::app

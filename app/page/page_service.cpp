@@ -53,7 +53,7 @@ HttpResponse PageService::answer(const HttpRequest& request) {
     const json states = controller_.is_there() ? controller_.greeting().value("states", json()) : json();
     const bool is_open = accepts_open_metrics(request.accept);
     return {.type = metrics_type(is_open),
-            .body = metrics_text(is_open, {status_known(), status_age_s()}, states, bus_report_,
+            .body = metrics_text(is_open, status_known(), status_age_s(), states, bus_report_,
                                  events_.turnaround_us(), events_.lateness_us(), clients_.counters)};
   }
   if (path == "/socket") return {.status = 426, .body = "This is a WebSocket.\n"};

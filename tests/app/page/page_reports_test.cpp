@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "app/live/command_handler.h"
 #include "app/page/bus_counters.h"
 #include "app/page/config_save.h"
 #include "app/page/open_metrics.h"
@@ -28,6 +29,12 @@ TEST(LineDiff, ShowsWhatChangesWithTwoLinesAround) {
   EXPECT_EQ(line_diff("1\n2\n3\n4\n5\n6\n7\n8\n9\n", "0\n2\n3\n4\n5\n6\n7\n8\n0\n"),
             "- 1\n+ 0\n  2\n  3\n  ...\n  7\n  8\n- 9\n+ 0\n");
   EXPECT_EQ(line_diff("a\n", "a\nb\n"), "  a\n+ b\n");
+}
+
+TEST(Changes, ComeBackFromTheirJson) {
+  const json list = json::parse(R"([{"key": "axis[0].control.kp", "from": "0", "to": "'a'"}])");
+  EXPECT_EQ(to_json(changes_of(list)), list);
+  EXPECT_EQ(to_json(std::vector<config::Change>{}), json::array());
 }
 
 TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
@@ -126,7 +133,7 @@ TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
                        {"fault", "none"},
                        {"position_um", 1.5},
                        {"drive", nullptr}}}}};
-  const std::string text = metrics_text(true, {status, 0.1}, {"offline", "tracking"}, {{"frames_per_s", 3.5}},
+  const std::string text = metrics_text(true, status, 0.1, {"offline", "tracking"}, {{"frames_per_s", 3.5}},
                                         times, times, {.clients = 2});
   std::istringstream lines(text);
   std::string family, last;
@@ -153,7 +160,7 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
   EXPECT_TRUE(accepts_open_metrics("application/openmetrics-text;version=1.0.0;q=0.5,text/plain;q=0.2"));
   const json status{{"ok", true}, {"cycles", 12}, {"axes", json::array()}};
   const std::string text =
-      metrics_text(false, {status, 0.1}, {"offline"}, json::object(), no_times, no_times, {});
+      metrics_text(false, status, 0.1, {"offline"}, json::object(), no_times, no_times, {});
   for (const char* unknown : {"stateset", " info\n", "# UNIT", "# EOF"})
     EXPECT_EQ(text.find(unknown), std::string::npos) << unknown;
   EXPECT_NE(text.find("# TYPE hystcan_cycles_total counter\n"), std::string::npos);
@@ -161,7 +168,7 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
 
 TEST(OpenMetrics, SayThatTheControllerIsNotThereAndHowOldTheLastAnswerIs) {
   const json none;
-  const std::string text = metrics_text(true, {none, 7.5}, nullptr, json::object(), no_times, no_times, {});
+  const std::string text = metrics_text(true, none, 7.5, nullptr, json::object(), no_times, no_times, {});
   EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos);
   EXPECT_NE(text.find("hystcan_status_age_seconds 7.5\n"), std::string::npos);
   EXPECT_EQ(text.find("hystcan_cycles"), std::string::npos);
