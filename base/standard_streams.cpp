@@ -100,9 +100,9 @@ Written write_within(int descriptor, std::string_view& text, std::chrono::millis
   return Written::all;
 }
 
-std::string print_patiently(std::string_view text) {
+std::optional<std::string> print_patiently(std::string_view text) {
   const Written written = write_within(STDOUT_FILENO, text, std::chrono::seconds(5));
-  if (written == Written::all) return {};
+  if (written == Written::all) return std::nullopt;
   return lost_output_text(written == Written::failed ? std::generic_category().message(errno)
                                                      : "nobody reads it");
 }

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -38,9 +39,9 @@ void print_sequence(std::string_view text);
 void flush_output();
 /// "standard output: cannot be written: No space left on device".
 std::string lost_output_text(std::string_view reason);
-/// Writes the results of a live run, which must end: waits at most 5 s for the reader. Returns an empty text,
-/// or the reason why the results are not printed.
-std::string print_patiently(std::string_view text);
+/// Writes the results of a live run, which must end: waits at most 5 s for the reader. Returns why they
+/// are not printed, if they are not.
+std::optional<std::string> print_patiently(std::string_view text);
 
 /// True if a write to standard output has failed. What is still buffered is then discarded.
 bool is_lost_output();

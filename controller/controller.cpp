@@ -325,16 +325,13 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
 
 void Controller::record(std::size_t index, const CyclePhases& phases, bool has_sample) {
   WiredAxis& wired = *axes_[index];
-  const can::Duration turnaround =
-      has_sample ? phases.command_sent - phases.sample_heard : can::Duration::zero();
   timing_.execution.add(phases.execution);
-  if (has_sample) timing_.turnaround.add(turnaround);
+  if (has_sample) timing_.turnaround.add(phases.turnaround());
   on_record_({.cycle = counters_.cycles,
               .time_s = since_start_s(cycle_.sync_sent),
               .axis = index,
               .report = wired.axis.report(),
               .amplifier_output = wired.amplifier.output(),
-              .turnaround = turnaround,
               .phases = phases,
               .counters = counters_,
               .event = wired.take_event()});

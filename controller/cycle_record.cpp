@@ -59,7 +59,7 @@ constexpr auto columns = std::to_array<CycleColumn>({
     {"sample_missing", "", "1: the cycle had no sample", Kind::whole, 0,
      [](const CycleRecord& r) { return r.report.sample_missing ? 1.0 : 0.0; }},
     {"turnaround_us", "us", "from the received sample to the sent command", Kind::number, us_decimals,
-     [](const CycleRecord& r) { return microseconds(r.turnaround); }},
+     [](const CycleRecord& r) { return microseconds(r.phases.turnaround()); }},
     {"scan_frame", "", "frame of a raster", Kind::whole, 0,
      [](const CycleRecord& r) {
        const auto& scan = r.report.point.scan;

@@ -31,6 +31,11 @@ struct CyclePhases {
   can::Duration sample_heard{};  ///< by the kernel's timestamp; zero where no sample came
   can::Duration command_sent{};
   can::Duration execution{};  ///< of the axis's step
+
+  /// From the received sample to the sent command; zero where no sample came.
+  can::Duration turnaround() const {
+    return sample_heard == can::Duration::zero() ? sample_heard : command_sent - sample_heard;
+  }
 };
 
 struct CycleRecord {
@@ -39,7 +44,6 @@ struct CycleRecord {
   std::size_t axis = 0;
   AxisReport report;
   double amplifier_output = 0.0;  ///< last received status, drive units
-  can::Duration turnaround{};     ///< from the received sample to the sent command
   CyclePhases phases{};
   CycleCounters counters{};  ///< of the controller, at the time of the record
   std::optional<NodeEvent> event{};

@@ -57,7 +57,7 @@ void CsvLog::write(const CycleRecord& record) {
 
 std::optional<std::string> CsvLog::close() {
   file_.close();
-  if (file_.error_text().empty()) return std::nullopt;
+  if (!file_.error()) return std::nullopt;
   return file_.error_text() + "; later rows are lost";
 }
 

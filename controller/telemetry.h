@@ -49,7 +49,7 @@ class CsvLog {
 
   /// A full disk loses rows and does not stop the run.
   void write(const CycleRecord& record);
-  /// Returns why rows were lost, if some were.
+  /// Why rows were lost, if any were.
   std::optional<std::string> close();
 
  private:

@@ -35,14 +35,13 @@ py::dict read(const Run& run, const std::optional<std::vector<std::string>>& sig
   const std::vector<std::string> names = signals_of(
       run, index, {.axis = {}, .signals = signals.value_or(std::vector<std::string>{}), .span = {}});
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  runs::Signals columns;
+  runs::Columns columns;
   {
     const Unlocked unlocked;
     columns = run.read(index, names, {.from_s = from_s.value_or(-infinity), .to_s = to_s.value_or(infinity)});
   }
   py::dict result;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    result[names[i].c_str()] = array_of(std::move(columns.columns[i]));
+  for (std::size_t i = 0; i < names.size(); ++i) result[names[i].c_str()] = array_of(std::move(columns[i]));
   return result;
 }
 

@@ -32,6 +32,37 @@ void append_value(std::string& text, const Signal& signal, double value) {
     text += signal.words.at(index);
 }
 
+using storage::Hdf5Writer;
+
+constexpr std::size_t largest_config_file = 64 << 20;  // bytes
+
+void write_info(const Run& run, Hdf5Writer& file) {
+  const nlohmann::json info = to_json(run.info());
+  file.set("/", "run_json", info.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  file.set("/", "run", run.name());
+  for (const auto& [name, value] : info.items()) {
+    if (value.is_string()) file.set("/", name, value.get<std::string>());
+    if (value.is_number()) file.set("/", name, value.get<double>());
+  }
+}
+
+void write_config(const Run& run, Hdf5Writer& file) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(run.path() / "config", error), end; !error && entry != end;
+       entry.increment(error))
+    if (entry->is_regular_file())
+      file.add_text("/config/" + entry->path().filename().string(),
+                    read_regular_file(entry->path(), largest_config_file));
+}
+
+void describe_axis(const RunAxis& axis, Hdf5Writer& file) {
+  const std::string group = "/" + axis.name;
+  file.set(group, "drive_unit", axis.drive_unit);
+  file.set(group, "stroke_um", axis.stroke_um);
+  file.set(group, "error_rms_um", axis.rms_um);
+  file.set(group, "error_max_um", axis.max_um);
+}
+
 }  // namespace
 
 std::size_t axis_of(const Run& run, const std::optional<std::string>& axis) {
@@ -107,59 +138,23 @@ std::uint64_t export_csv(const Run& run, const Selection& selection,
   return rows;
 }
 
-namespace {
-
-using storage::Hdf5Writer;
-
-constexpr std::size_t largest_config_file = 64 << 20;  // bytes
-
-void write_info(const Run& run, Hdf5Writer& file) {
-  const nlohmann::json info = to_json(run.info());
-  file.set("/", "run_json", info.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-  file.set("/", "run", run.name());
-  for (const auto& [name, value] : info.items()) {
-    if (value.is_string()) file.set("/", name, value.get<std::string>());
-    if (value.is_number()) file.set("/", name, value.get<double>());
-  }
-}
-
-void write_config(const Run& run, Hdf5Writer& file) {
-  std::error_code error;
-  for (std::filesystem::directory_iterator entry(run.path() / "config", error), end; !error && entry != end;
-       entry.increment(error))
-    if (entry->is_regular_file())
-      file.add_text("/config/" + entry->path().filename().string(),
-                    read_regular_file(entry->path(), largest_config_file));
-}
-
-void describe_axis(const RunAxis& axis, Hdf5Writer& file) {
-  const std::string group = "/" + axis.name;
-  file.set(group, "drive_unit", axis.drive_unit);
-  file.set(group, "stroke_um", axis.stroke_um);
-  file.set(group, "error_rms_um", axis.summary.rms_um);
-  file.set(group, "error_max_um", axis.summary.max_um);
-}
-
-}  // namespace
-
 std::uint64_t export_hdf5(const Run& run, const Selection& selection, Hdf5Writer& file) {
   write_info(run, file);
   write_config(run, file);
   const std::vector<std::size_t> axes = axes_of(run, selection);
   const std::vector<std::string> names = signals_of(run, axes.front(), selection);
-  std::vector<std::unique_ptr<storage::Hdf5Table>> tables(run.info().axes.size());
+  std::vector<std::size_t> tables(run.info().axes.size());
   for (const std::size_t axis : axes) {
     std::vector<Signal> columns = run.signals(axis, names);
     for (Signal& column : columns)
       if (column.name == "limits") column.words.clear();  // its bits are a number, without an enumeration
-    tables[axis] =
-        file.add_table("/" + run.info().axes[axis].name, columns, Hdf5Writer::Compression::deflate);
+    tables[axis] = file.add_table("/" + run.info().axes[axis].name, columns, true);
     describe_axis(run.info().axes[axis], file);
   }
   std::uint64_t rows = 0;
   run.read_blocks(axes, names, selection.span,
                   [&](std::size_t axis, std::span<const std::vector<double>> columns) {
-                    tables[axis]->append(columns);
+                    file.append(tables[axis], columns);
                     rows += columns.front().size();
                   });
   require_rows(run, rows);

@@ -61,11 +61,9 @@ void Recorder::add(const std::vector<config::Change>& changes) {
   for (const config::Change& change : changes) writer_->add(change);
 }
 
-Recorder::Status Recorder::status() const {
+RunWriter::Status Recorder::status() const {
   const auto present = writer();
-  if (!present) return {};
-  const RunWriter::Status of_run = present->status();
-  return {.is_recording = !present->is_closed(), .run = present->run(), .of_run = of_run};
+  return present ? present->status() : RunWriter::Status{};
 }
 
 namespace {

@@ -40,12 +40,8 @@ class Recorder {
   void add(const controller::CycleRecord& record);
   void add(const std::vector<config::Change>& changes);
 
-  struct Status {
-    bool is_recording = false;
-    std::filesystem::path run;  ///< the present or the last one; empty: there was none
-    RunWriter::Status of_run;
-  };
-  Status status() const;
+  /// Of the present or the last run.
+  RunWriter::Status status() const;
 
  private:
   std::shared_ptr<RunWriter> writer() const;

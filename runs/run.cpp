@@ -38,6 +38,31 @@ Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
           .words = words_of(column)};
 }
 
+using Kind = controller::CycleColumn::Kind;
+
+constexpr std::size_t block_bytes = 1 << 20;
+static_assert(block_bytes > CycleReader::longest_line);
+
+/// The bits of "slew+model"; empty if a name is unknown.
+std::optional<double> bits_of(std::string_view text, const std::vector<std::string>& words) {
+  unsigned bits = 0;
+  while (!text.empty()) {
+    const std::string_view name = text.substr(0, text.find('+'));
+    const auto found = std::ranges::find(words, name);
+    if (found == words.end()) return std::nullopt;
+    bits |= 1U << (found - words.begin());
+    text.remove_prefix(std::min(text.size(), name.size() + 1));
+  }
+  return bits;
+}
+
+std::optional<double> number_of(std::string_view text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
 }  // namespace
 
 Run::Run(std::filesystem::path path) : path_(std::move(path)) {
@@ -85,11 +110,7 @@ void Run::look_through() {
     }
   }
   for (std::size_t i = info_.axes.size(); i < names.size(); ++i)
-    info_.axes.push_back({.name = names[i],
-                          .drive_unit = {},
-                          .stroke_um = 0.0,
-                          .delay_s = std::numeric_limits<double>::quiet_NaN(),
-                          .summary = {}});
+    info_.axes.push_back({.name = names[i], .drive_unit = {}});
   summary.put_into(info_);
 }
 
@@ -120,14 +141,13 @@ std::vector<Signal> Run::signals(std::size_t axis, std::span<const std::string> 
   return signals;
 }
 
-Signals Run::read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span) const {
-  Signals result{.signals = signals(axis, names), .columns = {}};
-  result.columns.resize(names.size());
+Columns Run::read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span) const {
+  Columns columns(names.size());
   read_blocks({&axis, 1}, names, span, [&](std::size_t, std::span<const std::vector<double>> block) {
     for (std::size_t i = 0; i < block.size(); ++i)
-      result.columns[i].insert(result.columns[i].end(), block[i].begin(), block[i].end());
+      columns[i].insert(columns[i].end(), block[i].begin(), block[i].end());
   });
-  return result;
+  return columns;
 }
 
 void Run::read_blocks(std::span<const std::size_t> axes, std::span<const std::string> names,
@@ -167,35 +187,6 @@ void Run::read_part(const std::filesystem::path& part, std::span<const std::stri
     if (row[0] >= span.from_s) take(axis, row);
   }
 }
-
-namespace {
-
-using Kind = controller::CycleColumn::Kind;
-
-constexpr std::size_t block_bytes = 1 << 20;
-static_assert(block_bytes > CycleReader::longest_line);
-
-/// The bits of "slew+model"; empty if a name is unknown.
-std::optional<double> bits_of(std::string_view text, const std::vector<std::string>& words) {
-  unsigned bits = 0;
-  while (!text.empty()) {
-    const std::string_view name = text.substr(0, text.find('+'));
-    const auto found = std::ranges::find(words, name);
-    if (found == words.end()) return std::nullopt;
-    bits |= 1U << (found - words.begin());
-    text.remove_prefix(std::min(text.size(), name.size() + 1));
-  }
-  return bits;
-}
-
-std::optional<double> number_of(std::string_view text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-}  // namespace
 
 CycleReader::CycleReader(std::filesystem::path file) : file_(std::move(file)), block_(block_bytes) {
   std::error_code ignored;

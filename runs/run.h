@@ -30,12 +30,8 @@ struct TimeSpan {
 /// A column: its name, its unit with the drive unit resolved ("V"), and the words of a state or cause.
 using Signal = storage::Column;
 
-/// Columns of equal length; NaN where a row has no value.
-struct Signals {
-  std::vector<Signal> signals;
-  std::vector<std::vector<double>> columns;  ///< in the order of `signals`
-  std::size_t rows() const { return columns.empty() ? 0 : columns.front().size(); }
-};
+/// Columns of equal length, in the order in which they were asked for; NaN where a row has no value.
+using Columns = std::vector<std::vector<double>>;
 
 class Run {
  public:
@@ -55,7 +51,7 @@ class Run {
 
   /// These columns of one axis; each of `names` as in cycles_*.csv. Throws Error at a name that the
   /// run does not have, and at a row that is no cycle: FILE:LINE: what, expected what.
-  Signals read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span = {}) const;
+  Columns read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span = {}) const;
 
   /// In constant memory: calls `take` with blocks of the columns of these axes, for each axis in order of
   /// time.

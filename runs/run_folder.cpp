@@ -62,7 +62,7 @@ std::uintmax_t bytes_below(const Path& folder) {
 bool had_a_fault(const Path& run) {
   try {
     return std::ranges::any_of(read_run_info(run).axes,
-                               [](const RunAxis& axis) { return !axis.summary.faults.empty(); });
+                               [](const RunAxis& axis) { return !axis.faults.empty(); });
   } catch (const Error&) {
     return true;  // it is unknown
   }
@@ -108,8 +108,7 @@ RunInfo describe(const config::Config& config, const std::vector<config::Setting
     info.axes.push_back({.name = axis.wire.name,
                          .drive_unit = axis.wire.drive_unit,
                          .stroke_um = axis.control.law.model.stroke(),
-                         .delay_s = axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz),
-                         .summary = {}});
+                         .delay_s = axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz)});
   }
   for (const config::Setting& setting : settings) info.settings.emplace_back(setting.path, setting.value);
   return info;

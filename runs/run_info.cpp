@@ -5,12 +5,11 @@
 #include <cmath>
 #include <concepts>
 #include <nlohmann/json.hpp>
-#include <system_error>
 #include <type_traits>
 
-#include "base/append_file.h"
 #include "base/error.h"
 #include "base/input_file.h"
+#include "base/output_file.h"
 
 namespace hystcan::runs {
 namespace {
@@ -37,10 +36,10 @@ void visit(const Visitor& member, Axis& axis) {
   member("drive_unit", axis.drive_unit);
   member("stroke_um", axis.stroke_um);
   member.added("delay_s", axis.delay_s);
-  member("tracked_rows", axis.summary.tracked_rows);
-  member.measured("error_rms_um", axis.summary.rms_um);
-  member.measured("error_max_um", axis.summary.max_um);
-  member("faults", axis.summary.faults);
+  member("tracked_rows", axis.tracked_rows);
+  member.measured("error_rms_um", axis.rms_um);
+  member.measured("error_max_um", axis.max_um);
+  member("faults", axis.faults);
 }
 
 template <class Visitor, class Info>
@@ -160,8 +159,8 @@ void RunSummary::add(std::size_t index, double time_s, controller::AxisState sta
   last_s_ = time_s;
   Axis& axis = axes_[index];
   if (state == controller::AxisState::tracking && std::isfinite(error_um)) axis.error.add(error_um);
-  if (cause != axis.cause && cause != controller::Cause::none && axis.summary.faults.size() < most_faults)
-    axis.summary.faults.push_back({std::string(to_string(cause)), time_s});
+  if (cause != axis.cause && cause != controller::Cause::none && axis.faults.size() < most_faults)
+    axis.faults.push_back({std::string(to_string(cause)), time_s});
   axis.cause = cause;
 }
 
@@ -170,13 +169,13 @@ void RunSummary::put_into(RunInfo& info) const {
   info.first_s = first_s_;
   info.last_s = last_s_;
   for (std::size_t i = 0; i < info.axes.size(); ++i) {
-    AxisSummary summary = axes_[i].summary;
-    if (const metrics::ErrorStatistics& error = axes_[i].error; error.samples > 0) {
-      summary.tracked_rows = error.samples;
-      summary.rms_um = error.rms_um();
-      summary.max_um = error.max_um;
-    }
-    info.axes[i].summary = std::move(summary);
+    RunAxis& axis = info.axes[i];
+    axis.faults = axes_[i].faults;
+    const metrics::ErrorStatistics& error = axes_[i].error;
+    if (error.samples == 0) continue;
+    axis.tracked_rows = error.samples;
+    axis.rms_um = error.rms_um();
+    axis.max_um = error.max_um;
   }
 }
 
@@ -205,16 +204,9 @@ RunInfo read_run_info(const std::filesystem::path& run) {
 }
 
 void write_run_info(const std::filesystem::path& run, const RunInfo& info) {
-  const std::filesystem::path beside = run / (std::string(info_name) + ".new");
-  AppendFile file(beside, AppendFile::Existing::replace);
-  file.add(to_json(info).dump(2, ' ', false, json::error_handler_t::replace) + "\n");
-  file.sync();
-  if (const std::error_code error = file.close(); error) {
-    std::error_code ignored;
-    std::filesystem::remove(beside, ignored);
-    throw std::system_error(error, beside.string() + ": cannot be written");
-  }
-  std::filesystem::rename(beside, run / info_name);
+  OutputFile file(run / info_name, OutputFile::Kind::durable);
+  file.write(to_json(info).dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  file.commit();
 }
 
 }  // namespace hystcan::runs

@@ -32,22 +32,17 @@ struct RunFault {
   double time_s = 0.0;
 };
 
-/// What an axis did while it tracked.
-struct AxisSummary {
-  std::uint64_t tracked_rows = 0;
-  double rms_um =
-      std::numeric_limits<double>::quiet_NaN();  ///< of the error; NaN, in run.json null: no row was tracked
-  double max_um = std::numeric_limits<double>::quiet_NaN();  ///< greatest magnitude of the error
-  std::vector<RunFault> faults;
-};
-
+/// An axis, and what it did while it tracked. NaN is null in run.json.
 struct RunAxis {
   std::string name;
   std::string drive_unit;
   double stroke_um = 0.0;  ///< of its model, between the thresholds; 0: unknown
-  /// Mean delay from a drive to the sample that shows its effect; NaN, in run.json null: unknown.
+  /// Mean delay from a drive to the sample that shows its effect; NaN: unknown.
   double delay_s = std::numeric_limits<double>::quiet_NaN();
-  AxisSummary summary;
+  std::uint64_t tracked_rows = 0;
+  double rms_um = std::numeric_limits<double>::quiet_NaN();  ///< of the error; NaN: no row was tracked
+  double max_um = std::numeric_limits<double>::quiet_NaN();  ///< greatest magnitude of the error
+  std::vector<RunFault> faults{};
 };
 
 struct RunInfo {
@@ -85,7 +80,7 @@ class RunSummary {
 
  private:
   struct Axis {
-    AxisSummary summary;
+    std::vector<RunFault> faults;
     metrics::ErrorStatistics error{};
     controller::Cause cause = controller::Cause::none;
   };
@@ -97,7 +92,7 @@ class RunSummary {
 nlohmann::json to_json(const RunInfo& info);
 /// Reads RUN/run.json. Throws Error with the name of the file if it is no such file.
 RunInfo read_run_info(const std::filesystem::path& run);
-/// Replaces RUN/run.json in one step. Throws std::system_error.
+/// Replaces RUN/run.json in one step. Throws RunError.
 void write_run_info(const std::filesystem::path& run, const RunInfo& info);
 
 }  // namespace hystcan::runs

@@ -186,7 +186,10 @@ void RunWriter::await() const {
 
 RunWriter::Status RunWriter::status() const {
   const std::scoped_lock lock(mutex_);
-  return status_;
+  Status status = status_;
+  status.is_recording = !closed_;
+  status.run = run_;
+  return status;
 }
 
 void RunWriter::write_until_the_end() {

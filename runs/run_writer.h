@@ -37,10 +37,12 @@ class RunWriter {
   static constexpr std::size_t most_waiting = 16 << 20;
 
   struct Status {
+    bool is_recording = false;
+    std::filesystem::path run{};  ///< its folder; empty: there is none
     std::uint64_t rows = 0;
     std::uint64_t rows_lost = 0;
     std::uint64_t bytes = 0;  ///< of the CSVs
-    std::string failure;      ///< why it ended before it was asked to; empty: it did not
+    std::string failure{};    ///< why it ended before it was asked to; empty: it did not
   };
 
   /// Makes the folder and the first part. Throws std::system_error, std::filesystem::filesystem_error or

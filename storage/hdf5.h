@@ -30,23 +30,15 @@ struct Column {
   std::vector<std::string> words;  ///< an enumeration of the values 0, 1, ...; empty: numbers
 };
 
-/// Columns of equal length, which grow.
-class Hdf5Table {
- public:
-  virtual ~Hdf5Table() = default;
-  /// Columns in the order of the table, all of the same length. Throws Hdf5Error.
-  virtual void append(std::span<const std::vector<double>> columns) = 0;
-};
-
 class Hdf5Writer {
  public:
-  /// deflate: bytes shuffled and compressed, without loss.
-  enum class Compression : std::uint8_t { none, deflate };
-
   virtual ~Hdf5Writer() = default;
-  /// A group of columns; "/" is the file itself. The tables must not outlive the writer.
-  virtual std::unique_ptr<Hdf5Table> add_table(const std::string& group, const std::vector<Column>& columns,
-                                               Compression compression) = 0;
+  /// A group of columns of equal length, which grow; "/" is the file itself. Returns the number of the table.
+  /// `is_deflated`: bytes shuffled and compressed, without loss.
+  virtual std::size_t add_table(const std::string& group, const std::vector<Column>& columns,
+                                bool is_deflated) = 0;
+  /// Columns in the order of the table, all of the same length. Throws Hdf5Error.
+  virtual void append(std::size_t table, std::span<const std::vector<double>> columns) = 0;
   /// Attributes of a group or of a dataset that exists.
   virtual void set(const std::string& object, const std::string& name, const std::string& text) = 0;
   virtual void set(const std::string& object, const std::string& name, double value) = 0;

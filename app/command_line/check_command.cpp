@@ -21,10 +21,6 @@
 namespace hystcan::app {
 namespace {
 
-struct CheckArguments {
-  std::filesystem::path config;
-};
-
 /// Prints the range of each k in which every branch increases.
 void print_limits(const std::string& of, const model::HysteresisParameters& p) {
   using Limit = std::tuple<const char*, model::Direction, double, const char*>;
@@ -99,10 +95,10 @@ std::string start_up_text(const config::AxisConfig& axis) {
 }
 
 /// Reads, checks and prints a configuration and its consequences. It moves nothing and opens no interface.
-int check(const CheckArguments& options) {
-  if (config::is_model_file(options.config)) return check_model(options.config);
-  const config::Config config = config::load(options.config);
-  print("# {}, as in force\n{}\n", options.config.string(), config::echo(options.config));
+int check(const std::filesystem::path& file) {
+  if (config::is_model_file(file)) return check_model(file);
+  const config::Config config = config::load(file);
+  print("# {}, as in force\n{}\n", file.string(), config::echo(file));
   const double cycle_s = 1.0 / config.controller.rate_Hz;
   for (const config::AxisConfig& axis : config.axes) {
     const model::Interval drives = controller::model_drives(axis.control.law.model, axis.control.gate);
@@ -141,11 +137,11 @@ int check(const CheckArguments& options) {
 }  // namespace
 
 void add_check(CLI::App& cli, int& status) {
-  auto options = std::make_shared<CheckArguments>();
+  auto file = std::make_shared<std::filesystem::path>();
   CLI::App* command =
       cli.add_subcommand("check", "Read and check a configuration, and show the values in force");
-  command->add_option("CONFIG", options->config, "configuration, or model file (TOML)")->required();
-  command->callback([options, &status] { status = print_for_reader([&] { return check(*options); }); });
+  command->add_option("CONFIG", *file, "configuration, or model file (TOML)")->required();
+  command->callback([file, &status] { status = print_for_reader([&] { return check(*file); }); });
 }
 
 }  // namespace hystcan::app

@@ -97,15 +97,6 @@ std::string reason_of(const std::vector<const CLI::App*>& commands, const CLI::P
   return error.what();
 }
 
-}  // namespace
-
-std::string usage_error(const CLI::App& cli, const CLI::ParseError& error) {
-  const auto commands = named_commands(cli);
-  return Error(fmt::format("{}: {}", name_of(commands), reason_of(commands, error))).what();
-}
-
-namespace {
-
 constexpr std::string_view exit_status =
     "Exit status: 0 done, 1 failed while running, 2 bad usage, config, model or data.";
 
@@ -186,6 +177,11 @@ void refuse_empty_values(CLI::App& command) {
 }
 
 }  // namespace
+
+std::string usage_error(const CLI::App& cli, const CLI::ParseError& error) {
+  const auto commands = named_commands(cli);
+  return Error(fmt::format("{}: {}", name_of(commands), reason_of(commands, error))).what();
+}
 
 void add_examples(CLI::App& cli) {
   cli.footer(std::string(exit_status));

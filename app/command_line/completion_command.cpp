@@ -3,10 +3,10 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "app/command_line/commands.h"
@@ -18,9 +18,7 @@ namespace {
 
 /// Tables by the words of a command below `hystcan`: its commands, its options, and what an option takes:
 /// words, `@interface`, `@file`, or nothing.
-struct Tables {
-  std::string commands, options, values;
-};
+using Tables = std::map<std::string, std::string>;  ///< "commands", "options", "values"
 
 std::string words_taken(const CLI::Option& option) {
   if (option.get_items_expected_max() == 0) return "";
@@ -42,13 +40,13 @@ void add_tables(const CLI::App& command, const std::string& path, const std::str
       commands += words_taken(*option) + " ";
     for (const std::string& name : option->get_lnames()) {
       options += "--" + name + " ";
-      tables.values += fmt::format("  ['{} --{}']='{}'\n", path, name, words_taken(*option));
+      tables["values"] += fmt::format("  ['{} --{}']='{}'\n", path, name, words_taken(*option));
     }
   }
   for (const CLI::App* below : command.get_subcommands([](const CLI::App*) { return true; }))
     commands += below->get_name() + " ";
-  tables.commands += fmt::format("  ['{}']='{}'\n", path, commands);
-  tables.options += fmt::format("  ['{}']='{}'\n", path, options);
+  tables["commands"] += fmt::format("  ['{}']='{}'\n", path, commands);
+  tables["options"] += fmt::format("  ['{}']='{}'\n", path, options);
   for (const CLI::App* below : command.get_subcommands([](const CLI::App*) { return true; }))
     add_tables(*below, path + " " + below->get_name(), path == "hystcan" ? "" : options, tables);
 }
@@ -101,9 +99,7 @@ std::string script(const CLI::App& root, const std::string& shell) {
   std::string text = is_bash ? "# bash completion of hystcan, made by `hystcan completion bash`\n"
                              : "#compdef hystcan\n# made by `hystcan completion zsh`\n";
   // zsh takes the quotes of a key as part of it.
-  for (const auto& [name, rows] :
-       {std::pair("commands", tables.commands), std::pair("options", tables.options),
-        std::pair("values", tables.values)}) {
+  for (const auto& [name, rows] : tables) {
     std::string table = rows;
     if (!is_bash) {
       for (std::size_t at; (at = table.find("['")) != std::string::npos;) table.replace(at, 2, "'");

@@ -145,18 +145,14 @@ std::string results_text(const controller::Controller& controller, const CycleRe
       axes.push_back(to_json(outcomes[i]));
       axes.back()["rejected_samples"] = to_json(can::rejected_frames("", controller.sample_checker(i)));
     }
-    return nlohmann::json{{"cycles", counters.cycles},
-                          {"missed_cycles", counters.missed_cycles},
-                          {"missing_samples", counters.missing_samples},
-                          {"late_samples", counters.late_samples},
-                          {"dropped_records", dropped_records},
-                          {"timing", to_json(controller.timing())},
-                          {"events", closing.events},
-                          {"events_truncated", closing.events_truncated},
-                          {"bus", to_json(closing)},
-                          {"axes", axes}}
-               .dump(2) +
-           "\n";
+    nlohmann::json results = to_json(counters);
+    results.update({{"dropped_records", dropped_records},
+                    {"timing", to_json(controller.timing())},
+                    {"events", closing.events},
+                    {"events_truncated", closing.events_truncated},
+                    {"bus", to_json(closing)},
+                    {"axes", axes}});
+    return results.dump(2) + "\n";
   }
   std::string text =
       fmt::format("{}, {} missed, {} missing, {} late\n", counted(counters.cycles, "cycle"),
@@ -270,14 +266,13 @@ int run_controller(const ControllerArguments& options) {
   recorder.bus_log().write();
   recorder.black_box().finish();
   states.save(controller);
-  const std::optional<std::string> lost = recorder.close_csv();
+  const auto lost = recorder.close_csv();
   const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, recorder);
   spdlog::default_logger()->flush();  // its last lines come before the results
-  const std::string unprinted =
-      print_patiently(results_text(controller, recorder, outcomes, options.json, dropped));
+  const auto unprinted = print_patiently(results_text(controller, recorder, outcomes, options.json, dropped));
   require_success(controller, recorder, options, was_enabled, outcomes);
-  for (const std::string& reason : {lost.value_or(""), unprinted})
-    if (!reason.empty()) throw RunError(reason);
+  for (const auto& reason : {lost, unprinted})
+    if (reason) throw RunError(*reason);
   return done;
 }
 

@@ -196,36 +196,25 @@ void add_ctl(CLI::App& cli, int& status) {
   const auto run_as = [&](CLI::App* command, auto make) {
     command->callback([options, make, &status] { status = run(*options, make(*options)); });
   };
-  run_as(add("status", "show the state of every axis"), [](const CtlArguments&) {
-    return nlohmann::json{{"do", "status"}};
-  });
-  run_as(add("reload", "read the configuration file again"), [](const CtlArguments&) {
-    return nlohmann::json{{"do", "reload"}};
-  });
-  run_as(add("undo", "take back the last set since the file was read"), [](const CtlArguments&) {
-    return nlohmann::json{{"do", "undo"}};
-  });
-  run_as(add("settings", "show what is in force and not in the file; with --json all keys"),
-         [](const CtlArguments&) {
-           return nlohmann::json{{"do", "settings"}};
-         });
-  run_as(add("stop", "ramp every axis down, switch off, and end the controller, or the twin"),
-         [](const CtlArguments&) {
-           return nlohmann::json{{"do", "stop"}};
-         });
-  for (const auto& [name, what] : {std::pair("enable", "start an axis that is offline"),
-                                   std::pair("disable", "ramp an axis down and switch it off"),
-                                   std::pair("clear", "clear the fault of an axis; the axis is then offline"),
-                                   std::pair("resume", "follow the configured reference again"),
-                                   std::pair("revert", "discard all that the axis has learnt so far")}) {
+  const auto add_act = [&](const char* name, const char* what, bool takes_axis) {
     CLI::App* command = add(name, what);
-    command->add_option("AXIS", options->axis, "all axes if left out");
+    if (takes_axis) command->add_option("AXIS", options->axis, "all axes if left out");
     run_as(command, [verb = std::string(name)](const CtlArguments& o) {
       nlohmann::json request{{"do", verb}};
       if (!o.axis.empty()) request["axis"] = o.axis;
       return request;
     });
-  }
+  };
+  add_act("status", "show the state of every axis", false);
+  add_act("reload", "read the configuration file again", false);
+  add_act("undo", "take back the last set since the file was read", false);
+  add_act("settings", "show what is in force and not in the file; with --json all keys", false);
+  add_act("stop", "ramp every axis down, switch off, and end the controller, or the twin", false);
+  add_act("enable", "start an axis that is offline", true);
+  add_act("disable", "ramp an axis down and switch it off", true);
+  add_act("clear", "clear the fault of an axis; the axis is then offline", true);
+  add_act("resume", "follow the configured reference again", true);
+  add_act("revert", "discard all that the axis has learnt so far", true);
   CLI::App* go = add("go", "leave the reference, move to a position and stay there");
   go->add_option("AXIS", options->axis)->required();
   go->add_option("POSITION", options->position_um, "um")->required()->check(finite_number());

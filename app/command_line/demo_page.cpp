@@ -127,45 +127,30 @@ class PacedRehearsal {
   std::thread thread_;
 };
 
-/// One rehearsal after the other, at the same sockets. Each reads the file anew.
-class Rehearsals {
- public:
-  Rehearsals(std::filesystem::path file, const TemporaryFolder& folder)
-      : file_(std::move(file)), folder_(folder) {
-    start();
-  }
-
-  /// Throws RunError while one runs, Error if the file is not valid.
-  void start() {
-    if (running_ && !running_->has_ended()) throw RunError("the rehearsal runs; stop it first");
-    config::Config config = config::load(file_);
-    for (config::AxisConfig& axis : config.axes) axis.control.repeat = true;
-    running_.reset();
-    running_.emplace(file_, config, folder_);
-  }
-
- private:
-  std::filesystem::path file_;
-  const TemporaryFolder& folder_;
-  std::optional<PacedRehearsal> running_;
-};
-
 }  // namespace
 
 int run_demo_page(const std::filesystem::path& given, const std::string& listen) {
   const TemporaryFolder folder;
   const std::filesystem::path file =
       given.empty() ? copy_of(shipped_file("piezo.toml"), folder) : std::filesystem::absolute(given);
-  std::optional<Rehearsals> rehearsals;
+  // One rehearsal after the other, at the same sockets. Each reads the file anew.
+  std::optional<PacedRehearsal> running;
+  const auto start = [&] {
+    if (running && !running->has_ended()) throw RunError("the rehearsal runs; stop it first");
+    config::Config config = config::load(file);
+    for (config::AxisConfig& axis : config.axes) axis.control.repeat = true;
+    running.reset();
+    running.emplace(file, config, folder);
+  };
   const std::string token = new_token();
   PageHost host({.config = file,
                  .source = "demo",
                  .start_command = "hystcan demo --page",
                  .controller_socket = [&] { return folder / "control.sock"; },
                  .twin_socket = [&] { return folder / "twin.sock"; },
-                 .start_again = [&] { rehearsals->start(); }},
+                 .start_again = start},
                 PageListening::at(listen), token);
-  rehearsals.emplace(file, folder);
+  start();
   print(fmt::format("page: {}\ntoken: {}\ncontrol socket: {}\ntwin socket: {}\n", host.url(), token,
                     (folder / "control.sock").string(), (folder / "twin.sock").string()));
   flush_output();

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -103,8 +104,8 @@ class DatasetRecorder {
   void add(const controller::CycleRecord& record) {
     const auto row = record_.add(record);
     if (!row || !lost_.empty()) return;
-    input_.add(row->input);
-    output_.add(row->output);
+    widen(input_, row->input);
+    widen(output_, row->output);
     line_.clear();
     fmt::format_to(std::back_inserter(line_), "{:.17g},{:.17g},{:.17g}\n", row->time_s, row->input,
                    row->output);
@@ -125,24 +126,19 @@ class DatasetRecorder {
 
   std::string summary(const std::string& drive_unit) const {
     return fmt::format("{}, {} left out, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
-                       counted(record_.rows(), "row"), counted(record_.left_out(), "cycle"), input_.least,
-                       input_.most, drive_unit, output_.least, output_.most);
+                       counted(record_.rows(), "row"), counted(record_.left_out(), "cycle"), input_.lo,
+                       input_.hi, drive_unit, output_.lo, output_.hi);
   }
 
  private:
-  struct Extremes {
-    double least = std::numeric_limits<double>::infinity();
-    double most = -std::numeric_limits<double>::infinity();
-    void add(double value) {
-      least = std::min(least, value);
-      most = std::max(most, value);
-    }
-  };
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  static void widen(model::Interval& range, double value) {
+    range = {std::min(range.lo, value), std::max(range.hi, value)};
+  }
 
   OutputFile& file_;
   controller::ExcitationDataset record_;
-  Extremes input_;
-  Extremes output_;
+  model::Interval input_{infinity, -infinity}, output_{infinity, -infinity};
   fmt::memory_buffer line_;
   std::string lost_;
 };
@@ -248,18 +244,15 @@ int run_excite(const ExciteArguments& options) {
 
 /// Throws Error at an option of another signal, which would have no effect.
 void refuse_options_of_other_signals(const CLI::App& command, const std::string& signal) {
-  struct Belongs {
-    const char* option;
-    std::vector<std::string> signals;
-  };
-  const Belongs table[] = {{"--slew", {"hysteresis"}},           {"--levels", {"hysteresis"}},
-                           {"--period", {"hysteresis", "step"}}, {"--cycles", {"hysteresis", "step"}},
-                           {"--amplitude", {"step", "chirp"}},   {"--frequency-from", {"chirp"}},
-                           {"--frequency-to", {"chirp"}},        {"--duration", {"chirp"}}};
-  for (const Belongs& row : table)
-    if (command.count(row.option) > 0 && std::ranges::find(row.signals, signal) == row.signals.end())
-      throw Error(fmt::format("{} has no meaning with --signal {}, expected with {}", row.option, signal,
-                              fmt::join(row.signals, " or ")));
+  const std::pair<const char*, std::vector<std::string>> table[] = {
+      {"--slew", {"hysteresis"}},           {"--levels", {"hysteresis"}},
+      {"--period", {"hysteresis", "step"}}, {"--cycles", {"hysteresis", "step"}},
+      {"--amplitude", {"step", "chirp"}},   {"--frequency-from", {"chirp"}},
+      {"--frequency-to", {"chirp"}},        {"--duration", {"chirp"}}};
+  for (const auto& [option, signals] : table)
+    if (command.count(option) > 0 && std::ranges::find(signals, signal) == signals.end())
+      throw Error(fmt::format("{} has no meaning with --signal {}, expected with {}", option, signal,
+                              fmt::join(signals, " or ")));
 }
 
 }  // namespace

@@ -21,11 +21,9 @@ namespace {
 
 struct PlotArguments {
   std::vector<std::filesystem::path> runs;
-  std::filesystem::path output = "hystcan-plots";
-  std::vector<std::string> kinds, formats;
+  RunPlots plots{.folder = "hystcan-plots", .kinds = {}, .formats = {}, .size = {}};
   std::string axis;
   std::string table;
-  PictureSize size;
   DatasetInput interval;
 };
 
@@ -62,21 +60,20 @@ std::vector<std::string> chosen(const char* option, const std::vector<std::strin
   return named.empty() ? all : named;
 }
 
-int run_plot(const PlotArguments& options) {
-  const RunPlots plots{.folder = options.output,
-                       .kinds = chosen("--kind", options.kinds, plot_kinds()),
-                       .formats = chosen("--format", options.formats, picture_formats()),
-                       .size = options.size};
+int run_plot(PlotArguments options) {
+  RunPlots& plots = options.plots;
+  plots.kinds = chosen("--kind", plots.kinds, plot_kinds());
+  plots.formats = chosen("--format", plots.formats, picture_formats());
   const std::vector<RunFigures> runs = read_all(options);
   if (!options.table.empty()) print(run_table(runs, options.table));
-  create_folder(options.output);
+  create_folder(plots.folder);
   const DrawnPlots drawn = draw_runs(runs, plots);
   for (const std::string& lacking : drawn.lacking) note("{}\n", lacking);
   if (drawn.undrawn)
-    throw RunError(fmt::format("{}: {}; scripts (.gp) and data (.csv) are there", options.output.string(),
+    throw RunError(fmt::format("{}: {}; scripts (.gp) and data (.csv) are there", plots.folder.string(),
                                *drawn.undrawn));
   for (const std::string& name : drawn.names)
-    note("{}: {}\n", (options.output / name).string(), fmt::join(plots.formats, ", "));
+    note("{}: {}\n", (plots.folder / name).string(), fmt::join(plots.formats, ", "));
   return done;
 }
 
@@ -87,20 +84,20 @@ void add_plot(CLI::App& cli, int& status) {
   CLI::App* command = cli.add_subcommand("plot", "Draw recorded runs, for the lab book and for print");
   command->add_option("RUN", options->runs, "folders of runs, or CSVs of cycles (controller --csv, demo)")
       ->required();
-  command->add_option("--kind", options->kinds, "pictures to draw, with commas; all if left out")
+  command->add_option("--kind", options->plots.kinds, "pictures to draw, with commas; all if left out")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command->add_option("--output", options->output, "folder of the pictures")->capture_default_str();
-  command->add_option("--format", options->formats, "svg, png, pdf, with commas; all if left out")
+  command->add_option("--output", options->plots.folder, "folder of the pictures")->capture_default_str();
+  command->add_option("--format", options->plots.formats, "svg, png, pdf, with commas; all if left out")
       ->delimiter(',')
       ->allow_extra_args(false);
   command->add_option("--axis", options->axis, "all axes if left out");
   command->add_option("--table", options->table, "print the errors as a table")
       ->check(one_of(table_formats()));
-  command->add_option("--width", options->size.width_mm, "mm")
+  command->add_option("--width", options->plots.size.width_mm, "mm")
       ->check(number_between(40, 1000))
       ->capture_default_str();
-  command->add_option("--height", options->size.height_mm, "mm")
+  command->add_option("--height", options->plots.size.height_mm, "mm")
       ->check(number_between(30, 1000))
       ->capture_default_str();
   add_interval_options(*command, options->interval);

@@ -97,7 +97,7 @@ std::unique_ptr<AppendFile> create_log(const RecordArguments& options) {
 }
 
 void require_written(const AppendFile& log) {
-  if (const std::string reason = log.error_text(); !reason.empty()) throw RunError(reason);
+  if (log.error()) throw RunError(log.error_text());
 }
 
 int run_record(const RecordArguments& options) {

@@ -155,19 +155,18 @@ class CsvRowOutput final : public RowOutput {
 
 class Hdf5RowOutput final : public RowOutput {
  public:
-  Hdf5RowOutput(const std::filesystem::path& file, const RowUnits& units)
+  Hdf5RowOutput(const std::filesystem::path& file, const std::string& input_unit,
+                const std::string& output_unit)
       : file_(file), writer_(storage::create_hdf5(file_.written())) {
     table_ = writer_->add_table(
-        "/", {{"time_s", "s", {}}, {"input", units.input, {}}, {"output", units.output, {}}},
-        storage::Hdf5Writer::Compression::none);
+        "/", {{"time_s", "s", {}}, {"input", input_unit, {}}, {"output", output_unit, {}}}, false);
   }
 
   void write(const SampleBlock& block) override {
     columns_ = {block.time_s, block.input, block.output};
-    table_->append(columns_);
+    writer_->append(table_, columns_);
   }
   void commit() override {
-    table_.reset();
     writer_->close();
     file_.commit();
   }
@@ -175,7 +174,7 @@ class Hdf5RowOutput final : public RowOutput {
  private:
   OutputFile file_;
   std::unique_ptr<storage::Hdf5Writer> writer_;
-  std::unique_ptr<storage::Hdf5Table> table_;
+  std::size_t table_;
   std::vector<std::vector<double>> columns_;
 };
 
@@ -201,8 +200,9 @@ std::unique_ptr<RowInput> open_rows(const std::filesystem::path& file, const std
   return std::make_unique<CsvRows>(file, column);
 }
 
-std::unique_ptr<RowOutput> make_rows(const std::filesystem::path& file, const RowUnits& units) {
-  if (has_hdf5_name(file)) return std::make_unique<Hdf5RowOutput>(file, units);
+std::unique_ptr<RowOutput> make_rows(const std::filesystem::path& file, const std::string& input_unit,
+                                     const std::string& output_unit) {
+  if (has_hdf5_name(file)) return std::make_unique<Hdf5RowOutput>(file, input_unit, output_unit);
   return std::make_unique<CsvRowOutput>(file);
 }
 

@@ -47,11 +47,9 @@ class RowOutput {
   virtual void commit() = 0;
 };
 
-struct RowUnits {
-  std::string input, output;
-};
 /// time_s, input, output. HDF5 if its name says so, else CSV with the shortest digits that read back to the
 /// same bits.
-std::unique_ptr<RowOutput> make_rows(const std::filesystem::path& file, const RowUnits& units);
+std::unique_ptr<RowOutput> make_rows(const std::filesystem::path& file, const std::string& input_unit,
+                                     const std::string& output_unit);
 
 }  // namespace hystcan::app

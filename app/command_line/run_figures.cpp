@@ -32,9 +32,9 @@ std::vector<std::string> columns_of(const runs::Run& run, std::size_t axis) {
 double rate_of(const runs::Run& run, std::size_t axis) {
   if (run.info().rate_Hz > 0.0) return run.info().rate_Hz;
   const std::vector<std::string> names{"time_s"};
-  const runs::Signals times =
+  const runs::Columns columns =
       run.read(axis, names, {.from_s = run.info().first_s, .to_s = run.info().first_s + 1.0});
-  const std::vector<double>& time_s = times.columns.front();
+  const std::vector<double>& time_s = columns.front();
   if (time_s.size() < 2 || !(time_s.back() > time_s.front())) return 1000.0;
   return static_cast<double>(time_s.size() - 1) / (time_s.back() - time_s.front());
 }
@@ -256,7 +256,7 @@ RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSp
                      .drive_unit = about.drive_unit.empty() ? "drive unit" : about.drive_unit,
                      .stroke_um = about.stroke_um,
                      .drive_delay_s = drive_delay_s(about, rate_Hz),
-                     .faults = about.summary.faults.size(),
+                     .faults = about.faults.size(),
                      .rows = {},
                      .spectrum = metrics::Spectrum(rate_Hz),
                      .step = {},

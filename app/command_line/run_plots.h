@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct RunPlots {
 struct DrawnPlots {
   std::vector<std::string> names;      ///< of the pictures, without their endings
   std::vector<std::string> lacking;    ///< "RUN-AXIS: no step in its reference"
-  std::optional<std::string> undrawn;  ///< why gnuplot has drawn nothing
+  std::optional<std::string> undrawn;  ///< why gnuplot has not drawn them
 };
 
 /// Throws RunError if a file cannot be written.
@@ -41,8 +42,8 @@ struct DemoPlot {
   double to_s = 1.0;
 };
 
-/// Writes demo.gp and runs gnuplot on it. Returns why it has failed, if it has; the script remains for a
-/// later attempt.
+/// Writes demo.gp and runs gnuplot on it. Returns why there is no picture; the script remains for a later
+/// attempt.
 std::optional<std::string> draw(const DemoPlot& plot);
 
 }  // namespace hystcan::app

@@ -28,11 +28,10 @@ std::string state_of(const runs::RunInfo& info, bool was_being_recorded) {
   return was_being_recorded ? "recording" : "not closed (killed)";
 }
 
-std::string faults_text(const runs::AxisSummary& summary) {
-  if (summary.faults.empty()) return "-";
-  const runs::RunFault& first = summary.faults.front();
-  std::string text = fmt::format("{} at {:.3f} s", first.cause, first.time_s);
-  if (summary.faults.size() > 1) text += fmt::format(", and {} more", summary.faults.size() - 1);
+std::string faults_text(const std::vector<runs::RunFault>& faults) {
+  if (faults.empty()) return "-";
+  std::string text = fmt::format("{} at {:.3f} s", faults.front().cause, faults.front().time_s);
+  if (faults.size() > 1) text += fmt::format(", and {} more", faults.size() - 1);
   return text;
 }
 
@@ -40,11 +39,10 @@ void print_run(const runs::Run& run, bool was_being_recorded) {
   const runs::RunInfo& info = run.info();
   std::string name = run.name(), duration = fmt::format("{:.1f}", info.last_s - info.first_s);
   for (const runs::RunAxis& axis : info.axes) {
-    const runs::AxisSummary& summary = axis.summary;
-    const std::string rms = summary.tracked_rows > 0 ? fmt::format("{:.4f}", summary.rms_um) : "-";
-    const std::string max = summary.tracked_rows > 0 ? fmt::format("{:.4f}", summary.max_um) : "-";
+    const std::string rms = axis.tracked_rows > 0 ? fmt::format("{:.4f}", axis.rms_um) : "-";
+    const std::string max = axis.tracked_rows > 0 ? fmt::format("{:.4f}", axis.max_um) : "-";
     print(fmt::format("{:<27} {:>10} {:<8} {:>9} {:>9}  {}\n", name, duration, axis.name, rms, max,
-                      faults_text(summary)));
+                      faults_text(axis.faults)));
     name.clear();
     duration.clear();
   }

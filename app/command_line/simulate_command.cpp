@@ -105,8 +105,8 @@ std::optional<SimulatedCreep> run(const SimulateArguments& options, model::Simul
   std::uint64_t count = 0;
   std::optional<SimulatedCreep> creep;
   if (!options.quasi_static)
-    creep = SimulatedCreep::load({options.model, options.input, options.memory}, simulation.state().output,
-                                 *rows);
+    creep =
+        SimulatedCreep::load(options.model, options.input, options.memory, simulation.state().output, *rows);
   std::optional<SimulatedMode> mode;
   if (options.dynamics) mode.emplace(options.model, options.input);
   run_pipeline<SampleBlock>(
@@ -164,7 +164,7 @@ void simulate(const SimulateArguments& options, const Model& model) {
                             options.model.string()));
   model::Simulation<Model> simulation(model, start(options, model), options.negative_drive ? -1.0 : 1.0);
   const auto& parameters = model.parameters();
-  const auto out = make_rows(options.output, {parameters.input_unit, parameters.output_unit});
+  const auto out = make_rows(options.output, parameters.input_unit, parameters.output_unit);
   std::optional<OutputFile> memory;
   if (!options.save_memory.empty()) memory.emplace(options.save_memory);
   const std::optional<SimulatedCreep> creep = run(options, simulation, *out);

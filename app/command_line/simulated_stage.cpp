@@ -24,25 +24,28 @@ model::Dynamics dynamics_of(const std::filesystem::path& model) {
 
 }  // namespace
 
-std::optional<SimulatedCreep> SimulatedCreep::load(const Files& files, double h, const RowInput& rows) {
-  const std::optional<model::OutputCreep::Config> config = config::load_lag(files.model).creep;
+std::optional<SimulatedCreep> SimulatedCreep::load(const std::filesystem::path& model,
+                                                   std::filesystem::path input, std::filesystem::path memory,
+                                                   double h, const RowInput& rows) {
+  const std::optional<model::OutputCreep::Config> config = config::load_lag(model).creep;
   if (config && !rows.timed())
     throw Error(
         fmt::format("{}: has no column time_s, expected one, because {} has [creep]; --quasi-static "
                     "leaves the creep out",
-                    files.input.string(), files.model.string()));
-  if (config) return SimulatedCreep(files, *config, h);
-  if (!files.memory.empty())
-    config::load_creep_memory(files.memory, model::OutputCreep(), h);  // has none, either
+                    input.string(), model.string()));
+  if (config) return SimulatedCreep(std::move(input), std::move(memory), *config, h);
+  if (!memory.empty()) config::load_creep_memory(memory, model::OutputCreep(), h);  // has none, either
   return std::nullopt;
 }
 
-SimulatedCreep::SimulatedCreep(const Files& files, const model::OutputCreep::Config& config, double h)
-    : files_(files),
+SimulatedCreep::SimulatedCreep(std::filesystem::path input, std::filesystem::path memory,
+                               const model::OutputCreep::Config& config, double h)
+    : input_(std::move(input)),
+      memory_(std::move(memory)),
       config_(config),
       held_(model::OutputCreep(config),
-            files.memory.empty() ? std::nullopt
-                                 : config::load_creep_memory(files.memory, model::OutputCreep(config), h)) {}
+            memory_.empty() ? std::nullopt
+                            : config::load_creep_memory(memory_, model::OutputCreep(config), h)) {}
 
 void SimulatedCreep::hold_until(double time_s) {
   if (const auto& state = held_.state(); state && state->time_s && !(time_s > *state->time_s)) refuse(time_s);
@@ -56,11 +59,11 @@ void SimulatedCreep::refuse(double time_s) const {
     throw Error(
         fmt::format("{}: the first row is at {} s, expected more than {} s, time_s of {}; a memory "
                     "without time_s is that of the first row",
-                    files_.input.string(), time_s, before_s, files_.memory.string()));
+                    input_.string(), time_s, before_s, memory_.string()));
   throw Error(
       fmt::format("{}: row {} is at {} s, expected more than {} s, the time of the row before: "
                   "with [creep] a row lasts until the next one",
-                  files_.input.string(), rows_ + 1, time_s, before_s));
+                  input_.string(), rows_ + 1, time_s, before_s));
 }
 
 std::string SimulatedCreep::text() const { return creep_text(config_); }

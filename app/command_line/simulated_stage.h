@@ -15,12 +15,10 @@ namespace hystcan::app {
 /// [creep] of the model file, row by row: model/output_creep.h.
 class SimulatedCreep {
  public:
-  struct Files {
-    std::filesystem::path model, input, memory;  ///< memory: empty if there is none
-  };
-  /// None if the model file has no [creep]. `h`: output of the hysteresis where the memory is. Throws Error,
-  /// also if the rows are not timed.
-  static std::optional<SimulatedCreep> load(const Files& files, double h, const RowInput& rows);
+  /// None if the model file has no [creep]. `memory`: empty if there is none. `h`: output of the hysteresis
+  /// where the memory is. Throws Error, also if the rows are not timed.
+  static std::optional<SimulatedCreep> load(const std::filesystem::path& model, std::filesystem::path input,
+                                            std::filesystem::path memory, double h, const RowInput& rows);
 
   /// Throws Error if the row is not later than the row before.
   void hold_until(double time_s);
@@ -33,10 +31,11 @@ class SimulatedCreep {
   std::string memory_text() const;
 
  private:
-  SimulatedCreep(const Files& files, const model::OutputCreep::Config& config, double h);
+  SimulatedCreep(std::filesystem::path input, std::filesystem::path memory,
+                 const model::OutputCreep::Config& config, double h);
   [[noreturn]] void refuse(double time_s) const;
 
-  Files files_;
+  std::filesystem::path input_, memory_;
   model::OutputCreep::Config config_;
   model::HeldCreep held_;
   std::uint64_t rows_ = 0;

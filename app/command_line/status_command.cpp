@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -36,56 +37,41 @@ struct StatusArguments {
   bool json = false;
 };
 
-class StatusView {
- public:
-  explicit StatusView(const StatusArguments& options)
-      : options_(options), counters_(options.interface, 0.0) {}
-
-  /// The answer; throws RunError with the reason if there is none.
-  nlohmann::json ask() const {
-    const std::filesystem::path file =
-        options_.socket.empty() ? find_socket(options_.interface) : std::filesystem::path(options_.socket);
-    try {
-      return ask_socket(file, {{"do", "status"}}, answer_limit);
-    } catch (const std::system_error& error) {
-      throw RunError(
-          fmt::format("{}: {}; is the controller running, with this interface? (--interface, --socket)",
-                      file.string(), error.code().message()));
-    }
+/// The answer; throws RunError with the reason if there is none.
+nlohmann::json ask(const StatusArguments& options) {
+  const std::filesystem::path file =
+      options.socket.empty() ? find_socket(options.interface) : std::filesystem::path(options.socket);
+  try {
+    return ask_socket(file, {{"do", "status"}}, answer_limit);
+  } catch (const std::system_error& error) {
+    throw RunError(
+        fmt::format("{}: {}; is the controller running, with this interface? (--interface, --socket)",
+                    file.string(), error.code().message()));
   }
-
-  std::vector<std::string> lines_of(const nlohmann::json& status) { return status_screen(status, bus(), ""); }
-
-  /// A controller that has ended, or is not there yet, is asked again with the next call.
-  std::vector<std::string> lines() {
-    try {
-      return lines_of(ask());
-    } catch (const RunError& error) {
-      return status_screen(nullptr, bus(), fmt::format("no answer, trying again: {}", error.what()));
-    }
-  }
-
- private:
-  nlohmann::json bus() { return options_.shows_bus ? counters_.report() : nlohmann::json(); }
-
-  StatusArguments options_;
-  BusCounters counters_;
-};
+}
 
 void print_lines(const std::vector<std::string>& lines) {
   for (const std::string& line : lines) print(line + "\n");
   flush_output();
 }
 
-int watch(StatusView& view) {
+/// A controller that has ended, or is not there yet, is asked again.
+int watch(const StatusArguments& options, const std::function<nlohmann::json()>& bus) {
+  const auto lines = [&] {
+    try {
+      return status_screen(ask(options), bus(), "");
+    } catch (const RunError& error) {
+      return status_screen(nullptr, bus(), fmt::format("no answer, trying again: {}", error.what()));
+    }
+  };
   stop_at_a_signal();
   std::optional<Screen> screen;
   if (::isatty(STDOUT_FILENO) == 1) screen.emplace();
   while (stop_signalled == 0 && !(screen && screen->quit())) {
     if (screen) {
-      screen->show(view.lines());
+      screen->show(lines());
     } else {
-      print_lines(view.lines());
+      print_lines(lines());
       print("\n");
     }
     std::this_thread::sleep_for(screen ? redraw_every : print_every);
@@ -94,13 +80,14 @@ int watch(StatusView& view) {
 }
 
 int run_status(const StatusArguments& options) {
-  StatusView view(options);
-  if (options.watch) return watch(view);
-  const nlohmann::json status = view.ask();
+  BusCounters counters(options.interface, 0.0);
+  const auto bus = [&] { return options.shows_bus ? counters.report() : nlohmann::json(); };
+  if (options.watch) return watch(options, bus);
+  const nlohmann::json status = ask(options);
   if (options.json)
     print(status.dump(2) + "\n");
   else
-    print_lines(view.lines_of(status));
+    print_lines(status_screen(status, bus(), ""));
   return done;
 }
 

@@ -22,7 +22,7 @@ void TruthLog::write(const twin::Truth& truth) {
 
 std::optional<std::string> TruthLog::close() {
   rows_.close();
-  if (rows_.error_text().empty()) return std::nullopt;
+  if (!rows_.error()) return std::nullopt;
   return rows_.error_text() + "; later rows are lost";
 }
 

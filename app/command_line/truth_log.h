@@ -17,7 +17,7 @@ class TruthLog {
   TruthLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
   void write(const twin::Truth& truth);
-  /// Returns why rows were lost, if some were.
+  /// Why rows were lost, if any were.
   std::optional<std::string> close();
 
  private:

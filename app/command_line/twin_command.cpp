@@ -107,21 +107,17 @@ void log_faults(twin::Twin& twin, can::Time started) {
       });
 }
 
-/// The control socket and the stream beside it.
-struct TwinSockets {
-  std::optional<ControlSocket> control;
-  std::optional<SampleStream> stream;
-};
-
-/// If the default socket belongs to another twin, this twin runs without one.
-void open(TwinSockets& sockets, const TwinArguments& options, const std::string& interface, LiveLoop& loop,
+/// Opens the control socket and the stream beside it. If the default socket belongs to another twin, this
+/// twin runs without one.
+void open(std::optional<ControlSocket>& control, std::optional<SampleStream>& stream,
+          const TwinArguments& options, const std::string& interface, LiveLoop& loop,
           TwinCommandHandler& handler, const std::string& greeting, SampleBoard& samples) {
   if (options.socket == "none") return;
   try {
     const std::filesystem::path file =
         options.socket.empty() ? default_twin_socket(interface) : std::filesystem::path(options.socket);
-    sockets.control.emplace(loop.context(), file, handler);
-    sockets.stream.emplace(loop.context(), stream_beside(file), greeting, samples);
+    control.emplace(loop.context(), file, handler);
+    stream.emplace(loop.context(), stream_beside(file), greeting, samples);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", file.string(), file.string());
   } catch (const RunError& error) {
     if (!options.socket.empty()) throw;
@@ -181,21 +177,22 @@ int run_twin(const TwinArguments& options) {
     stopping->expire_at(loop.scheduler().now() +
                         std::chrono::milliseconds(20));  // after the answer has been sent
   });
-  TwinSockets sockets;
-  open(sockets, options, interface, loop, handler, stream_greeting(config, chosen).dump(), samples);
+  std::optional<ControlSocket> socket;
+  std::optional<SampleStream> stream;
+  open(socket, stream, options, interface, loop, handler, stream_greeting(config, chosen).dump(), samples);
   TwinWatch watch(twin, loop.scheduler(), interface, end);
   loop.run([&](int) { end(); });
   watch.log_bus();
   std::string closing;
   for (const std::string& line : describe(closing_of(twin))) closing += line + "\n";
-  const std::string lost_output = print_patiently(closing);
+  const auto lost_output = print_patiently(closing);
   if (truth)
     if (const auto lost = truth->close()) throw RunError(*lost);
   if (const auto node = twin.taken_node())
     throw RunError(
         fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
                     interface, *node));
-  if (!lost_output.empty()) throw RunError(lost_output);
+  if (lost_output) throw RunError(*lost_output);
   return done;
 }
 

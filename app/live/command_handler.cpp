@@ -35,4 +35,18 @@ double number_of(const json& command, const char* key) {
   return *found;
 }
 
+json to_json(const std::vector<config::Change>& changes) {
+  json list = json::array();
+  for (const config::Change& change : changes)
+    list.push_back({{"key", change.path}, {"from", change.from}, {"to", change.to}});
+  return list;
+}
+
+std::vector<config::Change> changes_of(const json& list) {
+  std::vector<config::Change> changes;
+  changes.reserve(list.size());
+  for (const json& change : list) changes.push_back({change.at("key"), change.at("from"), change.at("to")});
+  return changes;
+}
+
 }  // namespace hystcan::app

@@ -6,6 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include "config/schema/settings.h"
 
 namespace hystcan::app {
 
@@ -26,6 +29,10 @@ nlohmann::json refusal(const std::string& reason);
 /// The text or number of this key. Throws Error if the key is missing or has another type.
 std::string text_of(const nlohmann::json& command, const char* key);
 double number_of(const nlohmann::json& command, const char* key);
+
+/// A list of {"key": ..., "from": ..., "to": ...}, to write and to read.
+nlohmann::json to_json(const std::vector<config::Change>& changes);
+std::vector<config::Change> changes_of(const nlohmann::json& list);
 
 class CommandHandler {
  public:

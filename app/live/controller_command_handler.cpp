@@ -81,14 +81,14 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
   return axis;
 }
 
-json to_json(const runs::Recorder::Status& status) {
+json to_json(const runs::RunWriter::Status& status) {
   json recording{{"on", status.is_recording}};
   if (status.run.empty()) return recording;
   recording.update({{"run", status.run.string()},
-                    {"rows", status.of_run.rows},
-                    {"rows_lost", status.of_run.rows_lost},
-                    {"bytes", status.of_run.bytes}});
-  if (!status.of_run.failure.empty()) recording["failure"] = status.of_run.failure;
+                    {"rows", status.rows},
+                    {"rows_lost", status.rows_lost},
+                    {"bytes", status.bytes}});
+  if (!status.failure.empty()) recording["failure"] = status.failure;
   return recording;
 }
 
@@ -96,15 +96,8 @@ json timing_json(const controller::CycleRecord& record) {
   const auto us = [](can::Duration duration) { return 1e6 * can::seconds(duration); };
   return {{"period_us", us(record.phases.period)},
           {"lateness_us", us(record.phases.lateness)},
-          {"turnaround_us", us(record.turnaround)},
+          {"turnaround_us", us(record.phases.turnaround())},
           {"execution_us", us(record.phases.execution)}};
-}
-
-json changes_json(const std::vector<config::Change>& changes) {
-  json list = json::array();
-  for (const config::Change& change : changes)
-    list.push_back({{"key", change.path}, {"from", change.from}, {"to", change.to}});
-  return list;
 }
 
 std::string joined(const std::vector<config::Change>& changes) {
@@ -171,17 +164,13 @@ void ControllerCommandHandler::status(const json&, const Answer& answer) {
   json axes = json::array();
   const auto newest = outlets_.board.newest();
   for (std::size_t i = 0; i < newest.size(); ++i) axes.push_back(to_json(live_.axis_names()[i], newest[i]));
-  const controller::CycleCounters& counters = newest.front().counters;
   json status{{"ok", true},
               {"time_s", newest.front().time_s},
               {"age_s", outlets_.board.age_s()},
-              {"cycles", counters.cycles},
-              {"missed_cycles", counters.missed_cycles},
-              {"missing_samples", counters.missing_samples},
-              {"late_samples", counters.late_samples},
               {"timing", timing_json(newest.front())},
               {"recording", to_json(outlets_.recorder.status())},
               {"axes", axes}};
+  status.update(to_json(newest.front().counters));
   if (const auto event = outlets_.board.last_event())
     status["last_event"] = {{"text", describe(*event->event)}, {"time_s", event->time_s}};
   answer(status);
@@ -243,7 +232,7 @@ void ControllerCommandHandler::settings(const json&, const Answer& answer) {
   answer({{"ok", true},
           {"file", std::filesystem::absolute(live_.file()).string()},
           {"settings", list},
-          {"unsaved", changes_json(config::changes(config::settings(live_.file()), live_.settings()))},
+          {"unsaved", to_json(config::changes(config::settings(live_.file()), live_.settings()))},
           {"undo", live_.single_settings()}});
 }
 
@@ -277,7 +266,7 @@ void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, Answer answe
             outlets_.recorder.add(shared->at_once);
             for (const config::Change& change : shared->at_once)
               spdlog::info("configuration: {}", describe(change));
-            answer({{"ok", true}, {"changed", changes_json(shared->at_once)}});
+            answer({{"ok", true}, {"changed", to_json(shared->at_once)}});
           });
 }
 
@@ -302,7 +291,7 @@ void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> req
   for (auto& request : requests) {
     Request* asked = request.get();
     if (requests_.ask(std::move(request))) {
-      pending_.push_back({asked, close_one});
+      pending_.emplace(asked, close_one);
     } else {
       Request refused{.axis = asked->axis, .refused_because = "too many requests at once"};
       close_one(refused);
@@ -344,12 +333,7 @@ void ControllerCommandHandler::poll() {
 
 void ControllerCommandHandler::collect_answers() {
   while (const auto request = requests_.take_answer()) {
-    const auto found =
-        std::ranges::find_if(pending_, [&](const Pending& p) { return p.request == request.get(); });
-    if (found == pending_.end()) continue;
-    const auto done = std::move(found->done);
-    pending_.erase(found);
-    done(*request);
+    if (const auto pending = pending_.extract(request.get())) pending.mapped()(*request);
   }
 }
 

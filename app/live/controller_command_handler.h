@@ -10,6 +10,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,10 +43,6 @@ class ControllerCommandHandler final : public CommandHandler {
     boost::asio::steady_timer::time_point deadline;
     Answer answer;
   };
-  struct Pending {
-    controller::Request* request;
-    std::function<void(controller::Request&)> done;
-  };
 
   void status(const nlohmann::json& command, const Answer& answer);
   void act(const nlohmann::json& command, Answer answer);
@@ -69,7 +66,7 @@ class ControllerCommandHandler final : public CommandHandler {
   CycleOutlets& outlets_;
   LiveConfig& live_;
   std::vector<std::uint64_t> last_before_act_;  ///< cycle of each axis; later records show the act
-  std::vector<Pending> pending_;
+  std::map<const controller::Request*, std::function<void(controller::Request&)>> pending_;
   std::vector<Waiter> waiters_;
   bool armed_ = false;
   bool closed_ = false;

@@ -133,6 +133,13 @@ nlohmann::json to_json(const BusClosing& closing) {
   return object;
 }
 
+nlohmann::json to_json(const controller::CycleCounters& counters) {
+  return {{"cycles", counters.cycles},
+          {"missed_cycles", counters.missed_cycles},
+          {"missing_samples", counters.missing_samples},
+          {"late_samples", counters.late_samples}};
+}
+
 nlohmann::json to_json(const controller::CycleTiming& timing) {
   nlohmann::json object;
   for (const controller::NamedTime& time : controller::cycle_times()) {

@@ -9,6 +9,7 @@
 #include "can/bus_health_log.h"
 #include "can/protocol/e2e.h"
 #include "controller/control/statistics.h"
+#include "controller/cycle_record.h"
 #include "controller/timing.h"
 
 namespace hystcan::app {
@@ -35,6 +36,7 @@ std::vector<std::string> describe(const BusClosing& closing);
 /// The bus, and under "rejected" each message with its causes.
 nlohmann::json to_json(const BusClosing& closing);
 
+nlohmann::json to_json(const controller::CycleCounters& counters);
 /// Keys: period, wake_up, turnaround, execution.
 nlohmann::json to_json(const controller::CycleTiming& timing);
 std::vector<std::string> describe(const controller::CycleTiming& timing);

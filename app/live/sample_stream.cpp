@@ -107,7 +107,7 @@ void SampleStream::admit(stream_protocol::socket connection) {
   const auto session = std::make_shared<Session>(std::move(connection), board_.columns());
   sessions_.push_back(session);
   session->greet(greeting_);
-  if (!board_.is_listening()) board_.take(rows_);  // what is left of an earlier listener
+  if (!board_.is_listening()) board_.take(values_);  // what is left of an earlier listener
   board_.set_listening(true);
   if (!std::exchange(armed_, true)) arm();
 }
@@ -126,10 +126,10 @@ void SampleStream::send() {
     armed_ = false;
     return;
   }
-  board_.take(rows_);
-  const Batch batch = std::make_shared<const std::vector<double>>(rows_.values);
+  const std::uint32_t lost = board_.take(values_);
+  const Batch batch = std::make_shared<const std::vector<double>>(values_);
   for (const auto& session : sessions_)
-    if (const auto open = session.lock()) open->send(batch, rows_.lost);
+    if (const auto open = session.lock()) open->send(batch, lost);
   arm();
 }
 

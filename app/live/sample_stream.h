@@ -30,14 +30,9 @@ namespace hystcan::app {
 /// taken are counted and dropped, the oldest stay.
 class SampleBoard {
  public:
-  struct Rows {
-    std::vector<double> values{};  ///< row by row
-    std::uint32_t lost = 0;        ///< rows after these that had no place
-  };
-
   /// `most_rows` between two calls of take().
   SampleBoard(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {
-    rows_.values.reserve(columns_ * most_rows_);
+    values_.reserve(columns_ * most_rows_);
   }
 
   std::size_t columns() const { return columns_; }
@@ -47,26 +42,28 @@ class SampleBoard {
 
   void put(std::span<const double> row) {
     const std::scoped_lock lock(mutex_);
-    if (rows_.values.size() >= columns_ * most_rows_)
-      ++rows_.lost;
+    if (values_.size() >= columns_ * most_rows_)
+      ++lost_;
     else
-      rows_.values.insert(rows_.values.end(), row.begin(), row.end());
+      values_.insert(values_.end(), row.begin(), row.end());
   }
 
-  /// Exchanges what has come for `empty`, whose storage is used again.
-  void take(Rows& empty) {
-    empty.values.clear();
-    empty.values.reserve(columns_ * most_rows_);
-    empty.lost = 0;
+  /// Exchanges the values that have come, row by row, for `empty`, whose storage is used again. Returns the
+  /// number of rows after these that had no place.
+  std::uint32_t take(std::vector<double>& empty) {
+    empty.clear();
+    empty.reserve(columns_ * most_rows_);
     const std::scoped_lock lock(mutex_);
-    std::swap(rows_, empty);
+    std::swap(values_, empty);
+    return std::exchange(lost_, 0);
   }
 
  private:
   std::size_t columns_, most_rows_;
   std::atomic<bool> listening_{false};
   std::mutex mutex_;
-  Rows rows_;
+  std::vector<double> values_;
+  std::uint32_t lost_ = 0;
 };
 
 class SampleStream {
@@ -87,7 +84,7 @@ class SampleStream {
 
   std::string greeting_;
   SampleBoard& board_;
-  SampleBoard::Rows rows_;
+  std::vector<double> values_;
   boost::asio::steady_timer timer_;
   std::vector<std::weak_ptr<Session>> sessions_;
   bool armed_ = false;

@@ -33,9 +33,7 @@ std::size_t index_in(const std::array<std::string_view, n>& words, const std::st
 }
 
 std::size_t column_of(const json& greeting, const std::string& name) {
-  const json& columns = greeting.at("columns");
-  for (std::size_t i = 0; i < columns.size(); ++i)
-    if (columns[i].at("name") == name) return i;
+  if (const auto column = column_in(greeting, name)) return *column;
   throw Error(fmt::format("the stream has no column \"{}\"", name));
 }
 
@@ -62,27 +60,25 @@ CycleColumns CycleColumns::of(const json& greeting) {
           .lateness = column_of(greeting, "lateness_us")};
 }
 
-Trigger Trigger::of(const json& request, const json& greeting) {
-  Trigger trigger;
-  trigger.name = text_of(request, "on");
-  trigger.on = static_cast<On>(index_in(occasions, trigger.name, "on"));
+Trigger::Trigger(const json& request, const json& greeting)
+    : at_(CycleColumns::of(greeting)),
+      name_(text_of(request, "on")),
+      on_(static_cast<On>(index_in(occasions, name_, "on"))) {
   const double axis = number_of(request, "axis");
   if (!(axis >= 0.0 && axis < static_cast<double>(greeting.at("axes").size()) && axis == std::floor(axis)))
     throw Error(fmt::format("axis is {}, expected the number of one from 0", axis));
-  trigger.axis = static_cast<std::size_t>(axis);
-  trigger.pre_s = seconds_of(request, "pre_s");
-  trigger.post_s = seconds_of(request, "post_s");
-  if (trigger.pre_s + trigger.post_s > longest_s)
-    throw Error(
-        fmt::format("pre_s + post_s is {}, expected at most {}", trigger.pre_s + trigger.post_s, longest_s));
-  if (request.contains("repeat")) trigger.repeat = request.at("repeat") == true;
-  if (trigger.on == On::step || trigger.on == On::level) trigger.level = number_of(request, "level");
-  if (trigger.on == On::level) {
-    trigger.signal = column_of(greeting, text_of(request, "signal"));
-    if (request.contains("edge"))
-      trigger.edge = static_cast<Edge>(index_in(edges, text_of(request, "edge"), "edge"));
-  }
-  return trigger;
+  axis_ = static_cast<std::size_t>(axis);
+  pre_s_ = seconds_of(request, "pre_s");
+  post_s_ = seconds_of(request, "post_s");
+  if (pre_s_ + post_s_ > longest_s)
+    throw Error(fmt::format("pre_s + post_s is {}, expected at most {}", pre_s_ + post_s_, longest_s));
+  repeats_ = request.contains("repeat") && request.at("repeat") == true;
+  if (on_ == On::step || on_ == On::level) level_ = number_of(request, "level");
+  if (on_ != On::level) return;
+  signal_ = column_of(greeting, text_of(request, "signal"));
+  const std::size_t edge = request.contains("edge") ? index_in(edges, text_of(request, "edge"), "edge") : 2;
+  rising_ = edge != 1;
+  falling_ = edge != 0;
 }
 
 json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um) {
@@ -117,45 +113,43 @@ json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um
           {"judged_s", step->last_s - step->begin_s}};
 }
 
-bool CaptureTrigger::fires(std::span<const double> row) const {
-  if (trigger_.on == Trigger::On::now) return true;
+bool Trigger::fires(std::span<const double> row) const {
+  if (on_ == On::now) return true;
   if (before_.empty()) return false;
   const auto was = [&](std::size_t column) { return before_[column]; };
-  switch (trigger_.on) {
-    case Trigger::On::step:
-      return std::abs(row[at_.reference] - was(at_.reference)) > trigger_.level;
-    case Trigger::On::fault:
+  switch (on_) {
+    case On::step:
+      return std::abs(row[at_.reference] - was(at_.reference)) > level_;
+    case On::fault:
       return row[at_.fault] != was(at_.fault) && row[at_.fault] != 0.0;
-    case Trigger::On::line:
+    case On::line:
       return std::isfinite(row[at_.line]) && row[at_.line] != was(at_.line);
     default:
       break;
   }
-  const double from = was(trigger_.signal), to = row[trigger_.signal];
-  const bool rises = from < trigger_.level && to >= trigger_.level;
-  const bool falls = from > trigger_.level && to <= trigger_.level;
-  return (rises && trigger_.edge != Trigger::Edge::falling) ||
-         (falls && trigger_.edge != Trigger::Edge::rising);
+  const double from = was(signal_), to = row[signal_];
+  const bool rises = from < level_ && to >= level_;
+  const bool falls = from > level_ && to <= level_;
+  return (rises && rising_) || (falls && falling_);
 }
 
-std::optional<Capture> CaptureTrigger::put(std::span<const double> row, const RowHistory& history) {
-  if (row[at_.axis] != static_cast<double>(trigger_.axis)) return std::nullopt;
+std::optional<Capture> Trigger::put(std::span<const double> row, const RowHistory& history) {
+  if (row[at_.axis] != static_cast<double>(axis_)) return std::nullopt;
   if (!fired_s_ && row[at_.time] >= rests_until_s_ && fires(row)) fired_s_ = row[at_.time];
   before_.assign(row.begin(), row.end());
-  if (!fired_s_ || row[at_.time] < *fired_s_ + trigger_.post_s - time_resolution_s) return std::nullopt;
+  if (!fired_s_ || row[at_.time] < *fired_s_ + post_s_ - time_resolution_s) return std::nullopt;
   Capture capture = collect(history);
   fired_s_.reset();
-  rests_until_s_ = row[at_.time] + std::max(trigger_.pre_s, shortest_rest_s);
+  rests_until_s_ = row[at_.time] + std::max(pre_s_, shortest_rest_s);
   return capture;
 }
 
-Capture CaptureTrigger::collect(const RowHistory& history) const {
+Capture Trigger::collect(const RowHistory& history) const {
   Capture capture{.rows = {}, .trigger_time_s = *fired_s_};
   for (std::uint64_t i = history.first(); i < history.end(); ++i) {
     const std::span<const double> row = history.row(i);
     const double time_s = row[at_.time];
-    if (row[at_.axis] != static_cast<double>(trigger_.axis) ||
-        time_s < *fired_s_ - trigger_.pre_s - time_resolution_s)
+    if (row[at_.axis] != static_cast<double>(axis_) || time_s < *fired_s_ - pre_s_ - time_resolution_s)
       continue;
     if (time_s < *fired_s_) ++capture.trigger_row;
     capture.rows.insert(capture.rows.end(), row.begin(), row.end());

@@ -21,24 +21,6 @@ struct CycleColumns {
   static CycleColumns of(const nlohmann::json& greeting);
 };
 
-struct Trigger {
-  enum class On : std::uint8_t { step, level, fault, line, now };
-  enum class Edge : std::uint8_t { rising, falling, either };
-
-  On on = On::now;
-  Edge edge = Edge::either;
-  std::size_t axis = 0;
-  std::size_t signal = 0;  ///< column; of `level`
-  double level = 0.0;      ///< in the unit of the signal; of `step`: um in one cycle
-  double pre_s = 0.0;
-  double post_s = 0.0;
-  bool repeat = false;
-  std::string name{};  ///< of `on`, as it was asked for
-
-  /// Throws Error where the request is incomplete or out of range.
-  static Trigger of(const nlohmann::json& request, const nlohmann::json& greeting);
-};
-
 struct Capture {
   std::vector<double> rows;
   std::size_t trigger_row = 0;
@@ -50,20 +32,36 @@ struct Capture {
 /// of the settling band.
 nlohmann::json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um);
 
-class CaptureTrigger {
+/// Makes a capture when its event comes.
+class Trigger {
  public:
-  CaptureTrigger(Trigger trigger, const CycleColumns& columns) : trigger_(std::move(trigger)), at_(columns) {}
+  /// Throws Error where the request is incomplete or out of range.
+  Trigger(const nlohmann::json& request, const nlohmann::json& greeting);
 
-  const Trigger& trigger() const { return trigger_; }
+  /// The event, as it was asked for.
+  const std::string& name() const { return name_; }
+  std::size_t axis() const { return axis_; }
+  bool repeats() const { return repeats_; }
   /// Each row of the stream once, after it is in the history. The capture, when its last row has come.
   std::optional<Capture> put(std::span<const double> row, const RowHistory& history);
 
  private:
+  enum class On : std::uint8_t { step, level, fault, line, now };
+
   bool fires(std::span<const double> row) const;
   Capture collect(const RowHistory& history) const;
 
-  Trigger trigger_;
   CycleColumns at_;
+  std::string name_;  ///< of `on`
+  On on_ = On::now;
+  std::size_t axis_ = 0;
+  std::size_t signal_ = 0;               ///< column; of `level`
+  double level_ = 0.0;                   ///< in the unit of the signal; of `step`: um in one cycle
+  bool rising_ = true, falling_ = true;  ///< the edges that count; of `level`
+  double pre_s_ = 0.0;
+  double post_s_ = 0.0;
+  bool repeats_ = false;
+
   std::vector<double> before_;  ///< the row of this axis before
   std::optional<double> fired_s_;
   double rests_until_s_ = -std::numeric_limits<double>::infinity();  ///< captures do not overlap

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
 #include <span>
@@ -23,8 +22,6 @@
 namespace hystcan::app {
 namespace {
 
-using nlohmann::json;
-
 constexpr std::size_t context_lines = 2;
 constexpr std::size_t most_cells = 4'000'000;  // of the table of a comparison
 
@@ -35,55 +32,50 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-struct DiffLine {
-  char mark;
-  std::string_view text;
-};
-
-/// By the longest common subsequence.
-std::vector<DiffLine> compare_by_subsequence(std::span<const std::string> before,
-                                             std::span<const std::string> after) {
+/// Lines with their marks: "- kp = 0". By the longest common subsequence.
+std::vector<std::string> compare_by_subsequence(std::span<const std::string> before,
+                                                std::span<const std::string> after) {
   std::vector<std::vector<std::size_t>> longest(before.size() + 1,
                                                 std::vector<std::size_t>(after.size() + 1));
   for (std::size_t i = before.size(); i-- > 0;)
     for (std::size_t k = after.size(); k-- > 0;)
       longest[i][k] =
           before[i] == after[k] ? longest[i + 1][k + 1] + 1 : std::max(longest[i + 1][k], longest[i][k + 1]);
-  std::vector<DiffLine> lines;
+  std::vector<std::string> lines;
   std::size_t i = 0, k = 0;
   while (i < before.size() || k < after.size()) {
     if (i < before.size() && k < after.size() && before[i] == after[k]) {
-      lines.push_back({' ', before[i]});
+      lines.push_back("  " + before[i]);
       ++i, ++k;
     } else if (i < before.size() && (k == after.size() || longest[i + 1][k] >= longest[i][k + 1])) {
-      lines.push_back({'-', before[i++]});
+      lines.push_back("- " + before[i++]);
     } else {
-      lines.push_back({'+', after[k++]});
+      lines.push_back("+ " + after[k++]);
     }
   }
   return lines;
 }
 
-std::vector<DiffLine> compare(std::span<const std::string> before, std::span<const std::string> after) {
+std::vector<std::string> compare(std::span<const std::string> before, std::span<const std::string> after) {
   const auto same = std::mismatch(before.begin(), before.end(), after.begin(), after.end());
   const auto beginning = static_cast<std::size_t>(same.first - before.begin());
   const auto old_rest = before.subspan(beginning), new_rest = after.subspan(beginning);
   const auto same_end = std::mismatch(old_rest.rbegin(), old_rest.rend(), new_rest.rbegin(), new_rest.rend());
   const auto end = static_cast<std::size_t>(same_end.first - old_rest.rbegin());
   const auto gone = old_rest.first(old_rest.size() - end), come = new_rest.first(new_rest.size() - end);
-  std::vector<DiffLine> lines;
-  const auto add = [&lines](char mark, std::span<const std::string> texts) {
-    for (const std::string& text : texts) lines.push_back({mark, text});
+  std::vector<std::string> lines;
+  const auto add = [&lines](const char* mark, std::span<const std::string> texts) {
+    for (const std::string& text : texts) lines.push_back(mark + text);
   };
-  add(' ', before.first(beginning));
+  add("  ", before.first(beginning));
   if ((gone.size() + 1) * (come.size() + 1) <= most_cells) {
-    const std::vector<DiffLine> between = compare_by_subsequence(gone, come);
+    const std::vector<std::string> between = compare_by_subsequence(gone, come);
     lines.insert(lines.end(), between.begin(), between.end());
   } else {
-    add('-', gone);
-    add('+', come);
+    add("- ", gone);
+    add("+ ", come);
   }
-  add(' ', before.last(end));
+  add("  ", before.last(end));
   return lines;
 }
 
@@ -121,26 +113,24 @@ void comment_out(std::vector<std::string>& lines, std::size_t first, std::size_t
 using Segments = std::map<std::size_t, std::vector<std::string>>;  ///< index -> lines `key = value`
 
 /// The segments of a list that are new, or gone: their lines are empty then.
-std::map<std::string, Segments> changed_lists(const toml::table& root, json& unsaved) {
+std::map<std::string, Segments> changed_lists(const toml::table& root, std::vector<config::Change>& unsaved) {
   std::map<std::string, Segments> lists;
-  json further = json::array();
+  std::vector<config::Change> further;
   const auto size_of = [&](const std::string& list) {
     const auto node = root.at_path(list);
     return node.is_array_of_tables() ? node.as_array()->size() : 0;
   };
   const auto is_gone = [&](const SegmentKey& key) {
-    return std::ranges::any_of(unsaved, [&](const json& change) {
-      return change.at("key") == fmt::format("{}[{}].kind", key.list, key.index) &&
-             change.at("to").get_ref<const std::string&>().empty();
+    return std::ranges::any_of(unsaved, [&](const config::Change& change) {
+      return change.path == fmt::format("{}[{}].kind", key.list, key.index) && change.to.empty();
     });
   };
-  for (const json& change : unsaved) {
-    const auto key = segment_key(change.at("key"));
+  for (const config::Change& change : unsaved) {
+    const auto key = segment_key(change.path);
     const std::size_t size = key ? size_of(key->list) : 0;
     const bool is_new = size > 0 && key->index >= size;
     if (is_new)
-      lists[key->list][key->index].push_back(
-          fmt::format("{} = {}", key->key, change.at("to").get<std::string>()));
+      lists[key->list][key->index].push_back(fmt::format("{} = {}", key->key, change.to));
     else if (size > 0 && is_gone(*key))
       lists[key->list][key->index];
     else
@@ -152,7 +142,8 @@ std::map<std::string, Segments> changed_lists(const toml::table& root, json& uns
 
 /// The text with the segments that `unsaved` adds, behind the last one of their axis, and with `# ` before
 /// the lines of those that it removes. What it tells of them is taken out of `unsaved`.
-std::string with_segments(const std::string& text, const std::string& name, json& unsaved) {
+std::string with_segments(const std::string& text, const std::string& name,
+                          std::vector<config::Change>& unsaved) {
   std::string edited = text;
   const auto lists = changed_lists(config::parse_toml(text, name), unsaved);
   for (const auto& [list, segments] : lists) {
@@ -187,33 +178,27 @@ ConfigSave config_save(const std::string& before, const std::string& text) {
 
 std::string line_diff(const std::string& before, const std::string& after) {
   const std::vector<std::string> old_lines = lines_of(before), new_lines = lines_of(after);
-  const std::vector<DiffLine> lines = compare(old_lines, new_lines);
+  const std::vector<std::string> lines = compare(old_lines, new_lines);
   std::vector<bool> is_shown(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i)
     for (std::size_t k = i - std::min(i, context_lines);
-         lines[i].mark != ' ' && k < std::min(i + context_lines + 1, lines.size()); ++k)
+         !lines[i].starts_with(' ') && k < std::min(i + context_lines + 1, lines.size()); ++k)
       is_shown[k] = true;
   std::string text;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (!is_shown[i]) continue;
     if (i > 0 && !is_shown[i - 1] && !text.empty()) text += "  ...\n";
-    text += fmt::format("{} {}\n", lines[i].mark, lines[i].text);
+    text += lines[i] + "\n";
   }
   return text;
 }
 
-ConfigSave save_of(const std::filesystem::path& file, const nlohmann::json& unsaved) {
+ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::Change>& unsaved) {
   const std::string before = config::TomlEdit::of_file(file).text();
-  nlohmann::json further = unsaved;
+  std::vector<config::Change> further = unsaved;
   config::TomlEdit edit(with_segments(before, file.string(), further), file.string());
-  for (const nlohmann::json& change : further) {
-    const auto& key = change.at("key").get_ref<const std::string&>();
-    const auto& value = change.at("to").get_ref<const std::string&>();
-    if (value.empty())
-      edit.comment_out(key);
-    else
-      edit.set(key, value);
-  }
+  for (const config::Change& change : further)
+    change.to.empty() ? edit.comment_out(change.path) : edit.set(change.path, change.to);
   return config_save(before, edit.text());
 }
 

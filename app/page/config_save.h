@@ -4,8 +4,10 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
+
+#include "config/schema/settings.h"
 
 namespace hystcan::app {
 
@@ -17,8 +19,8 @@ struct ConfigSave {
   bool undoes = false;  ///< it brings back what is kept
 };
 
-/// `unsaved`: as in the answer to `settings`. Throws Error where the file has no place for a key.
-ConfigSave save_of(const std::filesystem::path& file, const nlohmann::json& unsaved);
+/// `unsaved`: from the file to what is in force. Throws Error where the file has no place for a key.
+ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::Change>& unsaved);
 
 /// FILE.before-save beside the file; a link is followed.
 std::filesystem::path kept_beside(const std::filesystem::path& file);

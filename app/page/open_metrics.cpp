@@ -13,7 +13,7 @@ using nlohmann::json;
 
 class MetricsText {
  public:
-  explicit MetricsText(MetricsFormat format) : is_open_(format == MetricsFormat::open_metrics) {}
+  explicit MetricsText(bool is_open) : is_open_(is_open) {}
 
   void family(std::string_view name, std::string_view type, std::string_view help,
               std::string_view unit = {}) {
@@ -95,25 +95,23 @@ void put_axes(MetricsText& text, const json& axes, const json& states) {
 
 }  // namespace
 
-MetricsFormat metrics_format_for(std::string_view accept) {
-  return accept.find("application/openmetrics-text") == std::string_view::npos ? MetricsFormat::prometheus
-                                                                               : MetricsFormat::open_metrics;
+bool accepts_open_metrics(std::string_view accept) {
+  return accept.find("application/openmetrics-text") != std::string_view::npos;
 }
 
-const char* content_type(MetricsFormat format) {
-  return format == MetricsFormat::open_metrics ? "application/openmetrics-text; version=1.0.0; charset=utf-8"
-                                               : "text/plain; version=0.0.4; charset=utf-8";
+const char* metrics_type(bool is_open) {
+  return is_open ? "application/openmetrics-text; version=1.0.0; charset=utf-8"
+                 : "text/plain; version=0.0.4; charset=utf-8";
 }
 
-std::string metrics_text(MetricsFormat format, const KnownStatus& known, const json& states, const json& bus,
+std::string metrics_text(bool is_open, const json& status, double age_s, const json& states, const json& bus,
                          const metrics::Histogram& turnaround, const metrics::Histogram& lateness,
                          const PageCounters& page) {
-  MetricsText text(format);
-  const json& status = known.status;
+  MetricsText text(is_open);
   const bool is_up = status.is_object() && status.value("ok", false);
   text.gauge("up", "1 if the controller answers", is_up ? 1 : 0);
   text.family("status_age_seconds", "gauge", "since the controller last answered", "seconds");
-  text.sample("status_age_seconds", "", std::isfinite(known.age_s) ? json(known.age_s) : json());
+  text.sample("status_age_seconds", "", std::isfinite(age_s) ? json(age_s) : json());
   if (is_up) {
     text.counter("cycles", "cycles of the controller since its start", status.value("cycles", json()));
     text.counter("missed_cycles", "cycles left out", status.value("missed_cycles", json()));

@@ -19,7 +19,7 @@ struct PageClient {
   bool waits_for_token = false;                   ///< the answer to a wrong one is under way
   double rate = 500.0;                            ///< rows per axis and second
   std::map<std::uint32_t, std::uint32_t> lost{};  ///< rows of each kind since the last message
-  std::optional<CaptureTrigger> trigger{};
+  std::optional<Trigger> trigger{};
   std::chrono::steady_clock::time_point second{};  ///< begin of the second in which messages are counted
   int messages = 0;
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "config/schema/settings.h"
+#include "app/live/command_handler.h"
 #include "controller/control/fault.h"
 
 namespace hystcan::app {
@@ -56,10 +56,11 @@ json act_event(const std::string& by, const std::string& level, const std::strin
 }
 
 /// One event for each change; of many changes the first ones and their number.
-std::vector<json> change_events(const std::string& by, const std::string& what, const json& changes) {
+std::vector<json> change_events(const std::string& by, const std::string& what,
+                                const std::vector<config::Change>& changes) {
   std::vector<json> events;
   for (std::size_t i = 0; i < std::min(changes.size(), most_changes); ++i) {
-    const config::Change change{changes[i].at("key"), changes[i].at("from"), changes[i].at("to")};
+    const config::Change& change = changes[i];
     events.push_back(act_event(by, "info", fmt::format("{} {}", what, describe(change))));
     events.back().update({{"key", change.path}, {"from", change.from}, {"to", change.to}});
   }
@@ -78,7 +79,7 @@ std::vector<json> command_events(const std::string& by, const json& command, con
   if (!answer.value("ok", false))
     return {act_event(by, "warning", fmt::format("{}: refused: {}", words, answer.value("error", "")))};
   if (const auto changed = answer.find("changed"); changed != answer.end() && !changed->empty())
-    return change_events(by, command.at("do"), *changed);
+    return change_events(by, command.at("do"), changes_of(*changed));
   const std::string run = answer.value("run", "");
   return {act_event(by, command.at("do") == "stop" ? "warning" : "info",
                     run.empty() ? words : fmt::format("{}: {}", words, run))};
@@ -109,7 +110,7 @@ void PageEvents::add_command(std::uint64_t page, const json& command, const json
   for (json& event : command_events(name_of_page(page), command, answer)) add(std::move(event));
 }
 
-void PageEvents::add_foreign_changes(const json& changes) {
+void PageEvents::add_foreign_changes(const std::vector<config::Change>& changes) {
   for (json& event : change_events("file or control socket", "set", changes)) add(std::move(event));
 }
 

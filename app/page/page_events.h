@@ -14,6 +14,7 @@
 
 #include "app/page/capture.h"
 #include "app/page/page_clients.h"
+#include "config/schema/settings.h"
 #include "metrics/statistics.h"
 
 namespace hystcan::app {
@@ -34,8 +35,8 @@ class PageEvents {
   /// What this page did; `level`: "info", "warning".
   void add_act(std::uint64_t page, const std::string& level, const std::string& text);
   void add_command(std::uint64_t page, const nlohmann::json& command, const nlohmann::json& answer);
-  /// Changes of settings that no page has made: a list of `key`, `from`, `to`.
-  void add_foreign_changes(const nlohmann::json& changes);
+  /// Changes of settings that no page has made.
+  void add_foreign_changes(const std::vector<config::Change>& changes);
 
   const std::deque<nlohmann::json>& newest() const { return events_; }
   const CycleColumns& columns() const { return at_; }

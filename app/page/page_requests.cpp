@@ -36,10 +36,9 @@ constexpr auto page_commands = std::to_array<std::string_view>(
 /// The overrides that give the loop and the model in force, which do not depend on the setpoint.
 std::vector<config::Setting> overrides_of(const json& unsaved) {
   std::vector<config::Setting> overrides;
-  for (const json& change : unsaved) {
-    const std::string key = change.at("key"), value = change.at("to");
-    if (!value.empty() && key.find(".setpoint[") == std::string::npos) overrides.push_back({key, value});
-  }
+  for (const config::Change& change : changes_of(unsaved))
+    if (!change.to.empty() && change.path.find(".setpoint[") == std::string::npos)
+      overrides.push_back({change.path, change.to});
   return overrides;
 }
 
@@ -263,7 +262,7 @@ void PageRequests::curves(PageClient&, const Asked& asked, const json& request) 
 
 void PageRequests::trigger(PageClient& client, const Asked& asked, const json& request) {
   if (!controller_.is_there()) return refuse(asked, "no cycles come: there is nothing to capture");
-  client.trigger.emplace(Trigger::of(request, controller_.greeting()), events_.columns());
+  client.trigger.emplace(request, controller_.greeting());
   reply(asked, {{"ok", true}});
 }
 
@@ -319,8 +318,9 @@ void PageRequests::start(PageClient&, const Asked& asked, const json&) {
 }
 
 void PageRequests::save(PageClient&, const Asked& asked, const json& request) {
-  reply_or_write(asked, request,
-                 [this](const json& answer) { return save_of(options_.config, answer.at("unsaved")); });
+  reply_or_write(asked, request, [this](const json& answer) {
+    return save_of(options_.config, changes_of(answer.at("unsaved")));
+  });
 }
 
 void PageRequests::undo_save(PageClient&, const Asked& asked, const json& request) {

@@ -51,9 +51,9 @@ HttpResponse PageService::answer(const HttpRequest& request) {
   const std::string path = request.target.substr(0, request.target.find('?'));
   if (path == "/metrics") {
     const json states = controller_.is_there() ? controller_.greeting().value("states", json()) : json();
-    const MetricsFormat format = metrics_format_for(request.accept);
-    return {.type = content_type(format),
-            .body = metrics_text(format, {status_known(), status_age_s()}, states, bus_report_,
+    const bool is_open = accepts_open_metrics(request.accept);
+    return {.type = metrics_type(is_open),
+            .body = metrics_text(is_open, status_known(), status_age_s(), states, bus_report_,
                                  events_.turnaround_us(), events_.lateness_us(), clients_.counters)};
   }
   if (path == "/socket") return {.status = 426, .body = "This is a WebSocket.\n"};
@@ -119,7 +119,7 @@ void PageService::row_of_controller(std::span<const double> row) {
     const auto capture = client.trigger->put(row, controller_.history());
     if (!capture) continue;
     send_capture(client, *capture);
-    if (!client.trigger->trigger().repeat) client.trigger.reset();
+    if (!client.trigger->repeats()) client.trigger.reset();
   }
 }
 
@@ -142,14 +142,14 @@ void PageService::send_rows(PageClient& client, const PageStream& stream, const 
 }
 
 void PageService::send_capture(PageClient& client, const Capture& capture) {
-  const Trigger& trigger = client.trigger->trigger();
+  const Trigger& trigger = *client.trigger;
   const std::uint32_t number = next_capture_++;
-  const json& axis = controller_.greeting().at("axes")[trigger.axis];
+  const json& axis = controller_.greeting().at("axes")[trigger.axis()];
   const auto rows = static_cast<std::uint32_t>(capture.rows.size() / controller_.history().columns());
   client.send({{"type", "capture"},
                {"number", number},
-               {"on", trigger.name},
-               {"axis", trigger.axis},
+               {"on", trigger.name()},
+               {"axis", trigger.axis()},
                {"trigger_row", capture.trigger_row},
                {"trigger_time_s", capture.trigger_time_s},
                {"step", step_of(capture, events_.columns(), axis.value("tolerance_um", 0.0))},

@@ -101,7 +101,7 @@ void PageStream::read_head() {
 }
 
 void PageStream::read_rows(std::uint32_t rows, std::uint32_t lost) {
-  const std::size_t bytes = std::size_t{rows} * layout_.columns * sizeof(double);
+  const std::size_t bytes = std::size_t{rows} * history_->columns() * sizeof(double);
   if (bytes > longest_batch) return fail("sends a batch that is too long");
   const std::size_t missing = bytes - std::min(bytes, received_.size());
   boost::asio::async_read(
@@ -126,17 +126,18 @@ void PageStream::fail(const std::string& reason) {
 }
 
 void PageStream::begin(const nlohmann::json& greeting) {
-  RowLayout layout = RowLayout::of(greeting);
+  const auto axis = column_in(greeting, "axis");
+  if (!axis) throw std::runtime_error("it has no column \"axis\"");
   const double rate = greeting.at("rate_Hz").get<double>();
   const std::size_t axes = greeting.at("axes").size();
   if (greeting.at("stream") != name_) throw std::runtime_error("it is the stream of another process");
   if (axes == 0 || axes > most_axes || !(rate > 0.0 && rate <= fastest_Hz))
     throw std::runtime_error("its axes or its rate are not those of a stream");
-  layout_ = std::move(layout);
+  axis_ = *axis;
   const double rows_per_s = rate * static_cast<double>(axes);
   const double rows =
       std::clamp(history_s * rows_per_s, 1.0, std::max(most_history_rows, shortest_history_s * rows_per_s));
-  history_.emplace(layout_.columns, static_cast<std::size_t>(rows));
+  history_.emplace(greeting.at("columns").size(), static_cast<std::size_t>(rows));
   greeting_ = greeting;
   lanes_.clear();
   hooks_.changed();
@@ -146,9 +147,10 @@ void PageStream::take(std::span<const double> values, std::uint32_t lost) {
   ++batch_;
   batch_begin_ = history_->end();
   const auto axes = static_cast<double>(greeting_.at("axes").size());
-  for (; values.size() >= layout_.columns; values = values.subspan(layout_.columns)) {
-    const std::span<const double> row = values.first(layout_.columns);
-    if (!(row[layout_.axis] >= 0.0 && row[layout_.axis] < axes)) continue;
+  const std::size_t columns = history_->columns();
+  for (; values.size() >= columns; values = values.subspan(columns)) {
+    const std::span<const double> row = values.first(columns);
+    if (!(row[axis_] >= 0.0 && row[axis_] < axes)) continue;
     history_->put(row);
     hooks_.row(row);
   }
@@ -174,7 +176,7 @@ RowBlock PageStream::rows_at(double rate) {
   const double rate_Hz = greeting_.at("rate_Hz").get<double>();
   auto lane = lanes_.find(rate);
   if (lane == lanes_.end())
-    lane = lanes_.emplace(rate, Lane{RowDecimator(layout_, RowDecimator::bucket_for(rate_Hz, rate))}).first;
+    lane = lanes_.emplace(rate, Lane{RowDecimator(greeting_, RowDecimator::bucket_for(rate_Hz, rate))}).first;
   auto& [decimator, batch, rows] = lane->second;
   if (std::exchange(batch, batch_) == batch_) return rows;
   for (std::uint64_t i = std::max(batch_begin_, history_->first()); i < history_->end(); ++i)
@@ -186,13 +188,13 @@ RowBlock PageStream::rows_at(double rate) {
 
 std::vector<RowBlock> PageStream::past() const {
   const auto rows = static_cast<double>(history_->end() - history_->first());
-  RowDecimator decimator(layout_, RowDecimator::bucket_for(rows, rows_of_the_past));
+  RowDecimator decimator(greeting_, RowDecimator::bucket_for(rows, rows_of_the_past));
   for (std::uint64_t i = history_->first(); i < history_->end(); ++i) decimator.put(history_->row(i));
   const std::vector<double> values = decimator.take();
   std::vector<RowBlock> blocks;
-  for (auto rest = std::span(values); !rest.empty();
-       rest = rest.subspan(std::min(rest.size(), rows_of_a_block * layout_.columns))) {
-    const auto block = rest.first(std::min(rest.size(), rows_of_a_block * layout_.columns));
+  const std::size_t most = rows_of_a_block * history_->columns();
+  for (auto rest = std::span(values); !rest.empty(); rest = rest.subspan(std::min(rest.size(), most))) {
+    const auto block = rest.first(std::min(rest.size(), most));
     blocks.push_back(std::make_shared<const std::vector<double>>(block.begin(), block.end()));
   }
   return blocks;

@@ -86,7 +86,7 @@ class PageStream {
   std::uint64_t attempt_ = 0;  ///< what is left of an earlier one does not count
   nlohmann::json greeting_;
   std::string reason_ = "not connected yet";
-  RowLayout layout_;
+  std::size_t axis_ = 0;  ///< column with the axis of a row
   std::optional<RowHistory> history_;
   std::uint64_t batch_ = 0, batch_begin_ = 0;  ///< number of the present batch, and of its first row
   std::map<double, Lane> lanes_;

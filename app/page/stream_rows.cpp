@@ -3,27 +3,21 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 namespace hystcan::app {
 
-RowLayout RowLayout::of(const nlohmann::json& greeting) {
+std::optional<std::size_t> column_in(const nlohmann::json& greeting, std::string_view name) {
   const nlohmann::json& columns = greeting.at("columns");
-  RowLayout layout{.columns = columns.size()};
-  bool has_axis = false;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const std::string name = columns[i].at("name");
-    if (name == "axis") {
-      layout.axis = i;
-      has_axis = true;
-    }
-    if (name == "state" || name == "fault") layout.states.push_back(i);
-    if (name == "limits") layout.bits = i;
-  }
-  if (!has_axis) throw std::runtime_error("it has no column \"axis\"");
-  return layout;
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (columns[i].at("name") == name) return i;
+  return std::nullopt;
+}
+
+RowDecimator::RowDecimator(const nlohmann::json& greeting, std::size_t bucket)
+    : axis_(column_in(greeting, "axis").value()), bits_(column_in(greeting, "limits")), bucket_(bucket) {
+  for (const char* name : {"state", "fault"})
+    if (const auto column = column_in(greeting, name)) states_.push_back(*column);
 }
 
 std::size_t RowDecimator::bucket_for(double rate_Hz, double most_Hz) {
@@ -36,14 +30,14 @@ void RowDecimator::put(std::span<const double> row) {
     out_.insert(out_.end(), row.begin(), row.end());
     return;
   }
-  Bucket& bucket = open_[static_cast<std::size_t>(row[layout_.axis])];
+  Bucket& bucket = open_[static_cast<std::size_t>(row[axis_])];
   if (bucket.rows > 0 && is_another_state(bucket, row)) empty(bucket);
   join(bucket, row);
   if (++bucket.rows == bucket_) empty(bucket);
 }
 
 bool RowDecimator::is_another_state(const Bucket& bucket, std::span<const double> row) const {
-  return std::ranges::any_of(layout_.states, [&](std::size_t i) { return bucket.least[i] != row[i]; });
+  return std::ranges::any_of(states_, [&](std::size_t i) { return bucket.least[i] != row[i]; });
 }
 
 void RowDecimator::join(Bucket& bucket, std::span<const double> row) const {
@@ -52,8 +46,8 @@ void RowDecimator::join(Bucket& bucket, std::span<const double> row) const {
     bucket.largest = bucket.least;
     return;
   }
-  for (std::size_t i = 0; i < layout_.columns; ++i) {
-    if (i == layout_.bits) {
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    if (i == bits_) {
       bucket.largest[i] =
           static_cast<double>(static_cast<unsigned>(bucket.largest[i]) | static_cast<unsigned>(row[i]));
       continue;

@@ -8,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace hystcan::app {
@@ -43,22 +44,16 @@ class RowHistory {
   std::vector<double> values_;
 };
 
-/// What the columns of a stream mean for decimation.
-struct RowLayout {
-  std::size_t columns = 0;
-  std::size_t axis = 0;               ///< column with the axis of a row
-  std::vector<std::size_t> states{};  ///< columns `state` and `fault`
-  std::optional<std::size_t> bits{};  ///< column `limits`
-  /// Throws std::runtime_error if there is no column `axis`.
-  static RowLayout of(const nlohmann::json& greeting);
-};
+/// The column of this name in a stream with this greeting; empty if there is none.
+std::optional<std::size_t> column_in(const nlohmann::json& greeting, std::string_view name);
 
 /// Of some consecutive rows of an axis the least and the largest value of each column. NaN counts only if all
-/// are NaN. A change of a state is never within such rows, and a bit that was set is set in the second one.
+/// are NaN. A change of `state` or `fault` is never within such rows, and a bit of `limits` that was set is
+/// set in the second one.
 class RowDecimator {
  public:
-  /// `bucket`: rows that become two. 1 or 2: each row as it is.
-  RowDecimator(RowLayout layout, std::size_t bucket) : layout_(std::move(layout)), bucket_(bucket) {}
+  /// The stream has a column `axis`. `bucket`: rows that become two. 1 or 2: each row as it is.
+  RowDecimator(const nlohmann::json& greeting, std::size_t bucket);
   /// The bucket that leaves at most `most_Hz` rows of an axis from `rate_Hz`.
   static std::size_t bucket_for(double rate_Hz, double most_Hz);
 
@@ -76,7 +71,9 @@ class RowDecimator {
   void join(Bucket& bucket, std::span<const double> row) const;
   void empty(Bucket& bucket);
 
-  RowLayout layout_;
+  std::size_t axis_;
+  std::vector<std::size_t> states_;
+  std::optional<std::size_t> bits_;
   std::size_t bucket_;
   std::map<std::size_t, Bucket> open_;  ///< per axis
   std::vector<double> out_;

@@ -71,30 +71,17 @@ void WriterRole::forget_controller() {
 void WriterRole::note_changes(const json& answer) {
   const auto changed = answer.find("changed");
   if (changed == answer.end() || known_.empty()) return;
-  for (const json& change : *changed) {
-    const std::string key = change.at("key"), to = change.at("to");
-    if (to.empty())
-      known_.erase(key);
-    else
-      known_[key] = to;
+  for (const config::Change& change : changes_of(*changed)) {
+    std::erase_if(known_, [&](const config::Setting& setting) { return setting.path == change.path; });
+    if (!change.to.empty()) known_.push_back({change.path, change.to});
   }
 }
 
 void WriterRole::compare(const json& settings) {
-  std::map<std::string, std::string> now;
-  for (const json& setting : settings) now.emplace(setting.at("key"), setting.at("value"));
-  const auto change = [](const std::string& key, const std::string& from, const std::string& to) {
-    return json{{"key", key}, {"from", from}, {"to", to}};
-  };
-  json changes = json::array();
-  for (const auto& [key, value] : now) {
-    const auto before = known_.find(key);
-    const std::string from = before == known_.end() ? "" : before->second;
-    if (from != value) changes.push_back(change(key, from, value));
-  }
-  for (const auto& [key, value] : known_)
-    if (!now.contains(key)) changes.push_back(change(key, value, ""));
-  if (!known_.empty()) events_.add_foreign_changes(changes);
+  std::vector<config::Setting> now;
+  now.reserve(settings.size());
+  for (const json& setting : settings) now.push_back({setting.at("key"), setting.at("value")});
+  if (!known_.empty()) events_.add_foreign_changes(config::changes(known_, now));
   known_ = std::move(now);
 }
 

@@ -6,9 +6,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <string>
+#include <vector>
 
 #include "app/page/control_link.h"
 #include "app/page/page_clients.h"
@@ -43,9 +42,9 @@ class WriterRole {
   PageClients& clients_;
   PageEvents& events_;
   ControlLink reading_, writing_, ending_;
-  std::uint64_t holder_ = 0;                  ///< number of a client
-  std::map<std::string, std::string> known_;  ///< settings in force; empty: none read yet
-  std::uint64_t changes_ = 0;  ///< commands of pages so far: answers from before one of them are old
+  std::uint64_t holder_ = 0;            ///< number of a client
+  std::vector<config::Setting> known_;  ///< settings in force; empty: none read yet
+  std::uint64_t changes_ = 0;           ///< commands of pages so far: answers from before one of them are old
 };
 
 /// `stop`, `disable`.

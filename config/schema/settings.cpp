@@ -76,6 +76,7 @@ std::string unit_of(std::string_view key) {
       {"Hz", "Hz"},   {"V", "V"},   {"A", "A"},    {"K", "K"},          {"percent", "%"}, {"deg", "deg"},
       {"ppm", "ppm"}, {"MB", "MB"}, {"GB", "GB"},  {"uF", "uF"},        {"mH", "mH"},     {"ohm", "ohm"},
       {"bit", "bit"}, {"<U>", "U"}, {"s2", "s^2"}, {"rtHz", "sqrt(Hz)"}};
+  key.remove_prefix(key.rfind('.') + 1);  // nothing where it is no path
   if (key == "kp") return "um/um";
   if (key.ends_with("_rms")) key.remove_suffix(4);
   const auto unit_at_end = [&](std::string_view text) {

@@ -19,7 +19,7 @@ std::vector<Setting> settings(const Config& config);
 
 /// The keys that can change while the controller runs, also those that are left out.
 std::vector<Key> running_keys(const Config& config);
-/// The unit that the name of a key ends with, as it is written: "um/s^2", "%"; empty where it has none.
+/// The unit that a key, or its path, ends with, as it is written: "um/s^2", "%"; empty where it has none.
 std::string unit_of(std::string_view key);
 
 /// When a change takes effect.

@@ -169,15 +169,14 @@ Handle value_type(const Column& column, const std::filesystem::path& file) {
 }
 
 /// Datasets are made one after the other; all grow together.
-class Table final : public Hdf5Table {
+class Table {
  public:
-  Table(std::filesystem::path file, hid_t where, const std::vector<Column>& columns,
-        Hdf5Writer::Compression compression)
+  Table(std::filesystem::path file, hid_t where, const std::vector<Column>& columns, bool is_deflated)
       : file_(std::move(file)) {
-    for (const Column& column : columns) add(where, column, compression);
+    for (const Column& column : columns) add(where, column, is_deflated);
   }
 
-  void append(std::span<const std::vector<double>> columns) override {
+  void append(std::span<const std::vector<double>> columns) {
     if (columns.empty() || columns.front().empty()) return;
     keep_quiet();
     const hsize_t from = rows_, count = columns.front().size();
@@ -192,13 +191,13 @@ class Table final : public Hdf5Table {
     bool has_words;
   };
 
-  void add(hid_t where, const Column& column, Hdf5Writer::Compression compression) {
+  void add(hid_t where, const Column& column, bool is_deflated) {
     const hsize_t none = 0, no_end = H5S_UNLIMITED, chunk = chunk_rows;
     const Handle space = checked(H5Screate_simple(1, &none, &no_end), H5Sclose, file_, column.name);
     const Handle layout = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, file_, column.name);
     H5Pset_chunk(layout.get(), 1, &chunk);
     H5Pset_fill_time(layout.get(), H5D_FILL_TIME_NEVER);
-    if (compression == Hdf5Writer::Compression::deflate) {
+    if (is_deflated) {
       H5Pset_shuffle(layout.get());
       H5Pset_deflate(layout.get(), 1);
     }
@@ -244,13 +243,16 @@ class Writer final : public Hdf5Writer {
         file_(checked(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path_,
                       "cannot be made")) {}
 
-  std::unique_ptr<Hdf5Table> add_table(const std::string& group, const std::vector<Column>& columns,
-                                       Compression compression) override {
+  std::size_t add_table(const std::string& group, const std::vector<Column>& columns,
+                        bool is_deflated) override {
     const Handle where = group_of(group);
-    auto table = std::make_unique<Table>(path_, where.get(), columns, compression);
+    tables_.emplace_back(path_, where.get(), columns, is_deflated);
     for (const Column& column : columns)
       if (!column.unit.empty()) set((group == "/" ? "" : group) + "/" + column.name, "unit", column.unit);
-    return table;
+    return tables_.size() - 1;
+  }
+  void append(std::size_t table, std::span<const std::vector<double>> columns) override {
+    tables_.at(table).append(columns);
   }
 
   void set(const std::string& object, const std::string& name, const std::string& text) override {
@@ -276,6 +278,7 @@ class Writer final : public Hdf5Writer {
 
   void close() override {
     keep_quiet();
+    tables_.clear();
     if (H5Fflush(file_.get(), H5F_SCOPE_LOCAL) < 0 || file_.close() < 0) refuse(path_, "cannot be written");
   }
 
@@ -297,6 +300,7 @@ class Writer final : public Hdf5Writer {
 
   std::filesystem::path path_;
   Handle file_;
+  std::vector<Table> tables_;
 };
 
 std::unique_ptr<Hdf5Writer> create(const std::filesystem::path& file) {

@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
                      values.end());
     return values[values.size() / 2];
   };
-  const runs::RunWriter::Status status = recorder.status().of_run;
+  const runs::RunWriter::Status status = recorder.status();
   const double push = median(push_ns), copy = median(copy_ns);
   const std::uint64_t lost = dropped + status.rows_lost;
   const auto verdict = [](bool met) { return met ? "met" : "MISSED"; };

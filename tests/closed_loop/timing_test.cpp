@@ -106,7 +106,7 @@ TEST_F(CycleTimingTest, ReportsThePhasesOfACycle) {
   EXPECT_GT(y.phases.sample_heard, x.phases.sample_heard + microseconds(100));
   EXPECT_LT(y.phases.sample_heard, microseconds(67 + 2 * 135 + 50));
   for (const CycleRecord* record : {&x, &y})
-    EXPECT_EQ(record->phases.command_sent - record->phases.sample_heard, record->turnaround);
+    EXPECT_EQ(record->phases.command_sent - record->phases.sample_heard, record->phases.turnaround());
 }
 
 class WakeUpTrip : public CycleTimingTest {

@@ -14,9 +14,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::uint64_t rows = 0;
     for (std::size_t axis = 0; axis < run.info().axes.size(); ++axis) {
       const std::vector<std::string> names{"time_s", "position_um"};
-      const runs::Signals signals = run.read(axis, names);
-      fuzz::demand(signals.columns[1].size() == signals.rows());
-      rows += signals.rows();
+      const runs::Columns columns = run.read(axis, names);
+      fuzz::demand(columns[1].size() == columns[0].size());
+      rows += columns[0].size();
     }
     fuzz::demand(rows <= run.info().rows);  // a row without a time lies in no span
   });

@@ -121,6 +121,7 @@ test('What is not configured is off, without a unit', async () => {
 test('The configuration says what a field is for, its unit, range and words', async () => {
   const label = (text) => page.locator('.axis-card').first().locator('label', { hasText: text }).first();
   assert.equal(await label('kp').getAttribute('title'), 'axis[0].control.kp; proportional gain; a number >= 0');
+  assert.equal(await gain().getAttribute('aria-label'), 'kp, um/um, axis x');
   const structure = page.getByRole('combobox', { name: 'structure, axis x' });
   assert.ok((await structure.locator('option').allTextContents()).includes('inverse+pi'));
   const jump = page.getByRole('textbox', { name: 'position_jump_um, um, axis x', includeHidden: true });

@@ -14,7 +14,7 @@ class FolderLimit : public ScratchRuns {
     const std::filesystem::path run = config.record.folder / name;
     std::filesystem::create_directories(run);
     RunInfo info = describe(config, {}, "test");
-    if (faulted) info.axes[0].summary.faults.push_back({"following error", 1.0});
+    if (faulted) info.axes[0].faults.push_back({"following error", 1.0});
     write_run_info(run, info);
     std::ofstream(run / "cycles_0001.csv") << std::string(1'000'000, '\n');
     return run;
@@ -74,8 +74,8 @@ TEST_F(FolderLimit, EndsTheRecordingWhereNothingMoreMayGo) {
     for (int i = 0; i < 100; ++i) recorder.add(tracked(++cycle));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  EXPECT_NE(recorder.status().of_run.failure.find("limit_GB is 1e-06"), std::string::npos)
-      << recorder.status().of_run.failure;
+  EXPECT_NE(recorder.status().failure.find("limit_GB is 1e-06"), std::string::npos)
+      << recorder.status().failure;
   recorder.finish();
   EXPECT_TRUE(exists(run / "cycles_0001.csv"));
 }

@@ -43,7 +43,7 @@ TEST_F(Recording, HoldsEveryCycleWithAllThatDescribesIt) {
   EXPECT_FALSE(read.info().host.empty());
   EXPECT_FALSE(read.info().ended.empty());
   EXPECT_EQ(read.info().axes.at(0).drive_unit, "V");
-  EXPECT_DOUBLE_EQ(read.info().axes.at(1).summary.rms_um, 0.5);
+  EXPECT_DOUBLE_EQ(read.info().axes.at(1).rms_um, 0.5);
   const auto is_kp = [](const auto& setting) { return setting.first == "axis[0].control.kp"; };
   EXPECT_TRUE(std::ranges::any_of(read.info().settings, is_kp));
   for (const char* file : {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"})
@@ -87,11 +87,11 @@ TEST_F(Recording, OfARehearsalReadsBackWhatTheControllerDid) {
   recorder.finish();
   const RecordedRun read(run);
   const std::vector<std::string> names{"position_um", "memory_depth", "previewed_um"};
-  const Signals signals = read.read(0, names);
-  ASSERT_EQ(signals.rows(), positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i) ASSERT_NEAR(signals.columns[0][i], positions[i], 1e-6);
-  EXPECT_GE(signals.columns[1].back(), 1.0) << "branches in the memory of the model";
-  EXPECT_EQ(signals.signals[2].unit, "um");
+  const Columns columns = read.read(0, names);
+  ASSERT_EQ(columns[0].size(), positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) ASSERT_NEAR(columns[0][i], positions[i], 1e-6);
+  EXPECT_GE(columns[1].back(), 1.0) << "branches in the memory of the model";
+  EXPECT_EQ(read.signals(0, names)[2].unit, "um");
 }
 
 TEST_F(Recording, BeginsTheNextPartWhenOneIsFull) {
@@ -106,9 +106,9 @@ TEST_F(Recording, BeginsTheNextPartWhenOneIsFull) {
   recorder.finish();
   EXPECT_GE(parts_of(run).size(), 2u);
   const std::vector<std::string> names{"cycle"};
-  const Signals cycles = RecordedRun(run).read(0, names);
-  ASSERT_EQ(cycles.rows(), 3000u);
-  for (std::size_t i = 0; i < 3000; ++i) ASSERT_EQ(cycles.columns[0][i], static_cast<double>(i + 1));
+  const Columns cycles = RecordedRun(run).read(0, names);
+  ASSERT_EQ(cycles[0].size(), 3000u);
+  for (std::size_t i = 0; i < 3000; ++i) ASSERT_EQ(cycles[0][i], static_cast<double>(i + 1));
 }
 
 TEST_F(Recording, HandsEachCompletePartOnInOrder) {
@@ -169,9 +169,9 @@ TEST_F(Recording, EndsWithAWarningWhereTheDiskIsFullAndKeepsWholeRows) {
   }
   setrlimit(RLIMIT_FSIZE, &before);
   recorder.add(tracked(1));
-  const Recorder::Status status = recorder.status();
-  EXPECT_NE(status.of_run.failure.find("File too large"), std::string::npos) << status.of_run.failure;
-  EXPECT_GT(status.of_run.rows_lost, 0u);
+  const RunWriter::Status status = recorder.status();
+  EXPECT_NE(status.failure.find("File too large"), std::string::npos) << status.failure;
+  EXPECT_GT(status.rows_lost, 0u);
   recorder.finish();
   ASSERT_FALSE(logged().empty());
   EXPECT_NE(logged()[0].find("control goes on"), std::string::npos) << logged()[0];
@@ -187,7 +187,7 @@ TEST_F(Recording, EndsWithAWarningWhereItsFolderVanishes) {
     recorder.add(tracked(cycle));
     std::this_thread::sleep_for(milliseconds(1));
   }
-  EXPECT_NE(recorder.status().of_run.failure.find("was removed"), std::string::npos);
+  EXPECT_NE(recorder.status().failure.find("was removed"), std::string::npos);
 }
 
 TEST_F(Recording, ThatCannotBeginSaysWhy) {
@@ -217,7 +217,7 @@ TEST_F(Recording, ThatCannotBeginLeavesNoFolder) {
   recorder.start();
   for (std::uint64_t cycle = 1, reported = 0;; ++cycle) {
     recorder.add(next(cycle));
-    if (const std::uint64_t bytes = recorder.status().of_run.bytes; bytes != reported) {
+    if (const std::uint64_t bytes = recorder.status().bytes; bytes != reported) {
       reported = bytes;
       if (::write(pipe, &reported, sizeof reported) != sizeof reported) _exit(1);
     }
@@ -255,10 +255,10 @@ TEST_F(Recording, KeepsWhatIsWrittenThroughAKill) {
     const RecordedRun run(runs.front());
     EXPECT_TRUE(run.info().ended.empty());
     const std::vector<std::string> names{"cycle"};
-    const Signals read = run.read(0, names);
-    ASSERT_GT(read.rows(), 0U);
-    for (std::size_t i = 0; i < read.rows(); ++i)
-      ASSERT_EQ(read.columns[0][i], static_cast<double>(i + 1)) << "no row is missing before the last one";
+    const Columns read = run.read(0, names);
+    ASSERT_GT(read[0].size(), 0U);
+    for (std::size_t i = 0; i < read[0].size(); ++i)
+      ASSERT_EQ(read[0][i], static_cast<double>(i + 1)) << "no row is missing before the last one";
   }
 }
 

@@ -32,8 +32,8 @@ TEST_F(ARecordedRun, IsReadBetweenTwoTimes) {
   for (std::uint64_t cycle = 1; cycle <= 100; ++cycle) recorder.add(tracked(cycle));
   recorder.finish();
   const std::vector<std::string> names{"cycle"};
-  const Signals read = RecordedRun(folder_of_run).read(0, names, {.from_s = 0.0205, .to_s = 0.0302});
-  EXPECT_EQ(read.columns[0], (std::vector<double>{21, 22, 23, 24, 25, 26, 27, 28, 29, 30}));
+  const Columns read = RecordedRun(folder_of_run).read(0, names, {.from_s = 0.0205, .to_s = 0.0302});
+  EXPECT_EQ(read[0], (std::vector<double>{21, 22, 23, 24, 25, 26, 27, 28, 29, 30}));
 }
 
 TEST_F(ARecordedRun, ThatWasKilledIsSummarisedFromItsRows) {
@@ -54,10 +54,10 @@ TEST_F(ARecordedRun, ThatWasKilledIsSummarisedFromItsRows) {
   const RecordedRun run(copy);
   EXPECT_TRUE(run.info().ended.empty());
   EXPECT_EQ(run.info().rows, 51u);
-  EXPECT_EQ(run.info().axes.at(1).summary.tracked_rows, 50u);
-  EXPECT_DOUBLE_EQ(run.info().axes.at(1).summary.rms_um, 0.5);
-  ASSERT_EQ(run.info().axes.at(1).summary.faults.size(), 1u);
-  EXPECT_EQ(run.info().axes.at(1).summary.faults[0].cause, "following error");
+  EXPECT_EQ(run.info().axes.at(1).tracked_rows, 50u);
+  EXPECT_DOUBLE_EQ(run.info().axes.at(1).rms_um, 0.5);
+  ASSERT_EQ(run.info().axes.at(1).faults.size(), 1u);
+  EXPECT_EQ(run.info().axes.at(1).faults[0].cause, "following error");
 }
 
 TEST_F(ARecordedRun, MayBeASingleCsvOfCycles) {
@@ -101,6 +101,23 @@ TEST_F(ARecordedRun, IsRefusedWhereItsCountOfRowsIsNone) {
     std::ofstream(folder / "run_1" / "run.json") << info;
     EXPECT_NE(refusal_of(folder / "run_1").find("expected a whole number"), std::string::npos) << rows;
   }
+}
+
+using RunInfoFile = ScratchRuns;
+
+TEST_F(RunInfoFile, ReplacesTheFormerOneAndLeavesNoOtherFile) {
+  RunInfo info = describe(config, {}, "test");
+  for (const char* ended : {"", "2026-11-26T09:00:00.000Z"}) {
+    info.ended = ended;
+    write_run_info(folder, info);
+  }
+  EXPECT_EQ(read_run_info(folder).ended, "2026-11-26T09:00:00.000Z");
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    EXPECT_EQ(entry.path().filename(), info_name);
+}
+
+TEST_F(RunInfoFile, WithoutItsFolderIsARunError) {
+  EXPECT_THROW(write_run_info(folder / "none", describe(config, {}, "test")), RunError);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@ import { answerPlace, byId, element, openDialog, setText, tell } from './dom.js'
 import { Segments, commaTrouble, settingField, valueOfText } from './settings.js';
 
 const settingsEvery_ms = 3000; // another program may change them too
-
 const shownFirst = ['structure', 'kp', 'ki_per_s', 'measurement_filter_Hz']; // the other keys are in groups, folded
 
 export class Steering {
@@ -85,7 +84,7 @@ export class Steering {
         const dot = path.lastIndexOf('.');
         const table = path.slice(0, Math.max(dot, 0));
         if (!tables.has(table)) tables.set(table, []);
-        const own = { ...about, path, label: path.slice(dot + 1), long: path, absent: table && 'off' };
+        const own = { ...about, path, label: path.slice(dot + 1), long: path, absent: table ? 'off' : 'none' };
         tables.get(table).push(this.#settingField(axis, name, own));
       }
       const isFirst = ({ key }) => shownFirst.includes(key.slice(start.length));

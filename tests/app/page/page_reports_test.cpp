@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "app/live/command_handler.h"
 #include "app/page/bus_counters.h"
 #include "app/page/config_save.h"
 #include "app/page/open_metrics.h"
@@ -30,28 +31,33 @@ TEST(LineDiff, ShowsWhatChangesWithTwoLinesAround) {
   EXPECT_EQ(line_diff("a\n", "a\nb\n"), "  a\n+ b\n");
 }
 
+TEST(Changes, ComeBackFromTheirJson) {
+  const json list = json::parse(R"([{"key": "axis[0].control.kp", "from": "0", "to": "'a'"}])");
+  EXPECT_EQ(to_json(changes_of(list)), list);
+  EXPECT_EQ(to_json(std::vector<config::Change>{}), json::array());
+}
+
 TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
   const support::ShippedCopy files;
-  const json unsaved{{{"key", "axis[0].control.kp"}, {"from", "0"}, {"to", "0.25"}},
-                     {{"key", "axis[0].control.notch.frequency_Hz"}, {"from", ""}, {"to", "480.0"}},
-                     {{"key", "axis[0].control.ki_per_s"}, {"from", "409"}, {"to", ""}}};
+  const std::vector<config::Change> unsaved{{"axis[0].control.kp", "0", "0.25"},
+                                            {"axis[0].control.notch.frequency_Hz", "", "480.0"},
+                                            {"axis[0].control.ki_per_s", "409", ""}};
   const ConfigSave save = save_of(files / "piezo.toml", unsaved);
   EXPECT_NE(save.text.find("kp                 = 0.25"), std::string::npos);
   EXPECT_NE(save.diff.find("+ # ki_per_s           = 409.0"), std::string::npos) << save.diff;
   EXPECT_NE(save.diff.find("+ frequency_Hz = 480.0"), std::string::npos) << save.diff;
   EXPECT_EQ(support::read_file(files / "piezo.toml").find("0.25"), std::string::npos)
       << "nothing is written yet";
-  EXPECT_NE(save_of(files / "piezo.toml", json::array()).digest, save.digest);
+  EXPECT_NE(save_of(files / "piezo.toml", {}).digest, save.digest);
 }
 
 const metrics::Histogram no_times({});
 
-json segment_changes(std::size_t index, std::initializer_list<std::pair<const char*, const char*>> values) {
-  json changes = json::array();
+std::vector<config::Change> segment_changes(
+    std::size_t index, std::initializer_list<std::pair<const char*, const char*>> values) {
+  std::vector<config::Change> changes;
   for (const auto& [key, value] : values)
-    changes.push_back({{"key", "axis[0].control.setpoint[" + std::to_string(index) + "]." + key},
-                       {"from", ""},
-                       {"to", value}});
+    changes.push_back({"axis[0].control.setpoint[" + std::to_string(index) + "]." + key, "", value});
   return changes;
 }
 
@@ -63,12 +69,12 @@ config::Config loaded(const support::ShippedCopy& files, const std::string& text
 
 TEST(ConfigSave, AppendsANewSegmentBehindTheLastOneOfItsAxis) {
   const support::ShippedCopy files;
-  const json unsaved = segment_changes(2, {{"kind", "'sine'"},
-                                           {"low_um", "5"},
-                                           {"high_um", "20"},
-                                           {"frequency_Hz", "5"},
-                                           {"cycles", "5"},
-                                           {"transition_s", "0.2"}});
+  const std::vector<config::Change> unsaved = segment_changes(2, {{"kind", "'sine'"},
+                                                                  {"low_um", "5"},
+                                                                  {"high_um", "20"},
+                                                                  {"frequency_Hz", "5"},
+                                                                  {"cycles", "5"},
+                                                                  {"transition_s", "0.2"}});
   const ConfigSave save = save_of(files / "piezo.toml", unsaved);
   EXPECT_NE(save.diff.find("+ [[axis.control.setpoint]]\n+ kind = 'sine'\n"), std::string::npos) << save.diff;
   const config::Config config = loaded(files, save.text);
@@ -78,7 +84,7 @@ TEST(ConfigSave, AppendsANewSegmentBehindTheLastOneOfItsAxis) {
 
 TEST(ConfigSave, PutsTheLinesOfARemovedSegmentIntoComments) {
   const support::ShippedCopy files;
-  const json unsaved = segment_changes(
+  const std::vector<config::Change> unsaved = segment_changes(
       1, {{"kind", ""}, {"levels_um", ""}, {"rise_s", ""}, {"dwell_s", ""}, {"transition_s", ""}});
   const ConfigSave save = save_of(files / "piezo.toml", unsaved);
   EXPECT_NE(save.diff.find("+ # [[axis.control.setpoint]]"), std::string::npos) << save.diff;
@@ -127,8 +133,8 @@ TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
                        {"fault", "none"},
                        {"position_um", 1.5},
                        {"drive", nullptr}}}}};
-  const std::string text = metrics_text(MetricsFormat::open_metrics, {status, 0.1}, {"offline", "tracking"},
-                                        {{"frames_per_s", 3.5}}, times, times, {.clients = 2});
+  const std::string text = metrics_text(true, status, 0.1, {"offline", "tracking"}, {{"frames_per_s", 3.5}},
+                                        times, times, {.clients = 2});
   std::istringstream lines(text);
   std::string family, last;
   std::set<std::string> families;
@@ -150,12 +156,11 @@ TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
 }
 
 TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
-  EXPECT_EQ(metrics_format_for("*/*"), MetricsFormat::prometheus);
-  EXPECT_EQ(metrics_format_for("application/openmetrics-text;version=1.0.0;q=0.5,text/plain;q=0.2"),
-            MetricsFormat::open_metrics);
+  EXPECT_FALSE(accepts_open_metrics("*/*"));
+  EXPECT_TRUE(accepts_open_metrics("application/openmetrics-text;version=1.0.0;q=0.5,text/plain;q=0.2"));
   const json status{{"ok", true}, {"cycles", 12}, {"axes", json::array()}};
-  const std::string text = metrics_text(MetricsFormat::prometheus, {status, 0.1}, {"offline"}, json::object(),
-                                        no_times, no_times, {});
+  const std::string text =
+      metrics_text(false, status, 0.1, {"offline"}, json::object(), no_times, no_times, {});
   for (const char* unknown : {"stateset", " info\n", "# UNIT", "# EOF"})
     EXPECT_EQ(text.find(unknown), std::string::npos) << unknown;
   EXPECT_NE(text.find("# TYPE hystcan_cycles_total counter\n"), std::string::npos);
@@ -163,8 +168,7 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
 
 TEST(OpenMetrics, SayThatTheControllerIsNotThereAndHowOldTheLastAnswerIs) {
   const json none;
-  const std::string text =
-      metrics_text(MetricsFormat::open_metrics, {none, 7.5}, nullptr, json::object(), no_times, no_times, {});
+  const std::string text = metrics_text(true, none, 7.5, nullptr, json::object(), no_times, no_times, {});
   EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos);
   EXPECT_NE(text.find("hystcan_status_age_seconds 7.5\n"), std::string::npos);
   EXPECT_EQ(text.find("hystcan_cycles"), std::string::npos);

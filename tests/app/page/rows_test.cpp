@@ -19,10 +19,16 @@ using nlohmann::json;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
+json greeting_with(const std::vector<const char*>& columns) {
+  json greeting;
+  for (const char* column : columns) greeting["columns"].push_back({{"name", column}});
+  return greeting;
+}
+
 RC_GTEST_PROP(RowDecimator, KeepsTheLeastAndTheLargestValueOfEachBucket, ()) {
   const auto bucket = *rc::gen::inRange<std::size_t>(1, 20);
   const auto values = *rc::gen::container<std::vector<int>>(rc::gen::inRange(-100, 100));
-  RowDecimator decimator({.columns = 2}, bucket);
+  RowDecimator decimator(greeting_with({"axis", "position_um"}), bucket);
   for (const int value : values)
     for (const double axis : {0.0, 1.0}) decimator.put(std::array{axis, axis == 0.0 ? value : -1.0 * value});
   const std::vector<double> out = decimator.take();
@@ -53,16 +59,15 @@ TEST(RowDecimator, LeavesNoMoreRowsThanAskedFor) {
 }
 
 TEST(RowDecimator, PrefersANumberToNone) {
-  RowDecimator decimator({.columns = 2}, 3);
+  RowDecimator decimator(greeting_with({"axis", "position_um"}), 3);
   for (const double value : {nan, 2.0, nan}) decimator.put(std::array{0.0, value});
   EXPECT_EQ(decimator.take(), (std::vector<double>{0.0, 2.0, 0.0, 2.0}));
   for (int i = 0; i < 3; ++i) decimator.put(std::array{0.0, nan});
   EXPECT_TRUE(std::isnan(decimator.take()[1]));
 }
 
-// Axis, state, limits.
 TEST(RowDecimator, HidesNoChangeOfStateAndNoLimit) {
-  RowDecimator decimator({.columns = 3, .axis = 0, .states = {1}, .bits = 2}, 4);
+  RowDecimator decimator(greeting_with({"axis", "state", "limits"}), 4);
   for (const double limits : {1.0, 4.0, 0.0, 2.0}) decimator.put(std::array{0.0, 5.0, limits});
   EXPECT_EQ(decimator.take(), (std::vector<double>{0, 5, 1, 0, 5, 7}));
   for (const double state : {4.0, 5.0, 5.0, 3.0}) decimator.put(std::array{0.0, state, 0.0});
@@ -85,8 +90,7 @@ const json greeting = json::parse(R"({"axes": [{"name": "x"}, {"name": "y"}], "c
 /// Two axes at 1 kHz, with the position of axis 0 from a function of the time in ms.
 class Stream {
  public:
-  explicit Stream(const json& request)
-      : trigger_(Trigger::of(request, greeting), CycleColumns::of(greeting)) {}
+  explicit Stream(const json& request) : trigger_(request, greeting) {}
 
   void run(int from_ms, int to_ms, const std::function<double(int)>& position,
            const std::function<double(int)>& fault = {}) {
@@ -102,7 +106,7 @@ class Stream {
   std::function<bool(int)> missing = [](int) { return false; };
 
  private:
-  CaptureTrigger trigger_;
+  Trigger trigger_;
   RowHistory history_{10, 100'000};
 };
 
@@ -181,7 +185,7 @@ TEST(Capture, RefusesWhatItCannotDo) {
         request_for("now", {{"pre_s", 6}, {"post_s", 6}}), request_for("now", {{"post_s", -1}}),
         request_for("level", {{"level", 1}, {"signal", "no_um"}}),
         request_for("level", {{"level", 1}, {"signal", "position_um"}, {"edge", "up"}})})
-    EXPECT_THROW(Trigger::of(wrong, greeting), Error) << wrong;
+    EXPECT_THROW(Trigger(wrong, greeting), Error) << wrong;
 }
 
 }  // namespace

@@ -99,6 +99,12 @@ TEST(RunningKeys, LeaveOutWhatOnlyARestartChanges) {
   EXPECT_EQ(running_key("axis[0].name").path, "");
 }
 
+TEST(UnitOf, IsThatOfTheKeyAtTheEndOfAPath) {
+  EXPECT_EQ(unit_of("axis[0].control.kp"), "um/um");
+  EXPECT_EQ(unit_of("axis[0].control.reference_acceleration_um_per_s2"), "um/s^2");
+  EXPECT_EQ(unit_of("axis[0].control.notch.depth"), "");
+}
+
 struct EffectCase {
   std::string_view path;
   Effect effect;
