@@ -10,6 +10,58 @@ namespace {
 
 constexpr std::size_t most_turning_points = 2000;  // in the search
 
+constexpr double least_swing_of_range = 0.02;  // of the range
+constexpr double at_the_end = 0.01;            // of the range
+constexpr int most_folds = 4;                  // without fold 0
+
+// The number of the cycle of each sample, counted from `first`.
+std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::size_t first) {
+  const std::vector<std::size_t> points = turning_points(dataset, swing);
+  const auto input = [&](std::size_t point) { return dataset.input[points[point]]; };
+  std::vector<std::size_t> cycle(dataset.size());
+  std::size_t passed = 0, now = first;
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    for (; passed < points.size() && points[passed] < i; ++passed) {
+      const bool lower = passed + 1 < points.size() ? input(passed) < input(passed + 1)
+                         : passed > 0               ? input(passed) < input(passed - 1)
+                                                    : false;
+      if (lower) ++now;
+    }
+    cycle[i] = now;
+  }
+  return cycle;
+}
+
+struct Cycles {
+  std::vector<std::vector<std::size_t>>
+      of;                              // the cycle of each sample, per dataset, counted through all datasets
+  std::vector<model::Interval> reach;  // inputs of each cycle
+
+  Cycles(const std::vector<Dataset>& datasets, model::Interval observed) {
+    std::size_t count = 0;
+    for (const Dataset& dataset : datasets) {
+      of.push_back(cycles_of(dataset, least_swing_of_range * observed.span(), count));
+      count = of.back().back() + 1;
+    }
+    reach.assign(count, {observed.hi, observed.lo});
+    for (std::size_t r = 0; r < datasets.size(); ++r)
+      for (std::size_t i = 0; i < datasets[r].size(); ++i) {
+        model::Interval& of_cycle = reach[of[r][i]];
+        of_cycle.lo = std::min(of_cycle.lo, datasets[r].input[i]);
+        of_cycle.hi = std::max(of_cycle.hi, datasets[r].input[i]);
+      }
+  }
+
+  Folds folds(const std::vector<int>& fold_of_cycle, int count) const {
+    Folds folds{.of = {}, .count = count, .cycles = reach.size()};
+    for (const auto& cycles : of) {
+      folds.of.emplace_back();
+      for (const std::size_t c : cycles) folds.of.back().push_back(fold_of_cycle[c]);
+    }
+    return folds;
+  }
+};
+
 }  // namespace
 
 model::Interval range_of(const std::vector<double>& values) {
@@ -67,62 +119,6 @@ Dataset folded(const Dataset& dataset) {
   for (double& v : folded.input) v = std::abs(v);
   return folded;
 }
-
-namespace {
-
-constexpr double least_swing_of_range = 0.02;  // of the range
-constexpr double at_the_end = 0.01;            // of the range
-constexpr int most_folds = 4;                  // without fold 0
-
-// The number of the cycle of each sample, counted from `first`.
-std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::size_t first) {
-  const std::vector<std::size_t> points = turning_points(dataset, swing);
-  const auto input = [&](std::size_t point) { return dataset.input[points[point]]; };
-  std::vector<std::size_t> cycle(dataset.size());
-  std::size_t passed = 0, now = first;
-  for (std::size_t i = 0; i < dataset.size(); ++i) {
-    for (; passed < points.size() && points[passed] < i; ++passed) {
-      const bool lower = passed + 1 < points.size() ? input(passed) < input(passed + 1)
-                         : passed > 0               ? input(passed) < input(passed - 1)
-                                                    : false;
-      if (lower) ++now;
-    }
-    cycle[i] = now;
-  }
-  return cycle;
-}
-
-struct Cycles {
-  std::vector<std::vector<std::size_t>>
-      of;                              // the cycle of each sample, per dataset, counted through all datasets
-  std::vector<model::Interval> reach;  // inputs of each cycle
-
-  Cycles(const std::vector<Dataset>& datasets, model::Interval observed) {
-    std::size_t count = 0;
-    for (const Dataset& dataset : datasets) {
-      of.push_back(cycles_of(dataset, least_swing_of_range * observed.span(), count));
-      count = of.back().back() + 1;
-    }
-    reach.assign(count, {observed.hi, observed.lo});
-    for (std::size_t r = 0; r < datasets.size(); ++r)
-      for (std::size_t i = 0; i < datasets[r].size(); ++i) {
-        model::Interval& of_cycle = reach[of[r][i]];
-        of_cycle.lo = std::min(of_cycle.lo, datasets[r].input[i]);
-        of_cycle.hi = std::max(of_cycle.hi, datasets[r].input[i]);
-      }
-  }
-
-  Folds folds(const std::vector<int>& fold_of_cycle, int count) const {
-    Folds folds{.of = {}, .count = count, .cycles = reach.size()};
-    for (const auto& cycles : of) {
-      folds.of.emplace_back();
-      for (const std::size_t c : cycles) folds.of.back().push_back(fold_of_cycle[c]);
-    }
-    return folds;
-  }
-};
-
-}  // namespace
 
 Folds assign_folds(const std::vector<Dataset>& datasets, model::Interval observed) {
   const Cycles cycles(datasets, observed);

@@ -14,6 +14,15 @@ namespace {
 
 constexpr int loops = 16;
 
+constexpr double bias_step = 0.5;  // on the grid
+constexpr int widest_bias = 10;    // in steps
+
+Dataset beginning_of(const Dataset& dataset, std::size_t samples) {
+  Dataset beginning = dataset;
+  for (auto* column : {&beginning.time_s, &beginning.input, &beginning.output}) column->resize(samples);
+  return beginning;
+}
+
 }  // namespace
 
 model::Origin InitialMemory::origin() const {
@@ -118,19 +127,6 @@ std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<
         {of.way / of.lasts_s, std::sqrt(of.square / static_cast<double>(of.samples)), of.samples});
   return errors;
 }
-
-namespace {
-
-constexpr double bias_step = 0.5;  // on the grid
-constexpr int widest_bias = 10;    // in steps
-
-Dataset beginning_of(const Dataset& dataset, std::size_t samples) {
-  Dataset beginning = dataset;
-  for (auto* column : {&beginning.time_s, &beginning.input, &beginning.output}) column->resize(samples);
-  return beginning;
-}
-
-}  // namespace
 
 MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                                std::size_t samples, bool with_offset) {

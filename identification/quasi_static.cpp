@@ -44,6 +44,22 @@ namespace {
 // A SYNC that is late moves the sample and the drive together: its jitter matters little.
 constexpr double unevenness = 0.1;
 
+constexpr double two_pi = 2.0 * std::numbers::pi;
+constexpr double decayed = 14.0;  // time constants: to a millionth
+
+// Rows of zeros that keep the end of the decay out of the beginning: the transform is periodic.
+std::size_t padding(const model::Dynamics& dynamics, double cycle_s, std::size_t rows) {
+  const double rate =
+      std::min(dynamics.mode.damping_ratio, 1.0) * two_pi * dynamics.mode.natural_frequency_Hz;
+  const double cycles = (decayed / std::max(rate, 1e-300) + dynamics.delay_s) / cycle_s;
+  return cycles < static_cast<double>(rows) ? static_cast<std::size_t>(cycles) + 1 : rows;
+}
+
+std::complex<double> inverse_at(const model::HeldMode& mode, double theta) {
+  const std::complex<double> response = mode.response(theta);
+  return std::conj(response) / std::max(std::norm(response), 1.0);
+}
+
 }  // namespace
 
 Grid grid_of(const std::vector<double>& time_s) {
@@ -77,26 +93,6 @@ Eigen::VectorXd held_on(const Grid& grid, const std::vector<double>& column) {
   }
   return held;
 }
-
-namespace {
-
-constexpr double two_pi = 2.0 * std::numbers::pi;
-constexpr double decayed = 14.0;  // time constants: to a millionth
-
-// Rows of zeros that keep the end of the decay out of the beginning: the transform is periodic.
-std::size_t padding(const model::Dynamics& dynamics, double cycle_s, std::size_t rows) {
-  const double rate =
-      std::min(dynamics.mode.damping_ratio, 1.0) * two_pi * dynamics.mode.natural_frequency_Hz;
-  const double cycles = (decayed / std::max(rate, 1e-300) + dynamics.delay_s) / cycle_s;
-  return cycles < static_cast<double>(rows) ? static_cast<std::size_t>(cycles) + 1 : rows;
-}
-
-std::complex<double> inverse_at(const model::HeldMode& mode, double theta) {
-  const std::complex<double> response = mode.response(theta);
-  return std::conj(response) / std::max(std::norm(response), 1.0);
-}
-
-}  // namespace
 
 std::vector<double> respond(const model::Dynamics& dynamics, const std::vector<double>& time_s,
                             const std::vector<double>& quasi_static) {

@@ -14,6 +14,14 @@ namespace {
 
 double phi(double k, double d) { return std::abs(k * d) > 1e-17 ? -std::expm1(-k * d) / k : d; }
 
+using model::Direction;
+
+// to += a b' + b a'
+void add_symmetric(Eigen::Block<Eigen::MatrixXd>& to, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  to.noalias() += a * b.transpose();
+  to.noalias() += b * a.transpose();
+}
+
 }  // namespace
 
 // Computes c and S as at a reversal (model/hysteresis.h), for each unknown.
@@ -56,18 +64,6 @@ Eigen::VectorXd BranchRows::slope(const PathBranch& shape, std::size_t branch, d
   return basis_.row(shape.direction, here) / basis_.stretch(input) -
          sign(shape.direction) * decay * convergence(branch);
 }
-
-namespace {
-
-using model::Direction;
-
-// to += a b' + b a'
-void add_symmetric(Eigen::Block<Eigen::MatrixXd>& to, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-  to.noalias() += a * b.transpose();
-  to.noalias() += b * a.transpose();
-}
-
-}  // namespace
 
 NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
   H += other.H;

@@ -18,6 +18,11 @@ Eigen::Matrix2d transition_of(const SecondOrder& step) {
   return transition;
 }
 
+double checked(double delay_s) {
+  if (!(delay_s >= 0.0)) refuse("delay_s = ", delay_s, ", expected 0 or more");
+  return delay_s;
+}
+
 }  // namespace
 
 HeldMode::HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle_s) {
@@ -48,15 +53,6 @@ std::complex<double> HeldMode::response(double theta) const {
   return ((z - a(1, 1)) * input(0) + a(0, 1) * input(1)) / determinant *
          std::polar(1.0, -theta * whole_cycles_);
 }
-
-namespace {
-
-double checked(double delay_s) {
-  if (!(delay_s >= 0.0)) refuse("delay_s = ", delay_s, ", expected 0 or more");
-  return delay_s;
-}
-
-}  // namespace
 
 DynamicOutput::DynamicOutput(const Dynamics& dynamics, double cycle_s, double first)
     : mode_(dynamics.mode, checked(dynamics.delay_s), cycle_s),

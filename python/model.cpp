@@ -37,6 +37,12 @@ auto with(const model::AnyModel& model, Any& state, Work work) {
       model);
 }
 
+template <class Model>
+bool has_even_symmetry(const Model& model) {
+  return model.symmetry() == model::Symmetry::even;
+}
+bool has_even_symmetry(const model::PrandtlIshlinskii&) { return false; }
+
 }  // namespace
 
 Memory::Memory(SharedModel model, const Creep& creep) : model_(std::move(model)), state_(at_rest(*model_)) {
@@ -120,16 +126,6 @@ Pass Memory::inverse(std::span<const double> outputs, std::span<const double> ti
     return Pass{std::move(inputs), simulation.tally()};
   });
 }
-
-namespace {
-
-template <class Model>
-bool has_even_symmetry(const Model& model) {
-  return model.symmetry() == model::Symmetry::even;
-}
-bool has_even_symmetry(const model::PrandtlIshlinskii&) { return false; }
-
-}  // namespace
 
 Model Model::load(const std::filesystem::path& file, bool beyond_limit) {
   Model model;

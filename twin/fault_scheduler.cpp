@@ -193,7 +193,7 @@ void FaultScheduler::begin(const FaultSpec& spec) {
     default:
       (at_amplifier ? axis.amplifier_line : axis.sensor_line)->begin(spec.kind, spec.value);
   }
-  report(spec, Event::begins);
+  report(spec, true);
 }
 
 void FaultScheduler::release(const FaultSpec& spec) {
@@ -223,7 +223,7 @@ void FaultScheduler::release(const FaultSpec& spec) {
     default:
       (at_amplifier ? axis.amplifier_line : axis.sensor_line)->end(spec.kind);
   }
-  report(spec, Event::ends);
+  report(spec, false);
 }
 
 void FaultScheduler::drift(const Active& active, can::Time now) {
@@ -241,8 +241,8 @@ void FaultScheduler::disturb(std::size_t axis, const std::function<void(Disturba
   axes_[axis]->plant.disturb(disturbances_[axis]);
 }
 
-void FaultScheduler::report(const FaultSpec& spec, Event event) const {
-  if (on_event_) on_event_(spec, event, scheduler_.now());
+void FaultScheduler::report(const FaultSpec& spec, bool begins) const {
+  if (on_event_) on_event_(spec, begins, scheduler_.now());
 }
 
 }  // namespace hystcan::twin

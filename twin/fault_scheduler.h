@@ -40,8 +40,7 @@ using Axes = std::vector<std::unique_ptr<Axis>>;
 
 class FaultScheduler {
  public:
-  enum class Event : std::uint8_t { begins, ends };
-  using EventHandler = std::function<void(const FaultSpec&, Event, can::Time)>;
+  using EventHandler = std::function<void(const FaultSpec&, bool begins, can::Time)>;
   struct Active {
     FaultSpec spec;
     can::Time began{};
@@ -86,7 +85,7 @@ class FaultScheduler {
   void release(const FaultSpec& spec);
   void drift(const Active& active, can::Time now);
   void disturb(std::size_t axis, const std::function<void(Disturbance&)>& change);
-  void report(const FaultSpec& spec, Event event) const;
+  void report(const FaultSpec& spec, bool begins) const;
 
   can::Scheduler& scheduler_;
   const Axes& axes_;

@@ -99,12 +99,10 @@ BusClosing closing_of(const twin::Twin& twin) {
 
 /// Logs the begin and end of every fault with the time since the twin's start.
 void log_faults(twin::Twin& twin, can::Time started) {
-  twin.faults().on_event(
-      [started](const twin::FaultSpec& spec, twin::FaultScheduler::Event event, can::Time when) {
-        const bool begins = event == twin::FaultScheduler::Event::begins;
-        spdlog::info("{:.3f} s: {} {}", can::seconds(when - started), twin::describe(spec),
-                     begins ? "begins" : "ends");
-      });
+  twin.faults().on_event([started](const twin::FaultSpec& spec, bool begins, can::Time when) {
+    spdlog::info("{:.3f} s: {} {}", can::seconds(when - started), twin::describe(spec),
+                 begins ? "begins" : "ends");
+  });
 }
 
 /// Opens the control socket and the stream beside it. If the default socket belongs to another twin, this

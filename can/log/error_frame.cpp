@@ -28,40 +28,6 @@ std::optional<ErrorCounters> counters_in(const Frame& frame) {
   return std::nullopt;
 }
 
-}  // namespace
-
-ErrorReport interpret(const Frame& frame) {
-  const bool protocol = (frame.id & CAN_ERR_PROT) != 0;
-  const bool in_ack_slot = protocol && frame.data[3] == CAN_ERR_PROT_LOC_ACK;
-  return {.state = state_in(frame),
-          .error_counters = counters_in(frame),
-          .restarted = (frame.id & CAN_ERR_RESTARTED) != 0,
-          .not_acknowledged = (frame.id & CAN_ERR_ACK) != 0 || in_ack_slot,
-          .arbitration_lost = (frame.id & CAN_ERR_LOSTARB) != 0,
-          .protocol_error = protocol && !in_ack_slot,
-          .controller_overflow = (frame.id & CAN_ERR_CRTL) != 0 &&
-                                 (frame.data[1] & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) != 0,
-          .transceiver_error = (frame.id & CAN_ERR_TRX) != 0};
-}
-
-void count(const ErrorReport& report, BusCounters& counters) {
-  ++counters.error_frames;
-  if (report.restarted) ++counters.restarts;
-  if (report.not_acknowledged) ++counters.not_acknowledged;
-  if (report.arbitration_lost) ++counters.arbitration_lost;
-  if (report.protocol_error) ++counters.protocol_errors;
-  if (report.controller_overflow) ++counters.controller_overflows;
-  if (report.transceiver_error) ++counters.transceiver_errors;
-}
-
-void count_entry(BusState state, BusCounters& counters) {
-  if (state == BusState::warning) ++counters.warnings;
-  if (state == BusState::passive) ++counters.passives;
-  if (state == BusState::bus_off) ++counters.bus_offs;
-}
-
-namespace {
-
 using Word = std::pair<std::uint32_t, const char*>;  ///< a bit and its text
 
 constexpr Word classes[] = {{CAN_ERR_TX_TIMEOUT, "transmission timed out"},
@@ -99,6 +65,36 @@ void add(std::vector<std::string>& causes, std::span<const Word> words, std::uin
 }
 
 }  // namespace
+
+ErrorReport interpret(const Frame& frame) {
+  const bool protocol = (frame.id & CAN_ERR_PROT) != 0;
+  const bool in_ack_slot = protocol && frame.data[3] == CAN_ERR_PROT_LOC_ACK;
+  return {.state = state_in(frame),
+          .error_counters = counters_in(frame),
+          .restarted = (frame.id & CAN_ERR_RESTARTED) != 0,
+          .not_acknowledged = (frame.id & CAN_ERR_ACK) != 0 || in_ack_slot,
+          .arbitration_lost = (frame.id & CAN_ERR_LOSTARB) != 0,
+          .protocol_error = protocol && !in_ack_slot,
+          .controller_overflow = (frame.id & CAN_ERR_CRTL) != 0 &&
+                                 (frame.data[1] & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) != 0,
+          .transceiver_error = (frame.id & CAN_ERR_TRX) != 0};
+}
+
+void count(const ErrorReport& report, BusCounters& counters) {
+  ++counters.error_frames;
+  if (report.restarted) ++counters.restarts;
+  if (report.not_acknowledged) ++counters.not_acknowledged;
+  if (report.arbitration_lost) ++counters.arbitration_lost;
+  if (report.protocol_error) ++counters.protocol_errors;
+  if (report.controller_overflow) ++counters.controller_overflows;
+  if (report.transceiver_error) ++counters.transceiver_errors;
+}
+
+void count_entry(BusState state, BusCounters& counters) {
+  if (state == BusState::warning) ++counters.warnings;
+  if (state == BusState::passive) ++counters.passives;
+  if (state == BusState::bus_off) ++counters.bus_offs;
+}
 
 std::vector<std::string> error_causes(const Frame& frame) {
   std::vector<std::string> causes;

@@ -96,6 +96,43 @@ SdoMessage unsized_value(const Frame& frame) {
   return message;
 }
 
+using AbortText = std::pair<std::uint32_t, std::string_view>;
+
+// CiA 301, table of SDO abort codes.
+constexpr std::array abort_texts{
+    AbortText{0x0503'0000, "toggle bit not alternated"},
+    AbortText{0x0504'0000, "SDO protocol timed out"},
+    AbortText{0x0504'0001, "command specifier not valid or unknown"},
+    AbortText{0x0504'0002, "invalid block size"},
+    AbortText{0x0504'0003, "invalid sequence number"},
+    AbortText{0x0504'0004, "CRC error"},
+    AbortText{0x0504'0005, "out of memory"},
+    AbortText{0x0601'0000, "unsupported access to an object"},
+    AbortText{0x0601'0001, "attempt to read a write-only object"},
+    AbortText{0x0601'0002, "attempt to write a read-only object"},
+    AbortText{0x0602'0000, "object does not exist in the object dictionary"},
+    AbortText{0x0604'0041, "object cannot be mapped to the PDO"},
+    AbortText{0x0604'0042, "the mapped objects would exceed the PDO's length"},
+    AbortText{0x0604'0043, "general parameter incompatibility"},
+    AbortText{0x0604'0047, "general internal incompatibility in the device"},
+    AbortText{0x0606'0000, "access failed due to a hardware error"},
+    AbortText{0x0607'0010, "data type or length does not match"},
+    AbortText{0x0607'0012, "data type does not match, too long"},
+    AbortText{0x0607'0013, "data type does not match, too short"},
+    AbortText{0x0609'0011, "sub-index does not exist"},
+    AbortText{0x0609'0030, "invalid value for the parameter"},
+    AbortText{0x0609'0031, "value of the parameter too high"},
+    AbortText{0x0609'0032, "value of the parameter too low"},
+    AbortText{0x0609'0036, "maximum value is less than minimum value"},
+    AbortText{0x060A'0023, "resource not available: SDO connection"},
+    AbortText{0x0800'0000, "general error"},
+    AbortText{0x0800'0020, "data cannot be transferred or stored"},
+    AbortText{0x0800'0021, "data cannot be transferred or stored because of local control"},
+    AbortText{0x0800'0022, "data cannot be transferred or stored in the present device state"},
+    AbortText{0x0800'0023, "no object dictionary present, or it could not be generated"},
+    AbortText{0x0800'0024, "no data available"},
+};
+
 }  // namespace
 
 Frame sdo_request(std::uint8_t node, const SdoMessage& message) {
@@ -242,47 +279,6 @@ SdoMessage SdoServer::write(const SdoMessage& request) {
     found->content = request.content;
   return {.service = SdoService::written, .object = request.object};
 }
-
-namespace {
-
-using AbortText = std::pair<std::uint32_t, std::string_view>;
-
-// CiA 301, table of SDO abort codes.
-constexpr std::array abort_texts{
-    AbortText{0x0503'0000, "toggle bit not alternated"},
-    AbortText{0x0504'0000, "SDO protocol timed out"},
-    AbortText{0x0504'0001, "command specifier not valid or unknown"},
-    AbortText{0x0504'0002, "invalid block size"},
-    AbortText{0x0504'0003, "invalid sequence number"},
-    AbortText{0x0504'0004, "CRC error"},
-    AbortText{0x0504'0005, "out of memory"},
-    AbortText{0x0601'0000, "unsupported access to an object"},
-    AbortText{0x0601'0001, "attempt to read a write-only object"},
-    AbortText{0x0601'0002, "attempt to write a read-only object"},
-    AbortText{0x0602'0000, "object does not exist in the object dictionary"},
-    AbortText{0x0604'0041, "object cannot be mapped to the PDO"},
-    AbortText{0x0604'0042, "the mapped objects would exceed the PDO's length"},
-    AbortText{0x0604'0043, "general parameter incompatibility"},
-    AbortText{0x0604'0047, "general internal incompatibility in the device"},
-    AbortText{0x0606'0000, "access failed due to a hardware error"},
-    AbortText{0x0607'0010, "data type or length does not match"},
-    AbortText{0x0607'0012, "data type does not match, too long"},
-    AbortText{0x0607'0013, "data type does not match, too short"},
-    AbortText{0x0609'0011, "sub-index does not exist"},
-    AbortText{0x0609'0030, "invalid value for the parameter"},
-    AbortText{0x0609'0031, "value of the parameter too high"},
-    AbortText{0x0609'0032, "value of the parameter too low"},
-    AbortText{0x0609'0036, "maximum value is less than minimum value"},
-    AbortText{0x060A'0023, "resource not available: SDO connection"},
-    AbortText{0x0800'0000, "general error"},
-    AbortText{0x0800'0020, "data cannot be transferred or stored"},
-    AbortText{0x0800'0021, "data cannot be transferred or stored because of local control"},
-    AbortText{0x0800'0022, "data cannot be transferred or stored in the present device state"},
-    AbortText{0x0800'0023, "no object dictionary present, or it could not be generated"},
-    AbortText{0x0800'0024, "no data available"},
-};
-
-}  // namespace
 
 std::string_view sdo_abort_text(std::uint32_t code) {
   const auto found = std::ranges::find(abort_texts, code, &AbortText::first);

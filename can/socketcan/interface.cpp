@@ -57,15 +57,6 @@ std::vector<std::byte> ask_for_link(const std::string& name) {
   return reply;
 }
 
-}  // namespace
-
-std::optional<Interface> query_interface(const std::string& name) {
-  if (name.empty() || name.size() >= IFNAMSIZ) return std::nullopt;
-  return parse_link_message(ask_for_link(name));
-}
-
-namespace {
-
 /// Throws RunError if the kernel has no CAN, so that the user does not look for an interface.
 void require_can_support() {
   const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
@@ -87,86 +78,6 @@ Interface require_interface(const std::string& name) {
                                                  " type vcan && ip link set " + name + " up"
                                            : "list the existing ones with: ip -brief link show type can"));
 }
-
-}  // namespace
-
-Interface require_can_interface(const std::string& name) {
-  Interface interface = require_interface(name);
-  if (!interface.up) {
-    const bool real = interface.kind == "can" || (interface.kind.empty() && !name.starts_with("vcan"));
-    throw RunError("interface " + name + " is down; bring it up with: ip link set " + name + " up" +
-                   (real ? " type can bitrate 1000000" : ""));
-  }
-  return interface;
-}
-
-bool is_virtual_interface(const std::string& name) {
-  const Interface interface = require_interface(name);
-  return interface.kind == "vcan" || interface.kind == "vxcan";
-}
-
-void require_able_to_send(const std::string& name, const Interface& interface) {
-  if (!interface.listen_only) return;
-  throw RunError("interface " + name + " is listen-only; take it down and set: ip link set " + name +
-                 " type can listen-only off");
-}
-
-void require_able_to_carry_fd(const std::string& name, const Interface& interface,
-                              const std::vector<std::string>& messages) {
-  if (interface.fd || messages.empty()) return;
-  throw RunError(
-      fmt::format("interface {} takes no CAN FD frames, expected one that does for {}; "
-                  "take it down and set: ip link set {} {}",
-                  name, fmt::join(messages, ", "), name,
-                  interface.bitrate_bit_per_s
-                      ? fmt::format("type can bitrate {} dbitrate {} fd on", *interface.bitrate_bit_per_s,
-                                    4 * std::uint64_t{*interface.bitrate_bit_per_s})
-                      : "mtu 72"));
-}
-
-Refusal refusal_of(const Interface& now, const Interface& before) {
-  if (now.listen_only && !before.listen_only) return Refusal::listen_only;
-  if (now.bitrate_bit_per_s != before.bitrate_bit_per_s) return Refusal::other_bit_rate;
-  return before.fd && !now.fd ? Refusal::no_fd : Refusal::none;
-}
-
-std::string describe(const std::string& name, const Interface& interface) {
-  std::string text = name + ": ";
-  if (interface.bitrate_bit_per_s)
-    text += fmt::format("{:g} kbit/s, sample point {:g} %, ", *interface.bitrate_bit_per_s / 1000.0,
-                        100.0 * interface.sample_point.value_or(0.0));
-  else
-    text += fmt::format("{}, no bit rate, ", interface.kind.empty() ? "CAN" : interface.kind);
-  if (interface.restart_ms) text += fmt::format("restart-ms {}, ", *interface.restart_ms);
-  if (interface.one_shot) text += "one-shot, ";
-  if (interface.loopback) text += "loopback, ";
-  if (interface.listen_only) text += "listen-only, ";
-  if (interface.fd) text += "FD, ";
-  if (interface.bus_state && *interface.bus_state != BusState::active)
-    text += fmt::format("{}, ", to_string(*interface.bus_state));
-  return text + fmt::format("qdisc {}, {} frames",
-                            interface.queue_discipline.empty() ? "none" : interface.queue_discipline,
-                            interface.transmit_queue_frames);
-}
-
-std::vector<std::string> find_doubts(const std::string& name, const Interface& interface,
-                                     double bitrate_bit_per_s) {
-  std::vector<std::string> doubts;
-  const auto real_bit_per_s = interface.bitrate_bit_per_s;
-  if (real_bit_per_s && *real_bit_per_s != bitrate_bit_per_s)
-    doubts.push_back(fmt::format("{} runs at {:g} bit/s, expected {:g} by the configuration", name,
-                                 static_cast<double>(*real_bit_per_s), bitrate_bit_per_s));
-  if (interface.restart_ms == 0U)
-    doubts.push_back(fmt::format(
-        "{} has restart-ms 0: bus-off lasts until a user runs ip link set {} type can restart", name, name));
-  if (interface.loopback)
-    doubts.push_back(fmt::format("{} is in loopback mode: nothing reaches the wire", name));
-  if (interface.one_shot)
-    doubts.push_back(fmt::format("{} is in one-shot mode: a frame that loses arbitration is lost", name));
-  return doubts;
-}
-
-namespace {
 
 using Bytes = std::span<const std::byte>;
 
@@ -264,6 +175,87 @@ void read_link_info(Bytes info, Interface& interface) {
 }
 
 }  // namespace
+
+std::optional<Interface> query_interface(const std::string& name) {
+  if (name.empty() || name.size() >= IFNAMSIZ) return std::nullopt;
+  return parse_link_message(ask_for_link(name));
+}
+
+Interface require_can_interface(const std::string& name) {
+  Interface interface = require_interface(name);
+  if (!interface.up) {
+    const bool real = interface.kind == "can" || (interface.kind.empty() && !name.starts_with("vcan"));
+    throw RunError("interface " + name + " is down; bring it up with: ip link set " + name + " up" +
+                   (real ? " type can bitrate 1000000" : ""));
+  }
+  return interface;
+}
+
+bool is_virtual_interface(const std::string& name) {
+  const Interface interface = require_interface(name);
+  return interface.kind == "vcan" || interface.kind == "vxcan";
+}
+
+void require_able_to_send(const std::string& name, const Interface& interface) {
+  if (!interface.listen_only) return;
+  throw RunError("interface " + name + " is listen-only; take it down and set: ip link set " + name +
+                 " type can listen-only off");
+}
+
+void require_able_to_carry_fd(const std::string& name, const Interface& interface,
+                              const std::vector<std::string>& messages) {
+  if (interface.fd || messages.empty()) return;
+  throw RunError(
+      fmt::format("interface {} takes no CAN FD frames, expected one that does for {}; "
+                  "take it down and set: ip link set {} {}",
+                  name, fmt::join(messages, ", "), name,
+                  interface.bitrate_bit_per_s
+                      ? fmt::format("type can bitrate {} dbitrate {} fd on", *interface.bitrate_bit_per_s,
+                                    4 * std::uint64_t{*interface.bitrate_bit_per_s})
+                      : "mtu 72"));
+}
+
+Refusal refusal_of(const Interface& now, const Interface& before) {
+  if (now.listen_only && !before.listen_only) return Refusal::listen_only;
+  if (now.bitrate_bit_per_s != before.bitrate_bit_per_s) return Refusal::other_bit_rate;
+  return before.fd && !now.fd ? Refusal::no_fd : Refusal::none;
+}
+
+std::string describe(const std::string& name, const Interface& interface) {
+  std::string text = name + ": ";
+  if (interface.bitrate_bit_per_s)
+    text += fmt::format("{:g} kbit/s, sample point {:g} %, ", *interface.bitrate_bit_per_s / 1000.0,
+                        100.0 * interface.sample_point.value_or(0.0));
+  else
+    text += fmt::format("{}, no bit rate, ", interface.kind.empty() ? "CAN" : interface.kind);
+  if (interface.restart_ms) text += fmt::format("restart-ms {}, ", *interface.restart_ms);
+  if (interface.one_shot) text += "one-shot, ";
+  if (interface.loopback) text += "loopback, ";
+  if (interface.listen_only) text += "listen-only, ";
+  if (interface.fd) text += "FD, ";
+  if (interface.bus_state && *interface.bus_state != BusState::active)
+    text += fmt::format("{}, ", to_string(*interface.bus_state));
+  return text + fmt::format("qdisc {}, {} frames",
+                            interface.queue_discipline.empty() ? "none" : interface.queue_discipline,
+                            interface.transmit_queue_frames);
+}
+
+std::vector<std::string> find_doubts(const std::string& name, const Interface& interface,
+                                     double bitrate_bit_per_s) {
+  std::vector<std::string> doubts;
+  const auto real_bit_per_s = interface.bitrate_bit_per_s;
+  if (real_bit_per_s && *real_bit_per_s != bitrate_bit_per_s)
+    doubts.push_back(fmt::format("{} runs at {:g} bit/s, expected {:g} by the configuration", name,
+                                 static_cast<double>(*real_bit_per_s), bitrate_bit_per_s));
+  if (interface.restart_ms == 0U)
+    doubts.push_back(fmt::format(
+        "{} has restart-ms 0: bus-off lasts until a user runs ip link set {} type can restart", name, name));
+  if (interface.loopback)
+    doubts.push_back(fmt::format("{} is in loopback mode: nothing reaches the wire", name));
+  if (interface.one_shot)
+    doubts.push_back(fmt::format("{} is in one-shot mode: a frame that loses arbitration is lost", name));
+  return doubts;
+}
 
 std::optional<Interface> parse_link_message(Bytes message) {
   constexpr std::size_t link_at = aligned(sizeof(nlmsghdr));

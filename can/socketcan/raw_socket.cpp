@@ -102,7 +102,7 @@ ReceiveBatch::ReceiveBatch() {
     vectors_[i] = {&frames_[i], sizeof frames_[i]};
     headers_[i].msg_hdr.msg_iov = &vectors_[i];
     headers_[i].msg_hdr.msg_iovlen = 1;
-    headers_[i].msg_hdr.msg_control = control_[i].bytes.data();
+    headers_[i].msg_hdr.msg_control = control_[i].data();
   }
 }
 

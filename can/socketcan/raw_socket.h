@@ -64,10 +64,8 @@ class ReceiveBatch {
   std::array<mmsghdr, capacity> headers_{};
   std::array<iovec, capacity> vectors_{};
   std::array<canfd_frame, capacity> frames_{};
-  struct alignas(cmsghdr) Control {
-    std::array<char, control_bytes> bytes;
-  };
-  std::array<Control, capacity> control_{};
+  static_assert(control_bytes % alignof(cmsghdr) == 0);
+  alignas(cmsghdr) std::array<std::array<char, control_bytes>, capacity> control_{};
   std::array<Time, capacity> received_{};
   std::array<Duration, capacity> stamped_{};
   std::uint32_t lost_ = 0;

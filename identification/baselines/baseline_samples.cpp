@@ -16,6 +16,35 @@ void check_column(const char* name, std::span<const double> values, std::size_t 
     if (!std::isfinite(values[n])) refuse(name, " ", n, " is ", values[n], ", expected a finite number");
 }
 
+using Eigen::Index;
+
+// Columns: 1, v, o_1, o_2, ...
+Fit fit_after(const History& history, const Samples& samples, const std::vector<std::size_t>& places,
+              std::size_t operators, const OperatorColumn& column) {
+  Eigen::MatrixXd rows(2 + static_cast<Index>(operators), static_cast<Index>(places.size()));
+  rows.row(0).setOnes();
+  rows.row(1) = at(places, samples.input).transpose();
+  for (std::size_t j = 0; j < operators; ++j)
+    rows.row(2 + static_cast<Index>(j)) = at(places, column(j, history, samples)).transpose();
+  LeastSquares sum(rows.rows());
+  for (std::size_t i = 0; i < places.size(); ++i)
+    sum.add(rows.col(static_cast<Index>(i)), samples.output[places[i]], samples.weight[places[i]]);
+  return sum.solve_nonnegative({0});
+}
+
+std::vector<double> predicted(const WeightedOperators& model, const Samples& samples,
+                              const OperatorColumn& column) {
+  std::vector<double> output;
+  output.reserve(samples.input.size());
+  for (const double v : samples.input) output.push_back(model.offset + model.gain * v);
+  for (std::size_t j = 0; j < model.weights.size(); ++j) {
+    if (model.weights[j] == 0.0) continue;
+    const std::vector<double> values = column(j, model.history, samples);
+    for (std::size_t n = 0; n < output.size(); ++n) output[n] += model.weights[j] * values[n];
+  }
+  return output;
+}
+
 }  // namespace
 
 void check(const Samples& samples) {
@@ -81,39 +110,6 @@ Eigen::VectorXd at(const std::vector<std::size_t>& places, std::span<const doubl
   for (Eigen::Index i = 0; i < some.size(); ++i) some[i] = values[places[static_cast<std::size_t>(i)]];
   return some;
 }
-
-namespace {
-
-using Eigen::Index;
-
-// Columns: 1, v, o_1, o_2, ...
-Fit fit_after(const History& history, const Samples& samples, const std::vector<std::size_t>& places,
-              std::size_t operators, const OperatorColumn& column) {
-  Eigen::MatrixXd rows(2 + static_cast<Index>(operators), static_cast<Index>(places.size()));
-  rows.row(0).setOnes();
-  rows.row(1) = at(places, samples.input).transpose();
-  for (std::size_t j = 0; j < operators; ++j)
-    rows.row(2 + static_cast<Index>(j)) = at(places, column(j, history, samples)).transpose();
-  LeastSquares sum(rows.rows());
-  for (std::size_t i = 0; i < places.size(); ++i)
-    sum.add(rows.col(static_cast<Index>(i)), samples.output[places[i]], samples.weight[places[i]]);
-  return sum.solve_nonnegative({0});
-}
-
-std::vector<double> predicted(const WeightedOperators& model, const Samples& samples,
-                              const OperatorColumn& column) {
-  std::vector<double> output;
-  output.reserve(samples.input.size());
-  for (const double v : samples.input) output.push_back(model.offset + model.gain * v);
-  for (std::size_t j = 0; j < model.weights.size(); ++j) {
-    if (model.weights[j] == 0.0) continue;
-    const std::vector<double> values = column(j, model.history, samples);
-    for (std::size_t n = 0; n < output.size(); ++n) output[n] += model.weights[j] * values[n];
-  }
-  return output;
-}
-
-}  // namespace
 
 WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
                               std::size_t operators, const OperatorColumn& column) {

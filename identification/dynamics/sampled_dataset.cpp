@@ -51,15 +51,6 @@ bool is_of_two_levels(const Eigen::VectorXd& drive) {
   return ((drive.array() <= lo + near) || (drive.array() >= hi - near)).all();
 }
 
-}  // namespace
-
-Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values) {
-  const Eigen::VectorXd about_mean = values.array() - values.mean();  // the mean of the times is zero
-  return about_mean - time * (time.dot(about_mean) / time.squaredNorm());
-}
-
-namespace {
-
 /// The rows from s.first on.
 void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
   const auto begin = std::ranges::lower_bound(grid.cycles, s.first);
@@ -76,7 +67,19 @@ void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
   s.time.array() -= s.time.mean();
 }
 
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr Index cycles_before =
+    2;  // beyond the longest delay: the difference in a slope, and the input before
+constexpr Index cycles_after = 3;  // a delay of -1 cycle and a little less, and the end of a long response
+
 }  // namespace
+
+Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values) {
+  const Eigen::VectorXd about_mean = values.array() - values.mean();  // the mean of the times is zero
+  return about_mean - time * (time.dot(about_mean) / time.squaredNorm());
+}
 
 SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles) {
   if (dataset.size() < fewest_rows)
@@ -102,17 +105,6 @@ SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles
   s.output /= s.output_scale;
   return s;
 }
-
-namespace {
-
-using Eigen::Index;
-using Eigen::VectorXd;
-
-constexpr Index cycles_before =
-    2;  // beyond the longest delay: the difference in a slope, and the input before
-constexpr Index cycles_after = 3;  // a delay of -1 cycle and a little less, and the end of a long response
-
-}  // namespace
 
 /// A mode on its way.
 struct ModeResponse::Lane {

@@ -145,21 +145,6 @@ class ActiveSet {
   VectorXd x_;
 };
 
-}  // namespace
-
-Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
-                                  const std::vector<Eigen::Index>& free) {
-  if (a.rows() != b.size()) refuse(b.size(), " right-hand sides, expected ", a.rows(), ", one for each row");
-  if (!a.allFinite() || !b.allFinite()) refuse("a coefficient is not finite, expected finite numbers");
-  ActiveSet set(a, b, free);
-  // This limit is far above every need. Without it, rounding could exchange the same columns endlessly.
-  for (Index exchanges = 30 * (a.cols() + 1); exchanges > 0 && set.improve(); --exchanges) {
-  }
-  return set.x();
-}
-
-namespace {
-
 constexpr double dependent_tolerance = 1e-12;
 constexpr double pull_to_zero = 1e-7;
 constexpr double too_far = 1e6;
@@ -230,6 +215,17 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
 }
 
 }  // namespace
+
+Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
+                                  const std::vector<Eigen::Index>& free) {
+  if (a.rows() != b.size()) refuse(b.size(), " right-hand sides, expected ", a.rows(), ", one for each row");
+  if (!a.allFinite() || !b.allFinite()) refuse("a coefficient is not finite, expected finite numbers");
+  ActiveSet set(a, b, free);
+  // This limit is far above every need. Without it, rounding could exchange the same columns endlessly.
+  for (Index exchanges = 30 * (a.cols() + 1); exchanges > 0 && set.improve(); --exchanges) {
+  }
+  return set.x();
+}
 
 double Triangle::residual(const VectorXd& x) const { return std::hypot((r * x - right).norm(), rest); }
 

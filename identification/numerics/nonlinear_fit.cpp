@@ -50,29 +50,6 @@ class Linearised {
   VectorXd lengths_;
 };
 
-}  // namespace
-
-Minimum improve(const NonlinearProblem& problem, const VectorXd& start, int steps) {
-  const std::optional<VectorXd> values = problem.values(start);
-  if (!values) refuse("the start is not a valid model, expected a valid one");
-  Minimum fit{start, cost_of(problem, *values)};
-  double lambda = 1e-4;
-  for (int step = 0; step < steps; ++step) {
-    const Linearised here(problem, fit.x);
-    const double before = fit.value;
-    while (lambda < 1e6 && fit.value == before) {
-      const Minimum next = evaluated(problem, here.step(lambda));
-      if (next.value < before) fit = next;
-      lambda *= next.value < before ? 0.01 : 10.0;
-    }
-    if (!(before - fit.value > 1e-6 * before)) break;
-    lambda = std::max(lambda, 1e-14);
-  }
-  return fit;
-}
-
-namespace {
-
 class Simplex {
  public:
   Simplex(const std::function<double(const Eigen::VectorXd&)>& function, const std::function<bool()>& go_on,
@@ -145,16 +122,6 @@ class Simplex {
   std::vector<Minimum> corners_;
 };
 
-}  // namespace
-
-Minimum minimise(const std::function<double(const Eigen::VectorXd&)>& function, const Eigen::VectorXd& start,
-                 const Eigen::VectorXd& step, double tolerance, int evaluations,
-                 const std::function<bool()>& go_on) {
-  return Simplex(function, go_on, evaluations).search(start, step, tolerance);
-}
-
-namespace {
-
 /// sum_l w_l sum_n g_n g_{n+l}'.
 Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
   const Eigen::Index rows = scores.rows();
@@ -169,6 +136,31 @@ Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
 }
 
 }  // namespace
+
+Minimum improve(const NonlinearProblem& problem, const VectorXd& start, int steps) {
+  const std::optional<VectorXd> values = problem.values(start);
+  if (!values) refuse("the start is not a valid model, expected a valid one");
+  Minimum fit{start, cost_of(problem, *values)};
+  double lambda = 1e-4;
+  for (int step = 0; step < steps; ++step) {
+    const Linearised here(problem, fit.x);
+    const double before = fit.value;
+    while (lambda < 1e6 && fit.value == before) {
+      const Minimum next = evaluated(problem, here.step(lambda));
+      if (next.value < before) fit = next;
+      lambda *= next.value < before ? 0.01 : 10.0;
+    }
+    if (!(before - fit.value > 1e-6 * before)) break;
+    lambda = std::max(lambda, 1e-14);
+  }
+  return fit;
+}
+
+Minimum minimise(const std::function<double(const Eigen::VectorXd&)>& function, const Eigen::VectorXd& start,
+                 const Eigen::VectorXd& step, double tolerance, int evaluations,
+                 const std::function<bool()>& go_on) {
+  return Simplex(function, go_on, evaluations).search(start, step, tolerance);
+}
 
 Confidence confidence_of(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
                          Eigen::Index unknowns) {

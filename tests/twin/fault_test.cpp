@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-using Event = FaultScheduler::Event;
+enum class Event { begins, ends };
 
 const can::Database& database() {
   static const can::Database shipped = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
@@ -241,8 +241,8 @@ std::ostream& operator<<(std::ostream& out, const ReportedEvent& reported) {
 struct TwinRun {
   explicit TwinRun(Config config)
       : twin(std::move(config), database(), clock, [this](auto) { return bus.attach(); }) {
-    twin.faults().on_event([this](const FaultSpec& of, Event event, can::Time when) {
-      reported.push_back({of.kind, event, when.time_since_epoch()});
+    twin.faults().on_event([this](const FaultSpec& of, bool begins, can::Time when) {
+      reported.push_back({of.kind, begins ? Event::begins : Event::ends, when.time_since_epoch()});
     });
     twin.start();
   }
