@@ -15,8 +15,8 @@ namespace hystcan::app {
 bool accepts_open_metrics(std::string_view accept);
 const char* metrics_type(bool is_open);
 
-/// `is_open`: as OpenMetrics. `status`: the answer of the control socket; null: none, or too old. `age_s`: since
-/// the last answer; infinite: none yet. `states`: all there are; null if not known. `bus`: as
+/// `is_open`: as OpenMetrics. `status`: the answer of the control socket; null: none, or too old. `age_s`:
+/// since the last answer; infinite: none yet. `states`: all there are; null if not known. `bus`: as
 /// BusCounters::report().
 std::string metrics_text(bool is_open, const nlohmann::json& status, double age_s,
                          const nlohmann::json& states, const nlohmann::json& bus,
