@@ -179,12 +179,10 @@ std::string loop_line(const TuningReport& report) {
               : "; the cautious one does not track");
 }
 
-TunedAxis tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records) {
+TuningReport tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records) {
   const std::string name = stage.config.axes[i].wire.name;
   const controller::Delays stated = stage.config.axes[i].control.delays;
   const IdentifiedPlant plant = measured_plant(records, stated, stage.config.controller.rate_Hz);
-  TunedAxis tuned{.fast = {}, .unshared_s = 0.0, .mode_is_shown = plant.mode.has_value()};
-  if (stated.sensor_s() == 0.0) tuned.unshared_s = plant.delays.lag_s() + plant.delays.sensor_s();
   set_dynamics(stage, i, plant);
   print_lines(name, {dynamics_line(records.step_file->filename().string(), plant, stated.resonance_Hz)});
   const config::Config config =
@@ -192,19 +190,16 @@ TunedAxis tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records)
   TuningReport report = tuning_of(config, usual_steps(config.axes[0].control.gate), false);
   evaluate(report, plant, config, twin_config(stage.config));
   stop_if_signalled();
-  const Candidate &first = first_proposal(report), &fast = report.proposed();
-  set_loop_of(stage, i, first.loop);
+  if (stated.sensor_s() == 0.0) report.unshared_s = plant.delays.lag_s() + plant.delays.sensor_s();
+  set_loop_of(stage, i, first_proposal(report).loop);
   print_lines(name, {loop_line(report)});
-  constexpr double worth_it = 0.98;
-  if (report.best > 0 && fast.rms_percent() < worth_it * first.rms_percent()) {
-    tuned.fast = fast;
+  if (const Candidate* fast = faster_of(report))
     print_lines(name,
-                {fmt::format("faster: {}, {}", fast.name, loop_text(fast, report.rule.resonance_percent))});
-  }
+                {fmt::format("faster: {}, {}", fast->name, loop_text(*fast, report.rule.resonance_percent))});
   if (const auto undrawn =
           draw_response(report, *records.step, stage.file().parent_path() / (name + ".bode.svg")))
     print_lines(name, {"no picture of the loop: " + *undrawn});
-  return tuned;
+  return report;
 }
 
 void set_as_stated(Stage& stage, std::size_t i) {
@@ -223,7 +218,7 @@ void set_as_stated(Stage& stage, std::size_t i) {
 }
 
 /// The twin with all of the unshared delays in its sensors, or none of them.
-twin::Config with_delays_in_sensors(twin::Config twin, const std::vector<TunedAxis>& tuned, bool all) {
+twin::Config with_delays_in_sensors(twin::Config twin, const std::vector<TuningReport>& tuned, bool all) {
   for (std::size_t i = 0; i < tuned.size(); ++i)
     if (tuned[i].unshared_s > 0.0) set_delay(twin.axes[i].axis, tuned[i].unshared_s, all);
   return twin;
@@ -246,9 +241,9 @@ rehearsal::Outcome rehearsed(const config::Config& config, const twin::Config& t
 }
 
 /// The true errors of each axis where the sensor has all of the unshared delay, or none.
-std::vector<std::string> ranges_of(const config::Config& config, const std::vector<TunedAxis>& tuned) {
+std::vector<std::string> ranges_of(const config::Config& config, const std::vector<TuningReport>& tuned) {
   std::vector<std::string> ranges(tuned.size());
-  if (std::ranges::none_of(tuned, [](const TunedAxis& of) { return of.unshared_s > 0.0; })) return ranges;
+  if (std::ranges::none_of(tuned, [](const TuningReport& of) { return of.unshared_s > 0.0; })) return ranges;
   const twin::Config twin = twin_config(config);
   const rehearsal::Outcome all = rehearsed(config, with_delays_in_sensors(twin, tuned, true)),
                            none = rehearsed(config, with_delays_in_sensors(twin, tuned, false));
@@ -265,14 +260,16 @@ std::vector<std::string> ranges_of(const config::Config& config, const std::vect
 
 /// The true errors of each axis where a mode that no record shows is as far from the stated one as that may
 /// be off.
-std::vector<std::string> mode_ranges_of(const config::Config& config, const std::vector<TunedAxis>& tuned) {
+std::vector<std::string> mode_ranges_of(const config::Config& config,
+                                        const std::vector<TuningReport>& tuned) {
   constexpr double share = 0.1;
   std::vector<std::string> ranges(tuned.size());
-  if (std::ranges::all_of(tuned, &TunedAxis::mode_is_shown)) return ranges;
+  if (std::ranges::all_of(tuned, [](const TuningReport& of) { return of.plant.mode.has_value(); }))
+    return ranges;
   const auto with_modes = [&](double factor) {
     twin::Config twin = twin_config(config);
     for (std::size_t i = 0; i < tuned.size(); ++i)
-      if (!tuned[i].mode_is_shown) twin.axes[i].axis.plant.mode.natural_frequency_Hz *= factor;
+      if (!tuned[i].plant.mode) twin.axes[i].axis.plant.mode.natural_frequency_Hz *= factor;
     return rehearsed(config, twin);
   };
   const rehearsal::Outcome lower = with_modes(1.0 - share), higher = with_modes(1.0 + share);
@@ -282,7 +279,7 @@ std::vector<std::string> mode_ranges_of(const config::Config& config, const std:
                : fmt::format("a fault ({})", to_string(outcome.axes[i].fault.cause));
   };
   for (std::size_t i = 0; i < tuned.size(); ++i)
-    if (!tuned[i].mode_is_shown)
+    if (!tuned[i].plant.mode)
       ranges[i] = fmt::format("; {} with the mode, which no record shows, {:g} % lower, {} with it higher",
                               error(lower, i), 100.0 * share, error(higher, i));
   return ranges;
@@ -348,13 +345,20 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
   return found;
 }
 
-TunedAxis tune_axis(Stage& stage, std::size_t i, const AxisRecords& records) {
+TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records) {
   if (records.step) return tuned_by_step(stage, i, records);
   set_as_stated(stage, i);
   return {};
 }
 
-std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TunedAxis>& tuned) {
+const Candidate* faster_of(const TuningReport& report) {
+  constexpr double worth_it = 0.98;
+  if (report.best == 0) return nullptr;
+  const Candidate& fast = report.proposed();
+  return fast.rms_percent() < worth_it * first_proposal(report).rms_percent() ? &fast : nullptr;
+}
+
+std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned) {
   const rehearsal::Outcome outcome = rehearsed(config, twin_config(config));
   std::vector<std::string> lines;
   for (const controller::AxisOutcome& axis : outcome.axes)

@@ -8,7 +8,6 @@
 
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,19 +50,17 @@ void print_lines(const std::string& of, const std::vector<std::string>& lines);
 identification::Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
                                          const AxisRecords& records);
 
-/// Finds dynamics and loop of axis i of the stage. Without a step record the dynamics are those that were
-/// stated, and the loop is an integral one that is far from what they allow. With one it is the cautious one,
-/// where that tracks.
-struct TunedAxis {
-  std::optional<Candidate> fast{};  ///< what tracks better than the cautious loop that is set
-  double unshared_s = 0.0;          ///< measured delay, of which it is not stated how much is the sensor's
-  bool mode_is_shown = false;       ///< by a record; else it is the stated one
-};
-TunedAxis tune_axis(Stage& stage, std::size_t i, const AxisRecords& records);
+/// Finds dynamics and loop of axis i of the stage. With a step record the loop is the cautious one, where
+/// that tracks. Without one the dynamics are those that were stated, the loop is an integral one that is far
+/// from what they allow, and the report is empty.
+TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records);
+
+/// What tracks better than the cautious loop that is set; null where nothing does.
+const Candidate* faster_of(const TuningReport& report);
 
 /// Runs the reference of every axis once with the twin, and again where the delay is the sensor's or is not,
-/// and where a mode that no record shows is another one. Returns lines; throws RunError where an axis does
-/// not track.
-std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TunedAxis>& tuned);
+/// and where a mode that no record shows is another one. `tuned`: of each axis. Returns lines; throws
+/// RunError where an axis does not track.
+std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned);
 
 }  // namespace hystcan::app

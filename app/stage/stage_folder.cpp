@@ -97,12 +97,12 @@ void print_findings(const config::Config& config) {
 }
 
 /// The same stage with the faster loops, beside the cautious one.
-void rehearse_fast(const Stage& stage, const std::vector<TunedAxis>& tuned) {
+void rehearse_fast(const Stage& stage, const std::vector<TuningReport>& tuned) {
   const std::filesystem::path file = stage.file().parent_path() / fast_config;
   Stage fast(file, stage.text());
   for (std::size_t i = 0; i < tuned.size(); ++i)
-    if (tuned[i].fast) {
-      controller::LoopConfig loop = tuned[i].fast->loop;
+    if (const Candidate* faster = faster_of(tuned[i])) {
+      controller::LoopConfig loop = faster->loop;
       loop.delays = in_whole_microseconds(loop.delays);
       set_loop(fast.config.axes[i].control, loop);
     }
@@ -114,7 +114,7 @@ void rehearse_fast(const Stage& stage, const std::vector<TunedAxis>& tuned) {
 
 /// Dynamics and loop of every axis, then all of them together.
 void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records) {
-  std::vector<TunedAxis> tuned;
+  std::vector<TuningReport> tuned;
   tuned.reserve(records.size());
   for (std::size_t i = 0; i < records.size(); ++i) tuned.push_back(tune_axis(stage, i, records[i]));
   const std::string text = stage.text();
@@ -122,8 +122,7 @@ void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records) {
   write_file(stage.file(), text);
   print_findings(config);
   print_lines({}, rehearsal_of(config, tuned));
-  if (std::ranges::any_of(tuned, [](const TunedAxis& of) { return of.fast.has_value(); }))
-    rehearse_fast(stage, tuned);
+  if (std::ranges::any_of(tuned, faster_of)) rehearse_fast(stage, tuned);
 }
 
 /// What was made is kept where only a rehearsal ends with a fault: `hystcan demo` shows it then.

@@ -26,7 +26,7 @@ inline constexpr int feed_forward_reach = 4;
 /// w_k.
 using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 
-/// The values of a reference that its weighted sum needs. A cycle looks up only the newest one: what was looked up
+/// Values of a reference for its weighted sum. A cycle looks up only the newest one: what was looked up
 /// does not change any more, because the reference stays as it is until the end of the preview.
 class ReferenceWindow {
  public:
