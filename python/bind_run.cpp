@@ -53,13 +53,19 @@ py::dict of_each_signal(const Run& run, const std::optional<std::string>& axis, 
   return result;
 }
 
-/// The positions may lack values.
+/// A column that may lack values.
+std::span<const double> gapped_column(const Array& array, const char* name) {
+  if (array.ndim() != 1)
+    throw py::value_error(fmt::format("{} has {} dimensions, expected 1", name, array.ndim()));
+  return {array.data(), static_cast<std::size_t>(array.size())};
+}
+
 std::optional<py::dict> step_response(const Array& t, const Array& reference_um, const Array& position_um,
                                       double tolerance_um) {
   const metrics::Cycles cycles{
       column(t, "t"),
-      column(reference_um, "reference_um"),
-      {position_um.data(), static_cast<std::size_t>(position_um.size())},
+      gapped_column(reference_um, "reference_um"),
+      gapped_column(position_um, "position_um"),
   };
   if (cycles.reference_um.size() != cycles.time_s.size() || cycles.position_um.size() != cycles.time_s.size())
     throw py::value_error(
@@ -115,13 +121,15 @@ Raises Error for an unknown axis or signal, and for a row that is none, with its
   module.def(
       "step_response", &step_response, py::arg("t"), py::arg("reference_um"), py::arg("position_um"),
       py::kw_only(), py::arg("tolerance_um") = 0.0,
-      R"(Return the figures of the largest jump of the reference: those of the controller's report and of plot.
+      R"(Return the figures of the largest step of the reference: those of the controller's report and of plot.
 
 tolerance_um: of [axis.control.in_position]; 0: the band is 1 % of the step.
 The dict has from_um, to_um, band_um, begin_s, rise_s (10 to 90 %), settling_s and overshoot_percent. rise_s and
 settling_s are None where the record ends first. A position that is NaN does not count: give this to a cycle whose
 sample_missing is 1, as the controller has not had its sample.
-Returns None without a jump after which the reference rests for ten cycles, of at least half of all its motion.
+A step goes from one level to the next, and at a level the reference rests for ten cycles or from the first one on. A
+reference that is NaN begins anew: give this to a transition to a segment, whose shape_time_s is 0, which is no step.
+Returns None without a step.
 
 >>> import hystcan
 >>> step = hystcan.step_response(range(20), [0.0] * 5 + [2.0] * 15, [0.0] * 6 + [1.0, 2.1] + [2.0] * 12)

@@ -282,6 +282,12 @@ class Runs(Scratch):
                          [f"{1e3 * ours['rise_s']:.1f}", f"{ours['overshoot_percent']:.1f}",
                           f"{1e3 * ours['settling_s']:.1f}"])
 
+    def test_a_transition_is_no_step(self):
+        nan = float("nan")
+        reference = [0.0] * 20 + [nan] * 5 + [9.0] * 20 + [10.0] * 20
+        step = hystcan.step_response(range(65), reference, reference)
+        self.assertEqual((step["from_um"], step["to_um"], step["begin_s"]), (9.0, 10.0, 45.0))
+
     def test_what_it_does_not_have_is_refused(self):
         run = hystcan.Run.open(self.folder / "c.csv")
         with self.assertRaisesRegex(hystcan.Error, "no signal speed"):
