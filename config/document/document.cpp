@@ -246,8 +246,7 @@ void Writer::line(std::string_view key, const std::string& value, bool is_requir
   const auto comment = remark_({{path, value}, range, about.meaning, choices}, is_required);
   if (!comment) return;
   if (layout_ == Layout::model) {
-    keys_ += fmt::format("{:<12} = {}{}{}\n", key, value, about.meaning.empty() ? "" : "  # ",
-                         about.meaning);
+    keys_ += fmt::format("{:<12} = {}{}{}\n", key, value, about.meaning.empty() ? "" : "  # ", about.meaning);
     return;
   }
   const std::string text =
