@@ -68,17 +68,18 @@ class StepResponse {
   Result finished_;
 };
 
-/// Cycles of a record. The reference rests where it stays the same for ten cycles, or from the first one on. Where
-/// it is NaN it leaves this part of its path, as in a transition; a position that is NaN does not count.
+/// Cycles of a record. The reference rests where it stays the same for ten cycles, or from the first one on.
+/// Where it is NaN it leaves this part of its path, as in a transition.
+/// A position that is NaN does not count.
 struct Cycles {
   std::span<const double> time_s, reference_um, position_um;
 };
 
-/// The response to the step in which the reference leaves its level in `cycle`, or is on its way there. Empty if
-/// there is none.
+/// The response to the step in which the reference leaves its level in `cycle`, or is on its way there. Empty
+/// if there is none.
 std::optional<Step> step_at(const Cycles& cycles, std::size_t cycle, double tolerance_um);
-/// The response to the largest step; the first one of several. `begin` becomes the cycle in which the reference
-/// comes to rest.
+/// The response to the largest step; the first one of several. `begin` becomes the cycle in which the
+/// reference comes to rest.
 std::optional<Step> largest_step(const Cycles& cycles, double tolerance_um, std::size_t& begin);
 
 class HoldNoise {

@@ -29,9 +29,10 @@ AmplifierNode::AmplifierNode(const WiredAxisConfig& config, const CommonConfig& 
                      can::Filter{can::sdo_request_base + config.wire.amplifier_node},
                      can::Filter{.id = decode_command_.id(), .extended = decode_command_.extended()}})),
       plant_(plant),
+      nmt_(*bus_, scheduler, config.wire.amplifier_node, common.heartbeat_period,
+           [this](can::NmtState state) { on_nmt(state); }),
+      sdo_(config.wire.amplifier_node),
       node_(config.wire.amplifier_node),
-      nmt_(*bus_, scheduler, node_, common.heartbeat_period, [this](can::NmtState state) { on_nmt(state); }),
-      sdo_(node_),
       commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
       watchdog_(scheduler.make_timer([this] { check_watchdog(); })),
       relay_(scheduler.make_timer([this] { connect(); })) {

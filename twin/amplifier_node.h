@@ -74,22 +74,22 @@ class AmplifierNode {
   can::Decoder<can::AmpCommand> decode_command_;
   std::unique_ptr<can::Bus> bus_;
   Plant& plant_;
-  std::uint8_t node_;
   can::NmtSlave nmt_;
   can::SdoServer sdo_;
+  std::uint8_t node_;
   bool commands_name_their_sync_;                              ///< false: a command is never stale
   std::optional<can::Encoder<can::AmpStatus>> encode_status_;  ///< empty: the node sends no status
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected
-  bool is_enabling_ = false;
   std::optional<can::Time> soft_start_begun_;
   double soft_start_from_ = 0.0;
   can::Time command_deadline_{};
+  double setpoint_ = 0.0;  ///< in force now or from the next SYNC on
+  unsigned syncs_since_status_ = 0;
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;
-  double setpoint_ = 0.0;  ///< in force now or from the next SYNC on
   std::uint8_t last_sync_ = 0;
-  unsigned syncs_since_status_ = 0;
+  bool is_enabling_ = false;
   bool has_internal_cause_ = false;
   std::optional<can::Encoder<can::AmpStatus>> encode_status_at_power_on_;
 };

@@ -187,8 +187,8 @@ class Reader {
   bool read_bool(const toml::node& node, std::string_view key) const;
   std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
   double read_number(const toml::node& node, std::string_view key, Range range) const;
-  /// Fails beyond a year, which no timer needs and a computation with times still has room for, and where less than a
-  /// nanosecond would become zero.
+  /// Fails beyond a year, which no timer needs and a computation with times still has room for, and where
+  /// less than a nanosecond would become zero.
   can::Duration read_duration(const toml::node& node, std::string_view key, Range range) const;
   std::vector<double> read_numbers(const toml::node& node, std::string_view key, Range range) const;
   std::string read_string(const toml::node& node, std::string_view key) const;

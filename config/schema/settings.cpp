@@ -84,7 +84,7 @@ std::string unit_of(std::string_view key) {
     const auto found = std::ranges::find(units, word, [](const auto& unit) { return unit.first; });
     return found == std::end(units) ? std::string() : std::string(found->second);
   };
-  const std::string unit = unit_at_end(key);
+  std::string unit = unit_at_end(key);
   const std::size_t per = key.rfind("_per_");
   if (unit.empty() || per == std::string_view::npos || key.find('_', per + 5) != std::string_view::npos)
     return unit;
