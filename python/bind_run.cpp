@@ -53,13 +53,6 @@ py::dict of_each_signal(const Run& run, const std::optional<std::string>& axis, 
   return result;
 }
 
-/// A column that may lack values.
-std::span<const double> gapped_column(const Array& array, const char* name) {
-  if (array.ndim() != 1)
-    throw py::value_error(fmt::format("{} has {} dimensions, expected 1", name, array.ndim()));
-  return {array.data(), static_cast<std::size_t>(array.size())};
-}
-
 std::optional<py::dict> step_response(const Array& t, const Array& reference_um, const Array& position_um,
                                       double tolerance_um) {
   const metrics::Cycles cycles{

@@ -19,10 +19,14 @@
 
 namespace hystcan::python {
 
-std::span<const double> column(const Array& array, const char* name) {
+std::span<const double> gapped_column(const Array& array, const char* name) {
   if (array.ndim() != 1)
     throw py::value_error(fmt::format("{} has {} dimensions, expected 1", name, array.ndim()));
-  const std::span<const double> values(array.data(), static_cast<std::size_t>(array.size()));
+  return {array.data(), static_cast<std::size_t>(array.size())};
+}
+
+std::span<const double> column(const Array& array, const char* name) {
+  const std::span<const double> values = gapped_column(array, name);
   const auto bad = std::ranges::find_if_not(values, [](double value) { return std::isfinite(value); });
   if (bad != values.end())
     throw py::value_error(

@@ -22,6 +22,8 @@ using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// Throws ValueError unless the array has one dimension and finite values.
 std::span<const double> column(const Array& array, const char* name);
+/// Values may be missing: NaN.
+std::span<const double> gapped_column(const Array& array, const char* name);
 std::vector<double> vector_of(const Array& array, const char* name);
 
 /// Without a copy: the array owns the vector.
