@@ -16,8 +16,8 @@ std::uint8_t wire_length(std::uint8_t message_length) {
   return *std::ranges::lower_bound(fd_lengths, std::min<std::uint8_t>(message_length, 64));
 }
 
-FrameKind wire_kind(std::size_t message_length) {
-  return message_length > 8 ? FrameKind::fd : FrameKind::data;
+FrameKind wire_kind(std::size_t message_length, bool fd) {
+  return fd || message_length > 8 ? FrameKind::fd : FrameKind::data;
 }
 
 }  // namespace hystcan::can

@@ -10,11 +10,17 @@ namespace hystcan::can {
 
 enum class FrameKind : std::uint8_t { data, remote, fd, error };
 
+/// The flags of an FD frame, as in linux/can.h: the data phase passes at the data bit rate (BRS); the sender is
+/// error-passive (ESI).
+inline constexpr std::uint8_t fd_bit_rate_switch = 1;
+inline constexpr std::uint8_t fd_error_state = 2;
+
 struct Frame {
   std::uint32_t id = 0;  ///< 11 bits, or 29 bits if `extended`
   bool extended = false;
   FrameKind kind = FrameKind::data;
-  std::uint8_t length = 0;  ///< payload bytes: 0..8, or up to 64 if `kind` is fd
+  std::uint8_t length = 0;    ///< payload bytes: 0..8, or up to 64 if `kind` is fd
+  std::uint8_t fd_flags = 0;  ///< 4 bits as in linux/can.h, if `kind` is fd
   std::array<std::uint8_t, 64> data{};
 
   std::span<std::uint8_t> payload() { return {data.data(), length}; }
@@ -35,7 +41,7 @@ inline constexpr std::array<std::uint8_t, 7> fd_lengths{12, 16, 20, 24, 32, 48, 
 /// Payload bytes on the wire. A length of 0..8 stays; a longer message takes the next length of CAN FD.
 std::uint8_t wire_length(std::uint8_t message_length);
 
-/// The kind of frame that carries a message of this length.
-FrameKind wire_kind(std::size_t message_length);
+/// The kind of frame that carries a message of this length. `fd`: it is CAN FD whatever its length.
+FrameKind wire_kind(std::size_t message_length, bool fd = false);
 
 }  // namespace hystcan::can

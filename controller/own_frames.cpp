@@ -38,7 +38,7 @@ can::ControllerStatus status_of(const Axis& axis) {
 StatusSender::StatusSender(const can::Database& database, const can::AxisWire& wire) {
   auto layout = can::find_layout<can::ControllerStatus>(database, wire);
   if (!layout) return;
-  foreign_.emplace(layout->protection(), layout->length(), layout->extended());
+  foreign_.emplace(layout->checker());
   encode_.emplace(std::move(*layout));
 }
 

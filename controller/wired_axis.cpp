@@ -19,10 +19,6 @@ can::AmpStatus assumed_status(const AxisConfig& axis, const std::optional<can::M
   return assumed;
 }
 
-can::E2eChecker checker_of(const can::Layout<can::AmpCommand>& layout) {
-  return {layout.protection(), layout.length(), layout.extended()};
-}
-
 }  // namespace
 
 SensorLink::SensorLink(const can::AxisWire& wire, can::Duration heartbeat_timeout,
@@ -70,7 +66,7 @@ AmplifierLink::AmplifierLink(const can::AxisWire& wire, const Axis& axis, can::D
                  {wire.amplifier_node, wire.amplifier_setup, wire.setup_patience}),
       axis_(axis),
       encode_(*can::find_layout<can::AmpCommand>(database, wire)),
-      foreign_command_(checker_of(*can::find_layout<can::AmpCommand>(database, wire))) {
+      foreign_command_(can::find_layout<can::AmpCommand>(database, wire)->checker()) {
   const auto map = can::message_map<can::AmpStatus>(wire);
   const can::AmpStatus assumed = assumed_status(axis.config(), map);
   if (auto layout = can::find_layout<can::AmpStatus>(database, wire, assumed))

@@ -144,7 +144,7 @@ void plan_learning_anew(controller::AxisConfig& axis, double rate_Hz) {
 }  // namespace
 
 Rehearsal::Rehearsal(const Setup& setup, controller::Controller::RecordHandler on_record)
-    : bus_(clock_, setup.bitrate_bit_per_s),
+    : bus_(clock_, setup.rates),
       attach_([this](std::span<const can::Filter>) { return bus_.attach(); }),
       twin_(std::make_unique<twin::Twin>(
           setup.twin, setup.database, clock_,

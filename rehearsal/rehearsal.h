@@ -81,7 +81,7 @@ struct Setup {
   controller::Config controller;
   twin::Config twin;
   can::Database database;
-  std::uint32_t bitrate_bit_per_s = 1'000'000;
+  can::BitRates rates{};
 };
 
 /// The whole loop. Virtual time starts at zero and moves only in run_for().

@@ -55,14 +55,17 @@ std::string in_us(const std::optional<can::Duration>& duration) {
 
 void show_frame(const config::PlannedFrame& planned) {
   print("# {:<22} 0x{:03X} {:>9} {:>6} {:>9} {:>8}{}\n", planned.frame.name, planned.frame.id,
-        in_us(planned.frame.period), can::worst_frame_bits(planned.frame.bytes, planned.frame.extended),
-        in_us(planned.response), in_us(planned.deadline), planned.in_time() ? "" : "  late");
+        in_us(planned.frame.period), can::worst_frame_bits(planned.frame).total(), in_us(planned.response),
+        in_us(planned.deadline), planned.in_time() ? "" : "  late");
 }
 
 /// Prints worst-case response times. For SYNC, samples and commands they count from the start of the cycle.
 void show_bus(const config::Config& config) {
   const config::BusPlan plan = config::plan_bus(config);
-  print("# the bus at {} bit/s, with the most stuff bits; times in us:\n", config.bus.bitrate_bit_per_s);
+  print("# the bus at {} bit/s{}, with the most stuff bits; times in us:\n", config.bus.bitrate_bit_per_s,
+        config.bus.data_bitrate_bit_per_s == 0
+            ? ""
+            : fmt::format(" and {} bit/s in the data phase", config.bus.data_bitrate_bit_per_s));
   print("# {:<22} {:>5} {:>9} {:>6} {:>9} {:>8}\n", "frame", "id", "period", "bits", "response", "deadline");
   for (const config::PlannedFrame& planned : plan.frames) show_frame(planned);
   print("# emergencies, sent when an axis stops:\n");
@@ -117,8 +120,7 @@ int check(const std::filesystem::path& file) {
       print("# axis {}: {}\n", axis.wire.name, finding);
     for (const std::string& loss : config::losses(axis.wire)) print("# axis {}: {}\n", axis.wire.name, loss);
     for (const std::string& name : config::fd_messages(axis.wire, config.database))
-      print("# axis {}: {} is longer than 8 bytes: it is sent as CAN FD, and the interface must support FD\n",
-            axis.wire.name, name);
+      print("# axis {}: {} is sent as CAN FD, and the interface must support FD\n", axis.wire.name, name);
     print_limits("axis " + axis.wire.name, axis.control.law.model);
     if (const auto* twin = std::get_if<model::HysteresisParameters>(&axis.twin.plant.hysteresis))
       print_limits("axis " + axis.wire.name + ", twin", *twin);

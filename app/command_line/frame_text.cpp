@@ -143,7 +143,7 @@ void FrameText::write_text(const LoggedFrame& logged, const Message* message) {
   if (frame.kind == FrameKind::error) {
     line_ += "error: " + can::describe_error(frame);
   } else if (message == nullptr) {
-    line_ += can::candump_frame(frame, logged.fd_flags) + " (no message of the database)";
+    line_ += can::candump_frame(frame) + " (no message of the database)";
   } else {
     line_ += message->name;
     const std::string signals = signals_text(can::decode_signals(*message, frame));

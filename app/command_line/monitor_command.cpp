@@ -66,7 +66,7 @@ std::string content(const MessageTraffic& traffic) {
   if (!traffic.newest) return {};
   const can::LoggedFrame& newest = *traffic.newest;
   if (traffic.message == nullptr) {
-    const std::string text = can::candump_frame(newest.frame, newest.fd_flags);
+    const std::string text = can::candump_frame(newest.frame);
     return text.substr(text.find('#') + 1);
   }
   return signals_text(can::decode_signals(*traffic.message, newest.frame));

@@ -95,11 +95,11 @@ class Outlets {
   std::uint64_t send(const LoggedFrame& logged, const std::string& interface) {
     const int socket = open(interface);
     for (std::uint64_t waits = 0;; ++waits) {
-      const int error = can::write_frame(socket, logged.frame, logged.fd_flags);
+      const int error = can::write_frame(socket, logged.frame);
       if (error == 0) return waits;
       if (error != ENOBUFS && error != EAGAIN && error != EINTR)
-        throw RunError(fmt::format("{}: {} cannot be sent: {}", interface,
-                                   can::candump_frame(logged.frame, logged.fd_flags), std::strerror(error)));
+        throw RunError(fmt::format("{}: {} cannot be sent: {}", interface, can::candump_frame(logged.frame),
+                                   std::strerror(error)));
       if (stop_signalled != 0) return waits;
       if (waits == waits_until_said)
         spdlog::warn("{}: its queue has been full for {} s: is there a node that acknowledges?", interface,

@@ -13,7 +13,7 @@ inline rehearsal::Setup rehearsal_setup(const config::Config& config, twin::Conf
   return {.controller = controller_config(config),
           .twin = std::move(twin),
           .database = config.database,
-          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+          .rates = config.bus.rates()};
 }
 
 inline rehearsal::Setup rehearsal_setup(const config::Config& config) {

@@ -65,9 +65,10 @@ struct Message {
   std::uint32_t id = 0;
   bool extended = false;
   std::string name;
-  std::string short_name;    ///< in the file, if an attribute has the long name; else empty
-  std::uint16_t length = 0;  ///< bytes; more than 64 if a transport protocol carries it (J1939)
-  bool fd = false;           ///< CAN FD, by VFrameFormat or, without it, by the length
+  std::string short_name;        ///< in the file, if an attribute has the long name; else empty
+  std::uint16_t length = 0;      ///< bytes; more than 64 if a transport protocol carries it (J1939)
+  bool fd = false;               ///< CAN FD, by VFrameFormat or, without it, by the length
+  bool bit_rate_switch = false;  ///< CAN FD with a data phase at the data bit rate: CANFD_BRS is not 0
   std::string sender;
   std::vector<Signal> signals;
 

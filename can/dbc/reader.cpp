@@ -237,7 +237,7 @@ void Reader::message() {
                        " occurs a second time: the last message decodes its frames");
   }
   by_id_.emplace(id, index);
-  texts_.push_back({name, {}, {}, {}});
+  texts_.push_back({name, {}, {}, {}, {}});
   database_.messages.push_back(std::move(message));
 }
 

@@ -57,7 +57,8 @@ class Reader {
     std::string_view name;
     std::vector<std::string_view> signals;
     std::multimap<std::string_view, std::size_t> signal_by_name;
-    std::optional<bool> fd;  ///< by the message's own VFrameFormat
+    std::optional<bool> fd;        ///< by the message's own VFrameFormat
+    std::optional<bool> switches;  ///< by its own CANFD_BRS
   };
 
   /// The object of a comment or of an attribute.
@@ -130,6 +131,7 @@ class Reader {
   void name_senders();
   void note_repeated_long_names();
   static bool is_fd(const Value& format);
+  static bool switches(const Value& brs);
   void set_frame_formats();
 
   // Search by identifier and name. `bytes` is what `act` copies to each object.

@@ -12,6 +12,7 @@ namespace {
 
 constexpr const char* attribute_name = "the name of an attribute in quotes";
 constexpr const char* frame_format = "VFrameFormat";
+constexpr const char* bit_rate_switch = "CANFD_BRS";
 
 std::size_t bytes_of(const std::map<std::int64_t, std::string>& names) {
   std::size_t bytes = 0;
@@ -41,6 +42,9 @@ bool Reader::is_fd(const Value& format) {
   if (!number) return format.token.ends_with("FD");
   return *number == 14.0 || *number == 15.0;  // StandardCAN_FD, ExtendedCAN_FD
 }
+
+/// CANFD_BRS is an ENUM of "0" and "1", or an INT.
+bool Reader::switches(const Value& brs) { return to_real(brs.token) != 0.0; }
 
 Reader::Subject Reader::subject() {
   const std::string_view kind = cursor_.peek_word();
@@ -235,8 +239,12 @@ void Reader::attribute() {
   need_semicolon();
   details_.emplace_back([this, name, of, given] {
     const Value known = known_value(name, given);
-    if (of.kind != "BO_" || name != frame_format) return for_objects(of, 0, [](const auto&) {});
-    for_messages(of.id, 0, [&](std::size_t index) { texts_[index].fd = is_fd(known); });
+    const bool is_format = name == frame_format;
+    if (of.kind != "BO_" || (!is_format && name != bit_rate_switch))
+      return for_objects(of, 0, [](const auto&) {});
+    for_messages(of.id, 0, [&](std::size_t index) {
+      (is_format ? texts_[index].fd : texts_[index].switches) = is_format ? is_fd(known) : switches(known);
+    });
   });
   const bool is_long_name = (of.kind == "BO_" && name == "SystemMessageLongSymbol") ||
                             (of.kind == "SG_" && name == "SystemSignalLongSymbol") ||
@@ -330,13 +338,16 @@ void Reader::note_repeated_long_names() {
 
 /// The attribute or its default decides before the length.
 void Reader::set_frame_formats() {
-  std::optional<bool> by_default;
-  const auto defined = attributes_.find(frame_format);
-  if (defined != attributes_.end() && defined->second.default_value)
-    by_default = is_fd(*defined->second.default_value);
+  const auto by_default = [this](const char* name, auto meaning) -> std::optional<bool> {
+    const auto defined = attributes_.find(name);
+    if (defined == attributes_.end() || !defined->second.default_value) return std::nullopt;
+    return meaning(*defined->second.default_value);
+  };
+  const std::optional<bool> fd = by_default(frame_format, is_fd), brs = by_default(bit_rate_switch, switches);
   for (std::size_t i = 0; i < texts_.size(); ++i) {
     Message& message = database_.messages[i];
-    message.fd = texts_[i].fd.value_or(by_default.value_or(message.fd));
+    message.fd = texts_[i].fd.value_or(fd.value_or(message.fd));
+    message.bit_rate_switch = message.fd && texts_[i].switches.value_or(brs.value_or(true));
   }
 }
 

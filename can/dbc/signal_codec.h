@@ -34,7 +34,10 @@ class SignalCodec {
   double maximum() const { return maximum_; }
   double resolution() const { return scale_; }  ///< only for an integer signal
   std::size_t first_byte() const { return placement_.first_byte; }
-  bool is_whole_byte() const { return length_ == 8 && placement_.first_byte == placement_.last_byte; }
+  /// True: the signal consists of so many whole bytes.
+  bool fills_bytes(unsigned count) const {
+    return length_ == 8 * count && placement_.last_byte - placement_.first_byte + 1 == count;
+  }
 
  private:
   struct Placement {

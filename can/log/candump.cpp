@@ -139,7 +139,7 @@ class Line {
       if (frame.kind == FrameKind::error) refuse(mark, "the data of an error frame");
       frame.kind = FrameKind::fd;
       if (!is_hex(peek())) refuse(at_, "the flags of an FD frame, one hexadecimal digit");
-      logged.fd_flags = static_cast<std::uint8_t>(hex_value(text_[at_++]));
+      frame.fd_flags = static_cast<std::uint8_t>(hex_value(text_[at_++]));
       bytes(frame, frame.data.size());
     } else if (take('R')) {
       if (frame.kind == FrameKind::error) refuse(mark, "the data of an error frame");
@@ -250,7 +250,7 @@ std::optional<LoggedFrame> CandumpReader::next() {
   }
 }
 
-std::string candump_frame(const Frame& frame, std::uint8_t fd_flags) {
+std::string candump_frame(const Frame& frame) {
   std::string text;
   const std::uint32_t id = frame.kind == FrameKind::error ? frame.id | CAN_ERR_FLAG : frame.id;
   append_hex(text, id, frame.extended || frame.kind == FrameKind::error ? 8 : 3);
@@ -262,7 +262,7 @@ std::string candump_frame(const Frame& frame, std::uint8_t fd_flags) {
   }
   if (frame.kind == FrameKind::fd) {
     text += '#';
-    append_hex(text, fd_flags, 1);
+    append_hex(text, frame.fd_flags, 1);
   }
   for (const std::uint8_t byte : frame.payload()) append_hex(text, byte, 2);
   return text;
@@ -273,7 +273,7 @@ std::string candump_line(const LoggedFrame& logged) {
   const std::int64_t us = std::max<std::int64_t>(logged.time.count(), 0);
   std::snprintf(time.data(), time.size(), "(%010lld.%06lld) ", static_cast<long long>(us / 1'000'000),
                 static_cast<long long>(us % 1'000'000));
-  std::string text = time.data() + logged.interface + ' ' + candump_frame(logged.frame, logged.fd_flags);
+  std::string text = time.data() + logged.interface + ' ' + candump_frame(logged.frame);
   if (logged.direction != Direction::unstated) text += logged.direction == Direction::received ? " R" : " T";
   return text;
 }

@@ -34,14 +34,13 @@ struct LoggedFrame {
   std::chrono::microseconds time{};  ///< since 1970-01-01 UTC; not negative
   std::string interface;
   Frame frame;
-  std::uint8_t fd_flags = 0;  ///< 4 bits of an FD frame: 1 bit rate switched, 2 error state, 4 FD
   Direction direction = Direction::unstated;
 
   friend bool operator==(const LoggedFrame&, const LoggedFrame&) = default;
 };
 
 /// Only the frame, in the format of cansend: `123#11223344`.
-std::string candump_frame(const Frame& frame, std::uint8_t fd_flags = 0);
+std::string candump_frame(const Frame& frame);
 
 /// One line, without the line end.
 std::string candump_line(const LoggedFrame& logged);

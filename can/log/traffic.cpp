@@ -43,8 +43,8 @@ Traffic::Traffic(const Database& database, const Protections& configured) : data
     const Key key{message.extended, message.id};
     known_.emplace(key, &message);
     if (const auto protection = find_protection(database_, message, configured))
-      checkers_.emplace(key,
-                        E2eChecker(*protection, static_cast<std::uint8_t>(message.length), message.extended));
+      checkers_.emplace(key, E2eChecker(*protection, static_cast<std::uint8_t>(message.length),
+                                        message.extended, message.fd));
   }
 }
 
@@ -83,7 +83,7 @@ std::optional<Rejection> Traffic::check(const Key& key, const Message* message, 
   if (message == nullptr) return std::nullopt;
   if (const auto checker = checkers_.find(key); checker != checkers_.end())
     return checker->second.check(frame);
-  const bool may_be_fd = message->fd || wire_kind(message->length) == FrameKind::fd;
+  const bool may_be_fd = wire_kind(message->length, message->fd) == FrameKind::fd;
   if (frame.kind == FrameKind::remote || (frame.kind == FrameKind::fd && !may_be_fd))
     return Rejection::wrong_kind;
   if (frame.length != length_on_the_wire(*message)) return Rejection::wrong_length;

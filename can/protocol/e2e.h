@@ -1,11 +1,14 @@
-// End-to-end protection of a message: a sequence counter, and an 8-bit CRC over a data id and the payload.
+// End-to-end protection of a message: a sequence counter, and a CRC over a data id and the payload.
 //
-//   Crc = CRC-8(data id, payload bytes without the byte of the CRC)
+//   Crc = CRC(data id, payload bytes without those of the CRC)
 //
-//   | polynomial    | poly | init | xorout | check value of "123456789" |
-//   |---------------|------|------|--------|----------------------------|
-//   | SAE J1850     | 0x1D | 0xFF | 0xFF   | 0x4B                       |
-//   | 8H2F, AUTOSAR | 0x2F | 0xFF | 0xFF   | 0xDF                       |
+//   | polynomial                   | poly   | init   | xorout | check value of "123456789" |
+//   |------------------------------|--------|--------|--------|----------------------------|
+//   | SAE J1850                    | 0x1D   | 0xFF   | 0xFF   | 0x4B                       |
+//   | 8H2F, AUTOSAR                | 0x2F   | 0xFF   | 0xFF   | 0xDF                       |
+//   | CRC-16, as AUTOSAR profile 5 | 0x1021 | 0xFFFF | 0x0000 | 0x29B1                     |
+//
+// How many bit errors each of them finds in which length: docs/protocol.md, scripts/crc_distance.
 //
 // The data id is one of three:
 //
@@ -29,11 +32,13 @@
 
 namespace hystcan::can {
 
-enum class Crc8 : std::uint8_t { sae_j1850, autosar_8h2f };
-constexpr auto words(Crc8) { return std::to_array<std::string_view>({"SAE-J1850", "CRC-8H2F"}); }
+enum class Crc : std::uint8_t { sae_j1850, autosar_8h2f, crc16 };
+constexpr auto words(Crc) { return std::to_array<std::string_view>({"SAE-J1850", "CRC-8H2F", "CRC-16"}); }
+constexpr unsigned bytes_of(Crc crc) { return crc == Crc::crc16 ? 2 : 1; }
 
 std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes);
 std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes);
+std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 
 /// The bytes that the CRC covers before the payload.
 struct DataId {
@@ -45,15 +50,16 @@ constexpr auto words(DataId::Kind) {
   return std::to_array<std::string_view>({"identifier", "data_id", "payload"});
 }
 
-/// The places of counter and CRC in a message; either may be missing. The CRC is one whole byte.
+/// The places of counter and CRC in a message; either may be missing. The CRC fills bytes_of(polynomial)
+/// bytes.
 struct Protection {
   std::optional<SignalCodec> counter{};
   std::optional<SignalCodec> crc{};
-  Crc8 polynomial = Crc8::sae_j1850;
+  Crc polynomial = Crc::sae_j1850;
   DataId data_id{};
 
   /// The CRC that belongs into the frame. The message has one.
-  std::uint8_t crc_of(const Frame& frame) const;
+  std::uint16_t crc_of(const Frame& frame) const;
 };
 
 /// The key is the name of the message.
@@ -83,8 +89,9 @@ constexpr std::string_view to_string(Rejection rejection) {
 /// The receiver's side: accepts a frame, or returns why it rejects it. Each cause has its own count.
 class E2eChecker {
  public:
-  /// `length` is the length of the message. `extended`: the message has a 29-bit identifier.
-  E2eChecker(const Protection& protection, std::uint8_t length, bool extended);
+  /// `length` is the length of the message. `extended`: the message has a 29-bit identifier. `fd`: it is
+  /// CAN FD although it is no longer than 8 bytes.
+  E2eChecker(const Protection& protection, std::uint8_t length, bool extended, bool fd = false);
 
   /// Empty: the frame is accepted. The checks run in the order of `Rejection`; the first failure counts.
   std::optional<Rejection> check(const Frame& frame);

@@ -50,8 +50,9 @@ Protection protection_of(const Message& message, const MessageMap& map) {
   if (map.integrity == Integrity::counter) return protection;
   const Signal& crc = find_signal(message, map.crc);
   protection.crc.emplace(crc);
-  if (!protection.crc->is_whole_byte())
-    throw std::invalid_argument("signal " + map.crc + " of message " + message.name + " is not a whole byte");
+  if (!protection.crc->fills_bytes(bytes_of(map.polynomial)))
+    throw std::invalid_argument("signal " + map.crc + " of message " + message.name + " does not fill " +
+                                std::to_string(bytes_of(map.polynomial)) + " bytes");
   return protection;
 }
 

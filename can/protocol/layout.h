@@ -59,7 +59,7 @@ struct MessageMap {
   Integrity integrity = Integrity::counter_crc;
   std::string counter = "Counter";
   std::string crc = "Crc";
-  Crc8 polynomial = Crc8::sae_j1850;
+  Crc polynomial = Crc::sae_j1850;
   DataId data_id{};
   StateValues states{};
 
@@ -121,7 +121,8 @@ MessageMap standard_map(const std::string& prefix) {
 /// The signal of this name. Throws std::invalid_argument if the message has no such signal.
 const Signal& find_signal(const Message& message, const std::string& name);
 
-/// Throws std::invalid_argument if a signal is missing or the signal of the CRC is not a whole byte.
+/// Throws std::invalid_argument if a signal is missing or that of the CRC does not fill the bytes of the
+/// polynomial.
 Protection protection_of(const Message& message, const MessageMap& map);
 
 /// The signals of one message.
@@ -136,6 +137,8 @@ class Layout {
          const Payload& absent = {})
       : id_(message.id),
         extended_(message.extended),
+        kind_(wire_kind(message.length, message.fd)),
+        fd_flags_(message.bit_rate_switch ? fd_bit_rate_switch : std::uint8_t{0}),
         length_(static_cast<std::uint8_t>(message.length)),
         protection_(protection_of(message, map)),
         states_(map.states),
@@ -152,12 +155,17 @@ class Layout {
 
   std::uint32_t id() const { return id_; }
   bool extended() const { return extended_; }
-  std::uint8_t length() const { return length_; }
   const Protection& protection() const { return protection_; }
+  /// Of the frames of this message.
+  E2eChecker checker() const { return {protection_, length_, extended_, kind_ == FrameKind::fd}; }
 
   /// Empty if the signal cannot represent a value: a value never wraps.
   std::optional<Frame> encode(const Payload& payload) const {
-    Frame frame{.id = id_, .extended = extended_, .kind = wire_kind(length_), .length = wire_length(length_)};
+    Frame frame{.id = id_,
+                .extended = extended_,
+                .kind = kind_,
+                .length = wire_length(length_),
+                .fd_flags = fd_flags_};
     bool fits = true;
     for_each_field([&](const auto& field, const std::optional<Slot>& slot) {
       if (slot) fits = put(*slot, payload.*(field.member), frame.payload()) && fits;
@@ -231,6 +239,8 @@ class Layout {
 
   std::uint32_t id_;
   bool extended_;
+  FrameKind kind_;
+  std::uint8_t fd_flags_;
   std::uint8_t length_;
   Protection protection_;
   StateValues states_;
@@ -263,8 +273,7 @@ class Encoder {
 template <class Payload>
 class Decoder {
  public:
-  explicit Decoder(Layout<Payload> layout)
-      : layout_(std::move(layout)), checker_(layout_.protection(), layout_.length(), layout_.extended()) {}
+  explicit Decoder(Layout<Payload> layout) : layout_(std::move(layout)), checker_(layout_.checker()) {}
   explicit Decoder(const Message& message) : Decoder(Layout<Payload>(message)) {}
 
   /// Empty if the frame is rejected; checker() has the counts of all causes.

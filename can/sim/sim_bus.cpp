@@ -50,9 +50,9 @@ void SimNode::set_faults(const NodeFaults& faults) {
 }
 void SimNode::restart() { wire_->request_restart(node_); }
 
-SimBus::SimBus(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config)
-    : wire_(std::make_shared<sim::Wire>(clock, bitrate_bit_per_s, config)) {
-  if (bitrate_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more than 0");
+SimBus::SimBus(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config)
+    : wire_(std::make_shared<sim::Wire>(clock, rates, config)) {
+  if (rates.nominal_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more than 0");
   probability(config.bit_error, "bit_error");
 }
 SimBus::~SimBus() = default;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "can/bus.h"
+#include "can/frame_bits.h"
 
 namespace hystcan::can {
 
@@ -37,13 +38,6 @@ class VirtualClock final : public Scheduler {
   struct Alarm;
   std::shared_ptr<Queue> queue_;  ///< a timer may outlive the clock; it never expires then
 };
-
-/// Bits of interframe space after every frame (ISO 11898-1).
-inline constexpr unsigned interframe_bits = 3;
-
-/// Bits that `frame` occupies on the wire, from start of frame to the end of the interframe space, with the
-/// stuff bits of its content. An FD frame counts as sent without a switch of bit rate.
-unsigned frame_bits(const Frame& frame);
 
 /// Bits of an error frame and after it (ISO 11898-1). The flags of nodes that see an error at the same bit
 /// overlap. A node that sees only the flag of another node adds its own six bits to it.
@@ -108,8 +102,9 @@ class SimNode final : public Bus {
 /// A frame reaches every other node when its last bit has passed.
 ///
 /// A frame ends at the bit of an error. An error frame of 14 to 20 bits and the interframe space follow, and
-/// the frame arbitrates again. The same happens if there is no other node to acknowledge the frame. A node
-/// that goes bus-off loses its queued frames.
+/// the frame arbitrates again. An error in the data phase of an FD frame ends the phase: the error frame
+/// passes at the nominal bit rate. The same happens if there is no other node to acknowledge the frame. A
+/// node that goes bus-off loses its queued frames.
 ///
 /// The model does not contain errors in the last bit of a frame, which receivers and sender see differently.
 /// If two nodes send the same identifier at the same instant, the node that was attached first wins.
@@ -119,8 +114,8 @@ class SimBus {
   /// queue, like ENOBUFS.
   static constexpr std::size_t transmit_queue_length = 10;
 
-  /// Throws std::invalid_argument if the bit rate is 0 or a probability is not within 0..1.
-  SimBus(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config = {});
+  /// Throws std::invalid_argument if the nominal bit rate is 0 or a probability is not within 0..1.
+  SimBus(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config = {});
   ~SimBus();
 
   std::unique_ptr<SimNode> attach(TransmitOrder order = TransmitOrder::as_sent);

@@ -10,6 +10,15 @@ namespace hystcan::can::sim {
 
 // ---- Errors on the wire
 
+namespace {
+
+BitCount followed_by_error_frame(BitCount bits, unsigned flags) {
+  bits.nominal += flags + error_delimiter_bits + interframe_bits;
+  return bits;
+}
+
+}  // namespace
+
 void Disturbance::note_faults(Nodes nodes) {
   is_active_ = bit_error_ > 0.0 || std::ranges::any_of(nodes, [](const auto& node) {
                  const NodeFaults& f = node->faults;
@@ -18,20 +27,21 @@ void Disturbance::note_faults(Nodes nodes) {
 }
 
 Transmission Disturbance::draw(const Frame& frame, const Node& sender, Nodes nodes) {
-  const unsigned whole = frame_bits(frame);
+  const FrameBits whole = frame_bits(frame);
   const bool acknowledged =
       std::ranges::any_of(nodes, [&](const auto& node) { return node.get() != &sender && node->listens(); });
   // The error flag begins at the ACK delimiter. The ACK delimiter and the end of frame have eight bits.
-  const unsigned bits = whole - interframe_bits - (acknowledged ? 0 : 8);
+  const unsigned bits = whole.total() - interframe_bits - (acknowledged ? 0 : 8);
   if (is_active_) {
-    if (const auto destroyed = error_within(bits, sender, nodes)) return *destroyed;
+    if (const auto destroyed = error_within(whole, bits, sender, nodes)) return *destroyed;
   }
-  if (acknowledged) return {.end = Transmission::End::delivered, .bits = whole};
+  if (acknowledged) return {.end = Transmission::End::delivered, .bits = whole.all()};
   return {.end = Transmission::End::not_acknowledged,
-          .bits = bits + error_flag_bits + error_delimiter_bits + interframe_bits};
+          .bits = followed_by_error_frame(whole.first(bits), error_flag_bits)};
 }
 
-std::optional<Transmission> Disturbance::error_within(unsigned bits, const Node& sender, Nodes nodes) {
+std::optional<Transmission> Disturbance::error_within(const FrameBits& frame, unsigned bits,
+                                                      const Node& sender, Nodes nodes) {
   unsigned first = first_error(bit_error_, bits);
   const Node* witness = nullptr;
   const auto take = [&](const Node& node, unsigned bit) {
@@ -54,7 +64,7 @@ std::optional<Transmission> Disturbance::error_within(unsigned bits, const Node&
   const unsigned flags =
       witness == nullptr ? error_flag_bits : error_flags_max_bits - dominant_bits_before_flag();
   return Transmission{.end = Transmission::End::destroyed,
-                      .bits = first + 1 + flags + error_delimiter_bits + interframe_bits,
+                      .bits = followed_by_error_frame(frame.first(first + 1), flags),
                       .witness = witness};
 }
 
@@ -75,9 +85,10 @@ unsigned Disturbance::dominant_bits_before_flag() {
 
 // ---- The wire
 
-Wire::Wire(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config)
+Wire::Wire(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config)
     : clock_(clock),
-      bit_ns_(1e9 / bitrate_bit_per_s),
+      bit_ns_(1e9 / rates.nominal_bit_per_s),
+      data_bit_ns_(rates.data_bit_per_s == 0 ? bit_ns_ : 1e9 / rates.data_bit_per_s),
       start_(clock.now()),
       free_at_(start_),
       disturbance_(config.bit_error, config.seed),
@@ -93,8 +104,9 @@ Wire::Wire(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusCon
   note_faults();
 }
 
-Duration Wire::duration_of(unsigned bits) const {
-  return Duration{static_cast<Duration::rep>(std::llround(bits * bit_ns_))};
+Duration Wire::duration_of(const BitCount& bits) const {
+  return Duration{
+      static_cast<Duration::rep>(std::llround(bits.nominal * bit_ns_ + bits.data * data_bit_ns_))};
 }
 
 // ---- Sending
@@ -121,13 +133,17 @@ void Wire::arbitrate() {
   }
   if (contenders > 1) count_losers(*winner);
   frame_ = winner->pop();
+  if (frame_.kind == FrameKind::fd)
+    frame_.fd_flags = static_cast<std::uint8_t>((frame_.fd_flags & ~fd_error_state) |
+                                                (winner->confinement.passive() ? fd_error_state : 0));
   sender_ = winner;
   on_wire_ = true;
   count_recessive_bits();
   transmission_ = disturbance_.draw(frame_, *sender_, nodes_);
   free_at_ = now + duration_of(transmission_.bits);
   busy_ += free_at_ - now;
-  timer_->expire_at(now + duration_of(transmission_.bits - interframe_bits));
+  const auto [nominal, data] = transmission_.bits;
+  timer_->expire_at(now + duration_of({.nominal = nominal - interframe_bits, .data = data}));
 }
 
 /// All nodes with a frame to send are error-passive and pause. Another node may send before they do.
@@ -236,7 +252,7 @@ void Wire::count_error(Node& node) {
 }
 
 void Wire::suspend_if_passive(Node& node) {
-  if (node.confinement.passive()) node.suspended_until = free_at_ + duration_of(suspend_bits);
+  if (node.confinement.passive()) node.suspended_until = free_at_ + duration_of({.nominal = suspend_bits});
 }
 
 void Wire::report_state(Node& node) {
@@ -272,7 +288,8 @@ void Wire::request_restart(Node& node) {
 
 void Wire::expect_recessive(Node& node, Time since) const {
   node.recessive_since = since;
-  node.recovery_timer->expire_at(since + duration_of(node.sequences_left * recovery_sequence_bits));
+  node.recovery_timer->expire_at(since +
+                                 duration_of({.nominal = node.sequences_left * recovery_sequence_bits}));
 }
 
 /// A frame begins: counts the recessive bits up to now.

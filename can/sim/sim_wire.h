@@ -18,7 +18,7 @@ namespace hystcan::can::sim {
 struct Transmission {
   enum class End : std::uint8_t { delivered, not_acknowledged, destroyed };
   End end = End::delivered;
-  unsigned bits = 0;              ///< from start of frame to the end of the interframe space
+  BitCount bits;                  ///< from start of frame to the end of the interframe space
   const Node* witness = nullptr;  ///< the one node that saw the error first; null: all saw it at once
 };
 
@@ -43,7 +43,8 @@ class Disturbance {
   bool overruns(const Node& node) { return node.faults.overrun > 0.0 && uniform() < node.faults.overrun; }
 
  private:
-  std::optional<Transmission> error_within(unsigned bits, const Node& sender, Nodes nodes);
+  std::optional<Transmission> error_within(const FrameBits& frame, unsigned bits, const Node& sender,
+                                           Nodes nodes);
   unsigned first_error(double per_bit, unsigned none);
   unsigned dominant_bits_before_flag();
   double uniform() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
@@ -55,7 +56,7 @@ class Disturbance {
 
 class Wire : public std::enable_shared_from_this<Wire> {
  public:
-  Wire(VirtualClock& clock, std::uint32_t bitrate_bit_per_s, const SimBusConfig& config);
+  Wire(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config);
 
   Node& attach(TransmitOrder order);
   void detach(Node& node);
@@ -87,10 +88,11 @@ class Wire : public std::enable_shared_from_this<Wire> {
   void add_recessive_end();
   void come_back(Node& node);
   void remove_detached();
-  Duration duration_of(unsigned bits) const;
+  Duration duration_of(const BitCount& bits) const;
 
   VirtualClock& clock_;
-  double bit_ns_;
+  double bit_ns_;       ///< at the nominal bit rate
+  double data_bit_ns_;  ///< in the data phase of CAN FD
   Time start_;
   Time free_at_;  ///< end of the interframe space after the latest frame
   Duration busy_{};

@@ -76,7 +76,6 @@ int BusMonitor::take(const Handler& handler) {
     logged.time = std::chrono::duration_cast<std::chrono::microseconds>(batch_->stamped(i));
     logged.interface = interface_;
     logged.frame = batch_->frame(i);
-    if (logged.frame.kind == FrameKind::fd) logged.fd_flags = batch_->fd_flags(i) & 0xFU;
     report_lost(batch_->lost(), logged.time, handler);
     handler(logged);
   }
@@ -91,7 +90,7 @@ void BusMonitor::report_lost(std::uint32_t lost_of_socket, std::chrono::microsec
   if (more == 0) return;
   lost_of_socket_ = lost_of_socket;
   lost_ += more;
-  handler({time, interface_, drop_notice(more), 0, Direction::unstated});
+  handler({time, interface_, drop_notice(more), Direction::unstated});
 }
 
 // Opens a new socket, because an interface that was unplugged and plugged in again is a new one.

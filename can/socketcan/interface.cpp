@@ -142,6 +142,11 @@ void read_can_attribute(int type, Bytes value, Interface& interface) {
       interface.sample_point = timing.sample_point / 1000.0;
       return;
     }
+    case IFLA_CAN_DATA_BITTIMING: {
+      const auto timing = read_as<can_bittiming>(value);
+      if (timing.bitrate != 0) interface.data_bitrate_bit_per_s = timing.bitrate;
+      return;
+    }
     case IFLA_CAN_RESTART_MS:
       interface.restart_ms = read_as<std::uint32_t>(value);
       return;
@@ -203,22 +208,32 @@ void require_able_to_send(const std::string& name, const Interface& interface) {
 }
 
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
-                              const std::vector<std::string>& messages) {
-  if (interface.fd || messages.empty()) return;
-  throw RunError(
-      fmt::format("interface {} takes no CAN FD frames, expected one that does for {}; "
-                  "take it down and set: ip link set {} {}",
-                  name, fmt::join(messages, ", "), name,
-                  interface.bitrate_bit_per_s
-                      ? fmt::format("type can bitrate {} dbitrate {} fd on", *interface.bitrate_bit_per_s,
-                                    4 * std::uint64_t{*interface.bitrate_bit_per_s})
-                      : "mtu 72"));
+                              const std::vector<std::string>& messages, const BitRates& rates) {
+  if (messages.empty()) return;
+  const std::uint32_t wanted = rates.data_bit_per_s;
+  const auto refuse = [&](const std::string& found, const std::string& expected) {
+    const std::string settings =
+        interface.bitrate_bit_per_s
+            ? fmt::format("type can bitrate {} dbitrate {} fd on", *interface.bitrate_bit_per_s,
+                          wanted != 0 ? wanted : 4 * std::uint64_t{*interface.bitrate_bit_per_s})
+            : "mtu 72";
+    throw RunError(fmt::format("interface {} {}, expected {} for {}; take it down and set: ip link set {} {}",
+                               name, found, expected, fmt::join(messages, ", "), name, settings));
+  };
+  if (!interface.fd) refuse("takes no CAN FD frames", "one that does");
+  if (!interface.bitrate_bit_per_s || wanted == 0 || interface.data_bitrate_bit_per_s == wanted) return;
+  refuse(interface.data_bitrate_bit_per_s
+             ? fmt::format("has a data bit rate of {} bit/s", *interface.data_bitrate_bit_per_s)
+             : "has no data bit rate",
+         fmt::format("{} bit/s", wanted));
 }
 
 Refusal refusal_of(const Interface& now, const Interface& before) {
   if (now.listen_only && !before.listen_only) return Refusal::listen_only;
   if (now.bitrate_bit_per_s != before.bitrate_bit_per_s) return Refusal::other_bit_rate;
-  return before.fd && !now.fd ? Refusal::no_fd : Refusal::none;
+  if (before.fd && !now.fd) return Refusal::no_fd;
+  return now.data_bitrate_bit_per_s != before.data_bitrate_bit_per_s ? Refusal::other_bit_rate
+                                                                     : Refusal::none;
 }
 
 std::string describe(const std::string& name, const Interface& interface) {
@@ -232,7 +247,10 @@ std::string describe(const std::string& name, const Interface& interface) {
   if (interface.one_shot) text += "one-shot, ";
   if (interface.loopback) text += "loopback, ";
   if (interface.listen_only) text += "listen-only, ";
-  if (interface.fd) text += "FD, ";
+  if (interface.fd)
+    text += interface.data_bitrate_bit_per_s ? fmt::format("FD with {:g} kbit/s in the data phase, ",
+                                                           *interface.data_bitrate_bit_per_s / 1000.0)
+                                             : "FD, ";
   if (interface.bus_state && *interface.bus_state != BusState::active)
     text += fmt::format("{}, ", to_string(*interface.bus_state));
   return text + fmt::format("qdisc {}, {} frames",

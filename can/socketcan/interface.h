@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "can/bus.h"
+#include "can/frame_bits.h"
 
 namespace hystcan::can {
 
@@ -21,7 +22,8 @@ struct Interface {
   std::string kind;                   ///< "vcan", "vxcan", "can"; empty if the driver states none
   std::optional<BusState> bus_state;  ///< state of the CAN controller
   std::optional<std::uint32_t> bitrate_bit_per_s;
-  std::optional<double> sample_point;       ///< share of the bit time
+  std::optional<std::uint32_t> data_bitrate_bit_per_s;  ///< of the data phase of CAN FD
+  std::optional<double> sample_point;                   ///< share of the bit time
   std::optional<std::uint32_t> restart_ms;  ///< time from bus-off to restart; 0: no automatic restart
   bool listen_only = false;
   bool loopback = false;
@@ -42,10 +44,10 @@ Interface require_can_interface(const std::string& name);
 /// Throws RunError, with the remedy, if the interface is listen-only.
 void require_able_to_send(const std::string& name, const Interface& interface);
 
-/// Throws RunError, with the remedy, if the interface takes no CAN FD frames and `messages`, names of
-/// the DBC that need CAN FD, is not empty.
+/// Throws RunError, with the remedy, if `messages`, names of the DBC that need CAN FD, is not empty and the
+/// interface takes no CAN FD frames or has another data bit rate than the configured one.
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
-                              const std::vector<std::string>& messages);
+                              const std::vector<std::string>& messages, const BitRates& rates);
 
 /// Why an interface is not used any more that was `before` at the start.
 Refusal refusal_of(const Interface& now, const Interface& before);

@@ -84,7 +84,7 @@ int open_raw_socket(const std::string& interface, std::span<const Filter> filter
 
 void receive_own_frames(int socket) { set_option(socket, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, 1); }
 
-int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags) {
+int write_frame(int socket, const Frame& frame) {
   const bool fd = frame.kind == FrameKind::fd;
   const bool remote = frame.kind == FrameKind::remote;
   if (frame.kind == FrameKind::error || frame.length > (fd ? CANFD_MAX_DLEN : CAN_MAX_DLEN)) return EINVAL;
@@ -92,7 +92,7 @@ int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags) {
   canfd_frame raw{};
   raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0U) | (remote ? CAN_RTR_FLAG : 0U);
   raw.len = frame.length;
-  if (fd) raw.flags = fd_flags;
+  if (fd) raw.flags = frame.fd_flags;
   if (!remote) std::copy_n(frame.data.begin(), frame.length, raw.data);
   return ::write(socket, &raw, fd ? CANFD_MTU : CAN_MTU) < 0 ? errno : 0;
 }
@@ -147,6 +147,7 @@ Frame ReceiveBatch::frame(std::size_t index) const {
   frame.id = raw.can_id & (frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK);
   if (headers_[index].msg_len == CANFD_MTU) {
     frame.kind = FrameKind::fd;
+    frame.fd_flags = raw.flags & 0xFU;
   } else if ((raw.can_id & CAN_RTR_FLAG) != 0) {
     frame.kind = FrameKind::remote;
   }

@@ -28,8 +28,8 @@ int open_raw_socket(const std::string& interface, std::span<const Filter> filter
 /// The socket also receives the echo of its own frames, as far as its filters pass them.
 void receive_own_frames(int socket);
 
-/// Returns 0, or the errno with which the kernel refused the frame. Only an FD frame has `fd_flags`.
-int write_frame(int socket, const Frame& frame, std::uint8_t fd_flags = 0);
+/// Returns 0, or the errno with which the kernel refused the frame.
+int write_frame(int socket, const Frame& frame);
 
 /// The frames of one system call.
 class ReceiveBatch {
@@ -48,7 +48,6 @@ class ReceiveBatch {
   Time received(std::size_t index) const { return received_[index]; }
   /// The kernel's unchanged stamp, the time since 1970-01-01 UTC.
   Duration stamped(std::size_t index) const { return stamped_[index]; }
-  std::uint8_t fd_flags(std::size_t index) const { return frames_[index].flags; }
   /// The echo of a frame that this socket has sent.
   bool is_own(std::size_t index) const { return (headers_[index].msg_hdr.msg_flags & MSG_CONFIRM) != 0; }
   /// The number of frames that the kernel has dropped on this socket since it was opened.

@@ -19,7 +19,7 @@ class Chain {
       : sources_(sources),
         last_(last),
         timing_(timing),
-        bit_((1'000'000'000 + timing.bitrate_bit_per_s - 1) / timing.bitrate_bit_per_s),
+        bit_(transmission_time({.nominal = 1}, timing.rates)),
         limit_((cycles_max + 1) * timing.cycle) {
     for (const ChainSource& source : sources) {
       const bool shares_queue = last.role == ChainRole::command && source.role == ChainRole::command;
@@ -144,9 +144,7 @@ class Chain {
     return last_.role == ChainRole::sample && source.role == ChainRole::command && source.axis == last_.axis;
   }
 
-  Duration cost(const ChainSource& source) const {
-    return worst_transmission(source.frame, timing_.bitrate_bit_per_s);
-  }
+  Duration cost(const ChainSource& source) const { return worst_transmission(source.frame, timing_.rates); }
 
   /// n_k(window). Empty: unbounded.
   std::optional<std::int64_t> instances(const ChainSource& source, Duration window) const {
@@ -178,11 +176,11 @@ void set_jitter(std::span<ChainSource> sources, Duration sync_response, Duration
 }
 
 /// Computes the responses of the frames that are no links (Davis, Burns, Bril, Lukkien). True: one changed.
-bool respond_to_jitter(std::span<ChainSource> sources, std::uint32_t bitrate_bit_per_s) {
+bool respond_to_jitter(std::span<ChainSource> sources, const BitRates& rates) {
   std::vector<PeriodicFrame> frames;
   frames.reserve(sources.size());
   for (const ChainSource& source : sources) frames.push_back(source.frame);
-  const Schedule schedule = analyse(frames, bitrate_bit_per_s);
+  const Schedule schedule = analyse(frames, rates);
   bool changed = false;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     if (is_link(sources[i].role)) continue;
@@ -210,11 +208,11 @@ void respond(std::span<ChainSource> sources, const ChainTiming& timing) {
       bounded = bounded && source.response;
     }
     if (!bounded) {
-      respond_to_jitter(sources, timing.bitrate_bit_per_s);
+      respond_to_jitter(sources, timing.rates);
       return;
     }
     set_jitter(sources, *sync->response, timing.turnaround);
-    if (!respond_to_jitter(sources, timing.bitrate_bit_per_s)) return;
+    if (!respond_to_jitter(sources, timing.rates)) return;
   }
   for (ChainSource& source : sources)
     if (is_link(source.role)) source.response.reset();

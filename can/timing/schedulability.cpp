@@ -7,16 +7,12 @@
 namespace hystcan::can {
 namespace {
 
-constexpr std::int64_t error_frame_bits = 31;
+constexpr unsigned error_frame_bits = 31;
 
 /// A longer busy period counts as endless; it needs a load within 1e-6 of 1.
 constexpr Duration endless = std::chrono::hours(1);
 
 std::int64_t divide_up(std::int64_t value, std::int64_t by) { return (value + by - 1) / by; }
-
-Duration bits_last(std::int64_t count, std::int64_t bitrate_bit_per_s) {
-  return Duration{divide_up(count * 1'000'000'000, bitrate_bit_per_s)};
-}
 
 void check(std::span<const PeriodicFrame> frames) {
   for (const PeriodicFrame& frame : frames) {
@@ -36,12 +32,12 @@ void check(std::span<const PeriodicFrame> frames) {
 
 class Analysis {
  public:
-  Analysis(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,
+  Analysis(std::span<const PeriodicFrame> frames, const BitRates& rates,
            std::optional<Duration> error_interval)
-      : frames_(frames), bitrate_(bitrate_bit_per_s), error_interval_(error_interval) {}
+      : frames_(frames), rates_(rates), error_interval_(error_interval) {}
 
-  Duration bits(std::int64_t count) const { return bits_last(count, bitrate_); }
-  Duration transmission(const PeriodicFrame& frame) const { return worst_transmission(frame, bitrate_); }
+  Duration bits(unsigned count) const { return transmission_time({.nominal = count}, rates_); }
+  Duration transmission(const PeriodicFrame& frame) const { return worst_transmission(frame, rates_); }
   double load_of(const PeriodicFrame& frame) const {
     return seconds(transmission(frame)) / seconds(frame.period);
   }
@@ -123,7 +119,7 @@ class Analysis {
   }
 
   std::span<const PeriodicFrame> frames_;
-  std::uint32_t bitrate_;
+  BitRates rates_;
   std::optional<Duration> error_interval_;
   const PeriodicFrame* own_ = nullptr;
   Duration cost_{};
@@ -138,28 +134,32 @@ bool Schedule::schedulable() const {
   return std::ranges::all_of(frames, [](const FrameResponse& frame) { return frame.schedulable; });
 }
 
-unsigned worst_frame_bits(unsigned bytes, bool extended) {
-  constexpr unsigned tail = 13;  // bits from the CRC delimiter to the end of the interframe space
-  if (bytes <= 8) {
-    const unsigned stuffed = (extended ? 54 : 34) + 8 * bytes;
-    return stuffed + tail + (stuffed - 1) / 4;
+BitCount worst_frame_bits(const PeriodicFrame& frame) {
+  if (wire_kind(frame.bytes, frame.fd) == FrameKind::data) {
+    constexpr unsigned tail = 13;  // bits from the CRC delimiter to the end of the interframe space
+    const unsigned stuffed = (frame.extended ? 54 : 34) + 8 * frame.bytes;
+    return {.nominal = stuffed + tail + (stuffed - 1) / 4};
   }
-  const unsigned stuffed = (extended ? 41 : 22) + 8 * bytes;
-  const unsigned check = bytes <= 16 ? 27 : 32;  // stuff count, CRC 17 or 21, fixed stuff bits
-  return stuffed + check + tail + (stuffed - 1) / 4;
+  // The stuff bits before BRS are at most 3, or 7 if extended. `res` and BRS differ, so that the run before
+  // the first data bit is at most the 6 bits of the header from BRS on; the last data bit takes no stuff bit.
+  const unsigned nominal = (frame.extended ? 36 + 7 : 17 + 3) + 12;
+  const unsigned check = frame.bytes <= 16 ? 27 : 32;  // stuff count, CRC 17 or 21, fixed stuff bits
+  const unsigned data = 5 + 8 * frame.bytes + (8 * frame.bytes + 4) / 4 + check + 1;
+  if (!frame.bit_rate_switch) return {.nominal = nominal + data};
+  return {.nominal = nominal, .data = data};
 }
 
-Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bit_per_s) {
-  return bits_last(worst_frame_bits(frame.bytes, frame.extended), bitrate_bit_per_s);
+Duration worst_transmission(const PeriodicFrame& frame, const BitRates& rates) {
+  return transmission_time(worst_frame_bits(frame), rates);
 }
 
-Schedule analyse(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,
+Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
                  std::optional<Duration> error_interval) {
-  if (bitrate_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more than 0");
+  if (rates.nominal_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more than 0");
   if (error_interval && *error_interval <= Duration::zero())
     throw std::invalid_argument("error interval expected to be above 0");
   check(frames);
-  Analysis analysis(frames, bitrate_bit_per_s, error_interval);
+  Analysis analysis(frames, rates, error_interval);
   Schedule schedule;
   schedule.frames.reserve(frames.size());
   for (const PeriodicFrame& frame : frames) {

@@ -7,7 +7,8 @@
 //   hp, lp       the frames of higher and of lower priority
 //   g            34, or 54 if the identifier is extended
 //
-//   C    = (g + 8 s + 13 + floor((g + 8 s - 1) / 4)) tau_bit
+//   C    = (g + 8 s + 13 + floor((g + 8 s - 1) / 4)) tau_bit        a classical frame
+//   C    = (32 or 55) tau_bit + (10 s + 34 or 39) tau_data            CAN FD; 55 if extended, 39 if s > 16
 //   B    = max of C over lp
 //   t    = B + sum over hp and m:  ceil((t + J_k) / T_k) C_k                     the busy period
 //   Q    = ceil((t + J) / T)
@@ -32,7 +33,7 @@
 #include <string>
 #include <vector>
 
-#include "can/frame.h"
+#include "can/frame_bits.h"
 #include "can/scheduler.h"
 
 namespace hystcan::can {
@@ -45,6 +46,8 @@ struct PeriodicFrame {
   Duration period{};  ///< for a sporadic frame the least time between two frames
   Duration jitter{};  ///< the longest time from the start of its period until it is queued
   Duration deadline{};
+  bool fd = false;
+  bool bit_rate_switch = false;  ///< of an FD frame, with a data phase at the data bit rate
 };
 
 struct FrameResponse {
@@ -64,16 +67,16 @@ struct Schedule {
 };
 
 /// Bits of the longest frame with so many bytes, interframe space included: 135 for 8 bytes, 160 if extended.
-/// More than 8 bytes are an FD frame, which counts as sent without a switch of bit rate.
-unsigned worst_frame_bits(unsigned bytes, bool extended);
+/// For CAN FD it is at most two data bits more than the longest frame with that identifier type.
+BitCount worst_frame_bits(const PeriodicFrame& frame);
 
-/// C. `bitrate_bit_per_s` is above 0.
-Duration worst_transmission(const PeriodicFrame& frame, std::uint32_t bitrate_bit_per_s);
+/// C. The nominal bit rate is above 0.
+Duration worst_transmission(const PeriodicFrame& frame, const BitRates& rates);
 
 /// `error_interval` is the least time between two errors on the bus; empty: no errors. Throws
 /// std::invalid_argument for a bit rate of 0, more than 64 bytes, a period not above 0, a negative jitter,
 /// two frames with the same identifier, and an error interval not above 0.
-Schedule analyse(std::span<const PeriodicFrame> frames, std::uint32_t bitrate_bit_per_s,
+Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
                  std::optional<Duration> error_interval = std::nullopt);
 
 // The worst-case response time of the chain of a cycle: SYNC, then sample, then command.
@@ -128,7 +131,7 @@ struct ChainSource {
 };
 
 struct ChainTiming {
-  std::uint32_t bitrate_bit_per_s = 1'000'000;
+  BitRates rates;
   Duration cycle{};
   Duration turnaround{};
 };

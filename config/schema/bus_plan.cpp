@@ -41,7 +41,9 @@ PeriodicFrame of_message(const can::Message& message, Duration period) {
           .bytes = can::wire_length(static_cast<std::uint8_t>(message.length)),
           .period = period,
           .jitter = {},
-          .deadline = period};
+          .deadline = period,
+          .fd = message.fd,
+          .bit_rate_switch = message.bit_rate_switch};
 }
 
 /// The shortest line of the axis's scans; a whole heartbeat period where there is none.
@@ -137,8 +139,8 @@ std::vector<PeriodicFrame> frames_of(const std::vector<can::ChainSource>& source
   return frames;
 }
 
-PlannedFrame planned(const can::ChainSource& source, std::uint32_t bitrate) {
-  PlannedFrame planned{source.frame, can::worst_transmission(source.frame, bitrate), source.response,
+PlannedFrame planned(const can::ChainSource& source, const can::BitRates& rates) {
+  PlannedFrame planned{source.frame, can::worst_transmission(source.frame, rates), source.response,
                        source.frame.deadline};
   if (!is_link(source.role) && planned.response) *planned.response -= source.frame.jitter;
   return planned;
@@ -166,17 +168,16 @@ double fastest_rate_Hz(Config config) {
 }  // namespace
 
 BusPlan plan_bus(const Config& config) {
-  const std::uint32_t bitrate = config.bus.bitrate_bit_per_s;
+  const can::BitRates rates = config.bus.rates();
   BusPlan plan;
   plan.cycle = cycle_of(config);
   plan.last_command = Duration::zero();
   std::vector<can::ChainSource> sources = sources_of(config);
-  can::respond(sources,
-               {.bitrate_bit_per_s = bitrate, .cycle = plan.cycle, .turnaround = config.bus.turnaround});
+  can::respond(sources, {.rates = rates, .cycle = plan.cycle, .turnaround = config.bus.turnaround});
 
   plan.frames.reserve(sources.size());
   for (const can::ChainSource& source : sources) {
-    plan.frames.push_back(planned(source, bitrate));
+    plan.frames.push_back(planned(source, rates));
     PlannedFrame& frame = plan.frames.back();
     if (source.role != can::ChainRole::command) continue;
     frame.deadline = plan.cycle + frame.transmission;
@@ -186,11 +187,11 @@ BusPlan plan_bus(const Config& config) {
   }
 
   std::vector<PeriodicFrame> all = frames_of(sources);
-  plan.load = can::analyse(all, bitrate).load;
+  plan.load = can::analyse(all, rates).load;
   const std::vector<PeriodicFrame> emergencies = emergencies_of(config);
   all.insert(all.end(), emergencies.begin(), emergencies.end());
   plan.emergencies.reserve(emergencies.size());
-  const can::Schedule with_emergencies = can::analyse(all, bitrate);
+  const can::Schedule with_emergencies = can::analyse(all, rates);
   for (std::size_t i = sources.size(); i < all.size(); ++i) {
     const can::FrameResponse& answer = with_emergencies.frames[i];
     plan.emergencies.push_back({all[i], answer.transmission, answer.response, all[i].deadline});

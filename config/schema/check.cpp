@@ -233,6 +233,15 @@ void check_interface_name(const Document& document, const std::string& name) {
                      fmt::format("interface is \"{}\", expected {}", name, can::expected_interface_name));
 }
 
+void check_bit_rates(const Document& document, const BusConfig& bus) {
+  if (bus.data_bitrate_bit_per_s == 0 || bus.data_bitrate_bit_per_s >= bus.bitrate_bit_per_s) return;
+  document.fail_at(
+      "bus.data_bitrate_bit_per_s",
+      fmt::format("data_bitrate_bit_per_s is {}, expected at least bitrate_bit_per_s, {}, or 0 for a "
+                  "bus without bit-rate switch",
+                  bus.data_bitrate_bit_per_s, bus.bitrate_bit_per_s));
+}
+
 void check_faults(const Document& document, const Config& config) {
   const std::vector<twin::FaultSpec>& faults = config.twin.faults;
   for (std::size_t i = 0; i < faults.size(); ++i) {
@@ -259,6 +268,7 @@ void check_faults(const Document& document, const Config& config) {
 
 void check_agreement(const Document& document, const Config& config) {
   check_interface_name(document, config.bus.interface);
+  check_bit_rates(document, config.bus);
   check_names(document, config);
   check_cpus(document, config.controller);
   check_nodes(document, config);

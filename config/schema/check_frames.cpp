@@ -102,14 +102,18 @@ class FrameCheck {
     if (map_.integrity != can::Integrity::counter_crc) return;
     std::vector<std::uint8_t> bits(message_->length);
     can::SignalCodec(*message_->find(map_.crc)).pack_raw(-1, bits);
-    const bool whole = std::ranges::count(bits, std::uint8_t{0xFF}) == 1 &&
-                       std::ranges::count(bits, std::uint8_t{0}) + 1 == message_->length;
+    const unsigned count = can::bytes_of(map_.polynomial);
+    const bool whole = std::ranges::count(bits, std::uint8_t{0xFF}) == count &&
+                       std::ranges::count(bits, std::uint8_t{0}) + count == message_->length;
     if (!is_own() && (!whole || bits.back() != 0xFF))
       fail("crc", fmt::format("signal {} of message {} is not its last byte", map_.crc, message_->name),
            "the CRC there");
     if (!whole)
-      fail("crc", fmt::format("signal {} of message {} is not a whole byte", map_.crc, message_->name),
-           "8 bits that fill a byte");
+      fail("crc",
+           fmt::format("signal {} of message {} is not {}", map_.crc, message_->name,
+                       count == 1 ? "a whole byte" : "two whole bytes"),
+           fmt::format("{} bits that fill {}, for {}", 8 * count, count == 1 ? "a byte" : "two bytes",
+                       can::words(map_.polynomial)[static_cast<std::size_t>(map_.polynomial)]));
   }
 
   void check_standard_id(std::uint32_t id) const {

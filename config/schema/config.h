@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "can/dbc/database.h"
+#include "can/frame_bits.h"
 #include "config/document/setting.h"
 #include "controller/controller.h"
 #include "twin/twin.h"
@@ -24,10 +25,13 @@ namespace hystcan::config {
 struct BusConfig {
   std::string interface = "vcan0";
   std::uint32_t bitrate_bit_per_s = 1'000'000;
+  std::uint32_t data_bitrate_bit_per_s = 0;  ///< of the data phase of CAN FD; 0: no bit-rate switch
   std::filesystem::path dbc;
   /// Sum of two times: from receiving a SYNC to queueing the sample (sensor), and from receiving the sample
   /// to queueing the command (controller).
   can::Duration turnaround{std::chrono::microseconds(50)};
+
+  can::BitRates rates() const { return {bitrate_bit_per_s, data_bitrate_bit_per_s}; }
 };
 
 /// One axis as both sides of the wire see it.

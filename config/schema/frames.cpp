@@ -78,12 +78,17 @@ std::vector<std::string> losses(const can::AxisWire& axis) {
   return lines;
 }
 
+std::vector<const can::Message*> messages_of(const can::AxisWire& axis, const can::Database& database) {
+  std::vector<const can::Message*> messages;
+  for (const can::MessageMap& map : maps_of(axis, database))
+    messages.push_back(&can::find_message(database, map));
+  return messages;
+}
+
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database) {
   std::vector<std::string> names;
-  for (const can::MessageMap& map : maps_of(axis, database)) {
-    const can::Message& message = can::find_message(database, map);
-    if (can::wire_kind(message.length) == can::FrameKind::fd) names.push_back(message.name);
-  }
+  for (const can::Message* message : messages_of(axis, database))
+    if (can::wire_kind(message->length, message->fd) == can::FrameKind::fd) names.push_back(message->name);
   return names;
 }
 

@@ -19,7 +19,10 @@ bool reports_state(const can::AxisWire& axis);
 /// The functions that the controller lacks, one sentence each; empty for the standard frames.
 std::vector<std::string> losses(const can::AxisWire& axis);
 
-/// The axis's messages that only CAN FD can carry.
+/// The axis's messages, standard or the lab's own, which the database has.
+std::vector<const can::Message*> messages_of(const can::AxisWire& axis, const can::Database& database);
+
+/// Those of them that are CAN FD.
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database);
 
 /// The protection (counter, CRC) of the axis's messages, standard or the lab's own.

@@ -216,6 +216,8 @@ Config as_written(const Document& document) {
 Config load(const Document& document, const ModelFile& model_file) {
   Config config = read_config(document);
   config.database = can::load_dbc(named_file(document, "bus.dbc", config.bus.dbc));
+  if (config.bus.data_bitrate_bit_per_s == 0)
+    for (can::Message& message : config.database.messages) message.bit_rate_switch = false;
   resolve_couplings(document, config);
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     AxisConfig& axis = config.axes[i];

@@ -17,6 +17,10 @@ void visit(V& v, BusConfig& bus) {
              {"CAN interface of `controller` and `twin`; `--interface` overrides it"});
   v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000},
              {"bit rate of the simulated bus and of the check below"});
+  v.optional(
+      "data_bitrate_bit_per_s", bus.data_bitrate_bit_per_s, {.lo = 0, .hi = 8'000'000},
+      {"bit rate of the data phase of CAN FD, on the interface and on the simulated bus; 0: frames of CAN "
+       "FD do not switch the bit rate"});
   v.required("dbc", bus.dbc, any, {"the CAN database"});
   v.optional("turnaround_us", bus.turnaround, not_negative,
              {"reaction time of sensor and controller together, for the check below"});
@@ -293,7 +297,7 @@ void visit_control(V& v, AxisConfig& axis) {
 
 template <class V>
 void visit_crc(V& v, can::MessageMap& map) {
-  v.required("crc", map.crc, any, {"name of its signal, which is a whole byte; only with a CRC"});
+  v.required("crc", map.crc, any, {"name of its signal, a whole byte, or two for `CRC-16`; only with a CRC"});
   v.choice("polynomial", map.polynomial, {"of the CRC"});
   v.choice("crc_covers", map.data_id.kind,
            {"what precedes the payload: `identifier`, `data_id`, or nothing: `payload`"});

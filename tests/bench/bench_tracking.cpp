@@ -48,7 +48,7 @@ rehearsal::Setup setup_of(const config::Config& config) {
   return {.controller = controller_config(config),
           .twin = twin_config(config),
           .database = config.database,
-          .bitrate_bit_per_s = config.bus.bitrate_bit_per_s};
+          .rates = config.bus.rates()};
 }
 
 Shape triangle_of(const Case& of, double frequency_Hz, const controller::Delays& delays) {

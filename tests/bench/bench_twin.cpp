@@ -61,7 +61,7 @@ void add_noise(twin::Twin& twin) {
 /// Virtual seconds per second of processor time; 0 if samples are missing.
 double speed(const rehearsal::Setup& setup, bool noisy) {
   can::VirtualClock clock;
-  can::SimBus bus(clock, setup.bitrate_bit_per_s);
+  can::SimBus bus(clock, setup.rates);
   twin::Twin twin(setup.twin, setup.database, clock,
                   [&](auto) { return bus.attach(can::TransmitOrder::by_priority); });
   if (noisy) add_noise(twin);
@@ -112,7 +112,7 @@ void print(const char* name, const rehearsal::Setup& setup, bool noisy) {
 int main() {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   rehearsal::Setup shipped = bench::many_axes(config, axes);
-  shipped.bitrate_bit_per_s = 16'000'000;  // 9 Mbit/s are needed, which no single bus has
+  shipped.rates.nominal_bit_per_s = 16'000'000;  // 9 Mbit/s are needed, which no single bus has
   std::printf("the twin alone, %zu axes at %.0f Hz\n", axes, 1.0 / can::seconds(cycle));
   print("shipped", shipped, false);
   print("everything", with_everything(shipped), true);

@@ -42,7 +42,7 @@ inline rehearsal::Setup many_axes(const config::Config& config, std::size_t axes
   rehearsal::Setup setup{.controller = controller_config(config),
                          .twin = twin_config(config),
                          .database = can::parse_dbc(database_text(axes), "axes"),
-                         .bitrate_bit_per_s = static_cast<std::uint32_t>(1'000'000 * axes)};
+                         .rates = {.nominal_bit_per_s = static_cast<std::uint32_t>(1'000'000 * axes)}};
   const controller::WiredAxisConfig control = setup.controller.axes.front();
   const twin::WiredAxisConfig twin = setup.twin.axes.front();
   setup.controller.axes.assign(axes, control);

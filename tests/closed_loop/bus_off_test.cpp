@@ -53,7 +53,7 @@ struct ControllerOffTheBus : testing::Test {
 
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   can::VirtualClock clock;
-  can::SimBus bus{clock, 1'000'000};
+  can::SimBus bus{clock, {1'000'000}};
   twin::Twin twin{twin_config(config), config.database, clock, [this](auto) { return bus.attach(); }};
   support::HookedConnection* connection = nullptr;
   int nmt_frames = 0;  ///< of the controller

@@ -225,7 +225,7 @@ class Watched {
       if (!watching_) return;
       const Time sync = sync_answered_by(frame);
       keep(name, passed - sync);
-      last_command_ = std::max(last_command_, passed - bits_last(can::frame_bits(frame)) - sync);
+      last_command_ = std::max(last_command_, passed - bits_last(can::frame_bits(frame).total()) - sync);
     } else {
       keep(name, passed - sync_of_this_cycle(end));  // sample or status
     }

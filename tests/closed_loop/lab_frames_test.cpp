@@ -69,6 +69,42 @@ TEST(LabFrames, AreSentAsCanFdWhenTheirMessageIsLongerThanEightBytes) {
   EXPECT_GT(fd_frames, 3000u) << "a command and a sample in each cycle after the start";
 }
 
+/// AmpSet and SensPos of 18 bytes are 20 on the wire: 266 bits each at 1 Mbit/s, or 32 and 234 / 5.
+TEST(LabFrames, TakeLessTimeOnTheBusWithBitRateSwitch) {
+  double load[2] = {};
+  for (const bool switches : {false, true}) {
+    rehearsal::Setup setup = shipped("lab_amplifier.toml");
+    setup.rates.data_bit_per_s = 5'000'000;
+    for (can::Message& message : setup.database.messages) {
+      if (message.name != "AmpSet" && message.name != "SensPos") continue;
+      message.length = 18;
+      message.bit_rate_switch = switches;
+    }
+    rehearsal::Rehearsal rehearsal(setup, ignore);
+    rehearsal.start();
+    rehearsal.run_for(std::chrono::seconds(1));
+    EXPECT_EQ(rehearsal.controller().axis(0).state(), AxisState::tracking);
+    load[switches ? 1 : 0] = rehearsal.bus().load();
+  }
+  EXPECT_LT(load[1], 0.45 * load[0]);
+}
+
+TEST(LabFrames, AreSentAsCanFdWhenVFrameFormatSaysSoHoweverShort) {
+  rehearsal::Setup setup = shipped("lab_amplifier.toml");
+  for (can::Message& message : setup.database.messages) message.fd = message.bit_rate_switch = true;
+  rehearsal::Rehearsal rehearsal(setup, ignore);
+  bool all_switch = true;
+  const auto listener = rehearsal.attach()({});
+  listener->on_frame([&](const can::Frame& frame, can::Time) {
+    const bool is_ours = frame.extended;
+    all_switch &= !is_ours || (frame.kind == can::FrameKind::fd && frame.fd_flags == can::fd_bit_rate_switch);
+  });
+  rehearsal.start();
+  rehearsal.run_for(std::chrono::seconds(1));
+  EXPECT_EQ(rehearsal.controller().axis(0).state(), AxisState::tracking);
+  EXPECT_TRUE(all_switch);
+}
+
 TEST(LabFrames, FaultTheAxisWhenTheAmplifierReportsAFaultInThem) {
   rehearsal::Setup setup = shipped("lab_amplifier.toml");
   rehearsal::Rehearsal rehearsal(setup, ignore);

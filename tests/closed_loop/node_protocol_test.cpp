@@ -267,7 +267,7 @@ class WrongSyncCounter : public testing::TestWithParam<int> {
   const controller::Axis& axis() const { return controller_.axis(0); }
 
   can::VirtualClock clock_;
-  can::SimBus bus_{clock_, 1'000'000};
+  can::SimBus bus_{clock_, {1'000'000}};
   const rehearsal::Setup setup_ = one_axis();
   bool fails_ = false;
   std::vector<std::string> events_;
@@ -359,7 +359,7 @@ class HangingScheduler final : public can::Scheduler {
 TEST(ControllerHeartbeat, StopsWhenTheControlLoopHangs) {
   const rehearsal::Setup setup = one_axis();
   can::VirtualClock clock;
-  can::SimBus bus(clock, 1'000'000);
+  can::SimBus bus(clock, {1'000'000});
   const can::Attach attach = [&](auto) { return bus.attach(); };
   HangingScheduler scheduler(clock);
   controller::Controller controller(setup.controller, setup.database, scheduler, attach, [](const auto&) {});

@@ -63,7 +63,7 @@ class CycleTimingTest : public testing::Test {
 
   config::Config config_;
   can::VirtualClock clock_;
-  can::SimBus bus_{clock_, 1'000'000};
+  can::SimBus bus_{clock_, {1'000'000}};
   Oversleeper sleeper_{clock_};
   std::vector<CycleRecord> records_;
   std::optional<twin::Twin> twin_;

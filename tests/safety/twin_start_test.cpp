@@ -52,7 +52,7 @@ class StartSequence {
 
  private:
   can::VirtualClock clock_;
-  can::SimBus bus_{clock_, shipped().bus.bitrate_bit_per_s};
+  can::SimBus bus_{clock_, shipped().bus.rates()};
   controller::Controller controller_{
       controller_config(shipped()), shipped().database, clock_,
       [this](std::span<const can::Filter>) { return bus_.attach(); },

@@ -122,7 +122,7 @@ class FaultRig {
   config::Config config_;
   std::array<bool, trouble_count> on_{};
   can::VirtualClock clock_;
-  can::SimBus bus_{clock_, 1'000'000};
+  can::SimBus bus_{clock_, {1'000'000}};
   Oversleeper sleeper_{clock_};
   std::optional<WireMonitor> monitor_;
   std::unique_ptr<can::Bus> monitor_bus_;

@@ -59,7 +59,7 @@ class AmplifierOnBus : public testing::Test, protected TwinBench {
 
 TEST(AmplifierFilters, AreNmtSyncItsOwnHeartbeatItsObjectsAndItsCommand) {
   can::VirtualClock clock;
-  can::SimBus bus(clock, 1'000'000);
+  can::SimBus bus(clock, {1'000'000});
   std::vector<std::vector<std::uint32_t>> attached;
   const can::Database database = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   const Twin twin(one_axis(), database, clock, [&](std::span<const can::Filter> filters) {

@@ -68,7 +68,7 @@ class Connection : public testing::Test {
   }
 
   can::VirtualClock clock_;
-  can::SimBus bus_{clock_, 1'000'000};
+  can::SimBus bus_{clock_, {1'000'000}};
   std::unique_ptr<can::Bus> far_end_ = bus_.attach();
   FaultyConnection connection_{
       bus_.attach(),
@@ -249,7 +249,7 @@ struct TwinRun {
   void run_for(can::Duration time) { clock.run_until(clock.now() + time); }
 
   can::VirtualClock clock;
-  can::SimBus bus{clock, 1'000'000};
+  can::SimBus bus{clock, {1'000'000}};
   std::unique_ptr<can::Bus> other_node = bus.attach();
   Twin twin;
   std::vector<ReportedEvent> reported;

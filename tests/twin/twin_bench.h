@@ -79,7 +79,7 @@ class TwinBench {
   }
 
   can::VirtualClock clock_;
-  can::SimBus bus_{clock_, 1'000'000};
+  can::SimBus bus_{clock_, {1'000'000}};
   can::Database database_ = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   std::unique_ptr<can::Bus> tester_ = bus_.attach();
   can::Encoder<can::AmpCommand> encode_command_{without_limits(*database_.find("XAmpCommand"))};

@@ -49,7 +49,7 @@ class TwinCommandHandlerTest : public testing::Test {
 
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   can::VirtualClock clock;
-  can::SimBus bus{clock, 1'000'000};
+  can::SimBus bus{clock, {}};
   std::unique_ptr<can::Bus> second_node = bus.attach();  // acknowledges the frames of the twin
   twin::Twin twin{twin_config(config), config.database, clock, [this](auto) { return bus.attach(); }};
   bool stopped = false;

@@ -39,6 +39,27 @@ TEST(DbcAttributes, OfEveryKindAreRead) {
   EXPECT_EQ(parse_dbc(lab, "lab.dbc").warnings, std::vector<std::string>{});
 }
 
+TEST(DbcAttributes, SayWhichFdMessagesSwitchTheBitRate) {
+  constexpr const char* text = R"(BO_ 1 Fast: 8 Amp
+BO_ 2 Long: 12 Amp
+BO_ 3 LongSlow: 12 Amp
+BO_ 4 ShortFd: 8 Amp
+BA_DEF_ BO_  "VFrameFormat" INT 0 15;
+BA_ "VFrameFormat" BO_ 4 14;
+)";
+  const Database silent = parse_dbc(text, "lab.dbc");
+  EXPECT_FALSE(silent.find("Fast")->bit_rate_switch) << "it is not CAN FD";
+  EXPECT_TRUE(silent.find("Long")->bit_rate_switch);
+  EXPECT_TRUE(silent.find("ShortFd")->bit_rate_switch) << "CAN FD by VFrameFormat";
+  const Database stated = parse_dbc(std::string(text) + R"(BA_DEF_ BO_  "CANFD_BRS" ENUM  "0","1";
+BA_DEF_DEF_  "CANFD_BRS" "1";
+BA_ "CANFD_BRS" BO_ 3 0;
+)",
+                                    "lab.dbc");
+  EXPECT_TRUE(stated.find("Long")->bit_rate_switch);
+  EXPECT_FALSE(stated.find("LongSlow")->bit_rate_switch);
+}
+
 TEST(DbcAttributes, SayWhichMessageIsOfCanFd) {
   const Database database = parse_dbc(lab, "lab.dbc");
   EXPECT_FALSE(database.find("Fast")->fd) << "the default";

@@ -71,7 +71,9 @@ TEST(Candump, ReadsTheClassesOfAnErrorFrameWithoutTheErrorFlag) {
   EXPECT_FALSE(logged.frame.extended);
 }
 
-TEST(Candump, ReadsTheFlagsOfAnFdFrame) { EXPECT_EQ(only_frame_of("(1.000000) can0 123##5AA").fd_flags, 5); }
+TEST(Candump, ReadsTheFlagsOfAnFdFrame) {
+  EXPECT_EQ(only_frame_of("(1.000000) can0 123##5AA").frame.fd_flags, 5);
+}
 
 TEST(Candump, ReadsVariantsThatItDoesNotWrite) {
   EXPECT_EQ(only_frame_of("(1.123456789) can0 123#11").time, microseconds{1'123'456});
@@ -144,7 +146,7 @@ LoggedFrame any_frame() {
   frame.length = *rc::gen::inRange<std::uint8_t>(0, frame.kind == FrameKind::fd ? 65 : 9);
   if (frame.kind != FrameKind::remote)
     for (std::uint8_t& byte : frame.payload()) byte = *rc::gen::arbitrary<std::uint8_t>();
-  if (frame.kind == FrameKind::fd) logged.fd_flags = *rc::gen::inRange<std::uint8_t>(0, 16);
+  if (frame.kind == FrameKind::fd) logged.frame.fd_flags = *rc::gen::inRange<std::uint8_t>(0, 16);
   logged.direction = *rc::gen::element(Direction::unstated, Direction::received, Direction::transmitted);
   return logged;
 }

@@ -113,7 +113,7 @@ TEST(Traffic, ChecksAConfiguredMessageWithAnExtendedIdentifier) {
   const MessageMap map{.message = "AmpSet",
                        .counter = "Cnt",
                        .crc = "Crc",
-                       .polynomial = Crc8::autosar_8h2f,
+                       .polynomial = Crc::autosar_8h2f,
                        .data_id = {.kind = DataId::Kind::number, .number = 0x10A1}};
   Traffic traffic(lab, {{"AmpSet", protection_of(*lab.find("AmpSet"), map)}});
   LoggedFrame frame;

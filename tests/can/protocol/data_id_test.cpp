@@ -40,13 +40,35 @@ constexpr Frame frame_with(std::uint32_t id, bool extended) {
 /// The CRC in the last byte of this frame, and the one of these bytes and the first seven of the payload.
 void expect_covered(const Frame& frame, DataId data_id, Bytes covered) {
   for (std::uint8_t byte = 0x31; byte < 0x38; ++byte) covered.push_back(byte);
-  const auto sealed = [&](Crc8 polynomial) {
+  const auto sealed = [&](Crc polynomial) {
     Frame copy = frame;
     E2eProtector({.crc = byte_at(7), .polynomial = polynomial, .data_id = data_id}).seal(copy);
     return copy.data[7];
   };
-  EXPECT_EQ(sealed(Crc8::sae_j1850), shifted_crc(covered, 0x1D));
-  EXPECT_EQ(sealed(Crc8::autosar_8h2f), shifted_crc(covered, 0x2F));
+  EXPECT_EQ(sealed(Crc::sae_j1850), shifted_crc(covered, 0x1D));
+  EXPECT_EQ(sealed(Crc::autosar_8h2f), shifted_crc(covered, 0x2F));
+}
+
+/// A CRC of 8 bits misses 2 wrong bits in a frame of 64 bytes (scripts/crc_distance).
+TEST(Crc16OfAFrameOf64Bytes, FindsEveryTwoWrongBits) {
+  const Database database = parse_dbc(
+      "BO_ 1 M: 64 Vector__XXX\n SG_ Crc : 496|16@1+ (1,0) [0|65535] \"\" Vector__XXX\n", "test.dbc");
+  const Protection protection{.crc = SignalCodec(*database.find("M")->find("Crc")), .polynomial = Crc::crc16};
+  Frame frame{.id = 0x1A5, .kind = FrameKind::fd, .length = 64};
+  std::iota(frame.data.begin(), frame.data.end(), std::uint8_t{0x31});
+  E2eProtector(protection).seal(frame);
+  E2eChecker checker(protection, 64, false);
+  ASSERT_FALSE(checker.check(frame));
+  const auto flip = [&](unsigned bit) { frame.data[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8); };
+  for (unsigned first = 0; first < 512; ++first) {
+    flip(first);
+    for (unsigned second = first + 1; second < 512; ++second) {
+      flip(second);
+      ASSERT_EQ(checker.check(frame), Rejection::wrong_crc) << first << ' ' << second;
+      flip(second);
+    }
+    flip(first);
+  }
 }
 
 TEST(DataIdOfTheCrc, IsTwoBytesOfAStandardIdentifier) {

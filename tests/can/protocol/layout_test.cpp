@@ -24,8 +24,13 @@ MessageMap amp_set() {
           .integrity = Integrity::counter_crc,
           .counter = "Cnt",
           .crc = "Crc",
-          .polynomial = Crc8::autosar_8h2f,
+          .polynomial = Crc::autosar_8h2f,
           .data_id = {.kind = DataId::Kind::number, .number = 0x10A1}};
+}
+
+TEST(Crc16, GivesTheCatalogueCheckValue) {
+  const std::string digits = "123456789";
+  EXPECT_EQ(crc16(std::vector<std::uint8_t>(digits.begin(), digits.end())), 0x29B1);
 }
 
 TEST(Crc8H2F, GivesTheCatalogueCheckValue) {
@@ -118,7 +123,7 @@ TEST(Layout, DecodesWhatItEncodesForAnySignalDefinition) {
                          .integrity = integrity,
                          .counter = "Cnt",
                          .crc = "Crc",
-                         .polynomial = *rc::gen::elementOf(std::vector{Crc8::sae_j1850, Crc8::autosar_8h2f}),
+                         .polynomial = *rc::gen::elementOf(std::vector{Crc::sae_j1850, Crc::autosar_8h2f}),
                          .data_id = {.kind = *rc::gen::elementOf(std::vector{
                                          DataId::Kind::identifier, DataId::Kind::number, DataId::Kind::none}),
                                      .number = *rc::gen::arbitrary<std::uint16_t>()}};

@@ -18,7 +18,7 @@ constexpr unsigned error_at_once_bits = 1 + 6 + 8 + 3;  ///< bit in error, flags
 Time at(Duration since_start) { return Time{since_start}; }
 
 Frame frame_of(std::uint32_t id, std::uint8_t length = 8) { return Frame{.id = id, .length = length}; }
-Duration time_of(const Frame& frame) { return frame_bits(frame) * bit; }
+Duration time_of(const Frame& frame) { return frame_bits(frame).total() * bit; }
 
 struct Heard {
   std::uint32_t id;
@@ -38,7 +38,7 @@ struct Listener {
 
 struct SimBusFaults : testing::Test {
   VirtualClock clock;
-  SimBus wire{clock, bitrate};
+  SimBus wire{clock, {bitrate}};
 
   void run_for(Duration duration) { clock.run_until(clock.now() + duration); }
 };
@@ -110,6 +110,49 @@ TEST_F(SimBusFaults, MakeALoneTransmitterErrorPassiveButNotBusOff) {
   ASSERT_EQ(other.heard.size(), 1U) << "the frame is still in the controller";
   EXPECT_EQ(lone.bus->error_counters(), (ErrorCounters{127, 0}));
   EXPECT_EQ(lone.bus->state(), BusState::warning);
+}
+
+/// The frame begins, and an error at each bit is set on within its data phase: 18 bits at 1 us are past BRS.
+TEST(SimBusWithDataPhase, EndsItAtAnErrorAndSendsTheErrorFrameAtTheNominalBitRate) {
+  VirtualClock clock;
+  SimBus wire(clock, {.nominal_bit_per_s = 1'000'000, .data_bit_per_s = 5'000'000},
+              {.bit_error = 1e-2, .seed = 3, .restart_after = {}});
+  Listener a(wire), b(wire);
+  Frame frame{.id = 0x2AA, .kind = FrameKind::fd, .length = 64, .fd_flags = fd_bit_rate_switch};
+  frame.data.fill(0x55);
+  a.bus->send(frame);
+  std::vector<Time> destroyed;
+  std::uint64_t errors = 0;
+  for (Time now{}; b.heard.empty() && now < at(100ms); now += 100ns) {
+    clock.run_until(now);
+    if (std::exchange(errors, a.bus->counters().protocol_errors) != errors) destroyed.push_back(now);
+  }
+  ASSERT_GE(destroyed.size(), 3U) << "a frame of 575 bits rarely passes";
+  const Duration whole = transmission_time(frame_bits(frame).all(), {1'000'000, 5'000'000});
+  Time begin{};
+  for (const Time end : destroyed) {
+    const Duration lasted = end - begin - (6 + 8) * bit;  // flag and delimiter of the error frame
+    EXPECT_GT(lasted, Duration::zero());
+    EXPECT_LT(lasted, whole);
+    const Duration in_phase = lasted - 17 * bit;
+    if (in_phase > Duration::zero() && in_phase < 550 * bit / 5) {
+      EXPECT_EQ(in_phase % 200ns, 0ns);
+    }
+    begin = end + 3 * bit;
+  }
+}
+
+TEST_F(SimBusFaults, ShowInTheFdFramesOfAnErrorPassiveNode) {
+  Listener lone(wire);
+  Frame frame{.id = 0x100, .kind = FrameKind::fd, .length = 12};
+  lone.bus->send(frame);
+  run_for(100ms);
+  ASSERT_EQ(lone.bus->state(), BusState::passive);
+  const auto other = wire.attach();
+  std::vector<std::uint8_t> flags;
+  other->on_frame([&](const Frame& heard, Time) { flags.push_back(heard.fd_flags); });
+  run_for(1ms);
+  EXPECT_EQ(flags, (std::vector<std::uint8_t>{fd_error_state}));
 }
 
 TEST_F(SimBusFaults, MakeTheSenderRepeatTheFrameAfterTheErrorFrame) {
@@ -219,7 +262,7 @@ TEST_F(SimBusFaults, EndBusOffLaterWhileTheBusHasTraffic) {
 
 TEST(SimBusRestart, IsAutomaticIfItIsConfigured) {
   VirtualClock clock;
-  SimBus wire(clock, bitrate, {.bit_error = 0.0, .seed = 1, .restart_after = 100ms});
+  SimBus wire(clock, {bitrate}, {.bit_error = 0.0, .seed = 1, .restart_after = 100ms});
   Listener a(wire), b(wire);
   const Time off = force_off(clock, wire, a);
   clock.run_until(off + 100ms + 128 * 11 * bit - 1ns);
@@ -289,7 +332,7 @@ TEST_F(SimBusFaults, MakeAnErrorPassiveTransmitterPauseForOtherNodes) {
 /// frames have an error.
 std::vector<Heard> noisy_run(std::uint64_t seed, double* load = nullptr) {
   VirtualClock clock;
-  SimBus wire(clock, 500'000, {.bit_error = 2e-4, .seed = seed, .restart_after = {}});
+  SimBus wire(clock, {500'000}, {.bit_error = 2e-4, .seed = seed, .restart_after = {}});
   Listener ear(wire);
   std::vector<std::unique_ptr<Listener>> nodes;
   for (int i = 0; i < 3; ++i) nodes.push_back(std::make_unique<Listener>(wire));
@@ -320,9 +363,9 @@ TEST(SimBusNoise, IncreasesTheLoadByErrorFramesAndRepetitions) {
 
 TEST(SimBusConfiguration, RefusesAProbabilityOutsideZeroToOne) {
   VirtualClock clock;
-  EXPECT_THROW(SimBus(clock, bitrate, {.bit_error = 1.5, .seed = 1, .restart_after = {}}),
+  EXPECT_THROW(SimBus(clock, {bitrate}, {.bit_error = 1.5, .seed = 1, .restart_after = {}}),
                std::invalid_argument);
-  SimBus wire(clock, bitrate);
+  SimBus wire(clock, {bitrate});
   EXPECT_THROW(wire.set_bit_error(-0.1), std::invalid_argument);
   EXPECT_THROW(
       wire.attach()->set_faults({.transmit_bit_error = 0.0, .receive_bit_error = 2.0, .overrun = 0.0}),

@@ -38,7 +38,7 @@ struct Listener {
 
 struct Wired : testing::Test {
   VirtualClock clock;
-  SimBus wire{clock, bitrate};
+  SimBus wire{clock, {bitrate}};
 };
 using SimBusOnTheWire = Wired;
 using SimBusArbitration = Wired;
@@ -50,7 +50,7 @@ TEST_F(SimBusOnTheWire, DeliversToEveryOtherNodeWhenTheLastBitHasPassed) {
   sent.data[3] = 0x5A;
   clock.run_until(at(1ms));
   ASSERT_TRUE(a.bus->send(sent));
-  const Time due = at(1ms) + (frame_bits(sent) - interframe_bits) * bit;
+  const Time due = at(1ms) + (frame_bits(sent).total() - interframe_bits) * bit;
   clock.run_until(due - 1ns);
   EXPECT_TRUE(b.heard.empty());
   clock.run_until(due);
@@ -70,24 +70,24 @@ TEST_F(SimBusOnTheWire, KeepsTheInterframeSpaceBetweenFrames) {
   a.bus->send(frame_of(0x101));
   clock.run_until(at(10ms));
   ASSERT_EQ(b.heard.size(), 2U);
-  EXPECT_EQ(b.heard[1].received - b.heard[0].received, frame_bits(frame_of(0x101)) * bit);
+  EXPECT_EQ(b.heard[1].received - b.heard[0].received, frame_bits(frame_of(0x101)).total() * bit);
 }
 
 TEST_F(SimBusOnTheWire, StartsAFrameOnlyAfterTheInterframeSpace) {
   Listener a(wire), b(wire);
   a.bus->send(frame_of(0x100));
-  const Duration first = frame_bits(frame_of(0x100)) * bit;
+  const Duration first = frame_bits(frame_of(0x100)).total() * bit;
   clock.run_until(at(first - 1us));
   a.bus->send(frame_of(0x101));
   clock.run_until(at(10ms));
   ASSERT_EQ(b.heard.size(), 2U);
-  EXPECT_EQ(b.heard[1].received, at(first) + (frame_bits(frame_of(0x101)) - interframe_bits) * bit);
+  EXPECT_EQ(b.heard[1].received, at(first) + (frame_bits(frame_of(0x101)).total() - interframe_bits) * bit);
 }
 
 TEST_F(SimBusOnTheWire, GivesTheShareOfBusyTimeAsLoad) {
   Listener a(wire), b(wire);
   EXPECT_EQ(wire.load(), 0.0);
-  const Duration one = frame_bits(frame_of(0x100)) * bit;
+  const Duration one = frame_bits(frame_of(0x100)).total() * bit;
   a.bus->send(frame_of(0x100));
   clock.run_until(at(one / 2));
   EXPECT_NEAR(wire.load(), 1.0, 1e-12);
@@ -251,7 +251,7 @@ TEST_F(SimBusNode, ReceivesOnlyTheNextFrameIfItIsAttachedDuringADelivery) {
 
 TEST(SimBusLifetime, MayEndInTheFrameHandlerOfTheLastNode) {
   VirtualClock clock;
-  auto wire = std::make_unique<SimBus>(clock, bitrate);
+  auto wire = std::make_unique<SimBus>(clock, BitRates{bitrate});
   auto sender = wire->attach();
   auto receiver = wire->attach();
   bool heard = false;
@@ -268,12 +268,12 @@ TEST(SimBusLifetime, MayEndInTheFrameHandlerOfTheLastNode) {
 
 TEST(SimBusLifetime, RefusesABitRateOfZero) {
   VirtualClock clock;
-  EXPECT_THROW(SimBus(clock, 0), std::invalid_argument);
+  EXPECT_THROW(SimBus(clock, {0}), std::invalid_argument);
 }
 
 TEST(SimBusSteadyState, AllocatesNothing) {
   VirtualClock clock;
-  SimBus wire(clock, bitrate);
+  SimBus wire(clock, {bitrate});
   const auto a = wire.attach();
   const auto b = wire.attach();
   std::uint64_t frames = 0;
@@ -297,7 +297,7 @@ TEST(SimBusSteadyState, AllocatesNothing) {
 TEST(SimBusRun, RepeatsItsResults) {
   const auto run = [] {
     VirtualClock clock;
-    SimBus wire(clock, 500'000);
+    SimBus wire(clock, {500'000});
     std::vector<std::unique_ptr<Bus>> nodes;
     std::vector<std::pair<std::uint32_t, Time>> log;
     for (std::uint32_t n = 0; n < 5; ++n) {

@@ -70,14 +70,16 @@ const Octets controller = new_link(joined({
         joined({
             // IFLA_LINKINFO
             attribute(1, text("can")),  //   IFLA_INFO_KIND
-            attribute(2, joined({
-                             //   IFLA_INFO_DATA
-                             attribute(1, words({500'000, 875, 125, 6, 7, 2, 1, 8})),  // IFLA_CAN_BITTIMING
-                             attribute(4, words({2})),                                 // IFLA_CAN_STATE
-                             attribute(5, words({0x3F, 0x2A})),                        // IFLA_CAN_CTRLMODE
-                             attribute(6, words({100})),                               // IFLA_CAN_RESTART_MS
-                             attribute(8, {136, 0, 7, 0}),  // IFLA_CAN_BERR_COUNTER
-                         })),
+            attribute(
+                2, joined({
+                       //   IFLA_INFO_DATA
+                       attribute(1, words({500'000, 875, 125, 6, 7, 2, 1, 8})),   // IFLA_CAN_BITTIMING
+                       attribute(4, words({2})),                                  // IFLA_CAN_STATE
+                       attribute(5, words({0x3F, 0x2A})),                         // IFLA_CAN_CTRLMODE
+                       attribute(6, words({100})),                                // IFLA_CAN_RESTART_MS
+                       attribute(8, {136, 0, 7, 0}),                              // IFLA_CAN_BERR_COUNTER
+                       attribute(9, words({4'000'000, 800, 25, 3, 4, 2, 1, 4})),  // IFLA_CAN_DATA_BITTIMING
+                   })),
             attribute(3, words({1, 2, 3, 4, 5, 6})),  //   IFLA_INFO_XSTATS
         })),
 }));
@@ -91,6 +93,7 @@ TEST(LinkMessage, GivesTheSettingsAndTheStateOfAController) {
   EXPECT_EQ(interface->kind, "can");
   EXPECT_EQ(interface->bus_state, BusState::passive);
   EXPECT_EQ(interface->bitrate_bit_per_s, 500'000U);
+  EXPECT_EQ(interface->data_bitrate_bit_per_s, 4'000'000U);
   EXPECT_DOUBLE_EQ(interface->sample_point.value(), 0.875);
   EXPECT_EQ(interface->restart_ms, 100U);
   EXPECT_TRUE(interface->listen_only);
@@ -149,8 +152,8 @@ TEST(InterfaceLine, NamesBitRateModesAndQueue) {
   EXPECT_EQ(describe("can0", sound()),
             "can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames");
   EXPECT_EQ(describe("can0", *parsed(controller)),
-            "can0: 500 kbit/s, sample point 87.5 %, restart-ms 100, one-shot, listen-only, FD, passive, "
-            "qdisc pfifo_fast, 10 frames");
+            "can0: 500 kbit/s, sample point 87.5 %, restart-ms 100, one-shot, listen-only, FD with "
+            "4000 kbit/s in the data phase, passive, qdisc pfifo_fast, 10 frames");
 }
 
 TEST(InterfaceDoubts, AreEmptyIfAllIsAsConfigured) { EXPECT_TRUE(find_doubts("can0", sound(), 1e6).empty()); }
@@ -181,6 +184,11 @@ TEST(InterfaceThatIsUpAgain, IsRefusedIfItIsNotAsItWasAtTheStart) {
   now.bitrate_bit_per_s = 500'000;
   EXPECT_EQ(refusal_of(now, before), Refusal::other_bit_rate);
   Interface with_fd = before;
+  with_fd.data_bitrate_bit_per_s = 5'000'000;
+  now = with_fd;
+  now.data_bitrate_bit_per_s = 4'000'000;
+  EXPECT_EQ(refusal_of(now, with_fd), Refusal::other_bit_rate);
+  with_fd = before;
   with_fd.fd = true;
   EXPECT_EQ(refusal_of(before, with_fd), Refusal::no_fd);
   EXPECT_EQ(refusal_of(with_fd, before), Refusal::none);
@@ -200,9 +208,9 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItIsListenOnly) {
 }
 
 std::string refusal_of_fd(const std::string& name, const Interface& interface,
-                          const std::vector<std::string>& messages) {
+                          const std::vector<std::string>& messages, const BitRates& rates = {}) {
   try {
-    require_able_to_carry_fd(name, interface, messages);
+    require_able_to_carry_fd(name, interface, messages, rates);
   } catch (const RunError& error) {
     return error.what();
   }
@@ -223,6 +231,26 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItHasNoFdAndAMessageNeedsFd) {
   EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {}), "") << "classical frames need no FD";
   virtual_one.fd = true;
   EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {"AmpSet"}), "");
+}
+
+TEST(InterfaceMode, IsRefusedWithItsRemedyIfItsDataBitRateIsNotTheConfiguredOne) {
+  const BitRates rates{.nominal_bit_per_s = 1'000'000, .data_bit_per_s = 5'000'000};
+  Interface interface = sound();
+  interface.fd = true;
+  EXPECT_EQ(
+      refusal_of_fd("can0", interface, {"AmpSet"}, rates),
+      "interface can0 has no data bit rate, expected 5000000 bit/s for AmpSet; take it down and set: ip link "
+      "set can0 type can bitrate 1000000 dbitrate 5000000 fd on");
+  interface.data_bitrate_bit_per_s = 4'000'000;
+  EXPECT_EQ(refusal_of_fd("can0", interface, {"AmpSet"}, rates).substr(0, 80),
+            "interface can0 has a data bit rate of 4000000 bit/s, expected 5000000 bit/s for ");
+  EXPECT_EQ(refusal_of_fd("can0", interface, {}, rates), "") << "classical frames have no data phase";
+  EXPECT_EQ(refusal_of_fd("can0", interface, {"AmpSet"}), "") << "frames without bit-rate switch";
+  interface.data_bitrate_bit_per_s = 5'000'000;
+  EXPECT_EQ(refusal_of_fd("can0", interface, {"AmpSet"}, rates), "");
+  Interface virtual_one;
+  virtual_one.fd = true;
+  EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {"AmpSet"}, rates), "") << "it has no bit rate";
 }
 
 }  // namespace

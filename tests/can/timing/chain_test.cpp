@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr ChainTiming timing{.bitrate_bit_per_s = 1'000'000, .cycle = 2ms, .turnaround = 0ms};
+constexpr ChainTiming timing{.rates = {}, .cycle = 2ms, .turnaround = 0ms};
 
 ChainSource source(ChainRole role, std::uint32_t id, unsigned bytes, Duration period) {
   ChainSource made;

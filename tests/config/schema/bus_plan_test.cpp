@@ -107,7 +107,7 @@ TEST(BusPlan, WithLateCommandsIsRefusedAtTheRate) {
 class Traffic {
  public:
   Traffic(const Config& config, std::uint64_t seed)
-      : wire_(clock_, config.bus.bitrate_bit_per_s), random_(seed), plan_(plan_bus(config)), config_(config) {
+      : wire_(clock_, config.bus.rates()), random_(seed), plan_(plan_bus(config)), config_(config) {
     for (const PlannedFrame& each : plan_.frames) {
       const std::string& name = each.frame.name;
       nodes_[name] = wire_.attach();

@@ -62,8 +62,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "missing key setpoint"},
         BadFrames{"UnknownIntegrity", file, "\"counter+crc\"", "\"parity\"",
                   "integrity    =", "integrity is \"parity\""},
-        BadFrames{"UnknownPolynomial", file, "\"CRC-8H2F\"", "\"CRC-16\"", "polynomial",
-                  "polynomial is \"CRC-16\""},
+        BadFrames{"UnknownPolynomial", file, "\"CRC-8H2F\"", "\"CRC-32\"", "polynomial",
+                  "polynomial is \"CRC-32\""},
         BadFrames{"NoDataId", file, "data_id      = 0x10A1", "", "[axis.frames.command]",
                   "missing key data_id"},
         BadFrames{"CrcWithoutUse", file, "integrity    = \"counter+crc\"", "integrity    = \"counter\"",
@@ -118,6 +118,35 @@ TEST(StandardFrames, LackNothing) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   EXPECT_TRUE(losses(config.axes[0].wire).empty());
   EXPECT_TRUE(fd_messages(config.axes[0].wire, config.database).empty());
+}
+
+TEST(DataBitRate, DecidesWhetherFramesOfCanFdSwitchTheBitRate) {
+  const support::ShippedCopy shipped;
+  const char* rate = "bitrate_bit_per_s = 1_000_000\n";
+  shipped.edit("lab_amplifier.dbc", "BO_ 2565804033 AmpSet: 4", "BO_ 2565804033 AmpSet: 12");
+  EXPECT_EQ(fd_messages(load(shipped / "lab_amplifier.toml").axes[0].wire,
+                        load(shipped / "lab_amplifier.toml").database),
+            (std::vector<std::string>{"AmpSet"}));
+  EXPECT_FALSE(load(shipped / "lab_amplifier.toml").database.find("AmpSet")->bit_rate_switch);
+  shipped.edit("lab_amplifier.toml", rate, std::string(rate) + "data_bitrate_bit_per_s = 5_000_000\n");
+  const Config config = load(shipped / "lab_amplifier.toml");
+  EXPECT_TRUE(config.database.find("AmpSet")->bit_rate_switch);
+  EXPECT_EQ(config.bus.rates(), (can::BitRates{.nominal_bit_per_s = 1'000'000, .data_bit_per_s = 5'000'000}));
+}
+
+TEST(DataBitRate, IsRefusedBelowTheNominalOne) {
+  const support::ShippedCopy shipped;
+  const char* rate = "bitrate_bit_per_s = 1_000_000\n";
+  shipped.edit("piezo.toml", rate, std::string(rate) + "data_bitrate_bit_per_s = 500_000\n");
+  try {
+    load(shipped / "piezo.toml");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("data_bitrate_bit_per_s is 500000, expected at least bitrate_bit_per_s, 1000000"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(SetUp, ReadsItsObjectsAndRefusesAValueThatDoesNotFit) {
@@ -204,7 +233,7 @@ TEST(Frames, HaveTheConfiguredProtection) {
   const can::Protections found = protections(config.axes[0].wire, config.database);
   ASSERT_EQ(found.size(), 3u);
   EXPECT_TRUE(found.at("AmpSet").crc);
-  EXPECT_EQ(found.at("AmpSet").polynomial, can::Crc8::autosar_8h2f);
+  EXPECT_EQ(found.at("AmpSet").polynomial, can::Crc::autosar_8h2f);
   EXPECT_EQ(found.at("AmpSet").data_id.number, 0x10A1);
   EXPECT_TRUE(found.at("AmpGet").counter);
   EXPECT_FALSE(found.at("AmpGet").crc);

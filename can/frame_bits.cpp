@@ -1,8 +1,8 @@
+#include "can/frame_bits.h"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
-
-#include "can/sim/sim_bus.h"
 
 namespace hystcan::can {
 namespace {
@@ -11,7 +11,7 @@ namespace {
 // alternates and ends recessive, like an idle bus, so that it takes no stuff bit. The CRC starts at 0 and
 // takes the padding as zeros.
 
-constexpr unsigned unstuffed_tail_bits = 10;  // CRC delimiter, ACK slot and delimiter, end of frame
+constexpr unsigned end_bits = 9 + interframe_bits;  // ACK slot and delimiter, end of frame, interframe space
 
 constexpr std::array<std::uint16_t, 256> make_crc15_table() {
   std::array<std::uint16_t, 256> table{};
@@ -71,7 +71,7 @@ class StuffCounter {
   bool ends_stuffed(unsigned bit) const { return state_ / 4U != bit; }
 
  private:
-  std::uint8_t state_ = 0;
+  std::uint8_t state_ = 4;  ///< the recessive bit of an idle bus
   unsigned count_ = 0;
 };
 
@@ -94,7 +94,7 @@ Header classical_header(const Frame& frame) {
   return {id >> 18U << 27U | std::uint64_t{3} << 25U | (id & 0x3FFFFU) << 7U | control, 39};
 }
 
-unsigned classical_bits(const Frame& frame) {
+FrameBits classical_bits(const Frame& frame) {
   const Header header = classical_header(frame);
   StuffCounter stuffing;
   unsigned crc = 0;
@@ -113,7 +113,7 @@ unsigned classical_bits(const Frame& frame) {
   stuffing.add(static_cast<std::uint8_t>(tail >> 8U));
   stuffing.add(static_cast<std::uint8_t>(tail));
   const auto content_bits = static_cast<unsigned>(header.length + 8 * bytes + 15);
-  return content_bits + stuffing.count() + unstuffed_tail_bits + interframe_bits;
+  return {.head = content_bits + stuffing.count() + 1 + end_bits};  // 1: CRC delimiter
 }
 
 /// The DLC of a payload of CAN FD.
@@ -122,21 +122,34 @@ std::uint64_t fd_length_code(std::uint8_t length) {
   return length <= 8 ? length : 9 + static_cast<std::uint64_t>(place);
 }
 
-unsigned fd_bits(const Frame& frame) {
-  const std::uint8_t length = wire_length(frame.length);
+/// The bits of the header after `res`: BRS, ESI, length code.
+constexpr unsigned fd_control_bits = 6;
+
+Header fd_header(const Frame& frame) {
   const std::uint64_t id = frame.id;
-  const std::uint64_t control = std::uint64_t{1} << 7U | fd_length_code(length);  // FDF, res, BRS, ESI, DLC
-  const Header header =
-      frame.extended
-          ? Header{id >> 18U << 29U | std::uint64_t{3} << 27U | (id & 0x3FFFFU) << 9U | control, 41}
-          : Header{id << 10U | control, 22};
-  StuffCounter stuffing;
-  std::uint8_t last = 0;
+  const auto flags = static_cast<unsigned>(frame.fd_flags);
+  const std::uint64_t control = std::uint64_t{1} << 7U |  // FDF, res
+                                ((flags & fd_bit_rate_switch) != 0 ? 1U << 5U : 0U) |
+                                ((flags & fd_error_state) != 0 ? 1U << 4U : 0U) |
+                                fd_length_code(wire_length(frame.length));
+  if (!frame.extended) return {id << 10U | control, 22};
+  return {id >> 18U << 29U | std::uint64_t{3} << 27U | (id & 0x3FFFFU) << 9U | control, 41};
+}
+
+void add(const Header& header, StuffCounter& stuffing) {
+  const std::uint64_t on_wire = header.bits | header.padding();
   for (unsigned shift = 8 * header.bytes(); shift != 0;) {
     shift -= 8;
-    last = static_cast<std::uint8_t>((header.bits | header.padding()) >> shift);
-    stuffing.add(last);
+    stuffing.add(static_cast<std::uint8_t>(on_wire >> shift));
   }
+}
+
+FrameBits fd_bits(const Frame& frame) {
+  const std::uint8_t length = wire_length(frame.length);
+  const Header header = fd_header(frame);
+  StuffCounter stuffing;
+  add(header, stuffing);
+  auto last = static_cast<std::uint8_t>(header.bits);
   for (std::size_t i = 0; i < length; ++i) {
     last = i < frame.length ? frame.data[i] : std::uint8_t{0};
     stuffing.add(last);
@@ -144,13 +157,36 @@ unsigned fd_bits(const Frame& frame) {
   // The first fixed stuff bit replaces the stuff bit that the last data bit would need.
   const unsigned stuffed = stuffing.count() - (stuffing.ends_stuffed(last & 1U) ? 1 : 0);
   const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;  // stuff count, CRC, fixed stuff bits
-  return header.length + 8U * length + stuffed + checked_bits + unstuffed_tail_bits + interframe_bits;
+  const unsigned switched_bits = fd_control_bits - 1 + 8U * length + checked_bits + 1;  // 1: CRC delimiter
+  const unsigned head_bits = header.length - (fd_control_bits - 1);
+  if ((frame.fd_flags & fd_bit_rate_switch) == 0)
+    return {.head = head_bits + stuffed + switched_bits + end_bits};
+  // `res` is dominant between two recessive bits: a stuff bit follows neither it nor BRS.
+  StuffCounter head_stuffing;
+  add({header.bits >> fd_control_bits, header.length - fd_control_bits}, head_stuffing);
+  return {.head = head_bits + head_stuffing.count(),
+          .data = switched_bits + stuffed - head_stuffing.count(),
+          .tail = end_bits};
 }
 
 }  // namespace
 
-unsigned frame_bits(const Frame& frame) {
+BitCount FrameBits::first(unsigned bits) const {
+  const unsigned before = std::min(bits, head);
+  const unsigned within = std::min(bits - before, data);
+  return {.nominal = bits - within, .data = within};
+}
+
+FrameBits frame_bits(const Frame& frame) {
   return frame.kind == FrameKind::fd ? fd_bits(frame) : classical_bits(frame);
+}
+
+Duration transmission_time(const BitCount& bits, const BitRates& rates) {
+  const auto time_of = [](std::int64_t count, std::int64_t rate_bit_per_s) {
+    return Duration{(count * 1'000'000'000 + rate_bit_per_s - 1) / rate_bit_per_s};
+  };
+  if (rates.data_bit_per_s == 0) return time_of(bits.total(), rates.nominal_bit_per_s);
+  return time_of(bits.nominal, rates.nominal_bit_per_s) + time_of(bits.data, rates.data_bit_per_s);
 }
 
 }  // namespace hystcan::can
