@@ -55,6 +55,7 @@ int run_doctor(const DoctorArguments& options) {
   std::vector<Finding> findings = examine_machine(config.controller);
   std::ranges::move(examine_process(config.controller), std::back_inserter(findings));
   findings.push_back(examine_wake_up(config.controller, std::chrono::seconds(1)));
+  findings.push_back(examine_receive_path(config.controller, interface));
   std::ranges::move(examine_interface(config, interface, options.send), std::back_inserter(findings));
 
   if (options.json)

@@ -28,7 +28,16 @@ constexpr unsigned warning_count = 96;  ///< error counter at which error-warnin
 /// A round trip above this share of the period leaves hardly any time for sample, answer and other axes.
 constexpr double good_round_trip_share = 0.2;
 constexpr int round_trips = 200;
+constexpr std::chrono::milliseconds format_listening{300};
+constexpr std::size_t most_heard = 1000;
 constexpr std::uint32_t test_id = 0x7FF;  ///< lowest priority; unused in CANopen
+
+std::vector<std::string> fd_messages(const config::Config& config) {
+  std::vector<std::string> messages;
+  for (const config::AxisConfig& axis : config.axes)
+    std::ranges::copy(config::fd_messages(axis.wire, config.database), std::back_inserter(messages));
+  return messages;
+}
 
 Finding examine_bit_rate(const config::Config& config, const std::string& name, const can::Interface& found) {
   const double wanted = config.bus.bitrate_bit_per_s;
@@ -38,7 +47,19 @@ Finding examine_bit_rate(const config::Config& config, const std::string& name, 
                   .verdict = Verdict::good,
                   .figure = fmt::format("{:g} kbit/s, sample point {:g} %", 1e-3 * real,
                                         100.0 * found.sample_point.value_or(0.0))};
-  if (real == wanted) return finding;
+  if (found.data_bitrate_bit_per_s)
+    finding.figure += fmt::format(", {:g} kbit/s in the data phase", 1e-3 * *found.data_bitrate_bit_per_s);
+  if (real == wanted) {
+    const bool has_fd = !fd_messages(config).empty() && found.data_bitrate_bit_per_s.has_value();
+    if (!has_fd || config.bus.data_bitrate_bit_per_s != 0) return finding;
+    finding.verdict = Verdict::doubtful;
+    finding.figure += ", configured none";
+    finding.cure = fmt::format(
+        "frames of CAN FD go out without bit-rate switch, and many nodes do not answer them: set bus."
+        "data_bitrate_bit_per_s = {}",
+        *found.data_bitrate_bit_per_s);
+    return finding;
+  }
   finding.verdict = Verdict::bad;
   finding.figure += fmt::format(", configured {:g} kbit/s", 1e-3 * wanted);
   finding.cure = fmt::format(
@@ -123,26 +144,74 @@ Finding examine_round_trip(const config::Config& config, const std::string& name
                 "see wake-up, priority and kernel; on USB adapters a hub and power saving cost too");
 }
 
-std::vector<std::string> fd_messages(const config::Config& config) {
-  std::vector<std::string> messages;
+/// What the bus carries in `format_listening`, of the configured messages.
+std::vector<can::Frame> listen(const config::Config& config, const std::string& name) {
+  std::vector<can::Filter> filters;
   for (const config::AxisConfig& axis : config.axes)
-    std::ranges::copy(config::fd_messages(axis.wire, config.database), std::back_inserter(messages));
-  return messages;
+    for (const can::Message* message : config::messages_of(axis.wire, config.database))
+      filters.push_back({.id = message->id, .extended = message->extended});
+  const Descriptor socket(can::open_raw_socket(name, filters));
+  can::ReceiveBatch batch;
+  std::vector<can::Frame> heard;
+  const auto until = std::chrono::steady_clock::now() + format_listening;
+  for (auto left = format_listening; left > left.zero() && heard.size() < most_heard;
+       left = std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now())) {
+    pollfd readable{.fd = socket.get(), .events = POLLIN, .revents = 0};
+    if (::poll(&readable, 1, static_cast<int>(left.count())) != 1) break;
+    const int count = batch.read(socket.get());
+    for (int i = 0; i < count; ++i) heard.push_back(batch.frame(static_cast<std::size_t>(i)));
+  }
+  return heard;
+}
+
+std::string format_of(can::FrameKind kind, bool bit_rate_switch) {
+  if (kind == can::FrameKind::remote) return "a remote frame";
+  if (kind != can::FrameKind::fd) return "a classical frame";
+  return bit_rate_switch ? "CAN FD with bit-rate switch" : "CAN FD without bit-rate switch";
 }
 
 }  // namespace
+
+Finding examine_formats(const config::Config& config, std::span<const can::Frame> heard) {
+  std::size_t messages_heard = 0;
+  for (const config::AxisConfig& axis : config.axes) {
+    for (const can::Message* message : config::messages_of(axis.wire, config.database)) {
+      const auto found = std::ranges::find_if(heard, [&](const can::Frame& frame) {
+        return frame.id == message->id && frame.extended == message->extended &&
+               frame.kind != can::FrameKind::error;
+      });
+      if (found == heard.end()) continue;
+      ++messages_heard;
+      const std::string is = format_of(found->kind, (found->fd_flags & can::fd_bit_rate_switch) != 0);
+      const std::string expected =
+          format_of(can::wire_kind(message->length, message->fd), message->bit_rate_switch);
+      if (is == expected) continue;
+      return {"frame format", Verdict::bad, fmt::format("{} comes as {}", message->name, is),
+              fmt::format(
+                  "{} is to send {} as {} says (VFrameFormat, CANFD_BRS), with bus.data_bitrate_bit_per_s = "
+                  "{} in the configuration: frames of another format are not used, and many nodes do not "
+                  "answer them",
+                  message->sender.empty() ? "the node" : message->sender, expected, config.bus.dbc.string(),
+                  config.bus.data_bitrate_bit_per_s)};
+    }
+  }
+  return {"frame format", Verdict::good,
+          messages_heard == 0 ? "nothing heard"
+                              : fmt::format("{} as the DBC says", counted(messages_heard, "message"))};
+}
 
 std::vector<Finding> examine_interface(const config::Config& config, const std::string& interface,
                                        bool send) {
   try {
     const can::Interface found = can::require_can_interface(interface);
     can::require_able_to_send(interface, found);
-    can::require_able_to_carry_fd(interface, found, fd_messages(config));
+    can::require_able_to_carry_fd(interface, found, fd_messages(config), config.bus.rates());
     std::vector<Finding> findings{{"interface", Verdict::good, interface + " is up"},
                                   examine_bit_rate(config, interface, found),
                                   examine_restart(interface, found),
                                   examine_queue(config, interface, found),
-                                  examine_errors(interface, found)};
+                                  examine_errors(interface, found),
+                                  examine_formats(config, listen(config, interface))};
     if (send || can::is_virtual_interface(interface))
       findings.push_back(examine_round_trip(config, interface));
     else

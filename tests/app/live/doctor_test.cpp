@@ -137,5 +137,87 @@ TEST_F(Cli, CheckAcceptsABlackBoxFolderAndRefusesAProcessorOutOfRange) {
   EXPECT_NE(program.err().find("processor 1024, expected 0 to 1023"), std::string::npos) << program.err();
 }
 
+can::Frame frame_of(const config::Config& config, const char* message) {
+  const can::Message& named = *config.database.find(message);
+  return {.id = named.id, .extended = named.extended, .length = 8};
+}
+
+/// A kernel thread of this name.
+void put_thread(const std::filesystem::path& root, int pid, const std::string& name, int priority,
+                const std::string& cpus) {
+  const std::filesystem::path folder = root / "proc" / std::to_string(pid);
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "comm") << name << '\n';
+  std::ofstream stat(folder / "stat");
+  stat << pid << " (" << name << ") S";
+  for (int field = 4; field < 40; ++field) stat << " 0";
+  stat << ' ' << priority << ' ' << (priority > 0 ? 1 : 0) << " 0\n";
+  std::ofstream(folder / "status") << "Name:\t" << name << "\nCpus_allowed_list:\t" << cpus << '\n';
+}
+
+class ReceivePath : public Machine {
+ protected:
+  ReceivePath() {
+    std::filesystem::create_directories(root / "sys/class/net/can0/device");
+    put("sys/class/net/can0/threaded", "1");
+    config.realtime->priority = 45;
+    put_thread(root, 210, "irq/125-can0", 50, "3");
+    put_thread(root, 211, "napi/can0-8193", 80, "3");
+    put_thread(root, 212, "napi/can1-8194", 0, "0-3");
+  }
+  Finding found() const { return app::examine_receive_path(config, "can0", root); }
+};
+
+TEST_F(ReceivePath, IsGoodWhereNapiIsThreadedAboveTheControllerOnTheProcessorOfTheInterrupt) {
+  EXPECT_EQ(found().verdict, Verdict::good);
+  EXPECT_EQ(found().figure, "threaded NAPI, irq/125-can0 FIFO 50 on 3, napi/can0-8193 FIFO 80 on 3");
+}
+
+TEST_F(ReceivePath, NamesTheCommandsThatMendIt) {
+  put_thread(root, 210, "irq/125-can0", 40, "3");
+  put_thread(root, 211, "napi/can0-8193", 0, "0-3");
+  EXPECT_EQ(found().verdict, Verdict::doubtful);
+  EXPECT_EQ(found().cure, "chrt -f -p 80 210; chrt -f -p 80 211; taskset -pc 3 211");
+}
+
+TEST_F(ReceivePath, AsksForThreadedNapi) {
+  put("sys/class/net/can0/threaded", "0");
+  std::filesystem::remove_all(root / "proc/211");
+  EXPECT_EQ(found().figure, "NAPI in the soft interrupt, irq/125-can0 FIFO 50 on 3");
+  EXPECT_EQ(found().cure,
+            "echo 1 > /sys/class/net/can0/threaded; then chrt -f -p 80 of its napi/can0-* threads");
+}
+
+TEST_F(ReceivePath, OfAVirtualInterfaceHasNoThreads) {
+  std::filesystem::remove_all(root / "sys/class/net/can0/device");
+  EXPECT_EQ(found().figure, "none: a virtual interface");
+}
+
+TEST(FrameFormats, AreGoodWhereNodesSendAsTheDbcSays) {
+  const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  EXPECT_EQ(app::examine_formats(config, {}).figure, "nothing heard");
+  const std::vector heard{frame_of(config, "XSensorSample"), frame_of(config, "XAmpStatus")};
+  const Finding finding = app::examine_formats(config, heard);
+  EXPECT_EQ(finding.verdict, Verdict::good);
+  EXPECT_EQ(finding.figure, "2 messages as the DBC says");
+}
+
+TEST(FrameFormats, NameTheMessageThatComesWithoutBitRateSwitch) {
+  config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+  for (can::Message& message : config.database.messages) message.fd = message.bit_rate_switch = true;
+  can::Frame frame = frame_of(config, "XSensorSample");
+  frame.kind = can::FrameKind::fd;
+  const Finding finding = app::examine_formats(config, std::vector{frame});
+  EXPECT_EQ(finding.verdict, Verdict::bad);
+  EXPECT_EQ(finding.figure, "XSensorSample comes as CAN FD without bit-rate switch");
+  EXPECT_TRUE(finding.cure.find("is to send CAN FD with bit-rate switch") != std::string::npos)
+      << finding.cure;
+  frame.fd_flags = can::fd_bit_rate_switch;
+  EXPECT_EQ(app::examine_formats(config, std::vector{frame}).verdict, Verdict::good);
+  frame.kind = can::FrameKind::data;
+  EXPECT_EQ(app::examine_formats(config, std::vector{frame}).figure,
+            "XSensorSample comes as a classical frame");
+}
+
 }  // namespace
 }  // namespace hystcan::doctor_test

@@ -1,0 +1,113 @@
+// The threads of the kernel that bring a frame from the adapter to the socket.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <sstream>
+
+#include "app/live/doctor.h"
+
+namespace hystcan::app {
+namespace {
+
+/// Of the polling threads: above the 50 of interrupt threads, below the kernel's own at 99.
+constexpr int polling_priority = 80;
+
+struct KernelThread {
+  int pid = 0;
+  std::string name;
+  int policy = 0, priority = 0;
+  std::string cpus;  ///< "0-3"
+
+  bool is_realtime() const { return policy == SCHED_FIFO || policy == SCHED_RR; }
+};
+
+std::string first_line(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  return line;
+}
+
+/// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name before them has brackets.
+void read_class(const std::filesystem::path& process, KernelThread& thread) {
+  const std::string stat = first_line(process / "stat");
+  const auto name_end = stat.rfind(')');
+  if (name_end == std::string::npos) return;
+  std::istringstream fields(stat.substr(name_end + 1));
+  std::string skipped;
+  for (int field = 3; field < 40; ++field) fields >> skipped;
+  fields >> thread.priority >> thread.policy;
+}
+
+std::string allowed_cpus(const std::filesystem::path& process) {
+  constexpr std::string_view key = "Cpus_allowed_list:";
+  std::ifstream stream(process / "status");
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.starts_with(key)) continue;
+    const auto begin = line.find_first_not_of(" \t", key.size());
+    return begin == std::string::npos ? std::string() : line.substr(begin);
+  }
+  return {};
+}
+
+/// Interrupt threads are `irq/NN-can0`, or have the name of the adapter's bus; polling threads are `napi/can0-NN`.
+std::vector<KernelThread> threads_of(const std::string& interface, const std::filesystem::path& root) {
+  std::vector<KernelThread> threads;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(root / "proc", none)) {
+    KernelThread thread;
+    const std::string number = entry.path().filename().string();
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), thread.pid);
+    if (error != std::errc() || *end != '\0') continue;
+    thread.name = first_line(entry.path() / "comm");
+    const bool is_irq = thread.name.starts_with("irq/") && thread.name.ends_with("-" + interface);
+    if (!is_irq && !thread.name.starts_with("napi/" + interface + "-")) continue;
+    read_class(entry.path(), thread);
+    thread.cpus = allowed_cpus(entry.path());
+    threads.push_back(std::move(thread));
+  }
+  std::ranges::sort(threads, {}, &KernelThread::name);
+  return threads;
+}
+
+std::string described(const KernelThread& thread) {
+  return fmt::format("{} {} on {}", thread.name,
+                     thread.is_realtime() ? fmt::format("FIFO {}", thread.priority) : "not real-time",
+                     thread.cpus);
+}
+
+}  // namespace
+
+Finding examine_receive_path(const controller::CommonConfig& config, const std::string& interface,
+                             const std::filesystem::path& root) {
+  const std::filesystem::path network = root / "sys/class/net" / interface;
+  std::error_code none;
+  if (!std::filesystem::exists(network / "device", none))
+    return {"receive path", Verdict::good, "none: a virtual interface"};
+  const bool is_threaded = first_line(network / "threaded") == "1";
+  const std::vector<KernelThread> threads = threads_of(interface, root);
+  std::vector<std::string> figures{is_threaded ? "threaded NAPI" : "NAPI in the soft interrupt"};
+  std::ranges::transform(threads, std::back_inserter(figures), described);
+
+  const int own = config.realtime.value_or(controller::Realtime{}).priority;
+  std::vector<std::string> cures;
+  if (!is_threaded) cures.push_back(fmt::format("echo 1 > /sys/class/net/{}/threaded", interface));
+  const auto irq =
+      std::ranges::find_if(threads, [](const KernelThread& t) { return t.name.starts_with("irq/"); });
+  for (const KernelThread& thread : threads) {
+    if (!thread.is_realtime() || thread.priority <= own)
+      cures.push_back(fmt::format("chrt -f -p {} {}", polling_priority, thread.pid));
+    if (irq != threads.end() && thread.cpus != irq->cpus)
+      cures.push_back(fmt::format("taskset -pc {} {}", irq->cpus, thread.pid));
+  }
+  if (!is_threaded)
+    cures.push_back(fmt::format("then chrt -f -p {} of its napi/{}-* threads", polling_priority, interface));
+  return judged("receive path", cures.empty(), fmt::format("{}", fmt::join(figures, ", ")),
+                fmt::format("{}", fmt::join(cures, "; ")));
+}
+
+}  // namespace hystcan::app
