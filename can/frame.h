@@ -10,8 +10,8 @@ namespace hystcan::can {
 
 enum class FrameKind : std::uint8_t { data, remote, fd, error };
 
-/// The flags of an FD frame, as in linux/can.h: the data phase passes at the data bit rate (BRS); the sender is
-/// error-passive (ESI).
+/// The flags of an FD frame, as in linux/can.h: the data phase passes at the data bit rate (BRS); the sender
+/// is error-passive (ESI).
 inline constexpr std::uint8_t fd_bit_rate_switch = 1;
 inline constexpr std::uint8_t fd_error_state = 2;
 

@@ -2,10 +2,10 @@
 //
 // A CAN FD frame with bit-rate switch has a data phase, which passes at the data bit rate:
 //
-//   nominal   start of frame, identifier, RRS, IDE, FDF, res, BRS            17 bits, 36 if extended
-//   data      ESI, length code, payload, stuff count, CRC 17 or 21, fixed    8 n + 5 + 28, or + 33 above 16 bytes
-//             stuff bits, CRC delimiter
-//   nominal   ACK slot and delimiter, end of frame, interframe space         12 bits
+//   nominal   start of frame, identifier, RRS, IDE, FDF, res, BRS        17 bits, 36 if extended
+//   data      ESI, length code, payload, stuff count, CRC 17 or 21,      8 n + 5 + 28, or + 33 above 16 bytes
+//             fixed stuff bits, CRC delimiter
+//   nominal   ACK slot and delimiter, end of frame, interframe space     12 bits
 //
 // and the dynamic stuff bits of each phase. The bit rate switches within BRS and within the CRC delimiter, at
 // their sample points; together the two take one nominal and one data bit time.

@@ -54,7 +54,8 @@ std::string allowed_cpus(const std::filesystem::path& process) {
   return {};
 }
 
-/// Interrupt threads are `irq/NN-can0`, or have the name of the adapter's bus; polling threads are `napi/can0-NN`.
+/// Interrupt threads are `irq/NN-can0`, or have the name of the adapter's bus; polling threads are
+/// `napi/can0-NN`.
 std::vector<KernelThread> threads_of(const std::string& interface, const std::filesystem::path& root) {
   std::vector<KernelThread> threads;
   std::error_code none;
