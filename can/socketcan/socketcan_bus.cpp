@@ -119,7 +119,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   void take(std::size_t index) {
-    const Frame frame = batch_.frame(index);
+    Frame frame = batch_.frame(index);
+    frame.fd_flags &= fd_bit_rate_switch | fd_error_state;  // Linux 5.18 and later add a flag "FD"
     const Time received = batch_.received(index);
     if (batch_.is_own(index)) {
       if (on_sent_) on_sent_(frame, received);
