@@ -5,16 +5,27 @@
 namespace hystcan::controller {
 namespace {
 
-bool send_command(const RemoteNode& node, can::Bus& bus, can::Time now) {
+bool send_command(const RemoteNode& node, bool is_set_up, can::Bus& bus, can::Time now) {
   const auto state = node.state(now);
-  if (node.is_set_up() && state != can::NmtState::operational)
+  if (is_set_up && state != can::NmtState::operational)
     return bus.send(can::nmt_frame({can::NmtCommand::start, node.node()}));
-  if (!node.is_set_up() && state == can::NmtState::stopped)
+  if (!is_set_up && state == can::NmtState::stopped)
     return bus.send(can::nmt_frame({can::NmtCommand::enter_pre_operational, node.node()}));
   return false;
 }
 
 }  // namespace
+
+bool BackgroundFrames::some_axis_waits() const {
+  return std::ranges::any_of(axes_,
+                             [](const auto& wired) { return wired->axis.state() == AxisState::waiting; });
+}
+
+void BackgroundFrames::for_each_with(std::uint8_t number, auto visit) const {
+  for (const auto& wired : axes_)
+    for (const RemoteNode* node : wired->nodes())
+      if (node->node() == number) visit(wired->axis, *node);
+}
 
 void BackgroundFrames::start(can::Bus& bus, can::Time now) {
   next_heartbeat_ = now + heartbeat_period_;
@@ -28,9 +39,7 @@ void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time n
   const bool heartbeat_due = sync_sent >= next_heartbeat_;
   if (heartbeat_due)
     for (const auto& wired : axes_) wired->status_sender.make_due();
-  const bool nodes_first = heartbeat_due && std::ranges::any_of(axes_, [](const auto& wired) {
-                             return wired->axis.state() == AxisState::waiting;
-                           });
+  const bool nodes_first = heartbeat_due && some_axis_waits();
   bool sent_status =
       send_next_scan_marker(bus) || (!sent_status_ && !nodes_first && send_next_axis_status(bus));
   if (heartbeat_due) {
@@ -38,8 +47,9 @@ void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time n
     bus.send(can::heartbeat_frame(node_, can::NmtState::operational));
     if (next_to_command_ >= node_count()) next_to_command_ = 0;
   }
-  if (!sent_status && !send_next_setup_request(bus, now, time_s) && !send_next_nmt_command(bus, now))
-    sent_status = send_next_axis_status(bus);
+  const bool sent_to_node = !sent_status && some_axis_waits() &&
+                            (send_next_setup_request(bus, now, time_s) || send_next_nmt_command(bus, now));
+  if (!sent_status && !sent_to_node) sent_status = send_next_axis_status(bus);
   sent_status_ = sent_status;
 }
 
@@ -63,11 +73,17 @@ bool BackgroundFrames::send_next_setup_request(can::Bus& bus, can::Time now, dou
   for (std::size_t tried = 0; tried < node_count(); ++tried) {
     const std::size_t place = next_to_set_up_;
     next_to_set_up_ = (place + 1) % node_count();
-    Axis& axis = axes_[place / 2]->axis;
-    if (axis.state() != AxisState::waiting) continue;
     RemoteNode& node = node_at(place);
+    bool is_waited_for = false;
+    for_each_with(node.node(), [&](const Axis& axis, const RemoteNode&) {
+      is_waited_for |= axis.state() == AxisState::waiting;
+    });
+    if (!is_waited_for) continue;
     const auto request = node.poll_setup(now);
-    if (node.setup_has_failed()) axis.trip(Cause::node_not_set_up, time_s);
+    if (node.setup_has_failed())
+      for_each_with(node.node(), [&](Axis& axis, const RemoteNode&) {
+        if (axis.state() == AxisState::waiting) axis.trip(Cause::node_not_set_up, time_s);
+      });
     if (!request) continue;
     bus.send(*request);
     return true;
@@ -78,8 +94,11 @@ bool BackgroundFrames::send_next_setup_request(can::Bus& bus, can::Time now, dou
 bool BackgroundFrames::send_next_nmt_command(can::Bus& bus, can::Time now) {
   while (next_to_command_ < node_count()) {
     const std::size_t place = next_to_command_++;
-    if (axes_[place / 2]->axis.state() == AxisState::waiting && send_command(node_at(place), bus, now))
-      return true;
+    if (axes_[place / 2]->axis.state() != AxisState::waiting) continue;
+    const RemoteNode& node = node_at(place);
+    bool is_set_up = true;
+    for_each_with(node.node(), [&](const Axis&, const RemoteNode& same) { is_set_up &= same.is_set_up(); });
+    if (send_command(node, is_set_up, bus, now)) return true;
   }
   return false;
 }

@@ -7,7 +7,7 @@
 //
 // The start-up brings the remote nodes of waiting axes to operational. A node is set up by SDO first, and
 // started by NMT once its set-up is complete. A stopped node answers no SDO; it is sent to pre-operational
-// first.
+// first. A node that axes share is set up by that one which has its objects, as soon as any of them waits.
 #pragma once
 
 #include <cstddef>
@@ -32,12 +32,15 @@ class BackgroundFrames {
  private:
   bool send_next_scan_marker(can::Bus& bus);
   bool send_next_axis_status(can::Bus& bus);
-  /// A node that cannot be set up is a fault of its axis, at `time_s`.
+  /// A node that cannot be set up is a fault of the axes that wait for it, at `time_s`.
   bool send_next_setup_request(can::Bus& bus, can::Time now, double time_s);
   bool send_next_nmt_command(can::Bus& bus, can::Time now);
   /// Each axis has two nodes: its sensor, then its amplifier.
   std::size_t node_count() const { return 2 * axes_.size(); }
   RemoteNode& node_at(std::size_t place) { return *axes_[place / 2]->nodes()[place % 2]; }
+  bool some_axis_waits() const;
+  /// For each axis that has the node of this number, and for the axis's own view of it.
+  void for_each_with(std::uint8_t number, auto visit) const;
 
   std::uint8_t node_;
   can::Duration heartbeat_period_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 namespace hystcan::controller {
@@ -20,15 +21,6 @@ void check_couplings(const Config& config) {
                                     ", expected one of the axes that are controlled");
 }
 
-WiredAxes wired_axes(const Config& config, const can::Database& database) {
-  check_couplings(config);
-  WiredAxes axes;
-  axes.reserve(config.axes.size());
-  for (const WiredAxisConfig& axis : config.axes)
-    axes.push_back(std::make_unique<WiredAxis>(axis, config.heartbeat_timeout, database));
-  return axes;
-}
-
 }  // namespace
 
 Controller::Controller(const Config& config, const can::Database& database, can::Scheduler& scheduler,
@@ -36,14 +28,16 @@ Controller::Controller(const Config& config, const can::Database& database, can:
     : config_(config),
       scheduler_(scheduler),
       on_record_(std::move(on_record)),
-      axes_(wired_axes(config, database)),
       background_(config.node, config.heartbeat_period, axes_),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(std::llround(1e9 / config.rate_Hz)) {
+  check_couplings(config);
+  make_axes(config, database);
   add_handlers();
   std::vector<can::Filter> filters;
   filters.reserve(handlers_.size());
-  for (const auto& [key, handler] : handlers_) filters.push_back({.id = key.first, .extended = key.second});
+  for (auto at = handlers_.begin(); at != handlers_.end(); at = handlers_.upper_bound(at->first))
+    filters.push_back({.id = at->first.first, .extended = at->first.second});
   bus_ = attach(filters);
   bus_->on_frame([this](const can::Frame& frame, can::Time received) {
     frame_heard_ = received;
@@ -53,20 +47,43 @@ Controller::Controller(const Config& config, const can::Database& database, can:
   listen_to_echoes();
 }
 
+/// Axes whose commands are in the same message share its frame.
+void Controller::make_axes(const Config& config, const can::Database& database) {
+  axes_.reserve(config.axes.size());
+  for (const WiredAxisConfig& axis : config.axes) {
+    const auto layout = can::find_layout<can::AmpCommand>(database, axis.wire);
+    const double safe_drive = axis.axis.gate.safe_drive;
+    CommandFrame* commands = nullptr;
+    for (const auto& other : command_frames_)
+      if (other->id() == layout->id() && other->extended() == layout->extended()) commands = other.get();
+    std::size_t place = 0;
+    if (commands != nullptr)
+      place = commands->add(*layout, axes_.size(), safe_drive);
+    else
+      commands =
+          command_frames_.emplace_back(std::make_unique<CommandFrame>(*layout, axes_.size(), safe_drive))
+              .get();
+    axes_.push_back(std::make_unique<WiredAxis>(axis, config.heartbeat_timeout, database, *commands, place));
+  }
+  if (command_frames_.size() == axes_.size()) return;
+  if (config_.command_deadline == can::Duration::zero()) config_.command_deadline = period_ / 2;
+  command_timer_ = scheduler_.make_timer([this] { end_waiting(); });
+}
+
 void Controller::listen_to_echoes() {
   const bool are_reported = bus_->on_sent([this](const can::Frame& frame, can::Time) {
-    for (const auto& wired : axes_) wired->amplifier.on_echo(frame);
+    for (const auto& commands : command_frames_) commands->on_echo(frame, *bus_);
   });
   if (!are_reported) return;
-  for (const auto& wired : axes_) wired->amplifier.begin_to_count_echoes();
+  for (const auto& commands : command_frames_) commands->begin_to_count_echoes();
 }
 
 /// A frame of the other identifier type in the place of a message goes to that message, which rejects and
 /// counts it.
 void Controller::pass_on(const can::Frame& frame) const {
-  auto found = handlers_.find({frame.id, frame.extended});
-  if (found == handlers_.end()) found = handlers_.find({frame.id, !frame.extended});
-  if (found != handlers_.end()) found->second(frame);
+  auto [handler, end] = handlers_.equal_range({frame.id, frame.extended});
+  if (handler == end) std::tie(handler, end) = handlers_.equal_range({frame.id, !frame.extended});
+  for (; handler != end; ++handler) handler->second(frame);
 }
 
 /// Our own frames never come back to us: a frame with an identifier of ours comes from another controller. A
@@ -80,6 +97,10 @@ void Controller::add_handlers() {
     if (can::is_heartbeat_of(config_.node, frame))
       on_another_controller(ForeignFrame::Kind::heartbeat, frame);
   });
+  for (const auto& commands : command_frames_)
+    add_handler(commands->id(), commands->extended(), [this, &commands](const can::Frame& frame) {
+      if (commands->is_sound(frame)) on_another_controller(ForeignFrame::Kind::command, frame);
+    });
   for (std::size_t i = 0; i < axes_.size(); ++i) add_handlers_of(i);
 }
 
@@ -92,10 +113,6 @@ void Controller::add_handlers_of(std::size_t index) {
     add_handler(decode->id(), decode->extended(), [this, &wired](const can::Frame& frame) {
       wired.amplifier.on_status(frame, scheduler_.now());
     });
-  const auto& encode = wired.amplifier.encoder();
-  add_handler(encode.id(), encode.extended(), [this, &wired](const can::Frame& frame) {
-    if (wired.amplifier.is_command(frame)) on_another_controller(ForeignFrame::Kind::command, frame);
-  });
   if (const auto id = wired.status_sender.id())
     add_handler(*id, false, [this, &wired](const can::Frame& frame) {
       if (wired.status_sender.is_sound(frame)) on_another_controller(ForeignFrame::Kind::axis_status, frame);
@@ -143,7 +160,17 @@ bool Controller::stopped() const {
 void Controller::send_safe_commands() {
   if (phase_ != Phase::running) return;
   for (const auto& wired : axes_)
-    wired->amplifier.send({.drive = wired->axis.config().gate.safe_drive}, cycle_.sync_counter, *bus_);
+    wired->amplifier.put(AxisCommand{.drive = wired->axis.config().gate.safe_drive}, cycle_.sync_counter);
+  for (const auto& commands : command_frames_) {
+    commands->forget();  // there is no time to wait for an echo
+    commands->send(*bus_);
+  }
+}
+
+std::uint64_t Controller::replaced_commands() const {
+  std::uint64_t count = 0;
+  for (const auto& commands : command_frames_) count += commands->replaced();
+  return count;
 }
 
 std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const {
@@ -182,11 +209,8 @@ void Controller::tick() {
 
 /// Axes whose sample has not come are stepped without it.
 void Controller::close_cycle() {
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    if (axes_[i]->answered) continue;
-    if (axes_[i]->axis.state() > AxisState::waiting) ++counters_.missing_samples;
-    step(i, nullptr);
-  }
+  for (const auto& commands : command_frames_)
+    if (!is_answered(*commands)) answer(*commands);
 }
 
 void Controller::begin_cycle(can::Time now) {
@@ -199,8 +223,9 @@ void Controller::begin_cycle(can::Time now) {
   cycle_.sync_counter = can::next_sync_counter(cycle_.sync_counter);
   bus_->send(can::sync_frame(cycle_.sync_counter));
   ++counters_.cycles;
-  for (const auto& wired : axes_) wired->answered = false;
+  for (const auto& wired : axes_) wired->stepped = wired->answered = false;
   cycle_.background_done = false;
+  if (command_timer_) command_timer_->expire_at(now + config_.command_deadline);
 }
 
 /// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in
@@ -272,33 +297,65 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
   if (!sample) return;
+  wired.heard_in = counters_.cycles;
   if (wired.sensor.is_doubled()) trip_if_in_use(wired, Cause::sample_doubled);
-  if (wired.answered || !wired.sensor.is_of(*sample, cycle_.sync_counter)) {
+  if (wired.stepped || !wired.sensor.is_of(*sample, cycle_.sync_counter)) {
     ++counters_.late_samples;
     wired.sensor.note_late_sample();
     return;
   }
   step(index, &*sample);
+  CommandFrame& commands = wired.amplifier.commands();
+  if (std::ranges::any_of(commands.axes(), [this](std::size_t i) { return is_awaited(i); })) return;
+  answer(commands);
   run_background_tasks();
 }
 
+/// One lost sample does not end the waiting for the next.
+bool Controller::is_awaited(std::size_t index) const {
+  constexpr std::uint64_t patience = 2;
+  return !axes_[index]->stepped && counters_.cycles - axes_[index]->heard_in <= patience;
+}
+
+/// The deadline of command frames of several axes.
+void Controller::end_waiting() {
+  if (phase_ == Phase::silent) return;
+  for (const auto& commands : command_frames_)
+    if (commands->axes().size() > 1 && !is_answered(*commands)) answer(*commands);
+  run_background_tasks();
+}
+
+/// Sends the commands of the axes that share a frame. Those that have no sample are stepped without it.
+void Controller::answer(CommandFrame& commands) {
+  for (const std::size_t i : commands.axes()) {
+    if (axes_[i]->stepped) continue;
+    if (axes_[i]->axis.state() > AxisState::waiting) ++counters_.missing_samples;
+    step(i, nullptr);
+  }
+  if (phase_ == Phase::running) commands.send(*bus_);
+  for (const std::size_t i : commands.axes()) {
+    axes_[i]->answered = true;
+    axes_[i]->phases.command_sent = scheduler_.now() - cycle_.sync_sent;
+    record(i);
+  }
+}
+
+/// Puts the axis's command into its frame.
 void Controller::step(std::size_t index, const can::SensorSample* sample) {
   WiredAxis& wired = *axes_[index];
-  wired.answered = true;
+  wired.stepped = true;
   const AxisInput input = input_of(wired, sample);
-  CyclePhases phases{.period = cycle_.sync_period, .lateness = cycle_.lateness};
+  wired.phases = {.period = cycle_.sync_period, .lateness = cycle_.lateness};
+  if (sample != nullptr) wired.phases.sample_heard = frame_heard_ - cycle_.sync_sent;
   const can::Time begun = scheduler_.now();
   const AxisCommand command = wired.axis.step(input);
-  phases.execution = scheduler_.now() - begun;
+  wired.phases.execution = scheduler_.now() - begun;
   if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle_.sync_counter);
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
                          wired.amplifier.state(cycle_.sync_sent) != can::NmtState::operational;
-  if (phase_ == Phase::running && !is_asleep &&
-      !wired.amplifier.send(command, cycle_.sync_counter, *bus_))  // its watchdog acts on the silence
+  if (phase_ != Phase::running) return;
+  if (!wired.amplifier.put(is_asleep ? std::optional<AxisCommand>{} : command, cycle_.sync_counter))
     wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
-  phases.command_sent = scheduler_.now() - cycle_.sync_sent;
-  if (sample != nullptr) phases.sample_heard = frame_heard_ - cycle_.sync_sent;
-  record(index, phases, sample != nullptr);
 }
 
 AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample) const {
@@ -323,10 +380,11 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
   return input;
 }
 
-void Controller::record(std::size_t index, const CyclePhases& phases, bool has_sample) {
+void Controller::record(std::size_t index) {
   WiredAxis& wired = *axes_[index];
+  const CyclePhases& phases = wired.phases;
   timing_.execution.add(phases.execution);
-  if (has_sample) timing_.turnaround.add(phases.turnaround());
+  if (phases.sample_heard != can::Duration::zero()) timing_.turnaround.add(phases.turnaround());
   on_record_({.cycle = counters_.cycles,
               .time_s = since_start_s(cycle_.sync_sent),
               .axis = index,
@@ -358,6 +416,7 @@ void Controller::keep_silent() {
   sync_timer_->cancel();
   cycle_.sync_sent = scheduler_.now();
   for (std::size_t i = 0; i < axes_.size(); ++i) step(i, nullptr);
+  for (const auto& commands : command_frames_) answer(*commands);
 }
 
 void Controller::on_bus_state(can::BusState state) {

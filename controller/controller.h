@@ -4,7 +4,9 @@
 //   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
 //
 // A sample is answered as it arrives. If it has not come by the next SYNC, the axis is stepped without it
-// then, and the sample is counted as missing. The other frames of the controller follow its commands
+// then, and the sample is counted as missing. A command frame of several axes goes out when all of them have
+// stepped, and at the latest at a deadline in the cycle: those that have no sample by then are stepped
+// without it. An axis whose samples have stayed away for some cycles is not waited for. The other frames of the controller follow its commands
 // (BackgroundFrames), and so does the answer to a request from outside (carry_out).
 //
 // Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
@@ -44,6 +46,7 @@
 #include "can/dbc/database.h"
 #include "controller/background_frames.h"
 #include "controller/black_box.h"
+#include "controller/command_frame.h"
 #include "controller/cycle_record.h"
 #include "controller/realtime.h"
 #include "controller/requests.h"
@@ -58,9 +61,10 @@ struct CommonConfig {
   std::uint8_t node = 127;  ///< Of the controller's own heartbeat.
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< Of the other nodes.
-  can::Duration lateness_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
-  can::Duration lateness_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
-  bool start_together = true;     ///< The first axis that is ready waits for the others.
+  can::Duration command_deadline{};  ///< Of command frames of several axes, after SYNC; zero: half the cycle.
+  can::Duration lateness_warn{};     ///< The log reports a SYNC that is later than this; zero: never.
+  can::Duration lateness_trip{};     ///< A later one faults every axis in use (cycle overrun); zero: never.
+  bool start_together = true;        ///< The first axis that is ready waits for the others.
   can::Duration start_timeout{std::chrono::seconds(5)};  ///< For so long.
   std::optional<Realtime> realtime{};
   BlackBox::Config black_box{};
@@ -107,6 +111,8 @@ class Controller {
   /// A line for each node to which other nodes have sent NMT commands or SDO requests.
   std::vector<std::string> foreign_access() const;
   const CycleCounters& counters() const { return counters_; }
+  /// Command frames that never went out, because a newer one took their place.
+  std::uint64_t replaced_commands() const;
   /// Since start. On the scheduler's thread, like everything here.
   const CycleTiming& timing() const { return timing_; }
   const can::Bus& bus() const { return *bus_; }
@@ -127,10 +133,11 @@ class Controller {
     bool background_done = true;
   };
 
+  void make_axes(const Config& config, const can::Database& database);
   void listen_to_echoes();
   void add_handlers();
   void add_handlers_of(std::size_t index);
-  /// Where two have the same identifier, the first one receives its frames.
+  /// Where several axes share a frame, each has a handler of its own.
   void add_handler(std::uint32_t id, bool extended, std::function<void(const can::Frame&)> handler) {
     handlers_.emplace(std::pair(id, extended), std::move(handler));
   }
@@ -146,8 +153,12 @@ class Controller {
   void answer_next_request();
   void on_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
+  bool is_awaited(std::size_t index) const;
+  bool is_answered(const CommandFrame& commands) const { return axes_[commands.axes().front()]->answered; }
+  void answer(CommandFrame& commands);
+  void end_waiting();
   AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
-  void record(std::size_t index, const CyclePhases& phases, bool has_sample);
+  void record(std::size_t index);
   void on_foreign_nmt(const can::Frame& frame);
   void trip_if_in_use(WiredAxis& wired, Cause cause);
   void on_another_controller(ForeignFrame::Kind kind, const can::Frame& frame);
@@ -158,14 +169,16 @@ class Controller {
   CommonConfig config_;
   can::Scheduler& scheduler_;
   RecordHandler on_record_;
+  std::vector<std::unique_ptr<CommandFrame>> command_frames_;
   WiredAxes axes_;
   /// By identifier, and whether it is an extended one.
-  std::map<std::pair<std::uint32_t, bool>, std::function<void(const can::Frame&)>> handlers_;
+  std::multimap<std::pair<std::uint32_t, bool>, std::function<void(const can::Frame&)>> handlers_;
   RequestLink* requests_ = nullptr;  ///< Null: there are none.
   bool asked_to_stop_ = false;
   BackgroundFrames background_;
   std::unique_ptr<can::Bus> bus_;
   std::unique_ptr<can::Timer> sync_timer_;
+  std::unique_ptr<can::Timer> command_timer_;  ///< Null: no axes share a command frame.
   can::Duration period_;
   Phase phase_ = Phase::off;
   can::Time started_{};

@@ -61,12 +61,12 @@ void SensorLink::take_health(can::Time now, AxisInput& input) {
 }
 
 AmplifierLink::AmplifierLink(const can::AxisWire& wire, const Axis& axis, can::Duration heartbeat_timeout,
-                             const can::Database& database)
+                             const can::Database& database, CommandFrame& commands, std::size_t place)
     : RemoteNode(wire.amplifier_node, heartbeat_timeout,
                  {wire.amplifier_node, wire.amplifier_setup, wire.setup_patience}),
       axis_(axis),
-      encode_(*can::find_layout<can::AmpCommand>(database, wire)),
-      foreign_command_(can::find_layout<can::AmpCommand>(database, wire)->checker()) {
+      commands_(commands),
+      place_(place) {
   const auto map = can::message_map<can::AmpStatus>(wire);
   const can::AmpStatus assumed = assumed_status(axis.config(), map);
   if (auto layout = can::find_layout<can::AmpStatus>(database, wire, assumed))
@@ -107,25 +107,14 @@ void AmplifierLink::forget_status() {
 void AmplifierLink::on_bus_loss(can::BusState state) {
   bus_off_seen_ |= state == can::BusState::bus_off;
   interface_down_seen_ |= state == can::BusState::down;
-  pending_.forget();
+  commands_.forget();
   forget();
   forget_status();
 }
 
-void AmplifierLink::on_echo(const can::Frame& frame) {
-  if (frame.id == encode_.id() && frame.extended == encode_.extended()) pending_.confirm(frame);
-}
-
-bool AmplifierLink::send(const AxisCommand& command, std::uint8_t sync_counter, can::Bus& bus) {
-  moves_ |= command.enable && decode_.has_value();
-  const bool is_safe = !command.enable && !command.clear_fault;
-  if (command.withheld || (is_safe && pending_.is_safe_one_on_its_way())) return true;
-  const auto frame = encode_({.setpoint = command.drive,
-                              .enable = command.enable,
-                              .clear_fault = command.clear_fault,
-                              .sync_counter = sync_counter});
-  if (frame && bus.send(*frame)) pending_.add(*frame, is_safe);
-  return frame.has_value();
+bool AmplifierLink::put(const std::optional<AxisCommand>& command, std::uint8_t sync_counter) {
+  moves_ |= command && command->enable && decode_.has_value();
+  return commands_.put(place_, command, sync_counter);
 }
 
 void AmplifierLink::take_health(can::Time now, can::BusState bus, AxisInput& input) {
@@ -133,7 +122,7 @@ void AmplifierLink::take_health(can::Time now, can::BusState bus, AxisInput& inp
   health.interface_up = !std::exchange(interface_down_seen_, false) && bus != can::BusState::down;
   health.bus_on = !std::exchange(bus_off_seen_, false) && bus != can::BusState::bus_off;
   health.bus_passive = bus == can::BusState::passive;
-  health.commands_late = pending_.are_late();
+  health.commands_late = commands_.is_late();
   health.amplifier_alive = state(now).has_value();
   health.amplifier_operational = is_operational(now);
   health.restarted |= take_restart();
@@ -150,11 +139,11 @@ void AmplifierLink::take_health(can::Time now, can::BusState bus, AxisInput& inp
 }
 
 WiredAxis::WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_timeout,
-                     const can::Database& database)
+                     const can::Database& database, CommandFrame& commands, std::size_t place)
     : wire(config.wire),
       axis(config.axis),
       sensor(wire, heartbeat_timeout, database),
-      amplifier(wire, axis, heartbeat_timeout, database),
+      amplifier(wire, axis, heartbeat_timeout, database, commands, place),
       status_sender(database, wire) {
   if (config.live_setpoint) setpoint_receiver.emplace(database, wire);
   if (config.scan_marker) scan_marker_sender.emplace(database, wire);

@@ -11,9 +11,10 @@
 #include "can/bus.h"
 #include "can/dbc/database.h"
 #include "can/protocol/protocol.h"
+#include "controller/command_frame.h"
 #include "controller/control/axis.h"
+#include "controller/cycle_record.h"
 #include "controller/own_frames.h"
-#include "controller/pending_commands.h"
 #include "controller/remote_node.h"
 
 namespace hystcan::controller {
@@ -65,25 +66,20 @@ class SensorLink : public RemoteNode {
 /// The amplifier's node, its statuses, and the commands to it.
 class AmplifierLink : public RemoteNode {
  public:
+  /// `place`: of the axis in the frame of its commands.
   AmplifierLink(const can::AxisWire& wire, const Axis& axis, can::Duration heartbeat_timeout,
-                const can::Database& database);
+                const can::Database& database, CommandFrame& commands, std::size_t place);
 
   void on_heartbeat(const can::Frame& frame, can::Time now);
   void on_status(const can::Frame& frame, can::Time now);
   void on_bus_loss(can::BusState state);
-  /// The bus has carried a frame of ours.
-  void on_echo(const can::Frame& frame);
-  /// A sound command to this amplifier: another node sends it.
-  bool is_command(const can::Frame& frame) { return !foreign_command_.check(frame); }
-
-  void begin_to_count_echoes() { pending_.begin_to_count(); }
-  /// False: the drive does not fit its signal, and nothing is sent.
-  bool send(const AxisCommand& command, std::uint8_t sync_counter, can::Bus& bus);
+  /// Of this cycle. Empty: the amplifier sleeps. False: the drive does not fit its signal.
+  bool put(const std::optional<AxisCommand>& command, std::uint8_t sync_counter);
 
   /// What is known for the next step. Each event since the last step counts once.
   void take_health(can::Time now, can::BusState bus, AxisInput& input);
   double output() const { return status_.output; }  ///< of the last status, drive units
-  const can::Encoder<can::AmpCommand>& encoder() const { return encode_; }
+  CommandFrame& commands() const { return commands_; }
   /// Empty: the amplifier sends no status.
   const std::optional<can::Decoder<can::AmpStatus>>& decoder() const { return decode_; }
 
@@ -92,15 +88,14 @@ class AmplifierLink : public RemoteNode {
   bool reports_a_move(const can::AmpStatus& next) const;
 
   const Axis& axis_;
-  can::Encoder<can::AmpCommand> encode_;
-  can::E2eChecker foreign_command_;
+  CommandFrame& commands_;
+  std::size_t place_;
   std::optional<can::Decoder<can::AmpStatus>> decode_;
   bool flags_report_fault_ = false;  ///< The state field alone does not report a fault.
   can::AmpStatus status_at_first_;   ///< What holds before a status comes, or where none ever comes.
   can::AmpStatus status_;            ///< The last one received.
   can::Time status_heard_{};
   bool moves_ = false;  ///< Enabled, or ramping down: `status_` does not say where the output is.
-  PendingCommands pending_;
   // Since the last step, however briefly:
   bool fault_seen_ = false;
   bool not_enabled_seen_ = false;
@@ -110,7 +105,8 @@ class AmplifierLink : public RemoteNode {
 
 struct WiredAxis {
   /// Throws std::invalid_argument where the database lacks a message or the model is not valid.
-  WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_timeout, const can::Database& database);
+  WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_timeout, const can::Database& database,
+            CommandFrame& commands, std::size_t place);
   WiredAxis(const WiredAxis&) = delete;
   WiredAxis& operator=(const WiredAxis&) = delete;
   ~WiredAxis() = default;
@@ -131,7 +127,10 @@ struct WiredAxis {
   StatusSender status_sender;
   std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis takes no live setpoint.
   std::optional<ScanMarkerSender> scan_marker_sender;
-  bool answered = true;  ///< This cycle's step has been taken.
+  std::uint64_t heard_in = 0;  ///< the last cycle in which a sample came, in time or late
+  bool stepped = true;         ///< This cycle's step has been taken.
+  bool answered = true;        ///< And its command has gone out, with those of the axes in its frame.
+  CyclePhases phases{};        ///< of this cycle's step
 
  private:
   std::optional<ForeignFrame> foreign_frame_;    ///< for the log

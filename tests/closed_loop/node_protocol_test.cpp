@@ -135,13 +135,10 @@ TEST(AmplifierStatus, WithFaultFlagsBesideAnotherStateIsNoFault) {
 TEST(AmplifierWithoutAStatus, IsTakenForReadyAlsoAfterABusOff) {
   rehearsal::Setup setup = support::shipped("lab_amplifier.toml");
   setup.controller.axes[0].wire.frames->status.reset();
-  controller::WiredAxis wired(setup.controller.axes[0], milliseconds(300), setup.database);
-  controller::AxisInput before, after;
-  wired.amplifier.take_health(can::Time{}, can::BusState::active, before);
-  ASSERT_TRUE(before.health.amplifier_ready);
-  wired.amplifier.on_bus_loss(can::BusState::bus_off);
-  wired.amplifier.take_health(can::Time{}, can::BusState::active, after);
-  EXPECT_TRUE(after.health.amplifier_ready);
+  support::LoneAxis axis = lone(setup);
+  ASSERT_TRUE(axis.health().amplifier_ready);
+  axis.wired.amplifier.on_bus_loss(can::BusState::bus_off);
+  EXPECT_TRUE(axis.health().amplifier_ready);
 }
 
 TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {

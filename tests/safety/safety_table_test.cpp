@@ -27,7 +27,7 @@ const std::string& document() {
 const std::string& sources() {
   static const std::string all = [] {
     std::string text;
-    for (const char* folder : {"/tests/safety", "/tests/closed_loop", "/tests/hil"})
+    for (const char* folder : {"/tests/safety", "/tests/controller", "/tests/closed_loop", "/tests/hil"})
       for (const auto& entry : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR + std::string(folder)))
         if (entry.path().extension() == ".cpp") text += text_of(entry.path());
     return text;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
+#include <utility>
 
 #include "controller/wired_axis.h"
 
@@ -10,20 +12,30 @@ namespace hystcan::support {
 class LoneAxis {
  public:
   LoneAxis(const controller::WiredAxisConfig& config, const can::Database& database)
-      : wired(config, std::chrono::milliseconds(300), database),
-        encode_(*can::find_layout<can::AmpStatus>(database, config.wire)) {}
+      : commands_(*can::find_layout<can::AmpCommand>(database, config.wire), 0, config.axis.gate.safe_drive),
+        wired(config, std::chrono::milliseconds(300), database, commands_, 0),
+        encode_(encoder(config.wire, database)) {}
 
-  void hear_status(const can::AmpStatus& status) { wired.amplifier.on_status(*encode_(status), {}); }
+  void hear_status(const can::AmpStatus& status) { wired.amplifier.on_status(*(*encode_)(status), {}); }
   controller::NodeHealth health() {
     controller::AxisInput input;
     wired.amplifier.take_health({}, can::BusState::active, input);
     return input.health;
   }
 
+ private:
+  controller::CommandFrame commands_;
+
+ public:
   controller::WiredAxis wired;
 
  private:
-  can::Encoder<can::AmpStatus> encode_;
+  using Encoder = can::Encoder<can::AmpStatus>;
+  static std::optional<Encoder> encoder(const can::AxisWire& wire, const can::Database& database) {
+    auto layout = can::find_layout<can::AmpStatus>(database, wire);
+    return layout ? std::optional<Encoder>(std::move(*layout)) : std::nullopt;
+  }
+  std::optional<Encoder> encode_;  ///< empty: the amplifier sends no status
 };
 
 }  // namespace hystcan::support

@@ -1,0 +1,90 @@
+#include "controller/command_frame.h"
+
+#include <utility>
+
+namespace hystcan::controller {
+namespace {
+
+bool is_of_a_later_sync(std::uint8_t counter, std::uint8_t than) {
+  const int ahead = (counter - than + can::sync_counter_max) % can::sync_counter_max;
+  return ahead != 0 && ahead < can::sync_counter_max / 2;
+}
+
+}  // namespace
+
+CommandFrame::CommandFrame(const can::Layout<can::AmpCommand>& layout, std::size_t axis, double safe_drive)
+    : protector_(layout.protection()), foreign_(layout.checker()), next_{.frame = layout.frame()} {
+  add(layout, axis, safe_drive);
+}
+
+std::size_t CommandFrame::add(const can::Layout<can::AmpCommand>& layout, std::size_t axis,
+                              double safe_drive) {
+  slots_.push_back({layout, safe_drive});
+  axes_.push_back(axis);
+  return slots_.size() - 1;
+}
+
+bool CommandFrame::put(std::size_t place, const std::optional<AxisCommand>& command,
+                       std::uint8_t sync_counter) {
+  const Slot& slot = slots_[place];
+  can::AmpCommand said{.setpoint = slot.safe_drive, .sync_counter = sync_counter};
+  next_.sync_counter = sync_counter;
+  if (command) {
+    said.setpoint = command->drive;
+    said.enable = command->enable;
+    said.clear_fault = command->clear_fault;
+  }
+  const bool fits = slot.layout.put(said, next_.frame);
+  if (!fits) slot.layout.put({.setpoint = slot.safe_drive, .sync_counter = sync_counter}, next_.frame);
+  says_something_ |= command && fits && !command->withheld;
+  next_.is_safe &= !fits || (!said.enable && !said.clear_fault);
+  return fits;
+}
+
+void CommandFrame::send(can::Bus& bus) {
+  const bool says_something = std::exchange(says_something_, false);
+  const bool is_safe = std::exchange(next_.is_safe, true);
+  if (!says_something || (is_safe && is_safe_one_on_its_way())) return;
+  held_back_ = 0;
+  const Composed composed{.frame = next_.frame, .sync_counter = next_.sync_counter, .is_safe = is_safe};
+  is_late_ = queued_.has_value();
+  if (std::exchange(waiting_, std::nullopt)) ++replaced_;
+  if (is_late_ && !is_safe)
+    waiting_ = composed;
+  else
+    hand_over(composed, bus);
+}
+
+void CommandFrame::on_echo(const can::Frame& frame, can::Bus& bus) {
+  if (!queued_) return;
+  const auto counter = can::parse_sync(frame);
+  const bool is_later_sync = counter && is_of_a_later_sync(*counter, queued_->sync_counter);
+  can::Frame heard = frame;
+  heard.fd_flags = queued_->frame.fd_flags;  // an interface that is error-passive sets ESI
+  if (!is_later_sync && heard != queued_->frame) return;
+  const auto next = std::exchange(waiting_, std::nullopt);
+  forget();
+  if (next) hand_over(*next, bus);
+}
+
+void CommandFrame::forget() {
+  queued_.reset();
+  waiting_.reset();
+  is_late_ = false;
+}
+
+bool CommandFrame::is_safe_one_on_its_way() {
+  constexpr unsigned most = 100;
+  if (!queued_ || !queued_->is_safe) return false;
+  if (++held_back_ <= most) return true;
+  forget();
+  return false;
+}
+
+/// The counter of the message goes on with the frames that are handed over.
+void CommandFrame::hand_over(Composed composed, can::Bus& bus) {
+  protector_.seal(composed.frame);
+  if (bus.send(composed.frame) && echoes_) queued_ = composed;
+}
+
+}  // namespace hystcan::controller

@@ -1,0 +1,264 @@
+#include "controller/command_frame.h"
+
+#include <gtest/gtest.h>
+
+#include "can/dbc/reader.h"
+
+namespace hystcan::controller::command_frame_test {
+namespace {
+
+/// What the interface has taken; the test sends the echoes.
+class Queue final : public can::Bus {
+ public:
+  bool send(const can::Frame& frame) override {
+    if (!takes) return false;
+    frames.push_back(frame);
+    return true;
+  }
+  void on_frame(FrameHandler) override {}
+  bool on_sent(FrameHandler) override { return true; }
+  void on_state(StateHandler) override {}
+  can::BusState state() const override { return can::BusState::active; }
+  const can::BusCounters& counters() const override { return counters_; }
+
+  std::vector<can::Frame> frames;
+  bool takes = true;
+
+ private:
+  can::BusCounters counters_;
+};
+
+can::Layout<can::AmpCommand> layout(const std::string& axis) {
+  static const can::Database database = can::parse_dbc(R"(VERSION ""
+BU_: Controller
+BO_ 528 Commands: 12 Controller
+ SG_ X : 0|16@1+ (0.01,0) [0|150] "V" Vector__XXX
+ SG_ Y : 16|16@1+ (0.01,0) [0|150] "V" Vector__XXX
+ SG_ EnX : 32|1@1+ (1,0) [0|1] "" Vector__XXX
+ SG_ EnY : 33|1@1+ (1,0) [0|1] "" Vector__XXX
+ SG_ SyncCounter : 40|8@1+ (1,0) [0|240] "" Vector__XXX
+ SG_ Counter : 48|8@1+ (1,0) [0|255] "" Vector__XXX
+ SG_ Crc : 56|16@1+ (1,0) [0|65535] "" Vector__XXX
+)",
+                                                       "commands.dbc");
+  const can::MessageMap map{
+      .message = "Commands",
+      .signals = {{"setpoint", axis}, {"enable", "En" + axis}, {"sync_counter", "SyncCounter"}},
+      .polynomial = can::Crc::crc16};
+  return {can::find_message(database, map), map, "V"};
+}
+
+can::AmpCommand decoded(const std::string& axis, const can::Frame& frame) {
+  return layout(axis).decode(frame);
+}
+
+AxisCommand driven(double drive) { return {.drive = drive, .enable = true}; }
+
+class OneAxis : public testing::Test {
+ protected:
+  OneAxis() { frame.begin_to_count_echoes(); }
+  void send(double drive) { send(driven(drive)); }
+  void send(const std::optional<AxisCommand>& command) {
+    sync = can::next_sync_counter(sync);
+    frame.put(0, command, sync);
+    frame.send(queue);
+  }
+  void echo() { frame.on_echo(queue.frames.back(), queue); }
+  void echo_sync(std::uint8_t counter) { frame.on_echo(can::sync_frame(counter), queue); }
+  double last() const { return decoded("X", queue.frames.back()).setpoint; }
+
+  Queue queue;
+  CommandFrame frame{layout("X"), 0, 1.0};
+  std::uint8_t sync = 0;
+};
+using CommandFrameOfOneAxis = OneAxis;
+
+TEST_F(CommandFrameOfOneAxis, WaitsWhileTheOneBeforeHasNotLeft) {
+  send(10.0);
+  send(20.0);
+  EXPECT_EQ(queue.frames.size(), 1u);
+  echo();
+  ASSERT_EQ(queue.frames.size(), 2u);
+  EXPECT_NEAR(last(), 20.0, 1e-9);
+}
+
+TEST_F(CommandFrameOfOneAxis, IsReplacedByANewerOneAndCounted) {
+  for (const double drive : {10.0, 20.0, 30.0, 40.0}) send(drive);
+  echo();
+  ASSERT_EQ(queue.frames.size(), 2u);
+  EXPECT_NEAR(last(), 40.0, 1e-9);
+  EXPECT_EQ(frame.replaced(), 2u);
+}
+
+TEST_F(CommandFrameOfOneAxis, LeavesNoGapInTheCounterWhenItIsReplaced) {
+  for (const double drive : {10.0, 20.0, 30.0}) send(drive);
+  echo();
+  can::E2eChecker checker = layout("X").checker();
+  EXPECT_FALSE(checker.check(queue.frames[0]));
+  EXPECT_FALSE(checker.check(queue.frames[1]));
+  EXPECT_EQ(queue.frames[1].data[6], queue.frames[0].data[6] + 1);
+}
+
+TEST_F(CommandFrameOfOneAxis, IsLateWhenTwoHaveNotLeft) {
+  send(10.0);
+  EXPECT_FALSE(frame.is_late());
+  send(20.0);
+  EXPECT_TRUE(frame.is_late());
+  echo();
+  EXPECT_FALSE(frame.is_late());
+}
+
+TEST_F(CommandFrameOfOneAxis, HasLeftWhenALaterSyncHas) {
+  send(10.0);
+  echo_sync(sync);
+  send(20.0);
+  EXPECT_EQ(queue.frames.size(), 1u) << "the SYNC of its own cycle was before it";
+  echo_sync(sync);
+  EXPECT_EQ(queue.frames.size(), 2u) << "its own echo was lost";
+}
+
+TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenAnOlderSyncHas) {
+  sync = 100;
+  send(10.0);
+  send(20.0);
+  echo_sync(99);
+  EXPECT_EQ(queue.frames.size(), 1u);
+}
+
+TEST_F(CommandFrameOfOneAxis, HasLeftWhenTheSyncCounterHasBegunAgain) {
+  sync = can::sync_counter_max - 1;
+  send(10.0);
+  send(20.0);
+  echo_sync(1);
+  EXPECT_EQ(queue.frames.size(), 2u);
+}
+
+TEST_F(CommandFrameOfOneAxis, HasLeftByItsEchoWithTheErrorStateOfTheInterface) {
+  send(10.0);
+  send(20.0);
+  can::Frame echo = queue.frames.back();
+  echo.fd_flags |= can::fd_error_state;
+  frame.on_echo(echo, queue);
+  EXPECT_EQ(queue.frames.size(), 2u);
+}
+
+TEST_F(CommandFrameOfOneAxis, IsNotSentWhenTheWatchdogIsTried) {
+  send(AxisCommand{.drive = 10.0, .enable = true, .withheld = true});
+  EXPECT_TRUE(queue.frames.empty());
+}
+
+TEST_F(CommandFrameOfOneAxis, IsNotSentToAnAmplifierThatSleeps) {
+  send(std::nullopt);
+  EXPECT_TRUE(queue.frames.empty());
+}
+
+TEST_F(CommandFrameOfOneAxis, IsNotSentWithADriveThatDoesNotFit) {
+  EXPECT_FALSE(frame.put(0, driven(1000.0), 1));
+  frame.send(queue);
+  EXPECT_TRUE(queue.frames.empty());
+}
+
+TEST_F(CommandFrameOfOneAxis, NeverWaitsWhereTheBusReportsNoEcho) {
+  CommandFrame without_echo(layout("X"), 0, 1.0);
+  for (std::uint8_t i = 1; i <= 5; ++i) {
+    without_echo.put(0, AxisCommand{.drive = 1.0}, i);
+    without_echo.send(queue);
+  }
+  EXPECT_EQ(queue.frames.size(), 5u);
+  EXPECT_FALSE(without_echo.is_late());
+}
+
+TEST_F(CommandFrameOfOneAxis, IsNotWaitedForWhereTheInterfaceRefusedIt) {
+  queue.takes = false;
+  send(10.0);
+  queue.takes = true;
+  send(20.0);
+  EXPECT_EQ(queue.frames.size(), 1u);
+}
+
+TEST_F(CommandFrameOfOneAxis, DoesNotWaitWhenItIsSafe) {
+  for (const double drive : {10.0, 20.0}) send(drive);
+  send(AxisCommand{.drive = 1.0});
+  ASSERT_EQ(queue.frames.size(), 2u);
+  EXPECT_NEAR(last(), 1.0, 1e-9);
+  EXPECT_TRUE(frame.is_late());
+  echo();
+  EXPECT_EQ(queue.frames.size(), 2u) << "it has taken the place of the one that waited";
+}
+
+TEST_F(CommandFrameOfOneAxis, IsHeldBackWhileASafeOneIsOnItsWay) {
+  send(10.0);
+  send(AxisCommand{.drive = 1.0});
+  send(AxisCommand{.drive = 1.0});
+  EXPECT_EQ(queue.frames.size(), 2u) << "it says nothing new";
+  echo();
+  send(AxisCommand{.drive = 1.0});
+  EXPECT_EQ(queue.frames.size(), 3u);
+}
+
+TEST_F(CommandFrameOfOneAxis, CountsAsLostAfterAHundredSafeOnes) {
+  send(AxisCommand{.drive = 1.0});
+  for (int i = 0; i < 100; ++i) send(AxisCommand{.drive = 1.0});
+  EXPECT_EQ(queue.frames.size(), 1u);
+  send(AxisCommand{.drive = 1.0});
+  EXPECT_EQ(queue.frames.size(), 2u);
+}
+
+TEST_F(CommandFrameOfOneAxis, IsForgottenWithTheBus) {
+  send(10.0);
+  send(20.0);
+  frame.forget();
+  EXPECT_FALSE(frame.is_late());
+  send(30.0);
+  ASSERT_EQ(queue.frames.size(), 2u);
+  EXPECT_NEAR(last(), 30.0, 1e-9);
+}
+
+class TwoAxes : public OneAxis {
+ protected:
+  TwoAxes() { frame.add(layout("Y"), 1, 2.0); }
+  void send(const std::optional<AxisCommand>& x, const std::optional<AxisCommand>& y) {
+    ++sync;
+    frame.put(0, x, sync);
+    frame.put(1, y, sync);
+    frame.send(queue);
+  }
+};
+using CommandFrameOfTwoAxes = TwoAxes;
+
+TEST_F(CommandFrameOfTwoAxes, HasBothSetpointsAndOneSyncCounter) {
+  send(driven(10.0), driven(20.0));
+  ASSERT_EQ(queue.frames.size(), 1u);
+  EXPECT_FALSE(layout("Y").checker().check(queue.frames[0]));
+  EXPECT_NEAR(decoded("X", queue.frames[0]).setpoint, 10.0, 1e-9);
+  EXPECT_NEAR(decoded("Y", queue.frames[0]).setpoint, 20.0, 1e-9);
+  EXPECT_EQ(decoded("Y", queue.frames[0]).sync_counter, sync);
+}
+
+TEST_F(CommandFrameOfTwoAxes, HasTheSafeDriveOfAnAxisThatSleeps) {
+  send(driven(10.0), driven(20.0));
+  echo();
+  send(driven(11.0), std::nullopt);
+  const can::AmpCommand y = decoded("Y", queue.frames.back());
+  EXPECT_NEAR(y.setpoint, 2.0, 1e-9);
+  EXPECT_FALSE(y.enable);
+  EXPECT_NEAR(last(), 11.0, 1e-9);
+}
+
+TEST_F(CommandFrameOfTwoAxes, HasTheSafeDriveOfAnAxisWhoseDriveDoesNotFit) {
+  send(driven(1000.0), driven(20.0));
+  ASSERT_EQ(queue.frames.size(), 1u);
+  EXPECT_NEAR(last(), 1.0, 1e-9);
+  EXPECT_FALSE(decoded("X", queue.frames[0]).enable);
+  EXPECT_NEAR(decoded("Y", queue.frames[0]).setpoint, 20.0, 1e-9);
+}
+
+TEST_F(CommandFrameOfTwoAxes, IsNotSafeWhileOneAxisIsDriven) {
+  send(AxisCommand{.drive = 1.0}, driven(20.0));
+  send(AxisCommand{.drive = 1.0}, driven(21.0));
+  echo();
+  EXPECT_EQ(queue.frames.size(), 2u) << "the second one was not held back";
+}
+
+}  // namespace
+}  // namespace hystcan::controller::command_frame_test
