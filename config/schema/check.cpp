@@ -197,11 +197,15 @@ void check_nodes(const Document& document, const Config& config) {
   const auto take = [&](unsigned node, const std::string& path) {
     if (const auto [before, is_new] = taken.emplace(node, path); !is_new)
       document.fail_at(
-          path, fmt::format("node {} is taken by {}, expected a node id of its own", node, before->second));
+          path, fmt::format("node {} is taken by {}, expected a node id of its own, or the same message in "
+                            "[axis.frames]",
+                            node, before->second));
   };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    take(config.axes[i].wire.amplifier_node, fmt::format("axis[{}].amplifier_node", i));
-    take(config.axes[i].wire.sensor_node, fmt::format("axis[{}].sensor_node", i));
+    if (first_sharing<can::AmpCommand>(config, i) == i)
+      take(config.axes[i].wire.amplifier_node, fmt::format("axis[{}].amplifier_node", i));
+    if (first_sharing<can::SensorSample>(config, i) == i)
+      take(config.axes[i].wire.sensor_node, fmt::format("axis[{}].sensor_node", i));
   }
 }
 
@@ -282,6 +286,7 @@ void check_agreement(const Document& document, const Config& config) {
   }
   check_scans(document, config);
   check_faults(document, config);
+  check_sharing(document, config);
   check_identifiers(document, config);
   check_bus(document, config);
   check_receipt_delays(document, config);

@@ -22,6 +22,7 @@ class FrameCheck {
       : document_(document),
         config_(config),
         axis_(config.axes[index]),
+        has_standard_id_(first_sharing<can::AmpCommand>(config, index) == index),
         path_(fmt::format("axis[{}]", index)),
         part_(part) {}
 
@@ -34,7 +35,7 @@ class FrameCheck {
     find_signals();
     check_no_overlap();
     check_crc();
-    if (!is_own()) check_standard_id(standard_id);
+    if (!is_own() && has_standard_id_) check_standard_id(standard_id);
     std::apply([&](const auto&... field) { (check_field(field), ...); }, Payload::fields());
     check_states();
   }
@@ -235,6 +236,7 @@ class FrameCheck {
   const Document& document_;
   const Config& config_;
   const AxisConfig& axis_;
+  bool has_standard_id_;  ///< only one of the axes that share an amplifier node can have it
   std::string path_;
   const char* part_;
   can::MessageMap map_;
@@ -285,8 +287,9 @@ void check_identifiers(const Document& document, const Config& config) {
       taken.emplace(can::sdo_response_base + node, fmt::format("the SDO response of node {}", node));
     }
   }
-  const auto take = [&](const std::optional<can::MessageMap>& map, const std::string& place) {
-    if (!map) return;
+  const auto take = [&](const std::optional<can::MessageMap>& map, const std::string& place,
+                        bool is_shared = false) {
+    if (!map || is_shared) return;
     const can::Message& message = can::find_message(config.database, *map);
     const auto [before, is_new] = taken.emplace(message.id, message.name);
     if (!is_new)
@@ -297,9 +300,12 @@ void check_identifiers(const Document& document, const Config& config) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     const can::AxisWire& wire = config.axes[i].wire;
     const std::string path = fmt::format("axis[{}].frames", i);
-    take(can::message_map<can::AmpCommand>(wire), path + ".command.message");
-    take(can::message_map<can::AmpStatus>(wire), path + ".status.message");
-    take(can::message_map<can::SensorSample>(wire), path + ".sample.message");
+    take(can::message_map<can::AmpCommand>(wire), path + ".command.message",
+         first_sharing<can::AmpCommand>(config, i) != i);
+    take(can::message_map<can::AmpStatus>(wire), path + ".status.message",
+         first_sharing<can::AmpStatus>(config, i) != i);
+    take(can::message_map<can::SensorSample>(wire), path + ".sample.message",
+         first_sharing<can::SensorSample>(config, i) != i);
     take(can::message_map_in<can::ControllerStatus>(config.database, wire), "bus.dbc");
     take(can::message_map_in<can::Setpoint>(config.database, wire), "bus.dbc");
     take(can::message_map_in<can::ScanMarker>(config.database, wire), "bus.dbc");

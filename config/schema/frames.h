@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "can/protocol/protocol.h"
+#include "config/schema/config.h"
 
 namespace hystcan::config {
 
@@ -24,6 +25,17 @@ std::vector<const can::Message*> messages_of(const can::AxisWire& axis, const ca
 
 /// Those of them that are CAN FD.
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database);
+
+/// The first axis whose message `Payload` in [axis.frames] is that of axis i; i itself where there is none.
+template <class Payload>
+std::size_t first_sharing(const Config& config, std::size_t i) {
+  const auto map = can::message_map<Payload>(config.axes[i].wire);
+  for (std::size_t k = 0; k < i && map && config.axes[i].wire.frames; ++k)
+    if (const can::AxisWire& other = config.axes[k].wire; other.frames)
+      if (const auto theirs = can::message_map<Payload>(other); theirs && theirs->message == map->message)
+        return k;
+  return i;
+}
 
 /// The protection (counter, CRC) of the axis's messages, standard or the lab's own.
 can::Protections protections(const can::AxisWire& axis, const can::Database& database);

@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "can/protocol/protocol.h"
+#include "config/schema/check.h"
+#include "config/schema/frames.h"
+
+namespace hystcan::config {
+namespace {
+
+/// The checks of one message that an axis shares with axes before it.
+template <class Payload>
+class SharingCheck {
+ public:
+  /// `part` is "command", "status" or "sample"; `node_key` the key of the node that sends or receives it.
+  SharingCheck(const Document& document, const Config& config, std::size_t index, const char* part,
+               const char* node_key, std::uint8_t can::AxisWire::*node)
+      : document_(document), config_(config), index_(index), part_(part), node_key_(node_key), node_(node) {}
+
+  void run() const {
+    const std::size_t first = first_sharing<Payload>(config_, index_);
+    if (first == index_) return;
+    const can::MessageMap map = map_of(index_);
+    const std::uint8_t expected = wire(first).*node_;
+    if (wire(index_).*node_ != expected)
+      document_.fail_at(fmt::format("axis[{}].{}", index_, node_key_),
+                        fmt::format("{} is {}, expected {} as in axis {}, with which it shares message {}",
+                                    node_key_, wire(index_).*node_, expected, wire(first).name, map.message));
+    check_protection(map, first);
+    const can::Message& message = can::find_message(config_.database, map);
+    for (std::size_t other = first; other < index_; ++other)
+      if (first_sharing<Payload>(config_, other) == first) check_signals(message, map, other);
+  }
+
+ private:
+  const can::AxisWire& wire(std::size_t axis) const { return config_.axes[axis].wire; }
+  can::MessageMap map_of(std::size_t axis) const { return *can::message_map<Payload>(wire(axis)); }
+  std::string place(std::string_view key) const {
+    return fmt::format("axis[{}].frames.{}.{}", index_, part_, key);
+  }
+
+  void check_protection(const can::MessageMap& map, std::size_t first) const {
+    const can::MessageMap theirs = map_of(first);
+    const auto expect_same = [&](const char* key, bool is_same) {
+      if (!is_same)
+        document_.fail_at(place(key), fmt::format("{} differs from that of axis {}, expected the same: "
+                                                  "message {} of both has one protection",
+                                                  key, wire(first).name, map.message));
+    };
+    expect_same("integrity", map.integrity == theirs.integrity);
+    if (map.integrity == can::Integrity::none) return;
+    expect_same("counter", map.counter == theirs.counter);
+    if (map.integrity == can::Integrity::counter) return;
+    expect_same("crc", map.crc == theirs.crc);
+    expect_same("polynomial", map.polynomial == theirs.polynomial);
+    expect_same("crc_covers", map.data_id.kind == theirs.data_id.kind);
+    expect_same("data_id", map.data_id.number == theirs.data_id.number);
+  }
+
+  /// The counter of the SYNC is one for all axes of a frame.
+  void check_signals(const can::Message& message, const can::MessageMap& map, std::size_t other) const {
+    const can::MessageMap theirs = map_of(other);
+    for (const auto& [role, signal] : map.signals)
+      for (const auto& [their_role, their_signal] : theirs.signals) {
+        if (role == "sync_counter" && their_role == role && signal == their_signal) continue;
+        if (share_bits(message, signal, their_signal))
+          document_.fail_at(place(role),
+                            fmt::format("signal {} of message {} has bits of signal {} of axis {}, expected "
+                                        "bits of its own",
+                                        signal, message.name, their_signal, wire(other).name));
+      }
+  }
+
+  static bool share_bits(const can::Message& message, const std::string& one, const std::string& other) {
+    std::vector<std::uint8_t> ours(message.length), theirs(message.length);
+    can::SignalCodec(can::find_signal(message, one)).pack_raw(-1, ours);
+    can::SignalCodec(can::find_signal(message, other)).pack_raw(-1, theirs);
+    for (std::size_t i = 0; i < ours.size(); ++i)
+      if ((ours[i] & theirs[i]) != 0) return true;
+    return false;
+  }
+
+  const Document& document_;
+  const Config& config_;
+  std::size_t index_;
+  const char* part_;
+  const char* node_key_;
+  std::uint8_t can::AxisWire::*node_;
+};
+
+/// The objects of a node are written by one axis.
+void check_setups(const Document& document, const Config& config, std::size_t index) {
+  const auto check = [&](std::size_t first, const char* key,
+                         std::vector<can::SdoWrite> can::AxisWire::*setup) {
+    if (first == index || (config.axes[index].wire.*setup).empty()) return;
+    document.fail_at(fmt::format("axis[{}].{}", index, key),
+                     fmt::format("{} is of a node that axis {} shares, expected its objects there", key,
+                                 config.axes[first].wire.name));
+  };
+  check(first_sharing<can::AmpCommand>(config, index), "amplifier_setup", &can::AxisWire::amplifier_setup);
+  check(first_sharing<can::SensorSample>(config, index), "sensor_setup", &can::AxisWire::sensor_setup);
+}
+
+}  // namespace
+
+void check_sharing(const Document& document, const Config& config) {
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    SharingCheck<can::AmpCommand>(document, config, i, "command", "amplifier_node",
+                                  &can::AxisWire::amplifier_node)
+        .run();
+    SharingCheck<can::AmpStatus>(document, config, i, "status", "amplifier_node",
+                                 &can::AxisWire::amplifier_node)
+        .run();
+    SharingCheck<can::SensorSample>(document, config, i, "sample", "sensor_node", &can::AxisWire::sensor_node)
+        .run();
+    check_setups(document, config, i);
+    const std::size_t first = first_sharing<can::AmpCommand>(config, i);
+    if (first == i) continue;
+    for (const std::size_t axis : {first, i})
+      if (config.axes[axis].control.verify_watchdog)
+        document.fail_at(
+            fmt::format("axis[{}].control.verify_watchdog", axis),
+            "the commands of several axes are in the same frame, expected verify_watchdog = false: "
+            "the others would have no commands either");
+    if (config.controller.command_deadline >= can::Duration(std::llround(1e9 / config.controller.rate_Hz)))
+      document.fail_at("controller.command_deadline_us",
+                       fmt::format("command_deadline_us is {:g}, expected less than the cycle, {:g}",
+                                   1e6 * can::seconds(config.controller.command_deadline),
+                                   1e6 / config.controller.rate_Hz));
+  }
+}
+
+}  // namespace hystcan::config
