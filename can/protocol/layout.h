@@ -159,19 +159,28 @@ class Layout {
   /// Of the frames of this message.
   E2eChecker checker() const { return {protection_, length_, extended_, kind_ == FrameKind::fd}; }
 
-  /// Empty if the signal cannot represent a value: a value never wraps.
-  std::optional<Frame> encode(const Payload& payload) const {
-    Frame frame{.id = id_,
-                .extended = extended_,
-                .kind = kind_,
-                .length = wire_length(length_),
-                .fd_flags = fd_flags_};
+  /// A frame of this message, in which every signal is zero.
+  Frame frame() const {
+    return {.id = id_,
+            .extended = extended_,
+            .kind = kind_,
+            .length = wire_length(length_),
+            .fd_flags = fd_flags_};
+  }
+  /// Writes the signals of this layout into a frame of the message and leaves the others, so that the axes of
+  /// one message write one after the other. False if a signal cannot represent a value: a value never wraps.
+  bool put(const Payload& payload, Frame& frame) const {
     bool fits = true;
     for_each_field([&](const auto& field, const std::optional<Slot>& slot) {
       if (slot) fits = put(*slot, payload.*(field.member), frame.payload()) && fits;
     });
-    if (!fits) return std::nullopt;
-    return frame;
+    return fits;
+  }
+  /// Empty if a signal cannot represent a value.
+  std::optional<Frame> encode(const Payload& payload) const {
+    Frame encoded = frame();
+    if (!put(payload, encoded)) return std::nullopt;
+    return encoded;
   }
 
   Payload decode(const Frame& frame) const {

@@ -63,6 +63,37 @@ TEST(Layout, EncodesTheLabCommandOfTheDocumentByteForByte) {
   EXPECT_EQ(decode.checker().rejected(Rejection::wrong_crc), 1u);
 }
 
+TEST(Layout, WritesTwoAxesOneAfterTheOtherIntoOneFrame) {
+  const auto signal = [](const char* name, std::uint32_t start_bit) {
+    Signal made;
+    made.name = name;
+    made.start_bit = start_bit;
+    made.length = 16;
+    return made;
+  };
+  Message message;
+  message.id = 0x201;
+  message.name = "Both";
+  message.length = 12;
+  message.signals = {signal("Crc", 0), signal("Cnt", 16), signal("SetX", 32), signal("SetY", 48)};
+  const auto layout = [&](const char* set) {
+    return Layout<AmpCommand>(
+        message,
+        {.message = "Both", .signals = {{"setpoint", set}}, .counter = "Cnt", .polynomial = Crc::crc16}, "");
+  };
+  const Layout<AmpCommand> x = layout("SetX");
+  const Layout<AmpCommand> y = layout("SetY");
+  Frame frame = x.frame();
+  EXPECT_TRUE(x.put({.setpoint = 258.0}, frame));
+  EXPECT_TRUE(y.put({.setpoint = 3.0}, frame));
+  E2eProtector(x.protection()).seal(frame);
+  EXPECT_FALSE(y.checker().check(frame));
+  EXPECT_EQ(x.decode(frame).setpoint, 258.0);
+  EXPECT_EQ(y.decode(frame).setpoint, 3.0);
+  EXPECT_FALSE(y.put({.setpoint = 65536.0}, frame));
+  EXPECT_EQ(x.decode(frame).setpoint, 258.0) << "what y cannot represent leaves x";
+}
+
 TEST(Layout, RefusesAValueOutsideTheSignal) {
   const Database database = lab();
   const Layout<AmpCommand> layout(*database.find("AmpSet"), amp_set(), "V");
