@@ -8,8 +8,8 @@ namespace hystcan::twin {
 namespace {
 
 template <class Made>
-Made& add_node(std::vector<std::unique_ptr<BusNode>>& nodes, std::unique_ptr<Made> node) {
-  Made& made = *node;
+Made* add(std::vector<std::unique_ptr<BusNode>>& nodes, std::unique_ptr<Made> node) {
+  Made* const made = node.get();
   nodes.push_back(std::move(node));
   return made;
 }
@@ -75,20 +75,18 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
       listened_(scheduler.make_timer([this] { start_nodes(); })) {
   axes_.reserve(config.axes.size());
   for (const WiredAxisConfig& axis : config.axes) {
-    const auto with_same = [&](std::uint8_t can::AxisWire::*number) {
-      return std::ranges::find(axes_, axis.wire.*number, [&](const auto& one) { return one->wire.*number; });
-    };
-    const auto driven = with_same(&can::AxisWire::amplifier_node);
-    AmplifierNode& amplifier = driven != axes_.end()
-                                   ? (*driven)->amplifier.node()
-                                   : add_node(nodes_, std::make_unique<AmplifierNode>(
-                                                          axis.wire, config, database, scheduler, attach));
-    const auto measured = with_same(&can::AxisWire::sensor_node);
-    SensorNode& sensor =
-        measured != axes_.end()
-            ? (*measured)->sensor.node()
-            : add_node(nodes_, std::make_unique<SensorNode>(axis, config, database, scheduler, attach));
-    axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, amplifier, sensor));
+    AmplifierNode* amplifier = nullptr;
+    SensorNode* sensor = nullptr;
+    for (const auto& other : axes_) {
+      if (other->wire.amplifier_node == axis.wire.amplifier_node) amplifier = &other->amplifier.node();
+      if (other->wire.sensor_node == axis.wire.sensor_node) sensor = &other->sensor.node();
+    }
+    if (amplifier == nullptr)
+      amplifier =
+          add(nodes_, std::make_unique<AmplifierNode>(axis.wire, config, database, scheduler, attach));
+    if (sensor == nullptr)
+      sensor = add(nodes_, std::make_unique<SensorNode>(axis, config, database, scheduler, attach));
+    axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, *amplifier, *sensor));
   }
   for (std::size_t i = 0; i < axes_.size(); ++i)
     for (const model::Coupling& coupling : config.axes[i].axis.couplings)
