@@ -1,5 +1,5 @@
-// The simulation twin: for each axis a plant and its two nodes on the bus. Axes with the same node number share
-// the node.
+// The simulation twin: for each axis a plant and its two nodes on the bus. Axes with the same node number
+// share the node.
 //
 // It communicates only by the bus. Each node has its own connection, as a real one does.
 #pragma once
