@@ -94,19 +94,22 @@ void AmplifierNode::boot_up() {
   for (AmplifierChannel* channel : channels_) channel->boot_up();
 }
 
-// Where commands stop, the watchdogs of all axes trip at one time; the status is sent once.
+// Where commands stop, the watchdogs of all axes trip at one time: this is one event.
 void AmplifierNode::check_watchdogs() {
   for (AmplifierChannel* channel : channels_) channel->check_watchdog();
   report();
 }
 
-void AmplifierNode::send_emergency(std::uint16_t code) {
-  const bool is_faulted = std::ranges::any_of(channels_, [](const auto* one) { return one->fault_ != 0; });
-  line().send(can::emergency_frame(
-      number(), {.code = code, .error_register = is_faulted ? std::uint8_t{0x01} : std::uint8_t{0}}));
+void AmplifierNode::note_emergency(std::uint16_t code) {
+  if (std::ranges::find(emergencies_, code) == emergencies_.end()) emergencies_.push_back(code);
 }
 
 void AmplifierNode::report() {
+  const bool is_faulted = std::ranges::any_of(channels_, [](const auto* one) { return one->fault_ != 0; });
+  for (const std::uint16_t code : emergencies_)
+    line().send(can::emergency_frame(
+        number(), {.code = code, .error_register = is_faulted ? std::uint8_t{0x01} : std::uint8_t{0}}));
+  emergencies_.clear();
   for (AmplifierChannel* channel : channels_) {
     if (!channel->status_is_due_) continue;
     channel->syncs_since_status_ = 0;
@@ -190,7 +193,7 @@ bool AmplifierChannel::is_stale(const can::AmpCommand& command) const {
 
 void AmplifierChannel::clear_fault() {
   fault_ = 0;
-  node_.send_emergency(emergency_error_reset);
+  node_.note_emergency(emergency_error_reset);
   enter(can::AmpState::ready);
 }
 
@@ -261,7 +264,7 @@ void AmplifierChannel::check_watchdog() {
 
 void AmplifierChannel::trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action) {
   fault_ |= fault;
-  node_.send_emergency(emergency_code);
+  node_.note_emergency(emergency_code);
   enter(can::AmpState::fault, action);
 }
 

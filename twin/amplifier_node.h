@@ -1,8 +1,8 @@
 // The amplifier as a node on the bus: follows NMT and AmpCommand, detects when commands stop, sends status.
 //
 // The axes of a node share the command frame; a frame that is accepted commands all of them. They share the
-// status message too, or each has its own. Where something changes on several axes at once, a shared status
-// is sent once.
+// status message too, or each has its own. Where something happens to several axes at once, it is one
+// emergency, and a shared status is sent once.
 #pragma once
 
 #include <cstddef>
@@ -49,8 +49,8 @@ class AmplifierNode final : public BusNode {
   void on_nmt(can::NmtState state) override;
   void boot_up();
   void check_watchdogs();
-  void send_emergency(std::uint16_t code);
-  /// Sends every status that is due.
+  void note_emergency(std::uint16_t code);
+  /// Sends the emergencies and every status that is due.
   void report();
   void send(StatusMessage& message);
 
@@ -59,6 +59,7 @@ class AmplifierNode final : public BusNode {
   can::E2eChecker checker_;
   std::vector<AmplifierChannel*> channels_;
   std::vector<StatusMessage> statuses_;
+  std::vector<std::uint16_t> emergencies_;  ///< codes, to be sent
   std::uint8_t last_sync_ = 0;
 };
 

@@ -94,6 +94,7 @@ class Bench {
     }
     tester_->on_frame([this](const can::Frame& frame, can::Time) {
       ++heard_[frame.id];
+      if (frame.id == 0x081) emergency_ = *can::parse_emergency(frame);
       for (const std::size_t axis : {x, y}) {
         if (frame.id == sample_[axis].id()) samples_[axis] = sample_[axis](frame);
         if (frame.id != status_[axis].id()) continue;
@@ -154,6 +155,7 @@ class Bench {
   std::map<std::uint32_t, int> heard_;
   std::array<std::optional<can::AmpStatus>, 2> statuses_;
   std::array<std::optional<can::SensorSample>, 2> samples_;
+  can::Emergency emergency_;
   std::uint8_t counter_ = 0;
 };
 
@@ -264,6 +266,17 @@ TEST(SharedNodes, StayTogetherWhereATwinHasOnlySomeOfTheAxes) {
   EXPECT_EQ(with_axes(two_axes(), {"x", "y"}).axes.size(), 2u);
 }
 
+TEST_F(SharedNode, KeepsItsErrorRegisterUntilNoAxisIsFaulted) {
+  drive(60.0, 20.0);
+  run(milliseconds(40));
+  EXPECT_EQ(emergency_.code, 0x8130);
+  drive({can::AmpCommand{.clear_fault = true}, can::AmpCommand{}}, 1);
+  EXPECT_EQ(emergency_.code, 0x0000);
+  EXPECT_EQ(emergency_.error_register, 0x01) << "y is faulted";
+  drive({can::AmpCommand{}, can::AmpCommand{.clear_fault = true}}, 1);
+  EXPECT_EQ(emergency_.error_register, 0x00);
+}
+
 // ---- what each axis has for itself
 
 TEST_F(SharedNode, TripsTheWatchdogOfEachAxisWhereTheCommandStaysAway) {
@@ -271,6 +284,7 @@ TEST_F(SharedNode, TripsTheWatchdogOfEachAxisWhereTheCommandStaysAway) {
   heard_.clear();
   run(milliseconds(40));
   EXPECT_EQ(heard_[0x181], 1) << "one status reports both";
+  EXPECT_EQ(heard_[0x081], 1) << "and one emergency";
   for (const std::size_t axis : {x, y}) {
     EXPECT_EQ(statuses_[axis]->state, AmpState::fault);
     EXPECT_EQ(statuses_[axis]->fault, can::amp_fault::command_timeout);
