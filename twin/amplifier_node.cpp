@@ -1,6 +1,6 @@
 #include "twin/amplifier_node.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -15,64 +15,160 @@ constexpr std::uint16_t emergency_device_hardware = 0x5000;
 
 }  // namespace
 
-AmplifierNode::AmplifierNode(const WiredAxisConfig& config, const CommonConfig& common,
+AmplifierNode::AmplifierNode(const can::AxisWire& first, const CommonConfig& common,
                              const can::Database& database, can::Scheduler& scheduler,
-                             const can::Attach& attach, Plant& plant)
-    : config_(config.axis),
-      interpolation_(config.axis.interpolate ? common.cycle : can::Duration::zero()),
+                             const can::Attach& attach)
+    : AmplifierNode(*can::find_layout<can::AmpCommand>(database, first), first.amplifier_node, common,
+                    scheduler, attach) {}
+
+AmplifierNode::AmplifierNode(const can::Layout<can::AmpCommand>& command, std::uint8_t number,
+                             const CommonConfig& common, can::Scheduler& scheduler, const can::Attach& attach)
+    : BusNode(number, common, scheduler, attach,
+              can::Filter{.id = command.id(), .extended = command.extended()}),
       scheduler_(scheduler),
-      // Without an Enable signal, a command alone enables the amplifier.
-      decode_command_(*can::find_layout<can::AmpCommand>(database, config.wire, {.enable = true})),
-      bus_(attach(
-          std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
-                     can::Filter{can::heartbeat_base + config.wire.amplifier_node},
-                     can::Filter{can::sdo_request_base + config.wire.amplifier_node},
-                     can::Filter{.id = decode_command_.id(), .extended = decode_command_.extended()}})),
-      plant_(plant),
-      nmt_(*bus_, scheduler, config.wire.amplifier_node, common.heartbeat_period,
-           [this](can::NmtState state) { on_nmt(state); }),
-      sdo_(config.wire.amplifier_node),
-      node_(config.wire.amplifier_node),
-      commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
-      watchdog_(scheduler.make_timer([this] { check_watchdog(); })),
-      relay_(scheduler.make_timer([this] { connect(); })) {
-  if (auto layout = can::find_layout<can::AmpStatus>(database, config.wire))
-    encode_status_.emplace(std::move(*layout));
-  encode_status_at_power_on_ = encode_status_;
-  bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
+      command_id_(command.id()),
+      checker_(command.checker()) {
+  line().on_frame([this](const can::Frame& frame, can::Time received) {
+    if (frame.id == command_id_)
+      on_command(frame);
+    else if (frame.id != can::sync_id)
+      handle(frame);
+    else if (const auto counter = can::parse_sync(frame))
+      on_sync(*counter, received);
+  });
+}
+
+void AmplifierNode::add(AmplifierChannel& channel) {
+  channels_.push_back(&channel);
+  if (!channel.status_) return;
+  for (StatusMessage& message : statuses_) {
+    const can::Layout<can::AmpStatus>& status = *message.channels.front()->status_;
+    if (status.id() == channel.status_->id() && status.extended() == channel.status_->extended())
+      return message.channels.push_back(&channel);
+  }
+  statuses_.push_back({can::E2eProtector(channel.status_->protection()), {&channel}});
 }
 
 void AmplifierNode::shut_down() {
-  enter(can::AmpState::off);
-  plant_.advance_to(scheduler_.now() + std::chrono::seconds(1));
-  send_status();
+  for (AmplifierChannel* channel : channels_) channel->enter(can::AmpState::off);
+  report();
+  for (AmplifierChannel* channel : channels_) {
+    channel->plant_.advance_to(scheduler_.now() + std::chrono::seconds(1));
+    channel->status_is_due_ = true;
+  }
+  report();
 }
 
-void AmplifierNode::handle(const can::Frame& frame, can::Time received) {
-  if (frame.id == decode_command_.id()) {
-    if (const auto command = decode_command_(frame)) on_command(*command);
-  } else if (frame.id == can::sync_id) {
-    if (const auto counter = can::parse_sync(frame)) on_sync(*counter, received);
-  } else {
-    nmt_.handle(frame);
-    if (nmt_.is_silent() || nmt_.state() == can::NmtState::stopped) return;
-    if (const auto response = sdo_.answer(frame)) bus_->send(*response);
-  }
+void AmplifierNode::lose_power() {
+  for (AmplifierChannel* channel : channels_) channel->enter(can::AmpState::off);
+  report();
+}
+
+void AmplifierNode::on_command(const can::Frame& frame) {
+  if (checker_.check(frame) || state() != can::NmtState::operational) return;
+  for (AmplifierChannel* channel : channels_) channel->on_command(channel->command_.decode(frame));
+  report();
 }
 
 void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
   last_sync_ = counter;
+  for (AmplifierChannel* channel : channels_) channel->on_sync(received);
+  report();
+  if (state() != can::NmtState::operational) return;
+  for (AmplifierChannel* channel : channels_)
+    if (++channel->syncs_since_status_ >= channel->config_.status_every) channel->status_is_due_ = true;
+  report();
+}
+
+void AmplifierNode::on_nmt(can::NmtState state) {
+  if (state == can::NmtState::boot_up) return boot_up();
+  if (state == can::NmtState::operational) checker_.restart();
+  for (AmplifierChannel* channel : channels_) channel->on_nmt(state);
+  report();
+}
+
+// A node that boots up sends no status; the state pre-operational, which follows, leaves the drive.
+void AmplifierNode::boot_up() {
+  last_sync_ = 0;
+  for (StatusMessage& message : statuses_) message.protector.restart();
+  for (AmplifierChannel* channel : channels_) channel->boot_up();
+}
+
+// Where commands stop, the watchdogs of all axes trip at one time: this is one event.
+void AmplifierNode::check_watchdogs() {
+  for (AmplifierChannel* channel : channels_) channel->check_watchdog();
+  report();
+}
+
+void AmplifierNode::note_emergency(std::uint16_t code) {
+  if (std::ranges::find(emergencies_, code) == emergencies_.end()) emergencies_.push_back(code);
+}
+
+void AmplifierNode::report() {
+  const bool is_faulted = std::ranges::any_of(channels_, [](const auto* one) { return one->fault_ != 0; });
+  for (const std::uint16_t code : emergencies_)
+    line().send(can::emergency_frame(
+        number(), {.code = code, .error_register = is_faulted ? std::uint8_t{0x01} : std::uint8_t{0}}));
+  emergencies_.clear();
+  for (AmplifierChannel* channel : channels_) {
+    if (!channel->status_is_due_) continue;
+    channel->syncs_since_status_ = 0;
+    channel->plant_.advance_to(scheduler_.now());
+  }
+  for (StatusMessage& message : statuses_)
+    if (std::ranges::any_of(message.channels, [](const auto* one) { return one->status_is_due_; }))
+      send(message);
+  for (AmplifierChannel* channel : channels_) channel->status_is_due_ = false;
+}
+
+void AmplifierNode::send(StatusMessage& message) {
+  can::Frame frame = message.channels.front()->status_->frame();
+  bool fits = true;
+  for (AmplifierChannel* channel : message.channels) {
+    channel->syncs_since_status_ = 0;
+    channel->plant_.advance_to(scheduler_.now());
+    fits =
+        channel->status_->put(
+            {.output = channel->plant_.drive(), .state = channel->state_, .fault = channel->fault_}, frame) &&
+        fits;
+  }
+  if (!fits || !is_on_the_bus()) return;
+  message.protector.seal(frame);
+  line().send(frame);
+}
+
+AmplifierChannel::AmplifierChannel(const WiredAxisConfig& config, const CommonConfig& common,
+                                   const can::Database& database, can::Scheduler& scheduler,
+                                   AmplifierNode& node, Plant& plant)
+    : config_(config.axis),
+      interpolation_(config.axis.interpolate ? common.cycle : can::Duration::zero()),
+      scheduler_(scheduler),
+      node_(node),
+      index_(node.channels_.size()),
+      plant_(plant),
+      // Without an Enable signal, a command alone enables the amplifier.
+      command_(*can::find_layout<can::AmpCommand>(database, config.wire, {.enable = true})),
+      status_(can::find_layout<can::AmpStatus>(database, config.wire)),
+      commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
+      watchdog_(scheduler.make_timer([this] { node_.check_watchdogs(); })),
+      relay_(scheduler.make_timer([this] {
+        connect();
+        node_.report();
+      })) {
+  node_.line().add_channel(sent_by(Node::amplifier, database, config.wire));
+  node_.add(*this);
+}
+
+void AmplifierChannel::on_sync(can::Time received) {
   if (state_ == can::AmpState::enabled && config_.apply == Apply::sync) {
     plant_.advance_to(received);
     aim_at(setpoint_);
   }
   if (soft_start_begun_) start_softly(received);
-  if (nmt_.state() == can::NmtState::operational && ++syncs_since_status_ >= config_.status_every)
-    send_status();
 }
 
-void AmplifierNode::on_command(const can::AmpCommand& command) {
-  if (nmt_.state() != can::NmtState::operational || is_stale(command)) return;
+void AmplifierChannel::on_command(const can::AmpCommand& command) {
+  if (is_stale(command)) return;
   if (state_ == can::AmpState::fault) {
     if (command.clear_fault && !has_internal_cause_) clear_fault();
     return;
@@ -87,33 +183,34 @@ void AmplifierNode::on_command(const can::AmpCommand& command) {
   if (config_.apply == Apply::receipt) take_setpoint();
 }
 
-bool AmplifierNode::is_stale(const can::AmpCommand& command) const {
+bool AmplifierChannel::is_stale(const can::AmpCommand& command) const {
   if (!commands_name_their_sync_) return false;
   const int named = command.sync_counter;
-  if (last_sync_ == 0 || !can::is_sync_counter(named)) return true;
-  return (last_sync_ - named + can::sync_counter_max) % can::sync_counter_max > 1;
+  const int last_sync = node_.last_sync_;
+  if (last_sync == 0 || !can::is_sync_counter(named)) return true;
+  return (last_sync - named + can::sync_counter_max) % can::sync_counter_max > 1;
 }
 
-void AmplifierNode::clear_fault() {
+void AmplifierChannel::clear_fault() {
   fault_ = 0;
-  bus_->send(can::emergency_frame(node_, {.code = emergency_error_reset}));
+  node_.note_emergency(emergency_error_reset);
   enter(can::AmpState::ready);
 }
 
-void AmplifierNode::begin_to_enable() {
+void AmplifierChannel::begin_to_enable() {
   if (std::exchange(is_enabling_, true)) return;
   if (config_.enable_delay == can::Duration::zero()) return connect();
   relay_->expire_at(scheduler_.now() + config_.enable_delay);
 }
 
-void AmplifierNode::connect() {
+void AmplifierChannel::connect() {
   if (config_.soft_start == can::Duration::zero()) return begin_to_drive();
   plant_.advance_to(scheduler_.now());
   soft_start_begun_ = scheduler_.now();
   soft_start_from_ = plant_.drive();
 }
 
-void AmplifierNode::start_softly(can::Time now) {
+void AmplifierChannel::start_softly(can::Time now) {
   if (now >= command_deadline_) return leave_drive(WatchdogAction::safe);
   const double share = can::seconds(now - *soft_start_begun_) / can::seconds(config_.soft_start);
   if (share >= 1.0) return begin_to_drive();
@@ -121,7 +218,7 @@ void AmplifierNode::start_softly(can::Time now) {
   aim_at(std::lerp(soft_start_from_, setpoint_, share));
 }
 
-void AmplifierNode::begin_to_drive() {
+void AmplifierChannel::begin_to_drive() {
   is_enabling_ = false;
   soft_start_begun_.reset();
   if (scheduler_.now() >= command_deadline_) return;  // the commands have stopped meanwhile
@@ -130,62 +227,55 @@ void AmplifierNode::begin_to_drive() {
   if (config_.apply == Apply::receipt) take_setpoint();
 }
 
-void AmplifierNode::take_setpoint() {
+void AmplifierChannel::take_setpoint() {
   plant_.advance_to(scheduler_.now());
   plant_.set_target(setpoint_);
 }
 
-void AmplifierNode::aim_at(double drive) { plant_.move_target(drive, interpolation_); }
+void AmplifierChannel::aim_at(double drive) { plant_.move_target(drive, interpolation_); }
 
-void AmplifierNode::on_nmt(can::NmtState state) {
-  if (state == can::NmtState::boot_up) return boot_up();
+void AmplifierChannel::on_nmt(can::NmtState state) {
   if (state != can::NmtState::operational) return enter(can::AmpState::off);
-  decode_command_.restart();
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
 }
 
-// A node that boots up sends no status; the state pre-operational, which follows, leaves the drive. The cause
-// of an internal fault may still exist.
-void AmplifierNode::boot_up() {
+// The cause of an internal fault may still exist.
+void AmplifierChannel::boot_up() {
   state_ = can::AmpState::off;
-  encode_status_ = encode_status_at_power_on_;
-  last_sync_ = 0;
   syncs_since_status_ = 0;
-  if (nmt_.last_reset() == can::NmtCommand::reset_communication) return;
-  sdo_.reset();
-  fault_ = has_internal_cause_ ? internal_fault : 0;
+  if (node_.last_reset() == can::NmtCommand::reset_node) fault_ = has_internal_cause_ ? internal_fault : 0;
 }
 
-void AmplifierNode::begin_internal_fault() {
+void AmplifierChannel::begin_internal_fault() {
   has_internal_cause_ = true;
-  if (nmt_.state() == can::NmtState::operational) return trip(internal_fault, emergency_device_hardware);
-  fault_ |= internal_fault;  // reported when the node is started
+  if (node_.state() != can::NmtState::operational) {
+    fault_ |= internal_fault;  // reported when the node is started
+    return;
+  }
+  trip(internal_fault, emergency_device_hardware);
+  node_.report();
 }
 
-void AmplifierNode::restart() {
-  if (is_on_the_bus()) nmt_.start();
-}
-
-void AmplifierNode::check_watchdog() {
+void AmplifierChannel::check_watchdog() {
   if (state_ != can::AmpState::enabled) return;
   if (scheduler_.now() < command_deadline_) return watchdog_->expire_at(command_deadline_);
   trip(can::amp_fault::command_timeout, emergency_heartbeat, config_.watchdog_action);
 }
 
-void AmplifierNode::trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action) {
+void AmplifierChannel::trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action) {
   fault_ |= fault;
-  bus_->send(can::emergency_frame(node_, {.code = emergency_code, .error_register = 0x01}));
+  node_.note_emergency(emergency_code);
   enter(can::AmpState::fault, action);
 }
 
-void AmplifierNode::enter(can::AmpState state, WatchdogAction action) {
+void AmplifierChannel::enter(can::AmpState state, WatchdogAction action) {
   if (state != can::AmpState::enabled) leave_drive(action);
   if (state == state_) return;
   state_ = state;
-  send_status();
+  status_is_due_ = true;
 }
 
-void AmplifierNode::leave_drive(WatchdogAction action) {
+void AmplifierChannel::leave_drive(WatchdogAction action) {
   is_enabling_ = false;
   soft_start_begun_.reset();
   relay_->cancel();
@@ -200,14 +290,6 @@ void AmplifierNode::leave_drive(WatchdogAction action) {
     case WatchdogAction::off:
       return plant_.set_target(0.0, Amplifier::Course::off);
   }
-}
-
-void AmplifierNode::send_status() {
-  syncs_since_status_ = 0;
-  plant_.advance_to(scheduler_.now());
-  if (!encode_status_ || nmt_.is_silent()) return;
-  if (const auto frame = (*encode_status_)({.output = plant_.drive(), .state = state_, .fault = fault_}))
-    bus_->send(*frame);
 }
 
 }  // namespace hystcan::twin

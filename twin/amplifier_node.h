@@ -1,12 +1,18 @@
 // The amplifier as a node on the bus: follows NMT and AmpCommand, detects when commands stop, sends status.
+//
+// The axes of a node share the command frame; a frame that is accepted commands all of them. They share the
+// status message too, or each has its own. Where something happens to several axes at once, it is one
+// emergency, and a shared status is sent once.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "can/bus.h"
-#include "can/protocol/node.h"
 #include "can/protocol/protocol.h"
+#include "twin/bus_node.h"
 #include "twin/config.h"
 
 namespace hystcan::twin {
@@ -14,43 +20,77 @@ namespace hystcan::twin {
 /// Bit of AmpStatus.Fault beside can::amp_fault: a cause within the amplifier, such as its temperature.
 inline constexpr std::uint8_t internal_fault = 0x80;
 
-/// Drives its plant only while it is operational, enabled and receives commands. It trips when no command
-/// comes for `command_timeout`. The fault is latched until a command clears it; the output is then at the
-/// safe value. A command that clears does not enable. NMT and shut_down() also set the safe value, whatever
-/// the watchdog action.
-class AmplifierNode {
+class AmplifierChannel;
+
+class AmplifierNode final : public BusNode {
  public:
-  AmplifierNode(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-                can::Scheduler& scheduler, const can::Attach& attach, Plant& plant);
+  /// `first`: the first of its axes.
+  AmplifierNode(const can::AxisWire& first, const CommonConfig& common, const can::Database& database,
+                can::Scheduler& scheduler, const can::Attach& attach);
 
-  void start() { nmt_.start(); }
-  /// Another node on the bus has the same number: this node is off and silent.
-  bool is_taken() const { return nmt_.is_taken(); }
-  /// Switches off: the output goes to the safe value, and a last status reports it.
-  void shut_down();
+  const can::E2eChecker& checker() const { return checker_; }
+  const std::vector<AmplifierChannel*>& channels() const { return channels_; }
+  void shut_down() override;
+  void lose_power() override;
 
+ private:
+  friend class AmplifierChannel;
+  /// The axes of one status message.
+  struct StatusMessage {
+    can::E2eProtector protector;
+    std::vector<AmplifierChannel*> channels;
+  };
+
+  AmplifierNode(const can::Layout<can::AmpCommand>& command, std::uint8_t number, const CommonConfig& common,
+                can::Scheduler& scheduler, const can::Attach& attach);
+  void add(AmplifierChannel& channel);
+  void on_command(const can::Frame& frame);
+  void on_sync(std::uint8_t counter, can::Time received);
+  void on_nmt(can::NmtState state) override;
+  void boot_up();
+  void check_watchdogs();
+  void note_emergency(std::uint16_t code);
+  /// Sends the emergencies and every status that is due.
+  void report();
+  void send(StatusMessage& message);
+
+  can::Scheduler& scheduler_;
+  std::uint32_t command_id_;
+  can::E2eChecker checker_;
+  std::vector<AmplifierChannel*> channels_;
+  std::vector<StatusMessage> statuses_;
+  std::vector<std::uint16_t> emergencies_;  ///< codes, to be sent
+  std::uint8_t last_sync_ = 0;
+};
+
+/// The amplifier of one axis. It drives its plant only while its node is operational and it is enabled and
+/// receives commands. It trips when no command comes for `command_timeout`. The fault is latched until a
+/// command clears it; the output is then at the safe value. A command that clears does not enable. NMT and
+/// shut_down() also set the safe value, whatever the watchdog action.
+class AmplifierChannel {
+ public:
+  AmplifierChannel(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
+                   can::Scheduler& scheduler, AmplifierNode& node, Plant& plant);
+  AmplifierChannel(const AmplifierChannel&) = delete;
+  AmplifierChannel& operator=(const AmplifierChannel&) = delete;
+
+  AmplifierNode& node() const { return node_; }
+  std::size_t index() const { return index_; }  ///< among the channels of the node
   can::AmpState state() const { return state_; }
   std::uint8_t fault() const { return fault_; }
   /// The last commanded setpoint, also while the amplifier does not drive.
   double setpoint() const { return setpoint_; }
-  const can::SdoServer& objects() const { return sdo_; }
-  const can::E2eChecker& checker() const { return decode_command_.checker(); }
-  const can::Bus& bus() const { return *bus_; }
-  bool is_on_the_bus() const { return !nmt_.is_silent(); }
 
   /// Trips for a cause within the amplifier; the fault cannot be cleared before the cause ends.
   void begin_internal_fault();
   void end_internal_fault() { has_internal_cause_ = false; }
-  /// The supply fails: the output falls to its safe value. The caller discards the frames of the node.
-  void lose_power() { enter(can::AmpState::off); }
-  /// The supply returns: the node starts as at its first start. No effect before the first start.
-  void restart();
 
  private:
-  void handle(const can::Frame& frame, can::Time received);
-  void on_sync(std::uint8_t counter, can::Time received);
+  friend class AmplifierNode;
   void on_command(const can::AmpCommand& command);
+  void on_sync(can::Time received);
   void on_nmt(can::NmtState state);
+  void boot_up();
   bool is_stale(const can::AmpCommand& command) const;
   void clear_fault();
   void begin_to_enable();
@@ -63,22 +103,18 @@ class AmplifierNode {
   void trip(std::uint8_t fault, std::uint16_t emergency_code, WatchdogAction action = WatchdogAction::safe);
   void enter(can::AmpState state, WatchdogAction action = WatchdogAction::safe);
   void leave_drive(WatchdogAction action);
-  void send_status();
-  void boot_up();
 
   AxisConfig config_;
   /// From one SYNC to the next: the output's target moves in a straight line to a setpoint in this time.
   /// Zero: it is there at once.
   can::Duration interpolation_;
   can::Scheduler& scheduler_;
-  can::Decoder<can::AmpCommand> decode_command_;
-  std::unique_ptr<can::Bus> bus_;
+  AmplifierNode& node_;
+  std::size_t index_;
   Plant& plant_;
-  can::NmtSlave nmt_;
-  can::SdoServer sdo_;
-  std::uint8_t node_;
-  bool commands_name_their_sync_;                              ///< false: a command is never stale
-  std::optional<can::Encoder<can::AmpStatus>> encode_status_;  ///< empty: the node sends no status
+  can::Layout<can::AmpCommand> command_;
+  std::optional<can::Layout<can::AmpStatus>> status_;  ///< empty: it has no status
+  bool commands_name_their_sync_;                      ///< false: a command is never stale
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected
   std::optional<can::Time> soft_start_begun_;
@@ -88,10 +124,9 @@ class AmplifierNode {
   unsigned syncs_since_status_ = 0;
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;
-  std::uint8_t last_sync_ = 0;
+  bool status_is_due_ = false;
   bool is_enabling_ = false;
   bool has_internal_cause_ = false;
-  std::optional<can::Encoder<can::AmpStatus>> encode_status_at_power_on_;
 };
 
 }  // namespace hystcan::twin

@@ -88,6 +88,17 @@ std::optional<std::string> missing_field(Fault kind, Node node, const can::AxisW
 
 const FaultTraits& traits(Fault kind) { return kinds[static_cast<std::size_t>(kind)]; }
 
+bool acts_on_one_axis(Fault kind) {
+  switch (traits(kind).site) {
+    case FaultSite::either_node:
+      return kind == frozen_value;
+    case FaultSite::amplifier:
+      return kind != watchdog_trip;
+    default:
+      return true;
+  }
+}
+
 const std::array<std::string_view, fault_count>& words(Fault) {
   static const std::array<std::string_view, fault_count> names = [] {
     std::array<std::string_view, fault_count> all;

@@ -65,6 +65,8 @@ struct FaultTraits {
 };
 const FaultTraits& traits(Fault kind);
 inline std::string_view to_string(Fault kind) { return traits(kind).name; }
+/// True: it acts on one axis. False: on the node, with what it sends and receives, and so on all its axes.
+bool acts_on_one_axis(Fault kind);
 /// The names of all kinds, in their order.
 const std::array<std::string_view, fault_count>& words(Fault);
 

@@ -13,11 +13,6 @@ namespace {
 /// A drift is a staircase; this is the length of a step.
 constexpr can::Duration drift_step = std::chrono::milliseconds(1);
 
-bool same_place(const FaultSpec& a, const FaultSpec& b) {
-  return a.kind == b.kind && a.axis == b.axis &&
-         (a.node == b.node || traits(a.kind).site == FaultSite::plant);
-}
-
 can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)); }
 
 }  // namespace
@@ -62,6 +57,17 @@ std::size_t FaultScheduler::axis_of(const FaultSpec& spec) const {
   return static_cast<std::size_t>(found - axes_.begin());
 }
 
+/// A fault of a node has the same place for all its axes.
+bool FaultScheduler::same_place(const FaultSpec& a, const FaultSpec& b) const {
+  if (a.kind != b.kind) return false;
+  if (traits(a.kind).site == FaultSite::plant) return a.axis == b.axis;
+  if (a.node != b.node) return false;
+  if (a.axis == b.axis || acts_on_one_axis(a.kind)) return a.axis == b.axis;
+  const BusNode& node = axes_[axis_of(a)]->node(a.node);
+  return std::ranges::any_of(
+      axes_, [&](const auto& axis) { return axis->name == b.axis && &axis->node(b.node) == &node; });
+}
+
 void FaultScheduler::start(can::Time start) {
   planned_.clear();
   planned_.reserve(scheduled_.size());
@@ -88,7 +94,9 @@ void FaultScheduler::inject(const FaultSpec& spec) {
 
 std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view axis) {
   const auto matches = [&](const FaultSpec& spec) {
-    return (!kind || spec.kind == *kind) && (axis.empty() || spec.axis == axis);
+    if (kind && spec.kind != *kind) return false;
+    return axis.empty() ||
+           same_place(spec, {.kind = spec.kind, .axis = std::string(axis), .node = spec.node});
   };
   const std::vector<Active> before = std::exchange(active_, {});
   std::ranges::copy_if(before, std::back_inserter(active_),
@@ -170,7 +178,7 @@ void FaultScheduler::begin(const FaultSpec& spec) {
                      .began = now,
                      .ends = until_removed ? can::Time::max() : now + spec.lasts,
                      .gain_before = disturbances_[index].gain});
-  const bool at_amplifier = spec.node == Node::amplifier;
+  BusNode& node = axis.node(spec.node);
   switch (spec.kind) {
     case Fault::parameter_drift:
       break;
@@ -187,11 +195,11 @@ void FaultScheduler::begin(const FaultSpec& spec) {
       axis.amplifier.begin_internal_fault();
       break;
     case Fault::node_reboot:
-      (at_amplifier ? axis.amplifier_line : axis.sensor_line)->begin(spec.kind, spec.value);
-      if (at_amplifier) axis.amplifier.lose_power();
+      node.line().begin(spec.kind, spec.value);
+      node.lose_power();
       break;
     default:
-      (at_amplifier ? axis.amplifier_line : axis.sensor_line)->begin(spec.kind, spec.value);
+      node.line().begin(spec.kind, spec.value, axis.channel(spec.node));
   }
   report(spec, true);
 }
@@ -199,7 +207,7 @@ void FaultScheduler::begin(const FaultSpec& spec) {
 void FaultScheduler::release(const FaultSpec& spec) {
   const std::size_t index = axis_of(spec);
   Axis& axis = *axes_[index];
-  const bool at_amplifier = spec.node == Node::amplifier;
+  BusNode& node = axis.node(spec.node);
   switch (spec.kind) {
     case Fault::parameter_drift:
       break;
@@ -217,11 +225,11 @@ void FaultScheduler::release(const FaultSpec& spec) {
       break;
     case Fault::node_reboot:
     case Fault::bus_off:
-      (at_amplifier ? axis.amplifier_line : axis.sensor_line)->end(spec.kind);
-      at_amplifier ? axis.amplifier.restart() : axis.sensor.restart();
+      node.line().end(spec.kind);
+      node.restart();
       break;
     default:
-      (at_amplifier ? axis.amplifier_line : axis.sensor_line)->end(spec.kind);
+      node.line().end(spec.kind, axis.channel(spec.node));
   }
   report(spec, false);
 }

@@ -16,24 +16,27 @@
 
 #include "twin/amplifier_node.h"
 #include "twin/config.h"
-#include "twin/faulty_connection.h"
+#include "twin/sensor_node.h"
 
 namespace hystcan::twin {
 
-/// One axis of a twin: the stage, its two nodes, and their connections.
+/// One axis of a twin: the stage, and its channels of its two nodes.
 struct Axis {
   Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-       can::Scheduler& scheduler, const can::Attach& attach);
+       can::Scheduler& scheduler, AmplifierNode& amplifier_node, SensorNode& sensor_node);
   Axis(const Axis&) = delete;
   Axis& operator=(const Axis&) = delete;
+
+  BusNode& node(Node which) const;
+  std::size_t channel(Node which) const {
+    return which == Node::amplifier ? amplifier.index() : sensor.index();
+  }
 
   std::string name;
   can::AxisWire wire;
   Plant plant;
-  FaultyConnection* amplifier_line = nullptr;  ///< the connections of the nodes; set before the nodes
-  FaultyConnection* sensor_line = nullptr;
-  AmplifierNode amplifier;
-  SensorNode sensor;
+  AmplifierChannel amplifier;
+  SensorChannel sensor;
   DriveNoise drive_noise;
 };
 using Axes = std::vector<std::unique_ptr<Axis>>;
@@ -61,8 +64,8 @@ class FaultScheduler {
 
   /// Begins a fault now. Throws std::invalid_argument where it is not possible.
   void inject(const FaultSpec& spec);
-  /// Ends the active faults, only those of this kind and this axis where they are given, and takes drifts
-  /// back. Returns the number of faults that were active.
+  /// Ends the active faults, only those of this kind and those that act on this axis where they are given,
+  /// and takes drifts back. Returns the number of faults that were active.
   std::size_t remove(std::optional<Fault> kind = {}, std::string_view axis = {});
   const std::vector<Active>& active() const { return active_; }
 
@@ -73,6 +76,7 @@ class FaultScheduler {
   };
 
   std::size_t axis_of(const FaultSpec& spec) const;
+  bool same_place(const FaultSpec& a, const FaultSpec& b) const;
   void list_random_faults();
   void plan_next_random();
   void begin_random_fault();

@@ -80,31 +80,41 @@ FaultyConnection::FaultyConnection(std::unique_ptr<can::Bus> within, can::Schedu
       random_(config.seed),
       babbles_(scheduler.make_timer([this] { babble(); })) {}
 
-void FaultyConnection::begin(Fault kind, double value) {
-  on_[static_cast<std::size_t>(kind)] = value;
+void FaultyConnection::begin(Fault kind, double number, std::size_t channel) {
+  value(kind, channel) = number;
   find_changes();
   if (kind == emergency)
     put(can::emergency_frame(config_.node,
-                             {.code = static_cast<std::uint16_t>(value), .error_register = 0x01}));
+                             {.code = static_cast<std::uint16_t>(number), .error_register = 0x01}));
   if (kind == babbling_node) babbles_->expire_at(scheduler_.now());
 }
 
-void FaultyConnection::end(Fault kind) {
-  if (!std::exchange(on_[static_cast<std::size_t>(kind)], std::nullopt)) return;
+void FaultyConnection::end(Fault kind, std::size_t channel) {
+  if (!std::exchange(value(kind, channel), std::nullopt)) return;
   find_changes();
-  if (kind == frozen_value) frozen_value_.reset();
-  if (kind == frozen_counter) frozen_counter_.reset();
-  if (kind == sensor_gain) gain_from_.reset();
-  if (kind == out_of_order) overtaken_.reset();
-  if (kind == late) late_count_ = 0;
+  if (kind == frozen_value) channels_[channel].frozen_value.reset();
+  if (kind == sensor_gain) channels_[channel].gain_from.reset();
+  for (Channel& one : channels_) {
+    if (kind == frozen_counter) one.frozen_counter.reset();
+    if (kind == out_of_order) one.overtaken.reset();
+    if (kind == late) one.late_count = 0;
+  }
   if (kind == babbling_node) babbles_->cancel();
   if (kind == emergency) put(can::emergency_frame(config_.node, {}));
 }
 
 void FaultyConnection::find_changes() {
-  constexpr std::array changes{late,         out_of_order,      frozen_value, frozen_counter, wrong_crc,
-                               out_of_range, sensor_bad_status, sensor_gain,  sensor_offset};
-  corrupts_ = config_.sends && std::ranges::any_of(changes, [this](Fault kind) { return is_on(kind); });
+  constexpr std::array changes{late, out_of_order, frozen_counter, wrong_crc};
+  corrupts_ = std::ranges::any_of(changes, [this](Fault kind) { return is_on(kind); }) ||
+              std::ranges::any_of(channels_, [](const Channel& channel) {
+                return std::ranges::any_of(channel.on, &std::optional<double>::has_value);
+              });
+}
+
+FaultyConnection::Channel* FaultyConnection::channel_of(const can::Frame& frame) {
+  const auto found = std::ranges::find_if(
+      channels_, [&](const Channel& channel) { return channel.sends && channel.sends->is(frame); });
+  return found == channels_.end() ? nullptr : &*found;
 }
 
 void FaultyConnection::on_frame(FrameHandler handler) {
@@ -119,17 +129,17 @@ bool FaultyConnection::misses(const can::Frame& frame) {
   return is_on(error_passive) && uniform() < value_of(error_passive);
 }
 
-bool FaultyConnection::loses(const can::Frame& frame) const {
+bool FaultyConnection::loses(const can::Frame& frame) {
   if (is_on(node_reboot) || is_on(bus_off)) return true;
   if (is_on(no_heartbeat) && is_of({.id = can::heartbeat_base + config_.node}, frame)) return true;
   return is_on(no_reply) &&
-         (is_message(frame) || is_of({.id = can::sdo_response_base + config_.node}, frame));
+         (channel_of(frame) != nullptr || is_of({.id = can::sdo_response_base + config_.node}, frame));
 }
 
 /// Hands a frame to the bus. A lost one counts as sent.
 bool FaultyConnection::put(can::Frame frame) {
   if (loses(frame)) return true;
-  if (!is_message(frame)) return within_->send(frame);
+  if (channel_of(frame) == nullptr) return within_->send(frame);
   if (is_on(wrong_length)) {  // one of the lengths 0..8 but its own
     const auto other = static_cast<std::uint8_t>(uniform() * (frame.length <= 8 ? 8 : 9));
     frame.length = static_cast<std::uint8_t>(other >= frame.length ? other + 1 : other);
@@ -144,56 +154,64 @@ bool FaultyConnection::put(can::Frame frame) {
 }
 
 bool FaultyConnection::send(const can::Frame& frame) {
-  if (!corrupts_ || !is_message(frame)) return put(frame);
+  Channel* const first = corrupts_ ? channel_of(frame) : nullptr;
+  if (first == nullptr) return put(frame);
   can::Frame corrupted = frame;
-  corrupt(corrupted);
-  return is_on(late) ? pass_late(corrupted) : pass_in_order(corrupted);
+  corrupt(corrupted, *first);
+  return is_on(late) ? pass_late(corrupted, *first) : pass_in_order(corrupted, *first);
 }
 
-void FaultyConnection::corrupt(can::Frame& frame) {
-  const SentMessage& message = *config_.sends;
-  if (is_on(frozen_value)) {
-    if (!frozen_value_) frozen_value_ = message.value(frame);
-    message.put_value(frame, *frozen_value_);
-  }
-  if (is_on(sensor_gain)) {
-    const double value = message.physical(frame);
-    if (!gain_from_) gain_from_ = value;
-    message.put_physical(frame, *gain_from_ + value_of(sensor_gain) * (value - *gain_from_));
-  }
-  if (is_on(sensor_offset)) message.put_physical(frame, message.physical(frame) + value_of(sensor_offset));
-  if (is_on(out_of_range)) message.put_physical(frame, value_of(out_of_range));
-  if (is_on(sensor_bad_status)) message.put_bad_status(frame);
+void FaultyConnection::corrupt(can::Frame& frame, Channel& first) {
+  for (Channel& channel : channels_)
+    if (channel.sends && channel.sends->is(frame)) change_value(frame, channel);
+  const SentMessage& message = *first.sends;
   if (is_on(frozen_counter)) {
-    if (!frozen_counter_) frozen_counter_ = message.counter(frame);
-    message.put_counter(frame, *frozen_counter_);
+    if (!first.frozen_counter) first.frozen_counter = message.counter(frame);
+    message.put_counter(frame, *first.frozen_counter);
   }
   message.seal(frame);
   if (is_on(wrong_crc)) message.corrupt_crc(frame);
 }
 
-bool FaultyConnection::pass_in_order(const can::Frame& frame) {
+void FaultyConnection::change_value(can::Frame& frame, Channel& channel) {
+  const SentMessage& message = *channel.sends;
+  const auto on = [&](Fault kind) { return channel.on[static_cast<std::size_t>(kind)]; };
+  if (on(frozen_value)) {
+    if (!channel.frozen_value) channel.frozen_value = message.value(frame);
+    message.put_value(frame, *channel.frozen_value);
+  }
+  if (const auto gain = on(sensor_gain)) {
+    const double value = message.physical(frame);
+    if (!channel.gain_from) channel.gain_from = value;
+    message.put_physical(frame, *channel.gain_from + *gain * (value - *channel.gain_from));
+  }
+  if (const auto offset = on(sensor_offset)) message.put_physical(frame, message.physical(frame) + *offset);
+  if (const auto value = on(out_of_range)) message.put_physical(frame, *value);
+  if (on(sensor_bad_status)) message.put_bad_status(frame);
+}
+
+bool FaultyConnection::pass_in_order(const can::Frame& frame, Channel& first) {
   if (!is_on(out_of_order)) return put(frame);
-  if (!overtaken_) {
-    overtaken_ = frame;
+  if (!first.overtaken) {
+    first.overtaken = frame;
     return true;
   }
   const bool passed = put(frame);
-  return put(*std::exchange(overtaken_, std::nullopt)) && passed;
+  return put(*std::exchange(first.overtaken, std::nullopt)) && passed;
 }
 
-bool FaultyConnection::pass_late(const can::Frame& frame) {
+bool FaultyConnection::pass_late(const can::Frame& frame, Channel& first) {
   const auto delay = static_cast<std::size_t>(value_of(late));
-  while (late_count_ > delay) {  // the delay has become shorter
-    oldest_late_ = (oldest_late_ + 1) % held_frames;
-    --late_count_;
+  while (first.late_count > delay) {  // the delay has become shorter
+    first.oldest_late = (first.oldest_late + 1) % held_frames;
+    --first.late_count;
   }
-  late_[(oldest_late_ + late_count_++) % held_frames] = frame;
-  if (late_count_ <= delay) return true;
-  const can::Frame& due = late_[oldest_late_];
-  oldest_late_ = (oldest_late_ + 1) % held_frames;
-  --late_count_;
-  return pass_in_order(due);
+  first.late[(first.oldest_late + first.late_count++) % held_frames] = frame;
+  if (first.late_count <= delay) return true;
+  const can::Frame& due = first.late[first.oldest_late];
+  first.oldest_late = (first.oldest_late + 1) % held_frames;
+  --first.late_count;
+  return pass_in_order(due, first);
 }
 
 void FaultyConnection::babble() {

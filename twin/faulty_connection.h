@@ -6,6 +6,8 @@
 // After a change of value or status the CRC is computed again, with the frame's own counter, so that only
 // the value is wrong. A wrong CRC or a frozen counter is then applied to the protected frame. Frames that
 // are held back when a fault ends are dropped: no stale frame follows.
+//
+// The axes of a node are its channels. They share a message, or each has its own.
 #pragma once
 
 #include <array>
@@ -13,6 +15,8 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "can/bus.h"
 #include "can/protocol/protocol.h"
@@ -63,17 +67,19 @@ class FaultyConnection final : public can::Bus {
  public:
   struct Config {
     std::uint8_t node = 0;
-    std::optional<SentMessage> sends{};
     std::optional<can::Filter> obeys{};  ///< the command, where the node is an amplifier
     std::uint64_t seed = 1;
   };
 
   FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, const Config& config);
 
+  /// Adds the next channel with the message that it sends; empty: none.
+  void add_channel(std::optional<SentMessage> sends) { channels_.push_back({.sends = std::move(sends)}); }
+
   /// Kinds that act on the plant or the node itself change nothing here. An active fault continues with the
-  /// new value.
-  void begin(Fault kind, double value);
-  void end(Fault kind);
+  /// new value. `channel` has a meaning where acts_on_one_axis(kind).
+  void begin(Fault kind, double value, std::size_t channel = 0);
+  void end(Fault kind, std::size_t channel = 0);
 
   bool send(const can::Frame& frame) override;
   void on_frame(FrameHandler handler) override;
@@ -86,32 +92,45 @@ class FaultyConnection final : public can::Bus {
  private:
   static constexpr std::size_t held_frames = 17;  ///< traits(Fault::late).highest and the present one
 
+  using ActiveFaults = std::array<std::optional<double>, fault_count>;  ///< their values, by kind
+  struct Channel {
+    std::optional<SentMessage> sends{};
+    ActiveFaults on{};  ///< those that act on this axis alone
+    std::optional<std::int64_t> frozen_value{};
+    std::optional<double> gain_from{};  ///< value in the first frame of sensor_gain
+    // The frames of a message; where channels share it, the first of them has these.
+    std::optional<std::int64_t> frozen_counter{};
+    std::optional<can::Frame> overtaken{};
+    std::array<can::Frame, held_frames> late{};
+    std::size_t oldest_late = 0;
+    std::size_t late_count = 0;
+  };
+
+  std::optional<double>& value(Fault kind, std::size_t channel) {
+    return (acts_on_one_axis(kind) ? channels_[channel].on : on_)[static_cast<std::size_t>(kind)];
+  }
   bool is_on(Fault kind) const { return on_[static_cast<std::size_t>(kind)].has_value(); }
   double value_of(Fault kind) const { return *on_[static_cast<std::size_t>(kind)]; }
-  bool is_message(const can::Frame& frame) const { return config_.sends && config_.sends->is(frame); }
+  /// The first channel of this message; null where it is another frame.
+  Channel* channel_of(const can::Frame& frame);
   void find_changes();
   bool misses(const can::Frame& frame);
-  bool loses(const can::Frame& frame) const;
+  bool loses(const can::Frame& frame);
   bool put(can::Frame frame);
   double uniform() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
-  void corrupt(can::Frame& frame);
-  bool pass_in_order(const can::Frame& frame);
-  bool pass_late(const can::Frame& frame);
+  void corrupt(can::Frame& frame, Channel& first);
+  static void change_value(can::Frame& frame, Channel& channel);
+  bool pass_in_order(const can::Frame& frame, Channel& first);
+  bool pass_late(const can::Frame& frame, Channel& first);
   void babble();
 
   std::unique_ptr<can::Bus> within_;
   can::Scheduler& scheduler_;
   Config config_;
   std::mt19937_64 random_;
-  std::array<std::optional<double>, fault_count> on_{};  ///< values of the active faults
-  bool corrupts_ = false;                                ///< an active fault changes the sent frames
-  std::optional<std::int64_t> frozen_value_;
-  std::optional<std::int64_t> frozen_counter_;
-  std::optional<double> gain_from_;  ///< value in the first frame of sensor_gain
-  std::optional<can::Frame> overtaken_;
-  std::array<can::Frame, held_frames> late_{};
-  std::size_t oldest_late_ = 0;
-  std::size_t late_count_ = 0;
+  std::vector<Channel> channels_;
+  ActiveFaults on_{};      ///< those that act on the node
+  bool corrupts_ = false;  ///< an active fault changes the sent frames
   std::unique_ptr<can::Timer> babbles_;
 };
 

@@ -4,6 +4,7 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 #include <boost/random/variate_generator.hpp>
+#include <cstddef>
 #include <cstdint>
 
 #include "can/scheduler.h"
@@ -16,6 +17,10 @@ using NormalNumbers =
     boost::random::variate_generator<boost::random::mt19937_64, boost::random::normal_distribution<double>>;
 inline NormalNumbers normal_numbers(std::uint64_t seed) {
   return NormalNumbers(boost::random::mt19937_64(seed), boost::random::normal_distribution<double>());
+}
+/// Each axis of a node has other numbers. Node numbers are below 128.
+constexpr std::uint64_t seed_of(std::uint64_t seed, std::uint8_t node, std::size_t channel) {
+  return seed + node + 256 * channel;
 }
 
 // Noise and ripple of an amplifier's output, added to the drive:

@@ -101,52 +101,39 @@ const Sensor::Point& Sensor::point(std::size_t age) const {
   return points_[(newest_ + points_.size() - age) % points_.size()];
 }
 
-SensorNode::SensorNode(const WiredAxisConfig& config, const CommonConfig& common,
-                       const can::Database& database, can::Scheduler& scheduler,
-                       std::unique_ptr<can::Bus> bus, Plant& plant)
-    : scheduler_(scheduler),
-      bus_(std::move(bus)),
-      plant_(plant),
-      sensor_(config.axis.sensor, common.seed + config.wire.sensor_node, scheduler.now(),
-              config.axis.plant.substep),
-      runs_free_(config.axis.sample_clock.sampling == Sampling::free),
-      period_ns_(1e9 / (config.axis.sample_clock.rate_Hz * (1.0 + 1e-6 * config.axis.sample_clock.skew_ppm))),
+SensorNode::SensorNode(const WiredAxisConfig& first, const CommonConfig& common,
+                       const can::Database& database, can::Scheduler& scheduler, const can::Attach& attach)
+    : BusNode(first.wire.sensor_node, common, scheduler, attach),
+      scheduler_(scheduler),
+      sample_clock_(first.axis.sample_clock),
+      period_ns_(1e9 / (sample_clock_.rate_Hz * (1.0 + 1e-6 * sample_clock_.skew_ppm))),
       clock_(scheduler.make_timer([this] { on_clock(); })),
-      nmt_(*bus_, scheduler, config.wire.sensor_node, common.heartbeat_period,
-           [this](can::NmtState state) { on_nmt(state); }),
-      sdo_(config.wire.sensor_node),
-      encode_sample_(*can::find_layout<can::SensorSample>(database, config.wire)),
-      encode_sample_at_power_on_(encode_sample_) {
-  if (runs_free_ && !(period_ns_ >= 1.0 && period_ns_ < 1e12))
-    throw std::invalid_argument("the sensor samples at " + std::to_string(config.axis.sample_clock.rate_Hz) +
+      protector_(can::find_layout<can::SensorSample>(database, first.wire)->protection()) {
+  if (sample_clock_.sampling == Sampling::free && !(period_ns_ >= 1.0 && period_ns_ < 1e12))
+    throw std::invalid_argument("the sensor samples at " + std::to_string(sample_clock_.rate_Hz) +
                                 " Hz by its own clock, expected a rate > 0");
-  bus_->on_frame([this](const can::Frame& frame, can::Time received) { handle(frame, received); });
+  line().on_frame([this](const can::Frame& frame, can::Time received) {
+    if (frame.id != can::sync_id)
+      handle(frame);
+    else if (const auto counter = can::parse_sync(frame))
+      on_sync(*counter, received);
+  });
 }
 
-void SensorNode::handle(const can::Frame& frame, can::Time received) {
-  if (frame.id == can::sync_id) {
-    if (const auto counter = can::parse_sync(frame)) on_sync(*counter, received);
-  } else {
-    nmt_.handle(frame);
-    if (nmt_.is_silent() || nmt_.state() == can::NmtState::stopped) return;
-    if (const auto response = sdo_.answer(frame)) bus_->send(*response);
-  }
-}
-
-void SensorNode::boot_up() {
-  last_sync_ = 0;
-  encode_sample_ = encode_sample_at_power_on_;
-  if (nmt_.last_reset() == can::NmtCommand::reset_node) sdo_.reset();
-}
-
-void SensorNode::restart() {
-  if (is_on_the_bus()) nmt_.start();
+void SensorNode::add(SensorChannel& channel, const SampleClock& clock) {
+  if (clock != sample_clock_)
+    throw std::invalid_argument("the axes of sensor node " + std::to_string(number()) +
+                                " sample by different clocks, expected one for all of them");
+  channels_.push_back(&channel);
 }
 
 void SensorNode::on_nmt(can::NmtState state) {
-  if (state == can::NmtState::boot_up) boot_up();
+  if (state == can::NmtState::boot_up) {
+    last_sync_ = 0;
+    protector_.restart();
+  }
   clock_->cancel();
-  if (!runs_free_ || state != can::NmtState::operational) return;
+  if (sample_clock_.sampling != Sampling::free || state != can::NmtState::operational) return;
   clock_started_ = scheduler_.now();
   ticks_ = 0;
   on_clock();
@@ -155,7 +142,7 @@ void SensorNode::on_nmt(can::NmtState state) {
 void SensorNode::on_sync(std::uint8_t counter, can::Time received) {
   const bool is_repeated = std::exchange(last_sync_, counter) == counter;  // the same SYNC, received twice
   if (is_repeated) return;
-  if (!runs_free_ && nmt_.state() == can::NmtState::operational) sample(received);
+  if (sample_clock_.sampling == Sampling::sync && state() == can::NmtState::operational) sample(received);
 }
 
 /// Skips the ticks that have passed while the computer did not run this process.
@@ -169,14 +156,37 @@ void SensorNode::on_clock() {
 }
 
 void SensorNode::sample(can::Time time) {
-  plant_.advance_to(time);
-  const Sensor::Reading reading = sensor_.measure(time, plant_.position_um());
-  const can::SensorSample sample{.position_um = reading.position_um,
-                                 .sync_counter = last_sync_,
-                                 .status = reading.in_range ? std::uint8_t{0} : sensor_status::out_of_range};
+  can::Frame frame = channels_.front()->layout_.frame();
+  bool fits = true;
+  for (SensorChannel* channel : channels_) channel->plant_.advance_to(time);
+  for (SensorChannel* channel : channels_) fits = channel->sample(time, last_sync_, frame) && fits;
   // A position that the message cannot carry is not sent: the controller trips on the missing sample.
-  if (const auto frame = encode_sample_(sample)) bus_->send(*frame);
-  if (on_sample_) on_sample_(time, sample);
+  if (fits) {
+    protector_.seal(frame);
+    line().send(frame);
+  }
+  for (SensorChannel* channel : channels_)
+    if (channel->on_sample_) channel->on_sample_(time, channel->sample_);
+}
+
+SensorChannel::SensorChannel(const WiredAxisConfig& config, const CommonConfig& common,
+                             const can::Database& database, can::Time start, SensorNode& node, Plant& plant)
+    : node_(node),
+      index_(node.channels_.size()),
+      plant_(plant),
+      sensor_(config.axis.sensor, seed_of(common.seed, config.wire.sensor_node, index_), start,
+              config.axis.plant.substep),
+      layout_(*can::find_layout<can::SensorSample>(database, config.wire)) {
+  node_.line().add_channel(sent_by(Node::sensor, database, config.wire));
+  node_.add(*this, config.axis.sample_clock);
+}
+
+bool SensorChannel::sample(can::Time time, std::uint8_t sync_counter, can::Frame& frame) {
+  const Sensor::Reading reading = sensor_.measure(time, plant_.position_um());
+  sample_ = {.position_um = reading.position_um,
+             .sync_counter = sync_counter,
+             .status = reading.in_range ? std::uint8_t{0} : sensor_status::out_of_range};
+  return layout_.put(sample_, frame);
 }
 
 }  // namespace hystcan::twin

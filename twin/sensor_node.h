@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -11,9 +12,9 @@
 #include <vector>
 
 #include "can/bus.h"
-#include "can/protocol/node.h"
 #include "can/protocol/protocol.h"
 #include "can/scheduler.h"
+#include "twin/bus_node.h"
 #include "twin/noise.h"
 #include "twin/plant.h"
 
@@ -121,26 +122,49 @@ struct SampleClock {
   Sampling sampling = Sampling::sync;
   double rate_Hz = 0.0;   ///< free-running: by its own clock, > 0
   double skew_ppm = 0.0;  ///< relative speed error of that clock; > 0: it is fast
+
+  friend bool operator==(const SampleClock&, const SampleClock&) = default;
 };
 
-class SensorNode {
+class SensorChannel;
+
+/// A frame holds the samples of all axes of the node, which are taken at one time.
+class SensorNode final : public BusNode {
  public:
-  /// Throws std::invalid_argument where a free-running clock has no rate.
-  SensorNode(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-             can::Scheduler& scheduler, std::unique_ptr<can::Bus> bus, Plant& plant);
-  SensorNode(const SensorNode&) = delete;
-  SensorNode& operator=(const SensorNode&) = delete;
+  /// `first`: the first of its axes. Throws std::invalid_argument where a free-running clock has no rate.
+  SensorNode(const WiredAxisConfig& first, const CommonConfig& common, const can::Database& database,
+             can::Scheduler& scheduler, const can::Attach& attach);
 
-  void start() { nmt_.start(); }
-  /// Another node on the bus has the same number: this node is off and silent.
-  bool is_taken() const { return nmt_.is_taken(); }
+ private:
+  friend class SensorChannel;
+  void add(SensorChannel& channel, const SampleClock& clock);
+  void on_nmt(can::NmtState state) override;
+  void on_sync(std::uint8_t counter, can::Time received);
+  void on_clock();
+  void sample(can::Time time);
 
-  const can::Bus& bus() const { return *bus_; }
-  can::NmtState state() const { return nmt_.state(); }
-  bool is_on_the_bus() const { return !nmt_.is_silent(); }
+  can::Scheduler& scheduler_;
+  SampleClock sample_clock_;
+  double period_ns_;  ///< of its own clock
+  std::unique_ptr<can::Timer> clock_;
+  can::Time clock_started_{};
+  std::int64_t ticks_ = 0;      ///< of its own clock, since clock_started_
+  std::uint8_t last_sync_ = 0;  ///< counter of the last received SYNC; 0: none yet
+  can::E2eProtector protector_;
+  std::vector<SensorChannel*> channels_;
+};
 
-  /// The supply returns: the node starts as at its first start. No effect before the first start.
-  void restart();
+/// The sensor of one axis.
+class SensorChannel {
+ public:
+  /// Throws std::invalid_argument where another axis of the node has another clock.
+  SensorChannel(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
+                can::Time start, SensorNode& node, Plant& plant);
+  SensorChannel(const SensorChannel&) = delete;
+  SensorChannel& operator=(const SensorChannel&) = delete;
+
+  SensorNode& node() const { return node_; }
+  std::size_t index() const { return index_; }  ///< among the channels of the node
 
   /// True: the reading depends on the past, so follow() must be called at every grid point of the plant.
   bool follows_the_plant() const { return sensor_.follows(); }
@@ -151,27 +175,16 @@ class SensorNode {
   void on_sample(SampleHandler handler) { on_sample_ = std::move(handler); }
 
  private:
-  void handle(const can::Frame& frame, can::Time received);
-  void on_nmt(can::NmtState state);
-  void on_sync(std::uint8_t counter, can::Time received);
-  void on_clock();
-  void sample(can::Time time);
-  void boot_up();
+  friend class SensorNode;
+  /// Measures, and writes the sample into the frame; returns false where the message cannot carry it.
+  bool sample(can::Time time, std::uint8_t sync_counter, can::Frame& frame);
 
-  can::Scheduler& scheduler_;
-  std::unique_ptr<can::Bus> bus_;
+  SensorNode& node_;
+  std::size_t index_;
   Plant& plant_;
   Sensor sensor_;
-  bool runs_free_;
-  double period_ns_;  ///< of its own clock
-  std::unique_ptr<can::Timer> clock_;
-  can::Time clock_started_{};
-  std::int64_t ticks_ = 0;      ///< of its own clock, since clock_started_
-  std::uint8_t last_sync_ = 0;  ///< counter of the last received SYNC; 0: none yet
-  can::NmtSlave nmt_;
-  can::SdoServer sdo_;
-  can::Encoder<can::SensorSample> encode_sample_;
-  can::Encoder<can::SensorSample> encode_sample_at_power_on_;
+  can::Layout<can::SensorSample> layout_;
+  can::SensorSample sample_;
   SampleHandler on_sample_;
 };
 

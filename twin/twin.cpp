@@ -1,68 +1,44 @@
 #include "twin/twin.h"
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 #include <utility>
 
 namespace hystcan::twin {
 namespace {
 
-/// Opens a node's connection, at which faults can act, and sets `line` to it.
-can::Attach attach_with_faults(const can::Attach& attach, can::Scheduler& scheduler,
-                               const FaultyConnection::Config& config, FaultyConnection*& line) {
-  return [&attach, &scheduler, config, &line](std::span<const can::Filter> filters) {
-    auto connection = std::make_unique<FaultyConnection>(attach(filters), scheduler, config);
-    line = connection.get();
-    return connection;
-  };
+template <class Made>
+Made* add(std::vector<std::unique_ptr<BusNode>>& nodes, std::unique_ptr<Made> node) {
+  Made* const made = node.get();
+  nodes.push_back(std::move(node));
+  return made;
 }
 
-FaultyConnection::Config sensor_line_config(const can::AxisWire& wire, const can::Database& database,
-                                            std::uint64_t seed) {
-  return {.node = wire.sensor_node,
-          .sends = sent_by(Node::sensor, database, wire),
-          .seed = seed + wire.sensor_node};
-}
-
-FaultyConnection::Config amplifier_line_config(const can::AxisWire& wire, const can::Database& database,
-                                               std::uint64_t seed) {
-  const can::Message& command = can::find_message(database, *can::message_map<can::AmpCommand>(wire));
-  return {.node = wire.amplifier_node,
-          .sends = sent_by(Node::amplifier, database, wire),
-          .obeys = can::Filter{.id = command.id, .extended = command.extended},
-          .seed = seed + wire.amplifier_node};
-}
-
-std::unique_ptr<can::Bus> attach_sensor(const can::AxisWire& wire, const can::Attach& attach) {
-  return attach(std::array{can::Filter{can::nmt_id}, can::Filter{can::sync_id},
-                           can::Filter{can::heartbeat_base + wire.sensor_node},
-                           can::Filter{can::sdo_request_base + wire.sensor_node}});
+bool share_a_node(const can::AxisWire& one, const can::AxisWire& other) {
+  return one.amplifier_node == other.amplifier_node || one.sensor_node == other.sensor_node;
 }
 
 }  // namespace
 
 Axis::Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-           can::Scheduler& scheduler, const can::Attach& attach)
+           can::Scheduler& scheduler, AmplifierNode& amplifier_node, SensorNode& sensor_node)
     : name(config.wire.name),
       wire(config.wire),
       plant(config.axis.plant, scheduler.now()),
-      amplifier(config, common, database, scheduler,
-                attach_with_faults(attach, scheduler, amplifier_line_config(wire, database, common.seed),
-                                   amplifier_line),
-                plant),
-      sensor(config, common, database, scheduler,
-             attach_sensor(
-                 wire, attach_with_faults(attach, scheduler, sensor_line_config(wire, database, common.seed),
-                                          sensor_line)),
-             plant),
+      amplifier(config, common, database, scheduler, amplifier_node, plant),
+      sensor(config, common, database, scheduler.now(), sensor_node, plant),
       drive_noise(config.axis.drive_noise, config.axis.plant.substep, scheduler.now(),
-                  common.seed + wire.amplifier_node) {
+                  seed_of(common.seed, wire.amplifier_node, amplifier.index())) {
   if (!drive_noise.is_silent()) plant.set_drive_noise([this](can::Time time) { return drive_noise(time); });
   if (sensor.follows_the_plant()) {
     sensor.follow(scheduler.now(), plant.position_um());
     plant.on_grid([this](can::Time time, double position_um) { sensor.follow(time, position_um); });
   }
+}
+
+BusNode& Axis::node(Node which) const {
+  if (which == Node::amplifier) return amplifier.node();
+  return sensor.node();
 }
 
 Config with_axes(Config config, const std::vector<std::string>& names) {
@@ -73,6 +49,11 @@ Config with_axes(Config config, const std::vector<std::string>& names) {
     if (std::ranges::none_of(config.axes,
                              [&](const WiredAxisConfig& axis) { return axis.wire.name == name; }))
       throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration's");
+  for (const WiredAxisConfig& kept : config.axes)
+    for (const WiredAxisConfig& left : config.axes)
+      if (is_named(kept.wire.name) && !is_named(left.wire.name) && share_a_node(kept.wire, left.wire))
+        throw std::invalid_argument("axes \"" + kept.wire.name + "\" and \"" + left.wire.name +
+                                    "\" share a node, expected both or none of them");
   std::erase_if(config.axes, [&](const WiredAxisConfig& axis) { return !is_named(axis.wire.name); });
   std::erase_if(config.faults, [&](const FaultSpec& order) { return !is_named(order.axis); });
   for (WiredAxisConfig& axis : config.axes) {
@@ -93,8 +74,20 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
       heartbeat_period_(config.heartbeat_period),
       listened_(scheduler.make_timer([this] { start_nodes(); })) {
   axes_.reserve(config.axes.size());
-  for (const WiredAxisConfig& axis : config.axes)
-    axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, attach));
+  for (const WiredAxisConfig& axis : config.axes) {
+    AmplifierNode* amplifier = nullptr;
+    SensorNode* sensor = nullptr;
+    for (const auto& other : axes_) {
+      if (other->wire.amplifier_node == axis.wire.amplifier_node) amplifier = &other->amplifier.node();
+      if (other->wire.sensor_node == axis.wire.sensor_node) sensor = &other->sensor.node();
+    }
+    if (amplifier == nullptr)
+      amplifier =
+          add(nodes_, std::make_unique<AmplifierNode>(axis.wire, config, database, scheduler, attach));
+    if (sensor == nullptr)
+      sensor = add(nodes_, std::make_unique<SensorNode>(axis, config, database, scheduler, attach));
+    axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, *amplifier, *sensor));
+  }
   for (std::size_t i = 0; i < axes_.size(); ++i)
     for (const model::Coupling& coupling : config.axes[i].axis.couplings)
       axes_[i]->plant.couple(axes_.at(coupling.index)->plant, coupling.um_per_um);
@@ -123,34 +116,26 @@ void Twin::start() {
 
 void Twin::start_nodes() {
   if (taken_node()) return;
-  for (const auto& axis : axes_) {
-    axis->amplifier.start();
-    axis->sensor.start();
-  }
+  for (const auto& node : nodes_) node->start();
   faults_->start(started_);
 }
 
 std::optional<std::uint8_t> Twin::taken_node() const {
-  for (const auto& axis : axes_) {
-    if (axis->amplifier.is_taken()) return axis->wire.amplifier_node;
-    if (axis->sensor.is_taken()) return axis->wire.sensor_node;
-  }
-  return std::nullopt;
+  const auto taken = std::ranges::find_if(nodes_, [](const auto& node) { return node->is_taken(); });
+  if (taken == nodes_.end()) return std::nullopt;
+  return (*taken)->number();
 }
 
 std::vector<const can::Bus*> Twin::connections() const {
   std::vector<const can::Bus*> all;
-  all.reserve(2 * axes_.size());
-  for (const auto& axis : axes_) {
-    all.push_back(&axis->amplifier.bus());
-    all.push_back(&axis->sensor.bus());
-  }
+  all.reserve(nodes_.size());
+  for (const auto& node : nodes_) all.push_back(&node->bus());
   return all;
 }
 
 void Twin::shut_down() {
   faults_->stop();
-  for (const auto& axis : axes_) axis->amplifier.shut_down();
+  for (const auto& node : nodes_) node->shut_down();
 }
 
 }  // namespace hystcan::twin

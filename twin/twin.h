@@ -1,4 +1,5 @@
-// The simulation twin: for each axis a plant and its two nodes on the bus.
+// The simulation twin: for each axis a plant and its two nodes on the bus. Axes with the same node number
+// share the node.
 //
 // It communicates only by the bus. Each node has its own connection, as a real one does.
 #pragma once
@@ -67,6 +68,7 @@ class Twin {
   can::Scheduler& scheduler_;
   can::Duration heartbeat_period_;
   std::unique_ptr<can::Timer> listened_;
+  std::vector<std::unique_ptr<BusNode>> nodes_;
   Axes axes_;
   std::unique_ptr<FaultScheduler> faults_;
   can::Time started_{};

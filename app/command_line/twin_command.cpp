@@ -67,7 +67,7 @@ class TwinWatch {
  private:
   void look() {
     for (std::size_t i = 0; i < seen_.size(); ++i) {
-      const twin::AmplifierNode& amplifier = twin_.axes()[i]->amplifier;
+      const twin::AmplifierChannel& amplifier = twin_.axes()[i]->amplifier;
       if (std::exchange(seen_[i], amplifier.state()) == amplifier.state()) continue;
       const bool silence = (amplifier.fault() & can::amp_fault::command_timeout) != 0;
       spdlog::info("{}: amplifier {}{}", twin_.axes()[i]->name, to_string(amplifier.state()),
@@ -92,8 +92,9 @@ BusClosing closing_of(const twin::Twin& twin) {
   BusClosing closing{.bus = can::report_of(connections, 0.0)};
   closing.rejected.reserve(twin.axes().size());
   for (const auto& axis : twin.axes())
-    closing.rejected.push_back(can::rejected_frames(can::message_map<can::AmpCommand>(axis->wire)->message,
-                                                    axis->amplifier.checker()));
+    if (axis->amplifier.index() == 0)  // the axes of a node share the command
+      closing.rejected.push_back(can::rejected_frames(can::message_map<can::AmpCommand>(axis->wire)->message,
+                                                      axis->amplifier.node().checker()));
   return closing;
 }
 

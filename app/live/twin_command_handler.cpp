@@ -88,7 +88,7 @@ json TwinCommandHandler::status() {
     axes.push_back({{"name", axis->name},
                     {"amplifier", to_string(axis->amplifier.state())},
                     {"amplifier_fault", axis->amplifier.fault()},
-                    {"sensor", to_string(axis->sensor.state())},
+                    {"sensor", to_string(axis->sensor.node().state())},
                     {"drive", axis->plant.drive()},
                     {"position_um", axis->plant.position_um()}});
   }

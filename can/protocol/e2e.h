@@ -70,6 +70,8 @@ class E2eProtector {
  public:
   explicit E2eProtector(const Protection& protection) : protection_(protection) {}
   void seal(Frame& frame);
+  /// The counter begins at 0 again.
+  void restart() { counter_ = 0; }
 
  private:
   Protection protection_;

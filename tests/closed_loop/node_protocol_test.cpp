@@ -64,7 +64,7 @@ TEST(NodeSetUp, IsWrittenAndReadBackBeforeTheNodeIsStarted) {
   LoggedLoop loop(setup);
   loop.rehearsal.run_for(std::chrono::seconds(2));
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
-  EXPECT_EQ(loop.rehearsal.twin().axes()[0]->amplifier.objects().object(current_limit)->value, 140u);
+  EXPECT_EQ(loop.rehearsal.twin().axes()[0]->amplifier.node().objects().object(current_limit)->value, 140u);
   const auto last_read = loop.first(0x581, 0x4F, 0);
   const auto start = loop.first(0x000, 0x01, 1);
   EXPECT_LT(last_read, start) << "node 1 is started after its last object has been read back";
@@ -233,7 +233,7 @@ TEST(ForeignAccess, ThatWritesToAWaitingNodeIsFollowedByItsSetUp) {
       1, {.service = can::SdoService::write, .object = current_limit, .content = {.value = 9, .bytes = 1}}));
   loop.rehearsal.run_for(std::chrono::seconds(2));
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
-  EXPECT_EQ(loop.rehearsal.twin().axes()[0]->amplifier.objects().object(current_limit)->value, 7u);
+  EXPECT_EQ(loop.rehearsal.twin().axes()[0]->amplifier.node().objects().object(current_limit)->value, 7u);
 }
 
 /// As a CAN controller does that misses the last bit of an acknowledged frame (ISO 11898-1).

@@ -137,8 +137,8 @@ TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
   FaultRig rig(config);
   rig.start();
   ASSERT_TRUE(rig.tracks());
-  twin::AmplifierNode& amplifier = rig.stage().amplifier;
-  ASSERT_TRUE(amplifier.objects().object(object));
+  twin::AmplifierChannel& amplifier = rig.stage().amplifier;
+  ASSERT_TRUE(amplifier.node().objects().object(object));
   rig.run_for(milliseconds(800));
 
   twin::FaultSpec trip = twin::fault_spec(Fault::amplifier_trip, "x");
@@ -155,15 +155,15 @@ TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
   rig.run_for(milliseconds(52));
   const bool is_amplifier = GetParam() == Node::amplifier;
   EXPECT_EQ(amplifier.fault(), is_amplifier ? 0 : twin::internal_fault);
-  EXPECT_EQ(amplifier.objects().object(object).has_value(), !is_amplifier);
+  EXPECT_EQ(amplifier.node().objects().object(object).has_value(), !is_amplifier);
   EXPECT_EQ(is_amplifier ? amplifier.state() == can::AmpState::off
-                         : rig.stage().sensor.state() == can::NmtState::pre_operational,
+                         : rig.stage().sensor.node().state() == can::NmtState::pre_operational,
             true);
 
   ASSERT_EQ(rig.ask(controller::Request::Kind::clear), "");
   ASSERT_EQ(rig.ask(controller::Request::Kind::enable), "");
   ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
-  EXPECT_TRUE(amplifier.objects().object(object));
+  EXPECT_TRUE(amplifier.node().objects().object(object));
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 

@@ -32,7 +32,7 @@ class AmplifierOnBus : public testing::Test, protected TwinBench {
       if (frame.id == 0x701) amplifier_heartbeats_.push_back(frame.data[0]);
     });
   }
-  AmplifierNode& amplifier() { return twin_.axes().front()->amplifier; }
+  AmplifierChannel& amplifier() { return twin_.axes().front()->amplifier; }
   void nmt(can::NmtCommand command) {
     tester_->send(can::nmt_frame({command, 1}));
     run(milliseconds(1));
@@ -89,15 +89,15 @@ TEST_F(AmplifierOnBus, IsSilentAndOffOnceAnotherNodeHasItsNumber) {
   statuses_ = 0;
   tester_->send(can::heartbeat_frame(1, can::NmtState::operational));
   run(milliseconds(1));
-  EXPECT_TRUE(amplifier().is_taken());
-  EXPECT_FALSE(amplifier().is_on_the_bus());
+  EXPECT_TRUE(amplifier().node().is_taken());
+  EXPECT_FALSE(amplifier().node().is_on_the_bus());
   amplifier_heartbeats_.clear();
   EXPECT_FALSE(answers());
-  amplifier().restart();
+  amplifier().node().restart();
   start_nodes();
   drive(50.0, 50);
   run(milliseconds(250));
-  amplifier().shut_down();
+  amplifier().node().shut_down();
   run(milliseconds(1));
   EXPECT_EQ(statuses_, 0);
   EXPECT_TRUE(amplifier_heartbeats_.empty()) << "also after a return of the supply";

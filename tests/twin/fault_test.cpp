@@ -52,6 +52,7 @@ class Connection : public testing::Test {
  protected:
   Connection() {
     far_end_->on_frame([this](const can::Frame& frame, can::Time) { heard_.push_back(frame); });
+    connection_.add_channel(sent_by(Node::sensor, database(), one_axis().axes[0].wire));
     connection_.on_frame([this](const can::Frame&, can::Time) { ++obeyed_; });
   }
   const can::Frame& after(const can::Frame& frame) {
@@ -70,10 +71,7 @@ class Connection : public testing::Test {
   can::VirtualClock clock_;
   can::SimBus bus_{clock_, {1'000'000}};
   std::unique_ptr<can::Bus> far_end_ = bus_.attach();
-  FaultyConnection connection_{
-      bus_.attach(),
-      clock_,
-      {.node = 2, .sends = sent_by(Node::sensor, database(), one_axis().axes[0].wire), .seed = 1}};
+  FaultyConnection connection_{bus_.attach(), clock_, {.node = 2, .seed = 1}};
   std::vector<can::Frame> heard_;
   int obeyed_ = 0;
 };

@@ -23,8 +23,8 @@ class NodeRules : public testing::Test, protected TwinBench {
     listener_->on_frame([this](const can::Frame& frame, can::Time) { frames_.push_back(frame); });
     frames_.clear();
   }
-  AmplifierNode& amplifier() { return twin_.axes().front()->amplifier; }
-  SensorNode& sensor() { return twin_.axes().front()->sensor; }
+  AmplifierChannel& amplifier() { return twin_.axes().front()->amplifier; }
+  SensorNode& sensor() { return twin_.axes().front()->sensor.node(); }
   void nmt(NmtCommand command, std::uint8_t node) {
     tester_->send(can::nmt_frame({command, node}));
     run(milliseconds(1));
@@ -45,7 +45,7 @@ class NodeRules : public testing::Test, protected TwinBench {
     tester_->send(can::sdo_request(
         1, {.service = can::SdoService::write, .object = object, .content = {.value = 140, .bytes = 2}}));
     run(milliseconds(1));
-    ASSERT_TRUE(amplifier().objects().object(object));
+    ASSERT_TRUE(amplifier().node().objects().object(object));
   }
   /// The identifiers of the amplifier's frames since the last clear().
   std::vector<std::uint32_t> sent_by_amplifier() const {
@@ -89,7 +89,7 @@ TEST_F(NodeRules, ASecondNmtStartForgetsNoCounter) {
   start_nodes();
   tester_->send(first);
   run(milliseconds(1));
-  EXPECT_EQ(amplifier().checker().rejected(can::Rejection::repeated_counter), 1u);
+  EXPECT_EQ(amplifier().node().checker().rejected(can::Rejection::repeated_counter), 1u);
 }
 
 TEST_F(NodeRules, ASensorTakesNoSecondSampleAtTheSameSync) {
@@ -161,7 +161,7 @@ TEST_F(NodeRules, ResetCommunicationKeepsALatchedFaultAndTheObjects) {
   trip();
   nmt(static_cast<NmtCommand>(130), 1);
   EXPECT_EQ(amplifier().state(), AmpState::off);
-  EXPECT_TRUE(amplifier().objects().object(object));
+  EXPECT_TRUE(amplifier().node().objects().object(object));
   start_nodes();
   EXPECT_EQ(status_->state, AmpState::fault);
   EXPECT_EQ(status_->fault, can::amp_fault::command_timeout);
@@ -247,7 +247,7 @@ TEST_F(NodeRules, AStaleCommandCountsForTheRuleOfTheCounter) {
   send({.setpoint = 50.0, .enable = true, .sync_counter = 0});
   tester_->send(*same_counter({.setpoint = 50.0, .enable = true, .sync_counter = counter_}));
   run(milliseconds(1));
-  EXPECT_EQ(amplifier().checker().rejected(can::Rejection::repeated_counter), 1U);
+  EXPECT_EQ(amplifier().node().checker().rejected(can::Rejection::repeated_counter), 1U);
   EXPECT_EQ(amplifier().state(), AmpState::ready);
 }
 

@@ -123,7 +123,7 @@ TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndExecutesNone) {
   shorter.length = 7;
   tester_->send(shorter);
   run(milliseconds(5));
-  const can::E2eChecker& checker = twin_.axes().front()->amplifier.checker();
+  const can::E2eChecker& checker = twin_.axes().front()->amplifier.node().checker();
   EXPECT_EQ(checker.rejected(can::Rejection::wrong_crc), 1u);
   EXPECT_EQ(checker.rejected(can::Rejection::extended_id), 1u);
   EXPECT_EQ(checker.rejected(can::Rejection::wrong_length), 1u);
@@ -154,7 +154,7 @@ TEST_F(TwinOnBus, ResetsItsObjectsAtAReset) {
   tester_->send(can::sdo_request(
       1, {.service = can::SdoService::write, .object = object, .content = {.value = 140, .bytes = 2}}));
   run(milliseconds(1));
-  const can::SdoServer& objects = twin_.axes().front()->amplifier.objects();
+  const can::SdoServer& objects = twin_.axes().front()->amplifier.node().objects();
   ASSERT_EQ(objects.object(object)->value, 140u);
   tester_->send(can::nmt_frame({can::NmtCommand::stop, 1}));
   tester_->send(can::nmt_frame({can::NmtCommand::enter_pre_operational, 1}));
