@@ -121,8 +121,8 @@ static void send_protected(struct node* node, int32_t value, uint8_t byte4, uint
 
 static bool is_fd(const struct canfd_frame* frame) { return (frame->flags & CANFD_FDF) != 0; }
 
-// "Counter and CRC": a frame of the wrong kind, with a wrong length, a wrong CRC or a repeated counter counts as
-// not sent.
+// "Counter and CRC": a frame of the wrong kind, with a wrong length, a wrong CRC or a repeated counter counts
+// as not sent.
 static bool accept_command(struct amplifier* amplifier, const struct canfd_frame* frame) {
   if (is_fd(frame) != amplifier->node.fd || frame->len != 8) return false;
   if (frame->data[7] != crc_of(frame->can_id, frame->data)) return false;

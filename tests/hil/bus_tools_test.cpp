@@ -278,7 +278,7 @@ TEST_F(BusTools, MonitorPrintsPlainTextWithoutATerminal) {
 const char* const fd_dbc =
     "BO_ 291 Long: 12 A\n SG_ Value : 0|32@1- (0.001,0) [0|0] \"um\" A\n SG_ Last : 88|8@1+ (1,0) [0|0] \"\" A\n";
 
-/// The lines of a log without their times and without the flag that Linux 5.18 and later add: `vcan0 123##1AA`.
+/// Without the flag that Linux 5.18 and later add: `vcan0 123##1AA`.
 std::vector<std::string> without_fd_flag(std::vector<std::string> frames) {
   for (std::string& frame : frames)
     if (const auto mark = frame.find("##"); mark != std::string::npos && frame[mark + 2] >= '4')

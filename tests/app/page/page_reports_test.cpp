@@ -115,7 +115,7 @@ TEST_F(FakeInterface, HasTheRateAndTheLoadOfItsCounters) {
   EXPECT_NEAR(report.at("load_percent"), 100.0 * 2000 * 111 * 1.1 / 1e6, 1e-9);
 }
 
-// A command and a sample of 20 bytes in each cycle, 234 of their bits at 5 Mbit/s, beside a SYNC and some more.
+// A command and a sample of 20 bytes in each cycle, 230 of their bits at 5 Mbit/s, beside a SYNC.
 TEST_F(FakeInterface, HasTheLoadOfFdFramesWithBothBitRates) {
   config::Config config = config::load(folder_ / "lab_amplifier.toml");
   config.bus.data_bitrate_bit_per_s = 5'000'000;

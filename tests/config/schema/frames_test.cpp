@@ -230,8 +230,8 @@ TEST(SetUp, ReadsTimeoutAndAttemptsAndRefusesInvalidValues) {
   }
 }
 
-/// lab_amplifier.toml, where AmpSet has this length and its CRC, at the end, so many bits; `polynomial` replaces
-/// the line of the file.
+/// lab_amplifier.toml, where AmpSet has this length and its CRC, at the end, so many bits; `polynomial`
+/// replaces the line of the file.
 Config with_longer_command(unsigned length, unsigned crc_bits, const std::string& polynomial) {
   const support::ShippedCopy shipped;
   shipped.edit("lab_amplifier.dbc", "AmpSet: 4", fmt::format("AmpSet: {}", length));
