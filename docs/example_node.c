@@ -119,7 +119,9 @@ static void send_protected(struct node* node, int32_t value, uint8_t byte4, uint
   send_frame(node, TRANSMIT, data, sizeof data, node->fd);
 }
 
-static bool is_fd(const struct canfd_frame* frame) { return (frame->flags & CANFD_FDF) != 0; }
+enum { FD_FLAG = 0x04 };  // CANFD_FDF of Linux 5.18 and later
+
+static bool is_fd(const struct canfd_frame* frame) { return (frame->flags & FD_FLAG) != 0; }
 
 // "Counter and CRC": a frame of the wrong kind, with a wrong length, a wrong CRC or a repeated counter counts
 // as not sent.
@@ -342,7 +344,7 @@ static void send_frame(const struct node* node, uint32_t base, const uint8_t* da
 // Returns false if no frame waits.
 static bool receive_frame(int bus, struct canfd_frame* frame) {
   const ssize_t size = recv(bus, frame, sizeof *frame, MSG_DONTWAIT);
-  frame->flags = size == (ssize_t)CANFD_MTU ? CANFD_FDF : 0;
+  frame->flags = size == (ssize_t)CANFD_MTU ? FD_FLAG : 0;
   return size == (ssize_t)CANFD_MTU || size == (ssize_t)CAN_MTU;
 }
 
