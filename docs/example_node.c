@@ -3,6 +3,7 @@
 //   gcc -std=c11 -O2 docs/example_node.c -o example_node
 //   ./example_node vcan0 1 2       amplifier node 1 and sensor node 2, which are axis X of config/piezo.toml
 //   ./example_node vcan0 1 0       0: without the sensor, because a real one is on the bus
+//   ./example_node vcan0 1 2 fd    command, status and sample are frames of CAN FD with bit-rate switch
 //
 // Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts:
 // the device, and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
@@ -53,6 +54,7 @@ enum {
 // What both nodes have: the NMT state, the heartbeat, and the counters on the wire.
 struct node {
   int bus;
+  bool fd;  // command, status and sample are CAN FD; NMT, SYNC, heartbeat and emergency are always classical
   uint8_t id;  // 0: this node does not exist
   enum nmt_state state;
   uint64_t heartbeat_due_ms;
@@ -81,7 +83,7 @@ struct sensor {
 static int32_t read_output(const struct amplifier* amplifier);
 static void write_output(struct amplifier* amplifier, int32_t drive);
 static bool read_position(const struct sensor* sensor, int32_t* position);
-static void send_frame(const struct node* node, uint32_t base, const uint8_t* data, uint8_t length);
+static void send_frame(const struct node* node, uint32_t base, const uint8_t* data, uint8_t length, bool fd);
 static uint64_t now_ms(void);
 
 // ---- "Counter and CRC"
@@ -114,12 +116,18 @@ static void send_protected(struct node* node, int32_t value, uint8_t byte4, uint
   put_i32(data, value);
   data[7] = crc_of(TRANSMIT + node->id, data);
   node->sent_counter = (node->sent_counter + 1) & 0x0F;
-  send_frame(node, TRANSMIT, data, sizeof data);
+  send_frame(node, TRANSMIT, data, sizeof data, node->fd);
 }
 
-// "Counter and CRC": a frame with a wrong length, a wrong CRC or a repeated counter counts as not sent.
-static bool accept_command(struct amplifier* amplifier, const struct can_frame* frame) {
-  if (frame->can_dlc != 8 || frame->data[7] != crc_of(frame->can_id, frame->data)) return false;
+enum { FD_FLAG = 0x04 };  // CANFD_FDF of Linux 5.18 and later
+
+static bool is_fd(const struct canfd_frame* frame) { return (frame->flags & FD_FLAG) != 0; }
+
+// "Counter and CRC": a frame of the wrong kind, with a wrong length, a wrong CRC or a repeated counter counts
+// as not sent.
+static bool accept_command(struct amplifier* amplifier, const struct canfd_frame* frame) {
+  if (is_fd(frame) != amplifier->node.fd || frame->len != 8) return false;
+  if (frame->data[7] != crc_of(frame->can_id, frame->data)) return false;
   const int counter = frame->data[6] & 0x0F;
   if (counter == amplifier->received_counter) return false;
   amplifier->received_counter = counter;
@@ -130,7 +138,7 @@ static bool accept_command(struct amplifier* amplifier, const struct can_frame* 
 
 static void send_heartbeat(struct node* node, enum nmt_state state) {
   const uint8_t data = (uint8_t)state;
-  send_frame(node, HEARTBEAT, &data, 1);
+  send_frame(node, HEARTBEAT, &data, 1, false);
   node->heartbeat_due_ms = now_ms() + HEARTBEAT_MS;
 }
 
@@ -142,8 +150,8 @@ static void boot_up(struct node* node) {
 }
 
 // Returns whether the frame is an NMT command for this node that it knows.
-static bool obey_nmt(struct node* node, const struct can_frame* frame) {
-  if (frame->can_id != NMT_ID || frame->can_dlc != 2) return false;
+static bool obey_nmt(struct node* node, const struct canfd_frame* frame) {
+  if (frame->can_id != NMT_ID || frame->len != 2 || is_fd(frame)) return false;
   if (frame->data[1] != 0 && frame->data[1] != node->id) return false;  // 0: all nodes
   switch (frame->data[0]) {
     case NMT_START:
@@ -165,8 +173,8 @@ static bool obey_nmt(struct node* node, const struct can_frame* frame) {
 }
 
 // "One cycle": the counter runs from 1 to 240. 0: the frame is not a SYNC.
-static uint8_t sync_counter_of(const struct can_frame* frame) {
-  if (frame->can_id != SYNC_ID || frame->can_dlc != 1) return 0;
+static uint8_t sync_counter_of(const struct canfd_frame* frame) {
+  if (frame->can_id != SYNC_ID || frame->len != 1 || is_fd(frame)) return 0;
   return frame->data[0] <= SYNC_COUNTER_MAX ? frame->data[0] : 0;
 }
 
@@ -192,7 +200,7 @@ static void enter(struct amplifier* amplifier, enum amplifier_state state) {
 static void send_emergency(const struct amplifier* amplifier, uint16_t code) {
   const uint8_t error_register = amplifier->fault != 0 ? 0x01 : 0x00;  // bit 0: generic error
   const uint8_t data[8] = {(uint8_t)code, (uint8_t)(code >> 8), error_register};
-  send_frame(&amplifier->node, EMCY, data, sizeof data);
+  send_frame(&amplifier->node, EMCY, data, sizeof data, false);
 }
 
 // "Faults of an amplifier": latched; the emergency first, then the status.
@@ -259,7 +267,7 @@ static void on_sync(struct amplifier* amplifier) {
   if (++amplifier->syncs_since_status >= STATUS_EVERY) send_status(amplifier);
 }
 
-static void amplifier_on_frame(struct amplifier* amplifier, const struct can_frame* frame) {
+static void amplifier_on_frame(struct amplifier* amplifier, const struct canfd_frame* frame) {
   struct node* node = &amplifier->node;
   const enum nmt_state before = node->state;
   const uint8_t sync = sync_counter_of(frame);
@@ -288,7 +296,7 @@ static void amplifier_on_time(struct amplifier* amplifier) {
 
 // ---- "What a sensor node does"
 
-static void sensor_on_frame(struct sensor* sensor, const struct can_frame* frame) {
+static void sensor_on_frame(struct sensor* sensor, const struct canfd_frame* frame) {
   struct node* node = &sensor->node;
   const uint8_t sync = sync_counter_of(frame);
   if (sync == 0) {
@@ -327,14 +335,21 @@ static uint64_t now_ms(void) {
 }
 
 // A frame that the bus does not take is dropped: a later one has newer values.
-static void send_frame(const struct node* node, uint32_t base, const uint8_t* data, uint8_t length) {
-  struct can_frame frame = {.can_id = base + node->id, .can_dlc = length};
+static void send_frame(const struct node* node, uint32_t base, const uint8_t* data, uint8_t length, bool fd) {
+  struct canfd_frame frame = {.can_id = base + node->id, .len = length, .flags = fd ? CANFD_BRS : 0};
   memcpy(frame.data, data, length);
-  if (write(node->bus, &frame, sizeof frame) < 0) perror("send");
+  if (write(node->bus, &frame, fd ? CANFD_MTU : CAN_MTU) < 0) perror("send");
+}
+
+// Returns false if no frame waits.
+static bool receive_frame(int bus, struct canfd_frame* frame) {
+  const ssize_t size = recv(bus, frame, sizeof *frame, MSG_DONTWAIT);
+  frame->flags = size == (ssize_t)CANFD_MTU ? FD_FLAG : 0;
+  return size == (ssize_t)CANFD_MTU || size == (ssize_t)CAN_MTU;
 }
 
 // Receives data frames with these standard identifiers only. Returns -1 if it fails.
-static int open_bus(const char* interface, uint32_t command_id) {
+static int open_bus(const char* interface, uint32_t command_id, int fd) {
   const canid_t exact = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG;
   const struct can_filter filters[] = {{NMT_ID, exact}, {SYNC_ID, exact}, {command_id, exact}};
   struct ifreq request = {0};
@@ -342,6 +357,7 @@ static int open_bus(const char* interface, uint32_t command_id) {
   const int bus = socket(PF_CAN, SOCK_RAW, CAN_RAW);
   if (bus < 0 || ioctl(bus, SIOCGIFINDEX, &request) < 0) return -1;
   if (setsockopt(bus, SOL_CAN_RAW, CAN_RAW_FILTER, filters, sizeof filters) < 0) return -1;
+  if (setsockopt(bus, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &fd, sizeof fd) < 0) return -1;
   const struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = request.ifr_ifindex};
   return bind(bus, (const struct sockaddr*)&address, sizeof address) < 0 ? -1 : bus;
 }
@@ -354,28 +370,32 @@ static int node_id(const char* text) {
 }
 
 int main(int argc, char** argv) {
-  const int amplifier_id = argc == 4 ? node_id(argv[2]) : -1;
-  const int sensor_id = argc == 4 ? node_id(argv[3]) : -1;
+  const bool fd = argc == 5 && strcmp(argv[4], "fd") == 0;
+  const bool is_complete = argc == 4 || fd;
+  const int amplifier_id = is_complete ? node_id(argv[2]) : -1;
+  const int sensor_id = is_complete ? node_id(argv[3]) : -1;
   if (amplifier_id < 0 || sensor_id < 0 || amplifier_id == sensor_id) {
-    fprintf(stderr, "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE    (0: without this node)\n", argv[0]);
+    fprintf(stderr, "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE [fd]    (0: without this node)\n",
+            argv[0]);
     return 2;
   }
   struct amplifier amplifier = {.node = {.id = (uint8_t)amplifier_id}, .received_counter = -1};
   struct sensor sensor = {.node = {.id = (uint8_t)sensor_id}, .stage = &amplifier};
-  const int bus = open_bus(argv[1], COMMAND + (uint32_t)amplifier.node.id);
+  const int bus = open_bus(argv[1], COMMAND + (uint32_t)amplifier.node.id, fd);
   if (bus < 0) {
     perror(argv[1]);
     return 1;
   }
   amplifier.node.bus = sensor.node.bus = bus;
+  amplifier.node.fd = sensor.node.fd = fd;
   fprintf(stderr, "%s: amplifier node %d, sensor node %d\n", argv[1], amplifier_id, sensor_id);
   if (amplifier.node.id != 0) boot_up(&amplifier.node);
   if (sensor.node.id != 0) boot_up(&sensor.node);
   for (;;) {
     struct pollfd ready = {.fd = bus, .events = POLLIN};
-    struct can_frame frame;
+    struct canfd_frame frame;
     poll(&ready, 1, 1);
-    while (recv(bus, &frame, sizeof frame, MSG_DONTWAIT) == (ssize_t)sizeof frame) {
+    while (receive_frame(bus, &frame)) {
       // The sensor comes first: it samples at the SYNC, before the output moves.
       if (sensor.node.id != 0) sensor_on_frame(&sensor, &frame);
       if (amplifier.node.id != 0) amplifier_on_frame(&amplifier, &frame);

@@ -119,6 +119,12 @@ std::string signals_json(const std::vector<DecodedSignal>& signals) {
   return text + '}';
 }
 
+std::string fd_flags_json(const can::Frame& frame) {
+  if (frame.kind != FrameKind::fd) return {};
+  return fmt::format(R"(,"brs":{},"esi":{})", (frame.fd_flags & can::fd_bit_rate_switch) != 0,
+                     (frame.fd_flags & can::fd_error_state) != 0);
+}
+
 const std::string& FrameText::operator()(const LoggedFrame& logged) {
   line_.clear();
   const bool error = logged.frame.kind == FrameKind::error;
@@ -170,6 +176,7 @@ void FrameText::write_json(const LoggedFrame& logged, const Message* message) {
   if (frame.kind != FrameKind::remote)
     for (const std::uint8_t byte : frame.payload()) fmt::format_to(out, "{:02X}", byte);
   line_ += '"';
+  line_ += fd_flags_json(frame);
   if (frame.kind == FrameKind::error) {
     fmt::format_to(out, R"(,"error":{})", json_string(can::describe_error(frame)));
     if (const auto drops = can::drops_reported_by(frame)) fmt::format_to(out, R"(,"lost":{})", *drops);

@@ -57,6 +57,9 @@ std::string signals_text(const std::vector<can::DecodedSignal>& signals);
 /// An object that maps each signal name to raw, value, unit and name of the value.
 std::string signals_json(const std::vector<can::DecodedSignal>& signals);
 
+/// The members of an FD frame, `,"brs":true,"esi":false`; empty for any other.
+std::string fd_flags_json(const can::Frame& frame);
+
 /// An identifier as candump writes it: three digits, or eight if it is extended.
 std::string id_text(std::uint32_t id, bool extended);
 /// In quotes, escaped. What is no UTF-8 is read as Windows-1252.

@@ -122,6 +122,7 @@ std::string monitor_json(const BusLine& bus, const Traffic& traffic) {
                    between, of_message.message ? json_string(of_message.message->name) : std::string("null"),
                    key.second, key.first, of_message.count, json_number(of_message.rate_Hz),
                    of_message.jitter_ms ? json_number(*of_message.jitter_ms) : std::string("null"));
+    if (of_message.newest) text += fd_flags_json(of_message.newest->frame);
     fmt::format_to(out, R"(,"age_ms":{},"rejected":{{)",
                    of_message.newest ? json_number(age_ms(bus, of_message)) : std::string("null"));
     for (std::size_t i = 0; i < can::rejection_count; ++i)

@@ -41,7 +41,7 @@ PageOptions page_options(const PageArguments& arguments, const config::Config& c
   return {
       .config = std::filesystem::absolute(arguments.config),
       .interface = interface,
-      .bitrate_bit_per_s = static_cast<double>(config.bus.bitrate_bit_per_s),
+      .frames = average_frames(config),
       .start_command = fmt::format("hystcan controller {}", shell_word(arguments.config)),
       .controller_socket = [=] { return configured.empty() ? find_socket(interface) : configured; },
       .twin_socket =

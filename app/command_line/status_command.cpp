@@ -80,7 +80,7 @@ int watch(const StatusArguments& options, const std::function<nlohmann::json()>&
 }
 
 int run_status(const StatusArguments& options) {
-  BusCounters counters(options.interface, 0.0);
+  BusCounters counters(options.interface, {});
   const auto bus = [&] { return options.shows_bus ? counters.report() : nlohmann::json(); };
   if (options.watch) return watch(options, bus);
   const nlohmann::json status = ask(options);

@@ -1,7 +1,12 @@
 #include "app/page/bus_counters.h"
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "can/frame_bits.h"
+#include "config/schema/bus_plan.h"
 
 namespace hystcan::app {
 namespace {
@@ -19,7 +24,48 @@ std::uint64_t number_in(const std::filesystem::path& file) {
   return number;
 }
 
+/// An FD frame whose bytes count up, which has some stuff bits.
+can::Frame fd_frame(const can::PeriodicFrame& planned) {
+  can::Frame frame{.id = planned.id,
+                   .extended = planned.extended,
+                   .kind = can::FrameKind::fd,
+                   .length = static_cast<std::uint8_t>(planned.bytes),
+                   .fd_flags = planned.bit_rate_switch ? can::fd_bit_rate_switch : std::uint8_t{0}};
+  std::iota(frame.data.begin(), frame.data.end(), std::uint8_t{0});
+  return frame;
+}
+
 }  // namespace
+
+AverageFrames average_frames(const config::Config& config) {
+  AverageFrames average{.bitrate_bit_per_s = static_cast<double>(config.bus.bitrate_bit_per_s)};
+  double classical_per_s = 0.0, fd_per_s = 0.0;
+  for (const config::PlannedFrame& planned : config::plan_bus(config).frames) {
+    const can::PeriodicFrame& frame = planned.frame;
+    const double per_s = 1.0 / can::seconds(frame.period);
+    const bool is_fd = can::wire_kind(frame.bytes, frame.fd) == can::FrameKind::fd;
+    (is_fd ? fd_per_s : classical_per_s) += per_s;
+    (is_fd ? average.fd_bytes : average.classical_bytes) += per_s * frame.bytes;
+    if (is_fd)
+      average.fd_time_s += per_s * can::seconds(can::transmission_time(can::frame_bits(fd_frame(frame)).all(),
+                                                                       config.bus.rates()));
+  }
+  average.classical_bytes /= classical_per_s;  // there is a SYNC
+  if (fd_per_s > 0.0) {
+    average.fd_bytes /= fd_per_s;
+    average.fd_time_s /= fd_per_s;
+  }
+  return average;
+}
+
+double AverageFrames::busy_s(double frames, double bytes) const {
+  double fd = 0.0;
+  if (fd_bytes > classical_bytes)
+    fd = std::clamp((bytes - frames * classical_bytes) / (fd_bytes - classical_bytes), 0.0, frames);
+  const double others = frames - fd;
+  const double payload = std::max(bytes - fd * fd_bytes, 0.0);
+  return fd * fd_time_s + stuffing * (others * bits_of_a_frame + 8.0 * payload) / bitrate_bit_per_s;
+}
 
 /// A virtual interface receives what it sends, and counts it twice.
 std::optional<BusCounters::Count> BusCounters::count(Clock::time_point now) const {
@@ -58,9 +104,7 @@ nlohmann::json BusCounters::report(Clock::time_point now) {
     const auto frames = static_cast<double>(counted->frames - last_->frames);
     const auto bytes = static_cast<double>(counted->bytes - last_->bytes);
     frames_per_s_ = frames / time_s;
-    if (bitrate_bit_per_s_ > 0.0)
-      load_percent_ =
-          100.0 * stuffing * (frames * bits_of_a_frame + 8.0 * bytes) / (time_s * bitrate_bit_per_s_);
+    if (average_.bitrate_bit_per_s > 0.0) load_percent_ = 100.0 * average_.busy_s(frames, bytes) / time_s;
     last_ = counted;
   }
   return {{"interface", interface_},

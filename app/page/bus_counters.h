@@ -8,18 +8,31 @@
 #include <optional>
 #include <string>
 
+#include "config/schema/config.h"
+
 namespace hystcan::app {
+
+/// What the frames of a configuration are on average. The kernel counts frames and bytes alone: with these it
+/// follows how many of them were CAN FD.
+struct AverageFrames {
+  double bitrate_bit_per_s = 0.0;  ///< 0: not known
+  double classical_bytes = 0.0;    ///< payload of a classical frame
+  double fd_bytes = 0.0;           ///< of an FD frame; 0: there are none
+  double fd_time_s = 0.0;          ///< of an FD frame on the bus, with both bit rates
+
+  /// The time that so many frames with so many bytes take on the bus.
+  double busy_s(double frames, double bytes) const;
+};
+AverageFrames average_frames(const config::Config& config);
 
 class BusCounters {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// An empty interface is a simulated bus. `bitrate_bit_per_s`: 0 if it is not known.
-  BusCounters(std::string interface, double bitrate_bit_per_s,
+  /// An empty interface is a simulated bus.
+  BusCounters(std::string interface, const AverageFrames& average,
               std::filesystem::path network = "/sys/class/net")
-      : interface_(std::move(interface)),
-        bitrate_bit_per_s_(bitrate_bit_per_s),
-        network_(std::move(network)) {}
+      : interface_(std::move(interface)), average_(average), network_(std::move(network)) {}
 
   /// Rates since the call before, if that is long enough ago. docs/page_protocol.md has the keys.
   nlohmann::json report(Clock::time_point now = Clock::now());
@@ -34,7 +47,7 @@ class BusCounters {
   std::string state() const;
 
   std::string interface_;
-  double bitrate_bit_per_s_;
+  AverageFrames average_;
   std::filesystem::path network_;
   std::optional<Count> last_;
   std::optional<double> frames_per_s_, load_percent_;

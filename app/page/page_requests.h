@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "app/page/bus_counters.h"
 #include "app/page/config_save.h"
 #include "app/page/page_access.h"
 #include "app/page/page_clients.h"
@@ -26,7 +27,7 @@ struct PageOptions {
   std::filesystem::path config;
   std::string source = "controller";  ///< or "demo"
   std::string interface {};           ///< empty: simulated
-  double bitrate_bit_per_s = 0.0;     ///< 0: not known
+  AverageFrames frames{};
   bool exposed = false;
   std::string start_command{};
   std::function<std::filesystem::path()> controller_socket, twin_socket;

@@ -34,7 +34,7 @@ PageService::PageService(boost::asio::io_context& context, PageOptions options, 
       requests_(context, options_, access_, clients_, events_, controller_, role_),
       timer_(context),
       looking_(context, options_.controller_socket),
-      bus_(options_.interface, options_.bitrate_bit_per_s) {
+      bus_(options_.interface, options_.frames) {
   look();
 }
 

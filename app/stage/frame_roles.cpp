@@ -149,7 +149,9 @@ MessageMap Roles::finished() {
   if (crc != nullptr && counter != nullptr) {
     map_.crc = crc->name;
     map_.data_id.kind = can::DataId::Kind::none;
-    into_.roles.push_back({of_ + ".crc", message_.name, crc->name, "SAE-J1850 of the payload, assumed"});
+    if (crc->length == 16) map_.polynomial = can::Crc::crc16;
+    into_.roles.push_back({of_ + ".crc", message_.name, crc->name,
+                           fmt::format("{} of the payload, assumed", word_of(map_.polynomial))});
     miss("crc's polynomial and what it covers: a DBC does not say that");
   } else if (crc != nullptr) {
     miss("counter, without which " + crc->name + " is not checked");

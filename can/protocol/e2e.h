@@ -35,6 +35,13 @@ namespace hystcan::can {
 enum class Crc : std::uint8_t { sae_j1850, autosar_8h2f, crc16 };
 constexpr auto words(Crc) { return std::to_array<std::string_view>({"SAE-J1850", "CRC-8H2F", "CRC-16"}); }
 constexpr unsigned bytes_of(Crc crc) { return crc == Crc::crc16 ? 2 : 1; }
+/// The one that a message of so many bytes has where the configuration does not say.
+constexpr Crc usual_crc(std::size_t length) { return length > 8 ? Crc::crc16 : Crc::sae_j1850; }
+/// The most bytes of a frame, without those of the CRC, in which it finds every two wrong bits. With more the
+/// Hamming distance is 2: frame and CRC are longer than the period of the polynomial, 255, 127 or 32767 bits.
+constexpr unsigned most_bytes_guarded(Crc crc) {
+  return std::array{30U, 14U, 4093U}[static_cast<std::size_t>(crc)];
+}
 
 std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes);
 std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "can/protocol/protocol.h"
@@ -114,7 +116,7 @@ class FrameCheck {
            fmt::format("signal {} of message {} is not {}", map_.crc, message_->name,
                        count == 1 ? "a whole byte" : "two whole bytes"),
            fmt::format("{} bits that fill {}, for {}", 8 * count, count == 1 ? "a byte" : "two bytes",
-                       can::words(map_.polynomial)[static_cast<std::size_t>(map_.polynomial)]));
+                       word_of(map_.polynomial)));
   }
 
   void check_standard_id(std::uint32_t id) const {
@@ -273,6 +275,25 @@ void check_frames(const Document& document, const Config& config, std::size_t ax
   if (config.axes[axis].scan_marker)
     expect("scan_marker", can::message_map_in<can::ScanMarker>(config.database, wire).has_value(),
            can::ScanMarker::name);
+}
+
+std::vector<std::string> protection_warnings(const Config& config) {
+  std::vector<std::string> warnings;
+  std::set<std::string> judged;  // axes may share a message
+  for (const AxisConfig& axis : config.axes)
+    for (const auto& [name, protection] : protections(axis.wire, config.database)) {
+      if (!protection.crc || !judged.insert(name).second) continue;
+      const std::size_t length = config.database.find(name)->length;
+      const unsigned covered =
+          can::wire_length(static_cast<std::uint8_t>(length)) - can::bytes_of(protection.polynomial);
+      const unsigned most = can::most_bytes_guarded(protection.polynomial);
+      if (covered > most)
+        warnings.push_back(fmt::format(
+            "message {} of axis {}: {} covers {} bytes, but finds every two wrong bits in at most "
+            "{}: polynomial = \"CRC-16\", with two bytes for the CRC, would do",
+            name, axis.wire.name, word_of(protection.polynomial), covered, most));
+    }
+  return warnings;
 }
 
 void check_identifiers(const Document& document, const Config& config) {

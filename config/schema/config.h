@@ -82,8 +82,8 @@ Config load_text(const std::filesystem::path& file, std::string_view text);
 /// not there, a straight line through its drives and positions stands for it.
 Config load_unmeasured(const std::filesystem::path& file);
 
-/// The configuration with the values that the file has: no path is resolved, and nothing is checked between
-/// the keys.
+/// The configuration with the values that the file has, its models and the messages of its DBC: no path is
+/// resolved, and nothing is checked between the keys.
 Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
 /// Sets what follows from the model, the delays and the reference of an axis that was changed in memory: the

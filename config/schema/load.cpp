@@ -51,6 +51,24 @@ void refuse_adaptation(const Document& document) {
   }
 }
 
+/// A CRC whose polynomial the file leaves out has the one that goes with the length of its message.
+void choose_polynomials(const Document& document, Config& config) {
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const auto choose = [&](const char* frame, can::MessageMap& map) {
+      const can::Message* message = config.database.find(map.message);
+      if (message != nullptr &&
+          !document.root().at_path(fmt::format("axis[{}].frames.{}.polynomial", i, frame)))
+        map.polynomial = can::usual_crc(message->length);
+    };
+    auto& frames = config.axes[i].wire.frames;
+    if (!frames) continue;
+    choose("command", frames->command);
+    if (frames->status) choose("status", *frames->status);
+    choose("sample", frames->sample);
+  }
+}
+
+/// With the messages of its DBC.
 Config read_config(const Document& document) {
   refuse_adaptation(document);
   Config config;
@@ -59,6 +77,8 @@ Config read_config(const Document& document) {
   Reader reader(document, document.root(), "");
   visit(reader, config);
   reader.finish();
+  config.database = can::load_dbc(named_file(document, "bus.dbc", config.bus.dbc));
+  choose_polynomials(document, config);
   return config;
 }
 
@@ -215,7 +235,6 @@ Config as_written(const Document& document) {
 
 Config load(const Document& document, const ModelFile& model_file) {
   Config config = read_config(document);
-  config.database = can::load_dbc(named_file(document, "bus.dbc", config.bus.dbc));
   if (config.bus.data_bitrate_bit_per_s == 0)
     for (can::Message& message : config.database.messages) message.bit_rate_switch = false;
   resolve_couplings(document, config);

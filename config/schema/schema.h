@@ -301,7 +301,7 @@ void visit_control(V& v, AxisConfig& axis) {
 template <class V>
 void visit_crc(V& v, can::MessageMap& map) {
   v.required("crc", map.crc, any, {"name of its signal, a whole byte, or two for `CRC-16`; only with a CRC"});
-  v.choice("polynomial", map.polynomial, {"of the CRC"});
+  v.optional_choice("polynomial", map.polynomial, {"of the CRC; `CRC-16` for messages of more than 8 bytes"});
   v.choice("crc_covers", map.data_id.kind,
            {"what precedes the payload: `identifier`, `data_id`, or nothing: `payload`"});
   if (map.data_id.kind == can::DataId::Kind::number)

@@ -1,5 +1,5 @@
-// Every document: its shell blocks parse, its command lines are accepted, its links lead somewhere, and the
-// tables of docs/commands.md are those of the program. HYSTCAN_WRITE_TABLES=1 in the environment writes these
+// Every document: its shell blocks parse, its command lines are accepted, its links lead somewhere, and its
+// tables are those of the program or the script. HYSTCAN_WRITE_TABLES=1 in the environment writes these
 // tables.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -294,6 +294,14 @@ std::string rows_of(const CLI::App& command, const std::string& before) {
     rows += rows_of(*below, before + below->get_name() + " ");
   }
   return rows;
+}
+
+TEST(ProtocolDocument, HasTheTableOfTheScriptCrcDistance) {
+  support::Process script({(source / "scripts/crc_distance").string()});
+  ASSERT_EQ(script.wait(), 0) << script.err();
+  EXPECT_NE(support::read_file(source / "docs/protocol.md").find("\n\n" + script.out() + "\n"),
+            std::string::npos)
+      << script.out();
 }
 
 TEST(CommandsDocument, HasTheTablesOfTheProgram) {

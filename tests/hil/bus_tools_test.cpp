@@ -274,6 +274,74 @@ TEST_F(BusTools, MonitorPrintsPlainTextWithoutATerminal) {
   EXPECT_EQ(monitor.out().find('\x1b'), std::string::npos);
 }
 
+/// CAN FD by its length.
+const char* const fd_dbc =
+    "BO_ 291 Long: 12 A\n SG_ Value : 0|32@1- (0.001,0) [0|0] \"um\" A\n SG_ Last : 88|8@1+ (1,0) [0|0] \"\" A\n";
+
+/// Without the flag that Linux 5.18 and later add: `vcan0 123##1AA`.
+std::vector<std::string> without_fd_flag(std::vector<std::string> frames) {
+  for (std::string& frame : frames)
+    if (const auto mark = frame.find("##"); mark != std::string::npos && frame[mark + 2] >= '4')
+      frame[mark + 2] = static_cast<char>(frame[mark + 2] - 4);
+  return frames;
+}
+
+TEST_F(BusTools, ShowFdFramesOfCansendWithTheirBitRateSwitch) {
+  write("fd.dbc", fd_dbc);
+  Process monitor({HYSTCAN_PROGRAM, "monitor", "--dbc", path("fd.dbc"), "--interface", "vcan0", "--once",
+                   "--json", "--period", "2"});
+  Process recorder = record({"--dbc", path("fd.dbc"), "--decode", "--output", path("record.log")});
+  Process pipe(
+      {"sh", "-c", "candump -L -n 2 vcan0 | " HYSTCAN_PROGRAM " decode - --json --dbc " + path("fd.dbc")});
+  ASSERT_TRUE(recorder.says("recording vcan0"));
+  ASSERT_TRUE(listeners.are_more_by(3));
+  ASSERT_EQ(shell("cansend vcan0 123##0E80300000000000000000006"), 0);
+  ASSERT_EQ(shell("cansend vcan0 123##1E80300000000000000000007"), 0);
+  EXPECT_EQ(pipe.wait(), 0) << pipe.err();
+  std::istringstream lines(pipe.out());
+  for (const bool switches : {false, true}) {
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(json::parse(line).at("brs"), switches) << line;
+    EXPECT_EQ(json::parse(line).at("signals").at("Value").at("raw"), 1000) << line;
+  }
+  EXPECT_EQ(monitor.wait(), 0) << monitor.err();
+  const json message = json::parse(monitor.out()).at("messages").at(0);
+  EXPECT_EQ(message.at("count"), 2);
+  EXPECT_EQ(message.at("brs"), true);
+  EXPECT_EQ(message.at("signals").at("Last").at("value"), 7.0);
+  EXPECT_TRUE(comes_to_have("record.log", 2));
+  recorder.send(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0) << recorder.err();
+  EXPECT_NE(recorder.out().find("vcan0 Long Value=1 um, Last=7"), std::string::npos) << recorder.out();
+  EXPECT_EQ(without_fd_flag(frames_of(read("record.log"))),
+            (std::vector<std::string>{"vcan0 123##0E80300000000000000000006",
+                                      "vcan0 123##1E80300000000000000000007"}));
+}
+
+TEST_F(BusTools, ExchangeFdFramesWithBitRateSwitchWithPythonCan) {
+  Process recorder = record({"--output", path("record.log")});
+  Process node({"/usr/bin/python3", HYSTCAN_SOURCE_DIR "/tests/can/socketcan/python_node.py", "vcan0", "4"});
+  ASSERT_TRUE(recorder.says("recording vcan0"));
+  ASSERT_TRUE(hil::comes_true([&] { return node.out().starts_with("ready\n"); })) << node.err();
+  write("in.log",
+        "(1000000000.000000) vcan0 123##1E80300000000000000000007\n"
+        "(1000000000.010000) vcan0 12345678##0FF\n"
+        "(1000000000.020000) vcan0 123##3\n"
+        "(1000000000.030000) vcan0 123#00\n");
+  Process replay({HYSTCAN_PROGRAM, "replay", path("in.log")});
+  EXPECT_EQ(replay.wait(), 0) << replay.err();
+  EXPECT_EQ(node.wait(), 0) << node.err();
+  EXPECT_EQ(node.out(), "ready\n123##1E80300000000000000000007\n12345678##0FF\n123##3\n123#00\n");
+  EXPECT_TRUE(comes_to_have("record.log", 8));
+  recorder.send(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0) << recorder.err();
+  std::vector<std::string> expected = frames_of(read("in.log"));
+  for (const char* inverted : {"123##117FCFFFFFFFFFFFFFFFFFFF8", "12345678##000", "123##3", "123#FF"})
+    expected.push_back(std::string("vcan0 ") + inverted);
+  EXPECT_EQ(without_fd_flag(frames_of(read("record.log"))), expected);
+}
+
 class KvaserBusTools : public BusTools {};
 
 TEST_F(KvaserBusTools, ReplayRefusesARealInterfaceUnlessForcedAndLosesNothingInAFullQueue) {

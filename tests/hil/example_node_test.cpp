@@ -2,11 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "tests/hil/live_bench.h"
+#include "tests/support/shipped.h"
 
 namespace hystcan::example_node_test {
 namespace {
@@ -59,6 +61,37 @@ TEST_F(ExampleNode, TripsWithoutCommandsAndTracksAgainOnceItsFaultIsCleared) {
   ASSERT_NE(tripped, frames.end());
   EXPECT_NE(std::find(tripped, frames.end(), "081#0000000000000000"), frames.end());
   EXPECT_EQ(bench.decoded().at("first_fault").at("fault"), 1) << "commands stopped";
+}
+
+// Standard frames of both axes, which the DBC says are CAN FD. Whether they switch the bit rate is all that a
+// virtual interface carries of it.
+TEST(ExampleNodeOnCanFd, IsTrackedByTheControllerWithFramesThatSwitchTheBitRate) {
+  const support::ShippedCopy files;
+  files.edit("piezo.toml", "bitrate_bit_per_s = 1_000_000\n",
+             "bitrate_bit_per_s = 1_000_000\ndata_bitrate_bit_per_s = 5_000_000\n");
+  std::ofstream dbc(files / "hystcan.dbc", std::ios::app);
+  dbc << "BA_DEF_ BO_ \"VFrameFormat\" INT 0 15;\n";
+  for (const int id : {0x181, 0x182, 0x183, 0x184, 0x201, 0x203})
+    dbc << "BA_ \"VFrameFormat\" BO_ " << id << " 14;\n";
+  dbc.close();
+  LiveBench bench{{"vcan0", "vcan0"}, (files / "piezo.toml").string(), hil::Nodes::of_the_test};
+  Process x{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "1", "2", "fd"}, "40")};
+  Process y{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4", "fd"}, "40")};
+  bench.start_controller({"--once", "--json"});
+  ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
+  for (const json& axis : json::parse(bench.controller->out()).at("axes")) {
+    EXPECT_EQ(axis.at("fault"), "none");
+    EXPECT_LT(axis.at("rms_percent"), 3.0) << axis.dump(2);
+  }
+  const std::vector<std::string> frames = bench.frames();
+  for (const char* id : {"181#", "182#", "201#", "203#"}) {
+    const auto of_message = [&](const std::string& frame) { return frame.starts_with(id); };
+    EXPECT_GT(std::ranges::count_if(frames, of_message), 100) << id;
+    // The flag 4 of Linux 5.18 and later says that the frame is CAN FD.
+    EXPECT_TRUE(std::ranges::all_of(frames, [&](const std::string& frame) {
+      return !of_message(frame) || (frame[4] == '#' && (frame[5] == '1' || frame[5] == '5'));
+    })) << id;
+  }
 }
 
 // Stop and reset communication keep the fault, ClearFault beside Enable only clears, and a boot-up is

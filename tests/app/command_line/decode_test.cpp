@@ -53,6 +53,28 @@ TEST_F(Decode, ShowsMessagesWithValuesUnitsAndNames) {
   EXPECT_NE(sound.err().find("3 frames, 1 of them not in"), std::string::npos) << sound.err();
 }
 
+TEST_F(Decode, KeepsTheFlagsOfFdFrames) {
+  const std::string log =
+      "(1.000000) can0 102##10000803F\n(2.000000) can0 102##00000803F\n(3.000000) can0 7FF##7AB\n";
+  Process text = run(log);
+  EXPECT_EQ(text.wait(), done) << text.err();
+  EXPECT_EQ(text.out(),
+            "(1.000000) can0 Float Number=1\n(2.000000) can0 Float Number=1\n"
+            "(3.000000) can0 7FF##7AB (no message of the database)\n");
+  Process objects = run(log, {"--json"});
+  EXPECT_EQ(objects.wait(), done) << objects.err();
+  std::istringstream lines(objects.out());
+  const std::pair<bool, bool> expected[] = {{true, false}, {false, false}, {true, true}};
+  for (const auto& [brs, esi] : expected) {
+    std::string line;
+    std::getline(lines, line);
+    const json frame = json::parse(line);
+    EXPECT_EQ(frame.at("kind"), "fd");
+    EXPECT_EQ(frame.at("brs"), brs) << line;
+    EXPECT_EQ(frame.at("esi"), esi) << line;
+  }
+}
+
 // PGN 65260 has 17 bytes, too many for one frame. The log announces it to all nodes, and has it once in a
 // frame.
 TEST_F(Decode, ReportsOncePerMessageWhatItLeavesOutAndDecodesTheRest) {

@@ -104,7 +104,7 @@ class FakeInterface : public testing::Test {
 };
 
 TEST_F(FakeInterface, HasTheRateAndTheLoadOfItsCounters) {
-  BusCounters bus("can0", 1e6, network_);
+  BusCounters bus("can0", {.bitrate_bit_per_s = 1e6}, network_);
   const BusCounters::Clock::time_point start;
   count(1000, 8000);
   EXPECT_TRUE(bus.report(start).at("frames_per_s").is_null());
@@ -115,9 +115,31 @@ TEST_F(FakeInterface, HasTheRateAndTheLoadOfItsCounters) {
   EXPECT_NEAR(report.at("load_percent"), 100.0 * 2000 * 111 * 1.1 / 1e6, 1e-9);
 }
 
+// A command and a sample of 20 bytes in each cycle, 230 of their bits at 5 Mbit/s, beside a SYNC.
+TEST_F(FakeInterface, HasTheLoadOfFdFramesWithBothBitRates) {
+  config::Config config = config::load(folder_ / "lab_amplifier.toml");
+  config.bus.data_bitrate_bit_per_s = 5'000'000;
+  for (can::Message& message : config.database.messages)
+    if (message.name == "AmpSet" || message.name == "SensPos") {
+      message.length = 18;
+      message.bit_rate_switch = true;
+    }
+  const AverageFrames average = average_frames(config);
+  EXPECT_DOUBLE_EQ(average.fd_bytes, 20.0);
+  EXPECT_NEAR(average.fd_time_s, 55e-6 + 230 / 5e6, 5e-6) << "29 bits of identifier";
+  BusCounters bus("can0", average, network_);
+  const BusCounters::Clock::time_point start;
+  count(0, 0);
+  bus.report(start);
+  count(3000, 2000 * 20 + 1000);
+  const double sync_s = 1.1 * (47 + 8) / 1e6;
+  EXPECT_NEAR(bus.report(start + std::chrono::seconds(1)).at("load_percent"),
+              100.0 * (2000 * average.fd_time_s + 1000 * sync_s), 0.5);
+}
+
 TEST_F(FakeInterface, SaysThatItIsNotThereOrSimulated) {
-  EXPECT_EQ(BusCounters("can9", 1e6, network_).report().at("state"), "missing");
-  EXPECT_EQ(BusCounters("", 0.0, network_).report().at("state"), "simulated");
+  EXPECT_EQ(BusCounters("can9", {}, network_).report().at("state"), "missing");
+  EXPECT_EQ(BusCounters("", {}, network_).report().at("state"), "simulated");
 }
 
 // https://prometheus.io/docs/specs/om/open_metrics_spec: a family before its samples, counters end in _total,

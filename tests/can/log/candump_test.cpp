@@ -71,8 +71,14 @@ TEST(Candump, ReadsTheClassesOfAnErrorFrameWithoutTheErrorFlag) {
   EXPECT_FALSE(logged.frame.extended);
 }
 
-TEST(Candump, ReadsTheFlagsOfAnFdFrame) {
-  EXPECT_EQ(only_frame_of("(1.000000) can0 123##5AA").frame.fd_flags, 5);
+TEST(Candump, ReadsBitRateSwitchAndErrorStateOfAnFdFrameAndWritesThemAgain) {
+  for (const auto& [line, flags] : {std::pair("(0000000001.000000) can0 123##1AA", +fd_bit_rate_switch),
+                                    std::pair("(0000000001.000000) can0 123##2AA", +fd_error_state),
+                                    std::pair("(0000000001.000000) can0 12345678##3", 3)}) {
+    const LoggedFrame logged = only_frame_of(line);
+    EXPECT_EQ(logged.frame.fd_flags, flags);
+    EXPECT_EQ(candump_line(logged), line);
+  }
 }
 
 TEST(Candump, ReadsVariantsThatItDoesNotWrite) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "can/frame_bits.h"
+#include "can/log/candump.h"
 #include "can/protocol/protocol.h"
 
 namespace hystcan::can::layout_test {
@@ -92,6 +94,40 @@ TEST(Layout, WritesTwoAxesOneAfterTheOtherIntoOneFrame) {
   EXPECT_EQ(y.decode(frame).setpoint, 3.0);
   EXPECT_FALSE(y.put({.setpoint = 65536.0}, frame));
   EXPECT_EQ(x.decode(frame).setpoint, 258.0) << "what y cannot represent leaves x";
+}
+
+/// The sample of two axes that docs/protocol.md annotates.
+TEST(Layout, ReadsTheFdSampleOfTheDocumentForEachOfItsAxes) {
+  const Database database = parse_dbc(
+      "BO_ 449 Positions: 12 Vector__XXX\n SG_ Crc : 0|16@1+ (1,0) [0|65535] \"\" Vector__XXX\n"
+      " SG_ Cnt : 16|8@1+ (1,0) [0|255] \"\" Vector__XXX\n SG_ Sync : 24|8@1+ (1,0) [0|240] \"\" Vector__XXX\n"
+      " SG_ X : 32|32@1- (1e-6,0) [0|0] \"um\" Vector__XXX\n SG_ Y : 64|32@1- (1e-6,0) [0|0] \"um\" Vector__XXX\n",
+      "test.dbc");
+  const Message& message = *database.find("Positions");
+  const auto layout_of = [&](const char* axis) {
+    const MessageMap map{.message = "Positions",
+                         .signals = {{"position", axis}, {"sync_counter", "Sync"}},
+                         .counter = "Cnt",
+                         .crc = "Crc",
+                         .polynomial = usual_crc(message.length)};
+    return Layout<SensorSample>(message, map, "V");
+  };
+  Frame frame = *layout_of("X").encode({.position_um = 0.123456, .sync_counter = 7});
+  ASSERT_TRUE(SignalCodec(*message.find("Y")).pack(-2.5, frame.payload()));
+  E2eProtector protector(layout_of("X").protection());
+  for (int i = 0; i < 6; ++i) protector.seal(frame);  // counters 0 to 5
+  EXPECT_EQ(candump_frame(frame), "1C1##147DA050740E2010060DAD9FF");
+  for (const auto& [axis, position_um] : {std::pair("X", 0.123456), std::pair("Y", -2.5)}) {
+    const auto sample = Decoder<SensorSample>(layout_of(axis))(frame);
+    ASSERT_TRUE(sample) << axis;
+    EXPECT_DOUBLE_EQ(sample->position_um, position_um);
+    EXPECT_EQ(sample->sync_counter, 7);
+  }
+  const FrameBits bits = frame_bits(frame);
+  EXPECT_EQ(bits.head, 18u);
+  EXPECT_EQ(bits.data, 137u);
+  EXPECT_EQ(bits.tail, 12u);
+  EXPECT_EQ(transmission_time(bits.all(), {1'000'000, 5'000'000}), std::chrono::nanoseconds(57'400));
 }
 
 TEST(Layout, RefusesAValueOutsideTheSignal) {

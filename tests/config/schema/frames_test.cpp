@@ -1,11 +1,14 @@
 // A lab's own frames in the configuration: errors with their place, and the functions that are lost.
 #include "config/schema/frames.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <ostream>
+#include <string_view>
 
+#include "config/schema/check.h"
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
@@ -225,6 +228,49 @@ TEST(SetUp, ReadsTimeoutAndAttemptsAndRefusesInvalidValues) {
       EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
     }
   }
+}
+
+/// lab_amplifier.toml, where AmpSet has this length and its CRC, at the end, so many bits; `polynomial`
+/// replaces the line of the file.
+Config with_longer_command(unsigned length, unsigned crc_bits, const std::string& polynomial) {
+  const support::ShippedCopy shipped;
+  shipped.edit("lab_amplifier.dbc", "AmpSet: 4", fmt::format("AmpSet: {}", length));
+  shipped.edit("lab_amplifier.dbc", "Crc : 0|8@1+ (1,0) [0|255]",
+               fmt::format("Crc : {}|{}@1+ (1,0) [0|0]", 8 * length - crc_bits, crc_bits));
+  shipped.edit(file, "polynomial   = \"CRC-8H2F\"", polynomial);
+  return load(shipped / file);
+}
+
+TEST(Polynomial, IsCrc16WhereAMessageOfMoreThanEightBytesNamesNone) {
+  const auto in_force = [](const Config& config) { return config.axes[0].wire.frames->command.polynomial; };
+  EXPECT_EQ(in_force(with_longer_command(8, 8, "")), can::Crc::sae_j1850);
+  EXPECT_EQ(in_force(with_longer_command(12, 16, "")), can::Crc::crc16);
+  EXPECT_EQ(in_force(with_longer_command(12, 8, "polynomial = \"CRC-8H2F\"")), can::Crc::autosar_8h2f);
+}
+
+TEST(Polynomial, ThatFollowsFromTheLengthIsEchoedAsADefault) {
+  const support::ShippedCopy shipped;
+  shipped.edit("lab_amplifier.dbc", "AmpSet: 4", "AmpSet: 12");
+  shipped.edit(file, "polynomial   = \"CRC-8H2F\"", "");
+  EXPECT_NE(echo(shipped / file).find("polynomial = \"CRC-16\"  # default"), std::string::npos)
+      << echo(shipped / file);
+}
+
+TEST(ProtectionWarnings, NameAMessageWithMoreBytesThanItsCrcGuards) {
+  const auto warnings = [](unsigned length, const char* polynomial) {
+    const unsigned bits = std::string_view(polynomial) == "CRC-16" ? 16 : 8;
+    return protection_warnings(
+        with_longer_command(length, bits, fmt::format("polynomial = \"{}\"", polynomial)));
+  };
+  EXPECT_EQ(
+      warnings(16, "CRC-8H2F"),
+      (std::vector<std::string>{"message AmpSet of axis x: CRC-8H2F covers 15 bytes, but finds every two "
+                                "wrong bits in at most 14: polynomial = \"CRC-16\", with two bytes for "
+                                "the CRC, would do"}));
+  EXPECT_EQ(warnings(32, "SAE-J1850").size(), 1u) << "31 bytes";
+  EXPECT_TRUE(warnings(12, "CRC-8H2F").empty());
+  EXPECT_TRUE(warnings(24, "SAE-J1850").empty());
+  EXPECT_TRUE(warnings(64, "CRC-16").empty());
 }
 
 // `monitor` and the controller check frames by the same rules.
