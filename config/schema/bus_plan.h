@@ -1,11 +1,11 @@
 // The frames that a configuration puts on the bus, and the check that every command is in time.
 // docs/theory.md, section 12.
 //
-//   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per axis
+//   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per message
 //
 // A command is in time if its transmission begins before the next SYNC: a frame that has begun ends before
-// that SYNC is sent. can/timing/schedulability.h bounds the beginning of the command and states the
-// assumptions; can/timing/schedulability.h has the other frames.
+// that SYNC is sent. can/timing/schedulability.h bounds the beginning of the command and the responses of the
+// other frames, and states the assumptions.
 #pragma once
 
 #include <optional>
