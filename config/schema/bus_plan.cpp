@@ -168,25 +168,6 @@ PlannedFrame planned(const can::ChainSource& source, const can::BitRates& rates)
   return planned;
 }
 
-/// The highest rate, rounded down to 1 Hz or 10 Hz, at which all commands are in time; 0 if not even 1 Hz
-/// fits.
-double fastest_rate_Hz(Config config) {
-  const auto is_in_time = [&](double rate_Hz) {
-    config.controller.rate_Hz = rate_Hz;
-    return plan_bus(config).commands_in_time();
-  };
-  double fits = 1.0;
-  double fails = config.controller.rate_Hz;
-  if (!is_in_time(fits)) return 0.0;
-  while (fails > 1.001 * fits) {
-    const double middle = std::sqrt(fits * fails);
-    (is_in_time(middle) ? fits : fails) = middle;
-  }
-  const double step = fits < 100.0 ? 1.0 : 10.0;
-  const double rounded = std::floor(fits / step) * step;
-  return is_in_time(rounded) ? rounded : fits;
-}
-
 }  // namespace
 
 BusPlan plan_bus(const Config& config) {
@@ -219,6 +200,24 @@ BusPlan plan_bus(const Config& config) {
     plan.emergencies.push_back({all[i], answer.transmission, answer.response, all[i].deadline});
   }
   return plan;
+}
+
+double fastest_rate_Hz(Config config) {
+  const auto is_in_time = [&](double rate_Hz) {
+    config.controller.rate_Hz = rate_Hz;
+    return plan_bus(config).commands_in_time();
+  };
+  double fits = 1.0;
+  double fails = config.controller.rate_Hz;
+  if (is_in_time(fails)) return fails;
+  if (!is_in_time(fits)) return 0.0;
+  while (fails > 1.0001 * fits) {
+    const double middle = std::sqrt(fits * fails);
+    (is_in_time(middle) ? fits : fails) = middle;
+  }
+  const double step = fits < 100.0 ? 1.0 : 10.0;
+  const double rounded = std::floor(fits / step) * step;
+  return is_in_time(rounded) ? rounded : fits;
 }
 
 void check_bus(const Document& document, const Config& config) {

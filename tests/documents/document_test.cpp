@@ -1,6 +1,6 @@
 // Every document: its shell blocks parse, its command lines are accepted, its links lead somewhere, and the
-// tables of docs/commands.md are those of the program. HYSTCAN_WRITE_TABLES=1 in the environment writes these
-// tables.
+// tables of docs/commands.md and the rates of docs/latency.md are those of the program. HYSTCAN_WRITE_TABLES=1
+// in the environment writes these.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
@@ -321,6 +321,20 @@ TEST(CommandsDocument, HasTheTablesOfTheProgram) {
   for (const CLI::App* command : commands.tree().get_subcommands({}))
     EXPECT_TRUE(rows_of(*command, "").empty() || described.contains(command->get_name()))
         << command->get_name();
+}
+
+TEST(LatencyDocument, HasTheRatesOfTheProgram) {
+  const std::string command = "$ hystcan check --rates\n";
+  const fs::path file = source / "docs/latency.md";
+  std::string text = support::read_file(file);
+  support::Process program({HYSTCAN_PROGRAM, "check", "--rates"});
+  ASSERT_EQ(program.wait(), 0) << program.err();
+  ASSERT_NE(text.find(command), std::string::npos);
+  const std::size_t begin = text.find(command) + command.size();
+  const std::size_t length = text.find("```", begin) - begin;
+  EXPECT_EQ(text.substr(begin, length), program.out()) << "HYSTCAN_WRITE_TABLES=1 writes them";
+  if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr)
+    std::ofstream(file) << text.replace(begin, length, program.out());
 }
 
 }  // namespace

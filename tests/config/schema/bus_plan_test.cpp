@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <random>
 #include <set>
@@ -322,6 +323,48 @@ TEST(BusPlan, HasEachFrameAndEachNodeOnceThatAxesShare) {
   // database has.
   EXPECT_EQ(plan.frames.size(), 8U);
   EXPECT_EQ(plan.emergencies.size(), 2U);
+}
+
+TEST(Wiring, OfTwoClassicalAxesIsThatOfTheShippedStage) {
+  const Config stage = shipped("piezo.toml");
+  const BusPlan plan = plan_bus(wired_as(Wiring::classical, 2, stage));
+  EXPECT_EQ(plan.last_command, plan_bus(stage).last_command);
+  EXPECT_DOUBLE_EQ(plan.load, plan_bus(stage).load);
+}
+
+TEST(Wiring, OfAxesInOneFrameMatchesACountByHand) {
+  const auto last_command = [](std::size_t axes, double rate_Hz) {
+    Config config = wired_as(Wiring::fd_shared, axes, shipped("piezo.toml"));
+    config.controller.rate_Hz = rate_Hz;
+    return plan_bus(config).last_command;
+  };
+  // SYNC 65, turnaround 50; sample and status of 10 bytes in frames of 12, 32 + 154 / 5; two heartbeats of 65.
+  EXPECT_EQ(last_command(2, 2500.0), 65us + 50us + 2 * 62'800ns + 130us);
+  // Of 28 bytes in frames of 32: 32 + 359 / 5.
+  EXPECT_EQ(last_command(8, 2000.0), 65us + 50us + 2 * 103'800ns + 130us);
+}
+
+TEST(Wiring, LeavesOutTheNodeOfTheController) {
+  Config config = shipped("piezo.toml");
+  config.controller.node = 3;
+  EXPECT_EQ(plan_bus(wired_as(Wiring::classical, 16, config)).frames.size(), 16U * 6 + 2);
+}
+
+TEST(FastestRate, FitsAndTheNextStepDoesNot) {
+  for (const Wiring wiring : {Wiring::classical, Wiring::fd, Wiring::fd_shared}) {
+    Config config = wired_as(wiring, 3, shipped("piezo.toml"));
+    config.controller.rate_Hz = rate_max_Hz;
+    const double fastest_Hz = fastest_rate_Hz(config);
+    EXPECT_EQ(std::fmod(fastest_Hz, 10.0), 0.0);
+    config.controller.rate_Hz = fastest_Hz;
+    EXPECT_TRUE(plan_bus(config).commands_in_time()) << fastest_Hz;
+    config.controller.rate_Hz = fastest_Hz + 10.0;
+    EXPECT_FALSE(plan_bus(config).commands_in_time()) << fastest_Hz;
+  }
+}
+
+TEST(FastestRate, IsTheConfiguredOneWhereThatFits) {
+  EXPECT_EQ(fastest_rate_Hz(shipped("galfenol.toml")), 1000.0);
 }
 
 }  // namespace
