@@ -1,14 +1,19 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <variant>
 
 #include "app/command_line/commands.h"
+#include "app/stage/shipped.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
 #include "config/files/model_file.h"
@@ -137,14 +142,113 @@ int check(const std::filesystem::path& file) {
   return done;
 }
 
+constexpr std::size_t axes_max = 16;
+
+struct WiringName {
+  config::Wiring wiring;
+  const char* key;
+  const char* heading;
+};
+constexpr std::array wirings{
+    WiringName{config::Wiring::classical, "classical", "classical CAN"},
+    WiringName{config::Wiring::fd, "fd", "CAN FD"},
+    WiringName{config::Wiring::fd_shared, "fd_shared", "CAN FD, all axes in a frame"},
+};
+
+/// The bus at the highest rate that fits, or at 1 Hz. The rate is 0 if none fits.
+struct Limit {
+  double rate_Hz;
+  config::BusPlan plan;
+};
+
+Limit limit_of(const WiringName& wiring, std::size_t axes, const config::Config& like) {
+  config::Config config = config::wired_as(wiring.wiring, axes, like);
+  config.controller.rate_Hz = config::rate_max_Hz;
+  const double rate_Hz = config::fastest_rate_Hz(config);
+  config.controller.rate_Hz = std::max(rate_Hz, 1.0);
+  return {rate_Hz, config::plan_bus(config)};
+}
+
+void print_rates(const config::Config& config) {
+  const can::BitRates rates = config::wired_as(config::Wiring::fd, 1, config).bus.rates();
+  print("# the highest rate_Hz at which every command begins before the next SYNC, whatever the phases\n");
+  print(
+      "# at {} bit/s and {} bit/s in the data phase, with a turnaround of {} us and AmpStatus every {} cycles\n",
+      rates.nominal_bit_per_s, rates.data_bit_per_s, in_us(config.bus.turnaround),
+      config.axes.front().twin.status_every);
+  print("# us: the latest start of the last command after its SYNC\n");
+  print("{:4}", "");
+  for (const WiringName& wiring : wirings) print("   {:<27}", wiring.heading);
+  print("\naxes");
+  for (std::size_t i = 0; i < wirings.size(); ++i)
+    print("   {:>7}  {:>6}  {:>10}", "rate_Hz", "load %", "us");
+  print("\n");
+  for (std::size_t axes = 1; axes <= axes_max; ++axes) {
+    print("{:>4}", axes);
+    for (const WiringName& wiring : wirings) {
+      const Limit limit = limit_of(wiring, axes, config);
+      print("   {:>7g}  {:>6.1f}  {:>10}", limit.rate_Hz, 1e2 * limit.plan.load,
+            in_us(limit.plan.last_command));
+    }
+    print("\n");
+  }
+}
+
+void print_rates_json(const config::Config& config) {
+  const can::BitRates rates = config::wired_as(config::Wiring::fd, 1, config).bus.rates();
+  nlohmann::json rows = nlohmann::json::array();
+  for (std::size_t axes = 1; axes <= axes_max; ++axes) {
+    nlohmann::json row{{"axes", axes}};
+    for (const WiringName& wiring : wirings) {
+      const Limit limit = limit_of(wiring, axes, config);
+      nlohmann::json& entry = row[wiring.key];
+      entry = {{"rate_hz", limit.rate_Hz}, {"load_percent", 1e2 * limit.plan.load}, {"response_us", nullptr}};
+      if (limit.plan.last_command) entry["response_us"] = 1e6 * can::seconds(*limit.plan.last_command);
+    }
+    rows.push_back(std::move(row));
+  }
+  print("{}\n", nlohmann::json{{"bitrate_bit_per_s", rates.nominal_bit_per_s},
+                               {"data_bitrate_bit_per_s", rates.data_bit_per_s},
+                               {"turnaround_us", 1e6 * can::seconds(config.bus.turnaround)},
+                               {"rows", std::move(rows)}}
+                    .dump(2));
+}
+
+struct CheckArguments {
+  std::filesystem::path file;
+  bool rates = false;
+  bool json = false;
+};
+
+int run_check(const CheckArguments& options) {
+  if (!options.rates) return check(options.file);
+  // As written: its own rate may be too high for its bus.
+  const config::Config config =
+      config::load_as_written(options.file.empty() ? shipped_file("piezo.toml") : options.file);
+  if (options.json)
+    print_rates_json(config);
+  else
+    print_rates(config);
+  return done;
+}
+
 }  // namespace
 
 void add_check(CLI::App& cli, int& status) {
-  auto file = std::make_shared<std::filesystem::path>();
+  auto options = std::make_shared<CheckArguments>();
   CLI::App* command =
       cli.add_subcommand("check", "Read and check a configuration, and show the values in force");
-  command->add_option("CONFIG", *file, "configuration, or model file (TOML)")->required();
-  command->callback([file, &status] { status = print_for_reader([&] { return check(*file); }); });
+  command->add_option(
+      "CONFIG", options->file,
+      "configuration, or model file (TOML); with --rates the shipped piezo stage if left out");
+  CLI::Option* rates = command->add_flag(
+      "--rates", options->rates,
+      "print instead the highest rate that its bus allows to 1 to 16 axes, with classical CAN and CAN FD");
+  command->add_flag("--json", options->json, "print the rates as JSON")->needs(rates);
+  command->callback([options, &status] {
+    if (options->file.empty() && !options->rates) throw CLI::RequiredError("CONFIG");
+    status = print_for_reader([&] { return run_check(*options); });
+  });
 }
 
 }  // namespace hystcan::app

@@ -123,7 +123,7 @@ const Examples& examples() {
       {"simulate",
        {"hystcan simulate config/piezo.model.toml --input drive.csv --output position.csv",
         "hystcan simulate config/piezo.model.toml --inverse --input wanted.h5 --output drive.h5"}},
-      {"check", {"hystcan check config/piezo.toml"}},
+      {"check", {"hystcan check config/piezo.toml", "hystcan check --rates"}},
       {"doctor", {"hystcan doctor config/piezo.toml"}},
       {"ctl", {"hystcan ctl status", "hystcan ctl go x 12.5"}},
       {"ctl status", {"hystcan ctl status", "hystcan ctl --twin status"}},

@@ -13,10 +13,17 @@ std::uint32_t priority_order(const ChainSource& source) {
   return arbitration_key(source.frame.id, source.frame.extended);
 }
 
+bool share_an_axis(const ChainSource& one, const ChainSource& other) {
+  return std::ranges::find_first_of(one.axes, other.axes) != one.axes.end();
+}
+
 class Chain {
  public:
-  Chain(std::span<const ChainSource> sources, const ChainSource& last, const ChainTiming& timing)
+  /// `sample`: the last one that `last` waits for. Null: `last` is no command.
+  Chain(std::span<const ChainSource> sources, const ChainSource* sample, const ChainSource& last,
+        const ChainTiming& timing)
       : sources_(sources),
+        sample_(sample),
         last_(last),
         timing_(timing),
         bit_(transmission_time({.nominal = 1}, timing.rates)),
@@ -50,7 +57,7 @@ class Chain {
     for (const ChainSource& source : sources_) {
       if (owns(source)) {
         if (&source != &last_) own += cost(source);
-      } else if (!comes_after_last(source) && source.role != ChainRole::controller_status) {
+      } else if (!comes_after_last(source) && !is_queued_behind_commands(source)) {
         (priority_order(source) <= weakest_ ? before : after).push_back(&source);
       }
     }
@@ -133,15 +140,18 @@ class Chain {
   }
 
   bool owns(const ChainSource& source) const {
-    return &source == &last_ || source.role == ChainRole::sync ||
-           (source.role == ChainRole::sample && last_.role == ChainRole::command &&
-            source.axis == last_.axis);
+    return &source == &last_ || source.role == ChainRole::sync || &source == sample_;
+  }
+
+  static bool is_queued_behind_commands(const ChainSource& source) {
+    return source.role == ChainRole::controller_status || source.role == ChainRole::controller_heartbeat;
   }
 
   /// True: the frame is an answer to `last`. It comes only after `last` if nothing is left over.
   bool comes_after_last(const ChainSource& source) const {
     if (last_.role == ChainRole::sync) return is_link(source.role);
-    return last_.role == ChainRole::sample && source.role == ChainRole::command && source.axis == last_.axis;
+    return last_.role == ChainRole::sample && source.role == ChainRole::command &&
+           share_an_axis(source, last_);
   }
 
   Duration cost(const ChainSource& source) const { return worst_transmission(source.frame, timing_.rates); }
@@ -158,6 +168,7 @@ class Chain {
   }
 
   std::span<const ChainSource> sources_;
+  const ChainSource* sample_;
   const ChainSource& last_;
   ChainTiming timing_;
   Duration bit_;
@@ -194,7 +205,15 @@ bool respond_to_jitter(std::span<ChainSource> sources, const BitRates& rates) {
 
 std::optional<Duration> chain_response(std::span<const ChainSource> sources, const ChainSource& last,
                                        const ChainTiming& timing) {
-  return Chain(sources, last, timing).response();
+  if (last.role != ChainRole::command) return Chain(sources, nullptr, last, timing).response();
+  std::optional<Duration> worst;
+  for (const ChainSource& sample : sources) {
+    if (sample.role != ChainRole::sample || !share_an_axis(sample, last)) continue;
+    const auto response = Chain(sources, &sample, last, timing).response();
+    if (!response) return std::nullopt;
+    worst = std::max(worst, response);
+  }
+  return worst;
 }
 
 void respond(std::span<ChainSource> sources, const ChainTiming& timing) {

@@ -89,7 +89,8 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
 //   w(q) = (q + 1) turnaround + sum over all other frames:  n_k(w(q)) C_k,   q + 1 of each link but the last
 //   R    = max over q of  w(q) - q T + C
 //
-//   own      the links before the last one, and the turnaround
+//   own      the links before the last one, and the turnaround. A command that waits for several samples
+//            is the end of one chain with each of them; R is the greatest
 //   before   the frames with more priority than the weakest link; they may pass while a link waits. The
 //            controller's queue is first in, first out, so that all commands count as the weakest command
 //   L        the longest of the other frames, one for each link, which has begun when the link is queued
@@ -97,8 +98,8 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
 //   J_k      the frame's own response, so that a frame that is left over at 0 counts; 0 for the frames of
 //            the cycle, none of which is left over
 //
-// The controller sends one axis status a cycle and queues it behind the commands. Therefore w(0) contains no
-// status, and w(q) contains at most q of all statuses together, with the length of the longest. The frames
+// The controller queues its heartbeat and one axis status a cycle behind the commands. Therefore w(0) contains
+// neither, and w(q) contains at most q of all statuses together, with the length of the longest. The frames
 // that follow from the last link also count q times in w(q). The J_k of a status is the time at which it may
 // be queued and not the time at which it has passed.
 //
@@ -108,13 +109,23 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
 //
 // Assumptions:
 //
-//   - There are no errors, and every sample comes.
+//   - There are no errors, and every sample comes. A command that goes out at its deadline, before a sample has
+//     come, goes out no later than with it.
 //   - The frames of a node leave it by priority. Those of the controller leave in the order in which they are
 //     queued, and it queues all other frames behind the commands of the cycle.
 //   - There are no emergencies, NMT, SDO or status changes; they come when an axis starts or stops.
 
 /// Why a frame is sent.
-enum class ChainRole { sync, sample, command, status, controller_status, live_setpoint, heartbeat };
+enum class ChainRole {
+  sync,
+  sample,
+  command,
+  status,
+  controller_status,
+  controller_heartbeat,
+  live_setpoint,
+  heartbeat
+};
 
 /// True for the frames that every cycle has.
 constexpr bool is_link(ChainRole role) {
@@ -124,7 +135,8 @@ constexpr bool is_link(ChainRole role) {
 struct ChainSource {
   PeriodicFrame frame;
   ChainRole role = ChainRole::heartbeat;
-  std::size_t axis = 0;
+  /// Those that the frame carries. A command waits for every sample with which it shares an axis.
+  std::vector<std::size_t> axes;
   /// R, from the start of the cycle for a link and from the start of its period for any other frame. Empty:
   /// unbounded.
   std::optional<Duration> response{Duration::zero()};

@@ -63,14 +63,16 @@ void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config
   for (std::size_t i = 0; i < config.axes.size(); ++i)
     if (const auto map = can::message_map_in<can::ControllerStatus>(config.database, config.axes[i].wire))
       sources.push_back({of_message(can::find_message(config.database, *map), cycle),
-                         can::ChainRole::controller_status, i});
+                         can::ChainRole::controller_status,
+                         {i}});
   const std::size_t statuses_end = sources.size();
   for (std::size_t i = 0; i < config.axes.size(); ++i)
     if (config.axes[i].scan_marker)
       if (const auto map = can::message_map_in<can::ScanMarker>(config.database, config.axes[i].wire))
         sources.push_back(
             {of_message(can::find_message(config.database, *map), line_of(config, config.axes[i])),
-             can::ChainRole::controller_status, i});
+             can::ChainRole::controller_status,
+             {i}});
   const auto round = static_cast<Duration::rep>(sources.size() - first) * cycle;
   for (std::size_t i = first; i < sources.size(); ++i) {
     can::PeriodicFrame& frame = sources[i].frame;
@@ -80,15 +82,35 @@ void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config
   }
 }
 
+bool has_identifier(const PeriodicFrame& frame, const PeriodicFrame& of) {
+  return frame.id == of.id && frame.extended == of.extended;
+}
+
+/// Adds a frame of an axis, or the axis to the frame if it is there: a message that axes share, or a heartbeat
+/// of a node that they share.
+void add_for_axis(std::vector<can::ChainSource>& sources, PeriodicFrame frame, can::ChainRole role,
+                  std::size_t axis) {
+  const auto shared = std::ranges::find_if(sources, [&](const can::ChainSource& source) {
+    return source.role == role && has_identifier(source.frame, frame);
+  });
+  if (shared == sources.end()) {
+    sources.push_back({std::move(frame), role, {axis}});
+    return;
+  }
+  shared->axes.push_back(axis);
+  shared->frame.period = std::min(shared->frame.period, frame.period);
+  shared->frame.deadline = shared->frame.period;
+}
+
 std::vector<can::ChainSource> sources_of(const Config& config) {
   const Duration cycle = cycle_of(config);
   const Duration beat = config.twin.heartbeat_period;
   std::vector<can::ChainSource> sources;
-  sources.push_back({{"Sync", can::sync_id, false, 1, cycle, {}, cycle}, can::ChainRole::sync, 0});
+  sources.push_back({{"Sync", can::sync_id, false, 1, cycle, {}, cycle}, can::ChainRole::sync, {}});
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     const AxisConfig& axis = config.axes[i];
     const auto add = [&](PeriodicFrame frame, can::ChainRole role) {
-      sources.push_back({std::move(frame), role, i});
+      add_for_axis(sources, std::move(frame), role, i);
     };
     const auto add_message = [&]<class Payload>(Duration period, can::ChainRole role) {
       if (const auto map = can::message_map_in<Payload>(config.database, axis.wire))
@@ -107,7 +129,7 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
   own.jitter = cycle;  // it is due at a SYNC and waits for the commands of that cycle
-  sources.push_back({own, can::ChainRole::heartbeat, 0});
+  sources.push_back({own, can::ChainRole::controller_heartbeat, {}});
   std::ranges::sort(sources, {}, [](const can::ChainSource& s) {
     return can::arbitration_key(s.frame.id, s.frame.extended);
   });
@@ -120,13 +142,13 @@ std::vector<PeriodicFrame> emergencies_of(const Config& config) {
   for (const AxisConfig& axis : config.axes) {
     for (const auto& [name, node] :
          {std::pair{"AmpEmcy", axis.wire.amplifier_node}, std::pair{"SensorEmcy", axis.wire.sensor_node}}) {
-      frames.push_back({axis.wire.message_prefix + name,
-                        can::emergency_base + node,
-                        false,
-                        8,
-                        emergency_interval,
-                        {},
-                        emergency_interval});
+      PeriodicFrame frame{.name = axis.wire.message_prefix + name,
+                          .id = can::emergency_base + node,
+                          .period = emergency_interval,
+                          .jitter = {},
+                          .deadline = emergency_interval};
+      if (std::ranges::none_of(frames, [&](const PeriodicFrame& f) { return has_identifier(f, frame); }))
+        frames.push_back(std::move(frame));
     }
   }
   return frames;
@@ -144,25 +166,6 @@ PlannedFrame planned(const can::ChainSource& source, const can::BitRates& rates)
                        source.frame.deadline};
   if (!is_link(source.role) && planned.response) *planned.response -= source.frame.jitter;
   return planned;
-}
-
-/// The highest rate, rounded down to 1 Hz or 10 Hz, at which all commands are in time; 0 if not even 1 Hz
-/// fits.
-double fastest_rate_Hz(Config config) {
-  const auto is_in_time = [&](double rate_Hz) {
-    config.controller.rate_Hz = rate_Hz;
-    return plan_bus(config).commands_in_time();
-  };
-  double fits = 1.0;
-  double fails = config.controller.rate_Hz;
-  if (!is_in_time(fits)) return 0.0;
-  while (fails > 1.001 * fits) {
-    const double middle = std::sqrt(fits * fails);
-    (is_in_time(middle) ? fits : fails) = middle;
-  }
-  const double step = fits < 100.0 ? 1.0 : 10.0;
-  const double rounded = std::floor(fits / step) * step;
-  return is_in_time(rounded) ? rounded : fits;
 }
 
 }  // namespace
@@ -197,6 +200,24 @@ BusPlan plan_bus(const Config& config) {
     plan.emergencies.push_back({all[i], answer.transmission, answer.response, all[i].deadline});
   }
   return plan;
+}
+
+double fastest_rate_Hz(Config config) {
+  const auto is_in_time = [&](double rate_Hz) {
+    config.controller.rate_Hz = rate_Hz;
+    return plan_bus(config).commands_in_time();
+  };
+  double fits = 1.0;
+  double fails = config.controller.rate_Hz;
+  if (is_in_time(fails)) return fails;
+  if (!is_in_time(fits)) return 0.0;
+  while (fails > 1.0001 * fits) {
+    const double middle = std::sqrt(fits * fails);
+    (is_in_time(middle) ? fits : fails) = middle;
+  }
+  const double step = fits < 100.0 ? 1.0 : 10.0;
+  const double rounded = std::floor(fits / step) * step;
+  return is_in_time(rounded) ? rounded : fits;
 }
 
 void check_bus(const Document& document, const Config& config) {

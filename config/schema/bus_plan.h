@@ -1,13 +1,15 @@
 // The frames that a configuration puts on the bus, and the check that every command is in time.
 // docs/theory.md, section 12.
 //
-//   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per axis
+//   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per message
 //
 // A command is in time if its transmission begins before the next SYNC: a frame that has begun ends before
-// that SYNC is sent. can/timing/schedulability.h bounds the beginning of the command and states the
-// assumptions; can/timing/schedulability.h has the other frames.
+// that SYNC is sent. can/timing/schedulability.h bounds the beginning of the command and the responses of the
+// other frames, and states the assumptions.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +44,23 @@ struct BusPlan {
 
 /// Throws std::invalid_argument if the database lacks a message, or if two frames share an identifier.
 BusPlan plan_bus(const Config& config);
+
+/// The highest rate up to the configured one at which all commands are in time, rounded down to 1 Hz or, from
+/// 100 Hz on, to 10 Hz; 0 if not even 1 Hz fits.
+double fastest_rate_Hz(Config config);
+
+/// How axes are put into frames.
+enum class Wiring : std::uint8_t {
+  classical,  ///< the standard frames of 8 bytes, of two nodes for each axis
+  fd,         ///< the same as CAN FD with bit-rate switch
+  fd_shared   ///< one frame of all axes for samples, commands and statuses, of one sensor and one amplifier
+};
+
+/// So many axes like the first one, on the same bus with nothing else on it: samples, commands, statuses, axis
+/// statuses, heartbeats. A frame that n axes share has 4 + 3 n bytes: SYNC counter, counter, CRC-16, and for
+/// each axis 24 bits of position, of setpoint and flags, or of output, state and fault. CAN FD without a data
+/// bit rate has 5 Mbit/s.
+Config wired_as(Wiring wiring, std::size_t axes, const Config& config);
 
 /// Throws Error at the key rate_Hz if a command can be late.
 void check_bus(const Document& document, const Config& config);

@@ -22,6 +22,8 @@
 
 namespace hystcan::config {
 
+inline constexpr double rate_max_Hz = 10'000.0;  ///< of `controller.rate_Hz`
+
 struct BusConfig {
   std::string interface = "vcan0";
   std::uint32_t bitrate_bit_per_s = 1'000'000;

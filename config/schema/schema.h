@@ -39,7 +39,7 @@ void visit(V& v, controller::Realtime& r) {
 
 template <class V>
 void visit(V& v, controller::CommonConfig& c) {
-  v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = 10'000.0},
+  v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = rate_max_Hz},
              {"SYNC rate, which is the control rate of all axes"});
   v.optional("node", c.node, {.lo = 1, .hi = 127}, {"node id of the controller's own heartbeat"});
   v.optional("heartbeat_ms", c.heartbeat_period, positive,

@@ -331,5 +331,19 @@ TEST(CommandsDocument, HasTheTablesOfTheProgram) {
         << command->get_name();
 }
 
+TEST(LatencyDocument, HasTheRatesOfTheProgram) {
+  const std::string command = "$ hystcan check --rates\n";
+  const fs::path file = source / "docs/latency.md";
+  std::string text = support::read_file(file);
+  support::Process program({HYSTCAN_PROGRAM, "check", "--rates"});
+  ASSERT_EQ(program.wait(), 0) << program.err();
+  ASSERT_NE(text.find(command), std::string::npos);
+  const std::size_t begin = text.find(command) + command.size();
+  const std::size_t length = text.find("```", begin) - begin;
+  EXPECT_EQ(text.substr(begin, length), program.out()) << "HYSTCAN_WRITE_TABLES=1 writes them";
+  if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr)
+    std::ofstream(file) << text.replace(begin, length, program.out());
+}
+
 }  // namespace
 }  // namespace hystcan::documents::document_test

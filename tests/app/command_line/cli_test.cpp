@@ -62,6 +62,23 @@ TEST_F(Cli, CheckPrintsTheValuesInForce) {
   EXPECT_NE(program.out().find("# axis y: k_descending = "), std::string::npos) << program.out();
 }
 
+TEST_F(Cli, CheckPrintsTheRatesOfABusWhoseConfigurationIsTooFastForIt) {
+  shipped.edit("piezo.toml", "bitrate_bit_per_s = 1_000_000",
+               "bitrate_bit_per_s = 500_000\ndata_bitrate_bit_per_s = 2_000_000");
+  Process program({HYSTCAN_PROGRAM, "check", "--rates", "--json", path("piezo.toml")});
+  EXPECT_EQ(program.wait(), done) << program.err();
+  const auto rates = nlohmann::json::parse(program.out());
+  EXPECT_EQ(rates.at("bitrate_bit_per_s"), 500'000);
+  EXPECT_EQ(rates.at("data_bitrate_bit_per_s"), 2'000'000);
+  ASSERT_EQ(rates.at("rows").size(), 16U);
+  for (const auto& row : rates.at("rows")) {
+    const double classical = row.at("classical").at("rate_hz"), fd = row.at("fd").at("rate_hz");
+    EXPECT_LT(classical, fd);
+    EXPECT_LE(fd, row.at("fd_shared").at("rate_hz"));
+    EXPECT_LE(row.at("fd").at("response_us"), 1e6 / fd);
+  }
+}
+
 TEST_F(Cli, CheckPrintsTheAllowedRangeOfKAndItsEndsAreAccepted) {
   Process program({HYSTCAN_PROGRAM, "check", path("piezo.model.toml")});
   EXPECT_EQ(program.wait(), done) << program.err();

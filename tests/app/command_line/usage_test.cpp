@@ -111,6 +111,7 @@ TEST(Usage, EveryErrorOfTheParserIsOneLineWithItsPlace) {
       {{"decode", "a", "--dbc", "b\nc"}, "hystcan: b c: cannot be read: No such file or directory\n"},
       {{"export", std::string(300, 'a')},
        "hystcan: " + std::string(300, 'a') + ": is no file, expected a run's folder or a CSV of cycles\n"},
+      {{"check"}, "hystcan check: CONFIG is required; see hystcan check --help\n"},
       {{"check", "a", "b"}, "hystcan check: 'b' is one argument too many; see hystcan check --help\n"},
       {{"check", "a\nb", "c\nd"},
        "hystcan check: 'c d' is one argument too many; see hystcan check --help\n"}};

@@ -23,6 +23,7 @@ ChainSource source(ChainRole role, std::uint32_t id, unsigned bytes, Duration pe
                 .jitter = {},
                 .deadline = period};
   made.role = role;
+  if (role == ChainRole::sample || role == ChainRole::command) made.axes = {0};
   return made;
 }
 
@@ -67,10 +68,36 @@ TEST(Chain, WaitsForAllFramesOfHigherPriorityThanItsWeakestLink) {
 TEST(Chain, CountsAllCommandsAsTheWeakestCommand) {
   auto sources = chain(0x181, 0x201);
   sources.push_back(source(ChainRole::command, 0x401, 8, timing.cycle));
-  sources.back().axis = 1;
+  sources.back().axes = {1};
   add_others(sources, 0x300, 6);
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 135us + 6 * 135us)
       << "the other command may be first in the controller's queue and wait for all six";
+}
+
+TEST(Chain, OfACommandOfManyAxesEndsWithTheLatestOfTheirSamples) {
+  auto sources = chain(0x181, 0x201);
+  sources.push_back(source(ChainRole::sample, 0x400, 8, timing.cycle));
+  sources.back().axes = {1};
+  sources[2].axes = {0, 1};
+  EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 135us) << "the other sample passes before";
+  add_others(sources, 0x300, 6);
+  EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 135us + 6 * 135us)
+      << "the weaker sample may come last, and waits for all six";
+}
+
+TEST(Chain, OfASampleOfManyAxesEndsWithEachOfTheirCommands) {
+  auto sources = chain(0x181, 0x201);
+  sources.push_back(source(ChainRole::command, 0x202, 8, timing.cycle));
+  sources.back().axes = {1};
+  sources[1].axes = {0, 1};
+  EXPECT_EQ(chain_response(sources, sources[1], timing), 200us) << "both commands come after the sample";
+  EXPECT_EQ(chain_response(sources, sources[3], timing), 335us + 135us);
+}
+
+TEST(Chain, WaitsForNoHeartbeatThatItsControllerQueuesBehindTheCommands) {
+  auto sources = chain(0x181, 0x201);
+  sources.push_back(source(ChainRole::controller_heartbeat, 0x77F, 1, 100ms));
+  EXPECT_EQ(chain_response(sources, sources[2], timing), 335us);
 }
 
 TEST(Chain, WaitsTwiceForAFrameThatMayBeLeftOver) {
