@@ -19,14 +19,11 @@ void check_agreement(const Document& document, const Config& config);
 /// Messages of an axis, standard or a lab's own, against the DBC: signals, identifiers, overlaps, units and
 /// ranges. If a message or signal is missing, the error names the nearest ones of the DBC.
 void check_frames(const Document& document, const Config& config, std::size_t axis);
-<<<<<<< HEAD
 /// Axes that share a message have the same node, the same protection and signals of their own.
 void check_sharing(const Document& document, const Config& config);
-=======
 /// Where a CRC covers more bytes of a message than it can guard: one line for each message, "message M of
 /// axis x: ..., what would do".
 std::vector<std::string> protection_warnings(const Config& config);
->>>>>>> e785b1b32998a7b031d7bf69b6725f4ca39d8282
 /// Two messages that are sent or received, including those of CANopen, do not share an identifier.
 void check_identifiers(const Document& document, const Config& config);
 /// The keys of a twin's amplifier and sensor.
