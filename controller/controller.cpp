@@ -66,7 +66,7 @@ void Controller::make_axes(const Config& config, const can::Database& database) 
     axes_.push_back(std::make_unique<WiredAxis>(axis, config.heartbeat_timeout, database, *commands, place));
   }
   if (command_frames_.size() == axes_.size()) return;
-  if (config_.command_deadline == can::Duration::zero()) config_.command_deadline = period_ / 2;
+  if (config_.command_deadline == can::Duration::zero()) config_.command_deadline = 4 * period_ / 5;
   command_timer_ = scheduler_.make_timer([this] { end_waiting(); });
 }
 

@@ -61,10 +61,11 @@ struct CommonConfig {
   std::uint8_t node = 127;  ///< Of the controller's own heartbeat.
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< Of the other nodes.
-  can::Duration command_deadline{};  ///< Of command frames of several axes, after SYNC; zero: half the cycle.
-  can::Duration lateness_warn{};     ///< The log reports a SYNC that is later than this; zero: never.
-  can::Duration lateness_trip{};     ///< A later one faults every axis in use (cycle overrun); zero: never.
-  bool start_together = true;        ///< The first axis that is ready waits for the others.
+  can::Duration
+      command_deadline{};  ///< Of command frames of several axes, after SYNC; zero: four fifths of the cycle.
+  can::Duration lateness_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
+  can::Duration lateness_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
+  bool start_together = true;     ///< The first axis that is ready waits for the others.
   can::Duration start_timeout{std::chrono::seconds(5)};  ///< For so long.
   std::optional<Realtime> realtime{};
   BlackBox::Config black_box{};

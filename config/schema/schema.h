@@ -49,7 +49,7 @@ void visit(V& v, controller::CommonConfig& c) {
       {"a node without a heartbeat for this time is silent; at least two periods of the nodes' heartbeats"});
   v.optional(
       "command_deadline_us", c.command_deadline, not_negative,
-      {"a command frame of several axes goes out at the latest so long after SYNC; 0: half the cycle"});
+      {"a command frame of several axes goes out at the latest so long after SYNC; 0: four fifths of the cycle"});
   v.optional("wake_up_warn_us", c.lateness_warn, not_negative,
              {"the log reports a SYNC that is later than this; 0: never"});
   v.optional("wake_up_trip_us", c.lateness_trip, not_negative,

@@ -1,0 +1,180 @@
+// Axes that share frames: one sample frame and one command frame carry two axes, or eight.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "config/schema/config.h"
+#include "rehearsal/rehearsal.h"
+#include "tests/support/hooked_connection.h"
+#include "tests/support/rehearsed.h"
+
+namespace hystcan::shared_frames_test {
+namespace {
+
+using controller::AxisState;
+using controller::Cause;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using support::ignore;
+using support::shipped;
+
+can::AmpCommand command_in(const rehearsal::Setup& setup, std::size_t axis, const can::Frame& frame) {
+  return can::find_layout<can::AmpCommand>(setup.database, setup.controller.axes[axis].wire)->decode(frame);
+}
+
+/// The loop of fd_stage.toml, and what passes on its bus.
+class TwoAxesInAFrame : public testing::Test {
+ protected:
+  struct Heard {
+    can::Frame frame;
+    can::Time time;
+  };
+
+  void run(can::Duration time) {
+    if (!rehearsal) {
+      rehearsal.emplace(setup, ignore);
+      listener = rehearsal->attach()({});
+      listener->on_frame([this](const can::Frame& frame, can::Time at) { heard.push_back({frame, at}); });
+      rehearsal->start();
+    }
+    rehearsal->run_for(time);
+  }
+  const controller::Axis& axis(std::size_t i) { return rehearsal->controller().axis(i); }
+  bool both_track() {
+    return axis(0).state() == AxisState::tracking && axis(1).state() == AxisState::tracking;
+  }
+  std::vector<Heard> with(std::uint32_t id) const {
+    std::vector<Heard> found;
+    for (const Heard& one : heard)
+      if (one.frame.id == id) found.push_back(one);
+    return found;
+  }
+  static constexpr std::uint32_t sample_id = 385, command_id = 514;
+
+  rehearsal::Setup setup = shipped("fd_stage.toml");
+  std::optional<rehearsal::Rehearsal> rehearsal;
+  std::unique_ptr<can::Bus> listener;
+  std::vector<Heard> heard;
+};
+
+TEST_F(TwoAxesInAFrame, TrackWithOneSampleAndOneCommandInACycle) {
+  run(seconds(2));
+  ASSERT_TRUE(both_track()) << to_string(axis(0).fault().cause) << ", " << to_string(axis(1).fault().cause);
+  heard.clear();
+  run(seconds(1));
+  EXPECT_NEAR(static_cast<double>(with(sample_id).size()), setup.controller.rate_Hz, 1.0);
+  EXPECT_NEAR(static_cast<double>(with(command_id).size()), setup.controller.rate_Hz, 1.0);
+  EXPECT_EQ(rehearsal->controller().counters().missing_samples, 0u);
+  EXPECT_EQ(rehearsal->controller().counters().late_samples, 0u);
+  EXPECT_EQ(rehearsal->controller().replaced_commands(), 0u);
+}
+
+TEST_F(TwoAxesInAFrame, SayThatAFaultedOneIsNotEnabledAndDriveTheOther) {
+  run(seconds(2));
+  ASSERT_TRUE(both_track());
+  rehearsal->controller().axis(1).trip(Cause::following_error, 2.0);
+  run(milliseconds(500));
+  EXPECT_EQ(axis(0).state(), AxisState::tracking) << to_string(axis(0).fault().cause);
+  EXPECT_EQ(axis(1).state(), AxisState::faulted);
+  const can::Frame last = with(command_id).back().frame;
+  EXPECT_TRUE(command_in(setup, 0, last).enable);
+  EXPECT_FALSE(command_in(setup, 1, last).enable);
+  EXPECT_NEAR(command_in(setup, 1, last).setpoint, 0.0, 1e-3);
+}
+
+TEST_F(TwoAxesInAFrame, FaultTogetherWhenTheirSensorIsSilent) {
+  twin::FaultSpec silent = twin::fault_spec(twin::Fault::no_reply, "x");
+  silent.node = twin::Node::sensor;
+  silent.begins = seconds(2);
+  silent.lasts = seconds(1);
+  setup.twin.faults = {silent};
+  run(seconds(3));
+  EXPECT_EQ(axis(0).state(), AxisState::faulted);
+  EXPECT_EQ(axis(1).state(), AxisState::faulted);
+}
+
+TEST_F(TwoAxesInAFrame, AllocateNothingWhileTracking) {
+  EXPECT_EQ(support::allocations_while_tracking(setup), 0U);
+}
+
+/// Each axis has a sensor of its own here, the command frame is shared.
+class TwoSensorsAndOneCommand : public TwoAxesInAFrame {
+ protected:
+  TwoSensorsAndOneCommand() {
+    // The sample of axis y gets an identifier of its own, from a node of its own.
+    can::Message other = *setup.database.find("Samples");
+    other.name = "OtherSamples";
+    other.id = 0x183;
+    setup.database.messages.push_back(other);
+    for (can::AxisWire* wire : {&setup.controller.axes[1].wire, &setup.twin.axes[1].wire}) {
+      wire->frames->sample.message = other.name;
+      wire->sensor_node = 3;
+    }
+  }
+};
+
+TEST_F(TwoSensorsAndOneCommand, TrackWithOneCommandInACycle) {
+  run(seconds(2));
+  ASSERT_TRUE(both_track()) << to_string(axis(0).fault().cause) << ", " << to_string(axis(1).fault().cause);
+  heard.clear();
+  run(seconds(1));
+  EXPECT_NEAR(static_cast<double>(with(command_id).size()), setup.controller.rate_Hz, 1.0);
+}
+
+TEST_F(TwoSensorsAndOneCommand, DoNotHoldEachOtherUpWhenOneSensorIsSilent) {
+  twin::FaultSpec silent = twin::fault_spec(twin::Fault::no_reply, "y");
+  silent.node = twin::Node::sensor;
+  silent.begins = seconds(2);
+  silent.lasts = seconds(2);
+  setup.twin.faults = {silent};
+  run(seconds(3));
+  EXPECT_EQ(axis(0).state(), AxisState::tracking) << to_string(axis(0).fault().cause);
+  EXPECT_EQ(axis(1).state(), AxisState::faulted);
+  heard.clear();
+  run(milliseconds(500));
+  can::Time sync{};
+  can::Duration latest{};
+  for (const Heard& one : heard) {
+    if (one.frame.id == can::sync_id) sync = one.time;
+    if (one.frame.id == command_id && sync != can::Time{}) latest = std::max(latest, one.time - sync);
+  }
+  EXPECT_LT(latest, can::Duration(microseconds(300))) << "before the deadline, four fifths of the cycle";
+}
+
+TEST_F(TwoSensorsAndOneCommand, SendTheirCommandAtTheDeadlineWhenOneSampleIsLost) {
+  twin::FaultSpec lost = twin::fault_spec(twin::Fault::no_reply, "y");
+  lost.node = twin::Node::sensor;
+  lost.begins = seconds(2);
+  lost.lasts = microseconds(450);  // one sample
+  setup.twin.faults = {lost};
+  setup.controller.command_deadline = microseconds(340);
+  run(seconds(2));
+  heard.clear();
+  run(milliseconds(100));
+  ASSERT_TRUE(both_track()) << to_string(axis(1).fault().cause);
+  EXPECT_EQ(with(command_id).size(), with(can::sync_id).size());
+  can::Time sync{};
+  std::size_t late = 0;
+  for (const Heard& one : heard) {
+    if (one.frame.id == can::sync_id) sync = one.time;
+    if (one.frame.id == command_id && one.time - sync > microseconds(300)) ++late;
+  }
+  EXPECT_EQ(late, 1u);
+  EXPECT_EQ(rehearsal->controller().counters().missing_samples, 1u);
+}
+
+TEST(EightAxesInAFrame, TrackAtTwoKilohertz) {
+  const rehearsal::Setup setup = shipped("fd_eight.toml");
+  rehearsal::Rehearsal rehearsal(setup, ignore);
+  rehearsal.start();
+  rehearsal.run_for(seconds(3));
+  for (std::size_t i = 0; i < 8; ++i)
+    EXPECT_EQ(rehearsal.controller().axis(i).state(), AxisState::tracking)
+        << to_string(rehearsal.controller().axis(i).fault().cause);
+  EXPECT_EQ(rehearsal.controller().counters().missing_samples, 0u);
+  EXPECT_EQ(rehearsal.controller().counters().late_samples, 0u);
+}
+
+}  // namespace
+}  // namespace hystcan::shared_frames_test

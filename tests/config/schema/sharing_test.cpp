@@ -1,0 +1,108 @@
+// Axes that share messages: what is accepted, and errors with their place.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "config/schema/config.h"
+#include "config/schema/frames.h"
+#include "tests/support/shipped.h"
+
+namespace hystcan::config::sharing_test {
+namespace {
+
+constexpr const char* file = "fd_stage.toml";
+
+struct Edit {
+  const char* what;
+  const char* with;
+};
+
+/// The error after these edits of fd_stage.toml, without the path; empty: it is accepted.
+std::string error_after(std::initializer_list<Edit> edits) {
+  const support::ShippedCopy shipped;
+  for (const Edit& edit : edits) shipped.edit(file, edit.what, edit.with);
+  try {
+    load(shipped / file);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+constexpr Edit other_sensor{
+    "amplifier_node = 2\nsensor_node    = 1\n\n[axis.frames.sample]\nmessage      = \"Samples\"\n"
+    "position     = \"PositionY\"",
+    "amplifier_node = 2\nsensor_node    = 3\n\n[axis.frames.sample]\nmessage      = \"Samples\"\n"
+    "position     = \"PositionY\""};
+
+TEST(SharedFrames, AreOneNodeAndOneMessageOfTwoAxes) {
+  const Config config = load(HYSTCAN_SOURCE_DIR "/config/fd_stage.toml");
+  EXPECT_EQ(first_sharing<can::SensorSample>(config, 1), 0u);
+  EXPECT_EQ(first_sharing<can::AmpCommand>(config, 1), 0u);
+  EXPECT_EQ(first_sharing<can::AmpCommand>(config, 0), 0u);
+}
+
+TEST(SharedFrames, AreOfOneNode) {
+  EXPECT_NE(error_after({other_sensor})
+                .find("sensor_node is 3, expected 1 as in axis x, with which it shares message Samples"),
+            std::string::npos)
+      << error_after({other_sensor});
+}
+
+TEST(SharedFrames, AreTheOnlyWayToShareANode) {
+  const support::ShippedCopy shipped;
+  shipped.edit("piezo.toml", "sensor_node    = 4", "sensor_node    = 2");
+  try {
+    load(shipped / "piezo.toml");
+    FAIL() << "accepted";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("node 2 is taken by axis[0].sensor_node"), std::string::npos);
+  }
+}
+
+TEST(SharedFrames, HaveSignalsOfTheirOwnForEachAxis) {
+  const std::string error = error_after({{"\"PositionY\"", "\"PositionX\""}});
+  EXPECT_NE(error.find("signal PositionX of message Samples has bits of signal PositionX of axis x, expected "
+                       "bits of its own"),
+            std::string::npos)
+      << error;
+}
+
+TEST(SharedFrames, HaveOneProtection) {
+  const std::string error =
+      error_after({{"status       = \"StatusY\"\nintegrity    = \"counter+crc\"\ncounter      = "
+                    "\"Counter\"\ncrc          = \"Crc\"\ncrc_covers   = \"identifier\"\n",
+                    "status       = \"StatusY\"\nintegrity    = \"counter\"\ncounter      = "
+                    "\"Counter\"\n"}});
+  EXPECT_NE(error.find("integrity differs from that of axis x, expected the same"), std::string::npos)
+      << error;
+}
+
+TEST(SharedFrames, AreNotWithheldToTryAWatchdog) {
+  const std::string error =
+      error_after({{"repeat             = true", "repeat             = true\nverify_watchdog = true"}});
+  EXPECT_NE(error.find("the commands of several axes are in the same frame"), std::string::npos) << error;
+}
+
+TEST(SharedFrames, GoOutWithinTheCycle) {
+  const std::string error = error_after({{"[controller]\n", "[controller]\ncommand_deadline_us = 400.0\n"}});
+  EXPECT_NE(error.find("command_deadline_us is 400, expected less than the cycle, 400"), std::string::npos)
+      << error;
+}
+
+TEST(SharedFrames, HaveTheObjectsOfTheirNodeAtOneAxis) {
+  const std::string error =
+      error_after({{"[axis.frames.sample]\nmessage      = \"Samples\"\nposition     = \"PositionY\"",
+                    "[[axis.sensor_setup]]\nindex = 0x2001\nsubindex = 0\nvalue = 1\nbytes = 1\n\n"
+                    "[axis.frames.sample]\nmessage      = \"Samples\"\nposition     = \"PositionY\""}});
+  EXPECT_NE(error.find("sensor_setup is of a node that axis x shares"), std::string::npos) << error;
+}
+
+TEST(SharedFrames, DoNotFitIntoAFrameThatIsTooShort) {
+  const support::ShippedCopy shipped;
+  shipped.edit("fd_stage.dbc", "BO_ 385 Samples: 12", "BO_ 385 Samples: 8");
+  EXPECT_THROW(load(shipped / file), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace hystcan::config::sharing_test
