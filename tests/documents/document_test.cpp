@@ -1,6 +1,6 @@
 // Every document: its shell blocks parse, its command lines are accepted, its links lead somewhere, and the
-// tables of docs/commands.md and the rates of docs/latency.md are those of the program. HYSTCAN_WRITE_TABLES=1
-// in the environment writes these.
+// tables of docs/commands.md and the rates of docs/latency.md are those of the program.
+// HYSTCAN_WRITE_TABLES=1 in the environment writes these.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
