@@ -98,10 +98,10 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
 //   J_k      the frame's own response, so that a frame that is left over at 0 counts; 0 for the frames of
 //            the cycle, none of which is left over
 //
-// The controller queues its heartbeat and one axis status a cycle behind the commands. Therefore w(0) contains
-// neither, and w(q) contains at most q of all statuses together, with the length of the longest. The frames
-// that follow from the last link also count q times in w(q). The J_k of a status is the time at which it may
-// be queued and not the time at which it has passed.
+// The controller queues its heartbeat and one axis status a cycle behind the commands. Therefore w(0)
+// contains neither, and w(q) contains at most q of all statuses together, with the length of the longest. The
+// frames that follow from the last link also count q times in w(q). The J_k of a status is the time at which
+// it may be queued and not the time at which it has passed.
 //
 // From 0 to w(q), q > 0, the bus is idle only while a node of the chain works: the controller's heartbeat
 // waits in the queue behind the commands of a cycle, and if it passes before the next SYNC, that SYNC is a
@@ -109,8 +109,8 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
 //
 // Assumptions:
 //
-//   - There are no errors, and every sample comes. A command that goes out at its deadline, before a sample has
-//     come, goes out no later than with it.
+//   - There are no errors, and every sample comes. A command that goes out at its deadline, before a sample
+//     has come, goes out no later than with it.
 //   - The frames of a node leave it by priority. Those of the controller leave in the order in which they are
 //     queued, and it queues all other frames behind the commands of the cycle.
 //   - There are no emergencies, NMT, SDO or status changes; they come when an axis starts or stops.

@@ -86,8 +86,8 @@ bool has_identifier(const PeriodicFrame& frame, const PeriodicFrame& of) {
   return frame.id == of.id && frame.extended == of.extended;
 }
 
-/// Adds a frame of an axis, or the axis to the frame if it is there: a message that axes share, or a heartbeat
-/// of a node that they share.
+/// Adds a frame of an axis, or the axis to the frame if it is there: a message that axes share, or the
+/// heartbeat of a node that they share.
 void add_for_axis(std::vector<can::ChainSource>& sources, PeriodicFrame frame, can::ChainRole role,
                   std::size_t axis) {
   const auto shared = std::ranges::find_if(sources, [&](const can::ChainSource& source) {

@@ -56,10 +56,10 @@ enum class Wiring : std::uint8_t {
   fd_shared   ///< one frame of all axes for samples, commands and statuses, of one sensor and one amplifier
 };
 
-/// So many axes like the first one, on the same bus with nothing else on it: samples, commands, statuses, axis
-/// statuses, heartbeats. A frame that n axes share has 4 + 3 n bytes: SYNC counter, counter, CRC-16, and for
-/// each axis 24 bits of position, of setpoint and flags, or of output, state and fault. CAN FD without a data
-/// bit rate has 5 Mbit/s.
+/// So many axes like the first one, on the same bus with nothing else on it: samples, commands, statuses,
+/// axis statuses, heartbeats. A frame that n axes share has 4 + 3 n bytes: SYNC counter, counter, CRC-16, and
+/// for each axis 24 bits of position, of setpoint and flags, or of output, state and fault. CAN FD without a
+/// data bit rate has 5 Mbit/s.
 Config wired_as(Wiring wiring, std::size_t axes, const Config& config);
 
 /// Throws Error at the key rate_Hz if a command can be late.

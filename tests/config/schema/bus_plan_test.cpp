@@ -338,7 +338,7 @@ TEST(Wiring, OfAxesInOneFrameMatchesACountByHand) {
     config.controller.rate_Hz = rate_Hz;
     return plan_bus(config).last_command;
   };
-  // SYNC 65, turnaround 50; sample and status of 10 bytes in frames of 12, 32 + 154 / 5; two heartbeats of 65.
+  // SYNC 65, turnaround 50; sample and status of 10 bytes in frames of 12, 32 + 154 / 5; two heartbeats, 130.
   EXPECT_EQ(last_command(2, 2500.0), 65us + 50us + 2 * 62'800ns + 130us);
   // Of 28 bytes in frames of 32: 32 + 359 / 5.
   EXPECT_EQ(last_command(8, 2000.0), 65us + 50us + 2 * 103'800ns + 130us);
