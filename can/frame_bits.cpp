@@ -80,10 +80,8 @@ struct Header {
   unsigned length;
 
   unsigned bytes() const { return (length + 7) / 8; }
-  std::uint64_t padding() const {
-    const unsigned missing = 8 * bytes() - length;
-    return (0x55ULL & ((1ULL << missing) - 1)) << length;
-  }
+  /// Its bits beyond the last byte are not sent.
+  std::uint64_t padding() const { return 0x55ULL << length; }
 };
 
 Header classical_header(const Frame& frame) {

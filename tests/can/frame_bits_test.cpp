@@ -55,7 +55,7 @@ unsigned written_out(const Frame& frame) {
   return static_cast<unsigned>(wire.size());
 }
 
-/// The oracle of CAN FD with bit-rate switch: the bits before, in and after the data phase. The contents of
+/// The oracle of CAN FD: the bits before, in and after the data phase, or as if there were one. The contents of
 /// stuff count and CRC do not matter: their stuff bits stand at fixed places, before them and after each
 /// fourth bit.
 FrameBits fd_written_out(const Frame& frame) {
@@ -65,7 +65,9 @@ FrameBits fd_written_out(const Frame& frame) {
   head += frame.extended ? "010" : "0010";  // RRS, IDE of a standard frame, FDF, res
   const auto length = frame.length;
   const unsigned code = length <= 8 ? length : length <= 24 ? 6U + length / 4U : 11U + length / 16U;
-  std::string rest = "1" + std::string((frame.fd_flags & fd_error_state) != 0 ? "1" : "0") + bits(code, 4);
+  const bool switches = (frame.fd_flags & fd_bit_rate_switch) != 0;
+  std::string rest = (switches ? "1" : "0") +
+                     std::string((frame.fd_flags & fd_error_state) != 0 ? "1" : "0") + bits(code, 4);
   for (const std::uint8_t byte : frame.payload()) rest += bits(byte, 8);
   // A stuff bit after the last bit would stand where the first fixed one does.
   const auto both = stuffed(head + rest.substr(0, rest.size() - 1)).size() + 1;
@@ -102,6 +104,17 @@ TEST(FdFrameBits, AgreeWithTheFrameAsAStringOfBitsInEachPhase) {
   }));
 }
 
+TEST(FdFrameBits, AgreeWithTheStringOfBitsForEveryLengthAndEveryFlag) {
+  for (std::uint8_t length = 0; length <= 64; ++length)
+    for (std::uint8_t flags = 0; flags < 4; ++flags)
+      for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{0x00, 0x40, 0xFF}) {
+        Frame frame{.id = 0x2AA, .kind = FrameKind::fd, .length = wire_length(length), .fd_flags = flags};
+        frame.data.fill(byte);
+        ASSERT_EQ(frame_bits(frame).total(), fd_written_out(frame).total())
+            << int{length} << ' ' << int{flags} << ' ' << int{byte};
+      }
+}
+
 TEST(FdFrameBits, AreAllNominalWithoutBitRateSwitch) {
   Frame frame{.id = 0x2AA, .kind = FrameKind::fd, .length = 12};
   frame.data.fill(0x55);
@@ -118,6 +131,11 @@ TEST(FdFrameBits, PassAtTheirOwnBitRateInTheDataPhase) {
   EXPECT_EQ(transmission_time(frame_bits(frame).all(), rates).count(),
             (17 + 12) * 1000 + (5 + 160 + 33) * 200);
   EXPECT_EQ(transmission_time(frame_bits(frame).all(), {}).count(), (17 + 12 + 5 + 160 + 33) * 1000);
+}
+
+TEST(TransmissionTime, IsRoundedUpToTheNextNanosecond) {
+  EXPECT_EQ(transmission_time({.nominal = 1}, {.nominal_bit_per_s = 3}).count(), 333'333'334);
+  EXPECT_EQ(transmission_time({.nominal = 3}, {.nominal_bit_per_s = 3}).count(), 1'000'000'000);
 }
 
 TEST(FrameBits, FirstGivesTheBitsOfEachPhaseUpToAPlace) {
