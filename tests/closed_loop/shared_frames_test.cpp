@@ -67,7 +67,7 @@ TEST_F(TwoAxesInAFrame, TrackWithOneSampleAndOneCommandInACycle) {
   EXPECT_NEAR(static_cast<double>(with(command_id).size()), setup.controller.rate_Hz, 1.0);
   EXPECT_EQ(rehearsal->controller().counters().missing_samples, 0u);
   EXPECT_EQ(rehearsal->controller().counters().late_samples, 0u);
-  EXPECT_EQ(rehearsal->controller().replaced_commands(), 0u);
+  EXPECT_EQ(rehearsal->controller().counters().replaced_commands, 0u);
 }
 
 TEST_F(TwoAxesInAFrame, SayThatAFaultedOneIsNotEnabledAndDriveTheOther) {
@@ -92,6 +92,20 @@ TEST_F(TwoAxesInAFrame, FaultTogetherWhenTheirSensorIsSilent) {
   run(seconds(3));
   EXPECT_EQ(axis(0).state(), AxisState::faulted);
   EXPECT_EQ(axis(1).state(), AxisState::faulted);
+}
+
+TEST_F(TwoAxesInAFrame, HaveTheSafeDriveOfAnAxisThatIsNotControlled) {
+  controller::WiredAxisConfig& y = setup.controller.axes[1];
+  setup.controller.resting = {{y.wire, 12.5}};
+  setup.controller.axes.resize(1);
+  run(seconds(2));
+  EXPECT_EQ(axis(0).state(), AxisState::tracking) << to_string(axis(0).fault().cause);
+  const can::Frame last = with(command_id).back().frame;
+  EXPECT_TRUE(command_in(setup, 0, last).enable);
+  const auto layout = can::find_layout<can::AmpCommand>(setup.database, setup.twin.axes[1].wire);
+  const can::AmpCommand other = layout->decode(last);
+  EXPECT_NEAR(other.setpoint, 12.5, 1e-3);
+  EXPECT_FALSE(other.enable);
 }
 
 TEST_F(TwoAxesInAFrame, AllocateNothingWhileTracking) {
