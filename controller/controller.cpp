@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -23,6 +24,15 @@ void check_couplings(const Config& config) {
 
 }  // namespace
 
+can::Duration cycle_of(const CommonConfig& config) {
+  return can::Duration(std::llround(1e9 / config.rate_Hz));
+}
+
+can::Duration command_deadline_of(const CommonConfig& config) {
+  if (config.command_deadline > can::Duration::zero()) return config.command_deadline;
+  return 9 * cycle_of(config) / 10;
+}
+
 Controller::Controller(const Config& config, const can::Database& database, can::Scheduler& scheduler,
                        const can::Attach& attach, RecordHandler on_record)
     : config_(config),
@@ -30,7 +40,7 @@ Controller::Controller(const Config& config, const can::Database& database, can:
       on_record_(std::move(on_record)),
       background_(config.node, config.heartbeat_period, axes_),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
-      period_(std::llround(1e9 / config.rate_Hz)) {
+      period_(cycle_of(config)) {
   check_couplings(config);
   make_axes(config, database);
   add_handlers();
@@ -74,7 +84,7 @@ void Controller::make_axes(const Config& config, const can::Database& database) 
     if (CommandFrame* commands = command_frame(*layout)) commands->rest(*layout, axis.safe_drive);
   }
   if (command_frames_.size() == axes_.size()) return;
-  if (config_.command_deadline == can::Duration::zero()) config_.command_deadline = 4 * period_ / 5;
+  config_.command_deadline = command_deadline_of(config);
   command_timer_ = scheduler_.make_timer([this] { end_waiting(); });
 }
 
@@ -110,13 +120,20 @@ void Controller::add_handlers() {
       if (commands->is_sound(frame)) on_another_controller(ForeignFrame::Kind::command, frame);
     });
   for (std::size_t i = 0; i < axes_.size(); ++i) add_handlers_of(i);
+  add_sample_handlers();
+}
+
+/// The axes of a sample frame are stepped one after the other, before their commands go out.
+void Controller::add_sample_handlers() {
+  std::map<std::pair<std::uint32_t, bool>, std::vector<std::size_t>> axes_of;
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    axes_of[{axes_[i]->sensor.decoder().id(), axes_[i]->sensor.decoder().extended()}].push_back(i);
+  for (const auto& [key, axes] : axes_of)
+    add_handler(key.first, key.second, [this, axes](const can::Frame& frame) { on_samples(axes, frame); });
 }
 
 void Controller::add_handlers_of(std::size_t index) {
   WiredAxis& wired = *axes_[index];
-  const auto& decode_sample = wired.sensor.decoder();
-  add_handler(decode_sample.id(), decode_sample.extended(),
-              [this, index](const can::Frame& frame) { on_sample(index, frame); });
   if (const auto& decode = wired.amplifier.decoder())
     add_handler(decode->id(), decode->extended(), [this, &wired](const can::Frame& frame) {
       wired.amplifier.on_status(frame, scheduler_.now());
@@ -194,6 +211,9 @@ std::vector<can::RejectedFrames> Controller::rejected() const {
   std::vector<can::RejectedFrames> all;
   all.reserve(9 * axes_.size());
   for (const auto& wired : axes_) wired->append_rejected(all);
+  // A frame that axes share has been counted for each of them.
+  std::set<std::string> named;
+  std::erase_if(all, [&](const can::RejectedFrames& one) { return !named.insert(one.message).second; });
   return all;
 }
 
@@ -295,28 +315,44 @@ void Controller::answer_next_request() {
   requests_->answer(request);
 }
 
-void Controller::on_sample(std::size_t index, const can::Frame& frame) {
-  WiredAxis& wired = *axes_[index];
-  const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
-  if (!sample) return;
-  wired.heard_in = counters_.cycles;
-  if (wired.sensor.is_doubled()) trip_if_in_use(wired, Cause::sample_doubled);
-  if (wired.stepped || !wired.sensor.is_of(*sample, cycle_.sync_counter)) {
-    ++counters_.late_samples;
-    wired.sensor.note_late_sample();
-    return;
+void Controller::on_samples(std::span<const std::size_t> axes, const can::Frame& frame) {
+  for (const std::size_t i : axes)
+    if (take_sample(i, frame)) step(i, &axes_[i]->sample);
+  bool has_answered = false;
+  for (const std::size_t i : axes) {
+    CommandFrame& commands = axes_[i]->amplifier.commands();
+    if (axes_[i]->answered || !axes_[i]->stepped ||
+        std::ranges::any_of(commands.axes(), [this](std::size_t k) { return is_awaited(k); }))
+      continue;
+    answer(commands);
+    has_answered = true;
   }
-  step(index, &*sample);
-  CommandFrame& commands = wired.amplifier.commands();
-  if (std::ranges::any_of(commands.axes(), [this](std::size_t i) { return is_awaited(i); })) return;
-  answer(commands);
-  run_background_tasks();
+  if (has_answered) run_background_tasks();
 }
 
-/// One lost sample does not end the waiting for the next.
+/// True: it is the axis's sample of this cycle, and the axis has not been stepped without it.
+bool Controller::take_sample(std::size_t index, const can::Frame& frame) {
+  WiredAxis& wired = *axes_[index];
+  const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
+  if (!sample) return false;
+  if (wired.sensor.is_doubled()) trip_if_in_use(wired, Cause::sample_doubled);
+  const bool is_of_this_cycle = wired.sensor.is_of(*sample, cycle_.sync_counter);
+  if (is_of_this_cycle && (!command_timer_ || frame_heard_ - cycle_.sync_sent < config_.command_deadline))
+    wired.heard_in = counters_.cycles;
+  if (wired.stepped || !is_of_this_cycle) {
+    ++counters_.late_samples;
+    wired.sensor.note_late_sample();
+    return false;
+  }
+  wired.sample = *sample;
+  return true;
+}
+
+/// As many lost samples as the axis bridges do not end the waiting for the next.
 bool Controller::is_awaited(std::size_t index) const {
-  constexpr std::uint64_t patience = 2;
-  return !axes_[index]->stepped && counters_.cycles - axes_[index]->heard_in <= patience;
+  const WiredAxis& wired = *axes_[index];
+  const auto patience = static_cast<std::uint64_t>(wired.axis.config().supervision.missing_samples) + 1;
+  return !wired.stepped && counters_.cycles - wired.heard_in <= patience;
 }
 
 /// The deadline of command frames of several axes.

@@ -38,6 +38,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,7 +63,7 @@ struct CommonConfig {
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< Of the other nodes.
   can::Duration
-      command_deadline{};  ///< Of command frames of several axes, after SYNC; zero: four fifths of the cycle.
+      command_deadline{};  ///< Of command frames of several axes, after SYNC; zero: nine tenths of the cycle.
   can::Duration lateness_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
   can::Duration lateness_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
   bool start_together = true;     ///< The first axis that is ready waits for the others.
@@ -72,6 +73,10 @@ struct CommonConfig {
   std::string control_socket;          ///< Empty: the path that default_socket() returns; "none": no socket.
   std::filesystem::path state_folder;  ///< Of what is saved at a clean stop; empty: nothing is saved.
 };
+
+can::Duration cycle_of(const CommonConfig& config);
+/// `command_deadline` in force.
+can::Duration command_deadline_of(const CommonConfig& config);
 
 /// An axis that is not controlled. Its safe drive stands in a command frame that it shares with one that is.
 struct RestingAxis {
@@ -145,6 +150,7 @@ class Controller {
   void listen_to_echoes();
   void add_handlers();
   void add_handlers_of(std::size_t index);
+  void add_sample_handlers();
   /// Where several axes share a frame, each has a handler of its own.
   void add_handler(std::uint32_t id, bool extended, std::function<void(const can::Frame&)> handler) {
     handlers_.emplace(std::pair(id, extended), std::move(handler));
@@ -159,7 +165,8 @@ class Controller {
   void note_lateness(can::Time now);
   void run_background_tasks();
   void answer_next_request();
-  void on_sample(std::size_t index, const can::Frame& frame);
+  void on_samples(std::span<const std::size_t> axes, const can::Frame& frame);
+  bool take_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   bool is_awaited(std::size_t index) const;
   bool is_answered(const CommandFrame& commands) const { return axes_[commands.axes().front()]->answered; }

@@ -202,7 +202,7 @@ void print_rates_json(const config::Config& config) {
     for (const WiringName& wiring : wirings) {
       const Limit limit = limit_of(wiring, axes, config);
       nlohmann::json& entry = row[wiring.key];
-      entry = {{"rate_hz", limit.rate_Hz}, {"load_percent", 1e2 * limit.plan.load}, {"response_us", nullptr}};
+      entry = {{"rate_Hz", limit.rate_Hz}, {"load_percent", 1e2 * limit.plan.load}, {"response_us", nullptr}};
       if (limit.plan.last_command) entry["response_us"] = 1e6 * can::seconds(*limit.plan.last_command);
     }
     rows.push_back(std::move(row));

@@ -32,13 +32,6 @@ constexpr std::chrono::milliseconds format_listening{300};
 constexpr std::size_t most_heard = 1000;
 constexpr std::uint32_t test_id = 0x7FF;  ///< lowest priority; unused in CANopen
 
-std::vector<std::string> fd_messages(const config::Config& config) {
-  std::vector<std::string> messages;
-  for (const config::AxisConfig& axis : config.axes)
-    std::ranges::copy(config::fd_messages(axis.wire, config.database), std::back_inserter(messages));
-  return messages;
-}
-
 Finding examine_bit_rate(const config::Config& config, const std::string& name, const can::Interface& found) {
   const double wanted = config.bus.bitrate_bit_per_s;
   if (!found.bitrate_bit_per_s) return {"bit rate", Verdict::good, "none: a virtual interface"};
@@ -50,7 +43,7 @@ Finding examine_bit_rate(const config::Config& config, const std::string& name, 
   if (found.data_bitrate_bit_per_s)
     finding.figure += fmt::format(", {:g} kbit/s in the data phase", 1e-3 * *found.data_bitrate_bit_per_s);
   if (real == wanted) {
-    const bool has_fd = !fd_messages(config).empty() && found.data_bitrate_bit_per_s.has_value();
+    const bool has_fd = !config::fd_messages(config).empty() && found.data_bitrate_bit_per_s.has_value();
     if (!has_fd || config.bus.data_bitrate_bit_per_s != 0) return finding;
     finding.verdict = Verdict::doubtful;
     finding.figure += ", configured none";
@@ -186,13 +179,14 @@ Finding examine_formats(const config::Config& config, std::span<const can::Frame
       const std::string expected =
           format_of(can::wire_kind(message->length, message->fd), message->bit_rate_switch);
       if (is == expected) continue;
+      const bool is_used = found->kind == can::FrameKind::fd && message->fd;
       return {"frame format", Verdict::bad, fmt::format("{} comes as {}", message->name, is),
-              fmt::format(
-                  "{} is to send {} as {} says (VFrameFormat, CANFD_BRS), with bus.data_bitrate_bit_per_s = "
-                  "{} in the configuration: frames of another format are not used, and many nodes do not "
-                  "answer them",
-                  message->sender.empty() ? "the node" : message->sender, expected, config.bus.dbc.string(),
-                  config.bus.data_bitrate_bit_per_s)};
+              fmt::format("{} is to send {} as {} says (VFrameFormat, CANFD_BRS), with "
+                          "bus.data_bitrate_bit_per_s = {} in the configuration: {}",
+                          message->sender.empty() ? "the node" : message->sender, expected,
+                          config.bus.dbc.string(), config.bus.data_bitrate_bit_per_s,
+                          is_used ? "many nodes do not answer frames without bit-rate switch"
+                                  : "frames of another format are not used")};
     }
   }
   return {"frame format", Verdict::good,
@@ -205,7 +199,7 @@ std::vector<Finding> examine_interface(const config::Config& config, const std::
   try {
     const can::Interface found = can::require_can_interface(interface);
     can::require_able_to_send(interface, found);
-    can::require_able_to_carry_fd(interface, found, fd_messages(config), config.bus.rates());
+    can::require_able_to_carry_fd(interface, found, config::fd_messages(config), config.bus.rates());
     std::vector<Finding> findings{{"interface", Verdict::good, interface + " is up"},
                                   examine_bit_rate(config, interface, found),
                                   examine_restart(interface, found),

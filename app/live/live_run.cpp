@@ -26,10 +26,7 @@ namespace hystcan::app {
 void check_interface(const config::Config& config, const std::string& interface) {
   const can::Interface found = can::require_can_interface(interface);
   can::require_able_to_send(interface, found);
-  std::vector<std::string> fd_messages;
-  for (const config::AxisConfig& axis : config.axes)
-    std::ranges::copy(config::fd_messages(axis.wire, config.database), std::back_inserter(fd_messages));
-  can::require_able_to_carry_fd(interface, found, fd_messages, config.bus.rates());
+  can::require_able_to_carry_fd(interface, found, config::fd_messages(config), config.bus.rates());
   spdlog::info(can::describe(interface, found));
   for (const std::string& doubt : can::find_doubts(interface, found, config.bus.bitrate_bit_per_s))
     spdlog::warn(doubt);

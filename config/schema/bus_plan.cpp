@@ -7,6 +7,7 @@
 
 #include "can/protocol/protocol.h"
 #include "can/timing/schedulability.h"
+#include "config/schema/frames.h"
 
 namespace hystcan::config {
 namespace {
@@ -20,9 +21,7 @@ constexpr Duration emergency_interval = std::chrono::seconds(1);
 /// Least time between two live setpoints to one axis, from all senders together.
 constexpr Duration live_setpoint_interval = std::chrono::milliseconds(10);
 
-Duration cycle_of(const Config& config) {
-  return Duration{static_cast<Duration::rep>(std::llround(1e9 / config.controller.rate_Hz))};
-}
+Duration cycle_of(const Config& config) { return controller::cycle_of(config.controller); }
 
 PeriodicFrame heartbeat(const std::string& name, unsigned node, Duration period) {
   return {.name = name,
@@ -220,9 +219,34 @@ double fastest_rate_Hz(Config config) {
   return is_in_time(rounded) ? rounded : fits;
 }
 
+namespace {
+
+/// A command frame of several axes is not to go out before their samples can have come.
+void check_command_deadline(const Document& document, const Config& config, const BusPlan& plan) {
+  const Duration deadline = controller::command_deadline_of(config.controller);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const std::size_t first = first_sharing<can::AmpCommand>(config, i);
+    if (first == i) continue;
+    for (const std::size_t axis : {first, i}) {
+      const std::string message = can::message_map<can::SensorSample>(config.axes[axis].wire)->message;
+      const auto sample = std::ranges::find(plan.frames, message,
+                                            [](const PlannedFrame& planned) { return planned.frame.name; });
+      if (sample->response && *sample->response <= deadline) continue;
+      document.fail_at(
+          "controller.command_deadline_us",
+          fmt::format("command_deadline_us is {:.0f} in force, expected at least {:.0f}: only then "
+                      "all samples {} have come",
+                      1e6 * can::seconds(deadline), 1e6 * can::seconds(sample->response.value_or(plan.cycle)),
+                      message));
+    }
+  }
+}
+
+}  // namespace
+
 void check_bus(const Document& document, const Config& config) {
   const BusPlan plan = plan_bus(config);
-  if (plan.commands_in_time()) return;
+  if (plan.commands_in_time()) return check_command_deadline(document, config, plan);
   const auto us = [](Duration duration) { return 1e6 * can::seconds(duration); };
   const std::string found =
       plan.last_command
@@ -233,9 +257,12 @@ void check_bus(const Document& document, const Config& config) {
   const double fastest_Hz = fastest_rate_Hz(config);
   const std::string cure =
       fastest_Hz > 0.0 ? fmt::format("lower rate_Hz ({:g} Hz fits)", fastest_Hz) : "lower rate_Hz";
-  document.fail_at("controller.rate_Hz", fmt::format("{}, expected within the cycle, {:.0f} us: {}, raise "
-                                                     "bus.bitrate_bit_per_s or drive fewer axes ({} here)",
-                                                     found, us(plan.cycle), cure, config.axes.size()));
+  const char* const slow_phase =
+      fd_messages(config).empty() ? "bus.bitrate_bit_per_s" : "bus.data_bitrate_bit_per_s";
+  document.fail_at("controller.rate_Hz",
+                   fmt::format("{}, expected within the cycle, {:.0f} us: {}, raise {} "
+                               "or drive fewer axes ({} here)",
+                               found, us(plan.cycle), cure, slow_phase, config.axes.size()));
 }
 
 }  // namespace hystcan::config

@@ -197,9 +197,10 @@ void check_nodes(const Document& document, const Config& config) {
   const auto take = [&](unsigned node, const std::string& path) {
     if (const auto [before, is_new] = taken.emplace(node, path); !is_new)
       document.fail_at(
-          path, fmt::format("node {} is taken by {}, expected a node id of its own, or the same message in "
-                            "[axis.frames]",
-                            node, before->second));
+          path, fmt::format("node {} is taken by {}, expected a node id of its own{}", node, before->second,
+                            before->second.substr(before->second.find('.')) == path.substr(path.find('.'))
+                                ? ", or the same message in [axis.frames]"
+                                : ""));
   };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     if (first_sharing<can::AmpCommand>(config, i) == i)

@@ -77,6 +77,11 @@ class FrameCheck {
       fail(key, fmt::format("message {} has no signal {}", message_->name, name),
            fmt::format("one for axis {}; the nearest it has: {}", axis_.wire.name, closest(name, names)));
     }
+    if (can::bytes_needed(*signal) > message_->length)
+      fail(key,
+           fmt::format("signal {} lies outside message {}, which has {} bytes", name, message_->name,
+                       message_->length),
+           "it within the message: another place, or a longer message");
     if (signal->multiplexing.present_at)
       fail(key, fmt::format("signal {} of message {} is multiplexed", name, message_->name),
            "one that is in every frame");
@@ -115,8 +120,8 @@ class FrameCheck {
       fail("crc",
            fmt::format("signal {} of message {} is not {}", map_.crc, message_->name,
                        count == 1 ? "a whole byte" : "two whole bytes"),
-           fmt::format("{} bits that fill {}, for {}", 8 * count, count == 1 ? "a byte" : "two bytes",
-                       word_of(map_.polynomial)));
+           fmt::format("{} bits that fill {}, for polynomial {}, or another polynomial", 8 * count,
+                       count == 1 ? "a byte" : "two bytes", word_of(map_.polynomial)));
   }
 
   void check_standard_id(std::uint32_t id) const {

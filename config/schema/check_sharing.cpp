@@ -115,6 +115,12 @@ void check_sharing(const Document& document, const Config& config) {
     SharingCheck<can::SensorSample>(document, config, i, "sample", "sensor_node", &can::AxisWire::sensor_node)
         .run();
     check_setups(document, config, i);
+    if (const std::size_t first = first_sharing<can::SensorSample>(config, i);
+        config.axes[i].twin.sample_clock != config.axes[first].twin.sample_clock)
+      document.fail_at(fmt::format("axis[{}].twin.sensor", i),
+                       fmt::format("the sensor samples by another clock than that of axis {}, expected the "
+                                   "same: they are in the same frame",
+                                   config.axes[first].wire.name));
     const std::size_t first = first_sharing<can::AmpCommand>(config, i);
     if (first == i) continue;
     for (const std::size_t axis : {first, i})
@@ -123,7 +129,7 @@ void check_sharing(const Document& document, const Config& config) {
             fmt::format("axis[{}].control.verify_watchdog", axis),
             "the commands of several axes are in the same frame, expected verify_watchdog = false: "
             "the others would have no commands either");
-    if (config.controller.command_deadline >= can::Duration(std::llround(1e9 / config.controller.rate_Hz)))
+    if (config.controller.command_deadline >= controller::cycle_of(config.controller))
       document.fail_at("controller.command_deadline_us",
                        fmt::format("command_deadline_us is {:g}, expected less than the cycle, {:g}",
                                    1e6 * can::seconds(config.controller.command_deadline),

@@ -92,6 +92,14 @@ std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Datab
   return names;
 }
 
+std::vector<std::string> fd_messages(const Config& config) {
+  std::vector<std::string> all;
+  for (const AxisConfig& axis : config.axes)
+    for (const std::string& name : fd_messages(axis.wire, config.database))
+      if (std::ranges::find(all, name) == all.end()) all.push_back(name);
+  return all;
+}
+
 can::Protections protections(const can::AxisWire& axis, const can::Database& database) {
   can::Protections found;
   for (const can::MessageMap& map : maps_of(axis, database)) {

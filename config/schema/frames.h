@@ -25,6 +25,8 @@ std::vector<const can::Message*> messages_of(const can::AxisWire& axis, const ca
 
 /// Those of them that are CAN FD.
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database);
+/// Those of all axes, each once.
+std::vector<std::string> fd_messages(const Config& config);
 
 /// The first axis whose message `Payload` in [axis.frames] is that of axis i; i itself where there is none.
 template <class Payload>

@@ -49,7 +49,7 @@ void visit(V& v, controller::CommonConfig& c) {
       {"a node without a heartbeat for this time is silent; at least two periods of the nodes' heartbeats"});
   v.optional(
       "command_deadline_us", c.command_deadline, not_negative,
-      {"a command frame of several axes goes out at the latest so long after SYNC; 0: four fifths of the cycle"});
+      {"a command frame of several axes goes out at the latest so long after SYNC; 0: nine tenths of the cycle"});
   v.optional("wake_up_warn_us", c.lateness_warn, not_negative,
              {"the log reports a SYNC that is later than this; 0: never"});
   v.optional("wake_up_trip_us", c.lateness_trip, not_negative,
@@ -301,7 +301,8 @@ void visit_control(V& v, AxisConfig& axis) {
 template <class V>
 void visit_crc(V& v, can::MessageMap& map) {
   v.required("crc", map.crc, any, {"name of its signal, a whole byte, or two for `CRC-16`; only with a CRC"});
-  v.optional_choice("polynomial", map.polynomial, {"of the CRC; `CRC-16` for messages of more than 8 bytes"});
+  v.optional_choice("polynomial", map.polynomial,
+                    {"of the CRC; the default of messages of more than 8 bytes is `CRC-16`"});
   v.choice("crc_covers", map.data_id.kind,
            {"what precedes the payload: `identifier`, `data_id`, or nothing: `payload`"});
   if (map.data_id.kind == can::DataId::Kind::number)

@@ -94,6 +94,18 @@ TEST_F(TwoAxesInAFrame, FaultTogetherWhenTheirSensorIsSilent) {
   EXPECT_EQ(axis(1).state(), AxisState::faulted);
 }
 
+TEST_F(TwoAxesInAFrame, BridgeAsManyLostSamplesAsOneAxisAloneDoes) {
+  twin::FaultSpec lost = twin::fault_spec(twin::Fault::no_reply, "x");
+  lost.node = twin::Node::sensor;
+  lost.begins = seconds(2);
+  lost.lasts = microseconds(1200);  // three samples
+  setup.twin.faults = {lost};
+  run(seconds(3));
+  EXPECT_TRUE(both_track()) << to_string(axis(0).fault().cause) << ", " << to_string(axis(1).fault().cause);
+  EXPECT_EQ(rehearsal->controller().counters().missing_samples, 6u);
+  EXPECT_EQ(rehearsal->controller().counters().late_samples, 0u);
+}
+
 TEST_F(TwoAxesInAFrame, HaveTheSafeDriveOfAnAxisThatIsNotControlled) {
   controller::WiredAxisConfig& y = setup.controller.axes[1];
   setup.controller.resting = {{y.wire, 12.5}};

@@ -72,9 +72,9 @@ TEST_F(Cli, CheckPrintsTheRatesOfABusWhoseConfigurationIsTooFastForIt) {
   EXPECT_EQ(rates.at("data_bitrate_bit_per_s"), 2'000'000);
   ASSERT_EQ(rates.at("rows").size(), 16U);
   for (const auto& row : rates.at("rows")) {
-    const double classical = row.at("classical").at("rate_hz"), fd = row.at("fd").at("rate_hz");
+    const double classical = row.at("classical").at("rate_Hz"), fd = row.at("fd").at("rate_Hz");
     EXPECT_LT(classical, fd);
-    EXPECT_LE(fd, row.at("fd_shared").at("rate_hz"));
+    EXPECT_LE(fd, row.at("fd_shared").at("rate_Hz"));
     EXPECT_LE(row.at("fd").at("response_us"), 1e6 / fd);
   }
 }
