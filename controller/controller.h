@@ -6,8 +6,10 @@
 // A sample is answered as it arrives. If it has not come by the next SYNC, the axis is stepped without it
 // then, and the sample is counted as missing. A command frame of several axes goes out when all of them have
 // stepped, and at the latest at a deadline in the cycle: those that have no sample by then are stepped
-// without it. An axis whose samples have stayed away for some cycles is not waited for. The other frames of the controller follow its commands
-// (BackgroundFrames), and so does the answer to a request from outside (carry_out).
+// without it. An axis whose samples have stayed away for some cycles is not waited for.
+//
+// The other frames of the controller follow its commands (BackgroundFrames), and so does the answer to a
+// request from outside (carry_out).
 //
 // Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
 // controller: a SYNC, a heartbeat of the own node id, an axis status, and a command to one of the own

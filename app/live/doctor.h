@@ -54,12 +54,13 @@ std::vector<Finding> examine_process(const controller::CommonConfig& config);
 /// Measures for `duration` how late the controller's kind of alarm comes, one in each period, on a thread
 /// with the settings that the configuration asks for.
 Finding examine_wake_up(const controller::CommonConfig& config, can::Duration duration);
-/// The kernel's threads between the adapter of `interface` and the socket, from /proc and /sys below `root`: is NAPI
-/// threaded, have its threads a priority above the controller's, and do they run on the interrupt's processor?
+/// The kernel's threads between the adapter of `interface` and the socket, from /proc and /sys below `root`:
+/// is NAPI threaded, have its threads a priority above the controller's, and do they run on the interrupt's
+/// processor?
 Finding examine_receive_path(const controller::CommonConfig& config, const std::string& interface,
                              const std::filesystem::path& root = "/");
 /// The frames that were heard with the identifiers of the configured messages, against the format that the
-/// DBC gives them: classical, CAN FD, CAN FD with bit-rate switch. A node whose format differs gets no answer.
+/// DBC gives them: classical, CAN FD, CAN FD with bit-rate switch.
 Finding examine_formats(const config::Config& config, std::span<const can::Frame> heard);
 /// State, bit rates, restart, queue, error counters and the format of the frames on the bus. Sends frames
 /// only if the interface is virtual or `send` is true, and then measures how long a frame takes from one

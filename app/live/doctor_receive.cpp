@@ -32,7 +32,8 @@ std::string first_line(const std::filesystem::path& file) {
   return line;
 }
 
-/// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name before them has brackets.
+/// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name before them has
+/// brackets.
 void read_class(const std::filesystem::path& process, KernelThread& thread) {
   const std::string stat = first_line(process / "stat");
   const auto name_end = stat.rfind(')');

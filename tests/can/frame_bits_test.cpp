@@ -55,8 +55,8 @@ unsigned written_out(const Frame& frame) {
   return static_cast<unsigned>(wire.size());
 }
 
-/// The oracle of CAN FD: the bits before, in and after the data phase, or as if there were one. The contents of
-/// stuff count and CRC do not matter: their stuff bits stand at fixed places, before them and after each
+/// The oracle of CAN FD: the bits before, in and after the data phase, or as if there were one. The contents
+/// of stuff count and CRC do not matter: their stuff bits stand at fixed places, before them and after each
 /// fourth bit.
 FrameBits fd_written_out(const Frame& frame) {
   std::string head = "0";
