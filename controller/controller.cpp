@@ -297,7 +297,9 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
   if (!sample) return;
-  wired.heard_in = counters_.cycles;
+  CommandFrame& commands = wired.amplifier.commands();
+  for (const std::size_t i : commands.axes())  // those that have their sample from the same frame hear it too
+    if (axes_[i]->wire.sensor_node == wired.wire.sensor_node) axes_[i]->heard_in = counters_.cycles;
   if (wired.sensor.is_doubled()) trip_if_in_use(wired, Cause::sample_doubled);
   if (wired.stepped || !wired.sensor.is_of(*sample, cycle_.sync_counter)) {
     ++counters_.late_samples;
@@ -305,7 +307,6 @@ void Controller::on_sample(std::size_t index, const can::Frame& frame) {
     return;
   }
   step(index, &*sample);
-  CommandFrame& commands = wired.amplifier.commands();
   if (std::ranges::any_of(commands.axes(), [this](std::size_t i) { return is_awaited(i); })) return;
   answer(commands);
   run_background_tasks();

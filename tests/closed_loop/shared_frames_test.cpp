@@ -94,6 +94,18 @@ TEST_F(TwoAxesInAFrame, FaultTogetherWhenTheirSensorIsSilent) {
   EXPECT_EQ(axis(1).state(), AxisState::faulted);
 }
 
+TEST_F(TwoAxesInAFrame, MissNoMoreThanTheSamplesThatAreLost) {
+  twin::FaultSpec silent = twin::fault_spec(twin::Fault::no_reply, "x");
+  silent.node = twin::Node::sensor;
+  silent.begins = seconds(2);
+  silent.lasts = microseconds(1200);  // three samples
+  setup.twin.faults = {silent};
+  run(milliseconds(2500));
+  EXPECT_TRUE(both_track()) << to_string(axis(1).fault().cause);
+  EXPECT_EQ(rehearsal->controller().counters().missing_samples, 6u);
+  EXPECT_EQ(rehearsal->controller().counters().late_samples, 0u);
+}
+
 TEST_F(TwoAxesInAFrame, AllocateNothingWhileTracking) {
   EXPECT_EQ(support::allocations_while_tracking(setup), 0U);
 }
