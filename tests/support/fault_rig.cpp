@@ -106,6 +106,21 @@ std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
   }
 }
 
+void make_quick(controller::AxisConfig& control) {
+  // A slow loop: a faster one follows a sensor that drifts until the drive stands at its limit.
+  control.law.pi = {.kp = 0.05, .ki_per_s = 120.0};
+  control.setpoint = {
+      {.shape = controller::Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 2.0, .cycles = 1000.0},
+       .transition_s = 0.1}};
+  control.repeat = true;
+  control.wipe_slew_per_s = 2000.0;
+  control.wipe_dwell_s = 0.01;
+  control.supervision.position_jump_um = 1.5;
+  control.supervision.saturated_s = 0.05;
+  control.supervision.bus_passive_s = 0.05;
+  control.supervision.status_timeout = milliseconds(400);
+}
+
 }  // namespace
 
 WireMonitor::Config monitor_config(const config::Config& config) {
@@ -152,19 +167,13 @@ config::Config one_axis() {
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   config.axes.resize(1);
   config.controller.lateness_trip = std::chrono::microseconds(400);
-  controller::AxisConfig& control = config.axes[0].control;
-  // A slow loop: a faster one follows a sensor that drifts until the drive stands at its limit.
-  control.law.pi = {.kp = 0.05, .ki_per_s = 120.0};
-  control.setpoint = {
-      {.shape = controller::Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 2.0, .cycles = 1000.0},
-       .transition_s = 0.1}};
-  control.repeat = true;
-  control.wipe_slew_per_s = 2000.0;
-  control.wipe_dwell_s = 0.01;
-  control.supervision.position_jump_um = 1.5;
-  control.supervision.saturated_s = 0.05;
-  control.supervision.bus_passive_s = 0.05;
-  control.supervision.status_timeout = milliseconds(400);
+  make_quick(config.axes[0].control);
+  return config;
+}
+
+config::Config two_axes_in_a_frame() {
+  config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/fd_stage.toml");
+  for (config::AxisConfig& axis : config.axes) make_quick(axis.control);
   return config;
 }
 
@@ -341,10 +350,12 @@ void FaultRig::end_twin_faults(Trouble trouble) {
   }
 }
 
-std::string_view FaultRig::ask(controller::Request::Kind kind) {
+std::string_view FaultRig::ask(controller::Request::Kind kind, std::size_t index) {
   auto request = std::make_unique<controller::Request>();
   request->kind = kind;
-  const bool clears = kind == controller::Request::Kind::clear && axis().state() == AxisState::faulted;
+  request->axis = index;
+  const bool clears =
+      index == 0 && kind == controller::Request::Kind::clear && axis().state() == AxisState::faulted;
   const std::string_view refused = run_until_answered(std::move(request));
   if (clears && refused.empty()) monitor_->report_clear();
   return refused;

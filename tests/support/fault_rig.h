@@ -69,6 +69,8 @@ bool is_between_steps(controller::Cause cause);
 
 /// The shipped piezo axis x alone, with a slow sine, a quick start-up and every supervision switched on.
 config::Config one_axis();
+/// The axes of fd_stage.toml, which share their frames and nodes, likewise.
+config::Config two_axes_in_a_frame();
 
 /// The limits that the frames of the first axis must keep.
 WireMonitor::Config monitor_config(const config::Config& config);
@@ -90,10 +92,12 @@ class FaultRig {
   bool is_on(Trouble trouble) const { return on_[static_cast<std::size_t>(trouble)]; }
 
   /// Sends the request by RequestLink, as `hystcan ctl` does. Returns why it is refused, or an empty text.
-  std::string_view ask(controller::Request::Kind kind);
+  std::string_view ask(controller::Request::Kind kind, std::size_t axis = 0);
   std::string_view retune(const controller::AxisConfig& next);
 
-  const controller::Axis& axis() const { return std::as_const(*controller_).axis(0); }
+  const controller::Axis& axis(std::size_t index = 0) const {
+    return std::as_const(*controller_).axis(index);
+  }
   controller::Controller& controller() { return *controller_; }
   twin::Axis& stage() { return *twin_->axes()[0]; }
   twin::FaultScheduler& stage_faults() { return twin_->faults(); }
@@ -122,7 +126,7 @@ class FaultRig {
   config::Config config_;
   std::array<bool, trouble_count> on_{};
   can::VirtualClock clock_;
-  can::SimBus bus_{clock_, {1'000'000}};
+  can::SimBus bus_{clock_, config_.bus.rates()};
   Oversleeper sleeper_{clock_};
   std::optional<WireMonitor> monitor_;
   std::unique_ptr<can::Bus> monitor_bus_;
