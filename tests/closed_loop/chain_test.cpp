@@ -100,8 +100,8 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
   return config;
 }
 
-/// Sets the names of the axis's signals in `message`, which the axis at `place` 0 names. The others have
-/// signals of their own behind the first eight bytes, but for the SYNC counter.
+/// The map of the axis at `place` among those that share `message`. The first one has the standard signals.
+/// Each other one gets signals of its own behind the first eight bytes, but for the SYNC counter.
 template <class Payload>
 can::MessageMap take_place(can::Message& message, std::size_t place) {
   constexpr std::size_t first_bits = 64;
