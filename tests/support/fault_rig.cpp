@@ -123,8 +123,8 @@ void make_quick(controller::AxisConfig& control) {
 
 }  // namespace
 
-WireMonitor::Config monitor_config(const config::Config& config) {
-  const config::AxisConfig& axis = config.axes[0];
+WireMonitor::Config monitor_config(const config::Config& config, std::size_t index) {
+  const config::AxisConfig& axis = config.axes[index];
   const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
   const double range = amplifier.drive_max - amplifier.drive_min;
   constexpr double tolerance = 1e-3;
@@ -178,9 +178,16 @@ config::Config two_axes_in_a_frame() {
 }
 
 FaultRig::FaultRig(const config::Config& config)
-    : config_(config), monitor_bus_(bus_.attach()), tester_(bus_.attach()) {
-  monitor_.emplace(monitor_config(config_), config_.database);
-  monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) { monitor_->receive(frame, when); });
+    : config_(config),
+      monitor_bus_(bus_.attach()),
+      tester_(bus_.attach()),
+      was_faulted_(config_.axes.size()) {
+  monitors_.reserve(config_.axes.size());
+  for (std::size_t i = 0; i < config_.axes.size(); ++i)
+    monitors_.emplace_back(monitor_config(config_, i), config_.database);
+  monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) {
+    for (WireMonitor& monitor : monitors_) monitor.receive(frame, when);
+  });
   twin_ = std::make_unique<twin::Twin>(
       twin_config(config_), config_.database, clock_,
       [this](std::span<const can::Filter> filters) { return attach_node(filters); });
@@ -216,13 +223,14 @@ std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> fil
 }
 
 void FaultRig::note_fault(can::Time when) {
-  const bool is_faulted = axis().state() == AxisState::faulted;
-  if (is_faulted && !was_faulted_) {
-    ++faults_;
-    decided_at_ = when;
-    monitor_->report_fault(when);
+  for (std::size_t i = 0; i < monitors_.size(); ++i) {
+    const bool is_faulted = axis(i).state() == AxisState::faulted;
+    if (is_faulted && !was_faulted_[i]) {
+      monitors_[i].report_fault(when);
+      if (i == 0) ++faults_, decided_at_ = when;
+    }
+    was_faulted_[i] = is_faulted;
   }
-  was_faulted_ = is_faulted;
 }
 
 void FaultRig::run_for(can::Duration time) { clock_.run_until(clock_.now() + time); }
@@ -354,10 +362,9 @@ std::string_view FaultRig::ask(controller::Request::Kind kind, std::size_t index
   auto request = std::make_unique<controller::Request>();
   request->kind = kind;
   request->axis = index;
-  const bool clears =
-      index == 0 && kind == controller::Request::Kind::clear && axis().state() == AxisState::faulted;
+  const bool clears = kind == controller::Request::Kind::clear && axis(index).state() == AxisState::faulted;
   const std::string_view refused = run_until_answered(std::move(request));
-  if (clears && refused.empty()) monitor_->report_clear();
+  if (clears && refused.empty()) monitors_[index].report_clear();
   return refused;
 }
 
