@@ -41,18 +41,19 @@ bool CommandFrame::put(std::size_t place, const std::optional<AxisCommand>& comm
   return fits;
 }
 
-void CommandFrame::send(can::Bus& bus) {
+bool CommandFrame::send(can::Bus& bus) {
   const bool says_something = std::exchange(says_something_, false);
   const bool is_safe = std::exchange(next_.is_safe, true);
-  if (!says_something || (is_safe && is_safe_one_on_its_way())) return;
+  if (!says_something || (is_safe && is_safe_one_on_its_way())) return false;
   held_back_ = 0;
   const Composed composed{.frame = next_.frame, .sync_counter = next_.sync_counter, .is_safe = is_safe};
   is_late_ = queued_.has_value();
-  if (std::exchange(waiting_, std::nullopt)) ++replaced_;
+  const bool replaces = std::exchange(waiting_, std::nullopt).has_value();
   if (is_late_ && !is_safe)
     waiting_ = composed;
   else
     hand_over(composed, bus);
+  return replaces;
 }
 
 void CommandFrame::on_echo(const can::Frame& frame, can::Bus& bus) {

@@ -28,6 +28,10 @@ class CommandFrame {
 
   /// Another axis, whose signals are in the same message. Returns its place among the axes.
   std::size_t add(const can::Layout<can::AmpCommand>& layout, std::size_t axis, double safe_drive);
+  /// An axis in the same message that has no commands: `safe_drive` stands in each frame.
+  void rest(const can::Layout<can::AmpCommand>& layout, double safe_drive) {
+    layout.put({.setpoint = safe_drive}, next_.frame);
+  }
   const std::vector<std::size_t>& axes() const { return axes_; }
   std::uint32_t id() const { return next_.frame.id; }
   bool extended() const { return next_.frame.extended; }
@@ -40,8 +44,9 @@ class CommandFrame {
   /// False: the drive does not fit its signal; the safe one takes the place.
   bool put(std::size_t place, const std::optional<AxisCommand>& command, std::uint8_t sync_counter);
   /// Where every axis has put its command in. Nothing is sent if none of the axes has one, or if a safe frame
-  /// is on its way and this one would say nothing new. After a hundred such it counts as lost.
-  void send(can::Bus& bus);
+  /// is on its way and this one would say nothing new. After a hundred such it counts as lost. True: one that
+  /// waited never goes out, because this one takes its place.
+  bool send(can::Bus& bus);
   /// The bus has carried a frame of ours.
   void on_echo(const can::Frame& frame, can::Bus& bus);
   /// The bus has lost what was on its way, or may have.
@@ -49,8 +54,6 @@ class CommandFrame {
 
   /// There was a newer one before this one had left: with one in each cycle, it is two cycles old.
   bool is_late() const { return is_late_; }
-  /// Frames that never went out, because a newer one took their place.
-  std::uint64_t replaced() const { return replaced_; }
 
  private:
   struct Slot {
@@ -76,7 +79,6 @@ class CommandFrame {
   std::optional<Composed> queued_;  ///< on its way to the wire
   std::optional<Composed> waiting_;
   bool is_late_ = false;
-  std::uint64_t replaced_ = 0;
   unsigned held_back_ = 0;  ///< safe frames, since the last one that was not
 };
 

@@ -47,15 +47,19 @@ Controller::Controller(const Config& config, const can::Database& database, can:
   listen_to_echoes();
 }
 
+CommandFrame* Controller::command_frame(const can::Layout<can::AmpCommand>& layout) const {
+  for (const auto& commands : command_frames_)
+    if (commands->id() == layout.id() && commands->extended() == layout.extended()) return commands.get();
+  return nullptr;
+}
+
 /// Axes whose commands are in the same message share its frame.
 void Controller::make_axes(const Config& config, const can::Database& database) {
   axes_.reserve(config.axes.size());
   for (const WiredAxisConfig& axis : config.axes) {
     const auto layout = can::find_layout<can::AmpCommand>(database, axis.wire);
     const double safe_drive = axis.axis.gate.safe_drive;
-    CommandFrame* commands = nullptr;
-    for (const auto& other : command_frames_)
-      if (other->id() == layout->id() && other->extended() == layout->extended()) commands = other.get();
+    CommandFrame* commands = command_frame(*layout);
     std::size_t place = 0;
     if (commands != nullptr)
       place = commands->add(*layout, axes_.size(), safe_drive);
@@ -64,6 +68,10 @@ void Controller::make_axes(const Config& config, const can::Database& database) 
           command_frames_.emplace_back(std::make_unique<CommandFrame>(*layout, axes_.size(), safe_drive))
               .get();
     axes_.push_back(std::make_unique<WiredAxis>(axis, config.heartbeat_timeout, database, *commands, place));
+  }
+  for (const RestingAxis& axis : config.resting) {
+    const auto layout = can::find_layout<can::AmpCommand>(database, axis.wire);
+    if (CommandFrame* commands = command_frame(*layout)) commands->rest(*layout, axis.safe_drive);
   }
   if (command_frames_.size() == axes_.size()) return;
   if (config_.command_deadline == can::Duration::zero()) config_.command_deadline = 4 * period_ / 5;
@@ -165,12 +173,6 @@ void Controller::send_safe_commands() {
     commands->forget();  // there is no time to wait for an echo
     commands->send(*bus_);
   }
-}
-
-std::uint64_t Controller::replaced_commands() const {
-  std::uint64_t count = 0;
-  for (const auto& commands : command_frames_) count += commands->replaced();
-  return count;
 }
 
 std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const {
@@ -333,7 +335,7 @@ void Controller::answer(CommandFrame& commands) {
     if (axes_[i]->axis.state() > AxisState::waiting) ++counters_.missing_samples;
     step(i, nullptr);
   }
-  if (phase_ == Phase::running) commands.send(*bus_);
+  if (phase_ == Phase::running && commands.send(*bus_)) ++counters_.replaced_commands;
   for (const std::size_t i : commands.axes()) {
     axes_[i]->answered = true;
     axes_[i]->phases.command_sent = scheduler_.now() - cycle_.sync_sent;

@@ -73,8 +73,15 @@ struct CommonConfig {
   std::filesystem::path state_folder;  ///< Of what is saved at a clean stop; empty: nothing is saved.
 };
 
+/// An axis that is not controlled. Its safe drive stands in a command frame that it shares with one that is.
+struct RestingAxis {
+  can::AxisWire wire;
+  double safe_drive = 0.0;
+};
+
 struct Config : CommonConfig {
   std::vector<WiredAxisConfig> axes;
+  std::vector<RestingAxis> resting{};
 };
 
 class Controller {
@@ -112,8 +119,6 @@ class Controller {
   /// A line for each node to which other nodes have sent NMT commands or SDO requests.
   std::vector<std::string> foreign_access() const;
   const CycleCounters& counters() const { return counters_; }
-  /// Command frames that never went out, because a newer one took their place.
-  std::uint64_t replaced_commands() const;
   /// Since start. On the scheduler's thread, like everything here.
   const CycleTiming& timing() const { return timing_; }
   const can::Bus& bus() const { return *bus_; }
@@ -135,6 +140,8 @@ class Controller {
   };
 
   void make_axes(const Config& config, const can::Database& database);
+  /// Null: no axis sends its commands in this message.
+  CommandFrame* command_frame(const can::Layout<can::AmpCommand>& layout) const;
   void listen_to_echoes();
   void add_handlers();
   void add_handlers_of(std::size_t index);

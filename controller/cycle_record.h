@@ -19,9 +19,10 @@ namespace hystcan::controller {
 
 struct CycleCounters {
   std::uint64_t cycles = 0;
-  std::uint64_t missed_cycles = 0;    ///< SYNCs left out, because this computer was too slow
-  std::uint64_t missing_samples = 0;  ///< cycles of an axis in use without a sample in time
-  std::uint64_t late_samples = 0;     ///< samples that came after their cycle
+  std::uint64_t missed_cycles = 0;      ///< SYNCs left out, because this computer was too slow
+  std::uint64_t missing_samples = 0;    ///< cycles of an axis in use without a sample in time
+  std::uint64_t late_samples = 0;       ///< samples that came after their cycle
+  std::uint64_t replaced_commands = 0;  ///< command frames that never went out: a newer one took their place
 };
 
 /// Times within a cycle, measured from its SYNC.

@@ -92,7 +92,7 @@ void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
 
 void AmplifierNode::on_nmt(can::NmtState state) {
   if (state == can::NmtState::boot_up) return boot_up();
-  if (state == can::NmtState::operational) checker_.restart();
+  checker_.restart();
   for (AmplifierChannel* channel : channels_) channel->on_nmt(state);
   report();
 }
@@ -120,14 +120,17 @@ void AmplifierNode::report() {
     line().send(can::emergency_frame(
         number(), {.code = code, .error_register = is_faulted ? std::uint8_t{0x01} : std::uint8_t{0}}));
   emergencies_.clear();
+  const auto is_due = [](const AmplifierChannel* one) { return one->status_is_due_; };
+  for (StatusMessage& message : statuses_)
+    if (std::ranges::any_of(message.channels, is_due))
+      for (AmplifierChannel* channel : message.channels) channel->status_is_due_ = true;
   for (AmplifierChannel* channel : channels_) {
     if (!channel->status_is_due_) continue;
     channel->syncs_since_status_ = 0;
     channel->plant_.advance_to(scheduler_.now());
   }
   for (StatusMessage& message : statuses_)
-    if (std::ranges::any_of(message.channels, [](const auto* one) { return one->status_is_due_; }))
-      send(message);
+    if (is_due(message.channels.front())) send(message);
   for (AmplifierChannel* channel : channels_) channel->status_is_due_ = false;
 }
 
@@ -135,8 +138,6 @@ void AmplifierNode::send(StatusMessage& message) {
   can::Frame frame = message.channels.front()->status_->frame();
   bool fits = true;
   for (AmplifierChannel* channel : message.channels) {
-    channel->syncs_since_status_ = 0;
-    channel->plant_.advance_to(scheduler_.now());
     fits = channel->status_->put({.output = channel->plant_.drive(),
                                   .state = channel->state_,
                                   .fault = std::min(channel->fault_, channel->largest_fault_)},

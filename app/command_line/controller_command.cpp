@@ -157,6 +157,8 @@ std::string results_text(const controller::Controller& controller, const CycleRe
   std::string text =
       fmt::format("{}, {} missed, {} missing, {} late\n", counted(counters.cycles, "cycle"),
                   counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
+  if (counters.replaced_commands > 0)
+    text += counted(counters.replaced_commands, "command") + " replaced by a newer one before it had left\n";
   for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) {

@@ -118,6 +118,8 @@ std::string metrics_text(bool is_open, const json& status, double age_s, const j
     text.counter("missing_samples", "cycles without a sample", status.value("missing_samples", json()));
     text.counter("late_samples", "samples after the end of their cycle",
                  status.value("late_samples", json()));
+    text.counter("replaced_commands", "commands whose place a newer one took before they had left",
+                 status.value("replaced_commands", json()));
     put_axes(text, status.at("axes"), states.is_array() ? states : json::array());
   }
   text.histogram("turnaround_seconds", "from the received sample to the sent command", turnaround);

@@ -135,7 +135,17 @@ config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& opti
                                [](const config::AxisConfig& axis) { return axis.wire.name; });
   if (chosen == config.axes.end())
     throw Error(fmt::format("{}: no axis {}, expected one of its names", config.file.string(), options.axis));
-  config.axes = {config::AxisConfig(*chosen)};
+  config::AxisConfig axis = *chosen;
+  for (const config::AxisConfig& other : config.axes) {
+    if (&other == &*chosen) continue;
+    config.resting.push_back({other.wire, other.control.gate.safe_drive});
+    // The objects of a node that axes share may stand at another one.
+    if (other.wire.amplifier_node == axis.wire.amplifier_node && axis.wire.amplifier_setup.empty())
+      axis.wire.amplifier_setup = other.wire.amplifier_setup;
+    if (other.wire.sensor_node == axis.wire.sensor_node && axis.wire.sensor_setup.empty())
+      axis.wire.sensor_setup = other.wire.sensor_setup;
+  }
+  config.axes = {std::move(axis)};
   config.axes[0].live_setpoint = false;
   if (!options.interface.empty()) config.bus.interface = options.interface;
   return config;

@@ -29,7 +29,7 @@ struct OpenLoopOptions {
 /// --axis, --interface, --clear-faults, --rehearse.
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options);
 
-/// The configuration with the chosen axis only. The twin keeps all axes, as on a real bus.
+/// The configuration with the chosen axis; the others rest. The twin keeps all axes, as on a real bus.
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options);
 
 /// The configuration with the excitation as drive of its one axis, in the place of the reference. Throws

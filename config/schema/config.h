@@ -65,6 +65,7 @@ struct Config {
   RecordConfig record;
   twin::CommonConfig twin;
   std::vector<AxisConfig> axes;
+  std::vector<controller::RestingAxis> resting{};  ///< of the file, and not controlled
   can::Database database;
 };
 

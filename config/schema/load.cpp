@@ -258,7 +258,7 @@ Config load(const Document& document, const ModelFile& model_file) {
 }  // namespace
 
 controller::Config controller_config(const Config& config) {
-  controller::Config derived{config.controller, {}};
+  controller::Config derived{config.controller, {}, config.resting};
   derived.axes.reserve(config.axes.size());
   for (const AxisConfig& axis : config.axes)
     derived.axes.push_back({.wire = axis.wire,

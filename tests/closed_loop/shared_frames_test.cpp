@@ -67,7 +67,7 @@ TEST_F(TwoAxesInAFrame, TrackWithOneSampleAndOneCommandInACycle) {
   EXPECT_NEAR(static_cast<double>(with(command_id).size()), setup.controller.rate_Hz, 1.0);
   EXPECT_EQ(rehearsal->controller().counters().missing_samples, 0u);
   EXPECT_EQ(rehearsal->controller().counters().late_samples, 0u);
-  EXPECT_EQ(rehearsal->controller().replaced_commands(), 0u);
+  EXPECT_EQ(rehearsal->controller().counters().replaced_commands, 0u);
 }
 
 TEST_F(TwoAxesInAFrame, SayThatAFaultedOneIsNotEnabledAndDriveTheOther) {
@@ -104,6 +104,20 @@ TEST_F(TwoAxesInAFrame, MissNoMoreThanTheSamplesThatAreLost) {
   EXPECT_TRUE(both_track()) << to_string(axis(1).fault().cause);
   EXPECT_EQ(rehearsal->controller().counters().missing_samples, 6u);
   EXPECT_EQ(rehearsal->controller().counters().late_samples, 0u);
+}
+
+TEST_F(TwoAxesInAFrame, HaveTheSafeDriveOfAnAxisThatIsNotControlled) {
+  controller::WiredAxisConfig& y = setup.controller.axes[1];
+  setup.controller.resting = {{y.wire, 12.5}};
+  setup.controller.axes.resize(1);
+  run(seconds(2));
+  EXPECT_EQ(axis(0).state(), AxisState::tracking) << to_string(axis(0).fault().cause);
+  const can::Frame last = with(command_id).back().frame;
+  EXPECT_TRUE(command_in(setup, 0, last).enable);
+  const auto layout = can::find_layout<can::AmpCommand>(setup.database, setup.twin.axes[1].wire);
+  const can::AmpCommand other = layout->decode(last);
+  EXPECT_NEAR(other.setpoint, 12.5, 1e-3);
+  EXPECT_FALSE(other.enable);
 }
 
 TEST_F(TwoAxesInAFrame, AllocateNothingWhileTracking) {
@@ -198,7 +212,7 @@ TEST_P(AxesThatShareFrames, MissNoCycleAndNoSampleAtTheirFullRate) {
   EXPECT_EQ(controller.counters().missed_cycles, 0u);
   EXPECT_EQ(controller.counters().missing_samples, 0u);
   EXPECT_EQ(controller.counters().late_samples, 0u);
-  EXPECT_EQ(controller.replaced_commands(), 0u);
+  EXPECT_EQ(controller.counters().replaced_commands, 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(, AxesThatShareFrames,

@@ -106,6 +106,14 @@ TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsStopAsItCloses) {
   EXPECT_TRUE(bench.emergencies_.empty());
 }
 
+TEST(AmplifierRelay, ReportsAtOnceThatItHasClosed) {
+  EnableBench bench({.enable_delay = milliseconds(10)});
+  bench.drive(50.0, 1);
+  bench.run(milliseconds(12));
+  ASSERT_TRUE(bench.status_);
+  EXPECT_EQ(bench.status_->state, AmpState::enabled);
+}
+
 TEST(AmplifierRelay, LetsTheSetpointWaitForASync) {
   EnableBench bench({.enable_delay = milliseconds(10)});
   bench.drive(50.0, 1);
@@ -156,6 +164,16 @@ TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtItsEnd) {
   bench.run(milliseconds(1));
   bench.sync_that_arrives_at(bench.enable(50.0) + milliseconds(20));
   EXPECT_EQ(bench.state(), AmpState::enabled);
+}
+
+TEST(AmplifierSoftStart, CountsTheSyncAtItsEndForTheNextStatus) {
+  EnableBench bench({.soft_start = milliseconds(5)});
+  for (int i = 0; i < 20 && bench.state() != AmpState::enabled; ++i) bench.drive(50.0, 1);
+  const int before = bench.heard_[0x181];
+  bench.drive(50.0, 8);
+  EXPECT_EQ(bench.heard_[0x181], before);
+  bench.drive(50.0, 1);
+  EXPECT_EQ(bench.heard_[0x181], before + 1);
 }
 
 TEST(AmplifierSoftStart, EndsAtTheSafeDriveWhereTheCommandsStop) {

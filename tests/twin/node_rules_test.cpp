@@ -196,6 +196,17 @@ TEST_F(NodeRules, AnAmplifierSendsOnlyTheBootUpAtAResetOfTheNode) {
   EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x701}));
 }
 
+TEST_F(NodeRules, AnAmplifierThatIsSwitchedOffReportsItAndThenThatItsOutputRests) {
+  start_nodes();
+  drive(50.0, 5);
+  frames_.clear();
+  twin_.shut_down();
+  run(milliseconds(1));
+  EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x181, 0x181}));
+  EXPECT_EQ(status_->state, AmpState::off);
+  EXPECT_NEAR(status_->output, 0.0, 1e-3);
+}
+
 // ---- SYNC
 
 TEST_F(NodeRules, ASyncWithAnotherCounterOrAnotherLengthIsIgnored) {

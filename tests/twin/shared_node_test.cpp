@@ -89,7 +89,8 @@ class Bench {
       : twin_(config, database_, clock_, [this](auto) { return bus_.attach(); }) {
     for (const std::size_t axis : {x, y}) {
       command_.push_back(*can::find_layout<can::AmpCommand>(database_, config.axes[axis].wire));
-      status_.emplace_back(*can::find_layout<can::AmpStatus>(database_, config.axes[axis].wire));
+      const auto status = can::find_layout<can::AmpStatus>(database_, config.axes[axis].wire);
+      status_.push_back(status ? std::optional(can::Decoder(*status)) : std::nullopt);
       sample_.emplace_back(*can::find_layout<can::SensorSample>(database_, config.axes[axis].wire));
     }
     tester_->on_frame([this](const can::Frame& frame, can::Time) {
@@ -97,8 +98,7 @@ class Bench {
       if (frame.id == 0x081) emergency_ = *can::parse_emergency(frame);
       for (const std::size_t axis : {x, y}) {
         if (frame.id == sample_[axis].id()) samples_[axis] = sample_[axis](frame);
-        if (frame.id != status_[axis].id()) continue;
-        statuses_[axis] = status_[axis](frame);
+        if (status_[axis] && frame.id == status_[axis]->id()) statuses_[axis] = (*status_[axis])(frame);
       }
     });
     twin_.start();
@@ -148,7 +148,7 @@ class Bench {
   std::unique_ptr<can::Bus> tester_ = bus_.attach();
   Twin twin_;
   std::vector<can::Layout<can::AmpCommand>> command_;
-  std::vector<can::Decoder<can::AmpStatus>> status_;
+  std::vector<std::optional<can::Decoder<can::AmpStatus>>> status_;
   std::vector<can::Decoder<can::SensorSample>> sample_;
   can::E2eProtector protector_{
       can::protection_of(*database_.find("Command"), two_axes().axes[0].wire.frames->command)};
@@ -244,6 +244,21 @@ TEST(SharedAmplifier, SendsTwoStatusesWhereEachAxisHasItsOwn) {
   bench.run(milliseconds(1));
   EXPECT_EQ(bench.heard_[0x181], 0) << "x has not changed";
   EXPECT_EQ(bench.heard_[0x281], 1);
+  EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
+}
+
+TEST(SharedAmplifier, SendsTheStatusOfTheAxesThatHaveOne) {
+  Config config = two_axes();
+  config.axes[0].wire.frames->status.reset();
+  Bench bench(config);
+  bench.start_nodes();
+  bench.heard_.clear();
+  bench.amplifier(x).begin_internal_fault();
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.heard_[0x181], 0);
+  bench.amplifier(y).begin_internal_fault();
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.heard_[0x181], 1);
   EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
 }
 
@@ -374,6 +389,7 @@ TEST_F(SharedNode, ANodeThatLosesItsSupplyLosesBothAxesAndBootsUpOnce) {
   twin_.faults().remove();
   run(milliseconds(1));
   EXPECT_EQ(heard_[0x701], 1);
+  EXPECT_EQ(heard_[0x181], 0) << "no status before NMT start";
 }
 
 TEST_F(SharedNode, AWrongValueOfOneAxisLeavesThatOfTheOtherInAFrameThatIsAccepted) {
