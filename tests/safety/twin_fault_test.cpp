@@ -50,8 +50,8 @@ constexpr auto half_s = milliseconds(500);
 const std::vector<Cause> stage_falls{Cause::position_jumped, Cause::position_implausible,
                                      Cause::following_error};
 
-// docs/twin.md has the figures, for a cycle of 1 ms. In a shorter cycle they hold as well: some are counted in
-// cycles, the others are times of the nodes. The fault begins anywhere in a cycle.
+// docs/twin.md has the figures, for a cycle of 1 ms. In a shorter cycle they hold as well: some are counted
+// in cycles, the others are times of the nodes. The fault begins anywhere in a cycle.
 const std::vector<Row> rows{
     {Fault::no_reply, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
     {Fault::no_reply, Node::sensor, brief, 0, {}, 0},
@@ -178,8 +178,8 @@ void expect_safe_wire(const FaultRig& rig, const Row& row) {
   }
 }
 
-/// What docs/twin.md says about the axis that shares the nodes of the faulty one. An emergency is of the node:
-/// it does not say which axis it means.
+/// What docs/twin.md says about the axis that shares the nodes of the faulty one. An emergency is of the
+/// node: it does not say which axis it means.
 bool hits_both(const Row& row) {
   return !row.causes.empty() && (!twin::acts_on_one_axis(row.kind) || row.kind == Fault::amplifier_trip);
 }
