@@ -128,8 +128,9 @@ void Controller::add_sample_handlers() {
   std::map<std::pair<std::uint32_t, bool>, std::vector<std::size_t>> axes_of;
   for (std::size_t i = 0; i < axes_.size(); ++i)
     axes_of[{axes_[i]->sensor.decoder().id(), axes_[i]->sensor.decoder().extended()}].push_back(i);
-  for (const auto& [key, axes] : axes_of)
-    add_handler(key.first, key.second, [this, axes](const can::Frame& frame) { on_samples(axes, frame); });
+  for (const auto& [key, some] : axes_of)
+    add_handler(key.first, key.second,
+                [this, axes = some](const can::Frame& frame) { on_samples(axes, frame); });
 }
 
 void Controller::add_handlers_of(std::size_t index) {

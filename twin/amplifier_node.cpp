@@ -13,6 +13,16 @@ constexpr std::uint16_t emergency_heartbeat = 0x8130;
 constexpr std::uint16_t emergency_data_set = 0x6300;
 constexpr std::uint16_t emergency_device_hardware = 0x5000;
 
+/// The largest number that the status of this axis carries as its fault.
+std::uint8_t largest_fault(const can::Database& database, const can::AxisWire& wire) {
+  constexpr double all_bits = 0xFF;
+  const auto map = can::message_map_in<can::AmpStatus>(database, wire);
+  if (!map || !map->carries("fault")) return 0xFF;
+  const can::Signal& signal =
+      can::find_signal(can::find_message(database, *map), map->signals.find("fault")->second);
+  return static_cast<std::uint8_t>(std::clamp(can::SignalCodec(signal).maximum(), 0.0, all_bits));
+}
+
 }  // namespace
 
 AmplifierNode::AmplifierNode(const can::AxisWire& first, const CommonConfig& common,
@@ -128,10 +138,11 @@ void AmplifierNode::send(StatusMessage& message) {
   can::Frame frame = message.channels.front()->status_->frame();
   bool fits = true;
   for (AmplifierChannel* channel : message.channels) {
-    fits =
-        channel->status_->put(
-            {.output = channel->plant_.drive(), .state = channel->state_, .fault = channel->fault_}, frame) &&
-        fits;
+    fits = channel->status_->put({.output = channel->plant_.drive(),
+                                  .state = channel->state_,
+                                  .fault = std::min(channel->fault_, channel->largest_fault_)},
+                                 frame) &&
+           fits;
   }
   if (!fits || !is_on_the_bus()) return;
   message.protector.seal(frame);
@@ -150,6 +161,7 @@ AmplifierChannel::AmplifierChannel(const WiredAxisConfig& config, const CommonCo
       // Without an Enable signal, a command alone enables the amplifier.
       command_(*can::find_layout<can::AmpCommand>(database, config.wire, {.enable = true})),
       status_(can::find_layout<can::AmpStatus>(database, config.wire)),
+      largest_fault_(largest_fault(database, config.wire)),
       commands_name_their_sync_(can::message_map<can::AmpCommand>(config.wire)->carries("sync_counter")),
       watchdog_(scheduler.make_timer([this] { node_.check_watchdogs(); })),
       relay_(scheduler.make_timer([this] {

@@ -114,6 +114,7 @@ class AmplifierChannel {
   Plant& plant_;
   can::Layout<can::AmpCommand> command_;
   std::optional<can::Layout<can::AmpStatus>> status_;  ///< empty: it has no status
+  std::uint8_t largest_fault_;                         ///< a larger one is reported as this
   bool commands_name_their_sync_;                      ///< false: a command is never stale
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected

@@ -74,7 +74,7 @@ class FaultyConnection final : public can::Bus {
   FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, const Config& config);
 
   /// Adds the next channel with the message that it sends; empty: none.
-  void add_channel(std::optional<SentMessage> sends) { channels_.push_back({.sends = std::move(sends)}); }
+  void add_channel(std::optional<SentMessage> sends) { channels_.push_back({.sends = sends}); }
 
   /// Kinds that act on the plant or the node itself change nothing here. An active fault continues with the
   /// new value. `channel` has a meaning where acts_on_one_axis(kind).

@@ -106,10 +106,25 @@ std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
   }
 }
 
+void make_quick(controller::AxisConfig& control) {
+  // A slow loop: a faster one follows a sensor that drifts until the drive stands at its limit.
+  control.law.pi = {.kp = 0.05, .ki_per_s = 120.0};
+  control.setpoint = {
+      {.shape = controller::Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 2.0, .cycles = 1000.0},
+       .transition_s = 0.1}};
+  control.repeat = true;
+  control.wipe_slew_per_s = 2000.0;
+  control.wipe_dwell_s = 0.01;
+  control.supervision.position_jump_um = 1.5;
+  control.supervision.saturated_s = 0.05;
+  control.supervision.bus_passive_s = 0.05;
+  control.supervision.status_timeout = milliseconds(400);
+}
+
 }  // namespace
 
-WireMonitor::Config monitor_config(const config::Config& config) {
-  const config::AxisConfig& axis = config.axes[0];
+WireMonitor::Config monitor_config(const config::Config& config, std::size_t index) {
+  const config::AxisConfig& axis = config.axes[index];
   const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
   const double range = amplifier.drive_max - amplifier.drive_min;
   constexpr double tolerance = 1e-3;
@@ -152,26 +167,27 @@ config::Config one_axis() {
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   config.axes.resize(1);
   config.controller.lateness_trip = std::chrono::microseconds(400);
-  controller::AxisConfig& control = config.axes[0].control;
-  // A slow loop: a faster one follows a sensor that drifts until the drive stands at its limit.
-  control.law.pi = {.kp = 0.05, .ki_per_s = 120.0};
-  control.setpoint = {
-      {.shape = controller::Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 2.0, .cycles = 1000.0},
-       .transition_s = 0.1}};
-  control.repeat = true;
-  control.wipe_slew_per_s = 2000.0;
-  control.wipe_dwell_s = 0.01;
-  control.supervision.position_jump_um = 1.5;
-  control.supervision.saturated_s = 0.05;
-  control.supervision.bus_passive_s = 0.05;
-  control.supervision.status_timeout = milliseconds(400);
+  make_quick(config.axes[0].control);
+  return config;
+}
+
+config::Config two_axes_in_a_frame() {
+  config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/fd_stage.toml");
+  for (config::AxisConfig& axis : config.axes) make_quick(axis.control);
   return config;
 }
 
 FaultRig::FaultRig(const config::Config& config)
-    : config_(config), monitor_bus_(bus_.attach()), tester_(bus_.attach()) {
-  monitor_.emplace(monitor_config(config_), config_.database);
-  monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) { monitor_->receive(frame, when); });
+    : config_(config),
+      monitor_bus_(bus_.attach()),
+      tester_(bus_.attach()),
+      was_faulted_(config_.axes.size()) {
+  monitors_.reserve(config_.axes.size());
+  for (std::size_t i = 0; i < config_.axes.size(); ++i)
+    monitors_.emplace_back(monitor_config(config_, i), config_.database);
+  monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) {
+    for (WireMonitor& monitor : monitors_) monitor.receive(frame, when);
+  });
   twin_ = std::make_unique<twin::Twin>(
       twin_config(config_), config_.database, clock_,
       [this](std::span<const can::Filter> filters) { return attach_node(filters); });
@@ -207,13 +223,14 @@ std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> fil
 }
 
 void FaultRig::note_fault(can::Time when) {
-  const bool is_faulted = axis().state() == AxisState::faulted;
-  if (is_faulted && !was_faulted_) {
-    ++faults_;
-    decided_at_ = when;
-    monitor_->report_fault(when);
+  for (std::size_t i = 0; i < monitors_.size(); ++i) {
+    const bool is_faulted = axis(i).state() == AxisState::faulted;
+    if (is_faulted && !was_faulted_[i]) {
+      monitors_[i].report_fault(when);
+      if (i == 0) ++faults_, decided_at_ = when;
+    }
+    was_faulted_[i] = is_faulted;
   }
-  was_faulted_ = is_faulted;
 }
 
 void FaultRig::run_for(can::Duration time) { clock_.run_until(clock_.now() + time); }
@@ -341,12 +358,13 @@ void FaultRig::end_twin_faults(Trouble trouble) {
   }
 }
 
-std::string_view FaultRig::ask(controller::Request::Kind kind) {
+std::string_view FaultRig::ask(controller::Request::Kind kind, std::size_t index) {
   auto request = std::make_unique<controller::Request>();
   request->kind = kind;
-  const bool clears = kind == controller::Request::Kind::clear && axis().state() == AxisState::faulted;
+  request->axis = index;
+  const bool clears = kind == controller::Request::Kind::clear && axis(index).state() == AxisState::faulted;
   const std::string_view refused = run_until_answered(std::move(request));
-  if (clears && refused.empty()) monitor_->report_clear();
+  if (clears && refused.empty()) monitors_[index].report_clear();
   return refused;
 }
 

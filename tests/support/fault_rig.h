@@ -1,15 +1,15 @@
 // Controller and twin of one axis on the simulated bus, with troubles that a test begins and ends while the
 // loop runs, any number of them at once. A trouble of a node is a fault of the twin (twin/fault.h) where the
 // twin has it. The others act on the connections and on the controller's scheduler, and a tester sends the
-// frames of other nodes. A WireMonitor receives every frame.
+// frames of other nodes. A WireMonitor of each axis receives every frame.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
@@ -69,9 +69,11 @@ bool is_between_steps(controller::Cause cause);
 
 /// The shipped piezo axis x alone, with a slow sine, a quick start-up and every supervision switched on.
 config::Config one_axis();
+/// The axes of fd_stage.toml, which share their frames and nodes, likewise.
+config::Config two_axes_in_a_frame();
 
-/// The limits that the frames of the first axis must keep.
-WireMonitor::Config monitor_config(const config::Config& config);
+/// The limits that the frames of an axis must keep.
+WireMonitor::Config monitor_config(const config::Config& config, std::size_t index = 0);
 
 class FaultRig {
  public:
@@ -90,21 +92,24 @@ class FaultRig {
   bool is_on(Trouble trouble) const { return on_[static_cast<std::size_t>(trouble)]; }
 
   /// Sends the request by RequestLink, as `hystcan ctl` does. Returns why it is refused, or an empty text.
-  std::string_view ask(controller::Request::Kind kind);
+  std::string_view ask(controller::Request::Kind kind, std::size_t axis = 0);
   std::string_view retune(const controller::AxisConfig& next);
 
-  const controller::Axis& axis() const { return std::as_const(*controller_).axis(0); }
+  const controller::Axis& axis(std::size_t index = 0) const {
+    return std::as_const(*controller_).axis(index);
+  }
   controller::Controller& controller() { return *controller_; }
   twin::Axis& stage() { return *twin_->axes()[0]; }
   twin::FaultScheduler& stage_faults() { return twin_->faults(); }
   can::VirtualClock& clock() { return clock_; }
-  WireMonitor& monitor() { return *monitor_; }
-  const WireMonitor& monitor() const { return *monitor_; }
+  WireMonitor& monitor() { return monitors_[0]; }
+  const WireMonitor& monitor(std::size_t axis = 0) const { return monitors_[axis]; }
   const config::Config& config() const { return config_; }
   void send(const can::Frame& frame) { tester_->send(frame); }
   /// Another node, which hears every frame as long as it lives.
   std::unique_ptr<can::Bus> listen(std::function<void(const can::Frame&)> handler);
 
+  /// Of the first axis.
   std::uint64_t faults() const { return faults_; }
   /// The time at which the last fault was decided: the end of the deciding frame, or the SYNC that found it.
   can::Time decided_at() const { return decided_at_; }
@@ -122,9 +127,9 @@ class FaultRig {
   config::Config config_;
   std::array<bool, trouble_count> on_{};
   can::VirtualClock clock_;
-  can::SimBus bus_{clock_, {1'000'000}};
+  can::SimBus bus_{clock_, config_.bus.rates()};
   Oversleeper sleeper_{clock_};
-  std::optional<WireMonitor> monitor_;
+  std::vector<WireMonitor> monitors_;  ///< one of each axis
   std::unique_ptr<can::Bus> monitor_bus_;
   std::unique_ptr<can::Bus> tester_;
   controller::RequestLink requests_;
@@ -133,7 +138,7 @@ class FaultRig {
   HookedConnection* controller_connection_ = nullptr;
   std::unique_ptr<controller::Controller> controller_;
   double offset_um_ = 0.0;
-  bool was_faulted_ = false;
+  std::vector<bool> was_faulted_;  ///< each axis
   std::uint64_t faults_ = 0;
   can::Time decided_at_{};
 };

@@ -29,8 +29,9 @@ WireMonitor::WireMonitor(const Config& config, const can::Database& database)
     : config_(config),
       decode_command_(*can::find_layout<can::AmpCommand>(database, config.wire)),
       decode_status_(*can::find_layout<can::AmpStatus>(database, config.wire)),
-      decode_report_(*can::find_layout<can::ControllerStatus>(database, config.wire)),
       output_(config.gate.safe_drive) {
+  if (const auto layout = can::find_layout<can::ControllerStatus>(database, config.wire))
+    decode_report_.emplace(*layout);
   found_.reserve(kept);
 }
 
@@ -44,8 +45,8 @@ void WireMonitor::receive(const can::Frame& frame, can::Time when) {
   } else if (frame.id == can::heartbeat_base + config_.wire.amplifier_node) {
     if (can::parse_heartbeat(frame) == can::NmtState::boot_up)
       decode_status_.restart();  // it counts from 0 again
-  } else if (frame.id == decode_report_.id()) {
-    const auto report = decode_report_(frame);
+  } else if (decode_report_ && frame.id == decode_report_->id()) {
+    const auto report = (*decode_report_)(frame);
     if (report && report->state == static_cast<std::uint8_t>(controller::AxisState::faulted))
       report_fault(when);
   }

@@ -17,6 +17,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -82,7 +83,7 @@ class WireMonitor {
   Config config_;
   can::Decoder<can::AmpCommand> decode_command_;
   can::Decoder<can::AmpStatus> decode_status_;
-  can::Decoder<can::ControllerStatus> decode_report_;
+  std::optional<can::Decoder<can::ControllerStatus>> decode_report_;  ///< empty: the database has none
   std::array<can::Time, can::sync_counter_max + 1U> syncs_{};
   bool enabled_ = false;         ///< of the last command
   double last_drive_ = 0.0;      ///< of the last enabled command

@@ -34,7 +34,7 @@ BO_ 385 Status: 12 Vector__XXX
  SG_ StateX : 20|2@1+ (1,0) [0|0] "" X
  SG_ StateY : 22|2@1+ (1,0) [0|0] "" X
  SG_ FaultX : 24|8@1+ (1,0) [0|0] "" X
- SG_ FaultY : 32|8@1+ (1,0) [0|0] "" X
+ SG_ FaultY : 32|2@1+ (1,0) [0|0] "" X
  SG_ OutX : 40|16@1- (0.01,0) [0|0] "V" X
  SG_ OutY : 56|16@1- (0.01,0) [0|0] "V" X
 
@@ -418,6 +418,14 @@ TEST_F(SharedNode, TheSameFaultOfBothAxesHasAValueForEach) {
   run(milliseconds(1));
   EXPECT_NEAR(samples_[x]->position_um, axis(x).plant.position_um(), 0.05);
   EXPECT_NEAR(samples_[y]->position_um, axis(y).plant.position_um() - 5.0, 0.05);
+}
+
+TEST_F(SharedNode, ReportsAFaultThatItsSignalDoesNotHoldByTheLargestNumberOfTheSignal) {
+  drive(60.0, 20.0);
+  inject(Fault::amplifier_trip, "y", Node::amplifier);
+  run(milliseconds(1));
+  EXPECT_EQ(statuses_[y]->state, AmpState::fault);
+  EXPECT_EQ(statuses_[y]->fault, 3) << "of two bits";
 }
 
 TEST_F(SharedNode, TripsOneAmplifierAloneForACauseWithinIt) {
