@@ -203,7 +203,7 @@ TEST_F(CommandFrameOfOneAxis, DoesNotWaitWhenItIsSafe) {
 TEST_F(CommandFrameOfOneAxis, IsHeldBackWhileASafeOneIsOnItsWay) {
   send(10.0);
   send(AxisCommand{.drive = 1.0});
-  send(AxisCommand{.drive = 1.0});
+  EXPECT_FALSE(send(AxisCommand{.drive = 1.0}));
   EXPECT_EQ(queue.frames.size(), 2u) << "it says nothing new";
   echo();
   send(AxisCommand{.drive = 1.0});
@@ -216,6 +216,26 @@ TEST_F(CommandFrameOfOneAxis, CountsAsLostAfterAHundredSafeOnes) {
   EXPECT_EQ(queue.frames.size(), 1u);
   send(AxisCommand{.drive = 1.0});
   EXPECT_EQ(queue.frames.size(), 2u);
+  EXPECT_FALSE(frame.is_late());
+}
+
+TEST_F(CommandFrameOfOneAxis, IsHeldBackForAHundredCyclesFromTheLatestThatWentOut) {
+  send(AxisCommand{.drive = 1.0});
+  for (int i = 0; i < 60; ++i) send(AxisCommand{.drive = 1.0});
+  echo();
+  send(AxisCommand{.drive = 1.0});
+  for (int i = 0; i < 100; ++i) send(AxisCommand{.drive = 1.0});
+  EXPECT_EQ(queue.frames.size(), 2u);
+}
+
+TEST_F(CommandFrameOfOneAxis, HasLeftWhenASyncUpToHalfARoundLaterHas) {
+  constexpr std::uint8_t half = can::sync_counter_max / 2;
+  send(10.0);
+  send(20.0);
+  echo_sync(static_cast<std::uint8_t>(1 + half));
+  EXPECT_EQ(queue.frames.size(), 1u) << "or half a round earlier";
+  echo_sync(half);
+  EXPECT_EQ(queue.frames.size(), 2u);
 }
 
 TEST_F(CommandFrameOfOneAxis, IsForgottenWithTheBus) {
@@ -226,11 +246,13 @@ TEST_F(CommandFrameOfOneAxis, IsForgottenWithTheBus) {
   send(30.0);
   ASSERT_EQ(queue.frames.size(), 2u);
   EXPECT_NEAR(last(), 30.0, 1e-9);
+  echo();
+  EXPECT_EQ(queue.frames.size(), 2u) << "what waited is forgotten too";
 }
 
 class TwoAxes : public OneAxis {
  protected:
-  TwoAxes() { frame.add(layout("Y"), 1, 2.0); }
+  TwoAxes() { EXPECT_EQ(frame.add(layout("Y"), 1, 2.0), 1u); }
   void send(const std::optional<AxisCommand>& x, const std::optional<AxisCommand>& y) {
     ++sync;
     frame.put(0, x, sync);
