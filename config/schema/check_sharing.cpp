@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "can/protocol/protocol.h"
 #include "config/schema/check.h"
@@ -103,6 +105,30 @@ void check_setups(const Document& document, const Config& config, std::size_t in
 }
 
 }  // namespace
+
+std::vector<std::string> command_warnings(const Config& config) {
+  std::map<std::string, std::set<std::string>> named;  // by message: the signals of all its axes
+  for (const AxisConfig& axis : config.axes) {
+    const can::MessageMap map = *can::message_map<can::AmpCommand>(axis.wire);
+    std::set<std::string>& signals = named[map.message];
+    for (const auto& [role, signal] : map.signals) signals.insert(signal);
+    signals.insert({map.counter, map.crc});
+  }
+  std::vector<std::string> warnings;
+  for (const auto& [name, signals] : named) {
+    const can::Message& message = *config.database.find(name);
+    const std::vector<std::uint8_t> zeros(message.length);
+    for (const can::Signal& signal : message.signals) {
+      if (signals.contains(signal.name) || !can::is_decodable(signal)) continue;
+      if (can::bytes_needed(signal) > message.length) continue;
+      if (const double value = can::SignalCodec(signal).unpack(zeros); value != 0.0)
+        warnings.push_back(
+            fmt::format("message {}: signal {} has no role, so that it is always sent as {:g} {}", name,
+                        signal.name, value, signal.unit));
+    }
+  }
+  return warnings;
+}
 
 void check_sharing(const Document& document, const Config& config) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {

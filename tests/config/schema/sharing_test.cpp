@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "config/schema/check.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
 #include "tests/support/shipped.h"
@@ -96,6 +97,15 @@ TEST(SharedFrames, DoNotGoOutBeforeTheirSamplesCanHaveCome) {
                        "Samples have come"),
             std::string::npos)
       << error;
+}
+
+TEST(CommandWarnings, NameASignalWithoutARoleThatIsNotSentAsZero) {
+  Config config = load(HYSTCAN_SOURCE_DIR "/config/fd_stage.toml");
+  EXPECT_TRUE(command_warnings(config).empty());
+  config.axes.pop_back();
+  const auto found = command_warnings(config);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0], "message Commands: signal SetpointY has no role, so that it is always sent as -200 V");
 }
 
 TEST(SharedFrames, HaveTheObjectsOfTheirNodeAtOneAxis) {
