@@ -3,15 +3,6 @@
 #include <utility>
 
 namespace hystcan::controller {
-namespace {
-
-bool is_of_a_later_sync(std::uint8_t counter, std::uint8_t than) {
-  const int ahead = (counter - than + can::sync_counter_max) % can::sync_counter_max;
-  return ahead != 0 && ahead < can::sync_counter_max / 2;
-}
-
-}  // namespace
-
 CommandFrame::CommandFrame(const can::Layout<can::AmpCommand>& layout, std::size_t axis, double safe_drive)
     : protector_(layout.protection()), foreign_(layout.checker()), next_{.frame = layout.frame()} {
   add(layout, axis, safe_drive);
@@ -27,7 +18,8 @@ std::size_t CommandFrame::add(const can::Layout<can::AmpCommand>& layout, std::s
 bool CommandFrame::put(std::size_t place, const std::optional<AxisCommand>& command,
                        std::uint8_t sync_counter) {
   const Slot& slot = slots_[place];
-  can::AmpCommand said{.setpoint = slot.safe_drive, .sync_counter = sync_counter};
+  const can::AmpCommand safe{.setpoint = slot.safe_drive, .sync_counter = sync_counter};
+  can::AmpCommand said = safe;
   next_.sync_counter = sync_counter;
   if (command) {
     said.setpoint = command->drive;
@@ -35,7 +27,7 @@ bool CommandFrame::put(std::size_t place, const std::optional<AxisCommand>& comm
     said.clear_fault = command->clear_fault;
   }
   const bool fits = slot.layout.put(said, next_.frame);
-  if (!fits) slot.layout.put({.setpoint = slot.safe_drive, .sync_counter = sync_counter}, next_.frame);
+  if (!fits) slot.layout.put(safe, next_.frame);
   says_something_ |= command && fits && !command->withheld;
   next_.is_safe &= !fits || (!said.enable && !said.clear_fault);
   return fits;
@@ -59,7 +51,8 @@ bool CommandFrame::send(can::Bus& bus) {
 void CommandFrame::on_echo(const can::Frame& frame, can::Bus& bus) {
   if (!queued_) return;
   const auto counter = can::parse_sync(frame);
-  const bool is_later_sync = counter && is_of_a_later_sync(*counter, queued_->sync_counter);
+  const int ahead = counter ? can::syncs_after(queued_->sync_counter, *counter) : 0;
+  const bool is_later_sync = ahead != 0 && ahead < can::sync_counter_max / 2;
   can::Frame heard = frame;
   heard.fd_flags = queued_->frame.fd_flags;  // an interface that is error-passive sets ESI
   if (!is_later_sync && heard != queued_->frame) return;

@@ -317,8 +317,7 @@ void Controller::answer_next_request() {
 }
 
 void Controller::on_samples(std::span<const std::size_t> axes, const can::Frame& frame) {
-  for (const std::size_t i : axes)
-    if (take_sample(i, frame)) step(i, &axes_[i]->sample);
+  for (const std::size_t i : axes) take_sample(i, frame);
   bool has_answered = false;
   for (const std::size_t i : axes) {
     CommandFrame& commands = axes_[i]->amplifier.commands();
@@ -331,11 +330,11 @@ void Controller::on_samples(std::span<const std::size_t> axes, const can::Frame&
   if (has_answered) run_background_tasks();
 }
 
-/// True: it is the axis's sample of this cycle, and the axis has not been stepped without it.
-bool Controller::take_sample(std::size_t index, const can::Frame& frame) {
+/// Steps the axis, if it is its sample of this cycle and comes before the axis is stepped without it.
+void Controller::take_sample(std::size_t index, const can::Frame& frame) {
   WiredAxis& wired = *axes_[index];
   const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
-  if (!sample) return false;
+  if (!sample) return;
   if (wired.sensor.is_doubled()) trip_if_in_use(wired, Cause::sample_doubled);
   const bool is_of_this_cycle = wired.sensor.is_of(*sample, cycle_.sync_counter);
   if (is_of_this_cycle && (!command_timer_ || frame_heard_ - cycle_.sync_sent < config_.command_deadline))
@@ -343,10 +342,9 @@ bool Controller::take_sample(std::size_t index, const can::Frame& frame) {
   if (wired.stepped || !is_of_this_cycle) {
     ++counters_.late_samples;
     wired.sensor.note_late_sample();
-    return false;
+    return;
   }
-  wired.sample = *sample;
-  return true;
+  step(index, &*sample);
 }
 
 /// As many lost samples as the axis bridges do not end the waiting for the next.

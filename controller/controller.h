@@ -168,7 +168,7 @@ class Controller {
   void run_background_tasks();
   void answer_next_request();
   void on_samples(std::span<const std::size_t> axes, const can::Frame& frame);
-  bool take_sample(std::size_t index, const can::Frame& frame);
+  void take_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   bool is_awaited(std::size_t index) const;
   bool is_answered(const CommandFrame& commands) const { return axes_[commands.axes().front()]->answered; }

@@ -127,7 +127,6 @@ struct WiredAxis {
   StatusSender status_sender;
   std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis takes no live setpoint.
   std::optional<ScanMarkerSender> scan_marker_sender;
-  can::SensorSample sample{};  ///< the last one that was in time
   std::uint64_t heard_in = 0;  ///< the last cycle whose sample came before the deadline of its command
   bool stepped = true;         ///< This cycle's step has been taken.
   bool answered = true;        ///< And its command has gone out, with those of the axes in its frame.

@@ -201,7 +201,7 @@ bool AmplifierChannel::is_stale(const can::AmpCommand& command) const {
   const int named = command.sync_counter;
   const int last_sync = node_.last_sync_;
   if (last_sync == 0 || !can::is_sync_counter(named)) return true;
-  return (last_sync - named + can::sync_counter_max) % can::sync_counter_max > 1;
+  return can::syncs_after(named, last_sync) > 1;
 }
 
 void AmplifierChannel::clear_fault() {

@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <boost/asio/io_context.hpp>
-#include <cmath>
 #include <thread>
 
 #include "app/live/doctor.h"
@@ -115,7 +114,7 @@ std::vector<Finding> examine_process(const controller::CommonConfig& config) {
 
 Finding examine_wake_up(const controller::CommonConfig& config, can::Duration duration) {
   const controller::Realtime asked = config.realtime.value_or(controller::Realtime{});
-  const can::Duration period(std::llround(1e9 / config.rate_Hz));
+  const can::Duration period = controller::cycle_of(config);
   const auto lateness = on_a_thread<controller::TimeStatistics>([&] {
     if (!asked.cpus.empty()) keep_to_cpus(asked.cpus);  // a refusal has a finding of its own
     if (asked.priority > 0) take_priority(asked.priority);

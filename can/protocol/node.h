@@ -84,6 +84,10 @@ constexpr bool is_sync_counter(int counter) { return counter >= 1 && counter <= 
 constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
   return counter >= sync_counter_max ? std::uint8_t{1} : static_cast<std::uint8_t>(counter + 1);
 }
+/// How many SYNCs after that of `earlier` the one of `counter` is: 0..239. Both are counters of a SYNC.
+constexpr int syncs_after(int earlier, int counter) {
+  return (counter - earlier + sync_counter_max) % sync_counter_max;
+}
 
 /// The meaning of the error code of an emergency (CiA 301, table of emergency error codes): the text of the
 /// code or, if it has none, of its group: 0x2310 -> 0x2300 -> 0x2000. A code without a group is reserved.

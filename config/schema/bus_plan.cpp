@@ -167,6 +167,27 @@ PlannedFrame planned(const can::ChainSource& source, const can::BitRates& rates)
   return planned;
 }
 
+/// A command frame of several axes is not to go out before their samples can have come.
+void check_command_deadline(const Document& document, const Config& config, const BusPlan& plan) {
+  const Duration deadline = controller::command_deadline_of(config.controller);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const std::size_t first = first_sharing<can::AmpCommand>(config, i);
+    if (first == i) continue;
+    for (const std::size_t axis : {first, i}) {
+      const std::string message = can::message_map<can::SensorSample>(config.axes[axis].wire)->message;
+      const auto sample = std::ranges::find(plan.frames, message,
+                                            [](const PlannedFrame& planned) { return planned.frame.name; });
+      if (sample->response && *sample->response <= deadline) continue;
+      document.fail_at(
+          "controller.command_deadline_us",
+          fmt::format("command_deadline_us is {:.0f} in force, expected at least {:.0f}: only then "
+                      "all samples {} have come",
+                      1e6 * can::seconds(deadline), 1e6 * can::seconds(sample->response.value_or(plan.cycle)),
+                      message));
+    }
+  }
+}
+
 }  // namespace
 
 BusPlan plan_bus(const Config& config) {
@@ -218,31 +239,6 @@ double fastest_rate_Hz(Config config) {
   const double rounded = std::floor(fits / step) * step;
   return is_in_time(rounded) ? rounded : fits;
 }
-
-namespace {
-
-/// A command frame of several axes is not to go out before their samples can have come.
-void check_command_deadline(const Document& document, const Config& config, const BusPlan& plan) {
-  const Duration deadline = controller::command_deadline_of(config.controller);
-  for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    const std::size_t first = first_sharing<can::AmpCommand>(config, i);
-    if (first == i) continue;
-    for (const std::size_t axis : {first, i}) {
-      const std::string message = can::message_map<can::SensorSample>(config.axes[axis].wire)->message;
-      const auto sample = std::ranges::find(plan.frames, message,
-                                            [](const PlannedFrame& planned) { return planned.frame.name; });
-      if (sample->response && *sample->response <= deadline) continue;
-      document.fail_at(
-          "controller.command_deadline_us",
-          fmt::format("command_deadline_us is {:.0f} in force, expected at least {:.0f}: only then "
-                      "all samples {} have come",
-                      1e6 * can::seconds(deadline), 1e6 * can::seconds(sample->response.value_or(plan.cycle)),
-                      message));
-    }
-  }
-}
-
-}  // namespace
 
 void check_bus(const Document& document, const Config& config) {
   const BusPlan plan = plan_bus(config);

@@ -95,8 +95,7 @@ class FrameCheck {
   void check_no_overlap() const {
     std::vector<std::uint8_t> taken(message_->length);
     for (const auto& [key, signal] : used_) {
-      std::vector<std::uint8_t> bits(message_->length);
-      can::SignalCodec(*signal).pack_raw(-1, bits);
+      const std::vector<std::uint8_t> bits = bits_of(*message_, *signal);
       for (std::size_t i = 0; i < bits.size(); ++i) {
         if ((taken[i] & bits[i]) != 0)
           fail(key, fmt::format("signal {} of message {} overlaps another", signal->name, message_->name),
@@ -108,12 +107,10 @@ class FrameCheck {
 
   void check_crc() const {
     if (map_.integrity != can::Integrity::counter_crc) return;
-    std::vector<std::uint8_t> bits(message_->length);
-    can::SignalCodec(*message_->find(map_.crc)).pack_raw(-1, bits);
+    const can::SignalCodec crc(*message_->find(map_.crc));
     const unsigned count = can::bytes_of(map_.polynomial);
-    const bool whole = std::ranges::count(bits, std::uint8_t{0xFF}) == count &&
-                       std::ranges::count(bits, std::uint8_t{0}) + count == message_->length;
-    if (!is_own() && (!whole || bits.back() != 0xFF))
+    const bool whole = crc.fills_bytes(count);
+    if (!is_own() && (!whole || crc.first_byte() + count != message_->length))
       fail("crc", fmt::format("signal {} of message {} is not its last byte", map_.crc, message_->name),
            "the CRC there");
     if (!whole)
@@ -313,9 +310,8 @@ void check_identifiers(const Document& document, const Config& config) {
       taken.emplace(can::sdo_response_base + node, fmt::format("the SDO response of node {}", node));
     }
   }
-  const auto take = [&](const std::optional<can::MessageMap>& map, const std::string& place,
-                        bool is_shared = false) {
-    if (!map || is_shared) return;
+  const auto take = [&](const std::optional<can::MessageMap>& map, const std::string& place) {
+    if (!map) return;
     const can::Message& message = can::find_message(config.database, *map);
     const auto [before, is_new] = taken.emplace(message.id, message.name);
     if (!is_new)
@@ -323,15 +319,16 @@ void check_identifiers(const Document& document, const Config& config) {
                                           "one of its own",
                                           message.name, message.id, before->second));
   };
+  const auto take_once = [&]<class Payload>(std::size_t i, const char* part) {
+    if (first_sharing<Payload>(config, i) == i)
+      take(can::message_map<Payload>(config.axes[i].wire),
+           fmt::format("axis[{}].frames.{}.message", i, part));
+  };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     const can::AxisWire& wire = config.axes[i].wire;
-    const std::string path = fmt::format("axis[{}].frames", i);
-    take(can::message_map<can::AmpCommand>(wire), path + ".command.message",
-         first_sharing<can::AmpCommand>(config, i) != i);
-    take(can::message_map<can::AmpStatus>(wire), path + ".status.message",
-         first_sharing<can::AmpStatus>(config, i) != i);
-    take(can::message_map<can::SensorSample>(wire), path + ".sample.message",
-         first_sharing<can::SensorSample>(config, i) != i);
+    take_once.template operator()<can::AmpCommand>(i, "command");
+    take_once.template operator()<can::AmpStatus>(i, "status");
+    take_once.template operator()<can::SensorSample>(i, "sample");
     take(can::message_map_in<can::ControllerStatus>(config.database, wire), "bus.dbc");
     take(can::message_map_in<can::Setpoint>(config.database, wire), "bus.dbc");
     take(can::message_map_in<can::ScanMarker>(config.database, wire), "bus.dbc");

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cmath>
 #include <map>
 #include <set>
 
@@ -75,9 +74,8 @@ class SharingCheck {
   }
 
   static bool share_bits(const can::Message& message, const std::string& one, const std::string& other) {
-    std::vector<std::uint8_t> ours(message.length), theirs(message.length);
-    can::SignalCodec(can::find_signal(message, one)).pack_raw(-1, ours);
-    can::SignalCodec(can::find_signal(message, other)).pack_raw(-1, theirs);
+    const auto ours = bits_of(message, can::find_signal(message, one));
+    const auto theirs = bits_of(message, can::find_signal(message, other));
     for (std::size_t i = 0; i < ours.size(); ++i)
       if ((ours[i] & theirs[i]) != 0) return true;
     return false;

@@ -92,6 +92,12 @@ std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Datab
   return names;
 }
 
+std::vector<std::uint8_t> bits_of(const can::Message& message, const can::Signal& signal) {
+  std::vector<std::uint8_t> bits(message.length);
+  can::SignalCodec(signal).pack_raw(-1, bits);
+  return bits;
+}
+
 std::vector<std::string> fd_messages(const Config& config) {
   std::vector<std::string> all;
   for (const AxisConfig& axis : config.axes)

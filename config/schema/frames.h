@@ -28,6 +28,9 @@ std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Datab
 /// Those of all axes, each once.
 std::vector<std::string> fd_messages(const Config& config);
 
+/// The bits of the signal in its message, by bytes.
+std::vector<std::uint8_t> bits_of(const can::Message& message, const can::Signal& signal);
+
 /// The first axis whose message `Payload` in [axis.frames] is that of axis i; i itself where there is none.
 template <class Payload>
 std::size_t first_sharing(const Config& config, std::size_t i) {

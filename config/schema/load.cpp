@@ -270,7 +270,7 @@ controller::Config controller_config(const Config& config) {
 
 twin::Config twin_config(const Config& config) {
   twin::Config derived{config.twin, {}};
-  derived.cycle = can::Duration(std::llround(1e9 / config.controller.rate_Hz));
+  derived.cycle = controller::cycle_of(config.controller);
   derived.axes.reserve(config.axes.size());
   for (const AxisConfig& axis : config.axes) derived.axes.push_back({.wire = axis.wire, .axis = axis.twin});
   return derived;

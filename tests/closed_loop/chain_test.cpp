@@ -32,9 +32,7 @@ Duration times(double factor, Duration duration) {
   return Duration{std::llround(factor * static_cast<double>(duration.count()))};
 }
 
-Duration cycle_of(const config::Config& config) {
-  return Duration{std::llround(1e9 / config.controller.rate_Hz)};
-}
+Duration cycle_of(const config::Config& config) { return controller::cycle_of(config.controller); }
 
 /// Draws identifiers that no CANopen message has: some before SYNC, some among the usual ones, some extended.
 class Identifiers {

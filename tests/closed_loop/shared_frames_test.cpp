@@ -40,6 +40,14 @@ class TwoAxesInAFrame : public testing::Test {
     }
     rehearsal->run_for(time);
   }
+  /// The sensor of this axis sends nothing, two seconds after the start.
+  void silence_sensor(const char* name, can::Duration lasts) {
+    twin::FaultSpec silent = twin::fault_spec(twin::Fault::no_reply, name);
+    silent.node = twin::Node::sensor;
+    silent.begins = seconds(2);
+    silent.lasts = lasts;
+    setup.twin.faults = {silent};
+  }
   const controller::Axis& axis(std::size_t i) { return rehearsal->controller().axis(i); }
   bool both_track() {
     return axis(0).state() == AxisState::tracking && axis(1).state() == AxisState::tracking;
@@ -84,22 +92,14 @@ TEST_F(TwoAxesInAFrame, SayThatAFaultedOneIsNotEnabledAndDriveTheOther) {
 }
 
 TEST_F(TwoAxesInAFrame, FaultTogetherWhenTheirSensorIsSilent) {
-  twin::FaultSpec silent = twin::fault_spec(twin::Fault::no_reply, "x");
-  silent.node = twin::Node::sensor;
-  silent.begins = seconds(2);
-  silent.lasts = seconds(1);
-  setup.twin.faults = {silent};
+  silence_sensor("x", seconds(1));
   run(seconds(3));
   EXPECT_EQ(axis(0).state(), AxisState::faulted);
   EXPECT_EQ(axis(1).state(), AxisState::faulted);
 }
 
 TEST_F(TwoAxesInAFrame, BridgeAsManyLostSamplesAsOneAxisAloneDoes) {
-  twin::FaultSpec lost = twin::fault_spec(twin::Fault::no_reply, "x");
-  lost.node = twin::Node::sensor;
-  lost.begins = seconds(2);
-  lost.lasts = microseconds(1200);  // three samples
-  setup.twin.faults = {lost};
+  silence_sensor("x", microseconds(1200));  // three samples
   run(seconds(3));
   EXPECT_TRUE(both_track()) << to_string(axis(0).fault().cause) << ", " << to_string(axis(1).fault().cause);
   EXPECT_EQ(rehearsal->controller().counters().missing_samples, 6u);
@@ -149,11 +149,7 @@ TEST_F(TwoSensorsAndOneCommand, TrackWithOneCommandInACycle) {
 }
 
 TEST_F(TwoSensorsAndOneCommand, DoNotHoldEachOtherUpWhenOneSensorIsSilent) {
-  twin::FaultSpec silent = twin::fault_spec(twin::Fault::no_reply, "y");
-  silent.node = twin::Node::sensor;
-  silent.begins = seconds(2);
-  silent.lasts = seconds(2);
-  setup.twin.faults = {silent};
+  silence_sensor("y", seconds(2));
   run(seconds(3));
   EXPECT_EQ(axis(0).state(), AxisState::tracking) << to_string(axis(0).fault().cause);
   EXPECT_EQ(axis(1).state(), AxisState::faulted);
@@ -169,11 +165,7 @@ TEST_F(TwoSensorsAndOneCommand, DoNotHoldEachOtherUpWhenOneSensorIsSilent) {
 }
 
 TEST_F(TwoSensorsAndOneCommand, SendTheirCommandAtTheDeadlineWhenOneSampleIsLost) {
-  twin::FaultSpec lost = twin::fault_spec(twin::Fault::no_reply, "y");
-  lost.node = twin::Node::sensor;
-  lost.begins = seconds(2);
-  lost.lasts = microseconds(450);  // one sample
-  setup.twin.faults = {lost};
+  silence_sensor("y", microseconds(450));  // one sample
   setup.controller.command_deadline = microseconds(340);
   run(seconds(2));
   heard.clear();
