@@ -31,6 +31,7 @@ double PlantRecursion::step(const Config& config, State& state, double input) {
 void PlantInverse::restart() {
   ahead_.clear();
   late_.clear();
+  is_running_ = false;
 }
 
 void PlantInverse::retune(const Config& config) {

@@ -31,13 +31,12 @@ using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 class ReferenceWindow {
  public:
   void clear() { filled_ = false; }
-  /// False where the last call was not a cycle before: then everything is looked up anew.
-  bool continues(double t_s, double cycle_s) const;
-  /// Called once per cycle. `reference(t_s)`.
+  /// Called once per cycle. `reference(t_s)`; everything is looked up anew where the last call was not a cycle before.
   template <class Reference>
   double filtered(const FeedForwardWeights& weights, double t_s, double cycle_s, const Reference& reference);
 
  private:
+  bool continues(double t_s, double cycle_s) const;
   void push(double value);
 
   std::array<double, 2 * std::tuple_size_v<FeedForwardWeights>>
@@ -71,6 +70,8 @@ struct PlantRecursion {
   static double step(const Config& config, State& state, double input);
 };
 
+/// The recursion goes on from one cycle to the next, also where a SYNC is late: to begin it anew takes as long as
+/// many cycles, which would delay the next SYNC too.
 class PlantInverse {
  public:
   struct Config {
@@ -99,6 +100,7 @@ class PlantInverse {
   Config config_;
   ReferenceWindow ahead_, late_;
   PlantRecursion::State plant_;
+  bool is_running_ = false;
 };
 
 template <class Reference>
@@ -121,8 +123,8 @@ double PlantInverse::expected(double t_s, double cycle_s, const Reference& refer
   const auto input = [&](int cycles_ago) {
     return late_.filtered(config_.feed_forward, late_s - cycles_ago * cycle_s, cycle_s, reference);
   };
-  if (!late_.continues(late_s, cycle_s)) {
-    late_.clear();
+  if (!is_running_) {
+    is_running_ = true;
     plant_ = PlantRecursion::at_rest(input(warm_up_cycles));
     for (int k = warm_up_cycles - 1; k > 0; --k) PlantRecursion::step(config_.plant, plant_, input(k));
   }

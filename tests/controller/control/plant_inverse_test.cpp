@@ -86,6 +86,28 @@ TEST(PlantInverse, LooksUpAllValuesAgainAfterCyclesThatAreMissing) {
                    fresh.feed_forward(60 * cycle_s, cycle_s, reference));
 }
 
+// Else the work of a late cycle makes the next one late too.
+TEST(PlantInverse, LooksUpTwoWindowsAtMostWhereASyncIsLateAndGoesOn) {
+  const PlantInverse::Config config = design_plant_inverse(stage(false));
+  PlantInverse late(config), even(config);
+  int looked_up = 0;
+  const auto reference = [&](double t_s) {
+    ++looked_up;
+    return std::sin(40.0 * t_s);
+  };
+  for (int n = 0; n < 200; ++n) {
+    const double at_s = (n + (n == 150 ? 0.45 : 0.0)) * cycle_s;
+    const double expected = even.expected(n * cycle_s, cycle_s, reference);
+    looked_up = 0;
+    late.feed_forward(at_s, cycle_s, reference);
+    const double found = late.expected(at_s, cycle_s, reference);
+    if (n < 150) continue;
+    EXPECT_LE(looked_up, 2 * 9) << n;
+    if (n > 150)
+      EXPECT_NEAR(found, expected, 40.0 * 0.45 * cycle_s) << n << ": no more than the way of that time";
+  }
+}
+
 // A loop that is retuned while it moves begins with almost the state that it would have.
 TEST(PlantInverse, BeginsInMotionAsIfItHadRun) {
   const PlantInverse::Config config = design_plant_inverse(stage(false));
