@@ -36,21 +36,43 @@ void BackgroundFrames::start(can::Bus& bus, can::Time now) {
 /// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all. A
 /// scan marker is the most urgent one: it takes the turn of a status.
 void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
-  const bool heartbeat_due = sync_sent >= next_heartbeat_;
-  if (heartbeat_due)
-    for (const auto& wired : axes_) wired->status_sender.make_due();
+  if (slots_ != 0) {
+    send_next_of_start_up(bus, now, time_s);
+    return;
+  }
+  const bool heartbeat_due = heartbeat_is_due(sync_sent);
+  if (heartbeat_due) make_statuses_due();
   const bool nodes_first = heartbeat_due && some_axis_waits();
   bool sent_status =
       send_next_scan_marker(bus) || (!sent_status_ && !nodes_first && send_next_axis_status(bus));
-  if (heartbeat_due) {
-    next_heartbeat_ = sync_sent + heartbeat_period_;
-    bus.send(can::heartbeat_frame(node_, can::NmtState::operational));
-    if (next_to_command_ >= node_count()) next_to_command_ = 0;
-  }
-  const bool sent_to_node = !sent_status && some_axis_waits() &&
-                            (send_next_setup_request(bus, now, time_s) || send_next_nmt_command(bus, now));
+  if (heartbeat_due) send_heartbeat(bus, sync_sent);
+  const bool sent_to_node = !sent_status && send_next_of_start_up(bus, now, time_s);
   if (!sent_status && !sent_to_node) sent_status = send_next_axis_status(bus);
   sent_status_ = sent_status;
+}
+
+void BackgroundFrames::send_in_slot(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent) {
+  if (slots_ == 0 || !can::is_in_slot(node_, sync_counter, slots_)) return;
+  if (heartbeat_is_due(sync_sent)) {
+    make_statuses_due();
+    return send_heartbeat(bus, sync_sent);
+  }
+  if (!send_next_scan_marker(bus)) send_next_axis_status(bus);
+}
+
+void BackgroundFrames::make_statuses_due() {
+  for (const auto& wired : axes_) wired->status_sender.make_due();
+}
+
+/// With it, the nodes may be sent an NMT command again.
+void BackgroundFrames::send_heartbeat(can::Bus& bus, can::Time sync_sent) {
+  next_heartbeat_ = sync_sent + heartbeat_period_;
+  bus.send(can::heartbeat_frame(node_, can::NmtState::operational));
+  if (next_to_command_ >= node_count()) next_to_command_ = 0;
+}
+
+bool BackgroundFrames::send_next_of_start_up(can::Bus& bus, can::Time now, double time_s) {
+  return some_axis_waits() && (send_next_setup_request(bus, now, time_s) || send_next_nmt_command(bus, now));
 }
 
 bool BackgroundFrames::send_next_scan_marker(can::Bus& bus) {

@@ -5,6 +5,9 @@
 // up, and a frame that does not fit is lost. So these frames follow the commands of a cycle, and there is one
 // of them at most beside the heartbeat.
 //
+// Where frames have slots (can::is_in_slot), one heartbeat, status or marker instead follows SYNC in the slot of
+// the controller. What belongs to the start-up follows the commands there too.
+//
 // The start-up brings the remote nodes of waiting axes to operational. A node is set up by SDO first, and
 // started by NMT once its set-up is complete. A stopped node answers no SDO; it is sent to pre-operational
 // first. A node that axes share is set up by that one which has its objects, as soon as any of them waits.
@@ -20,18 +23,26 @@ namespace hystcan::controller {
 
 class BackgroundFrames {
  public:
-  /// `node`: of the controller's own heartbeat.
-  BackgroundFrames(std::uint8_t node, can::Duration heartbeat_period, WiredAxes& axes)
-      : node_(node), heartbeat_period_(heartbeat_period), axes_(axes) {}
+  /// `node`: of the controller's own heartbeat. `slots`: 0 without slots.
+  BackgroundFrames(std::uint8_t node, can::Duration heartbeat_period, unsigned slots, WiredAxes& axes)
+      : node_(node), heartbeat_period_(heartbeat_period), slots_(slots), axes_(axes) {}
 
   /// Sends the boot-up message. The first heartbeat follows one period later.
   void start(can::Bus& bus, can::Time now);
+  /// Once in a cycle, behind its SYNC.
+  void send_in_slot(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent);
   /// Once in a cycle, after its commands. `time_s`: of this cycle's SYNC, since the controller's start.
   void send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s);
 
  private:
+  bool heartbeat_is_due(can::Time sync_sent) const { return sync_sent >= next_heartbeat_; }
+  /// All statuses are due with a heartbeat.
+  void make_statuses_due();
+  void send_heartbeat(can::Bus& bus, can::Time sync_sent);
   bool send_next_scan_marker(can::Bus& bus);
   bool send_next_axis_status(can::Bus& bus);
+  /// Of the nodes of waiting axes.
+  bool send_next_of_start_up(can::Bus& bus, can::Time now, double time_s);
   /// A node that cannot be set up is a fault of the axes that wait for it, at `time_s`.
   bool send_next_setup_request(can::Bus& bus, can::Time now, double time_s);
   bool send_next_nmt_command(can::Bus& bus, can::Time now);
@@ -44,6 +55,7 @@ class BackgroundFrames {
 
   std::uint8_t node_;
   can::Duration heartbeat_period_;
+  unsigned slots_;
   WiredAxes& axes_;
   can::Time next_heartbeat_{};
   std::size_t next_status_ = 0;     ///< The axis whose turn it is to report.

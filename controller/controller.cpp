@@ -38,7 +38,7 @@ Controller::Controller(const Config& config, const can::Database& database, can:
     : config_(config),
       scheduler_(scheduler),
       on_record_(std::move(on_record)),
-      background_(config.node, config.heartbeat_period, axes_),
+      background_(config.node, config.heartbeat_period, config.background_slots, axes_),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
       period_(cycle_of(config)) {
   check_couplings(config);
@@ -245,6 +245,7 @@ void Controller::begin_cycle(can::Time now) {
   cycle_.sync_sent = now;
   cycle_.sync_counter = can::next_sync_counter(cycle_.sync_counter);
   bus_->send(can::sync_frame(cycle_.sync_counter));
+  background_.send_in_slot(*bus_, cycle_.sync_counter, now);
   ++counters_.cycles;
   for (const auto& wired : axes_) wired->stepped = wired->answered = false;
   cycle_.background_done = false;

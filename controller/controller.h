@@ -66,6 +66,7 @@ struct CommonConfig {
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< Of the other nodes.
   can::Duration
       command_deadline{};  ///< Of command frames of several axes, after SYNC; zero: nine tenths of the cycle.
+  unsigned background_slots = 0;  ///< Of heartbeats and statuses (can::is_in_slot); 0: none.
   can::Duration lateness_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
   can::Duration lateness_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
   bool start_together = true;     ///< The first axis that is ready waits for the others.

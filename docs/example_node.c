@@ -4,6 +4,7 @@
 //   ./example_node vcan0 1 2       amplifier node 1 and sensor node 2, which are axis X of config/piezo.toml
 //   ./example_node vcan0 1 0       0: without the sensor, because a real one is on the bus
 //   ./example_node vcan0 1 2 fd    command, status and sample are frames of CAN FD with bit-rate switch
+//   ./example_node vcan0 1 2 fd 24      heartbeat and status have slots, in rounds of 24 cycles
 //
 // Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts:
 // the device, and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
@@ -57,9 +58,12 @@ struct node {
   bool fd;  // command, status and sample are CAN FD; NMT, SYNC, heartbeat and emergency are always classical
   uint8_t id;  // 0: this node does not exist
   enum nmt_state state;
+  unsigned slots;  // of a round; 0: none
   uint64_t heartbeat_due_ms;
-  uint8_t last_sync;     // 0: no SYNC since the boot-up
-  uint8_t sent_counter;  // of the next status or sample
+  bool heartbeat_waits;   // for the slot
+  uint64_t last_slot_ms;  // 0: none yet
+  uint8_t last_sync;      // 0: no SYNC since the boot-up
+  uint8_t sent_counter;   // of the next status or sample
 };
 
 struct amplifier {
@@ -142,8 +146,31 @@ static void send_heartbeat(struct node* node, enum nmt_state state) {
   node->heartbeat_due_ms = now_ms() + HEARTBEAT_MS;
 }
 
+// When it is due. It waits for the slot, "Background slots", if one has come in the last period.
+static void beat(struct node* node) {
+  const uint64_t now = now_ms();
+  if (now < node->heartbeat_due_ms) return;
+  node->heartbeat_waits = node->last_slot_ms != 0 && now - node->last_slot_ms < HEARTBEAT_MS;
+  if (node->heartbeat_waits)
+    node->heartbeat_due_ms = now + HEARTBEAT_MS;
+  else
+    send_heartbeat(node, node->state);
+}
+
+// With each SYNC. Returns whether a status that is due may follow it; the heartbeat goes before it.
+static bool take_slot(struct node* node, uint8_t sync) {
+  if (node->slots == 0) return true;
+  if (sync % node->slots != node->id % node->slots) return false;
+  node->last_slot_ms = now_ms();
+  if (!node->heartbeat_waits) return true;
+  node->heartbeat_waits = false;
+  send_heartbeat(node, node->state);
+  return false;
+}
+
 static void boot_up(struct node* node) {
   node->last_sync = 0;
+  node->heartbeat_waits = false;
   node->sent_counter = 0;
   node->state = PRE_OPERATIONAL;
   send_heartbeat(node, BOOT_UP);
@@ -180,7 +207,7 @@ static uint8_t sync_counter_of(const struct canfd_frame* frame) {
 
 // ---- "What an amplifier node does"
 
-// "Status": at each change of state, and at the tenth SYNC after the last one.
+// "Status": at each change of state, and at the tenth SYNC after the last one, or in the next slot.
 static void send_status(struct amplifier* amplifier) {
   amplifier->syncs_since_status = 0;
   send_protected(&amplifier->node, read_output(amplifier), (uint8_t)amplifier->state, amplifier->fault);
@@ -261,10 +288,12 @@ static void on_command(struct amplifier* amplifier, const uint8_t* data) {
   amplifier->relay_closed_ms = now_ms() + ENABLE_DELAY_MS;
 }
 
-static void on_sync(struct amplifier* amplifier) {
+static void on_sync(struct amplifier* amplifier, uint8_t sync) {
+  amplifier->node.last_sync = sync;
   if (amplifier->state == ENABLED) write_output(amplifier, amplifier->setpoint);
+  const bool may_send = take_slot(&amplifier->node, sync);
   if (amplifier->node.state != OPERATIONAL) return;
-  if (++amplifier->syncs_since_status >= STATUS_EVERY) send_status(amplifier);
+  if (++amplifier->syncs_since_status >= STATUS_EVERY && may_send) send_status(amplifier);
 }
 
 static void amplifier_on_frame(struct amplifier* amplifier, const struct canfd_frame* frame) {
@@ -272,8 +301,7 @@ static void amplifier_on_frame(struct amplifier* amplifier, const struct canfd_f
   const enum nmt_state before = node->state;
   const uint8_t sync = sync_counter_of(frame);
   if (sync != 0) {
-    node->last_sync = sync;
-    on_sync(amplifier);
+    on_sync(amplifier, sync);
   } else if (obey_nmt(node, frame)) {
     on_nmt(amplifier, frame->data[0], before);
   } else if (frame->can_id == COMMAND + (uint32_t)node->id && node->state == OPERATIONAL) {
@@ -291,7 +319,7 @@ static void amplifier_on_time(struct amplifier* amplifier) {
     if (has_command) enter(amplifier, ENABLED);
   }
   if (amplifier->state == ENABLED && !has_command) trip(amplifier, FAULT_COMMAND_TIMEOUT, 0x8130);
-  if (now >= amplifier->node.heartbeat_due_ms) send_heartbeat(&amplifier->node, amplifier->node.state);
+  beat(&amplifier->node);
 }
 
 // ---- "What a sensor node does"
@@ -305,14 +333,13 @@ static void sensor_on_frame(struct sensor* sensor, const struct canfd_frame* fra
   }
   const bool is_repeated = sync == node->last_sync;  // the same SYNC, received twice
   node->last_sync = sync;
-  if (is_repeated || node->state != OPERATIONAL) return;
-  int32_t position = 0;
-  const bool is_good = read_position(sensor, &position);
-  send_protected(node, position, sync, is_good ? 0x00 : 0x01);
-}
-
-static void sensor_on_time(struct sensor* sensor) {
-  if (now_ms() >= sensor->node.heartbeat_due_ms) send_heartbeat(&sensor->node, sensor->node.state);
+  if (is_repeated) return;
+  if (node->state == OPERATIONAL) {
+    int32_t position = 0;
+    const bool is_good = read_position(sensor, &position);
+    send_protected(node, position, sync, is_good ? 0x00 : 0x01);
+  }
+  take_slot(node, sync);
 }
 
 // ---- The device: the output is what was written last, and the stage moves by 0.3 um/V
@@ -362,20 +389,21 @@ static int open_bus(const char* interface, uint32_t command_id, int fd) {
   return bind(bus, (const struct sockaddr*)&address, sizeof address) < 0 ? -1 : bus;
 }
 
-// Returns -1 if the text is not a number from 0 to 127.
-static int node_id(const char* text) {
+// Returns -1 if the text is not a number from 0 to `largest`.
+static int number(const char* text, long largest) {
   char* end = NULL;
-  const long id = strtol(text, &end, 10);
-  return end != text && *end == '\0' && id >= 0 && id <= 127 ? (int)id : -1;
+  const long value = strtol(text, &end, 10);
+  return end != text && *end == '\0' && value >= 0 && value <= largest ? (int)value : -1;
 }
 
 int main(int argc, char** argv) {
-  const bool fd = argc == 5 && strcmp(argv[4], "fd") == 0;
-  const bool is_complete = argc == 4 || fd;
-  const int amplifier_id = is_complete ? node_id(argv[2]) : -1;
-  const int sensor_id = is_complete ? node_id(argv[3]) : -1;
-  if (amplifier_id < 0 || sensor_id < 0 || amplifier_id == sensor_id) {
-    fprintf(stderr, "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE [fd]    (0: without this node)\n",
+  const bool fd = argc >= 5 && strcmp(argv[4], "fd") == 0;
+  const bool is_complete = argc == 4 || (fd && argc <= 6);
+  const int amplifier_id = is_complete ? number(argv[2], 127) : -1;
+  const int sensor_id = is_complete ? number(argv[3], 127) : -1;
+  const int slots = argc == 6 ? number(argv[5], SYNC_COUNTER_MAX) : 0;
+  if (amplifier_id < 0 || sensor_id < 0 || amplifier_id == sensor_id || slots < 0) {
+    fprintf(stderr, "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE [fd [SLOTS]]    (node 0: without it)\n",
             argv[0]);
     return 2;
   }
@@ -388,6 +416,7 @@ int main(int argc, char** argv) {
   }
   amplifier.node.bus = sensor.node.bus = bus;
   amplifier.node.fd = sensor.node.fd = fd;
+  amplifier.node.slots = sensor.node.slots = (unsigned)slots;
   fprintf(stderr, "%s: amplifier node %d, sensor node %d\n", argv[1], amplifier_id, sensor_id);
   if (amplifier.node.id != 0) boot_up(&amplifier.node);
   if (sensor.node.id != 0) boot_up(&sensor.node);
@@ -400,7 +429,7 @@ int main(int argc, char** argv) {
       if (sensor.node.id != 0) sensor_on_frame(&sensor, &frame);
       if (amplifier.node.id != 0) amplifier_on_frame(&amplifier, &frame);
     }
-    if (sensor.node.id != 0) sensor_on_time(&sensor);
+    if (sensor.node.id != 0) beat(&sensor.node);
     if (amplifier.node.id != 0) amplifier_on_time(&amplifier);
   }
 }

@@ -84,9 +84,21 @@ void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
   last_sync_ = counter;
   for (AmplifierChannel* channel : channels_) channel->on_sync(received);
   report();
+  const bool may_report = take_slot(counter);
   if (state() != can::NmtState::operational) return;
-  for (AmplifierChannel* channel : channels_)
-    if (++channel->syncs_since_status_ >= channel->config_.status_every) channel->status_is_due_ = true;
+  for (AmplifierChannel* channel : channels_) ++channel->syncs_since_status_;
+  if (may_report) report_regularly();
+}
+
+void AmplifierNode::report_regularly() {
+  const auto age = [](const AmplifierChannel* one) { return one->syncs_since_status_; };
+  const auto note = [](AmplifierChannel* one) {
+    one->status_is_due_ |= one->syncs_since_status_ >= one->config_.status_every;
+  };
+  if (has_slot())
+    note(*std::ranges::max_element(channels_, {}, age));
+  else
+    std::ranges::for_each(channels_, note);
   report();
 }
 

@@ -50,6 +50,8 @@ class AmplifierNode final : public BusNode {
   void boot_up();
   void check_watchdogs();
   void note_emergency(std::uint16_t code);
+  /// Sends the statuses whose time has come; in a slot the oldest one alone.
+  void report_regularly();
   /// Sends the emergencies and every status that is due.
   void report();
   void send(StatusMessage& message);

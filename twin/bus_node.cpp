@@ -19,6 +19,7 @@ std::vector<can::Filter> filters_of(std::uint8_t node, const std::optional<can::
 BusNode::BusNode(std::uint8_t number, const CommonConfig& common, can::Scheduler& scheduler,
                  const can::Attach& attach, const std::optional<can::Filter>& obeys)
     : number_(number),
+      slots_(common.background_slots),
       line_(attach(filters_of(number, obeys)), scheduler,
             {.node = number, .obeys = obeys, .seed = common.seed + number}),
       nmt_(line_, scheduler, number, common.heartbeat_period,
@@ -33,6 +34,10 @@ void BusNode::handle(const can::Frame& frame) {
   nmt_.handle(frame);
   if (nmt_.is_silent() || nmt_.state() == can::NmtState::stopped) return;
   if (const auto response = sdo_.answer(frame)) line_.send(*response);
+}
+
+bool BusNode::take_slot(std::uint8_t sync_counter) {
+  return can::is_in_slot(number_, sync_counter, slots_) && !(has_slot() && nmt_.on_slot());
 }
 
 void BusNode::restart() {

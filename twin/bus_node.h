@@ -48,12 +48,17 @@ class BusNode {
 
   /// NMT, heartbeats of the same number and SDO.
   void handle(const can::Frame& frame);
+  /// With each SYNC. Where frames have slots, sends the heartbeat in that of the node, if it is due. True: the node
+  /// may send another frame.
+  bool take_slot(std::uint8_t sync_counter);
+  bool has_slot() const { return slots_ != 0; }
   /// At boot-up the objects are already reset, if they are.
   virtual void on_nmt(can::NmtState state) = 0;
   can::NmtCommand last_reset() const { return nmt_.last_reset(); }
 
  private:
   std::uint8_t number_;
+  unsigned slots_;
   FaultyConnection line_;
   can::NmtSlave nmt_;
   can::SdoServer sdo_;

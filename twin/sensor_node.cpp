@@ -143,6 +143,7 @@ void SensorNode::on_sync(std::uint8_t counter, can::Time received) {
   const bool is_repeated = std::exchange(last_sync_, counter) == counter;  // the same SYNC, received twice
   if (is_repeated) return;
   if (sample_clock_.sampling == Sampling::sync && state() == can::NmtState::operational) sample(received);
+  take_slot(counter);
 }
 
 /// Skips the ticks that have passed while the computer did not run this process.

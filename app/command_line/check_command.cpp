@@ -153,7 +153,8 @@ struct WiringName {
 constexpr std::array wirings{
     WiringName{config::Wiring::classical, "classical", "classical CAN"},
     WiringName{config::Wiring::fd, "fd", "CAN FD"},
-    WiringName{config::Wiring::fd_shared, "fd_shared", "CAN FD, all axes in a frame"},
+    WiringName{config::Wiring::fd_shared, "fd_shared", "FD, all axes in a frame"},
+    WiringName{config::Wiring::fd_slots, "fd_slots", "the same with own slots"},
 };
 
 /// The bus at the highest rate that fits, or at 1 Hz. The rate is 0 if none fits.
@@ -179,16 +180,15 @@ void print_rates(const config::Config& config) {
       config.axes.front().twin.status_every);
   print("# us: the latest start of the last command after its SYNC\n");
   print("{:4}", "");
-  for (const WiringName& wiring : wirings) print("   {:<27}", wiring.heading);
+  for (const WiringName& wiring : wirings) print("   {:<23}", wiring.heading);
   print("\naxes");
-  for (std::size_t i = 0; i < wirings.size(); ++i)
-    print("   {:>7}  {:>6}  {:>10}", "rate_Hz", "load %", "us");
+  for (std::size_t i = 0; i < wirings.size(); ++i) print("   {:>7}  {:>6}  {:>6}", "rate_Hz", "load %", "us");
   print("\n");
   for (std::size_t axes = 1; axes <= axes_max; ++axes) {
     print("{:>4}", axes);
     for (const WiringName& wiring : wirings) {
       const Limit limit = limit_of(wiring, axes, config);
-      print("   {:>7g}  {:>6.1f}  {:>10}", limit.rate_Hz, 1e2 * limit.plan.load,
+      print("   {:>7g}  {:>6.1f}  {:>6}", limit.rate_Hz, 1e2 * limit.plan.load,
             in_us(limit.plan.last_command));
     }
     print("\n");

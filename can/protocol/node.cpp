@@ -138,13 +138,14 @@ NmtSlave::NmtSlave(Bus& bus, Scheduler& scheduler, std::uint8_t node, Duration h
       scheduler_(scheduler),
       period_(heartbeat_period),
       on_change_(std::move(on_change)),
-      heartbeat_(scheduler.make_timer([this] { send_heartbeat(); })) {}
+      heartbeat_(scheduler.make_timer([this] { beat(); })) {}
 
 void NmtSlave::boot_up(NmtCommand reset) {
   if (id_taken_) return;
   last_reset_ = reset;
   started_ = true;
   state_ = NmtState::boot_up;
+  heartbeat_is_due_ = false;
   bus_.send(heartbeat_frame(node_, state_));
   on_change_(state_);
   enter(NmtState::pre_operational);
@@ -181,9 +182,18 @@ void NmtSlave::enter(NmtState state) {
   on_change_(state);
 }
 
-void NmtSlave::send_heartbeat() {
-  bus_.send(heartbeat_frame(node_, state_));
-  heartbeat_->expire_at(scheduler_.now() + period_);
+void NmtSlave::beat() {
+  const Time now = scheduler_.now();
+  heartbeat_->expire_at(now + period_);
+  heartbeat_is_due_ = last_slot_ && now - *last_slot_ < period_;
+  if (!heartbeat_is_due_) bus_.send(heartbeat_frame(node_, state_));
+}
+
+bool NmtSlave::on_slot() {
+  if (is_silent()) return false;
+  last_slot_ = scheduler_.now();
+  if (heartbeat_is_due_) bus_.send(heartbeat_frame(node_, state_));
+  return std::exchange(heartbeat_is_due_, false);
 }
 
 void HeartbeatMonitor::on_heartbeat(NmtState state, Time now) {

@@ -89,6 +89,12 @@ constexpr int syncs_after(int earlier, int counter) {
   return (counter - earlier + sync_counter_max) % sync_counter_max;
 }
 
+/// Frames in slots: a node sends its heartbeat and its periodic status only after a SYNC whose counter leaves the
+/// same remainder as its number, one frame after each. 0: there are no slots.
+constexpr bool is_in_slot(std::uint8_t node, std::uint8_t counter, unsigned slots) {
+  return slots == 0 || counter % slots == node % slots;
+}
+
 /// The meaning of the error code of an emergency (CiA 301, table of emergency error codes): the text of the
 /// code or, if it has none, of its group: 0x2310 -> 0x2300 -> 0x2000. A code without a group is reserved.
 std::string_view emergency_text(std::uint16_t code);
@@ -96,6 +102,9 @@ std::string_view emergency_text(std::uint16_t code);
 /// A node that obeys NMT and sends heartbeats. At start() and at each NMT reset it sends a boot-up message
 /// and becomes pre-operational. It calls the handler for both states; at boot-up the owner resets what
 /// last_reset() says.
+///
+/// Where the frames of nodes have slots, the owner calls on_slot() in that of the node, and a heartbeat that is due
+/// waits for it. If no slot has come for a whole period, because no SYNC comes, it does not wait.
 ///
 /// The node is silent before start(). When it receives a heartbeat with its own node id, another node uses
 /// that id: it stops, calls the handler and stays silent permanently.
@@ -110,6 +119,8 @@ class NmtSlave {
   /// Obeys an NMT frame to this node or to all nodes, detects another node with this node id, and ignores
   /// every other frame.
   void handle(const Frame& frame);
+  /// True: the heartbeat was due and takes the slot.
+  bool on_slot();
   NmtState state() const { return state_; }
   /// reset_node: everything is reset, as at power-on. reset_communication: only counters and the NMT state
   /// are.
@@ -122,7 +133,7 @@ class NmtSlave {
   void boot_up(NmtCommand reset);
   void retire();
   void enter(NmtState state);
-  void send_heartbeat();
+  void beat();
 
   Bus& bus_;
   std::uint8_t node_;
@@ -133,6 +144,8 @@ class NmtSlave {
   NmtCommand last_reset_ = NmtCommand::reset_node;
   bool started_ = false;
   bool id_taken_ = false;
+  bool heartbeat_is_due_ = false;
+  std::optional<Time> last_slot_;
   std::unique_ptr<Timer> heartbeat_;
 };
 

@@ -27,10 +27,13 @@ class Chain {
         last_(last),
         timing_(timing),
         bit_(transmission_time({.nominal = 1}, timing.rates)),
-        limit_((cycles_max + 1) * timing.cycle) {
+        limit_((cycles_max + 1) * timing.cycle),
+        of_slot_(timing.slots) {
     for (const ChainSource& source : sources) {
-      const bool shares_queue = last.role == ChainRole::command && source.role == ChainRole::command;
-      if (owns(source) || shares_queue) weakest_ = std::max(weakest_, priority_order(source));
+      if (owns(source) || shares_queue(source)) weakest_ = std::max(weakest_, priority_order(source));
+      if (!source.slot) continue;
+      Duration& longest = of_slot_.at(*source.slot);
+      longest = std::max(longest, cost(source));
     }
   }
 
@@ -51,13 +54,13 @@ class Chain {
  private:
   /// w(0).
   std::optional<Duration> alone() const {
-    Duration own = last_.role == ChainRole::sync ? Duration::zero() : timing_.turnaround;
+    Duration own = last_.role == ChainRole::sync ? Duration::zero() : timing_.turnaround + in_slots(1);
     std::vector<const ChainSource*> before;
     std::vector<const ChainSource*> after;
     for (const ChainSource& source : sources_) {
       if (owns(source)) {
         if (&source != &last_) own += cost(source);
-      } else if (!comes_after_last(source) && !is_queued_behind_commands(source)) {
+      } else if (!source.slot && !comes_after_last(source) && !is_of_controller(source.role)) {
         (priority_order(source) <= weakest_ ? before : after).push_back(&source);
       }
     }
@@ -88,7 +91,8 @@ class Chain {
   /// w(q), q > 0.
   std::optional<Duration> with_left_overs(int q) const {
     const bool is_sync = last_.role == ChainRole::sync;
-    const Duration own = (is_sync ? q : q + 1) * timing_.turnaround - cost(last_);
+    const int answered = is_sync ? q : q + 1;
+    const Duration own = answered * timing_.turnaround + in_slots(answered) - cost(last_);
     return settle([&](Duration w) {
       return with_all(own, q, w, [&](const ChainSource& source, std::int64_t count) {
         if (owns(source)) return std::int64_t{q + 1};
@@ -97,18 +101,30 @@ class Chain {
     });
   }
 
-  /// The time at which all commands of cycle q, and a heartbeat queued behind them, have passed.
+  /// The time at which all commands and the slot of cycle q, and a heartbeat queued behind them, have passed.
   std::optional<Duration> end_of_cycle(int q) const {
+    const Duration own = (q + 1) * timing_.turnaround + in_slots(q + 1);
     return settle([&](Duration w) {
-      return with_all((q + 1) * timing_.turnaround, q + 1, w,
-                      [&](const ChainSource& source, std::int64_t count) {
-                        return is_link(source.role) ? std::int64_t{q + 1} : count;
-                      });
+      return with_all(own, q + 1, w, [&](const ChainSource& source, std::int64_t count) {
+        return is_link(source.role) ? std::int64_t{q + 1} : count;
+      });
     });
   }
 
+  /// D(cycles).
+  Duration in_slots(int cycles) const {
+    Duration greatest{};
+    for (std::size_t first = 0; first < of_slot_.size(); ++first) {
+      Duration sum{};
+      for (std::size_t i = 0; i < static_cast<std::size_t>(cycles); ++i)
+        sum += of_slot_[(first + i) % of_slot_.size()];
+      greatest = std::max(greatest, sum);
+    }
+    return greatest;
+  }
+
   /// The sum of `own`, of the controller's axis statuses of `status_cycles` cycles, and of every other frame
-  /// times(source, count), where `count` is how often the frame may come in the window.
+  /// that has no slot times(source, count), where `count` is how often the frame may come in the window.
   template <class Times>
   std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
                                    Times times) const {
@@ -116,6 +132,7 @@ class Chain {
     std::int64_t statuses = 0;
     Duration longest_status{};
     for (const ChainSource& source : sources_) {
+      if (source.slot) continue;
       const auto count = instances(source, window);
       if (!count) return std::nullopt;
       if (source.role == ChainRole::controller_status) {
@@ -143,8 +160,10 @@ class Chain {
     return &source == &last_ || source.role == ChainRole::sync || &source == sample_;
   }
 
-  static bool is_queued_behind_commands(const ChainSource& source) {
-    return source.role == ChainRole::controller_status || source.role == ChainRole::controller_heartbeat;
+  /// True: `last` is a command and may stand in the controller's queue behind the frame.
+  bool shares_queue(const ChainSource& source) const {
+    if (last_.role != ChainRole::command) return false;
+    return source.role == ChainRole::command || (source.slot && is_of_controller(source.role));
   }
 
   /// True: the frame is an answer to `last`. It comes only after `last` if nothing is left over.
@@ -174,13 +193,18 @@ class Chain {
   Duration bit_;
   Duration limit_;
   std::uint32_t weakest_ = 0;
+  std::vector<Duration> of_slot_;  ///< the longest frame of each
 };
 
-/// Sets the jitter of the frames that follow from SYNC: the time from the start of the period until queued.
-void set_jitter(std::span<ChainSource> sources, Duration sync_response, Duration turnaround) {
+/// Sets the jitter of the frames that follow from SYNC: the time from the start of the period until queued. What
+/// is due just after its slot waits for the next one.
+void set_jitter(std::span<ChainSource> sources, Duration sync_response, const ChainTiming& timing) {
+  const Duration answered = sync_response + timing.turnaround;
   for (ChainSource& source : sources) {
-    if (source.role == ChainRole::sample || source.role == ChainRole::status)
-      source.frame.jitter = sync_response + turnaround;
+    if (source.slot && !is_of_controller(source.role))
+      source.frame.jitter = timing.slots * timing.cycle + answered;
+    else if (source.role == ChainRole::sample || source.role == ChainRole::status)
+      source.frame.jitter = answered;
     if ((source.role == ChainRole::sync || source.role == ChainRole::command) && source.response)
       source.frame.jitter = *source.response;
   }
@@ -230,7 +254,7 @@ void respond(std::span<ChainSource> sources, const ChainTiming& timing) {
       respond_to_jitter(sources, timing.rates);
       return;
     }
-    set_jitter(sources, *sync->response, timing.turnaround);
+    set_jitter(sources, *sync->response, timing);
     if (!respond_to_jitter(sources, timing.rates)) return;
   }
   for (ChainSource& source : sources)

@@ -103,6 +103,15 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
 // frames that follow from the last link also count q times in w(q). The J_k of a status is the time at which
 // it may be queued and not the time at which it has passed.
 //
+// Frames in slots come only after the SYNC of their slot in a round of so many cycles, one in a cycle; then
+// the controller queues its own behind SYNC. They are in none of the sums above, and none of them is left over
+// at 0. Instead w(q) contains D(q + 1), or D(q) where SYNC is the last link:
+//
+//   D(n)     the greatest sum over n cycles in succession, of the longest frame of each slot
+//
+// The controller's frame may have less priority than all others and the commands are queued behind it, so that
+// it counts as a weakest link.
+//
 // From 0 to w(q), q > 0, the bus is idle only while a node of the chain works: the controller's heartbeat
 // waits in the queue behind the commands of a cycle, and if it passes before the next SYNC, that SYNC is a
 // q = 0. q increases until all commands of a cycle and a heartbeat behind them pass before the next SYNC.
@@ -113,6 +122,7 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
 //     has come, goes out no later than with it.
 //   - The frames of a node leave it by priority. Those of the controller leave in the order in which they are
 //     queued, and it queues all other frames behind the commands of the cycle.
+//   - A node queues the frame of its slot within the turnaround after SYNC.
 //   - There are no emergencies, NMT, SDO or status changes; they come when an axis starts or stops.
 
 /// Why a frame is sent.
@@ -132,11 +142,17 @@ constexpr bool is_link(ChainRole role) {
   return role == ChainRole::sync || role == ChainRole::sample || role == ChainRole::command;
 }
 
+constexpr bool is_of_controller(ChainRole role) {
+  return role == ChainRole::controller_status || role == ChainRole::controller_heartbeat;
+}
+
 struct ChainSource {
   PeriodicFrame frame;
   ChainRole role = ChainRole::heartbeat;
   /// Those that the frame carries. A command waits for every sample with which it shares an axis.
   std::vector<std::size_t> axes;
+  /// The cycle of a round in which the frame may come, 0..slots - 1. Empty: it comes at any time.
+  std::optional<unsigned> slot{};
   /// R, from the start of the cycle for a link and from the start of its period for any other frame. Empty:
   /// unbounded.
   std::optional<Duration> response{Duration::zero()};
@@ -146,6 +162,7 @@ struct ChainTiming {
   BitRates rates;
   Duration cycle{};
   Duration turnaround{};
+  unsigned slots = 0;  ///< cycles in a round
 };
 
 /// R of the chain that ends with `last`, by the responses of the frames that are no links. Empty: unbounded.

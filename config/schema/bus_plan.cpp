@@ -4,6 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "can/protocol/protocol.h"
 #include "can/timing/schedulability.h"
@@ -54,8 +58,19 @@ Duration line_of(const Config& config, const AxisConfig& axis) {
   return can::Duration(std::llround(1e9 * line_s));
 }
 
+/// The slot of a node's heartbeats and statuses.
+std::optional<unsigned> slot_of(const Config& config, unsigned node) {
+  if (config.bus.background_slots == 0) return std::nullopt;
+  return node % config.bus.background_slots;
+}
+
+/// The time between two slots of a node; a cycle without slots.
+Duration round_of(const Config& config) {
+  return std::max(config.bus.background_slots, 1U) * cycle_of(config);
+}
+
 /// Adds the controller's scan markers and axis statuses, if the database has them. All statuses are due with
-/// a heartbeat; the controller sends one marker or status per cycle, in turn, after its commands.
+/// a heartbeat; the controller sends one marker or status per cycle, in turn, after its commands, or one in its slot.
 void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
   const std::size_t first = sources.size();
@@ -72,9 +87,12 @@ void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config
             {of_message(can::find_message(config.database, *map), line_of(config, config.axes[i])),
              can::ChainRole::controller_status,
              {i}});
-  const auto round = static_cast<Duration::rep>(sources.size() - first) * cycle;
+  const auto in_turn = static_cast<Duration::rep>(sources.size() - first);
+  const Duration round =
+      slot_of(config, config.controller.node) ? (in_turn + 1) * round_of(config) : in_turn * cycle;
   for (std::size_t i = first; i < sources.size(); ++i) {
     can::PeriodicFrame& frame = sources[i].frame;
+    sources[i].slot = slot_of(config, config.controller.node);
     if (i < statuses_end) frame.period = std::max(config.controller.heartbeat_period, round);
     frame.deadline = frame.period;
     frame.jitter = round;
@@ -88,12 +106,12 @@ bool has_identifier(const PeriodicFrame& frame, const PeriodicFrame& of) {
 /// Adds a frame of an axis, or the axis to the frame if it is there: a message that axes share, or the
 /// heartbeat of a node that they share.
 void add_for_axis(std::vector<can::ChainSource>& sources, PeriodicFrame frame, can::ChainRole role,
-                  std::size_t axis) {
+                  std::size_t axis, std::optional<unsigned> slot = {}) {
   const auto shared = std::ranges::find_if(sources, [&](const can::ChainSource& source) {
     return source.role == role && has_identifier(source.frame, frame);
   });
   if (shared == sources.end()) {
-    sources.push_back({std::move(frame), role, {axis}});
+    sources.push_back({std::move(frame), role, {axis}, slot});
     return;
   }
   shared->axes.push_back(axis);
@@ -108,27 +126,30 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
   sources.push_back({{"Sync", can::sync_id, false, 1, cycle, {}, cycle}, can::ChainRole::sync, {}});
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     const AxisConfig& axis = config.axes[i];
-    const auto add = [&](PeriodicFrame frame, can::ChainRole role) {
-      add_for_axis(sources, std::move(frame), role, i);
+    const auto add_heartbeat = [&](const char* name, unsigned node) {
+      add_for_axis(sources, heartbeat(axis.wire.message_prefix + name, node, beat), can::ChainRole::heartbeat,
+                   i, slot_of(config, node));
     };
-    const auto add_message = [&]<class Payload>(Duration period, can::ChainRole role) {
+    const auto add_message = [&]<class Payload>(Duration period, can::ChainRole role,
+                                                std::optional<unsigned> slot = {}) {
       if (const auto map = can::message_map_in<Payload>(config.database, axis.wire))
-        add(of_message(can::find_message(config.database, *map), period), role);
+        add_for_axis(sources, of_message(can::find_message(config.database, *map), period), role, i, slot);
     };
     add_message.template operator()<can::SensorSample>(cycle, can::ChainRole::sample);
     add_message.template operator()<can::AmpCommand>(cycle, can::ChainRole::command);
-    add_message.template operator()<can::AmpStatus>(axis.twin.status_every * cycle, can::ChainRole::status);
+    add_message.template operator()<can::AmpStatus>(status_period(config, axis), can::ChainRole::status,
+                                                    slot_of(config, axis.wire.amplifier_node));
     if (axis.live_setpoint)
       add_message.template operator()<can::Setpoint>(live_setpoint_interval, can::ChainRole::live_setpoint);
-    const std::string& prefix = axis.wire.message_prefix;
-    add(heartbeat(prefix + "AmpHeartbeat", axis.wire.amplifier_node, beat), can::ChainRole::heartbeat);
-    add(heartbeat(prefix + "SensorHeartbeat", axis.wire.sensor_node, beat), can::ChainRole::heartbeat);
+    add_heartbeat("AmpHeartbeat", axis.wire.amplifier_node);
+    add_heartbeat("SensorHeartbeat", axis.wire.sensor_node);
   }
   add_own_frames(sources, config);
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
-  own.jitter = cycle;  // it is due at a SYNC and waits for the commands of that cycle
-  sources.push_back({own, can::ChainRole::controller_heartbeat, {}});
+  own.jitter =
+      round_of(config);  // it is due at a SYNC and waits for the commands of that cycle, or for its slot
+  sources.push_back({own, can::ChainRole::controller_heartbeat, {}, slot_of(config, config.controller.node)});
   std::ranges::sort(sources, {}, [](const can::ChainSource& s) {
     return can::arbitration_key(s.frame.id, s.frame.extended);
   });
@@ -188,7 +209,51 @@ void check_command_deadline(const Document& document, const Config& config, cons
   }
 }
 
+/// The nodes of the bus and what they are to a user.
+std::map<unsigned, std::string> nodes_of(const Config& config) {
+  std::map<unsigned, std::string> nodes{{config.controller.node, "the controller"}};
+  for (const AxisConfig& axis : config.axes) {
+    nodes.emplace(axis.wire.amplifier_node, fmt::format("the amplifier of axis {}", axis.wire.name));
+    nodes.emplace(axis.wire.sensor_node, fmt::format("the sensor of axis {}", axis.wire.name));
+  }
+  return nodes;
+}
+
+void check_slots(const Document& document, const Config& config) {
+  const unsigned slots = config.bus.background_slots;
+  if (slots == 0) return;
+  const auto fail = [&](const std::string& text) { document.fail_at("bus.background_slots", text); };
+  if (can::sync_counter_max % slots != 0)
+    fail(fmt::format("background_slots is {}, expected a divisor of {}, up to which the SYNC counter counts",
+                     slots, can::sync_counter_max));
+  std::map<unsigned, std::pair<unsigned, std::string>> owners;  // by slot
+  for (const auto& [node, name] : nodes_of(config)) {
+    const auto [other, is_new] = owners.try_emplace(node % slots, node, name);
+    if (!is_new)
+      fail(fmt::format(
+          "nodes {} ({}) and {} ({}) have the same slot, {} of {}, expected numbers with different "
+          "remainders",
+          other->second.first, other->second.second, node, name, node % slots, slots));
+  }
+  const Duration longest = std::min(config.twin.heartbeat_period, config.controller.heartbeat_period);
+  if (round_of(config) > longest)
+    fail(fmt::format("a round of {} cycles takes {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms",
+                     slots, 1e3 * can::seconds(round_of(config)), 1e3 * can::seconds(longest)));
+  for (const AxisConfig& axis : config.axes)
+    if (axis.scan_marker && 2 * round_of(config) > line_of(config, axis))
+      fail(fmt::format(
+          "two rounds of {} cycles take {:.3g} ms, expected at most {:g}, a line of axis {}: its markers "
+          "wait for the controller's slot",
+          slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(line_of(config, axis)),
+          axis.wire.name));
+}
+
 }  // namespace
+
+can::Duration status_period(const Config& config, const AxisConfig& axis) {
+  const Duration round = round_of(config);
+  return (axis.twin.status_every * cycle_of(config) + round - Duration{1}) / round * round;
+}
 
 BusPlan plan_bus(const Config& config) {
   const can::BitRates rates = config.bus.rates();
@@ -196,7 +261,10 @@ BusPlan plan_bus(const Config& config) {
   plan.cycle = cycle_of(config);
   plan.last_command = Duration::zero();
   std::vector<can::ChainSource> sources = sources_of(config);
-  can::respond(sources, {.rates = rates, .cycle = plan.cycle, .turnaround = config.bus.turnaround});
+  can::respond(sources, {.rates = rates,
+                         .cycle = plan.cycle,
+                         .turnaround = config.bus.turnaround,
+                         .slots = config.bus.background_slots});
 
   plan.frames.reserve(sources.size());
   for (const can::ChainSource& source : sources) {
@@ -241,6 +309,7 @@ double fastest_rate_Hz(Config config) {
 }
 
 void check_bus(const Document& document, const Config& config) {
+  check_slots(document, config);
   const BusPlan plan = plan_bus(config);
   if (plan.commands_in_time()) return check_command_deadline(document, config, plan);
   const auto us = [](Duration duration) { return 1e6 * can::seconds(duration); };

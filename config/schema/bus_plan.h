@@ -45,6 +45,9 @@ struct BusPlan {
 /// Throws std::invalid_argument if the database lacks a message, or if two frames share an identifier.
 BusPlan plan_bus(const Config& config);
 
+/// Of AmpStatus: `status_every` cycles, or so many rounds of slots as have them.
+can::Duration status_period(const Config& config, const AxisConfig& axis);
+
 /// The highest rate up to the configured one at which all commands are in time, rounded down to 1 Hz or, from
 /// 100 Hz on, to 10 Hz; 0 if not even 1 Hz fits.
 double fastest_rate_Hz(Config config);
@@ -53,7 +56,8 @@ double fastest_rate_Hz(Config config);
 enum class Wiring : std::uint8_t {
   classical,  ///< the standard frames of 8 bytes, of two nodes for each axis
   fd,         ///< the same as CAN FD with bit-rate switch
-  fd_shared   ///< one frame of all axes for samples, commands and statuses, of one sensor and one amplifier
+  fd_shared,  ///< one frame of all axes for samples, commands and statuses, of one sensor and one amplifier
+  fd_slots    ///< the same, and the three nodes of the bus have slots, eight cycles apart
 };
 
 /// So many axes like the first one, on the same bus with nothing else on it: samples, commands, statuses,
@@ -62,7 +66,7 @@ enum class Wiring : std::uint8_t {
 /// data bit rate has 5 Mbit/s.
 Config wired_as(Wiring wiring, std::size_t axes, const Config& config);
 
-/// Throws Error at the key rate_Hz if a command can be late.
+/// Throws Error at the key rate_Hz if a command can be late, and at background_slots if nodes share one.
 void check_bus(const Document& document, const Config& config);
 
 }  // namespace hystcan::config

@@ -33,6 +33,8 @@ struct BusConfig {
   /// to queueing the command (controller).
   can::Duration turnaround{std::chrono::microseconds(50)};
 
+  unsigned background_slots = 0;  ///< of heartbeats and statuses (can::is_in_slot); 0: none
+
   can::BitRates rates() const { return {bitrate_bit_per_s, data_bitrate_bit_per_s}; }
 };
 

@@ -259,6 +259,7 @@ Config load(const Document& document, const ModelFile& model_file) {
 
 controller::Config controller_config(const Config& config) {
   controller::Config derived{config.controller, {}, config.resting};
+  derived.background_slots = config.bus.background_slots;
   derived.axes.reserve(config.axes.size());
   for (const AxisConfig& axis : config.axes)
     derived.axes.push_back({.wire = axis.wire,
@@ -271,6 +272,7 @@ controller::Config controller_config(const Config& config) {
 twin::Config twin_config(const Config& config) {
   twin::Config derived{config.twin, {}};
   derived.cycle = controller::cycle_of(config.controller);
+  derived.background_slots = config.bus.background_slots;
   derived.axes.reserve(config.axes.size());
   for (const AxisConfig& axis : config.axes) derived.axes.push_back({.wire = axis.wire, .axis = axis.twin});
   return derived;

@@ -52,20 +52,28 @@ Config wired_as(Wiring wiring, std::size_t axes, const Config& config) {
   wired.database = {};
   if (wiring != Wiring::classical && wired.bus.data_bitrate_bit_per_s == 0)
     wired.bus.data_bitrate_bit_per_s = std::max(usual_data_bitrate_bit_per_s, wired.bus.bitrate_bit_per_s);
+  const bool shares = wiring == Wiring::fd_shared || wiring == Wiring::fd_slots;
+  constexpr unsigned slots = 24;
+  if (wiring == Wiring::fd_slots) {
+    wired.bus.background_slots = slots;
+    wired.controller.node = slots;
+  }
+  const std::size_t apart = wiring == Wiring::fd_slots ? slots / 3 : 1;  // sensor, amplifier, controller
   // Node ids from 1 on, without the controller's.
   const auto node = [&](std::size_t place) {
-    return static_cast<std::uint8_t>(place + 1 < config.controller.node ? place + 1 : place + 2);
+    const std::size_t number = apart * (place + 1);
+    return static_cast<std::uint8_t>(number < wired.controller.node ? number : number + 1);
   };
   for (std::size_t i = 0; i < axes; ++i) {
     AxisConfig& axis = wired.axes[i];
     axis.live_setpoint = false;
     axis.scan_marker = false;
-    const std::size_t first = wiring == Wiring::fd_shared ? 0 : 2 * i;
+    const std::size_t first = shares ? 0 : 2 * i;
     axis.wire = can::AxisWire{.name = fmt::format("axis {}", i),
                               .message_prefix = fmt::format("Axis{}", i),
                               .amplifier_node = node(first),
                               .sensor_node = node(first + 1)};
-    if (wiring == Wiring::fd_shared)
+    if (shares)
       share_messages(wired, axis.wire, axes);
     else
       add_standard_messages(wired.database, axis.wire, wiring == Wiring::fd);

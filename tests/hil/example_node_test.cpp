@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/hil/live_bench.h"
@@ -63,20 +65,38 @@ TEST_F(ExampleNode, TripsWithoutCommandsAndTracksAgainOnceItsFaultIsCleared) {
   EXPECT_EQ(bench.decoded().at("first_fault").at("fault"), 1) << "commands stopped";
 }
 
+/// The frames of this id after a hundred SYNCs and before the last one, by the slot of 24 in which they come.
+std::map<int, int> slots_of(const char* id, const std::vector<std::string>& frames) {
+  std::map<int, int> found;
+  std::map<int, int> since_sync;
+  int syncs = 0, slot = 0;
+  for (const std::string& frame : frames) {
+    if (frame.starts_with("080#")) {
+      if (++syncs > 100)
+        for (const auto& [of, count] : since_sync) found[of] += count;
+      since_sync.clear();
+      slot = std::stoi(frame.substr(4), nullptr, 16) % 24;
+    } else if (frame.starts_with(id)) {
+      ++since_sync[slot];
+    }
+  }
+  return found;
+}
+
 // Standard frames of both axes, which the DBC says are CAN FD. Whether they switch the bit rate is all that a
-// virtual interface carries of it.
+// virtual interface carries of it. Heartbeats and statuses have slots.
 TEST(ExampleNodeOnCanFd, IsTrackedByTheControllerWithFramesThatSwitchTheBitRate) {
   const support::ShippedCopy files;
   files.edit("piezo.toml", "bitrate_bit_per_s = 1_000_000\n",
-             "bitrate_bit_per_s = 1_000_000\ndata_bitrate_bit_per_s = 5_000_000\n");
+             "bitrate_bit_per_s = 1_000_000\ndata_bitrate_bit_per_s = 5_000_000\nbackground_slots = 24\n");
   std::ofstream dbc(files / "hystcan.dbc", std::ios::app);
   dbc << "BA_DEF_ BO_ \"VFrameFormat\" INT 0 15;\n";
   for (const int id : {0x181, 0x182, 0x183, 0x184, 0x201, 0x203})
     dbc << "BA_ \"VFrameFormat\" BO_ " << id << " 14;\n";
   dbc.close();
   LiveBench bench{{"vcan0", "vcan0"}, (files / "piezo.toml").string(), hil::Nodes::of_the_test};
-  Process x{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "1", "2", "fd"}, "40")};
-  Process y{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4", "fd"}, "40")};
+  Process x{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "1", "2", "fd", "24"}, "40")};
+  Process y{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4", "fd", "24"}, "40")};
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   for (const json& axis : json::parse(bench.controller->out()).at("axes")) {
@@ -91,6 +111,13 @@ TEST(ExampleNodeOnCanFd, IsTrackedByTheControllerWithFramesThatSwitchTheBitRate)
     EXPECT_TRUE(std::ranges::all_of(frames, [&](const std::string& frame) {
       return !of_message(frame) || (frame[4] == '#' && (frame[5] == '1' || frame[5] == '5'));
     })) << id;
+  }
+  for (const auto& [heartbeat, slot] :
+       {std::pair{"701#", 1}, {"702#", 2}, {"703#", 3}, {"704#", 4}, {"77F#", 7}}) {
+    const std::map<int, int> found = slots_of(heartbeat, frames);
+    ASSERT_EQ(found.size(), 1U) << heartbeat;
+    EXPECT_EQ(found.begin()->first, slot) << heartbeat;
+    EXPECT_GT(found.begin()->second, 5) << heartbeat;
   }
 }
 

@@ -127,7 +127,7 @@ class LiveBench {
     // the controller, which has the higher priority and does not wait for the twin.
     twin = std::make_unique<Process>(with_real_time_priority(
         {HYSTCAN_PROGRAM, "twin", config_, "--interface", wire_.twin_side, "--force-interface"}, "40"));
-    EXPECT_TRUE(twin->says("x: amplifier node")) << twin->err();
+    EXPECT_TRUE(twin->says(": amplifier node")) << twin->err();
   }
 
   void start_controller(const std::vector<std::string>& options = {}) { start("controller", options); }

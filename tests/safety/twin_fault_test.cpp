@@ -218,7 +218,7 @@ TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
   const Row& row = GetParam().row;
   FaultRig rig(config_for(GetParam()));
   ASSERT_NO_FATAL_FAILURE(track(rig));
-  rig.run_for(milliseconds(1));
+  rig.run_for(duration(GetParam(), rig.config()) / 3);
   EXPECT_EQ(rig.stage_faults().active().size(), 1u);
   rig.run_for(row.lasts + milliseconds(400));  // and the heartbeats of nodes that have come back
   EXPECT_EQ(rig.stage_faults().active().size(), 0u);

@@ -75,6 +75,7 @@ TEST_F(Cli, CheckPrintsTheRatesOfABusWhoseConfigurationIsTooFastForIt) {
     const double classical = row.at("classical").at("rate_Hz"), fd = row.at("fd").at("rate_Hz");
     EXPECT_LT(classical, fd);
     EXPECT_LE(fd, row.at("fd_shared").at("rate_Hz"));
+    EXPECT_LT(row.at("fd_shared").at("rate_Hz"), row.at("fd_slots").at("rate_Hz"));
     EXPECT_LE(row.at("fd").at("response_us"), 1e6 / fd);
   }
 }

@@ -100,6 +100,48 @@ TEST(Chain, WaitsForNoHeartbeatThatItsControllerQueuesBehindTheCommands) {
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us);
 }
 
+/// A chain and heartbeats of 8 bytes in these slots of eight.
+std::vector<ChainSource> chain_with_slots(const std::vector<unsigned>& slots) {
+  auto sources = chain(0x181, 0x201);
+  add_others(sources, 0x701, static_cast<int>(slots.size()));
+  for (std::size_t i = 0; i < slots.size(); ++i) sources[3 + i].slot = slots[i];
+  return sources;
+}
+
+TEST(Chain, MeetsTheFrameOfASlotOnceAfterSync) {
+  const auto sources = chain_with_slots({0, 3, 6});
+  ChainTiming slots = timing;
+  slots.slots = 8;
+  EXPECT_EQ(chain_response(sources, sources[0], slots), 65us);
+  EXPECT_EQ(chain_response(sources, sources[1], slots), 200us + 135us);
+  EXPECT_EQ(chain_response(sources, sources[2], slots), 335us + 135us);
+}
+
+// A cycle has 335 us of links and 135 us of a slot. Of 380 us it leaves 90 us over, the next one without a slot 45.
+TEST(Chain, MeetsFramesOfSlotsInSuccessionTogetherWhereTheyOverrunTheCycle) {
+  ChainTiming quick = timing;
+  quick.cycle = 380us;
+  quick.slots = 8;
+  const auto response = [&](const std::vector<unsigned>& of, std::size_t link) {
+    const auto sources = chain_with_slots(of);
+    return chain_response(sources, sources[link], quick);
+  };
+  EXPECT_EQ(response({0, 4}, 2), 335us + 135us);
+  EXPECT_EQ(response({0, 4}, 0), 90us + 65us);
+  EXPECT_EQ(response({0, 1}, 2), 335us + 135us + 90us);
+  EXPECT_EQ(response({0, 2}, 2), 335us + 135us + 45us);
+  EXPECT_EQ(response({7, 0}, 2), 335us + 135us + 90us) << "a round follows the other";
+}
+
+TEST(Chain, WaitsForAllFramesThatPassTheControllersFrameInItsQueue) {
+  auto sources = chain_with_slots({0});
+  sources.back().role = ChainRole::controller_heartbeat;
+  ChainTiming slots = timing;
+  slots.slots = 8;
+  add_others(sources, 0x300, 6);
+  EXPECT_EQ(chain_response(sources, sources[2], slots), 335us + 135us + 6 * 135us);
+}
+
 TEST(Chain, WaitsTwiceForAFrameThatMayBeLeftOver) {
   auto sources = chain(0x181, 0x201);
   sources.push_back(source(ChainRole::status, 0x190, 8, timing.cycle));

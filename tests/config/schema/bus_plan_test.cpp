@@ -344,6 +344,12 @@ TEST(Wiring, OfAxesInOneFrameMatchesACountByHand) {
   EXPECT_EQ(last_command(8, 2000.0), 65us + 50us + 2 * 103'800ns + 130us);
 }
 
+TEST(Wiring, WithSlotsMeetsOneFrameOfABackgroundInsteadOfThree) {
+  Config config = wired_as(Wiring::fd_slots, 2, shipped("piezo.toml"));
+  config.controller.rate_Hz = 4000.0;
+  EXPECT_EQ(plan_bus(config).last_command, 65us + 50us + 62'800ns + 65us);
+}
+
 TEST(Wiring, LeavesOutTheNodeOfTheController) {
   Config config = shipped("piezo.toml");
   config.controller.node = 3;
@@ -351,7 +357,7 @@ TEST(Wiring, LeavesOutTheNodeOfTheController) {
 }
 
 TEST(FastestRate, FitsAndTheNextStepDoesNot) {
-  for (const Wiring wiring : {Wiring::classical, Wiring::fd, Wiring::fd_shared}) {
+  for (const Wiring wiring : {Wiring::classical, Wiring::fd, Wiring::fd_shared, Wiring::fd_slots}) {
     Config config = wired_as(wiring, 3, shipped("piezo.toml"));
     config.controller.rate_Hz = rate_max_Hz;
     const double fastest_Hz = fastest_rate_Hz(config);

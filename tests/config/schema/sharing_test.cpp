@@ -31,9 +31,9 @@ std::string error_after(std::initializer_list<Edit> edits) {
 }
 
 constexpr Edit other_sensor{
-    "amplifier_node = 2\nsensor_node    = 1\n\n[axis.frames.sample]\nmessage      = \"Samples\"\n"
+    "amplifier_node = 16\nsensor_node    = 8\n\n[axis.frames.sample]\nmessage      = \"Samples\"\n"
     "position     = \"PositionY\"",
-    "amplifier_node = 2\nsensor_node    = 3\n\n[axis.frames.sample]\nmessage      = \"Samples\"\n"
+    "amplifier_node = 16\nsensor_node    = 9\n\n[axis.frames.sample]\nmessage      = \"Samples\"\n"
     "position     = \"PositionY\""};
 
 TEST(SharedFrames, AreOneNodeAndOneMessageOfTwoAxes) {
@@ -45,7 +45,7 @@ TEST(SharedFrames, AreOneNodeAndOneMessageOfTwoAxes) {
 
 TEST(SharedFrames, AreOfOneNode) {
   EXPECT_NE(error_after({other_sensor})
-                .find("sensor_node is 3, expected 1 as in axis x, with which it shares message Samples"),
+                .find("sensor_node is 9, expected 8 as in axis x, with which it shares message Samples"),
             std::string::npos)
       << error_after({other_sensor});
 }
@@ -86,16 +86,51 @@ TEST(SharedFrames, AreNotWithheldToTryAWatchdog) {
 }
 
 TEST(SharedFrames, GoOutWithinTheCycle) {
-  const std::string error = error_after({{"[controller]\n", "[controller]\ncommand_deadline_us = 400.0\n"}});
-  EXPECT_NE(error.find("command_deadline_us is 400, expected less than the cycle, 400"), std::string::npos)
+  const std::string error = error_after({{"_us = 245.0", "_us = 250.0"}});
+  EXPECT_NE(error.find("command_deadline_us is 250, expected less than the cycle, 250"), std::string::npos)
       << error;
 }
 
 TEST(SharedFrames, DoNotGoOutBeforeTheirSamplesCanHaveCome) {
-  const std::string error = error_after({{"[controller]\n", "[controller]\ncommand_deadline_us = 100.0\n"}});
-  EXPECT_NE(error.find("command_deadline_us is 100 in force, expected at least 308: only then all samples "
+  const std::string error = error_after({{"_us = 245.0", "_us = 100.0"}});
+  EXPECT_NE(error.find("command_deadline_us is 100 in force, expected at least 243: only then all samples "
                        "Samples have come"),
             std::string::npos)
+      << error;
+}
+
+TEST(BackgroundSlots, AreADivisorOfTheLargestSyncCounter) {
+  const std::string error = error_after({{"= 24  ", "= 25  "}});
+  EXPECT_NE(
+      error.find("background_slots is 25, expected a divisor of 240, up to which the SYNC counter counts"),
+      std::string::npos)
+      << error;
+}
+
+TEST(BackgroundSlots, AreDifferentForEachNode) {
+  const std::string error = error_after({{"node                = 24", "node                = 40"}});
+  EXPECT_NE(
+      error.find("nodes 16 (the amplifier of axis x) and 40 (the controller) have the same slot, 16 of 24, "
+                 "expected numbers with different remainders"),
+      std::string::npos)
+      << error;
+}
+
+TEST(BackgroundSlots, ComeOnceInAHeartbeatPeriod) {
+  const std::string error = error_after({{"heartbeat_ms = 100.0", "heartbeat_ms = 5.0"}});
+  EXPECT_NE(error.find("a round of 24 cycles takes 6 ms, expected at most 5, the shorter heartbeat_ms"),
+            std::string::npos)
+      << error;
+}
+
+TEST(BackgroundSlots, AreWhatTheRateOfTheShippedStageNeeds) {
+  const std::string error = error_after({{"background_slots       = 24", "background_slots       = 0"}});
+  EXPECT_NE(error.find("lower rate_Hz (2690 Hz fits)"), std::string::npos) << error;
+}
+
+TEST(BackgroundSlots, OfSuccessiveCyclesFitNoSuchRate) {
+  const std::string error = error_after({{"node                = 24", "node                = 17"}});
+  EXPECT_NE(error.find("the last command may begin as late as 298 us after its SYNC"), std::string::npos)
       << error;
 }
 
@@ -126,7 +161,7 @@ TEST(SharedFrames, AreSampledByOneClock) {
 
 TEST(SharedFrames, DoNotFitIntoAFrameThatIsTooShort) {
   const support::ShippedCopy shipped;
-  shipped.edit("fd_stage.dbc", "BO_ 385 Samples: 12", "BO_ 385 Samples: 8");
+  shipped.edit("fd_stage.dbc", "BO_ 392 Samples: 12", "BO_ 392 Samples: 8");
   try {
     load(shipped / file);
     FAIL() << "accepted";
