@@ -45,6 +45,13 @@ BO_ 641 StatusOfY: 12 Vector__XXX
  SG_ FaultY : 24|32@1+ (1,0) [0|0] "" X
  SG_ OutY : 56|16@1- (0.01,0) [0|0] "V" X
 
+BO_ 642 StatusOfYWithoutFault: 12 Vector__XXX
+ SG_ Crc : 0|16@1+ (1,0) [0|0] "" X
+ SG_ Counter : 16|4@1+ (1,0) [0|0] "" X
+ SG_ StateY : 22|2@1+ (1,0) [0|0] "" X
+ SG_ FaultY : 32|1@1- (1,0) [0|0] "" X
+ SG_ OutY : 56|16@1- (0.01,0) [0|0] "V" X
+
 BO_ 386 Sample: 16 Vector__XXX
  SG_ Crc : 0|16@1+ (1,0) [0|0] "" X
  SG_ Counter : 16|4@1+ (1,0) [0|0] "" X
@@ -255,6 +262,17 @@ TEST(SharedAmplifier, ReportsAFaultAsItIsInASignalOf32Bits) {
   bench.amplifier(y).begin_internal_fault();
   bench.run(milliseconds(1));
   EXPECT_EQ(bench.statuses_[y]->fault, internal_fault);
+}
+
+TEST(SharedAmplifier, SendsTheStatusWhereTheSignalOfTheFaultHoldsNoMoreThanZero) {
+  Config config = two_axes();
+  config.axes[1].wire.frames->status->message = "StatusOfYWithoutFault";
+  Bench bench(config);
+  bench.start_nodes();
+  bench.amplifier(y).begin_internal_fault();
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
+  EXPECT_EQ(bench.statuses_[y]->fault, 0);
 }
 
 TEST(SharedAmplifier, SendsTheStatusOfTheAxesThatHaveOne) {
