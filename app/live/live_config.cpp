@@ -34,9 +34,11 @@ std::string difference(const config::Config& config, const std::vector<std::stri
   for (const config::AxisConfig& axis : config.axes) in_file.push_back(axis.wire.name);
   std::vector<std::string> texts;
   for (const std::string& name : in_force)
-    if (std::ranges::find(in_file, name) == in_file.end()) texts.push_back("axis " + name + " is missing");
+    if (std::ranges::find(in_file, name) == in_file.end())
+      texts.push_back(fmt::format("axis {} is missing", name));
   for (const std::string& name : in_file)
-    if (std::ranges::find(in_force, name) == in_force.end()) texts.push_back("axis " + name + " is new");
+    if (std::ranges::find(in_force, name) == in_force.end())
+      texts.push_back(fmt::format("axis {} is new", name));
   return fmt::format("needs a restart, nothing was changed: {}", fmt::join(texts, "; "));
 }
 
