@@ -24,7 +24,7 @@ Refusal refusal_of(LiveSetpoint became) {
 
 Refusal enable(Axis& axis) {
   if (axis.state() == AxisState::faulted) return "the axis is faulted: clear the fault first";
-  if (axis.state() != AxisState::offline) return "the axis is enabled already";
+  if (axis.state() != AxisState::offline) return enabled_already;
   axis.start(false);
   return std::nullopt;
 }
@@ -39,7 +39,7 @@ Refusal disable(Axis& axis) {
 /// A node whose set-up failed is set up once more.
 Refusal clear(WiredAxis& wired) {
   if (wired.axis.is_falling()) return "the drive still ramps to its safe value";
-  if (!wired.axis.clear()) return "there is no fault to clear";
+  if (!wired.axis.clear()) return no_fault_to_clear;
   for (RemoteNode* node : wired.nodes()) node->retry_setup();
   return std::nullopt;
 }

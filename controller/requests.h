@@ -33,6 +33,10 @@ struct Request {
   std::uint64_t cycle = 0;                            ///< the last cycle before the request took effect
 };
 
+/// Why a request is refused of an axis that is already as it asks.
+inline constexpr std::string_view enabled_already = "the axis is enabled already";
+inline constexpr std::string_view no_fault_to_clear = "there is no fault to clear";
+
 /// One thread requests, one other thread (the control thread) answers.
 class RequestLink {
  public:

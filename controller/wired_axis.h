@@ -59,7 +59,7 @@ class SensorLink : public RemoteNode {
   can::Decoder<can::SensorSample> decode_;
   bool names_its_sync_;
   bool is_doubled_ = false;
-  bool late_sample_ = false;                  ///< A sample of another cycle came since the last step.
+  bool late_sample_ = false;                  ///< A sample came too late since the last step.
   std::array<NamedSync, 256> named_syncs_{};  ///< by SyncCounter: the last sample that named it
 };
 

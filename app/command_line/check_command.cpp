@@ -136,6 +136,7 @@ int check(const std::filesystem::path& file) {
   for (const config::AxisConfig& axis : config.axes) show_mismatch(axis);
   for (const std::string& warning : config::setpoint_warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config::protection_warnings(config)) print("# warning: {}\n", warning);
+  for (const std::string& warning : config::format_warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config::command_warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config.database.warnings) print("# warning: {}\n", warning);
   if (config.database.further_warnings > 0)

@@ -99,6 +99,8 @@ void print_answer(const nlohmann::json& answer) {
   if (answer.contains("run")) print("{}\n", answer.at("run").get<std::string>());
   if (answer.contains("position_um"))
     print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
+  for (const nlohmann::json& line : answer.value("nothing_to_do", nlohmann::json::array()))
+    print("{}\n", line.get<std::string>());
   const char* changes = answer.contains("unsaved") ? "unsaved" : "changed";
   for (const nlohmann::json& change : answer.value(changes, nlohmann::json::array()))
     print("{}: {} -> {}\n", change.at("key").get<std::string>(), change.at("from").get<std::string>(),

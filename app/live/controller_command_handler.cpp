@@ -210,8 +210,14 @@ void ControllerCommandHandler::act(const json& command, Answer answer) {
     request->position_um = position_um;
     requests.push_back(std::move(request));
   }
-  ask_all(std::move(requests), [answer = std::move(answer)](const std::vector<std::string>& refusals) {
-    answer(refusals.empty() ? json{{"ok", true}} : refusal(fmt::format("{}", fmt::join(refusals, "; "))));
+  const std::size_t asked = requests.size();
+  ask_all(std::move(requests), [asked, answer = std::move(answer)](const Outcome& outcome) {
+    const auto& [refusals, needless] = outcome;
+    if (needless == asked || needless < refusals.size())
+      return answer(refusal(fmt::format("{}", fmt::join(refusals, "; "))));
+    json done{{"ok", true}};
+    if (needless > 0) done["nothing_to_do"] = refusals;
+    answer(done);
   });
 }
 
@@ -254,39 +260,39 @@ void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, Answer answe
   }
   auto requests = std::move(prepared.requests);
   const auto shared = std::make_shared<LiveConfig::Prepared>(std::move(prepared));
-  ask_all(std::move(requests),
-          [this, shared, answer = std::move(answer)](const std::vector<std::string>& refusals) {
-            if (!refusals.empty()) {
-              const std::string reason = fmt::format("{}", fmt::join(refusals, "; "));
-              spdlog::error("configuration not applied: {}", reason);
-              live_.mark_uncertain(*shared);
-              return answer(refusal(reason));
-            }
-            live_.accept(*shared);
-            outlets_.recorder.add(shared->at_once);
-            for (const config::Change& change : shared->at_once)
-              spdlog::info("configuration: {}", describe(change));
-            answer({{"ok", true}, {"changed", to_json(shared->at_once)}});
-          });
+  ask_all(std::move(requests), [this, shared, answer = std::move(answer)](const Outcome& outcome) {
+    if (!outcome.refusals.empty()) {
+      const std::string reason = fmt::format("{}", fmt::join(outcome.refusals, "; "));
+      spdlog::error("configuration not applied: {}", reason);
+      live_.mark_uncertain(*shared);
+      return answer(refusal(reason));
+    }
+    live_.accept(*shared);
+    outlets_.recorder.add(shared->at_once);
+    for (const config::Change& change : shared->at_once) spdlog::info("configuration: {}", describe(change));
+    answer({{"ok", true}, {"changed", to_json(shared->at_once)}});
+  });
 }
 
-/// Calls `done` with the refusals when all requests are answered.
+/// Calls `done` when all requests are answered.
 void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> requests,
-                                       std::function<void(const std::vector<std::string>&)> done) {
+                                       std::function<void(const Outcome&)> done) {
   struct Round {
     std::size_t open;
-    std::vector<std::string> refusals;
-    std::function<void(const std::vector<std::string>&)> done;
+    Outcome outcome;
+    std::function<void(const Outcome&)> done;
   };
   if (requests.empty()) return done({});
   const auto round = std::make_shared<Round>(Round{requests.size(), {}, std::move(done)});
   const auto close_one = [this, round](Request& request) {
     std::uint64_t& last_before = last_before_act_.at(request.axis);
     last_before = std::max(last_before, request.cycle);
-    if (request.refused_because)
-      round->refusals.push_back(
-          fmt::format("{}: {}", live_.axis_names().at(request.axis), *request.refused_because));
-    if (--round->open == 0) round->done(round->refusals);
+    if (const auto& reason = request.refused_because) {
+      round->outcome.refusals.push_back(fmt::format("{}: {}", live_.axis_names().at(request.axis), *reason));
+      if (*reason == controller::enabled_already || *reason == controller::no_fault_to_clear)
+        ++round->outcome.needless;
+    }
+    if (--round->open == 0) round->done(round->outcome);
   };
   for (auto& request : requests) {
     Request* asked = request.get();

@@ -53,8 +53,12 @@ class ControllerCommandHandler final : public CommandHandler {
   void record(const nlohmann::json& command, const Answer& answer);
 
   void apply(LiveConfig::Prepared prepared, Answer answer);
+  struct Outcome {
+    std::vector<std::string> refusals;
+    std::size_t needless = 0;  ///< of these: of axes that are already as asked for
+  };
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
-               std::function<void(const std::vector<std::string>& refusals)> done);
+               std::function<void(const Outcome&)> done);
   std::vector<std::size_t> axes_of(const nlohmann::json& command) const;
   void arm();
   void poll();

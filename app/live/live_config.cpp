@@ -27,6 +27,21 @@ bool is_within(const std::string& key, const std::string& path) {
          (key.size() == path.size() || key[path.size()] == '.' || key[path.size()] == '[');
 }
 
+/// Of a file with other axes than those in force; their keys one by one say less.
+std::string difference(const config::Config& config, const std::vector<std::string>& in_force) {
+  std::vector<std::string> in_file;
+  in_file.reserve(config.axes.size());
+  for (const config::AxisConfig& axis : config.axes) in_file.push_back(axis.wire.name);
+  std::vector<std::string> texts;
+  for (const std::string& name : in_force)
+    if (std::ranges::find(in_file, name) == in_file.end())
+      texts.push_back(fmt::format("axis {} is missing", name));
+  for (const std::string& name : in_file)
+    if (std::ranges::find(in_force, name) == in_force.end())
+      texts.push_back(fmt::format("axis {} is new", name));
+  return fmt::format("needs a restart, nothing was changed: {}", fmt::join(texts, "; "));
+}
+
 std::size_t axis_of(const std::string& path) {
   return static_cast<std::size_t>(std::stoul(path.substr(path.find('[') + 1)));
 }
@@ -74,6 +89,7 @@ LiveConfig::Prepared LiveConfig::without_the_last() const {
 
 LiveConfig::Prepared LiveConfig::prepare(Overrides overrides, std::vector<Overrides> earlier) const {
   const config::Config config = config::load(file_, overrides);
+  if (config.axes.size() != names_.size()) throw Error(difference(config, names_));
   std::vector<config::Setting> settings = config::settings(file_, overrides);
   Prepared prepared{.settings = std::move(settings),
                     .overrides = std::move(overrides),

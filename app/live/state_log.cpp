@@ -14,8 +14,8 @@ using Level = can::BusHealthLog::Level;
 
 constexpr double between_lines_s = 1.0;
 
-std::string at(const std::string& axis, double time_s, const controller::NodeEvent& event) {
-  return fmt::format("{}: at {:.3f} s {}", axis, time_s, describe(event));
+std::string at(const std::string& axes, double time_s, const controller::NodeEvent& event) {
+  return fmt::format("{}: at {:.3f} s {}", axes, time_s, describe(event));
 }
 
 Level level_of(const controller::NodeEvent& event) {
@@ -31,7 +31,7 @@ bool is_on_its_way(AxisState state) {
 
 }  // namespace
 
-void EventLog::add(const std::string& axis, const controller::CycleRecord& record) {
+void EventLog::add(const std::string& axes, const controller::CycleRecord& record) {
   if (record.event) {
     const auto known = std::ranges::find_if(kinds_, [&](const Kind& kind) {
       return kind.axis_index == record.axis && are_of_one_kind(kind.event, *record.event);
@@ -39,7 +39,7 @@ void EventLog::add(const std::string& axis, const controller::CycleRecord& recor
     if (known != kinds_.end()) {
       count(*known, record);
     } else if (kinds_.size() < most_kinds) {
-      kinds_.push_back({.axis = axis,
+      kinds_.push_back({.axes = axes,
                         .axis_index = record.axis,
                         .event = *record.event,
                         .first_s = record.time_s,
@@ -47,7 +47,7 @@ void EventLog::add(const std::string& axis, const controller::CycleRecord& recor
       count(kinds_.back(), record);
     } else if (std::exchange(truncated_, truncated_ + record.event->times) == 0) {
       sink_(Level::warning, fmt::format("{}; more than {} kinds of events: further ones are only counted",
-                                        at(axis, record.time_s, *record.event), most_kinds));
+                                        at(axes, record.time_s, *record.event), most_kinds));
     }
   }
   log_pending(record.time_s);
@@ -61,14 +61,14 @@ void EventLog::count(Kind& kind, const controller::CycleRecord& record) {
   if (!is_new) return;
   kind.line_s = record.time_s;
   --kind.pending;
-  sink_(level_of(kind.event), at(kind.axis, record.time_s, *record.event));
+  sink_(level_of(kind.event), at(kind.axes, record.time_s, *record.event));
 }
 
 void EventLog::log_pending(double time_s) {
   for (Kind& kind : kinds_) {
     if (kind.pending == 0 || time_s - kind.line_s < between_lines_s) continue;
     sink_(level_of(kind.event),
-          fmt::format("{}: {}, {} more times in {:.1f} s", kind.axis, describe(kind.event),
+          fmt::format("{}: {}, {} more times in {:.1f} s", kind.axes, describe(kind.event),
                       std::exchange(kind.pending, 0), time_s - kind.line_s));
     kind.line_s = time_s;
   }
@@ -78,7 +78,7 @@ std::vector<std::string> EventLog::lines() const {
   std::vector<std::string> lines;
   lines.reserve(kinds_.size() + 1);
   for (const Kind& kind : kinds_) {
-    lines.push_back(at(kind.axis, kind.first_s, kind.event));
+    lines.push_back(at(kind.axes, kind.first_s, kind.event));
     if (kind.total > 1) lines.back() += fmt::format(", {} times until {:.3f} s", kind.total, kind.last_s);
   }
   return lines;
@@ -97,13 +97,37 @@ StateLog::StateLog(const config::Config& config, can::BusHealthLog::Sink sink)
 
 void StateLog::add(const controller::CycleRecord& record) {
   Axis& axis = axes_[record.axis];
-  events_.add(axis.name, record);
+  if (record.event && !is_told_by_another(record))
+    events_.add(concerned(axis, *record.event), record);
+  else
+    events_.log_pending(record.time_s);
   if (const auto& after_s = record.report.watchdog_tripped_after_s)
     sink_(Level::info,
           fmt::format("{}: watchdog of the amplifier (node {}) verified: tripped after {:.0f} ms", axis.name,
                       axis.amplifier_node, 1e3 * *after_s));
   if (axis.state != record.report.state) add_state(axis, record);
   add_block(axis, record);
+}
+
+bool StateLog::is_told_by_another(const controller::CycleRecord& record) {
+  constexpr double at_once_s = 0.1;
+  const controller::NodeEvent& event = *record.event;
+  if (event.kind != controller::NodeEvent::Kind::another_controller) {
+    const auto first = std::ranges::find_if(axes_, [&](const Axis& axis) { return axis.has(event.node); });
+    return static_cast<std::size_t>(first - axes_.begin()) < record.axis;
+  }
+  const auto told = std::exchange(foreign_, Told{record.axis, event.frame, record.time_s});
+  return told && told->axis != record.axis && told->frame == event.frame &&
+         record.time_s - told->time_s < at_once_s;
+}
+
+/// Another controller concerns every axis.
+std::string StateLog::concerned(const Axis& axis, const controller::NodeEvent& event) const {
+  const bool is_of_all = event.kind == controller::NodeEvent::Kind::another_controller;
+  std::vector<std::string> names;
+  for (const Axis& each : axes_)
+    if (is_of_all || each.has(event.node)) names.push_back(each.name);
+  return names.empty() ? axis.name : fmt::format("{}", fmt::join(names, ", "));
 }
 
 void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,8 +24,10 @@ class EventLog {
   static constexpr std::size_t most_kinds = 100;
 
   explicit EventLog(can::BusHealthLog::Sink sink) : sink_(std::move(sink)) {}
-  /// Takes every record, also one without an event.
-  void add(const std::string& axis, const controller::CycleRecord& record);
+  /// Takes every record, also one without an event. `axes`: the names of those that its event concerns.
+  void add(const std::string& axes, const controller::CycleRecord& record);
+  /// Of a record without an event that would be added.
+  void log_pending(double time_s);
 
   /// One line for each kind, with its total.
   std::vector<std::string> lines() const;
@@ -33,8 +36,8 @@ class EventLog {
 
  private:
   struct Kind {
-    std::string axis;
-    std::size_t axis_index = 0;
+    std::string axes;
+    std::size_t axis_index = 0;     ///< the one whose record told it
     controller::NodeEvent event{};  ///< the first one
     double first_s = 0.0;
     double last_s = 0.0;
@@ -43,7 +46,6 @@ class EventLog {
     std::uint64_t pending = 0;  ///< since the last line
   };
   void count(Kind& kind, const controller::CycleRecord& record);
-  void log_pending(double time_s);
 
   can::BusHealthLog::Sink sink_;
   std::vector<Kind> kinds_;
@@ -74,7 +76,12 @@ class StateLog {
     double blocked_since_s = 0.0;            ///< the first of them
     double amplifier_output = 0.0;
     bool block_is_logged = false;
+
+    bool has(std::uint8_t node) const { return node == amplifier_node || node == sensor_node; }
   };
+  /// A frame that concerns several axes is in a record of each. One of them tells it.
+  bool is_told_by_another(const controller::CycleRecord& record);
+  std::string concerned(const Axis& axis, const controller::NodeEvent& event) const;
   void add_state(Axis& axis, const controller::CycleRecord& record);
   void add_block(Axis& axis, const controller::CycleRecord& record);
   void add_missing_axes();
@@ -86,6 +93,12 @@ class StateLog {
   can::BusHealthLog::Sink sink_;
   std::vector<Axis> axes_;
   EventLog events_;
+  struct Told {
+    std::size_t axis = 0;
+    controller::ForeignFrame frame{};
+    double time_s = 0.0;
+  };
+  std::optional<Told> foreign_;  ///< the latest frame of another controller
   bool has_tracked_ = false;
 };
 

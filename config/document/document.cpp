@@ -100,6 +100,7 @@ double nanoseconds_per_unit(std::string_view key) {
 void Reader::choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
                     const About& /*about*/) {
   required(key, value);
+  lacks_choice_ |= !table_.contains(key);
   if (table_.contains(key) && std::ranges::find(choices, value) == choices.end())
     document_.fail(table_.get(key)->source(),
                    fmt::format("{} is \"{}\", expected one of {}", key, value, join_choices(choices)));
@@ -155,10 +156,13 @@ void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& valu
 }
 
 void Reader::finish() const {
-  for (const auto& [key, node] : table_)
-    if (!known_.contains(key.str()))
-      document_.fail(key.source(), fmt::format("unknown key {}{}, expected one of {}", key.str(),
-                                               meant_instead_of(key.str(), known_), fmt::join(known_, ", ")));
+  for (const auto& [key, node] : table_) {
+    if (known_.contains(key.str())) continue;
+    const std::string meant = meant_instead_of(key.str(), known_);
+    if (lacks_choice_ && meant.empty()) continue;
+    document_.fail(key.source(), fmt::format("unknown key {}{}, expected one of {}", key.str(), meant,
+                                             fmt::join(known_, ", ")));
+  }
   if (!missing_.empty())
     document_.fail(table_.source(), fmt::format("missing key {}, expected in {}", missing_,
                                                 path_.empty() ? "the file" : "[" + path_ + "]"));

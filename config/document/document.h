@@ -150,7 +150,8 @@ class Reader {
   }
 
   /// Fails at an unknown key, then at a missing required key. The order matters because a misspelt key is
-  /// both.
+  /// both. Where a missing key is a choice, which may decide on the keys, only one that is close to a known
+  /// one counts as unknown.
   void finish() const;
 
  private:
@@ -203,7 +204,8 @@ class Reader {
   const toml::table& table_;
   std::string path_;
   std::set<std::string, std::less<>> known_;
-  std::string missing_;  ///< the first required key that is absent
+  std::string missing_;        ///< the first required key that is absent
+  bool lacks_choice_ = false;  ///< of the absent keys, one is a choice
 };
 
 /// Writes structs as TOML. A remark decides which keys are written, and what stands behind their values.

@@ -24,6 +24,8 @@ void check_sharing(const Document& document, const Config& config);
 /// Where a CRC covers more bytes of a message than it can guard: one line for each message, "message M of
 /// axis x: ..., what would do".
 std::vector<std::string> protection_warnings(const Config& config);
+/// Where the DBC calls a message of more than 8 bytes classical: one line for each.
+std::vector<std::string> format_warnings(const Config& config);
 /// Where a signal of a command has no role and its raw 0, which is sent, is another value: one line for each.
 std::vector<std::string> command_warnings(const Config& config);
 /// Two messages that are sent or received, including those of CANopen, do not share an identifier.

@@ -117,8 +117,9 @@ class FrameCheck {
       fail("crc",
            fmt::format("signal {} of message {} is not {}", map_.crc, message_->name,
                        count == 1 ? "a whole byte" : "two whole bytes"),
-           fmt::format("{} bits that fill {}, for polynomial {}, or another polynomial", 8 * count,
-                       count == 1 ? "a byte" : "two bytes", word_of(map_.polynomial)));
+           fmt::format("{} bits that fill {}, for polynomial {}{}, or another polynomial", 8 * count,
+                       count == 1 ? "a byte" : "two bytes", word_of(map_.polynomial),
+                       count == 1 ? "" : " (the default above 8 bytes)"));
   }
 
   void check_standard_id(std::uint32_t id) const {
@@ -295,6 +296,21 @@ std::vector<std::string> protection_warnings(const Config& config) {
             "{}: polynomial = \"CRC-16\", with two bytes for the CRC, would do",
             name, axis.wire.name, word_of(protection.polynomial), covered, most));
     }
+  return warnings;
+}
+
+std::vector<std::string> format_warnings(const Config& config) {
+  std::vector<std::string> warnings;
+  for (const std::string& name : fd_messages(config)) {
+    const can::Message& message = *config.database.find(name);
+    if (message.fd) continue;
+    warnings.push_back(fmt::format(
+        "message {} (BO_ {}) in {} has {} bytes, and its VFrameFormat is that of classical CAN: it is sent "
+        "as CAN FD without bit-rate switch; VFrameFormat = \"{}CAN_FD\", and CANFD_BRS = 1 if it switches "
+        "the bit rate, would do",
+        name, can::Database::key_of(message.id, message.extended), config.bus.dbc.string(), message.length,
+        message.extended ? "Extended" : "Standard"));
+  }
   return warnings;
 }
 

@@ -45,6 +45,11 @@ void check_loop(const Document& document, const Config& config, std::size_t inde
         fmt::format("the loop is unstable with {}, expected ki_per_s of at most {:g} for the plant in "
                     "delays; `hystcan tune` finds gains with margin",
                     gains_of(pi), stable.ki_per_s));
+  if (stable.kp == 0.0)
+    document.fail_at(path + "delays.damping_ratio",
+                     fmt::format("the loop is unstable with {}, and no kp or ki_per_s above 0 is stable for "
+                                 "the plant in delays, whose damping_ratio is {:g}, expected a larger one",
+                                 gains_of(pi), axis.control.delays.damping_ratio));
   document.fail_at(path + "kp",
                    fmt::format("the loop is unstable with {}, expected kp of less than {:g} without ki_per_s "
                                "for the plant in delays; `hystcan tune` finds gains with margin",

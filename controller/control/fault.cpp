@@ -42,7 +42,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
      "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the log "
      "names the "
      "frame, end one of the two"},
-    {"sample late", "the sensor answers a SYNC after the next one: check the bus load and the sensor's rate",
+    {"sample late",
+     "samples come after the next SYNC, or after command_deadline_us: check the bus load and the sensor's rate",
      true},
     {"position frozen", "the drive moves, the position does not change by one bit: check sensor and stage",
      true},

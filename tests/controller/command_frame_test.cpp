@@ -127,6 +127,15 @@ TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenAnOlderSyncHas) {
   EXPECT_EQ(queue.frames.size(), 1u);
 }
 
+TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenTheHeartbeatOrTheStatusOfTheControllerHas) {
+  send(10.0);
+  send(20.0);
+  frame.on_echo(can::heartbeat_frame(100, can::NmtState::operational), queue);
+  EXPECT_EQ(queue.frames.size(), 1u) << "its one byte is no SYNC counter";
+  frame.on_echo({.id = 0x3A0, .length = 8}, queue);
+  EXPECT_EQ(queue.frames.size(), 1u);
+}
+
 TEST_F(CommandFrameOfOneAxis, HasLeftWhenTheSyncCounterHasBegunAgain) {
   sync = can::sync_counter_max - 1;
   send(10.0);
@@ -243,7 +252,7 @@ TEST_F(CommandFrameOfOneAxis, IsForgottenWithTheBus) {
   send(20.0);
   frame.forget();
   EXPECT_FALSE(frame.is_late());
-  send(30.0);
+  EXPECT_FALSE(send(30.0)) << "it takes the place of none";
   ASSERT_EQ(queue.frames.size(), 2u);
   EXPECT_NEAR(last(), 30.0, 1e-9);
   echo();

@@ -13,6 +13,7 @@ const tracks = async () => /tracking/.test(await page.textContent('#axis-0-state
 
 async function stop() {
   await until('the axis tracks', tracks);
+  await until('the page has its rows', async () => (await startAgain().count()) === 0);
   await page.click('#stop');
   await until('the button', () => startAgain().isVisible());
   await until('the state of no axis is known', async () => !(await tracks()));
@@ -41,6 +42,17 @@ test('The first command after it is carried out', async () => {
 test('The control socket is that of the new rehearsal', async () => {
   const status = JSON.parse((await ctl(demo.socket, '--json', 'status')).output);
   assert.equal(status.ok, true);
+});
+
+test('The button and its answer stay while the page looks for the controller', async () => {
+  const looks = () => page.locator('#events li', { hasText: 'no controller' }).count();
+  const before = await looks();
+  await stop();
+  const message = await page.locator('#stream-message > *').elementHandles();
+  await until('another reason why there is none', async () => (await looks()) >= before + 2);
+  for (const one of message) assert.ok(await one.evaluate((element) => element.isConnected));
+  await startAgain().click();
+  await until('the axis tracks again', tracks);
 });
 
 test('A configuration that is broken meanwhile is shown as the reason, and after its repair it starts', async () => {

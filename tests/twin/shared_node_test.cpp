@@ -42,7 +42,14 @@ BO_ 641 StatusOfY: 12 Vector__XXX
  SG_ Crc : 0|16@1+ (1,0) [0|0] "" X
  SG_ Counter : 16|4@1+ (1,0) [0|0] "" X
  SG_ StateY : 22|2@1+ (1,0) [0|0] "" X
- SG_ FaultY : 32|8@1+ (1,0) [0|0] "" X
+ SG_ FaultY : 24|32@1+ (1,0) [0|0] "" X
+ SG_ OutY : 56|16@1- (0.01,0) [0|0] "V" X
+
+BO_ 642 StatusOfYWithoutFault: 12 Vector__XXX
+ SG_ Crc : 0|16@1+ (1,0) [0|0] "" X
+ SG_ Counter : 16|4@1+ (1,0) [0|0] "" X
+ SG_ StateY : 22|2@1+ (1,0) [0|0] "" X
+ SG_ FaultY : 32|1@1- (1,0) [0|0] "" X
  SG_ OutY : 56|16@1- (0.01,0) [0|0] "V" X
 
 BO_ 386 Sample: 16 Vector__XXX
@@ -245,6 +252,27 @@ TEST(SharedAmplifier, SendsTwoStatusesWhereEachAxisHasItsOwn) {
   EXPECT_EQ(bench.heard_[0x181], 0) << "x has not changed";
   EXPECT_EQ(bench.heard_[0x281], 1);
   EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
+}
+
+TEST(SharedAmplifier, ReportsAFaultAsItIsInASignalOf32Bits) {
+  Config config = two_axes();
+  config.axes[1].wire.frames->status->message = "StatusOfY";
+  Bench bench(config);
+  bench.start_nodes();
+  bench.amplifier(y).begin_internal_fault();
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.statuses_[y]->fault, internal_fault);
+}
+
+TEST(SharedAmplifier, SendsTheStatusWhereTheSignalOfTheFaultHoldsNoMoreThanZero) {
+  Config config = two_axes();
+  config.axes[1].wire.frames->status->message = "StatusOfYWithoutFault";
+  Bench bench(config);
+  bench.start_nodes();
+  bench.amplifier(y).begin_internal_fault();
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
+  EXPECT_EQ(bench.statuses_[y]->fault, 0);
 }
 
 TEST(SharedAmplifier, SendsTheStatusOfTheAxesThatHaveOne) {

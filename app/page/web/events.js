@@ -45,6 +45,7 @@ export class ControllerNotice {
   #startCommand = '';
   #isDemo = false;
   #stopSent = false;
+  #reason = element('span'); // why there is no controller
 
   constructor(connection, access, events) {
     this.events = events;
@@ -65,11 +66,15 @@ export class ControllerNotice {
     place.replaceChildren();
   }
 
+  /** Also when there is another reason. What is there stays: the button, which may be pressed, and its answer. */
   lost(reason = '') {
     if (this.#stopSent) setText(byId('stop-message'), 'Stopped: the controller has ended.');
     this.events.note('warning', `no controller: ${reason}`);
-    byId('stream-message').replaceChildren(
-      this.#stopSent ? '' : `There is no controller: ${reason}. `,
+    setText(this.#reason, this.#stopSent ? '' : `There is no controller: ${reason}. `);
+    const place = byId('stream-message');
+    if (place.hasChildNodes()) return;
+    place.append(
+      this.#reason,
       'The charts keep what has come. ',
       ...(this.#isDemo
         ? this.#waysToStartAgain()

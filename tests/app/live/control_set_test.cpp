@@ -232,6 +232,30 @@ TEST(Reload, OfAChangeThatNeedsARestartAppliesNothingOfTheFile) {
   EXPECT_EQ(changes(client.ask(reload)), std::vector<std::string>{"axis[0].control.kp 0 0.08"});
 }
 
+TEST(Reload, OfAFileWithoutAnAxisNamesTheAxisAlone) {
+  const ControlBench bench;
+  const std::filesystem::path file = bench.files() / "piezo.toml";
+  const std::string text = support::read_file(file);
+  std::ofstream(file) << text.substr(0, text.rfind("[[axis]]"));
+  const json answer = bench.client().ask(reload);
+  EXPECT_EQ(answer.at("error"), "needs a restart, nothing was changed: axis y is missing");
+}
+
+TEST(Reload, OfAFileWithAnotherAxisNamesTheAxisAlone) {
+  const support::ShippedCopy files;
+  const std::filesystem::path file = files / "piezo.toml";
+  const std::string text = support::read_file(file);
+  std::ofstream(file) << text.substr(0, text.rfind("[[axis]]"));
+  const LiveConfig live(file, config::load(file));
+  std::ofstream(file) << text;
+  try {
+    static_cast<void>(live.reread());
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "needs a restart, nothing was changed: axis y is new");
+  }
+}
+
 TEST(Reload, HappensWhenTheFileIsWrittenOrReplaced) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));

@@ -132,6 +132,31 @@ TEST(ControlSocket, ActsOnAllAxesIfNoneIsNamed) {
   EXPECT_TRUE(is_ok(client.ask(command("enable"))));
 }
 
+TEST(ControlSocket, ClearsAndEnablesTheAxesThatNeedItAndNamesTheOthersIfNoAxisIsNamed) {
+  const ControlBench bench;
+  ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
+  ASSERT_TRUE(bench.axis_is(1, AxisState::tracking));
+  Client client = bench.client();
+  const auto limit = [&](double um) {
+    return client.ask({{"do", "set"}, {"axis", "x"}, {"key", "following_error_um"}, {"value", um}});
+  };
+  ASSERT_TRUE(is_ok(limit(1e-6)));
+  ASSERT_TRUE(bench.axis_is(0, AxisState::faulted));
+  ASSERT_TRUE(is_ok(limit(4.0)));
+  EXPECT_TRUE(says(client.ask(command("enable")),
+                   "x: the axis is faulted: clear the fault first; y: the axis is enabled already"));
+  json cleared;
+  ASSERT_TRUE(bench.comes_true([&] {
+    cleared = client.ask(command("clear"));  // refused while the drive ramps
+    return is_ok(cleared);
+  })) << cleared;
+  EXPECT_EQ(cleared.at("nothing_to_do"), json::array({"y: there is no fault to clear"}));
+  EXPECT_TRUE(
+      says(client.ask(command("clear")), "x: there is no fault to clear; y: there is no fault to clear"));
+  EXPECT_EQ(client.ask(command("enable")),
+            (json{{"ok", true}, {"nothing_to_do", json::array({"y: the axis is enabled already"})}}));
+}
+
 TEST(ControlSocket, StopRampsEveryAxisDownAndEndsTheRun) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));

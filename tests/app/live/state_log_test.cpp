@@ -116,6 +116,52 @@ TEST_F(StateLogOfTwoAxes, AnErrorResetIsNoWarning) {
   EXPECT_EQ(levels, (std::vector{Level::warning, Level::info}));
 }
 
+/// The axes of fd_stage.toml, whose nodes are 1 (sensor) and 2 (amplifier), report the same frames.
+class StateLogOfAxesThatShareNodes : public testing::Test {
+ protected:
+  void add(std::size_t axis, double time_s, const controller::NodeEvent& event) {
+    controller::CycleRecord record;
+    record.time_s = time_s;
+    record.axis = axis;
+    record.event = event;
+    log.add(record);
+  }
+  std::vector<std::string> lines;
+  StateLog log{config::load(HYSTCAN_SOURCE_DIR "/config/fd_stage.toml"),
+               [this](can::BusHealthLog::Level, const std::string& line) { lines.push_back(line); }};
+};
+
+TEST_F(StateLogOfAxesThatShareNodes, HasAnEmergencyOnceWithTheNamesOfBoth) {
+  const controller::NodeEvent emergency{.node = 2, .emergency = {.code = 0x8130, .manufacturer = {}}};
+  for (const std::size_t axis : {0, 1}) add(axis, 1.0, emergency);
+  const std::vector<std::string> expected{
+      "x, y: at 1.000 s node 2: emergency 0x8130: life guard or heartbeat error (error register 0x00)"};
+  EXPECT_EQ(lines, expected);
+  EXPECT_EQ(log.events().lines(), expected) << "counted once too";
+}
+
+TEST_F(StateLogOfAxesThatShareNodes, HasAFrameOfAnotherControllerOnceWhicheverAxisReportsItFirst) {
+  const controller::NodeEvent foreign{.kind = controller::NodeEvent::Kind::another_controller,
+                                      .frame = {.id = 0x080}};
+  add(1, 1.000, foreign);
+  add(0, 1.001, foreign);
+  EXPECT_EQ(lines, std::vector<std::string>{"x, y: at 1.000 s another node sends SYNC (0x080)"});
+  add(0, 8.0, foreign);
+  EXPECT_EQ(lines.size(), 2U) << "of another fault";
+}
+
+TEST_F(StateLogOfTwoAxes, HasTheSameEmergencyOfTwoNodesForEachAxis) {
+  for (const std::size_t axis : {0, 1}) {
+    controller::CycleRecord record;
+    record.axis = axis;
+    record.event = controller::NodeEvent{.node = static_cast<std::uint8_t>(1 + 2 * axis),
+                                         .emergency = {.code = 0x8130, .manufacturer = {}}};
+    log.add(record);
+  }
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_TRUE(lines[0].starts_with("x: at ") && lines[1].starts_with("y: at "));
+}
+
 TEST_F(StateLogOfTwoAxes, KnowsWhetherAnythingWasTracked) {
   add(0, 0.0, AxisState::waiting, ArmingBlock::sample);
   add(0, 0.1, AxisState::initialising);

@@ -69,6 +69,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "polynomial is \"CRC-32\""},
         BadFrames{"NoDataId", file, "data_id      = 0x10A1", "", "[axis.frames.command]",
                   "missing key data_id"},
+        BadFrames{"NoCrcCovers", file, "crc_covers", "# crc_covers", "[axis.frames.command]",
+                  "missing key crc_covers"},
         BadFrames{"CrcWithoutUse", file, "integrity    = \"counter+crc\"", "integrity    = \"counter\"",
                   "crc          =", "unknown key crc"},
         BadFrames{"CrcNotAByte", file, "crc          = \"Crc\"", "crc          = \"On\"",
@@ -271,6 +273,21 @@ TEST(ProtectionWarnings, NameAMessageWithMoreBytesThanItsCrcGuards) {
   EXPECT_TRUE(warnings(12, "CRC-8H2F").empty());
   EXPECT_TRUE(warnings(24, "SAE-J1850").empty());
   EXPECT_TRUE(warnings(64, "CRC-16").empty());
+}
+
+TEST(FormatWarnings, NameAMessageOfMoreThanEightBytesThatTheDbcCallsClassical) {
+  const support::ShippedCopy shipped;
+  shipped.edit("lab_amplifier.dbc", "AmpSet: 4", "AmpSet: 12");
+  shipped.edit("lab_amplifier.dbc", "Crc : 0|8@1+ (1,0) [0|255]", "Crc : 88|8@1+ (1,0) [0|255]");
+  EXPECT_TRUE(format_warnings(load(shipped / file)).empty()) << "without VFrameFormat the length decides";
+  shipped.edit("lab_amplifier.dbc",
+               "BU_:", "BA_DEF_ BO_ \"VFrameFormat\" INT 0 15;\nBA_DEF_DEF_ \"VFrameFormat\" 0;\nBU_:");
+  EXPECT_EQ(
+      format_warnings(load(shipped / file)),
+      (std::vector<std::string>{
+          "message AmpSet (BO_ 2565804033) in lab_amplifier.dbc has 12 bytes, and its VFrameFormat is that of "
+          "classical CAN: it is sent as CAN FD without bit-rate switch; VFrameFormat = "
+          "\"ExtendedCAN_FD\", and CANFD_BRS = 1 if it switches the bit rate, would do"}));
 }
 
 // `monitor` and the controller check frames by the same rules.
