@@ -81,8 +81,8 @@ inline const ExponentialConvergence::Convergence& ExponentialConvergence::pace(D
 
 inline double ExponentialConvergence::value(const Branch& branch, Direction direction, double input) const {
   const double d = between(input, branch.start_input);
-  return parameters_.curve(direction).value(input) +
-         (branch.offset - branch.coefficient * pace(direction).phi(d));
+  const double phi = pace(direction).phi(d);  // first, so that nothing waits on the stack while exp runs
+  return parameters_.curve(direction).value(input) + (branch.offset - branch.coefficient * phi);
 }
 
 inline Jet ExponentialConvergence::jet(const Branch& branch, Direction direction, double input) const {

@@ -116,6 +116,7 @@ class MemoryModel {
   template <double Branch::*axis>
   bool stays_on_branch(const State& state, double from, double to) const;
   Prediction on_branch(const State& state, double input) const;
+  Prediction advance_past(State& state, double input) const;
   double follow(const Segment& segment, double input) const;
   double solve(const Branch& branch, Direction direction, Point begin, double end, double level) const;
 

@@ -183,7 +183,7 @@ bool MemoryModel<Law>::stays_on_branch(const State& state, double from, double t
 }
 
 template <BranchLaw Law>
-Prediction MemoryModel<Law>::on_branch(const State& state, double input) const {
+inline Prediction MemoryModel<Law>::on_branch(const State& state, double input) const {
   const Branch& branch = state.branches.back();
   return {law_.value(branch, state.direction(), input), false, branch.increasing, true};
 }
@@ -203,13 +203,17 @@ Prediction MemoryModel<Law>::forward(const State& state, double input) const {
 }
 
 template <BranchLaw Law>
-Prediction MemoryModel<Law>::advance(State& state, double input) const {
+inline Prediction MemoryModel<Law>::advance(State& state, double input) const {
   input = folded(input);
-  if (stays_on_branch<&Branch::start_input>(state, state.input, input)) {
-    const Prediction step = on_branch(state, input);
-    put(state, input, step.value);
-    return step;
-  }
+  if (!stays_on_branch<&Branch::start_input>(state, state.input, input)) return advance_past(state, input);
+  const Prediction step = on_branch(state, input);
+  put(state, input, step.value);
+  return step;
+}
+
+// The step turns, reaches a target, or has nowhere to go.
+template <BranchLaw Law>
+Prediction MemoryModel<Law>::advance_past(State& state, double input) const {
   if (!std::isfinite(input)) return {state.level, false, state.branches.back().increasing, false};
   const double v = std::clamp(input, lower_.start_input, upper_.start_input);
   if (v != state.input && (v == lower_.start_input || v == upper_.start_input)) {

@@ -81,14 +81,4 @@ SecondOrder::SecondOrder(const Config& config, double dt_s) {
   velocity_from_after_ = static_cast<double>(from_after(1) * omega);
 }
 
-SecondOrder::State SecondOrder::operator()(const State& state, double input_before,
-                                           double input_after) const {
-  const double before = input_before - state.position;
-  const double after = input_after - state.position;
-  return {state.position + position_from_velocity_ * state.velocity + position_from_before_ * before +
-              position_from_after_ * after,
-          velocity_from_velocity_ * state.velocity + velocity_from_before_ * before +
-              velocity_from_after_ * after};
-}
-
 }  // namespace hystcan::model

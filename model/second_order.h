@@ -29,7 +29,14 @@ class SecondOrder {
 
   /// Throws std::invalid_argument if a parameter is not finite or out of range, or if dt_s <= 0.
   SecondOrder(const Config& config, double dt_s);
-  State operator()(const State& state, double input_before, double input_after) const;
+  State operator()(const State& state, double input_before, double input_after) const {
+    const double before = input_before - state.position;
+    const double after = input_after - state.position;
+    return {state.position + position_from_velocity_ * state.velocity + position_from_before_ * before +
+                position_from_after_ * after,
+            velocity_from_velocity_ * state.velocity + velocity_from_before_ * before +
+                velocity_from_after_ * after};
+  }
 
  private:
   double position_from_velocity_, position_from_before_, position_from_after_;

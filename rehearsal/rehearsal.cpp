@@ -145,10 +145,13 @@ void plan_learning_anew(controller::AxisConfig& axis, double rate_Hz) {
 
 Rehearsal::Rehearsal(const Setup& setup, controller::Controller::RecordHandler on_record)
     : bus_(clock_, setup.rates),
-      attach_([this](std::span<const can::Filter>) { return bus_.attach(); }),
-      twin_(std::make_unique<twin::Twin>(
-          setup.twin, setup.database, clock_,
-          [this](std::span<const can::Filter>) { return bus_.attach(can::TransmitOrder::by_priority); })),
+      attach_([this](std::span<const can::Filter> filters) {
+        return bus_.attach(can::TransmitOrder::as_sent, filters);
+      }),
+      twin_(std::make_unique<twin::Twin>(setup.twin, setup.database, clock_,
+                                         [this](std::span<const can::Filter> filters) {
+                                           return bus_.attach(can::TransmitOrder::by_priority, filters);
+                                         })),
       controller_(setup.controller, setup.database, clock_, attach_, std::move(on_record)) {}
 
 void Rehearsal::start() {

@@ -278,7 +278,7 @@ Amplifier::State Amplifier::operator()(const State& state) const {
 }
 
 /// Without an inductive load: lag and slew alone.
-double Amplifier::drive(const State& state, double slew_per_s, double linear_error) const {
+inline double Amplifier::drive(const State& state, double slew_per_s, double linear_error) const {
   const double error = state.target - state.output;
   if (std::abs(error) <= linear_error) return state.target - error * decay_;
   const double slewing_s = (std::abs(error) - linear_error) / slew_per_s;

@@ -82,7 +82,7 @@ FaultyConnection::FaultyConnection(std::unique_ptr<can::Bus> within, can::Schedu
 
 void FaultyConnection::begin(Fault kind, double number, std::size_t channel) {
   value(kind, channel) = number;
-  find_changes();
+  note_faults();
   if (kind == emergency)
     put(can::emergency_frame(config_.node,
                              {.code = static_cast<std::uint16_t>(number), .error_register = 0x01}));
@@ -91,7 +91,7 @@ void FaultyConnection::begin(Fault kind, double number, std::size_t channel) {
 
 void FaultyConnection::end(Fault kind, std::size_t channel) {
   if (!std::exchange(value(kind, channel), std::nullopt)) return;
-  find_changes();
+  note_faults();
   if (kind == frozen_value) channels_[channel].frozen_value.reset();
   if (kind == sensor_gain) channels_[channel].gain_from.reset();
   for (Channel& one : channels_) {
@@ -103,12 +103,11 @@ void FaultyConnection::end(Fault kind, std::size_t channel) {
   if (kind == emergency) put(can::emergency_frame(config_.node, {}));
 }
 
-void FaultyConnection::find_changes() {
-  constexpr std::array changes{late, out_of_order, frozen_counter, wrong_crc};
-  corrupts_ = std::ranges::any_of(changes, [this](Fault kind) { return is_on(kind); }) ||
-              std::ranges::any_of(channels_, [](const Channel& channel) {
-                return std::ranges::any_of(channel.on, &std::optional<double>::has_value);
-              });
+void FaultyConnection::note_faults() {
+  const auto any = [](const ActiveFaults& on) {
+    return std::ranges::any_of(on, &std::optional<double>::has_value);
+  };
+  is_faulty_ = any(on_) || std::ranges::any_of(channels_, any, &Channel::on);
 }
 
 FaultyConnection::Channel* FaultyConnection::channel_of(const can::Frame& frame) {
@@ -119,7 +118,7 @@ FaultyConnection::Channel* FaultyConnection::channel_of(const can::Frame& frame)
 
 void FaultyConnection::on_frame(FrameHandler handler) {
   within_->on_frame([this, handler = std::move(handler)](const can::Frame& frame, can::Time received) {
-    if (!misses(frame)) handler(frame, received);
+    if (!is_faulty_ || !misses(frame)) handler(frame, received);
   });
 }
 
@@ -154,7 +153,8 @@ bool FaultyConnection::put(can::Frame frame) {
 }
 
 bool FaultyConnection::send(const can::Frame& frame) {
-  Channel* const first = corrupts_ ? channel_of(frame) : nullptr;
+  if (!is_faulty_) return within_->send(frame);
+  Channel* const first = channel_of(frame);
   if (first == nullptr) return put(frame);
   can::Frame corrupted = frame;
   corrupt(corrupted, *first);

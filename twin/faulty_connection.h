@@ -113,7 +113,7 @@ class FaultyConnection final : public can::Bus {
   double value_of(Fault kind) const { return *on_[static_cast<std::size_t>(kind)]; }
   /// The first channel of this message; null where it is another frame.
   Channel* channel_of(const can::Frame& frame);
-  void find_changes();
+  void note_faults();
   bool misses(const can::Frame& frame);
   bool loses(const can::Frame& frame);
   bool put(can::Frame frame);
@@ -125,12 +125,12 @@ class FaultyConnection final : public can::Bus {
   void babble();
 
   std::unique_ptr<can::Bus> within_;
+  bool is_faulty_ = false;  ///< a fault is active
   can::Scheduler& scheduler_;
   Config config_;
   std::mt19937_64 random_;
   std::vector<Channel> channels_;
-  ActiveFaults on_{};      ///< those that act on the node
-  bool corrupts_ = false;  ///< an active fault changes the sent frames
+  ActiveFaults on_{};  ///< those that act on the node
   std::unique_ptr<can::Timer> babbles_;
 };
 

@@ -313,7 +313,7 @@ double Plant::stroke_um(const Motion& motion) const {
 }
 
 // This form has no rounding error where neither gain nor temperature changes the travel.
-double Plant::input_um(const Motion& motion) const {
+inline double Plant::input_um(const Motion& motion) const {
   double gain = disturbance_.gain;
   double offset_um = disturbance_.load_um;
   if (config_.temperature) {

@@ -17,17 +17,16 @@ double probability(double value, const char* name) {
 
 }  // namespace
 
-SimNode::SimNode(std::shared_ptr<sim::Wire> wire, TransmitOrder order)
-    : wire_(std::move(wire)), node_(wire_->attach(order)) {}
+SimNode::SimNode(std::shared_ptr<sim::Wire> wire, TransmitOrder order, std::span<const Filter> filters)
+    : wire_(std::move(wire)), node_(wire_->attach(order, filters)) {}
 SimNode::~SimNode() { wire_->detach(node_); }
 
 bool SimNode::send(const Frame& frame) {
-  if (!node_.push(frame)) {
+  if (!wire_->send(node_, frame)) {
     ++node_.counters.send_refused;
     return false;
   }
   ++node_.counters.sent;
-  wire_->contend();
   return true;
 }
 
@@ -57,8 +56,8 @@ SimBus::SimBus(VirtualClock& clock, const BitRates& rates, const SimBusConfig& c
 }
 SimBus::~SimBus() = default;
 
-std::unique_ptr<SimNode> SimBus::attach(TransmitOrder order) {
-  return std::make_unique<SimNode>(wire_, order);
+std::unique_ptr<SimNode> SimBus::attach(TransmitOrder order, std::span<const Filter> filters) {
+  return std::make_unique<SimNode>(wire_, order, filters);
 }
 
 void SimBus::set_bit_error(double value) { wire_->set_bit_error(probability(value, "bit_error")); }

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "can/bus.h"
@@ -74,7 +75,7 @@ struct SimBusConfig {
 /// sends nor receives. Its queued frames are lost; a frame that is already on the wire is not.
 class SimNode final : public Bus {
  public:
-  SimNode(std::shared_ptr<sim::Wire> wire, TransmitOrder order);
+  SimNode(std::shared_ptr<sim::Wire> wire, TransmitOrder order, std::span<const Filter> filters);
   ~SimNode() override;
   SimNode(const SimNode&) = delete;
   SimNode& operator=(const SimNode&) = delete;
@@ -99,7 +100,7 @@ class SimNode final : public Bus {
 
 /// The wire. When it is idle, the attached node with the lowest pending identifier wins, as the bits decide:
 /// standard before extended of the same base, data before remote. Frames sent at the same instant arbitrate.
-/// A frame reaches every other node when its last bit has passed.
+/// A frame reaches every other node that a filter passes it to when its last bit has passed.
 ///
 /// A frame ends at the bit of an error. An error frame of 14 to 20 bits and the interframe space follow, and
 /// the frame arbitrates again. An error in the data phase of an FD frame ends the phase: the error frame
@@ -118,7 +119,9 @@ class SimBus {
   SimBus(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config = {});
   ~SimBus();
 
-  std::unique_ptr<SimNode> attach(TransmitOrder order = TransmitOrder::as_sent);
+  /// The node receives the frames of its filters; without filters it receives every frame.
+  std::unique_ptr<SimNode> attach(TransmitOrder order = TransmitOrder::as_sent,
+                                  std::span<const Filter> filters = {});
 
   /// Applies from the next frame on. Throws std::invalid_argument.
   void set_bit_error(double probability);

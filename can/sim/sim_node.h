@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "can/bus.h"
 #include "can/sim/sim_bus.h"
@@ -83,23 +85,26 @@ inline bool can_be_sent(const Frame& frame) {
 enum class Recovery : std::uint8_t { none, waiting, counting };
 
 struct Node {
-  explicit Node(TransmitOrder transmit_order) : order(transmit_order) {}
+  Node(std::size_t attached_as, TransmitOrder transmit_order, std::span<const Filter> receives)
+      : number(attached_as), order(transmit_order), filters(receives.begin(), receives.end()) {}
 
+  const std::size_t number;  ///< in the order in which nodes are attached
   const TransmitOrder order;
+  const std::vector<Filter> filters;
   Bus::FrameHandler on_frame;
   Bus::FrameHandler on_sent;
   Bus::StateHandler on_state;
+  std::uint32_t key = never;  ///< arbitration key of the frame to send next
+  Time suspended_until;       ///< end of the pause of an error-passive node
   BusCounters counters;
   std::array<Frame, SimBus::transmit_queue_length> queue;
   std::size_t oldest = 0;
   std::size_t queued = 0;
   Frame returned;  ///< the frame that was destroyed on the wire; it is sent again before the queue
   bool sends_again = false;
-  std::uint32_t key = never;  ///< arbitration key of the frame to send next
   bool attached = true;
-  bool off = false;      ///< bus-off
-  bool missed = false;   ///< the node is error-passive and has an error in the frame on the wire
-  Time suspended_until;  ///< end of the pause of an error-passive node
+  bool off = false;     ///< bus-off
+  bool missed = false;  ///< the node is error-passive and has an error in the frame on the wire
   FaultConfinement confinement;
   BusState reported = BusState::active;  ///< the state that the handler got last
   NodeFaults faults;
@@ -109,6 +114,10 @@ struct Node {
   std::unique_ptr<Timer> recovery_timer;
 
   bool listens() const { return attached && !off; }
+  /// True: a filter passes the frames of this identifier, or the node has no filters.
+  bool receives(std::uint32_t id) const {
+    return filters.empty() || std::ranges::find(filters, id, &Filter::id) != filters.end();
+  }
 
   /// False: the node refuses the frame.
   bool push(const Frame& frame) {

@@ -83,6 +83,24 @@ unsigned Disturbance::dominant_bits_before_flag() {
   return std::min<unsigned>(static_cast<unsigned>(std::countr_one(random_())), 4);
 }
 
+// ---- Filters
+
+void Receivers::add(Node& node) {
+  if (node.filters.empty()) {
+    unfiltered_.push_back(&node);
+    for (auto& [id, nodes] : filtered_) nodes.push_back(&node);
+  }
+  for (const Filter& filter : node.filters) {
+    std::vector<Node*>& nodes = filtered_.try_emplace(filter.id, unfiltered_).first->second;
+    if (nodes.empty() || nodes.back() != &node) nodes.push_back(&node);
+  }
+}
+
+void Receivers::remove(Node& node) {
+  std::erase(unfiltered_, &node);
+  for (auto& [id, nodes] : filtered_) std::erase(nodes, &node);
+}
+
 // ---- The wire
 
 Wire::Wire(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config)
@@ -111,6 +129,23 @@ Duration Wire::duration_of(const BitCount& bits) const {
 
 // ---- Sending
 
+bool Wire::send(Node& node, const Frame& frame) {
+  if (!node.push(frame)) return false;
+  note_pending(node);
+  contend();
+  return true;
+}
+
+/// The node has another number of frames to send.
+void Wire::note_pending(Node& node) {
+  const auto place = std::ranges::find(pending_, &node);
+  if ((place != pending_.end()) == (node.key != never)) return;
+  if (node.key != never)
+    pending_.push_back(&node);
+  else
+    pending_.erase(place);
+}
+
 void Wire::contend() {
   if (on_wire_ || contending_) return;
   contending_ = true;
@@ -122,10 +157,11 @@ void Wire::arbitrate() {
   const Time now = clock_.now();
   Node* winner = nullptr;
   std::size_t contenders = 0;
-  for (const auto& node : nodes_) {
-    if (node->key == never || node->suspended_until > now) continue;
+  for (Node* node : pending_) {
+    if (node->suspended_until > now) continue;
     ++contenders;
-    if (node->key < (winner != nullptr ? winner->key : never)) winner = node.get();
+    if (winner == nullptr || std::pair(node->key, node->number) < std::pair(winner->key, winner->number))
+      winner = node;
   }
   if (winner == nullptr) {
     await_suspended();
@@ -133,6 +169,7 @@ void Wire::arbitrate() {
   }
   if (contenders > 1) count_losers(*winner);
   frame_ = winner->pop();
+  note_pending(*winner);
   if (frame_.kind == FrameKind::fd)
     frame_.fd_flags = static_cast<std::uint8_t>((frame_.fd_flags & ~fd_error_state) |
                                                 (winner->confinement.passive() ? fd_error_state : 0));
@@ -149,18 +186,15 @@ void Wire::arbitrate() {
 /// All nodes with a frame to send are error-passive and pause. Another node may send before they do.
 void Wire::await_suspended() {
   std::optional<Time> earliest;
-  for (const auto& node : nodes_) {
-    if (node->key == never) continue;
+  for (const Node* node : pending_)
     earliest = earliest ? std::min(*earliest, node->suspended_until) : node->suspended_until;
-  }
   if (earliest) timer_->expire_at(*earliest);
 }
 
 void Wire::count_losers(const Node& winner) {
-  for (const auto& node : nodes_) {
-    if (node.get() != &winner && node->key != never && node->suspended_until <= clock_.now())
-      ++node->counters.arbitration_lost;
-  }
+  const Time now = clock_.now();
+  for (Node* node : pending_)
+    if (node != &winner && node->suspended_until <= now) ++node->counters.arbitration_lost;
 }
 
 // ---- The end of a frame
@@ -178,30 +212,44 @@ void Wire::finish() {
   sender_ = nullptr;
   remove_detached();
   add_recessive_end();
-  if (std::ranges::any_of(nodes_, [](const auto& node) { return node->key != never; })) contend();
+  if (!pending_.empty()) contend();
 }
 
 void Wire::deliver(std::size_t present) {
-  const Time received = clock_.now();
   if (sender_ != nullptr) {
     sender_->confinement.transmitted();
     suspend_if_passive(*sender_);
     report_state(*sender_);
-    if (sender_->on_sent) sender_->on_sent(frame_, received);
+    if (sender_->on_sent) sender_->on_sent(frame_, clock_.now());
   }
+  if (disturbance_.is_active() || any_receive_error_) return deliver_and_count_errors(present);
+  const std::vector<Node*>& receivers = receivers_.of(frame_.id);
+  const std::size_t count = receivers.size();
+  for (std::size_t i = 0; i < count; ++i)
+    if (receivers[i] != sender_ && receivers[i]->listens()) pass_to(*receivers[i]);
+}
+
+void Wire::deliver_and_count_errors(std::size_t present) {
   for (std::size_t i = 0; i < present; ++i) {
     Node& node = *nodes_[i];
     if (&node == sender_ || !node.listens()) continue;
     if (disturbance_.is_active() && misses(node)) continue;
     node.confinement.received();
     report_state(node);
-    ++node.counters.received;
-    if (node.on_frame) node.on_frame(frame_, received);
+    if (node.receives(frame_.id)) pass_to(node);
   }
+  any_receive_error_ =
+      std::ranges::any_of(nodes_, [](const auto& node) { return node->confinement.counters().receive != 0; });
+}
+
+void Wire::pass_to(Node& node) {
+  ++node.counters.received;
+  if (node.on_frame) node.on_frame(frame_, clock_.now());
 }
 
 bool Wire::misses(Node& node) {
   if (std::exchange(node.missed, false)) {
+    any_receive_error_ = true;
     count_error(node);
     node.confinement.receive_error();
     return true;
@@ -214,6 +262,7 @@ bool Wire::misses(Node& node) {
 }
 
 void Wire::destroy(std::size_t present) {
+  any_receive_error_ = true;
   for (std::size_t i = 0; i < present; ++i) {
     Node& node = *nodes_[i];
     if (!node.listens()) continue;
@@ -243,6 +292,7 @@ void Wire::count_sender_error(Node& node) {
     return;
   }
   node.give_back(frame_);
+  note_pending(node);
   suspend_if_passive(node);
 }
 
@@ -271,6 +321,7 @@ void Wire::report_state(Node& node) {
 void Wire::go_off(Node& node) {
   node.off = true;
   node.forget_frames();
+  note_pending(node);
   node.recovery = Recovery::waiting;
   ++nodes_off_;
   if (!node.recovery_timer)
@@ -337,11 +388,17 @@ void Wire::come_back(Node& node) {
 
 // ---- Attaching and detaching nodes
 
-Node& Wire::attach(TransmitOrder order) { return *nodes_.emplace_back(std::make_unique<Node>(order)); }
+Node& Wire::attach(TransmitOrder order, std::span<const Filter> filters) {
+  Node& node = *nodes_.emplace_back(std::make_unique<Node>(attached_++, order, filters));
+  receivers_.add(node);
+  pending_.reserve(nodes_.size());
+  return node;
+}
 
 void Wire::detach(Node& node) {
   node.attached = false;
   node.forget_frames();
+  note_pending(node);
   any_detached_ = true;
   if (!calling_handlers_) remove_detached();
 }
@@ -353,6 +410,7 @@ void Wire::remove_detached() {
     if (node.get() == sender_) sender_ = nullptr;
     if (node.get() == transmission_.witness) transmission_.witness = nullptr;
     if (node->off) --nodes_off_;
+    receivers_.remove(*node);
     return true;
   });
   note_faults();

@@ -8,6 +8,7 @@
 #include <optional>
 #include <random>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "can/sim/sim_node.h"
@@ -54,26 +55,45 @@ class Disturbance {
   bool is_active_ = false;
 };
 
+/// Which nodes the frames of an identifier reach, in the order in which they were attached.
+class Receivers {
+ public:
+  void add(Node& node);
+  void remove(Node& node);
+  const std::vector<Node*>& of(std::uint32_t id) const {
+    const auto found = filtered_.find(id);
+    return found == filtered_.end() ? unfiltered_ : found->second;
+  }
+
+ private:
+  std::vector<Node*> unfiltered_;                                   ///< they receive every frame
+  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< of each identifier in a filter
+};
+
 class Wire : public std::enable_shared_from_this<Wire> {
  public:
   Wire(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config);
 
-  Node& attach(TransmitOrder order);
+  Node& attach(TransmitOrder order, std::span<const Filter> filters);
   void detach(Node& node);
-  /// A node has a frame to send. All nodes that send at this instant take part in the arbitration.
-  void contend();
+  /// False: the node refuses the frame. All nodes that send at this instant take part in the arbitration.
+  bool send(Node& node, const Frame& frame);
   void request_restart(Node& node);
   void note_faults() { disturbance_.note_faults(nodes_); }
   void set_bit_error(double probability);
   double load() const;
 
  private:
+  void note_pending(Node& node);
+  void contend();
   void arbitrate();
   void await_suspended();
   void count_losers(const Node& winner);
 
   void finish();
   void deliver(std::size_t present);
+  void deliver_and_count_errors(std::size_t present);
+  void pass_to(Node& node);
   bool misses(Node& node);
   void destroy(std::size_t present);
   void count_sender_error(Node& node);
@@ -101,13 +121,17 @@ class Wire : public std::enable_shared_from_this<Wire> {
       restart_after_;          ///< time from bus-off to the automatic restart request; empty: none
   std::size_t nodes_off_ = 0;  ///< nodes in bus-off
   std::vector<std::unique_ptr<Node>> nodes_;
-  Frame frame_;                ///< the one on the wire
-  Transmission transmission_;  ///< of frame_
+  Receivers receivers_;
+  std::vector<Node*> pending_;  ///< the nodes with a frame to send
+  std::size_t attached_ = 0;    ///< the nodes that there were
+  Frame frame_;                 ///< the one on the wire
+  Transmission transmission_;   ///< of frame_
   Node* sender_ = nullptr;
   bool on_wire_ = false;
   bool contending_ = false;
   bool calling_handlers_ = false;
   bool any_detached_ = false;
+  bool any_receive_error_ = false;  ///< a receive error counter may be above 0
   std::unique_ptr<Timer> timer_;
 };
 

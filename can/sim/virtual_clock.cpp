@@ -52,9 +52,10 @@ class VirtualClock::Queue {
     while (!heap_.empty() && heap_.front().deadline <= end) {
       const Entry due = heap_.front();
       now_ = due.deadline;
-      disarm(*due.alarm);
       ringing_ = due.alarm;
       due.alarm->on_expiry();
+      // It has stayed the first: nothing is armed before now. Most handlers have armed it again.
+      if (!heap_.empty() && heap_.front().order == due.order) disarm(*due.alarm);
       ringing_ = nullptr;
       doomed_.reset();
     }

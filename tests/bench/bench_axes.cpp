@@ -2,8 +2,7 @@
 //
 //   bench_axes        prints ns per axis-cycle, and the ratio to a single axis
 //
-//   whole loop        controller, twin and simulated bus; this bus gives every frame to every node, whose
-//                     number grows with the axes; a real bus does not cost the controller this time
+//   whole loop        controller, twin and simulated bus, which has two nodes for each axis
 //   controller alone  the controller without a bus: it gets samples, statuses and heartbeats that are encoded
 //                     beforehand, and its own frames go nowhere
 

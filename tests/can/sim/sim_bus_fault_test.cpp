@@ -155,6 +155,22 @@ TEST_F(SimBusFaults, ShowInTheFdFramesOfAnErrorPassiveNode) {
   EXPECT_EQ(flags, (std::vector<std::uint8_t>{fd_error_state}));
 }
 
+TEST_F(SimBusFaults, CountInTheFramesThatNoFilterPasses) {
+  const std::array filters{Filter{0x200}};
+  const auto ear = wire.attach(TransmitOrder::as_sent, filters);
+  const auto sender = wire.attach();
+  ear->set_faults({.transmit_bit_error = 0.0, .receive_bit_error = 1.0, .overrun = 0.0});
+  sender->send(frame_of(0x100));
+  run_for(1us);
+  ear->set_faults({});
+  run_for(1ms);
+  EXPECT_EQ(ear->error_counters(), (ErrorCounters{0, 8})) << "9 for the error, and 1 less for the repetition";
+  for (int i = 0; i < 8; ++i) sender->send(frame_of(0x100));
+  run_for(10ms);
+  EXPECT_EQ(ear->error_counters(), (ErrorCounters{0, 0}));
+  EXPECT_EQ(ear->counters().received, 0U);
+}
+
 TEST_F(SimBusFaults, MakeTheSenderRepeatTheFrameAfterTheErrorFrame) {
   Listener a(wire), b(wire), c(wire);
   wire.set_bit_error(1.0);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <span>
 #include <vector>
 
 #include "tests/support/count_allocations.h"
@@ -24,7 +26,8 @@ struct Heard {
 };
 
 struct Listener {
-  explicit Listener(SimBus& wire) : bus(wire.attach()) {
+  explicit Listener(SimBus& wire, std::span<const Filter> filters = {})
+      : bus(wire.attach(TransmitOrder::as_sent, filters)) {
     bus->on_frame([this](const Frame& frame, Time received) { heard.push_back({frame, received}); });
   }
   std::vector<std::uint32_t> ids() const {
@@ -201,6 +204,39 @@ TEST_F(SimBusNode, MaySendInItsFrameHandler) {
   asker->send(frame_of(0x100));
   clock.run_until(at(10ms));
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{0x100, 0x101}));
+}
+
+TEST_F(SimBusNode, ReceivesOnlyTheFramesWhoseIdentifierAFilterNames) {
+  const std::array filters{Filter{0x101}, Filter{0x103}};
+  Listener ear(wire, filters), all(wire);
+  const auto sender = wire.attach();
+  for (const std::uint32_t id : {0x100U, 0x101U, 0x102U, 0x103U}) sender->send(frame_of(id));
+  sender->send(Frame{.id = 0x101, .extended = true});
+  clock.run_until(at(10ms));
+  EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{0x101, 0x103, 0x101}));
+  EXPECT_EQ(ear.bus->counters().received, 3U);
+  EXPECT_EQ(all.heard.size(), 5U);
+}
+
+TEST_F(SimBusNode, AcknowledgesTheFramesThatItsFiltersDoNotPass) {
+  const std::array filters{Filter{0x101}};
+  Listener ear(wire, filters);
+  const auto sender = wire.attach();
+  sender->send(frame_of(0x100));
+  clock.run_until(at(10ms));
+  EXPECT_EQ(sender->counters().not_acknowledged, 0U);
+}
+
+TEST_F(SimBusNode, ReceivesFramesOfAnIdentifierThatWasOnTheWireBeforeItWasAttached) {
+  const auto sender = wire.attach();
+  Listener first(wire);
+  sender->send(frame_of(0x101));
+  clock.run_until(at(10ms));
+  const std::array filters{Filter{0x101}};
+  Listener second(wire, filters);
+  sender->send(frame_of(0x101));
+  clock.run_until(at(20ms));
+  EXPECT_EQ(second.ids(), std::vector<std::uint32_t>{0x101});
 }
 
 TEST_F(SimBusNode, MayBeDestroyedWithQueuedFramesAndOneFrameOnTheWire) {
