@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -68,6 +69,9 @@ std::optional<unsigned> slot_of(const Config& config, unsigned node) {
 Duration round_of(const Config& config) {
   return std::max(config.bus.background_slots, 1U) * cycle_of(config);
 }
+
+/// The least number of them that is as long as `time`.
+std::int64_t rounds_up(Duration time, Duration round) { return (time + round - Duration{1}) / round; }
 
 /// Adds the controller's scan markers and axis statuses, if the database has them. All statuses are due with
 /// a heartbeat; the controller sends one marker or status per cycle, in turn, after its commands, or one in its slot.
@@ -137,8 +141,9 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
     };
     add_message.template operator()<can::SensorSample>(cycle, can::ChainRole::sample);
     add_message.template operator()<can::AmpCommand>(cycle, can::ChainRole::command);
-    add_message.template operator()<can::AmpStatus>(status_period(config, axis), can::ChainRole::status,
-                                                    slot_of(config, axis.wire.amplifier_node));
+    add_message.template operator()<can::AmpStatus>(
+        rounds_up(axis.twin.status_every * cycle, round_of(config)) * round_of(config),
+        can::ChainRole::status, slot_of(config, axis.wire.amplifier_node));
     if (axis.live_setpoint)
       add_message.template operator()<can::Setpoint>(live_setpoint_interval, can::ChainRole::live_setpoint);
     add_heartbeat("AmpHeartbeat", axis.wire.amplifier_node);
@@ -236,9 +241,11 @@ void check_slots(const Document& document, const Config& config) {
           other->second.first, other->second.second, node, name, node % slots, slots));
   }
   const Duration longest = std::min(config.twin.heartbeat_period, config.controller.heartbeat_period);
-  if (round_of(config) > longest)
-    fail(fmt::format("a round of {} cycles takes {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms",
-                     slots, 1e3 * can::seconds(round_of(config)), 1e3 * can::seconds(longest)));
+  if (2 * round_of(config) > longest)
+    fail(fmt::format(
+        "two rounds of {} cycles take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms: a "
+        "status has the slots that no heartbeat takes",
+        slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(longest)));
   for (const AxisConfig& axis : config.axes)
     if (axis.scan_marker && 2 * round_of(config) > line_of(config, axis))
       fail(fmt::format(
@@ -250,9 +257,20 @@ void check_slots(const Document& document, const Config& config) {
 
 }  // namespace
 
-can::Duration status_period(const Config& config, const AxisConfig& axis) {
+can::Duration longest_status_period(const Config& config, const AxisConfig& axis) {
+  const Duration least = axis.twin.status_every * cycle_of(config);
+  if (config.bus.background_slots == 0) return least;
+  std::set<std::string> messages;
+  for (const AxisConfig& other : config.axes)
+    if (const auto map = can::message_map_in<can::AmpStatus>(config.database, other.wire);
+        map && other.wire.amplifier_node == axis.wire.amplifier_node)
+      messages.insert(map->message);
+  const auto needed = static_cast<std::int64_t>(messages.size());
   const Duration round = round_of(config);
-  return (axis.twin.status_every * cycle_of(config) + round - Duration{1}) / round * round;
+  std::int64_t rounds = 1;
+  while (rounds * round < least || rounds - rounds_up(rounds * round, config.twin.heartbeat_period) < needed)
+    ++rounds;
+  return rounds * round;
 }
 
 BusPlan plan_bus(const Config& config) {

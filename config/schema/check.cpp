@@ -65,7 +65,7 @@ class AxisCheck {
 
   void check_status_timeout() const {
     const double timeout_ms = 1e3 * can::seconds(axis_.control.supervision.status_timeout);
-    const double period_ms = 1e3 * can::seconds(status_period(config_, axis_));
+    const double period_ms = 1e3 * can::seconds(longest_status_period(config_, axis_));
     if (timeout_ms > 0.0 && timeout_ms < 2.0 * period_ms)
       fail("control.status_timeout_ms",
            "status_timeout_ms is {:g}, expected at least two periods of status_every, {:g}, or 0", timeout_ms,

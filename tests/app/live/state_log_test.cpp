@@ -116,7 +116,7 @@ TEST_F(StateLogOfTwoAxes, AnErrorResetIsNoWarning) {
   EXPECT_EQ(levels, (std::vector{Level::warning, Level::info}));
 }
 
-/// The axes of fd_stage.toml, whose nodes are 1 (sensor) and 2 (amplifier), report the same frames.
+/// The axes of fd_stage.toml, whose nodes are 8 (sensor) and 16 (amplifier), report the same frames.
 class StateLogOfAxesThatShareNodes : public testing::Test {
  protected:
   void add(std::size_t axis, double time_s, const controller::NodeEvent& event) {
@@ -132,10 +132,10 @@ class StateLogOfAxesThatShareNodes : public testing::Test {
 };
 
 TEST_F(StateLogOfAxesThatShareNodes, HasAnEmergencyOnceWithTheNamesOfBoth) {
-  const controller::NodeEvent emergency{.node = 2, .emergency = {.code = 0x8130, .manufacturer = {}}};
+  const controller::NodeEvent emergency{.node = 16, .emergency = {.code = 0x8130, .manufacturer = {}}};
   for (const std::size_t axis : {0, 1}) add(axis, 1.0, emergency);
   const std::vector<std::string> expected{
-      "x, y: at 1.000 s node 2: emergency 0x8130: life guard or heartbeat error (error register 0x00)"};
+      "x, y: at 1.000 s node 16: emergency 0x8130: life guard or heartbeat error (error register 0x00)"};
   EXPECT_EQ(lines, expected);
   EXPECT_EQ(log.events().lines(), expected) << "counted once too";
 }

@@ -116,9 +116,17 @@ TEST(BackgroundSlots, AreDifferentForEachNode) {
       << error;
 }
 
-TEST(BackgroundSlots, ComeOnceInAHeartbeatPeriod) {
-  const std::string error = error_after({{"heartbeat_ms = 100.0", "heartbeat_ms = 5.0"}});
-  EXPECT_NE(error.find("a round of 24 cycles takes 6 ms, expected at most 5, the shorter heartbeat_ms"),
+TEST(BackgroundSlots, ComeTwiceInAHeartbeatPeriod) {
+  const std::string error = error_after({{"heartbeat_ms = 100.0", "heartbeat_ms = 11.0"}});
+  EXPECT_NE(error.find("two rounds of 24 cycles take 12 ms, expected at most 11, the shorter heartbeat_ms"),
+            std::string::npos)
+      << error;
+}
+
+TEST(BackgroundSlots, MakeTheStatusTimeoutOfAnAxisLonger) {
+  const std::string error =
+      error_after({{"missing_samples    = 3\n", "missing_samples    = 3\nstatus_timeout_ms = 20.0\n"}});
+  EXPECT_NE(error.find("status_timeout_ms is 20, expected at least two periods of status_every, 24, or 0"),
             std::string::npos)
       << error;
 }
