@@ -5,8 +5,8 @@
 // up, and a frame that does not fit is lost. So these frames follow the commands of a cycle, and there is one
 // of them at most beside the heartbeat.
 //
-// Where frames have slots (can::is_in_slot), one heartbeat, status or marker instead follows SYNC in the slot of
-// the controller. What belongs to the start-up follows the commands there too.
+// Where frames have slots (can::is_in_slot), one heartbeat, status or marker instead follows SYNC in the slot
+// of the controller. What belongs to the start-up follows the commands there too.
 //
 // The start-up brings the remote nodes of waiting axes to operational. A node is set up by SDO first, and
 // started by NMT once its set-up is complete. A stopped node answers no SDO; it is sent to pre-operational

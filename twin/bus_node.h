@@ -48,8 +48,8 @@ class BusNode {
 
   /// NMT, heartbeats of the same number and SDO.
   void handle(const can::Frame& frame);
-  /// With each SYNC. Where frames have slots, sends the heartbeat in that of the node, if it is due. True: the node
-  /// may send another frame.
+  /// With each SYNC. Where frames have slots, sends the heartbeat in that of the node, if it is due. True:
+  /// the node may send another frame.
   bool take_slot(std::uint8_t sync_counter);
   bool has_slot() const { return slots_ != 0; }
   /// At boot-up the objects are already reset, if they are.

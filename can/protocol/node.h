@@ -89,8 +89,8 @@ constexpr int syncs_after(int earlier, int counter) {
   return (counter - earlier + sync_counter_max) % sync_counter_max;
 }
 
-/// Frames in slots: a node sends its heartbeat and its periodic status only after a SYNC whose counter leaves the
-/// same remainder as its number, one frame after each. 0: there are no slots.
+/// Frames in slots: a node sends its heartbeat and its periodic status only after a SYNC whose counter leaves
+/// the same remainder as its number, one frame after each. 0: there are no slots.
 constexpr bool is_in_slot(std::uint8_t node, std::uint8_t counter, unsigned slots) {
   return slots == 0 || counter % slots == node % slots;
 }
@@ -103,8 +103,8 @@ std::string_view emergency_text(std::uint16_t code);
 /// and becomes pre-operational. It calls the handler for both states; at boot-up the owner resets what
 /// last_reset() says.
 ///
-/// Where the frames of nodes have slots, the owner calls on_slot() in that of the node, and a heartbeat that is due
-/// waits for it. If no slot has come for a whole period, because no SYNC comes, it does not wait.
+/// Where the frames of nodes have slots, the owner calls on_slot() in that of the node, and a heartbeat that
+/// is due waits for it. If no slot has come for a whole period, because no SYNC comes, it does not wait.
 ///
 /// The node is silent before start(). When it receives a heartbeat with its own node id, another node uses
 /// that id: it stops, calls the handler and stays silent permanently.

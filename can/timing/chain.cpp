@@ -196,8 +196,8 @@ class Chain {
   std::vector<Duration> of_slot_;  ///< the longest frame of each
 };
 
-/// Sets the jitter of the frames that follow from SYNC: the time from the start of the period until queued. What
-/// is due just after its slot waits for the next one.
+/// Sets the jitter of the frames that follow from SYNC: the time from the start of the period until queued.
+/// What is due just after its slot waits for the next one.
 void set_jitter(std::span<ChainSource> sources, Duration sync_response, const ChainTiming& timing) {
   const Duration answered = sync_response + timing.turnaround;
   for (ChainSource& source : sources) {

@@ -104,13 +104,13 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
 // it may be queued and not the time at which it has passed.
 //
 // Frames in slots come only after the SYNC of their slot in a round of so many cycles, one in a cycle; then
-// the controller queues its own behind SYNC. They are in none of the sums above, and none of them is left over
-// at 0. Instead w(q) contains D(q + 1), or D(q) where SYNC is the last link:
+// the controller queues its own behind SYNC. They are in none of the sums above, and none of them is left
+// over at 0. Instead w(q) contains D(q + 1), or D(q) where SYNC is the last link:
 //
 //   D(n)     the greatest sum over n cycles in succession, of the longest frame of each slot
 //
-// The controller's frame may have less priority than all others and the commands are queued behind it, so that
-// it counts as a weakest link.
+// The controller's frame may have less priority than all others and the commands are queued behind it, so
+// that it counts as a weakest link.
 //
 // From 0 to w(q), q > 0, the bus is idle only while a node of the chain works: the controller's heartbeat
 // waits in the queue behind the commands of a cycle, and if it passes before the next SYNC, that SYNC is a

@@ -74,7 +74,8 @@ Duration round_of(const Config& config) {
 std::int64_t rounds_up(Duration time, Duration round) { return (time + round - Duration{1}) / round; }
 
 /// Adds the controller's scan markers and axis statuses, if the database has them. All statuses are due with
-/// a heartbeat; the controller sends one marker or status per cycle, in turn, after its commands, or one in its slot.
+/// a heartbeat; the controller sends one marker or status per cycle, in turn, after its commands, or one in
+/// its slot.
 void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
   const std::size_t first = sources.size();

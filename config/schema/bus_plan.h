@@ -45,8 +45,8 @@ struct BusPlan {
 /// Throws std::invalid_argument if the database lacks a message, or if two frames share an identifier.
 BusPlan plan_bus(const Config& config);
 
-/// The longest time between two AmpStatus of the axis: `status_every` cycles; with slots so many rounds as have a slot
-/// for each status message of its node beside the heartbeats.
+/// The longest time between two AmpStatus of the axis: `status_every` cycles; with slots so many rounds as
+/// have a slot for each status message of its node beside the heartbeats.
 can::Duration longest_status_period(const Config& config, const AxisConfig& axis);
 
 /// The highest rate up to the configured one at which all commands are in time, rounded down to 1 Hz or, from

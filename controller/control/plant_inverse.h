@@ -31,7 +31,8 @@ using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 class ReferenceWindow {
  public:
   void clear() { filled_ = false; }
-  /// Called once per cycle. `reference(t_s)`; everything is looked up anew where the last call was not a cycle before.
+  /// Called once per cycle. `reference(t_s)`; everything is looked up anew where the last call was not a
+  /// cycle before.
   template <class Reference>
   double filtered(const FeedForwardWeights& weights, double t_s, double cycle_s, const Reference& reference);
 
@@ -70,8 +71,8 @@ struct PlantRecursion {
   static double step(const Config& config, State& state, double input);
 };
 
-/// The recursion goes on from one cycle to the next, also where a SYNC is late: to begin it anew takes as long as
-/// many cycles, which would delay the next SYNC too.
+/// The recursion goes on from one cycle to the next, also where a SYNC is late: to begin it anew takes as
+/// long as many cycles, which would delay the next SYNC too.
 class PlantInverse {
  public:
   struct Config {

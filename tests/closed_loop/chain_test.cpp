@@ -150,8 +150,8 @@ void give_slots(config::Config& config, std::mt19937_64& random) {
   config.controller.node = static_cast<std::uint8_t>(config.bus.background_slots);
 }
 
-/// Sets heartbeats and watchdogs in multiples of the cycle; the phase between heartbeats and cycle varies. Two
-/// rounds of slots are no longer than a heartbeat period.
+/// Sets heartbeats and watchdogs in multiples of the cycle; the phase between heartbeats and cycle varies.
+/// Two rounds of slots are no longer than a heartbeat period.
 void set_times(config::Config& config, std::mt19937_64& random) {
   const Duration cycle = cycle_of(config);
   const auto between = [&](double low, double high) {

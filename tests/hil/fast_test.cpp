@@ -58,8 +58,8 @@ void use_real_time_priority() {
 
 class IcountFast : public testing::TestWithParam<const char*> {};
 
-// Frames of CAN FD, which axes share. vcan0 has no bit rate: this is the time of the loop, and that of the wire is
-// in AxesThatShareFrames.
+// Frames of CAN FD, which axes share. vcan0 has no bit rate: this is the time of the loop, and that of the
+// wire is in AxesThatShareFrames.
 TEST_P(IcountFast, AxesInAFrameMissNoCycleAtTheRateOfTheirFile) {
   const char* asked = std::getenv("HYSTCAN_HIL_FAST_S");
   const int run_s = asked == nullptr ? 5 : std::stoi(asked);

@@ -117,7 +117,8 @@ TEST(Chain, MeetsTheFrameOfASlotOnceAfterSync) {
   EXPECT_EQ(chain_response(sources, sources[2], slots), 335us + 135us);
 }
 
-// A cycle has 335 us of links and 135 us of a slot. Of 380 us it leaves 90 us over, the next one without a slot 45.
+// A cycle has 335 us of links and 135 us of a slot. Of 380 us it leaves 90 us over, the next one without a
+// slot 45.
 TEST(Chain, MeetsFramesOfSlotsInSuccessionTogetherWhereTheyOverrunTheCycle) {
   ChainTiming quick = timing;
   quick.cycle = 380us;
