@@ -112,8 +112,10 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
 
   void send_text(std::string text) override { send({.text = std::move(text)}); }
 
+  bool takes_rows() const override { return waiting_bytes_ <= most_waiting_rows; }
+
   bool send_rows(const RowHead& head, const RowBlock& rows) override {
-    if (waiting_bytes_ > most_waiting_rows) return false;
+    if (!takes_rows()) return false;
     send({.is_text = false, .head = head, .rows = rows});
     return true;
   }

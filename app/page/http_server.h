@@ -42,7 +42,9 @@ class WebClient {
   WebClient& operator=(const WebClient&) = delete;
 
   virtual void send_text(std::string text) = 0;
-  /// False if so much waits for the client that the rows were left out.
+  /// False if so much waits for the client that rows are left out.
+  virtual bool takes_rows() const = 0;
+  /// What takes_rows() says; if that is false, nothing was sent.
   virtual bool send_rows(const RowHead& head, const RowBlock& rows) = 0;
   virtual void cut_off() = 0;
 };

@@ -118,6 +118,7 @@ void PageService::row_of_controller(std::span<const double> row) {
     if (!client.trigger) continue;
     const auto capture = client.trigger->put(row, controller_.history());
     if (!capture) continue;
+    if (!client.web.takes_rows()) continue;  // the trigger waits for the next time
     send_capture(client, *capture);
     if (!client.trigger->repeats()) client.trigger.reset();
   }
@@ -154,9 +155,8 @@ void PageService::send_capture(PageClient& client, const Capture& capture) {
                {"trigger_time_s", capture.trigger_time_s},
                {"step", step_of(capture, events_.columns(), axis.value("tolerance_um", 0.0))},
                {"stream", "controller"}});
-  const bool is_sent = client.web.send_rows({capture_kind, rows, 0, number},
-                                            std::make_shared<const std::vector<double>>(capture.rows));
-  if (!is_sent) clients_.counters.lost_rows += rows;
+  client.web.send_rows({capture_kind, rows, 0, number},
+                       std::make_shared<const std::vector<double>>(capture.rows));
 }
 
 void PageService::look() {

@@ -30,6 +30,7 @@ class CountingClient final : public app::WebClient {
     fuzz::demand(message.at("ok").is_boolean());
     fuzz::demand(message.at("ok") == true || !message.at("error").get<std::string>().empty());
   }
+  bool takes_rows() const override { return true; }
   bool send_rows(const app::RowHead&, const app::RowBlock&) override { return true; }
   void cut_off() override { is_cut_off = true; }
 

@@ -19,7 +19,10 @@ test('A captured step has its size, its band and its settling time', async () =>
   await page.getByLabel('Before').fill('0.1');
   await page.getByLabel('After').fill('0.4');
   await page.click('#arm');
-  await until('a capture', async () => (await page.locator('#capture-list > li').count()) === 1);
+  await until('a capture', async () => (await page.locator('#capture-list > li').count()) === 1)
+    .catch(async ({ message }) => {
+      throw new Error(`${message}; the page says: ${await page.locator('#armed').textContent()}`);
+    });
   await page.getByRole('tab', { name: 'Response' }).click();
   await page.locator('#response-source').selectOption({ index: 1 });
   const row = (name) => page.locator('#step-rows tr', { hasText: name }).locator('td').textContent();
