@@ -50,7 +50,7 @@ bool CommandFrame::send(can::Bus& bus) {
 
 void CommandFrame::on_echo(const can::Frame& frame, can::Bus& bus) {
   if (!queued_) return;
-  const auto counter = frame.id == can::sync_id ? can::parse_sync(frame) : std::nullopt;
+  const auto counter = can::parse_sync(frame);
   const int ahead = counter ? can::syncs_after(queued_->sync_counter, *counter) : 0;
   const bool is_later_sync = ahead != 0 && ahead < can::sync_counter_max / 2;
   can::Frame heard = frame;

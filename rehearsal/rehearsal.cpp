@@ -18,7 +18,7 @@ TrueErrors::TrueErrors(const twin::Config& config, twin::Twin& twin, const contr
                        const can::Attach& attach, double settle_s)
     : controller_(controller), bus_(attach(std::array{can::Filter{can::sync_id}})) {
   bus_->on_frame([this](const can::Frame& frame, can::Time received) {
-    if (frame.id == can::sync_id && can::parse_sync(frame)) last_sync_ = received;
+    if (can::parse_sync(frame)) last_sync_ = received;
   });
   for (std::size_t i = 0; i < controller.axis_count(); ++i) {
     const auto same = [&](const auto& axis) { return axis->name == controller.axis_name(i); };

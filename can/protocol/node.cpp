@@ -95,11 +95,13 @@ std::optional<Nmt> parse_nmt(const Frame& frame) {
 }
 
 std::optional<std::uint8_t> parse_sync(const Frame& frame) {
-  if (!is_classical(frame, 1) || !is_sync_counter(frame.data[0])) return std::nullopt;
+  if (frame.id != sync_id || !is_classical(frame, 1) || !is_sync_counter(frame.data[0])) return std::nullopt;
   return frame.data[0];
 }
 
-bool is_sync(const Frame& frame) { return is_classical(frame, 0) || parse_sync(frame).has_value(); }
+bool is_sync(const Frame& frame) {
+  return (frame.id == sync_id && is_classical(frame, 0)) || parse_sync(frame).has_value();
+}
 
 std::optional<NmtState> parse_heartbeat(const Frame& frame) {
   if (!is_classical(frame, 1)) return std::nullopt;

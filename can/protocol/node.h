@@ -68,7 +68,7 @@ Frame sync_frame(std::uint8_t counter);
 Frame heartbeat_frame(std::uint8_t node, NmtState state);
 Frame emergency_frame(std::uint8_t node, Emergency emergency);
 
-/// Empty if the frame is not well-formed. The caller has checked the identifier.
+/// Empty if the frame is not well-formed. The caller has checked the identifier, but for that of SYNC.
 std::optional<Nmt> parse_nmt(const Frame& frame);
 std::optional<std::uint8_t> parse_sync(const Frame& frame);
 /// True for every SYNC of CiA 301: with a counter, or without data.

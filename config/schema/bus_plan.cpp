@@ -234,12 +234,13 @@ void check_slots(const Document& document, const Config& config) {
                      slots, can::sync_counter_max));
   std::map<unsigned, std::pair<unsigned, std::string>> owners;  // by slot
   for (const auto& [node, name] : nodes_of(config)) {
-    const auto [other, is_new] = owners.try_emplace(node % slots, node, name);
+    const unsigned slot = *slot_of(config, node);
+    const auto [other, is_new] = owners.try_emplace(slot, node, name);
     if (!is_new)
       fail(fmt::format(
           "nodes {} ({}) and {} ({}) have the same slot, {} of {}, expected numbers with different "
           "remainders",
-          other->second.first, other->second.second, node, name, node % slots, slots));
+          other->second.first, other->second.second, node, name, slot, slots));
   }
   const Duration longest = std::min(config.twin.heartbeat_period, config.controller.heartbeat_period);
   if (2 * round_of(config) > longest)

@@ -143,8 +143,7 @@ TEST_F(Scan, SendsAMarkerAtTheBeginningOfEachLine) {
   const std::unique_ptr<can::Bus> observer = loop_->attach()({});
   std::uint8_t sync = 0;
   observer->on_frame([&](const can::Frame& frame, can::Time) {
-    if (const auto counter = frame.id == can::sync_id ? can::parse_sync(frame) : std::nullopt)
-      sync = *counter;
+    if (const auto counter = can::parse_sync(frame)) sync = *counter;
     const auto marker = frame.id == 0x381 ? decode(frame) : std::nullopt;
     if (!marker) return;
     markers.push_back(*marker);

@@ -254,25 +254,25 @@ TEST(SharedAmplifier, SendsTwoStatusesWhereEachAxisHasItsOwn) {
   EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
 }
 
-TEST(SharedAmplifier, ReportsAFaultAsItIsInASignalOf32Bits) {
+/// What the amplifier of y sends in this message after an internal fault.
+std::optional<can::AmpStatus> status_of_internal_fault(const char* message) {
   Config config = two_axes();
-  config.axes[1].wire.frames->status->message = "StatusOfY";
+  config.axes[1].wire.frames->status->message = message;
   Bench bench(config);
   bench.start_nodes();
   bench.amplifier(y).begin_internal_fault();
   bench.run(milliseconds(1));
-  EXPECT_EQ(bench.statuses_[y]->fault, internal_fault);
+  return bench.statuses_[y];
+}
+
+TEST(SharedAmplifier, ReportsAFaultAsItIsInASignalOf32Bits) {
+  EXPECT_EQ(status_of_internal_fault("StatusOfY")->fault, internal_fault);
 }
 
 TEST(SharedAmplifier, SendsTheStatusWhereTheSignalOfTheFaultHoldsNoMoreThanZero) {
-  Config config = two_axes();
-  config.axes[1].wire.frames->status->message = "StatusOfYWithoutFault";
-  Bench bench(config);
-  bench.start_nodes();
-  bench.amplifier(y).begin_internal_fault();
-  bench.run(milliseconds(1));
-  EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
-  EXPECT_EQ(bench.statuses_[y]->fault, 0);
+  const auto status = status_of_internal_fault("StatusOfYWithoutFault");
+  EXPECT_EQ(status->state, AmpState::fault);
+  EXPECT_EQ(status->fault, 0);
 }
 
 TEST(SharedAmplifier, SendsTheStatusOfTheAxesThatHaveOne) {

@@ -254,6 +254,7 @@ TEST(Sync, MayHaveNoData) {
   EXPECT_TRUE(is_sync(sync_frame(240)));
   EXPECT_FALSE(is_sync({.id = 0x080, .length = 1, .data = {241}}));
   EXPECT_FALSE(is_sync({.id = 0x080, .length = 2}));
+  EXPECT_FALSE(is_sync({.id = 0x77F, .length = 1, .data = {5}})) << "a heartbeat";
   EXPECT_FALSE(is_sync({.id = 0x080, .kind = FrameKind::remote, .length = 0}));
 }
 
