@@ -51,7 +51,8 @@ class LiveLoop {
     });
   }
 
-  boost::asio::io_context context_{1};
+  /// Without locks: no other thread uses it, and there is no other signal_set in the program.
+  boost::asio::io_context context_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE};
   boost::asio::signal_set signals_{context_};
   can::AsioScheduler scheduler_{context_};
   std::string interface_;
