@@ -1,9 +1,12 @@
 #include "python/model.h"
 
+#include <fmt/format.h>
+
 #include <string_view>
 #include <type_traits>
 #include <utility>
 
+#include "config/document/format.h"
 #include "model/hysteresis_operator.h"
 
 namespace hystcan::python {
@@ -94,7 +97,7 @@ std::string Memory::text() const {
   return with(*model_, state_, [&](const auto& model, const auto& state) {
     std::string_view text;
     while ((text = model.save(state, buffer)).empty()) buffer.resize(2 * buffer.size());
-    return std::string(text) +
+    return fmt::format("{}\n{}", config::format_line, text) +
            (creep_ && creep_->state() ? config::creep_memory_text(*creep_->state()) : std::string());
   });
 }

@@ -20,6 +20,7 @@
 #include "base/standard_streams.h"
 #include "base/terminal.h"
 #include "base/text.h"
+#include "config/document/format.h"
 #include "config/files/model_file.h"
 #include "model/hysteresis_operator.h"
 
@@ -134,6 +135,8 @@ void save(OutputFile& out, const model::Simulation<Model>& simulation,
   std::string_view text;
   while ((text = simulation.model().save(simulation.state(), buffer)).empty())
     buffer.resize(2 * buffer.size());
+  out.write(config::format_line);
+  out.write("\n");
   out.write(text);
   if (creep) out.write(creep->memory_text());
   out.commit();

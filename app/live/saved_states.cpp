@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/output_file.h"
+#include "config/document/format.h"
 
 namespace hystcan::app {
 namespace {
@@ -28,9 +29,9 @@ std::string memory_text(const controller::ControlLaw& law, const controller::Lea
   std::vector<char> buffer(model::Hysteresis::saved_size());
   return fmt::format(
       "# The memory of the actuator at a clean stop. The controller removes this file when it drives again.\n"
-      "{}\n{}"
+      "{}\n{}\n{}"
       "[stop]  # The last table: without it the file is incomplete.\nreason = \"stopped\"\n",
-      law.model().save(law.memory(), buffer), learnt_text(learning));
+      config::format_line, law.model().save(law.memory(), buffer), learnt_text(learning));
 }
 
 }  // namespace

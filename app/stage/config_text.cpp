@@ -20,7 +20,8 @@ constexpr const char* heading =
     "#\n"
     "#   hystcan check FILE         the values in force and their consequences\n"
     "#   hystcan twin FILE          the twin on the bus ...\n"
-    "#   hystcan controller FILE    ... and the controller\n";
+    "#   hystcan controller FILE    ... and the controller\n"
+    "\n";
 
 /// The configuration of one axis, and the comments behind its keys.
 class FirstAxis {

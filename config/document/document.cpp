@@ -9,6 +9,7 @@
 
 #include "base/input_file.h"
 #include "config/document/closest.h"
+#include "config/document/format.h"
 #include "config/document/toml_text.h"
 
 namespace hystcan::config {
@@ -30,7 +31,9 @@ std::string meant_instead_of(std::string_view key, const std::set<std::string, s
 }  // namespace
 
 Document::Document(std::filesystem::path file, std::string_view text)
-    : file_(std::move(file)), root_(parse_toml(text, file_.string())) {}
+    : file_(std::move(file)), root_(parse_toml(text, file_.string())) {
+  take_format();
+}
 
 Document::Document(std::filesystem::path file, const std::vector<Setting>& overrides, std::size_t largest)
     : file_(std::move(file)) {
@@ -39,7 +42,16 @@ Document::Document(std::filesystem::path file, const std::vector<Setting>& overr
   } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file_.string(), error.what()));
   }
+  take_format();
   for (const Setting& setting : overrides) put(setting);
+}
+
+void Document::take_format() {
+  format_of(root_, file_.string());
+  root_.erase("format");
+  for (const FormerKey& key : former_keys(root_))
+    fail_at(key.path, fmt::format("{} {}; `hystcan migrate {} --write` comments it out", key.path, key.now,
+                                  file_.string()));
 }
 
 /// Creates missing tables on the path to the key, but no elements of a list.

@@ -52,6 +52,8 @@ class Document {
   [[noreturn]] void fail_at(std::string_view path, const std::string& what) const;
 
  private:
+  /// The format is no key of the root: only the file has one.
+  void take_format();
   void put(const Setting& setting);
 
   std::filesystem::path file_;

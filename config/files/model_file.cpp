@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/document/document.h"
+#include "config/document/format.h"
 #include "model/hysteresis_parameters.h"
 #include "model/validity.h"
 
@@ -244,7 +245,7 @@ std::string model_text(const model::HysteresisParameters& parameters,
     return key.value == "[]" ? std::nullopt : std::optional<std::string>("");
   });
   visit_tables(writer, raw);
-  return writer.text().substr(1);  // without the empty line before the first table
+  return fmt::format("{}{}", format_line, writer.text());  // the text begins with an empty line
 }
 
 identification::Lag load_lag(const std::filesystem::path& file) {

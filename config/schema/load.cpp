@@ -39,18 +39,6 @@ std::filesystem::path named_file(const Document& document, const std::string& pa
                                      std::generic_category().message(error)));
 }
 
-/// The learnt gain and offset of the model, which a file may still have.
-void refuse_adaptation(const Document& document) {
-  const toml::array* axes = document.root()["axis"].as_array();
-  for (std::size_t i = 0; axes != nullptr && i < axes->size(); ++i) {
-    const std::string path = fmt::format("axis[{}].control.adaptation", i);
-    if (document.root().at_path(path))
-      document.fail_at(path,
-                       "[axis.control.adaptation] no longer exists: it made the true error 2 to 7 % worse, "
-                       "remove the table");
-  }
-}
-
 /// A CRC whose polynomial the file leaves out has the one that goes with the length of its message.
 void choose_polynomials(const Document& document, Config& config) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
@@ -70,7 +58,6 @@ void choose_polynomials(const Document& document, Config& config) {
 
 /// With the messages of its DBC.
 Config read_config(const Document& document) {
-  refuse_adaptation(document);
   Config config;
   config.file = document.file();
   config.twin.heartbeat_period = std::chrono::milliseconds(100);

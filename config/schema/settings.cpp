@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 
+#include "config/document/format.h"
 #include "config/document/toml_edit.h"
 #include "config/schema/schema.h"
 
@@ -103,7 +104,7 @@ std::string file_text(const Config& config, const std::map<std::string, std::str
   });
   Config visited = config;
   visit(writer, visited);
-  return writer.text();
+  return fmt::format("{}{}", format_line, writer.text());  // the text begins with an empty line
 }
 
 std::string control_text(const AxisConfig& axis, const Remark& remark) {

@@ -154,7 +154,7 @@ TEST_F(Cli, CheckReportsAMistakeInOneLineWithItsPlace) {
   EXPECT_EQ(program.wait(), bad_input);
   EXPECT_EQ(std::ranges::count(program.err(), '\n'), 1);
   EXPECT_NE(
-      program.err().find("piezo.toml:14:1: unknown key rate_hz (did you mean rate_Hz?), expected one of "),
+      program.err().find("piezo.toml:16:1: unknown key rate_hz (did you mean rate_Hz?), expected one of "),
       std::string::npos)
       << program.err();
 }

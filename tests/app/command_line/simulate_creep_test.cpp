@@ -201,7 +201,7 @@ TEST_F(SimulateCreep, OfAMemoryIsRefusedByAModelWithoutTheTable) {
   write("stage.toml", recursive_memory);
   write("next.csv", "time_s,input\n4,80\n");
   expect_refused("next.csv", {"--memory", path("memory.toml")},
-                 ":10:9: creep stands in the memory of a model without [creep], expected none");
+                 ":12:9: creep stands in the memory of a model without [creep], expected none");
   expect_done("next.csv", "next_out.csv", {"--memory", path("memory.toml"), "--quasi-static"});
 }
 

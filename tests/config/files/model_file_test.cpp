@@ -10,7 +10,9 @@
 namespace hystcan::config::model_file_test {
 namespace {
 
-constexpr const char* expected_text = R"([hysteresis]
+constexpr const char* expected_text = R"(format = 1
+
+[hysteresis]
 kind         = "recursive-memory"
 input_unit   = "V"
 output_unit  = "um"
@@ -129,7 +131,7 @@ TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {
     load_model(file);
     FAIL() << "it was taken";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("12:14: output map falls at"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("14:14: output map falls at"), std::string::npos)
         << error.what();
   }
 }

@@ -78,23 +78,5 @@ TEST(LawKeys, AnIntegerIsReadAsTheNearestNumber) {
   EXPECT_EQ(read("9223372036854775807"), 9223372036854775808.0);
 }
 
-TEST(LawKeys, AnAdaptationOfAnOldFileIsRefusedWithItsPlace) {
-  const support::ShippedCopy files;
-  files.edit("piezo.toml", before_delays,
-             "[axis.control.adaptation]\ngain_max = 0.1\n" + std::string(before_delays));
-  std::ifstream text(files / "piezo.toml");
-  int line = 1;
-  for (std::string read; std::getline(text, read) && !read.starts_with("[axis.control.adaptation]");) ++line;
-  try {
-    load(files / "piezo.toml");
-    FAIL() << "it was taken";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.what(),
-              fmt::format("{}:{}:1: [axis.control.adaptation] no longer exists: it made the true "
-                          "error 2 to 7 % worse, remove the table",
-                          (files / "piezo.toml").string(), line));
-  }
-}
-
 }  // namespace
 }  // namespace hystcan::config::law_keys_test
