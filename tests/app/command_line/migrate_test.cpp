@@ -44,7 +44,8 @@ TEST_F(Migrate, WritesNoFileIfOneOfThemCannotBeRead) {
   const std::string before = read("piezo.toml");
   Process process({HYSTCAN_PROGRAM, "migrate", path("piezo.toml"), path("newer.toml"), "--write"});
   EXPECT_EQ(process.wait(), 2);
-  EXPECT_NE(process.err().find("newer.toml:1:10: format is 9, written for a newer hystcan"), std::string::npos)
+  EXPECT_NE(process.err().find("newer.toml:1:10: format is 9, written for a newer hystcan"),
+            std::string::npos)
       << process.err();
   EXPECT_EQ(read("piezo.toml"), before);
 }
