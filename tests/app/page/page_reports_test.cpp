@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -187,6 +188,27 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
   for (const char* unknown : {"stateset", " info\n", "# UNIT", "# EOF"})
     EXPECT_EQ(text.find(unknown), std::string::npos) << unknown;
   EXPECT_NE(text.find("# TYPE hystcan_cycles_total counter\n"), std::string::npos);
+}
+
+// Prometheus's own promtool tries the rules themselves (scripts/check alerts).
+TEST(Metrics, AreThoseOfTheShippedAlertsAndTheDashboard) {
+  const json axis{{"name", "x"}, {"state", "tracking"}, {"fault", "none"}};
+  const std::string text = metrics_text(false, {{"ok", true}, {"axes", {axis}}}, 0.1, {"tracking"},
+                                        json::object(), no_times, no_times, {});
+  const std::regex name("hystcan_[a-z_]+");
+  for (const char* file : {"/share/prometheus/hystcan.rules.yml", "/share/grafana/hystcan.json"}) {
+    const std::string shipped = support::read_file(HYSTCAN_SOURCE_DIR + std::string(file));
+    std::set<std::string> named;
+    for (auto at = std::sregex_iterator(shipped.begin(), shipped.end(), name); at != std::sregex_iterator();
+         ++at)
+      named.insert(at->str());
+    EXPECT_GT(named.size(), 4U) << file;
+    for (const std::string& metric : named)
+      EXPECT_TRUE(text.find(metric + "{") != std::string::npos ||
+                  text.find(metric + " ") != std::string::npos)
+          << file << ": " << metric << "\n"
+          << text;
+  }
 }
 
 TEST(OpenMetrics, SayThatTheControllerIsNotThereAndHowOldTheLastAnswerIs) {
