@@ -90,7 +90,7 @@ void Controller::make_axes(const Config& config, const can::Database& database) 
 
 void Controller::listen_to_echoes() {
   const bool are_reported = bus_->on_sent([this](const can::Frame& frame, can::Time) {
-    for (const auto& commands : command_frames_) commands->on_echo(frame, *bus_);
+    for (const auto& commands : command_frames_) commands->on_echo(frame, cycle_.sync_counter, *bus_);
   });
   if (!are_reported) return;
   for (const auto& commands : command_frames_) commands->begin_to_count_echoes();
