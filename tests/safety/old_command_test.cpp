@@ -5,14 +5,18 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
+#include <random>
+#include <utility>
 #include <vector>
 
 #include "app/live/rehearsal_setup.h"
 #include "config/schema/config.h"
 #include "tests/bench/many_axes.h"
 #include "tests/support/hooked_connection.h"
+#include "tests/support/oversleeper.h"
 
 namespace hystcan::old_command_test {
 namespace {
@@ -38,6 +42,7 @@ rehearsal::Setup setup_of(std::size_t axes, bool in_shared_frames) {
 /// What is found of the commands with Enable.
 struct Found {
   std::size_t applied = 0;
+  std::size_t not_applied = 0;
   std::size_t refused = 0;    ///< too old
   can::Duration oldest{};     ///< of those that are applied, since the SYNC that they name
   int most_in_the_queue = 0;  ///< of one message
@@ -52,13 +57,16 @@ class Loop {
                 return bus_.attach(can::TransmitOrder::by_priority, filters);
               }),
         controller_(
-            setup.controller, setup.database, clock_,
+            setup.controller, setup.database, sleeper_,
             [this](std::span<const can::Filter> filters) {
               return std::make_unique<support::HookedConnection>(
                   bus_.attach(can::TransmitOrder::as_sent, filters),
-                  [this](can::Frame& frame) { return note_queued(frame); });
+                  [this](can::Frame& frame) { return note_queued(frame); },
+                  [this](can::Frame& frame) { return !loses_ || !loses_(frame.id); });
             },
-            [](const controller::CycleRecord&) {}),
+            [this](const controller::CycleRecord&) {
+              sleeper_.by = lateness_ ? lateness_() : can::Duration{};
+            }),
         cycle_(setup.twin.cycle),
         babbler_(bus_.attach()),
         listener_(bus_.attach()) {
@@ -73,12 +81,24 @@ class Loop {
     controller_.start();
   }
 
+  /// From now on, each SYNC is late by what `lateness` returns, and the controller does not receive the frames
+  /// of which `loses` is true.
+  void disturb(std::function<can::Duration()> lateness, std::function<bool(std::uint32_t id)> loses) {
+    lateness_ = std::move(lateness);
+    loses_ = std::move(loses);
+  }
   void run_for(can::Duration time) { clock_.run_until(clock_.now() + time); }
   void babble_for(can::Duration time, const can::Frame& frame) {
     babbles_ = true;
     for (int i = 0; i < 2; ++i) babbler_->send(frame);
     run_for(time);
     babbles_ = false;
+  }
+  std::string causes() const {
+    std::string text;
+    for (std::size_t i = 0; i < controller_.axis_count(); ++i)
+      text += std::string(to_string(controller_.axis(i).fault().cause)) + "; ";
+    return text;
   }
   bool tracks() const {
     for (std::size_t i = 0; i < controller_.axis_count(); ++i)
@@ -123,12 +143,16 @@ class Loop {
     if (amplifier.setpoint == command.setpoint) {
       ++found_.applied;
       found_.oldest = std::max(found_.oldest, age);
-    } else if (age > 2 * cycle_) {
-      ++found_.refused;
+    } else {
+      ++found_.not_applied;
+      if (age > 2 * cycle_) ++found_.refused;
     }
   }
 
   can::VirtualClock clock_;
+  support::Oversleeper sleeper_{clock_};
+  std::function<can::Duration()> lateness_;
+  std::function<bool(std::uint32_t)> loses_;
   can::SimBus bus_;
   std::vector<Amplifier> amplifiers_;
   std::map<std::uint32_t, int> queued_;
@@ -169,6 +193,31 @@ TEST(OldCommand, IsNotAppliedMoreThanTwoCyclesAfterItsSyncBehindABabblingNode) {
   });
   EXPECT_TRUE(holds);
   EXPECT_GT(refused, 10U);
+}
+
+// A SYNC that is late by up to half a cycle moves no later one: the distances are 0.5 to 1.5 cycles. Where a
+// sample is lost, the command goes out at the end of its cycle.
+TEST(CommandOnABusInOrder, IsAppliedWithLateSyncsAndLostSamples) {
+  for (const bool in_shared_frames : {false, true}) {
+    const rehearsal::Setup setup = setup_of(2, in_shared_frames);
+    const auto sample = can::find_layout<can::SensorSample>(setup.database, setup.twin.axes[0].wire);
+    Loop loop(setup);
+    for (int i = 0; i < 100 && !loop.tracks(); ++i) loop.run_for(milliseconds(20));
+    ASSERT_TRUE(loop.tracks());
+    const std::size_t not_applied_before = loop.found().not_applied;
+    std::mt19937_64 random(1);
+    const auto half = static_cast<std::uint64_t>(setup.twin.cycle.count() / 2);
+    loop.disturb(
+        [&] {
+          return can::Duration(static_cast<can::Duration::rep>(random() % 2 == 0 ? half : random() % half));
+        },
+        [&, samples = 0](std::uint32_t id) mutable { return id == sample->id() && ++samples % 16 == 0; });
+    loop.run_for(std::chrono::seconds(2));
+    EXPECT_TRUE(loop.tracks()) << loop.causes();
+    EXPECT_GT(loop.found().applied, 2000U);
+    EXPECT_EQ(loop.found().not_applied, not_applied_before);
+    EXPECT_GT(loop.found().oldest, 5 * setup.twin.cycle / 4);
+  }
 }
 
 }  // namespace
