@@ -1,10 +1,10 @@
 // A reference node for docs/protocol.md in C11: the amplifier and the sensor of one axis, on SocketCAN.
 //
 //   gcc -std=c11 -O2 docs/example_node.c -o example_node
-//   ./example_node vcan0 1 2 1000    amplifier node 1 and sensor node 2, which are axis X of config/piezo.toml;
-//                                    a cycle takes 1000 us (1 / rate_Hz)
+//   ./example_node vcan0 1 2 1000    amplifier node 1 and sensor node 2, which are axis X of
+//                                    config/piezo.toml; a cycle takes 1000 us (1 / rate_Hz)
 //   ./example_node vcan0 1 0 1000    0: without the sensor, because a real one is on the bus
-//   ./example_node vcan0 1 2 1000 fd       command, status and sample are frames of CAN FD with bit-rate switch
+//   ./example_node vcan0 1 2 1000 fd       command, status and sample are CAN FD with bit-rate switch
 //   ./example_node vcan0 1 2 1000 fd 24    heartbeat and status have slots, in rounds of 24 cycles
 //
 // Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts:

@@ -98,8 +98,8 @@ struct Command {
   std::string axis;
   double setpoint;
 };
-/// The commands with Enable of a candump log that come more than three cycles of 1 ms after the SYNC that they
-/// name.
+/// The commands with Enable of a candump log that come more than three cycles of 1 ms after the SYNC that
+/// they name.
 std::vector<Command> old_commands(const std::string& log) {
   std::map<int, double> syncs;
   std::vector<Command> old;
@@ -131,8 +131,8 @@ int times_applied(const std::string& truth, const Command& command) {
   return times;
 }
 
-// Behind the dam every command waits in front of the next SYNC, so that its counter is still the last one. The
-// watchdogs wait for 20 ms, the second axis's command for 8 ms.
+// Behind the dam every command waits in front of the next SYNC, so that its counter is still the last one.
+// The watchdogs wait for 20 ms, the second axis's command for 8 ms.
 TEST(KvaserOldCommand, LeavesTheQueueOfTheDriverAndIsNotApplied) {
   const std::string truth = testing::TempDir() + "old_command_truth.csv";
   LiveBench bench{{"can0", "can1"}, hil::config_file, hil::Nodes::of_the_test};

@@ -1,5 +1,5 @@
-// A node that fills the bus holds back what the controller has queued. What an amplifier applies afterwards is
-// never older than two cycles: controller and twin on the simulated bus, and a babbling node of any priority.
+// A node that fills the bus holds back what the controller has queued. What an amplifier applies afterwards
+// is never older than two cycles: controller and twin on the simulated bus, a babbling node of any priority.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -81,8 +81,8 @@ class Loop {
     controller_.start();
   }
 
-  /// From now on, each SYNC is late by what `lateness` returns, and the controller does not receive the frames
-  /// of which `loses` is true.
+  /// From now on, each SYNC is late by what `lateness` returns, and the controller does not receive the
+  /// frames of which `loses` is true.
   void disturb(std::function<can::Duration()> lateness, std::function<bool(std::uint32_t id)> loses) {
     lateness_ = std::move(lateness);
     loses_ = std::move(loses);

@@ -250,8 +250,8 @@ Config without_a_watchdog() {
   return config;
 }
 
-/// Frames that are sent at these times, in microseconds. A cycle is 1 ms. On the wire the SYNC takes 0.06 ms, a
-/// command 0.12 ms.
+/// Frames that are sent at these times, in microseconds. A cycle is 1 ms. On the wire the SYNC takes 0.06 ms,
+/// a command 0.12 ms.
 class AgeOfACommand : public NodeRules {
  protected:
   AgeOfACommand() : NodeRules(without_a_watchdog()) {
