@@ -20,7 +20,7 @@ bool CommandFrame::put(std::size_t place, const std::optional<AxisCommand>& comm
   const Slot& slot = slots_[place];
   const can::AmpCommand safe{.setpoint = slot.safe_drive, .sync_counter = sync_counter};
   can::AmpCommand said = safe;
-  next_.sync_counter = sync_counter;
+  next_.sync_ahead = sync_counter;
   if (command) {
     said.setpoint = command->drive;
     said.enable = command->enable;
@@ -38,7 +38,7 @@ bool CommandFrame::send(can::Bus& bus) {
   const bool is_safe = std::exchange(next_.is_safe, true);
   if (!says_something || (is_safe && is_safe_one_on_its_way())) return false;
   held_back_ = 0;
-  const Composed composed{.frame = next_.frame, .sync_counter = next_.sync_counter, .is_safe = is_safe};
+  const Composed composed{.frame = next_.frame, .sync_ahead = next_.sync_ahead, .is_safe = is_safe};
   is_late_ = queued_.has_value();
   const bool replaces = std::exchange(waiting_, std::nullopt).has_value();
   if (is_late_ && !is_safe)
@@ -48,17 +48,19 @@ bool CommandFrame::send(can::Bus& bus) {
   return replaces;
 }
 
-void CommandFrame::on_echo(const can::Frame& frame, can::Bus& bus) {
+void CommandFrame::on_echo(const can::Frame& frame, std::uint8_t last_sync, can::Bus& bus) {
   if (!queued_) return;
   const auto counter = can::parse_sync(frame);
-  const int ahead = counter ? can::syncs_after(queued_->sync_counter, *counter) : 0;
+  const int ahead = counter ? can::syncs_after(queued_->sync_ahead, *counter) : 0;
   const bool is_later_sync = ahead != 0 && ahead < can::sync_counter_max / 2;
   can::Frame heard = frame;
   heard.fd_flags = queued_->frame.fd_flags;  // an interface that is error-passive sets ESI
   if (!is_later_sync && heard != queued_->frame) return;
-  const auto next = std::exchange(waiting_, std::nullopt);
+  auto next = std::exchange(waiting_, std::nullopt);
   forget();
-  if (next) hand_over(*next, bus);
+  if (!next) return;
+  next->sync_ahead = last_sync;
+  hand_over(*next, bus);
 }
 
 void CommandFrame::forget() {

@@ -47,8 +47,8 @@ class CommandFrame {
   /// is on its way and this one would say nothing new. After a hundred such it counts as lost. True: one that
   /// waited never goes out, because this one takes its place.
   bool send(can::Bus& bus);
-  /// The bus has carried a frame of ours.
-  void on_echo(const can::Frame& frame, can::Bus& bus);
+  /// The bus has carried a frame of ours. `last_sync`: of the SYNC that was queued last.
+  void on_echo(const can::Frame& frame, std::uint8_t last_sync, can::Bus& bus);
   /// The bus has lost what was on its way, or may have.
   void forget();
 
@@ -62,8 +62,8 @@ class CommandFrame {
   };
   struct Composed {
     can::Frame frame;
-    std::uint8_t sync_counter = 0;  ///< of its cycle
-    bool is_safe = true;            ///< enables no amplifier and clears no fault
+    std::uint8_t sync_ahead = 0;  ///< counter of the SYNC that was queued last before it
+    bool is_safe = true;          ///< enables no amplifier and clears no fault
   };
 
   bool is_safe_one_on_its_way();

@@ -90,7 +90,7 @@ void Controller::make_axes(const Config& config, const can::Database& database) 
 
 void Controller::listen_to_echoes() {
   const bool are_reported = bus_->on_sent([this](const can::Frame& frame, can::Time) {
-    for (const auto& commands : command_frames_) commands->on_echo(frame, *bus_);
+    for (const auto& commands : command_frames_) commands->on_echo(frame, cycle_.sync_counter, *bus_);
   });
   if (!are_reported) return;
   for (const auto& commands : command_frames_) commands->begin_to_count_echoes();
@@ -120,25 +120,28 @@ void Controller::add_handlers() {
       if (commands->is_sound(frame)) on_another_controller(ForeignFrame::Kind::command, frame);
     });
   for (std::size_t i = 0; i < axes_.size(); ++i) add_handlers_of(i);
-  add_sample_handlers();
+  add_handlers_of_shared_messages();
 }
 
 /// The axes of a sample frame are stepped one after the other, before their commands go out.
-void Controller::add_sample_handlers() {
-  std::map<std::pair<std::uint32_t, bool>, std::vector<std::size_t>> axes_of;
-  for (std::size_t i = 0; i < axes_.size(); ++i)
-    axes_of[{axes_[i]->sensor.decoder().id(), axes_[i]->sensor.decoder().extended()}].push_back(i);
-  for (const auto& [key, some] : axes_of)
+void Controller::add_handlers_of_shared_messages() {
+  std::map<std::pair<std::uint32_t, bool>, std::vector<std::size_t>> samples, statuses;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const auto& sample = axes_[i]->sensor.decoder();
+    samples[{sample.id(), sample.extended()}].push_back(i);
+    if (const auto& status = axes_[i]->amplifier.decoder())
+      statuses[{status->id(), status->extended()}].push_back(i);
+  }
+  for (const auto& [key, some] : samples)
     add_handler(key.first, key.second,
                 [this, axes = some](const can::Frame& frame) { on_samples(axes, frame); });
+  for (const auto& [key, some] : statuses)
+    add_handler(key.first, key.second,
+                [this, axes = some](const can::Frame& frame) { on_statuses(axes, frame); });
 }
 
 void Controller::add_handlers_of(std::size_t index) {
   WiredAxis& wired = *axes_[index];
-  if (const auto& decode = wired.amplifier.decoder())
-    add_handler(decode->id(), decode->extended(), [this, &wired](const can::Frame& frame) {
-      wired.amplifier.on_status(frame, scheduler_.now());
-    });
   if (const auto id = wired.status_sender.id())
     add_handler(*id, false, [this, &wired](const can::Frame& frame) {
       if (wired.status_sender.is_sound(frame)) on_another_controller(ForeignFrame::Kind::axis_status, frame);
@@ -147,10 +150,11 @@ void Controller::add_handlers_of(std::size_t index) {
     add_handler(receiver->id(), false,
                 [&wired](const can::Frame& frame) { wired.setpoint_receiver->on_frame(frame, wired.axis); });
   add_handler(can::heartbeat_base + wired.sensor.node(), false, [this, &wired](const can::Frame& frame) {
-    wired.sensor.on_heartbeat(frame, scheduler_.now());
+    if (wired.sensor.on_heartbeat(frame, scheduler_.now()) == Heartbeat::as_before) judge_slot(wired.sensor);
   });
   add_handler(can::heartbeat_base + wired.amplifier.node(), false, [this, &wired](const can::Frame& frame) {
-    wired.amplifier.on_heartbeat(frame, scheduler_.now());
+    if (wired.amplifier.on_heartbeat(frame, scheduler_.now()) == Heartbeat::as_before)
+      judge_slot(wired.amplifier);
   });
   for (RemoteNode* node : wired.nodes()) {
     add_handler(can::emergency_base + node->node(), false,
@@ -198,13 +202,19 @@ std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const 
   return axes_[i]->setpoint_receiver->counters();
 }
 
-std::vector<std::string> Controller::foreign_access() const {
+std::vector<std::string> Controller::node_notes() const {
   std::vector<std::string> lines;
+  const auto add = [&](const RemoteNode& node, const std::string& text) {
+    std::string line = "node " + std::to_string(node.node()) + ": " + text;
+    if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
+  };
   for (const auto& wired : axes_)
-    for (const RemoteNode* node :
-         {static_cast<const RemoteNode*>(&wired->amplifier), static_cast<const RemoteNode*>(&wired->sensor)})
-      if (const std::string text = describe(node->foreign_access()); !text.empty())
-        lines.push_back("node " + std::to_string(node->node()) + ": " + text);
+    for (const RemoteNode* node : {static_cast<const RemoteNode*>(&wired->amplifier),
+                                   static_cast<const RemoteNode*>(&wired->sensor)}) {
+      if (const std::string text = describe(node->foreign_access()); !text.empty()) add(*node, text);
+      if (const std::uint64_t frames = node->outside_slot(); frames != 0)
+        add(*node, std::to_string(frames) + " heartbeats and statuses outside of its slot");
+    }
   return lines;
 }
 
@@ -315,6 +325,20 @@ void Controller::answer_next_request() {
   request->cycle = counters_.cycles;
   asked_to_stop_ |= request->kind == Request::Kind::stop && !request->refused_because;
   requests_->answer(request);
+}
+
+/// A status goes out at once where the state of one of its axes changes.
+void Controller::on_statuses(std::span<const std::size_t> axes, const can::Frame& frame) {
+  bool nothing_new = true;
+  for (const std::size_t i : axes) nothing_new &= axes_[i]->amplifier.on_status(frame, scheduler_.now());
+  if (!nothing_new) return;
+  for (const std::size_t i : axes) judge_slot(axes_[i]->amplifier);
+}
+
+/// In the first round, a node may not have seen its slot yet.
+void Controller::judge_slot(RemoteNode& node) const {
+  const unsigned slots = config_.background_slots;
+  if (slots != 0 && counters_.cycles > slots) node.note_background_frame(cycle_.sync_counter, slots);
 }
 
 void Controller::on_samples(std::span<const std::size_t> axes, const can::Frame& frame) {

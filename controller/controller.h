@@ -124,8 +124,9 @@ class Controller {
   /// Of every message that the controller receives: samples, statuses, setpoints; of both nodes heartbeats,
   /// emergencies, SDO responses.
   std::vector<can::RejectedFrames> rejected() const;
-  /// A line for each node to which other nodes have sent NMT commands or SDO requests.
-  std::vector<std::string> foreign_access() const;
+  /// A line for each node to which other nodes have sent NMT commands or SDO requests, and for each one that
+  /// does not keep its slot.
+  std::vector<std::string> node_notes() const;
   const CycleCounters& counters() const { return counters_; }
   /// Since start. On the scheduler's thread, like everything here.
   const CycleTiming& timing() const { return timing_; }
@@ -153,7 +154,7 @@ class Controller {
   void listen_to_echoes();
   void add_handlers();
   void add_handlers_of(std::size_t index);
-  void add_sample_handlers();
+  void add_handlers_of_shared_messages();
   /// Where several axes share a frame, each has a handler of its own.
   void add_handler(std::uint32_t id, bool extended, std::function<void(const can::Frame&)> handler) {
     handlers_.emplace(std::pair(id, extended), std::move(handler));
@@ -169,6 +170,8 @@ class Controller {
   void run_background_tasks();
   void answer_next_request();
   void on_samples(std::span<const std::size_t> axes, const can::Frame& frame);
+  void on_statuses(std::span<const std::size_t> axes, const can::Frame& frame);
+  void judge_slot(RemoteNode& node) const;
   void take_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   bool is_awaited(std::size_t index) const;

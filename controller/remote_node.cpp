@@ -60,6 +60,11 @@ std::string what_happened(const NodeEvent& event) {
       return fmt::format(
           "a sample with SyncCounter {} is not used, expected the counter of the last SYNC, 1 to {}",
           event.sync_counter, can::sync_counter_max);
+    case NodeEvent::Kind::outside_slot:
+      return fmt::format(
+          "heartbeats or statuses come outside of its slot {} of {}, the last one in slot {}: set "
+          "background_slots in the node, or commands may be late",
+          event.node % event.slots, event.slots, event.sync_counter % event.slots);
     case NodeEvent::Kind::another_controller:
       return "another node sends " + describe(event.frame);
   }
@@ -87,13 +92,15 @@ std::string describe(const ForeignAccess& access) {
 RemoteNode::RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, can::SdoSetup setup)
     : node_(node), heartbeat_(heartbeat_timeout), setup_(std::move(setup)) {}
 
-bool RemoteNode::on_heartbeat(const can::Frame& frame, can::Time now) {
-  if (heartbeat_checker_.check(frame)) return false;
+Heartbeat RemoteNode::on_heartbeat(const can::Frame& frame, can::Time now) {
+  if (heartbeat_checker_.check(frame)) return Heartbeat::rejected;
   const auto state = can::parse_heartbeat(frame);
-  if (state) heartbeat_.on_heartbeat(*state, now);
-  if (state != can::NmtState::boot_up) return false;
+  if (!state) return Heartbeat::rejected;
+  const bool is_as_before = heartbeat_.state(now) == state;
+  heartbeat_.on_heartbeat(*state, now);
+  if (state != can::NmtState::boot_up) return is_as_before ? Heartbeat::as_before : Heartbeat::new_state;
   set_up_again();
-  return true;
+  return Heartbeat::boot_up;
 }
 
 void RemoteNode::on_emergency(const can::Frame& frame) {
@@ -141,6 +148,19 @@ bool RemoteNode::on_foreign_sdo(const can::Frame& frame) {
 
 void RemoteNode::note_no_such_sync(std::uint8_t sync_counter) {
   note({.kind = NodeEvent::Kind::no_such_sync, .node = node_, .sync_counter = sync_counter});
+}
+
+// Behind the next SYNC, a frame may have waited for the bus.
+void RemoteNode::note_background_frame(std::uint8_t sync_counter, unsigned slots) {
+  constexpr unsigned certain = 3;  // one may have waited longer on a full bus
+  const auto before = static_cast<std::uint8_t>(sync_counter - 1);
+  if (can::is_in_slot(node_, sync_counter, slots) || can::is_in_slot(node_, before, slots)) {
+    if (more_outside_ > 0) --more_outside_;
+    return;
+  }
+  ++outside_slot_;
+  if (++more_outside_ < certain || !std::exchange(keeps_slot_, false)) return;
+  note({.kind = NodeEvent::Kind::outside_slot, .node = node_, .sync_counter = sync_counter, .slots = slots});
 }
 
 void RemoteNode::set_up_again() {

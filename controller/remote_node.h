@@ -32,6 +32,7 @@ struct NodeEvent {
     foreign_nmt,
     foreign_sdo,
     no_such_sync,       ///< a sample names a SYNC that there is not
+    outside_slot,       ///< heartbeats and statuses come outside of the slot of the node
     another_controller  ///< the node is not known
   };
   Kind kind = Kind::emergency;
@@ -40,7 +41,8 @@ struct NodeEvent {
   can::SdoFailure failure{};
   can::NmtCommand command{};      ///< of foreign_nmt
   can::SdoObject object{};        ///< of foreign_sdo
-  std::uint8_t sync_counter = 0;  ///< of no_such_sync
+  std::uint8_t sync_counter = 0;  ///< of no_such_sync and outside_slot
+  unsigned slots = 0;             ///< of outside_slot: of a round
   ForeignFrame frame{};           ///< of another_controller
   std::uint32_t times = 1;        ///< so many of this kind came in a row before the first was taken
 };
@@ -63,13 +65,15 @@ struct ForeignAccess {
 /// "2 NMT commands, 1 SDO write, 30 SDO reads of another node"; empty if there was none.
 std::string describe(const ForeignAccess& access);
 
+/// What a heartbeat says.
+enum class Heartbeat : std::uint8_t { rejected, boot_up, new_state, as_before };
+
 /// A node is set up before it is started, and again after each boot-up, because it may have lost its set-up.
 class RemoteNode {
  public:
   RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, can::SdoSetup setup);
 
-  /// True if the node has booted up.
-  bool on_heartbeat(const can::Frame& frame, can::Time now);
+  Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
   void on_emergency(const can::Frame& frame);
   void on_sdo(const can::Frame& frame);
   /// An NMT frame, or an SDO request to this node, of another node. True: it may change what the node does.
@@ -78,6 +82,9 @@ class RemoteNode {
   bool on_foreign_sdo(const can::Frame& frame);
   /// A sample of this node has this `SyncCounter`, which no SYNC has.
   void note_no_such_sync(std::uint8_t sync_counter);
+  /// A heartbeat or a status with nothing new has come after this SYNC. Where three more are outside of the
+  /// slot of the node than within, the log says so, once.
+  void note_background_frame(std::uint8_t sync_counter, unsigned slots);
 
   std::uint8_t node() const { return node_; }
   /// Empty if no heartbeat has come, or none for too long.
@@ -92,6 +99,8 @@ class RemoteNode {
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
   const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
   const ForeignAccess& foreign_access() const { return foreign_; }
+  /// Frames outside of its slot; 0 of a node that keeps it.
+  std::uint64_t outside_slot() const { return keeps_slot_ ? 0 : outside_slot_; }
 
   /// The bus was off: neither the last state nor the set-up may still be valid.
   void forget();
@@ -123,6 +132,9 @@ class RemoteNode {
   can::E2eChecker sdo_checker_{can::Protection{}, 8, false};
   can::SdoSetup setup_;
   ForeignAccess foreign_;
+  std::uint64_t outside_slot_ = 0;
+  unsigned more_outside_ = 0;  ///< than in its slot
+  bool keeps_slot_ = true;
   bool failure_noted_ = false;
   bool alarm_ = false;
   unsigned boot_ups_seen_ = 0;

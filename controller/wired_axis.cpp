@@ -28,8 +28,10 @@ SensorLink::SensorLink(const can::AxisWire& wire, can::Duration heartbeat_timeou
       decode_(*can::find_layout<can::SensorSample>(database, wire)),
       names_its_sync_(can::message_map<can::SensorSample>(wire)->carries("sync_counter")) {}
 
-void SensorLink::on_heartbeat(const can::Frame& frame, can::Time now) {
-  if (RemoteNode::on_heartbeat(frame, now)) decode_.restart();
+Heartbeat SensorLink::on_heartbeat(const can::Frame& frame, can::Time now) {
+  const Heartbeat heartbeat = RemoteNode::on_heartbeat(frame, now);
+  if (heartbeat == Heartbeat::boot_up) decode_.restart();
+  return heartbeat;
 }
 
 std::optional<can::SensorSample> SensorLink::on_sample(const can::Frame& frame, std::uint64_t cycle) {
@@ -76,19 +78,23 @@ AmplifierLink::AmplifierLink(const can::AxisWire& wire, const Axis& axis, can::D
   flags_report_fault_ = map && (!map->carries("state") || map->states.fault.empty());
 }
 
-void AmplifierLink::on_heartbeat(const can::Frame& frame, can::Time now) {
-  if (RemoteNode::on_heartbeat(frame, now)) forget_status();
+Heartbeat AmplifierLink::on_heartbeat(const can::Frame& frame, can::Time now) {
+  const Heartbeat heartbeat = RemoteNode::on_heartbeat(frame, now);
+  if (heartbeat == Heartbeat::boot_up) forget_status();
+  return heartbeat;
 }
 
-void AmplifierLink::on_status(const can::Frame& frame, can::Time now) {
+bool AmplifierLink::on_status(const can::Frame& frame, can::Time now) {
   const auto received = (*decode_)(frame);
-  if (!received) return;
+  if (!received) return false;
+  const can::AmpState before = status_.state;
   status_heard_ = now;
   moves_ = reports_a_move(*received);
   status_ = *received;
   if (flags_report_fault_ && received->fault != 0) status_.state = can::AmpState::fault;
   fault_seen_ |= status_.state == can::AmpState::fault;
   not_enabled_seen_ |= status_.state != can::AmpState::enabled;
+  return status_.state == before && before != can::AmpState::off;
 }
 
 /// The first status after it is switched off still reports the drive from which the amplifier ramps down.

@@ -31,7 +31,7 @@ class SensorLink : public RemoteNode {
  public:
   SensorLink(const can::AxisWire& wire, can::Duration heartbeat_timeout, const can::Database& database);
 
-  void on_heartbeat(const can::Frame& frame, can::Time now);
+  Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
   /// Empty where the frame is damaged, or names a SYNC that there is not; the log says so.
   std::optional<can::SensorSample> on_sample(const can::Frame& frame, std::uint64_t cycle);
   /// The last sample and another one, both accepted, name the same SYNC. A frame that is sent twice is no
@@ -70,8 +70,9 @@ class AmplifierLink : public RemoteNode {
   AmplifierLink(const can::AxisWire& wire, const Axis& axis, can::Duration heartbeat_timeout,
                 const can::Database& database, CommandFrame& commands, std::size_t place);
 
-  void on_heartbeat(const can::Frame& frame, can::Time now);
-  void on_status(const can::Frame& frame, can::Time now);
+  Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
+  /// True for the state of the status before, but for off: a status that no event has caused.
+  bool on_status(const can::Frame& frame, can::Time now);
   void on_bus_loss(can::BusState state);
   /// Of this cycle. Empty: the amplifier sleeps. False: the drive does not fit its signal.
   bool put(const std::optional<AxisCommand>& command, std::uint8_t sync_counter);

@@ -1,10 +1,11 @@
 // A reference node for docs/protocol.md in C11: the amplifier and the sensor of one axis, on SocketCAN.
 //
 //   gcc -std=c11 -O2 docs/example_node.c -o example_node
-//   ./example_node vcan0 1 2       amplifier node 1 and sensor node 2, which are axis X of config/piezo.toml
-//   ./example_node vcan0 1 0       0: without the sensor, because a real one is on the bus
-//   ./example_node vcan0 1 2 fd    command, status and sample are frames of CAN FD with bit-rate switch
-//   ./example_node vcan0 1 2 fd 24      heartbeat and status have slots, in rounds of 24 cycles
+//   ./example_node vcan0 1 2 1000    amplifier node 1 and sensor node 2, which are axis X of
+//                                    config/piezo.toml; a cycle takes 1000 us (1 / rate_Hz)
+//   ./example_node vcan0 1 0 1000    0: without the sensor, because a real one is on the bus
+//   ./example_node vcan0 1 2 1000 fd       command, status and sample are CAN FD with bit-rate switch
+//   ./example_node vcan0 1 2 1000 fd 24    heartbeat and status have slots, in rounds of 24 cycles
 //
 // Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts:
 // the device, and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
@@ -72,6 +73,9 @@ struct amplifier {
   uint8_t fault;             // latched causes
   int32_t setpoint;          // takes effect at the next SYNC
   int received_counter;      // of the last accepted command; -1: none yet
+  uint64_t cycle_us;         // from SYNC to SYNC, as set in the controller
+  uint64_t sync_us;          // when the last SYNC arrived
+  uint64_t former_sync_us;   // and the one before it
   uint64_t deadline_ms;      // of the next command with Enable
   bool is_enabling;          // the relay is closing
   uint64_t relay_closed_ms;  // while is_enabling
@@ -88,7 +92,9 @@ static int32_t read_output(const struct amplifier* amplifier);
 static void write_output(struct amplifier* amplifier, int32_t drive);
 static bool read_position(const struct sensor* sensor, int32_t* position);
 static void send_frame(const struct node* node, uint32_t base, const uint8_t* data, uint8_t length, bool fd);
-static uint64_t now_ms(void);
+static uint64_t now_us(void);
+
+static uint64_t now_ms(void) { return now_us() / 1000; }
 
 // ---- "Counter and CRC"
 
@@ -258,17 +264,22 @@ static void on_nmt(struct amplifier* amplifier, uint8_t command, enum nmt_state 
   }
 }
 
-// "Stale commands": older than one SYNC, or without a SYNC to refer to.
-static bool is_stale(uint8_t last_sync, uint8_t named) {
+// "Stale commands": older than one SYNC or than two cycles, or without a SYNC to refer to. Firmware takes the
+// times of arrival where it receives the frames.
+static bool is_stale(const struct amplifier* amplifier, uint8_t named) {
+  const uint8_t last_sync = amplifier->node.last_sync;
   if (last_sync == 0 || named == 0 || named > SYNC_COUNTER_MAX) return true;
-  return (last_sync - named + SYNC_COUNTER_MAX) % SYNC_COUNTER_MAX > 1;
+  const int syncs_since = (last_sync - named + SYNC_COUNTER_MAX) % SYNC_COUNTER_MAX;
+  if (syncs_since > 1) return true;
+  return now_us() - (syncs_since == 0 ? amplifier->sync_us : amplifier->former_sync_us) >
+         2 * amplifier->cycle_us;
 }
 
 // "What an amplifier node does", the table of Enable and ClearFault. The command is accepted.
 static void on_command(struct amplifier* amplifier, const uint8_t* data) {
   const int32_t setpoint = get_i32(data);
   const bool enable = (data[4] & COMMAND_ENABLE) != 0;
-  if (is_stale(amplifier->node.last_sync, data[5])) return;
+  if (is_stale(amplifier, data[5])) return;
   if (amplifier->state == FAULT) {  // a command that clears does not enable
     if ((data[4] & COMMAND_CLEAR_FAULT) != 0) clear_fault(amplifier);
     return;
@@ -289,6 +300,8 @@ static void on_command(struct amplifier* amplifier, const uint8_t* data) {
 }
 
 static void on_sync(struct amplifier* amplifier, uint8_t sync) {
+  if (sync != amplifier->node.last_sync) amplifier->former_sync_us = amplifier->sync_us;
+  amplifier->sync_us = now_us();
   amplifier->node.last_sync = sync;
   if (amplifier->state == ENABLED) write_output(amplifier, amplifier->setpoint);
   const bool may_send = take_slot(&amplifier->node, sync);
@@ -355,10 +368,10 @@ static bool read_position(const struct sensor* sensor, int32_t* position) {
 
 // ---- The bus and the clock
 
-static uint64_t now_ms(void) {
+static uint64_t now_us(void) {
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
-  return (uint64_t)now.tv_sec * 1000 + (uint64_t)now.tv_nsec / 1000000;
+  return (uint64_t)now.tv_sec * 1000000 + (uint64_t)now.tv_nsec / 1000;
 }
 
 // A frame that the bus does not take is dropped: a later one has newer values.
@@ -397,17 +410,20 @@ static int number(const char* text, long largest) {
 }
 
 int main(int argc, char** argv) {
-  const bool fd = argc >= 5 && strcmp(argv[4], "fd") == 0;
-  const bool is_complete = argc == 4 || (fd && argc <= 6);
+  const bool fd = argc >= 6 && strcmp(argv[5], "fd") == 0;
+  const bool is_complete = argc == 5 || (fd && argc <= 7);
   const int amplifier_id = is_complete ? number(argv[2], 127) : -1;
   const int sensor_id = is_complete ? number(argv[3], 127) : -1;
-  const int slots = argc == 6 ? number(argv[5], SYNC_COUNTER_MAX) : 0;
-  if (amplifier_id < 0 || sensor_id < 0 || amplifier_id == sensor_id || slots < 0) {
-    fprintf(stderr, "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE [fd [SLOTS]]    (node 0: without it)\n",
+  const int cycle_us = is_complete ? number(argv[4], 10000000) : -1;
+  const int slots = argc == 7 ? number(argv[6], SYNC_COUNTER_MAX) : 0;
+  if (amplifier_id < 0 || sensor_id < 0 || amplifier_id == sensor_id || cycle_us <= 0 || slots < 0) {
+    fprintf(stderr,
+            "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE CYCLE_US [fd [SLOTS]]    (node 0: without it)\n",
             argv[0]);
     return 2;
   }
-  struct amplifier amplifier = {.node = {.id = (uint8_t)amplifier_id}, .received_counter = -1};
+  struct amplifier amplifier = {
+      .node = {.id = (uint8_t)amplifier_id}, .received_counter = -1, .cycle_us = (uint64_t)cycle_us};
   struct sensor sensor = {.node = {.id = (uint8_t)sensor_id}, .stage = &amplifier};
   const int bus = open_bus(argv[1], COMMAND + (uint32_t)amplifier.node.id, fd);
   if (bus < 0) {

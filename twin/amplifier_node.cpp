@@ -36,11 +36,12 @@ AmplifierNode::AmplifierNode(const can::Layout<can::AmpCommand>& command, std::u
     : BusNode(number, common, scheduler, attach,
               can::Filter{.id = command.id(), .extended = command.extended()}),
       scheduler_(scheduler),
+      cycle_(common.cycle),
       command_id_(command.id()),
       checker_(command.checker()) {
   line().on_frame([this](const can::Frame& frame, can::Time received) {
     if (frame.id == command_id_)
-      on_command(frame);
+      on_command(frame, received);
     else if (frame.id != can::sync_id)
       handle(frame);
     else if (const auto counter = can::parse_sync(frame))
@@ -74,13 +75,15 @@ void AmplifierNode::lose_power() {
   report();
 }
 
-void AmplifierNode::on_command(const can::Frame& frame) {
+void AmplifierNode::on_command(const can::Frame& frame, can::Time received) {
   if (checker_.check(frame) || state() != can::NmtState::operational) return;
-  for (AmplifierChannel* channel : channels_) channel->on_command(channel->command_.decode(frame));
+  for (AmplifierChannel* channel : channels_) channel->on_command(channel->command_.decode(frame), received);
   report();
 }
 
 void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
+  if (counter != last_sync_) former_sync_at_ = last_sync_at_;
+  last_sync_at_ = received;
   last_sync_ = counter;
   for (AmplifierChannel* channel : channels_) channel->on_sync(received);
   report();
@@ -114,6 +117,13 @@ void AmplifierNode::boot_up() {
   last_sync_ = 0;
   for (StatusMessage& message : statuses_) message.protector.restart();
   for (AmplifierChannel* channel : channels_) channel->boot_up();
+}
+
+bool AmplifierNode::is_stale(int named, can::Time received) const {
+  if (last_sync_ == 0 || !can::is_sync_counter(named)) return true;
+  const int syncs_since = can::syncs_after(named, last_sync_);
+  if (syncs_since > 1) return true;
+  return received - (syncs_since == 0 ? last_sync_at_ : former_sync_at_) > 2 * cycle_;
 }
 
 // Where commands stop, the watchdogs of all axes trip at one time: this is one event.
@@ -192,8 +202,8 @@ void AmplifierChannel::on_sync(can::Time received) {
   if (soft_start_begun_) start_softly(received);
 }
 
-void AmplifierChannel::on_command(const can::AmpCommand& command) {
-  if (is_stale(command)) return;
+void AmplifierChannel::on_command(const can::AmpCommand& command, can::Time received) {
+  if (commands_name_their_sync_ && node_.is_stale(command.sync_counter, received)) return;
   if (state_ == can::AmpState::fault) {
     if (command.clear_fault && !has_internal_cause_) clear_fault();
     return;
@@ -206,14 +216,6 @@ void AmplifierChannel::on_command(const can::AmpCommand& command) {
   command_deadline_ = scheduler_.now() + config_.command_timeout;
   if (state_ != can::AmpState::enabled) return begin_to_enable();
   if (config_.apply == Apply::receipt) take_setpoint();
-}
-
-bool AmplifierChannel::is_stale(const can::AmpCommand& command) const {
-  if (!commands_name_their_sync_) return false;
-  const int named = command.sync_counter;
-  const int last_sync = node_.last_sync_;
-  if (last_sync == 0 || !can::is_sync_counter(named)) return true;
-  return can::syncs_after(named, last_sync) > 1;
 }
 
 void AmplifierChannel::clear_fault() {

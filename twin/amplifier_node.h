@@ -44,10 +44,12 @@ class AmplifierNode final : public BusNode {
   AmplifierNode(const can::Layout<can::AmpCommand>& command, std::uint8_t number, const CommonConfig& common,
                 can::Scheduler& scheduler, const can::Attach& attach);
   void add(AmplifierChannel& channel);
-  void on_command(const can::Frame& frame);
+  void on_command(const can::Frame& frame, can::Time received);
   void on_sync(std::uint8_t counter, can::Time received);
   void on_nmt(can::NmtState state) override;
   void boot_up();
+  /// `named`: the SyncCounter of a command (docs/protocol.md, "Stale commands").
+  bool is_stale(int named, can::Time received) const;
   void check_watchdogs();
   void note_emergency(std::uint16_t code);
   /// Sends the statuses whose time has come; in a slot the oldest one alone.
@@ -57,12 +59,15 @@ class AmplifierNode final : public BusNode {
   void send(StatusMessage& message);
 
   can::Scheduler& scheduler_;
+  can::Duration cycle_;
   std::uint32_t command_id_;
   can::E2eChecker checker_;
   std::vector<AmplifierChannel*> channels_;
   std::vector<StatusMessage> statuses_;
   std::vector<std::uint16_t> emergencies_;  ///< codes, to be sent
   std::uint8_t last_sync_ = 0;
+  can::Time last_sync_at_{};
+  can::Time former_sync_at_{};  ///< of the SYNC before it
 };
 
 /// The amplifier of one axis. It drives its plant only while its node is operational and it is enabled and
@@ -89,11 +94,10 @@ class AmplifierChannel {
 
  private:
   friend class AmplifierNode;
-  void on_command(const can::AmpCommand& command);
+  void on_command(const can::AmpCommand& command, can::Time received);
   void on_sync(can::Time received);
   void on_nmt(can::NmtState state);
   void boot_up();
-  bool is_stale(const can::AmpCommand& command) const;
   void clear_fault();
   void begin_to_enable();
   void connect();

@@ -60,9 +60,9 @@ struct WiredAxisConfig {
 struct CommonConfig {
   std::uint64_t seed = 1;
   can::Duration heartbeat_period{};
-  can::Duration cycle{};            ///< of the SYNCs, as set in an amplifier that interpolates
-  unsigned background_slots = 0;    ///< of heartbeats and statuses (can::is_in_slot)
-  std::vector<FaultSpec> faults{};  ///< their times count from start()
+  can::Duration cycle = std::chrono::milliseconds(1);  ///< of the SYNCs, as set in an amplifier
+  unsigned background_slots = 0;                       ///< of heartbeats and statuses (can::is_in_slot)
+  std::vector<FaultSpec> faults{};                     ///< their times count from start()
   std::optional<RandomFaults> random_faults{};
 };
 

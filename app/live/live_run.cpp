@@ -52,7 +52,7 @@ BusClosing closing_of(const controller::Controller& controller, const EventLog& 
                      .events_truncated = events.truncated(),
                      .bus = can::report_of(controller.bus(), 0.0),
                      .rejected = controller.rejected()};
-  std::ranges::copy(controller.foreign_access(), std::back_inserter(closing.events));
+  std::ranges::copy(controller.node_notes(), std::back_inserter(closing.events));
   for (std::size_t i = 0; i < controller.axis_count(); ++i) {
     const std::string text = describe(controller.live_setpoints(i).value_or(controller::SetpointCounters{}));
     if (!text.empty()) closing.events.push_back(controller.axis_name(i) + ": " + text);

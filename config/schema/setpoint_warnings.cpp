@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 
 #include "model/hysteresis.h"
 #include "model/output_creep.h"
@@ -34,14 +35,24 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
   const model::OutputCreep creep(axis.law.creep);
   model::OutputCreep::State creep_state = creep.settled(memory.output);
 
+  std::optional<controller::PlantInverse> inverse;
+  if (axis.plant_inverse && controller::feeds_forward(axis.law.structure))
+    inverse.emplace(*axis.plant_inverse);
+  const auto demand_um = [&](double t_s, double value_um) {
+    return inverse ? inverse->feed_forward(t_s, 1.0 / rate_Hz,
+                                           [&](double at_s) { return reference.value_um(at_s); })
+                   : value_um;
+  };
+
   std::vector<SegmentNeeds> needs(axis.setpoint.size());
   const auto cycles = static_cast<std::size_t>(std::min(reference.length_s() * rate_Hz, most_cycles));
   double last_um = memory.output, last_drive = memory.input;
   bool follows_segment = false;  // the last cycle was of a segment, not of a transition
   for (std::size_t n = 0; n < cycles; ++n) {
-    const controller::Trajectory::Point point = reference.at(static_cast<double>(n) / rate_Hz);
+    const double t_s = static_cast<double>(n) / rate_Hz;
+    const controller::Trajectory::Point point = reference.at(t_s);
     creep.advance(creep_state, memory.output, 1.0 / rate_Hz);
-    const double at_once_um = creep.inverse(creep_state, point.value_um);
+    const double at_once_um = creep.inverse(creep_state, demand_um(t_s, point.value_um));
     const bool reached = model.reachable(memory).contains(at_once_um);
     model.advance(memory, model.inverse(memory, at_once_um).value);
     if (!point.in_transition && point.segment < needs.size()) {
@@ -82,9 +93,10 @@ void warn_of_slew(const AxisConfig& axis, const SegmentNeeds& needs, const std::
   const std::string& unit = axis.wire.drive_unit;
   warnings.push_back(fmt::format(
       "{}: the drive must change by up to {:.4g} {}/s, but slew_{}_per_s is {:g}: a reference that is {:.3g} "
-      "times as slow would do",
+      "times as slow would do{}",
       place, needs.slew_per_s, unit, unit, axis.control.gate.slew_per_s,
-      needs.slew_per_s / axis.control.gate.slew_per_s));
+      needs.slew_per_s / axis.control.gate.slew_per_s,
+      axis.control.plant_inverse ? ", or smoother corners (turnaround_percent)" : ""));
 }
 
 void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, const std::string& place,

@@ -196,9 +196,48 @@ TEST(ForeignAccess, ThatOnlyReadsOrStartsIsCountedAndChangesNothing) {
   EXPECT_EQ(loop.events,
             (std::vector<std::string>{"node 2: another node sends it NMT 1 (start)",
                                       "node 2: another node sends it NMT 119 (unknown command)"}));
-  EXPECT_EQ(loop.rehearsal.controller().foreign_access(),
+  EXPECT_EQ(loop.rehearsal.controller().node_notes(),
             (std::vector<std::string>{"node 1: 3 SDO reads of another node",
                                       "node 2: 2 NMT commands of another node"}));
+}
+
+/// fd_stage.toml: nodes 8 and 16 serve both axes, in rounds of 24 cycles at 4 kHz.
+class BackgroundSlots : public testing::Test {
+ protected:
+  std::vector<std::string> notes() {
+    LoggedLoop loop(setup);
+    loop.rehearsal.run_for(std::chrono::seconds(3));
+    EXPECT_EQ(loop.axis().state(), AxisState::tracking);
+    events = loop.events;
+    return loop.rehearsal.controller().node_notes();
+  }
+  std::ptrdiff_t told_of(const std::string& node) const {
+    return std::ranges::count_if(events, [&](const std::string& event) {
+      return event.starts_with(node + ": heartbeats or statuses come outside of its slot ");
+    });
+  }
+  rehearsal::Setup setup = support::shipped("fd_stage.toml");
+  std::vector<std::string> events;
+};
+
+TEST_F(BackgroundSlots, ThatAllNodesKeepAreNotMentioned) {
+  EXPECT_TRUE(notes().empty());
+  EXPECT_TRUE(events.empty());
+}
+
+TEST_F(BackgroundSlots, ThatTheNodesDoNotKnowAreNamedOnceForEachNodeOfEachAxisAndCounted) {
+  setup.twin.background_slots = 0;
+  const std::vector<std::string> lines = notes();
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_TRUE(lines[0].ends_with(" heartbeats and statuses outside of its slot")) << lines[0];
+  EXPECT_EQ(told_of("node 8"), 2);
+  EXPECT_EQ(told_of("node 16"), 2);
+  EXPECT_EQ(events.size(), 4U);
+}
+
+TEST_F(BackgroundSlots, OfAnotherRoundAreNamedToo) {
+  setup.twin.background_slots = 20;
+  EXPECT_EQ(notes().size(), 2U);
 }
 
 TEST(ForeignAccess, ThatWritesFaultsTheAxisAndIsNamed) {

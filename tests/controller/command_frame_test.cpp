@@ -63,8 +63,8 @@ class OneAxis : public testing::Test {
     frame.put(0, command, sync);
     return frame.send(queue);
   }
-  void echo() { frame.on_echo(queue.frames.back(), queue); }
-  void echo_sync(std::uint8_t counter) { frame.on_echo(can::sync_frame(counter), queue); }
+  void echo() { frame.on_echo(queue.frames.back(), sync, queue); }
+  void echo_sync(std::uint8_t counter) { frame.on_echo(can::sync_frame(counter), sync, queue); }
   double last() const { return decoded("X", queue.frames.back()).setpoint; }
 
   Queue queue;
@@ -127,12 +127,27 @@ TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenAnOlderSyncHas) {
   EXPECT_EQ(queue.frames.size(), 1u);
 }
 
+TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenASyncHasThatWasQueuedBeforeItWasHandedOver) {
+  send(10.0);
+  send(20.0);
+  sync = 3;  // is queued while the second one waits
+  echo();
+  ASSERT_EQ(queue.frames.size(), 2u);
+  frame.put(0, driven(30.0), sync);
+  frame.send(queue);
+  echo_sync(3);
+  EXPECT_EQ(queue.frames.size(), 2u);
+  sync = 4;
+  echo_sync(4);
+  EXPECT_EQ(queue.frames.size(), 3u);
+}
+
 TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenTheHeartbeatOrTheStatusOfTheControllerHas) {
   send(10.0);
   send(20.0);
-  frame.on_echo(can::heartbeat_frame(100, can::NmtState::operational), queue);
+  frame.on_echo(can::heartbeat_frame(100, can::NmtState::operational), sync, queue);
   EXPECT_EQ(queue.frames.size(), 1u) << "its one byte is no SYNC counter";
-  frame.on_echo({.id = 0x3A0, .length = 8}, queue);
+  frame.on_echo({.id = 0x3A0, .length = 8}, sync, queue);
   EXPECT_EQ(queue.frames.size(), 1u);
 }
 
@@ -149,7 +164,7 @@ TEST_F(CommandFrameOfOneAxis, HasLeftByItsEchoWithTheErrorStateOfTheInterface) {
   send(20.0);
   can::Frame echo = queue.frames.back();
   echo.fd_flags |= can::fd_error_state;
-  frame.on_echo(echo, queue);
+  frame.on_echo(echo, sync, queue);
   EXPECT_EQ(queue.frames.size(), 2u);
 }
 

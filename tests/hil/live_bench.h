@@ -122,11 +122,13 @@ class LiveBench {
     if (nodes == Nodes::twin) start_twin();
   }
 
-  void start_twin() {
+  void start_twin(const std::vector<std::string>& options = {}) {
     // A real node has its own processor. The twin shares one with everything that the test starts, also with
     // the controller, which has the higher priority and does not wait for the twin.
-    twin = std::make_unique<Process>(with_real_time_priority(
-        {HYSTCAN_PROGRAM, "twin", config_, "--interface", wire_.twin_side, "--force-interface"}, "40"));
+    std::vector<std::string> command{HYSTCAN_PROGRAM, "twin",          config_,
+                                     "--interface",   wire_.twin_side, "--force-interface"};
+    command.insert(command.end(), options.begin(), options.end());
+    twin = std::make_unique<Process>(with_real_time_priority(command, "40"));
     EXPECT_TRUE(twin->says(": amplifier node")) << twin->err();
   }
 

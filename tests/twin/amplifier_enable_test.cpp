@@ -7,6 +7,7 @@ namespace hystcan::twin::amplifier_enable_test {
 namespace {
 
 using can::AmpState;
+using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 /// Commands may stop for 20 ms. The output can rise or fall by 1 V in a millisecond where `slow`.
@@ -125,10 +126,10 @@ TEST(AmplifierRelay, LetsTheSetpointWaitForASync) {
 }
 
 TEST(AmplifierRelay, TakesTheLastSetpointThatCameBeforeTheSync) {
-  EnableBench bench({.enable_delay = milliseconds(10)});
+  EnableBench bench({.enable_delay = microseconds(1200)});
   bench.drive(50.0, 1);
   bench.command(20.0, true);  // while it closes
-  bench.run(milliseconds(12));
+  bench.run(microseconds(600));
   ASSERT_EQ(bench.state(), AmpState::enabled);
   bench.command(30.0, true);
   bench.run(milliseconds(1));
@@ -216,6 +217,7 @@ TEST(AmplifierSoftStart, BeginsWhereTheOutputIs) {
   ASSERT_EQ(bench.state(), AmpState::enabled);
   bench.command(0.0, false);
   bench.run(milliseconds(20));
+  bench.sync();
   bench.command(50.0, true);
   bench.run(milliseconds(1));
   bench.sync();

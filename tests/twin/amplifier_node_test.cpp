@@ -152,6 +152,7 @@ TEST_F(AmplifierOnBus, AcceptsAnyCounterOfACommandAfterNmtStart) {
   ASSERT_EQ(status_->state, AmpState::enabled);
   nmt(can::NmtCommand::stop);
   start_nodes();
+  tester_->send(can::sync_frame(counter_));
   tester_->send(first);
   run(milliseconds(1));
   EXPECT_EQ(status_->state, AmpState::enabled) << "the same counter again";
@@ -211,6 +212,7 @@ TEST(AmplifierStatus, HasTheOutputAtItsOwnTime) {
   bench.drive(50.0, 100);
   bench.command(0.0, false);
   bench.run(milliseconds(20));
+  bench.sync();
   bench.command(0.0, true);
   bench.run(milliseconds(1));
   ASSERT_EQ(bench.status_->state, AmpState::enabled);
@@ -224,11 +226,12 @@ TEST(AmplifierOnReceipt, TurnsItsOutputAtTheArrivalOfTheCommand) {
   config.axes.front().axis.plant.amplifier.slew_per_s = 1000.0;
   TwinBench bench(config);
   bench.start_nodes();
-  bench.sync();
   for (int i = 0; i < 8; ++i) {
+    bench.sync();
     bench.command(50.0, true);
     bench.run(milliseconds(15));
   }
+  bench.sync();
   bench.command(20.0, true);
   EXPECT_NEAR(bench.output(), 45.0, 0.5) << "5 ms later";
 }

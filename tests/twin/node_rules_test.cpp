@@ -13,13 +13,14 @@ namespace {
 
 using can::AmpState;
 using can::NmtCommand;
+using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
 
 class NodeRules : public testing::Test, protected TwinBench {
  protected:
-  NodeRules() {
+  explicit NodeRules(const Config& config = one_axis()) : TwinBench(config) {
     listener_->on_frame([this](const can::Frame& frame, can::Time) { frames_.push_back(frame); });
     frames_.clear();
   }
@@ -243,12 +244,63 @@ TEST_F(NodeRules, ACommandThatNamesNoSyncBetween1And240IsStale) {
   }
 }
 
-TEST_F(NodeRules, ACommandIsStaleByItsCounterAndNotByItsTime) {
-  start_nodes();
-  sync();
-  run(milliseconds(500));
-  send({.setpoint = 50.0, .enable = true, .sync_counter = counter_});
-  EXPECT_EQ(amplifier().state(), AmpState::enabled) << "no other SYNC has come";
+Config without_a_watchdog() {
+  Config config = one_axis();
+  config.axes.front().axis.command_timeout = std::chrono::seconds(10);
+  return config;
+}
+
+/// Frames that are sent at these times, in microseconds. A cycle is 1 ms. On the wire the SYNC takes 0.06 ms,
+/// a command 0.12 ms.
+class AgeOfACommand : public NodeRules {
+ protected:
+  AgeOfACommand() : NodeRules(without_a_watchdog()) {
+    start_nodes();
+    begin_ = clock_.now();
+  }
+  void sync_at(int time_us, std::uint8_t counter) {
+    clock_.run_until(begin_ + microseconds(time_us));
+    tester_->send(can::sync_frame(counter));
+  }
+  bool takes_command_at(int time_us, std::uint8_t named) {
+    clock_.run_until(begin_ + microseconds(time_us));
+    setpoint_ += 1.0;
+    send({.setpoint = setpoint_, .enable = true, .sync_counter = named});
+    return amplifier().setpoint() == setpoint_;
+  }
+
+ private:
+  can::Time begin_;
+  double setpoint_ = 10.0;
+};
+
+TEST_F(AgeOfACommand, IsTwoCyclesAtMostHoweverLongNoOtherSyncCame) {
+  sync_at(0, 7);
+  EXPECT_TRUE(takes_command_at(300, 7));
+  sync_at(10'000, 8);
+  EXPECT_TRUE(takes_command_at(11'900, 8));
+  sync_at(20'000, 9);
+  EXPECT_FALSE(takes_command_at(22'000, 9));
+  EXPECT_FALSE(takes_command_at(520'000, 9));
+  sync_at(520'900, 10);
+  EXPECT_TRUE(takes_command_at(521'200, 10));
+}
+
+TEST_F(AgeOfACommand, CountsFromTheSyncThatItNamesAlsoBehindTheNextOne) {
+  sync_at(0, 239);
+  sync_at(1'500, 240);  // late by half a cycle
+  EXPECT_TRUE(takes_command_at(1'800, 239));
+  sync_at(10'000, 240);  // a new controller, by chance with this counter
+  sync_at(11'500, 1);
+  EXPECT_FALSE(takes_command_at(12'000, 240));
+  EXPECT_TRUE(takes_command_at(13'300, 1)) << "the late SYNC is its own";
+}
+
+TEST_F(AgeOfACommand, CountsFromTheLastCopyOfASyncThatCameTwice) {
+  sync_at(0, 7);
+  sync_at(1'500, 7);
+  EXPECT_TRUE(takes_command_at(3'300, 7));
+  EXPECT_FALSE(takes_command_at(4'300, 6)) << "the SYNC before it never came";
 }
 
 TEST_F(NodeRules, AStaleCommandCountsForTheRuleOfTheCounter) {

