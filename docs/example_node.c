@@ -266,11 +266,12 @@ static void on_nmt(struct amplifier* amplifier, uint8_t command, enum nmt_state 
 
 // "Stale commands": older than one SYNC or than two cycles, or without a SYNC to refer to. Firmware takes the
 // times of arrival where it receives the frames.
-static bool is_stale(const struct amplifier* amplifier, uint8_t named) {
+static bool is_stale(const struct amplifier* amplifier, uint8_t flags, uint8_t named) {
   const uint8_t last_sync = amplifier->node.last_sync;
   if (last_sync == 0 || named == 0 || named > SYNC_COUNTER_MAX) return true;
   const int syncs_since = (last_sync - named + SYNC_COUNTER_MAX) % SYNC_COUNTER_MAX;
   if (syncs_since > 1) return true;
+  if ((flags & (COMMAND_ENABLE | COMMAND_CLEAR_FAULT)) == 0) return false;  // it switches off
   return now_us() - (syncs_since == 0 ? amplifier->sync_us : amplifier->former_sync_us) >
          2 * amplifier->cycle_us;
 }
@@ -279,7 +280,7 @@ static bool is_stale(const struct amplifier* amplifier, uint8_t named) {
 static void on_command(struct amplifier* amplifier, const uint8_t* data) {
   const int32_t setpoint = get_i32(data);
   const bool enable = (data[4] & COMMAND_ENABLE) != 0;
-  if (is_stale(amplifier, data[5])) return;
+  if (is_stale(amplifier, data[4], data[5])) return;
   if (amplifier->state == FAULT) {  // a command that clears does not enable
     if ((data[4] & COMMAND_CLEAR_FAULT) != 0) clear_fault(amplifier);
     return;

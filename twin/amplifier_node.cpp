@@ -119,11 +119,12 @@ void AmplifierNode::boot_up() {
   for (AmplifierChannel* channel : channels_) channel->boot_up();
 }
 
-bool AmplifierNode::is_stale(int named, can::Time received) const {
-  if (last_sync_ == 0 || !can::is_sync_counter(named)) return true;
-  const int syncs_since = can::syncs_after(named, last_sync_);
+bool AmplifierNode::is_stale(const can::AmpCommand& command, can::Time received) const {
+  if (last_sync_ == 0 || !can::is_sync_counter(command.sync_counter)) return true;
+  const int syncs_since = can::syncs_after(command.sync_counter, last_sync_);
   if (syncs_since > 1) return true;
-  return received - (syncs_since == 0 ? last_sync_at_ : former_sync_at_) > 2 * cycle_;
+  const bool switches_off = !command.enable && !command.clear_fault;
+  return !switches_off && received - (syncs_since == 0 ? last_sync_at_ : former_sync_at_) > 2 * cycle_;
 }
 
 // Where commands stop, the watchdogs of all axes trip at one time: this is one event.
@@ -203,7 +204,7 @@ void AmplifierChannel::on_sync(can::Time received) {
 }
 
 void AmplifierChannel::on_command(const can::AmpCommand& command, can::Time received) {
-  if (commands_name_their_sync_ && node_.is_stale(command.sync_counter, received)) return;
+  if (commands_name_their_sync_ && node_.is_stale(command, received)) return;
   if (state_ == can::AmpState::fault) {
     if (command.clear_fault && !has_internal_cause_) clear_fault();
     return;

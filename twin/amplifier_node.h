@@ -48,8 +48,8 @@ class AmplifierNode final : public BusNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_nmt(can::NmtState state) override;
   void boot_up();
-  /// `named`: the SyncCounter of a command (docs/protocol.md, "Stale commands").
-  bool is_stale(int named, can::Time received) const;
+  /// docs/protocol.md, "Stale commands".
+  bool is_stale(const can::AmpCommand& command, can::Time received) const;
   void check_watchdogs();
   void note_emergency(std::uint16_t code);
   /// Sends the statuses whose time has come; in a slot the oldest one alone.

@@ -303,6 +303,14 @@ TEST_F(AgeOfACommand, CountsFromTheLastCopyOfASyncThatCameTwice) {
   EXPECT_FALSE(takes_command_at(4'300, 6)) << "the SYNC before it never came";
 }
 
+TEST_F(AgeOfACommand, DoesNotMatterToOneThatSwitchesOff) {
+  sync_at(0, 7);
+  EXPECT_TRUE(takes_command_at(300, 7));
+  clock_.run_until(clock_.now() + microseconds(9'000));
+  send({.setpoint = 0.0, .enable = false, .sync_counter = 7});
+  EXPECT_EQ(amplifier().state(), AmpState::ready);
+}
+
 TEST_F(NodeRules, AStaleCommandCountsForTheRuleOfTheCounter) {
   start_nodes();
   sync();
