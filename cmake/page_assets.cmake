@@ -1,18 +1,22 @@
 # The library hystcan_page_assets: the files of app/page/web, and uPlot from npm, as constants of the program.
 set(HYSTCAN_PAGE AUTO CACHE STRING "Build the operator's page: ON needs npm, AUTO leaves the page out without npm, OFF")
 set_property(CACHE HYSTCAN_PAGE PROPERTY STRINGS AUTO ON OFF)
+set(HYSTCAN_PAGE_MODULES "" CACHE PATH "A folder node_modules that has uPlot: npm is not asked for it")
 if(HYSTCAN_PAGE)  # AUTO too
   find_program(NPM npm)
 endif()
-if(HYSTCAN_PAGE AND NOT HYSTCAN_PAGE STREQUAL AUTO AND NOT NPM)
+if(HYSTCAN_PAGE AND NOT HYSTCAN_PAGE STREQUAL AUTO AND NOT NPM AND NOT HYSTCAN_PAGE_MODULES)
   message(FATAL_ERROR "HYSTCAN_PAGE is ${HYSTCAN_PAGE} and npm is missing: scripts/packages test installs it")
 endif()
 
 set(page_web ${PROJECT_SOURCE_DIR}/app/page/web)
 set(page_npm ${PROJECT_BINARY_DIR}/page)  # node_modules lies there
 set(page_list "")                         # "PATH|FILE": a browser asks for PATH
+set(uplot "")
 
-if(HYSTCAN_PAGE AND NPM)
+if(HYSTCAN_PAGE AND HYSTCAN_PAGE_MODULES)
+  set(uplot ${HYSTCAN_PAGE_MODULES}/uplot)
+elseif(HYSTCAN_PAGE AND NPM)
   set(page_npm_ci "${NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline")
   if(NOT HYSTCAN_TESTS OR HYSTCAN_SANITIZE)
     string(APPEND page_npm_ci " --omit=dev")  # what only the browser tests need
@@ -26,6 +30,8 @@ if(HYSTCAN_PAGE AND NPM)
     DEPENDS ${page_web}/package.json ${page_web}/package-lock.json
     WORKING_DIRECTORY ${page_npm} COMMENT "Installing the page's npm packages" VERBATIM)
   file(MAKE_DIRECTORY ${page_npm})
+endif()
+if(uplot)
   install(FILES ${uplot}/LICENSE DESTINATION share/doc/hystcan RENAME uPlot.LICENSE.txt)
 
   file(GLOB page_sources CONFIGURE_DEPENDS RELATIVE ${page_web} ${page_web}/*.html ${page_web}/*.css ${page_web}/*.js)
@@ -88,7 +94,7 @@ std::span<const Asset> page_assets() {
 set_source_files_properties(${PROJECT_BINARY_DIR}/page_assets.cpp PROPERTIES OBJECT_DEPENDS "${page_files}")
 
 add_library(hystcan_page_assets STATIC ${PROJECT_BINARY_DIR}/page_assets.cpp)
-if(page_files)
+if(page_files AND NOT HYSTCAN_PAGE_MODULES)
   target_sources(hystcan_page_assets PRIVATE ${page_npm}/installed)
 endif()
 target_link_libraries(hystcan_page_assets PRIVATE hystcan_flags)

@@ -245,7 +245,7 @@ void add_check(CLI::App& cli, int& status) {
       "configuration, or model file (TOML); with --rates the shipped piezo stage if left out");
   CLI::Option* rates = command->add_flag(
       "--rates", options->rates,
-      "print instead the highest rate that its bus allows to 1 to 16 axes, with classical CAN and CAN FD");
+      "print instead the highest rate of 1 to 16 axes on its bus, with classical CAN and CAN FD");
   command->add_flag("--json", options->json, "print the rates as JSON")->needs(rates);
   command->callback([options, &status] {
     if (options->file.empty() && !options->rates) throw CLI::RequiredError("CONFIG");

@@ -1,0 +1,10 @@
+# What the machine needs that runs hystcan as a service: units of systemd, udev rules, the user.
+set(units ${PROJECT_BINARY_DIR}/service)
+file(READ service/sandbox.conf sandbox)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS service/sandbox.conf)
+foreach(unit IN ITEMS hystcan-controller@.service hystcan-page@.service)
+  configure_file(service/${unit}.in ${units}/${unit} @ONLY)
+  install(FILES ${units}/${unit} DESTINATION lib/systemd/system)
+endforeach()
+install(FILES service/60-hystcan.rules DESTINATION lib/udev/rules.d)
+install(FILES service/hystcan.sysusers DESTINATION lib/sysusers.d RENAME hystcan.conf)
