@@ -64,9 +64,10 @@ void BackgroundFrames::make_statuses_due() {
   for (const auto& wired : axes_) wired->status_sender.make_due();
 }
 
-/// With it, the nodes may be sent an NMT command again.
+/// With it, the nodes may be sent an NMT command again. One that has waited for its slot moves no later one.
 void BackgroundFrames::send_heartbeat(can::Bus& bus, can::Time sync_sent) {
-  next_heartbeat_ = sync_sent + heartbeat_period_;
+  next_heartbeat_ += heartbeat_period_;
+  if (next_heartbeat_ <= sync_sent) next_heartbeat_ = sync_sent + heartbeat_period_;
   bus.send(can::heartbeat_frame(node_, can::NmtState::operational));
   if (next_to_command_ >= node_count()) next_to_command_ = 0;
 }

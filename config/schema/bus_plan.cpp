@@ -248,6 +248,13 @@ void check_slots(const Document& document, const Config& config) {
         "two rounds of {} cycles take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms: a "
         "status has the slots that no heartbeat takes",
         slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(longest)));
+  const Duration gap =
+      round_of(config) + std::max(config.twin.heartbeat_period, config.controller.heartbeat_period);
+  if (2 * gap > config.controller.heartbeat_timeout)
+    fail(fmt::format(
+        "with rounds of {} cycles two heartbeats may be {:.4g} ms apart, expected at most {:g}, half of "
+        "heartbeat_timeout_ms",
+        slots, 1e3 * can::seconds(gap), 0.5e3 * can::seconds(config.controller.heartbeat_timeout)));
   for (const AxisConfig& axis : config.axes)
     if (axis.scan_marker && 2 * round_of(config) > line_of(config, axis))
       fail(fmt::format(

@@ -240,6 +240,16 @@ TEST_F(BackgroundSlots, OfAnotherRoundAreNamedToo) {
   EXPECT_EQ(notes().size(), 2U);
 }
 
+/// A round of 6 ms: a heartbeat waits for up to that.
+TEST_F(BackgroundSlots, DelayOneHeartbeatOfTheControllerAndNoLaterOne) {
+  setup.controller.heartbeat_period = milliseconds(13);
+  LoggedLoop loop(setup);
+  loop.rehearsal.run_for(std::chrono::seconds(2));
+  const auto heartbeats =
+      std::ranges::count_if(loop.frames, [](const can::Frame& frame) { return frame.id == 0x718; });
+  EXPECT_GT(heartbeats, 145) << "2 s / 13 ms = 153, less the start";
+}
+
 TEST(ForeignAccess, ThatWritesFaultsTheAxisAndIsNamed) {
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));

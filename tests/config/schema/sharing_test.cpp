@@ -123,6 +123,15 @@ TEST(BackgroundSlots, ComeTwiceInAHeartbeatPeriod) {
       << error;
 }
 
+TEST(BackgroundSlots, LeaveHeartbeatsAsOftenAsTheTimeoutNeedsThem) {
+  const std::string error = error_after({{"heartbeat_ms = 100.0", "heartbeat_ms = 145.0"}});
+  EXPECT_NE(
+      error.find("with rounds of 24 cycles two heartbeats may be 151 ms apart, expected at most 150, half of "
+                 "heartbeat_timeout_ms"),
+      std::string::npos)
+      << error;
+}
+
 TEST(BackgroundSlots, MakeTheStatusTimeoutOfAnAxisLonger) {
   const std::string error =
       error_after({{"missing_samples    = 3\n", "missing_samples    = 3\nstatus_timeout_ms = 20.0\n"}});
