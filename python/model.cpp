@@ -1,12 +1,9 @@
 #include "python/model.h"
 
-#include <fmt/format.h>
-
 #include <string_view>
 #include <type_traits>
 #include <utility>
 
-#include "config/document/format.h"
 #include "model/hysteresis_operator.h"
 
 namespace hystcan::python {
@@ -93,11 +90,8 @@ std::vector<double> Memory::turning_inputs() const {
 }
 
 std::string Memory::text() const {
-  std::vector<char> buffer(4096);
   return with(*model_, state_, [&](const auto& model, const auto& state) {
-    std::string_view text;
-    while ((text = model.save(state, buffer)).empty()) buffer.resize(2 * buffer.size());
-    return fmt::format("{}\n{}", config::format_line, text) +
+    return config::memory_text(model, state) +
            (creep_ && creep_->state() ? config::creep_memory_text(*creep_->state()) : std::string());
   });
 }

@@ -88,9 +88,8 @@ Identified identify(const IdentifyArguments& options, const std::vector<Dataset>
 void save_memory(const IdentifyArguments& options, const Dataset& dataset, const Identified& identified) {
   const model::Hysteresis model(identified.parameters);
   const auto state = state_of(model, identified.memories.front(), dataset.input.front());
-  std::vector<char> buffer(model::Hysteresis::saved_size());
   OutputFile out(options.initial_memory);
-  out.write(model.save(state, buffer));
+  out.write(config::memory_text(model, state));
   out.commit();
 }
 

@@ -9,10 +9,10 @@
 #include "app/command_line/commands.h"
 #include "app/page/config_save.h"
 #include "base/error.h"
-#include "base/input_file.h"
 #include "base/standard_streams.h"
 #include "config/document/document.h"
 #include "config/document/format.h"
+#include "config/document/toml_edit.h"
 
 namespace hystcan::app {
 namespace {
@@ -24,25 +24,15 @@ struct MigrateArguments {
 
 struct Migrated {
   std::filesystem::path file;
-  std::string before;
-  config::Migration migration;
-
-  bool changes() const { return migration.text != before; }
+  int from = config::newest_format;
+  ConfigSave save;
 };
 
-std::string text_of(const std::filesystem::path& file) {
-  try {
-    return read_regular_file(file, config::largest_model_file);
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file.string(), error.what()));
-  }
-}
-
 Migrated migrated(const std::filesystem::path& file) {
-  const std::string before = text_of(file);
-  Migrated done{file, before, config::migrate(before, file.string())};
-  (void)config::Document(file, done.migration.text).root();  // what is written can be read
-  return done;
+  const std::string before = config::TomlEdit::of_file(file, config::largest_model_file).text();
+  const config::Migration migration = config::migrate(before, file.string());
+  (void)config::Document(file, migration.text).root();  // what is written can be read
+  return {file, migration.from, config_save(before, migration.text)};
 }
 
 /// All files are looked at before the first is written.
@@ -50,16 +40,15 @@ int run_migrate(const MigrateArguments& options) {
   std::vector<Migrated> all;
   all.reserve(options.files.size());
   for (const std::filesystem::path& file : options.files) all.push_back(migrated(file));
-  for (const Migrated& one : all) {
-    if (!one.changes()) {
-      print("{}: format {}, nothing to do\n", one.file.string(), one.migration.from);
+  for (const auto& [file, from, save] : all) {
+    if (save.diff.empty()) {
+      print("{}: format {}, nothing to do\n", file.string(), from);
       continue;
     }
-    print("{}: from format {} to {}\n{}", one.file.string(), one.migration.from, config::newest_format,
-          line_diff(one.before, one.migration.text));
+    print("{}: from format {} to {}\n{}", file.string(), from, config::newest_format, save.diff);
     if (!options.write) continue;
-    write_save(one.file, {.before = one.before, .text = one.migration.text, .diff = {}, .digest = {}});
-    print("{}: written; the former file is {}\n", one.file.string(), kept_beside(one.file).string());
+    write_save(file, save);
+    print("{}: written; the former file is {}\n", file.string(), kept_beside(file).string());
   }
   return done;
 }

@@ -20,7 +20,6 @@
 #include "base/standard_streams.h"
 #include "base/terminal.h"
 #include "base/text.h"
-#include "config/document/format.h"
 #include "config/files/model_file.h"
 #include "model/hysteresis_operator.h"
 
@@ -131,13 +130,7 @@ std::optional<SimulatedCreep> run(const SimulateArguments& options, model::Simul
 template <class Model>
 void save(OutputFile& out, const model::Simulation<Model>& simulation,
           const std::optional<SimulatedCreep>& creep) {
-  std::vector<char> buffer(4096);
-  std::string_view text;
-  while ((text = simulation.model().save(simulation.state(), buffer)).empty())
-    buffer.resize(2 * buffer.size());
-  out.write(config::format_line);
-  out.write("\n");
-  out.write(text);
+  out.write(config::memory_text(simulation.model(), simulation.state()));
   if (creep) out.write(creep->memory_text());
   out.commit();
 }

@@ -9,7 +9,6 @@
 
 #include "base/error.h"
 #include "base/output_file.h"
-#include "config/document/format.h"
 
 namespace hystcan::app {
 namespace {
@@ -26,12 +25,11 @@ std::string learnt_text(const controller::Learning* learning) {
 }
 
 std::string memory_text(const controller::ControlLaw& law, const controller::Learning* learning) {
-  std::vector<char> buffer(model::Hysteresis::saved_size());
   return fmt::format(
       "# The memory of the actuator at a clean stop. The controller removes this file when it drives again.\n"
-      "{}\n{}\n{}"
+      "{}\n{}"
       "[stop]  # The last table: without it the file is incomplete.\nreason = \"stopped\"\n",
-      config::format_line, law.model().save(law.memory(), buffer), learnt_text(learning));
+      config::memory_text(law.model(), law.memory()), learnt_text(learning));
 }
 
 }  // namespace

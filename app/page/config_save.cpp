@@ -167,14 +167,14 @@ std::string with_segments(const std::string& text, const std::string& name,
   return edited;
 }
 
+}  // namespace
+
 ConfigSave config_save(const std::string& before, const std::string& text) {
   return {.before = before,
           .text = text,
           .diff = line_diff(before, text),
           .digest = fmt::format("{:016x}", std::hash<std::string>()(before + '\0' + text))};
 }
-
-}  // namespace
 
 std::string line_diff(const std::string& before, const std::string& after) {
   const std::vector<std::string> old_lines = lines_of(before), new_lines = lines_of(after);

@@ -19,6 +19,8 @@ struct ConfigSave {
   bool undoes = false;  ///< it brings back what is kept
 };
 
+/// From the text of a file as it is to another one.
+ConfigSave config_save(const std::string& before, const std::string& text);
 /// `unsaved`: from the file to what is in force. Throws Error where the file has no place for a key.
 ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::Change>& unsaved);
 

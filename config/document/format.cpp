@@ -14,6 +14,8 @@
 namespace hystcan::config {
 namespace {
 
+static_assert(newest_format == 1 && format_line == "format = 1\n");
+
 /// "[]" in the path stands for every element of a list.
 struct Gone {
   std::string_view path;

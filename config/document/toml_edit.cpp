@@ -10,7 +10,6 @@
 #include "base/error.h"
 #include "base/input_file.h"
 #include "base/text.h"
-#include "config/document/document.h"
 #include "config/document/toml_text.h"
 
 namespace hystcan::config {
@@ -112,9 +111,9 @@ struct TomlEdit::Place {
 
 TomlEdit::TomlEdit(std::string text, std::string name) : name_(std::move(name)) { take(std::move(text)); }
 
-TomlEdit TomlEdit::of_file(const std::filesystem::path& file) {
+TomlEdit TomlEdit::of_file(const std::filesystem::path& file, std::size_t largest) {
   try {
-    return {read_regular_file(file, largest_configuration), file.string()};
+    return {read_regular_file(file, largest), file.string()};
   } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file.string(), error.what()));
   }

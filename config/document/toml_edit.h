@@ -16,14 +16,16 @@
 #include <string_view>
 #include <vector>
 
+#include "config/document/document.h"
+
 namespace hystcan::config {
 
 class TomlEdit {
  public:
   /// Throws Error if the text is no TOML. Errors begin with `name`.
   TomlEdit(std::string text, std::string name);
-  /// Reads a regular file of the size of a configuration.
-  static TomlEdit of_file(const std::filesystem::path& file);
+  /// Reads a regular file of at most `largest` bytes.
+  static TomlEdit of_file(const std::filesystem::path& file, std::size_t largest = largest_configuration);
 
   /// `value` is TOML, and the keys of the path need no quotes. Throws Error with the place where the text has
   /// no place for the key; nothing is changed then.

@@ -4,7 +4,10 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "config/document/format.h"
 #include "identification/prediction.h"
 #include "model/any_model.h"
 #include "model/dynamics.h"
@@ -51,6 +54,14 @@ model::HysteresisState load_memory(const std::filesystem::path& file, const Mode
                                    std::size_t capacity);
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t capacity);
+/// The text of a memory file: load_memory() restores it to the bit. What follows it belongs to [memory].
+template <class Model>
+std::string memory_text(const Model& model, const typename Model::State& state) {
+  std::vector<char> buffer(4096);
+  std::string_view table;
+  while ((table = model.save(state, buffer)).empty()) buffer.resize(2 * buffer.size());
+  return std::string(format_line).append("\n").append(table);
+}
 /// The state of an axis that a controller saved at a clean stop: a memory file with [stop].
 struct SavedState {
   model::HysteresisState memory;
