@@ -152,6 +152,7 @@ TEST_F(Identify, WritesTheMemoryAtTheStartOfTheDataset) {
   write_record("record.csv", record);
   Process program = identify("record.csv", {"--initial-memory", path("begin.toml"), "--json"});
   ASSERT_EQ(program.wait(), done) << program.err();
+  EXPECT_TRUE(read("begin.toml").starts_with("format = 1\n\n[memory]\n"));
   const auto found = nlohmann::json::parse(program.out());
   EXPECT_LT(found["rms_percent"], 0.2);
   Process simulate({HYSTCAN_PROGRAM, "simulate", path("found.toml"), "--input", path("record.csv"),
