@@ -104,6 +104,7 @@ std::filesystem::path find_socket(const std::string& interface, const SocketPlac
   if (const auto given = given_folder(places)) folders.push_back(*given);
   for (const auto& folder : {runtime_folder(places), temporary_folder(places)})
     if (!reason_against(folder, places.user)) folders.push_back(folder);
+  folders.push_back(places.service);
   std::error_code ignored;
   for (const auto& folder : folders)
     if (std::filesystem::is_socket(std::filesystem::symlink_status(folder / name_of(interface), ignored)))

@@ -27,6 +27,7 @@ namespace hystcan::app {
 struct SocketPlaces {
   std::filesystem::path runtime = "/run/user";
   std::filesystem::path temporary = "/tmp";
+  std::filesystem::path service = "/run/hystcan";  ///< of the service; only root can make it
   uid_t user = geteuid();
 };
 
@@ -36,7 +37,7 @@ std::filesystem::path default_socket(const std::string& interface, const SocketP
 std::filesystem::path default_twin_socket(const std::string& interface);
 
 /// The same for a client: the first of these places where there is a socket, because /run/user/UID may have
-/// come after the start of the controller. Else the place of default_socket().
+/// come after the start of the controller, or else that of the service. Else the place of default_socket().
 std::filesystem::path find_socket(const std::string& interface, const SocketPlaces& places = {});
 std::filesystem::path find_twin_socket(const std::string& interface);
 

@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import socket
+import stat
 from types import TracebackType
 from typing import Any
 
@@ -13,12 +14,20 @@ class Refused(RuntimeError):
     """The controller has refused a command; the text is its reason."""
 
 
+def _is_of_this_user(folder: str) -> bool:
+    try:
+        found = os.lstat(folder)
+    except OSError:
+        return False
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022
+
+
 def _default_socket(interface: str) -> pathlib.Path:
-    folders = [os.environ.get("RUNTIME_DIRECTORY") or os.environ.get("XDG_RUNTIME_DIR"), f"/run/user/{os.getuid()}",
-               f"/tmp/hystcan-{os.getuid()}"]
-    for folder in folders:
-        if folder and (path := pathlib.Path(folder) / f"hystcan-{interface}.sock").exists():
-            return path
+    given = os.environ.get("RUNTIME_DIRECTORY") or os.environ.get("XDG_RUNTIME_DIR")
+    of_user = filter(_is_of_this_user, (f"/run/user/{os.getuid()}", f"/tmp/hystcan-{os.getuid()}"))
+    for folder in (given, *of_user, "/run/hystcan"):
+        if folder and os.path.exists(path := os.path.join(folder, f"hystcan-{interface}.sock")):
+            return pathlib.Path(path)
     raise FileNotFoundError(f"no control socket hystcan-{interface}.sock: is the controller running?")
 
 

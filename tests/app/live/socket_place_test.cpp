@@ -40,7 +40,7 @@ class NoRuntimeVariables {
 struct SocketPlace : testing::Test {
   NoRuntimeVariables none;
   support::ShippedCopy folder;
-  SocketPlaces places{.runtime = folder / "run", .temporary = folder / "tmp"};
+  SocketPlaces places{.runtime = folder / "run", .temporary = folder / "tmp", .service = folder / "service"};
   std::string uid = std::to_string(geteuid());
   std::filesystem::path in_runtime = places.runtime / uid / "hystcan-vcan0.sock";
   std::filesystem::path in_temporary = places.temporary / ("hystcan-" + uid) / "hystcan-vcan0.sock";
@@ -125,6 +125,14 @@ TEST_F(SocketPlace, IsTheSameForControllerAndClient) {
       << "the user has logged in since the controller's start";
   make_socket(in_runtime);
   EXPECT_EQ(find_socket("vcan0", places), in_runtime);
+}
+
+TEST_F(SocketPlace, OfAClientIsElseThatOfTheService) {
+  make(places.service, 0750);
+  make_socket(places.service / "hystcan-vcan0.sock");
+  EXPECT_EQ(find_socket("vcan0", places), places.service / "hystcan-vcan0.sock");
+  make_socket(find_socket("can0", places).parent_path() / "hystcan-vcan0.sock");
+  EXPECT_EQ(find_socket("vcan0", places), in_temporary) << "the user's own goes first";
 }
 
 TEST_F(SocketPlace, OfAClientIsNotInAFolderOfAnotherUser) {
