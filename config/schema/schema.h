@@ -258,7 +258,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional("model", axis.control_model, any,
              {"model file; `excite` runs without one",
               "required"});  // missing only where a straight line stands for it: config.h
-  v.choice("structure", c.law.structure, {"control structure: [theory](theory.md#7-the-control-law)"});
+  v.choice("structure", c.law.structure, {"control structure: [theory](theory/control_law.md)"});
   v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative, {"integral gain"});
   v.optional("deadband_um", c.law.deadband_um, not_negative, {"deadband of the error at the input of PI"});
