@@ -26,7 +26,7 @@ void visit(V& v, BusConfig& bus) {
              {"reaction time of sensor and controller together, for the check below"});
   v.optional(
       "background_slots", bus.background_slots, {.lo = 0, .hi = can::sync_counter_max},
-      {"cycles in a round in which heartbeats and statuses have [slots](protocol.md#background-slots); a "
+      {"cycles in a round in which heartbeats and statuses have [slots](protocol/cycle.md#background-slots); a "
        "divisor of 240; 0: they come at any time"});
 }
 
