@@ -304,28 +304,29 @@ TEST(ProtocolDocument, HasTheTableOfTheScriptCrcDistance) {
       << script.out();
 }
 
-TEST(CommandsDocument, HasTheTablesOfTheProgram) {
+TEST(CommandsDocuments, HaveTheTablesOfTheProgram) {
   constexpr std::string_view head = "<!-- options: ";
   constexpr std::string_view tail = "<!-- end -->";
-  const fs::path file = source / "docs/commands.md";
-  const std::string text = support::read_file(file);
   const CommandLine commands;
   std::set<std::string> described;
-  std::string written;
-  std::size_t rest = 0;
-  for (std::size_t at = text.find(head); at != std::string::npos; at = text.find(head, rest)) {
-    const std::size_t begin = at + head.size();
-    const std::string name = text.substr(begin, text.find(' ', begin) - begin);
-    const std::size_t end = text.find(tail, at);
-    const std::string table = fmt::format("{}{} -->\n| option | meaning |\n|---|---|\n{}", head, name,
-                                          rows_of(*commands.tree().get_subcommand(name), ""));
-    EXPECT_EQ(text.substr(at, end - at), table) << "HYSTCAN_WRITE_TABLES=1 writes the tables";
-    described.insert(name);
-    written += text.substr(rest, at - rest) + table;
-    rest = end;
+  for (const auto& page : fs::directory_iterator(source / "docs/commands")) {
+    const std::string text = support::read_file(page.path());
+    std::string written;
+    std::size_t rest = 0;
+    for (std::size_t at = text.find(head); at != std::string::npos; at = text.find(head, rest)) {
+      const std::size_t begin = at + head.size();
+      const std::string name = text.substr(begin, text.find(' ', begin) - begin);
+      const std::size_t end = text.find(tail, at);
+      const std::string table = fmt::format("{}{} -->\n| option | meaning |\n|---|---|\n{}", head, name,
+                                            rows_of(*commands.tree().get_subcommand(name), ""));
+      EXPECT_EQ(text.substr(at, end - at), table) << "HYSTCAN_WRITE_TABLES=1 writes the tables";
+      described.insert(name);
+      written += text.substr(rest, at - rest) + table;
+      rest = end;
+    }
+    written += text.substr(rest);
+    if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr) std::ofstream(page.path()) << written;
   }
-  written += text.substr(rest);
-  if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr) std::ofstream(file) << written;
   for (const CLI::App* command : commands.tree().get_subcommands({}))
     EXPECT_TRUE(rows_of(*command, "").empty() || described.contains(command->get_name()))
         << command->get_name();
