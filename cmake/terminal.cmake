@@ -20,8 +20,9 @@ if(HELP2MAN)
 else()
   message(STATUS "help2man is not found: no man pages are made")
 endif()
+file(GLOB pages CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/configuration/*.md)
 add_custom_command(OUTPUT ${made} ${commands} DEPENDS hystcan
-  ${PROJECT_SOURCE_DIR}/scripts/manpages ${PROJECT_SOURCE_DIR}/docs/configuration.md)
+  ${PROJECT_SOURCE_DIR}/scripts/manpages ${PROJECT_SOURCE_DIR}/docs/configuration.md ${pages})
 add_custom_target(hystcan_terminal ALL DEPENDS ${made})
 
 # A build of the program alone has none of these.

@@ -2,7 +2,7 @@
 // position.
 //
 // The command that answers SYNC(n) takes effect at SYNC(n+1), and the position is sampled at the SYNC (see
-// docs/protocol.md, "One cycle"). A row is one SYNC:
+// docs/protocol/cycle.md, "One cycle"). A row is one SYNC:
 //
 //   time_s   of SYNC(n), from 0 at the first row
 //   input    drive of the command that answered SYNC(n-1): in force from SYNC(n) until SYNC(n+1)

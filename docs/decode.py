@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Reads a candump log by protocol.md alone, without hystcan's code, and prints what it finds as JSON."""
+"""Reads a candump log by protocol.md and its pages alone, without hystcan's code, and prints what it finds as JSON."""
 import json
 import re
 import struct

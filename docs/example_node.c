@@ -7,8 +7,8 @@
 //   ./example_node vcan0 1 2 1000 fd       command, status and sample are CAN FD with bit-rate switch
 //   ./example_node vcan0 1 2 1000 fd 24    heartbeat and status have slots, in rounds of 24 cycles
 //
-// Comments in quotes name a section of docs/protocol.md. To make firmware of it, replace the last two parts:
-// the device, and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
+// Comments in quotes name a section of docs/protocol/*.md. To make firmware of it, replace the last two
+// parts: the device, and the bus and the clock. All numbers on the wire are integers of 1e-6 units.
 #define _DEFAULT_SOURCE
 
 #include <linux/can.h>

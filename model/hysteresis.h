@@ -21,7 +21,8 @@
 //   phi(d) = -expm1(-k d) / k            phi(d) = d at k = 0
 //
 // `below` is the branch of the same direction that was broken at the target (c = S = 0 on a reference curve).
-// c and S are computed once, at the reversal.  Wiping out is a pop.  docs/theory.md contains the derivation.
+// c and S are computed once, at the reversal.  Wiping out is a pop.
+// docs/theory/model.md contains the derivation.
 //
 // With an input map h, all distances are d = |h(v) - h(v_s)|: convergence is fast where h is steep.
 //

@@ -6,7 +6,7 @@
 //
 // A large k gives a large S at a reversal, so that the branch first goes the wrong way (paper, text under
 // Fig. 6).  The limit of k follows from the width of the loop and the slope of the curves: for wide loops it
-// is about k * width < f_0'.  docs/theory.md contains the proof.
+// is about k * width < f_0'.  docs/theory/monotonicity.md contains the proof.
 //
 // A scan on a grid of 200 steps over the input range checks these branches over their whole length:
 //   - the branches from L_0 and from U_0;

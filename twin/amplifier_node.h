@@ -48,7 +48,7 @@ class AmplifierNode final : public BusNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_nmt(can::NmtState state) override;
   void boot_up();
-  /// docs/protocol.md, "Stale commands".
+  /// docs/protocol/nodes.md, "Stale commands".
   bool is_stale(const can::AmpCommand& command, can::Time received) const;
   void check_watchdogs();
   void note_emergency(std::uint16_t code);

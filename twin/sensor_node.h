@@ -106,8 +106,8 @@ class Sensor {
 // samples by its own clock.
 //
 // A free-running sensor samples every 1 / (rate (1 + skew)) after it has become operational; each sample
-// names the last received SYNC. Its phase to the SYNCs drifts by the skew; docs/protocol.md describes how
-// the controller handles this.
+// names the last received SYNC. Its phase to the SYNCs drifts by the skew; docs/protocol/nodes.md describes
+// how the controller handles this.
 
 /// Bits of SensorSample.Status.
 namespace sensor_status {

@@ -101,8 +101,8 @@ inline constexpr std::size_t most_warnings = 1000;  ///< that are kept; all othe
 }  // namespace dbc
 
 /// Throws Error if the text is not a DBC, or has more than these limits allow. Known irregularities of real
-/// files give a warning; docs/protocol.md lists them. All texts are converted to UTF-8. Comments, receivers
-/// and most attributes are checked but not kept.
+/// files give a warning; docs/protocol/dbc.md lists them. All texts are converted to UTF-8. Comments,
+/// receivers and most attributes are checked but not kept.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
 /// Throws Error, also if the file can't be read.

@@ -1,6 +1,6 @@
 // The messages of the axes. The DBC gives their layout; the configuration may give their names.
-// can/protocol/node.h has the frames of CANopen, and the identifiers of all. docs/protocol.md has the table
-// and one annotated frame.
+// can/protocol/node.h has the frames of CANopen, and the identifiers of all. docs/protocol/frames.md has the
+// table and one annotated frame.
 #pragma once
 
 #include <cstdint>

@@ -80,7 +80,7 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
                  std::optional<Duration> error_interval = std::nullopt);
 
 // The worst-case response time of the chain of a cycle: SYNC, then sample, then command.
-// docs/theory.md, section 12, derives it.
+// docs/theory/bus.md derives it.
 //
 // q = 0 is a SYNC that finds no frame of the cycle before, neither on the wire nor in the controller's queue.
 // q = 1, 2, ... is the q-th SYNC after it, if frames were left over at each SYNC in between.

@@ -2,7 +2,7 @@
 //
 // Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges, defaults and meanings. A
 // Reader passed to it fills the struct, a Writer writes it, and a test compares the tables of
-// docs/configuration.md with it. Unknown keys, missing keys, wrong types and values out of range are errors
+// docs/configuration/ with it. Unknown keys, missing keys, wrong types and values out of range are errors
 // with line and column. The key of a duration has its unit in its name: _s, _ms or _us.
 #pragma once
 

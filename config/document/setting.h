@@ -29,7 +29,7 @@ inline constexpr Range any{};
 inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
 inline constexpr Range not_negative{.lo = 0.0};
 
-/// What is said of a key, in the tables of docs/configuration.md or behind its value in a model file.
+/// What is said of a key, in the tables of docs/configuration/*.md or behind its value in a model file.
 struct About {
   std::string_view meaning{};
   std::string_view otherwise{};  ///< what holds where the key is left out and no default does: "of the model"

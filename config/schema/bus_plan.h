@@ -1,5 +1,5 @@
 // The frames that a configuration puts on the bus, and the check that every command is in time.
-// docs/theory.md, section 12.
+// docs/theory/bus.md.
 //
 //   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per message
 //

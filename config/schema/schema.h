@@ -1,5 +1,5 @@
 // The keys of a configuration: one `visit` for each struct, to read, to write and to describe it. A test
-// compares the tables of docs/configuration.md with these sentences.
+// compares the tables of docs/configuration/*.md with these sentences, whose links lead from that folder.
 #pragma once
 
 #include <string>
@@ -26,7 +26,7 @@ void visit(V& v, BusConfig& bus) {
              {"reaction time of sensor and controller together, for the check below"});
   v.optional(
       "background_slots", bus.background_slots, {.lo = 0, .hi = can::sync_counter_max},
-      {"cycles in a round in which heartbeats and statuses have [slots](protocol.md#background-slots); a "
+      {"cycles in a round in which heartbeats and statuses have [slots](../protocol/cycle.md#background-slots); a "
        "divisor of 240; 0: they come at any time"});
 }
 
@@ -60,10 +60,10 @@ void visit(V& v, controller::CommonConfig& c) {
              {"a SYNC that is later than this faults every axis in use; 0: never"});
   v.optional("start_together", c.start_together, any, {"the first axis that is ready waits for the others"});
   v.optional("start_timeout_s", c.start_timeout, not_negative, {"it waits no longer than this"});
-  v.optional("control_socket", c.control_socket, any, {"file of the [control socket](control_socket.md)"});
+  v.optional("control_socket", c.control_socket, any, {"file of the [control socket](../control_socket.md)"});
   v.optional("state_dir", c.state_folder, any, {"folder of the state files; none: nothing is saved"});
   v.optional("black_box_dir", c.black_box.folder, any,
-             {"folder of the [black boxes](deployment.md#the-black-box)"});
+             {"folder of the [black boxes](../deployment.md#the-black-box)"});
   v.optional("black_box_files", c.black_box.files, {.lo = 0, .hi = 10'000},
              {"largest number of black boxes in that folder; 0: none is written"});
   v.optional_table("realtime", c.realtime, [](V& sub, auto& value) { visit(sub, value); });
@@ -258,7 +258,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional("model", axis.control_model, any,
              {"model file; `excite` runs without one",
               "required"});  // missing only where a straight line stands for it: config.h
-  v.choice("structure", c.law.structure, {"control structure: [theory](theory.md#7-the-control-law)"});
+  v.choice("structure", c.law.structure, {"control structure: [theory](../theory/control_law.md)"});
   v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative, {"integral gain"});
   v.optional("deadband_um", c.law.deadband_um, not_negative, {"deadband of the error at the input of PI"});
@@ -276,7 +276,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative, {"rest at each threshold"});
   v.optional("fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative,
              {"speed of the ramp to `safe_drive` after a fault "
-              "that [leaves the drive in hand](safety.md#stopping-without-a-blow); 0: off"});
+              "that [leaves the drive in hand](../safety.md#stopping-without-a-blow); 0: off"});
   if (reports_state(axis.wire))
     v.optional("enable_delay_ms", c.enable_delay, enable_delay_range,
                {"the least time from Enable until the drive moves; "
@@ -397,8 +397,9 @@ void visit(V& v, RecordConfig& r) {
   v.optional("part_MB", r.part_MB, {.lo = 1.0, .hi = 1e5},
              {"a CSV of this size ends, and the next part begins"});
   v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6}, {"likewise at this age"});
-  v.optional("limit_GB", r.limit_GB, {.lo = 0.01, .hi = 1e6},
-             {"largest size of all runs in the folder; [what goes first](runs.md#when-the-folder-is-full)"});
+  v.optional(
+      "limit_GB", r.limit_GB, {.lo = 0.01, .hi = 1e6},
+      {"largest size of all runs in the folder; [what goes first](../runs.md#when-the-folder-is-full)"});
 }
 
 template <class V>

@@ -148,7 +148,7 @@ void visit_twin(V& v, AxisConfig& axis) {
 template <class V>
 void visit(V& v, twin::FaultSpec& f) {
   v.choice("kind", f.kind,
-           {"`no_reply`, `late`, `wrong_crc`, `node_reboot`, `load_step`, ...: [all kinds](twin.md)"});
+           {"`no_reply`, `late`, `wrong_crc`, `node_reboot`, `load_step`, ...: [all kinds](../twin.md)"});
   v.alternative([&] { f = twin::fault_spec(f.kind, f.axis); });
   const twin::FaultTraits& its = twin::traits(f.kind);
   v.required("axis", f.axis, any, {"name of an axis"});

@@ -16,9 +16,9 @@ namespace hystcan::controller {
 
 // The linear plant that the loop sees once in a cycle: from the drive's setpoint to the sample.
 //
-// With the inverse of the hysteresis the actuator is linear with gain 1 (docs/theory.md). What is left is a
-// chain of links with gain 1 at rest: amplifier and sensor (first order), mode (second order), a pure delay
-// d.
+// With the inverse of the hysteresis the actuator is linear with gain 1 (docs/theory/identification.md).
+// What is left is a chain of links with gain 1 at rest: amplifier and sensor (first order), mode (second
+// order), a pure delay d.
 //
 //   G(s) = e^{-ds} prod_i p_i / (p_i - s)                               p_i: the poles, apart from each other
 //   s(t) = 1 + sum_i c_i e^{p_i t},   c_i = -prod_{k != i} p_k / (p_k - p_i)     response to a step, d = 0

@@ -23,7 +23,7 @@ namespace hystcan::controller {
 //   second-order mode             2 zeta / omega      (4 zeta^2 - 2) / omega^2
 //
 // mu is the mean delay; var is the variance of the impulse response, negative where the mode rings.
-// The inverse to second order (derived in docs/theory.md) is
+// The inverse to second order (derived in docs/theory/control_law.md) is
 //
 //   1 / G(s) = e^{mu s} (1 - (var / 2) s^2) + O(s^3)
 

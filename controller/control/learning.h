@@ -8,8 +8,8 @@
 //   c[j] <- (1 - forget) c[j] + rate sum_k h_k e[j + k],    |c| <= bound,    k = -K .. K
 //
 // h is nearly the inverse of the loop and non-causal, so phase j is corrected K cycles after it has passed,
-// in time for the next period. With T the loop's response to c and H that of h (docs/theory.md), the error
-// decays where
+// in time for the next period. With T the loop's response to c and H that of h
+// (docs/theory/control_law.md), the error decays where
 //
 //   |1 - forget - rate H(theta) T(theta)| < 1        for all theta
 //

@@ -1,5 +1,5 @@
-// Nanoseconds per step of the hysteresis model beside their budgets (docs/theory.md), and beside the usual
-// models in the same run: play operators, Preisach relays, and the recursion as the paper writes it.
+// Nanoseconds per step of the hysteresis model beside their budgets (docs/theory/models.md), and beside the
+// usual models in the same run: play operators, Preisach relays, and the recursion as the paper writes it.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

@@ -59,7 +59,7 @@ class Identifiers {
 
 /// The kind of frames that a configuration gets.
 struct Frames {
-  bool standard = true;  ///< identifiers of docs/protocol.md
+  bool standard = true;  ///< identifiers of docs/protocol/frames.md
   bool extended = false;
   std::uint16_t bytes = 8;
 };

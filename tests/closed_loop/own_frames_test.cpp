@@ -63,7 +63,7 @@ struct ObservedLoop {
   std::unique_ptr<can::Bus> foreign_node = rehearsal.attach()({});
 };
 
-// docs/protocol.md explains these bytes.
+// docs/protocol/own_frames.md explains these bytes.
 TEST(ControllerStatusFrame, HasTheDocumentedBytes) {
   can::Encoder<can::ControllerStatus> encode(*shipped().database.find("XControllerStatus"));
   std::optional<can::Frame> frame;

@@ -159,7 +159,7 @@ TEST_F(Scan, SendsAMarkerAtTheBeginningOfEachLine) {
   }
 }
 
-// docs/protocol.md explains these bytes.
+// docs/protocol/other_nodes.md explains these bytes.
 TEST(ScanMarkerFrame, HasTheDocumentedBytes) {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/raster.toml");
   can::Encoder<can::ScanMarker> encode(*config.database.find("XScanMarker"));

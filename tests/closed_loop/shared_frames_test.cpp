@@ -258,7 +258,7 @@ double true_rms_um(const std::vector<config::Setting>& settings) {
       .rms_um();
 }
 
-// docs/protocol.md, "Several axes in a frame".
+// docs/protocol/own_frames.md, "Several axes in a frame".
 TEST(TriangleOf50Hz, HasHalfTheTrueErrorAt4000HzThatItHasAt1000Hz) {
   const double slow_um = true_rms_um(at_rate("1000.0", "1000.0"));
   const double fast_um = true_rms_um({});

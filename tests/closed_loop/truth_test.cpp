@@ -14,7 +14,7 @@
 namespace hystcan::truth_test {
 namespace {
 
-constexpr double wire_step_um = 1e-6;  // docs/protocol.md
+constexpr double wire_step_um = 1e-6;  // docs/protocol/frames.md
 
 struct Cycle {
   twin::Truth truth;

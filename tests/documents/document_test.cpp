@@ -1,11 +1,10 @@
-// Every document: its shell blocks parse, its command lines are accepted, its links lead somewhere, and its
-// tables are those of the program or the script. HYSTCAN_WRITE_TABLES=1 in the environment writes these
-// tables.
+// Every document: its shell blocks parse, its command lines are accepted, and its tables are those of the
+// program or the script; scripts/site checks its links. HYSTCAN_WRITE_TABLES=1 in the environment writes
+// these tables.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
-#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -36,24 +35,10 @@ struct Document {
   std::string name;   ///< below the source folder
   std::string prose;  ///< without blocks; every line stays at its place
   std::vector<Block> blocks;
-  std::set<std::string> anchors;
 };
 
-/// As GitHub makes it: "A lab's own frames" has "a-labs-own-frames".
-std::string anchor_of(const std::string& heading) {
-  const std::string plain = std::regex_replace(heading, std::regex("\\[([^\\]]*)\\]\\([^)]*\\)"), "$1");
-  std::string anchor;
-  for (const char letter : plain) {
-    const auto code = static_cast<unsigned char>(letter);
-    if (std::isalnum(code) != 0 || letter == '-' || letter == '_' || code >= 0x80)
-      anchor += static_cast<char>(std::tolower(code));
-    if (letter == ' ') anchor += '-';
-  }
-  return anchor;
-}
-
 Document read(const fs::path& file) {
-  Document document{.name = fs::relative(file, source).string(), .prose = {}, .blocks = {}, .anchors = {}};
+  Document document{.name = fs::relative(file, source).string(), .prose = {}, .blocks = {}};
   std::istringstream text(support::read_file(file));
   bool inside = false;
   std::string line;
@@ -66,7 +51,6 @@ Document read(const fs::path& file) {
       document.blocks.back().text += line + "\n";
     } else {
       document.prose += line;
-      if (line.starts_with('#')) document.anchors.insert(anchor_of(line.substr(line.find(' ') + 1)));
     }
   }
   return document;
@@ -244,28 +228,6 @@ TEST(Documents, NameInTheirTextOnlyCommandsAndOptionsThatExist) {
   EXPECT_GT(count, 50u);
 }
 
-TEST(Documents, HaveLinksThatLeadSomewhere) {
-  const std::regex link("\\]\\(([^)\\s]+)\\)");
-  for (const auto& [name, document] : documents()) {
-    const std::string text = std::regex_replace(document.prose, std::regex("`[^`\\n]*`"), "");
-    for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it) {
-      const std::string target = (*it)[1];
-      if (target.find("://") != std::string::npos) continue;
-      if (target.find_first_of("./#") == std::string::npos) continue;  // a formula: H[v](t)
-      const std::string file = target.substr(0, target.find('#'));
-      const fs::path path = file.empty() ? source / name : (source / name).parent_path() / file;
-      const std::string where = fmt::format("{}:{}: {}", name, line_of(text, it->position()), target);
-      if (!fs::exists(path)) {
-        ADD_FAILURE() << where;
-      } else if (const auto hash = target.find('#'); hash != std::string::npos) {
-        const std::string other = fs::relative(fs::weakly_canonical(path), fs::canonical(source)).string();
-        ASSERT_TRUE(documents().contains(other)) << where;
-        EXPECT_TRUE(documents().at(other).anchors.contains(target.substr(hash + 1))) << where;
-      }
-    }
-  }
-}
-
 std::string row(const std::string& what, const std::string& meaning) {
   return fmt::format("| `{}` | {} |\n", what, std::regex_replace(meaning, std::regex("\\|"), "\\|"));
 }
@@ -299,33 +261,34 @@ std::string rows_of(const CLI::App& command, const std::string& before) {
 TEST(ProtocolDocument, HasTheTableOfTheScriptCrcDistance) {
   support::Process script({(source / "scripts/crc_distance").string()});
   ASSERT_EQ(script.wait(), 0) << script.err();
-  EXPECT_NE(support::read_file(source / "docs/protocol.md").find("\n\n" + script.out() + "\n"),
+  EXPECT_NE(support::read_file(source / "docs/protocol/frames.md").find("\n\n" + script.out() + "\n"),
             std::string::npos)
       << script.out();
 }
 
-TEST(CommandsDocument, HasTheTablesOfTheProgram) {
+TEST(CommandsDocuments, HaveTheTablesOfTheProgram) {
   constexpr std::string_view head = "<!-- options: ";
   constexpr std::string_view tail = "<!-- end -->";
-  const fs::path file = source / "docs/commands.md";
-  const std::string text = support::read_file(file);
   const CommandLine commands;
   std::set<std::string> described;
-  std::string written;
-  std::size_t rest = 0;
-  for (std::size_t at = text.find(head); at != std::string::npos; at = text.find(head, rest)) {
-    const std::size_t begin = at + head.size();
-    const std::string name = text.substr(begin, text.find(' ', begin) - begin);
-    const std::size_t end = text.find(tail, at);
-    const std::string table = fmt::format("{}{} -->\n| option | meaning |\n|---|---|\n{}", head, name,
-                                          rows_of(*commands.tree().get_subcommand(name), ""));
-    EXPECT_EQ(text.substr(at, end - at), table) << "HYSTCAN_WRITE_TABLES=1 writes the tables";
-    described.insert(name);
-    written += text.substr(rest, at - rest) + table;
-    rest = end;
+  for (const auto& page : fs::directory_iterator(source / "docs/commands")) {
+    const std::string text = support::read_file(page.path());
+    std::string written;
+    std::size_t rest = 0;
+    for (std::size_t at = text.find(head); at != std::string::npos; at = text.find(head, rest)) {
+      const std::size_t begin = at + head.size();
+      const std::string name = text.substr(begin, text.find(' ', begin) - begin);
+      const std::size_t end = text.find(tail, at);
+      const std::string table = fmt::format("{}{} -->\n| option | meaning |\n|---|---|\n{}", head, name,
+                                            rows_of(*commands.tree().get_subcommand(name), ""));
+      EXPECT_EQ(text.substr(at, end - at), table) << "HYSTCAN_WRITE_TABLES=1 writes the tables";
+      described.insert(name);
+      written += text.substr(rest, at - rest) + table;
+      rest = end;
+    }
+    written += text.substr(rest);
+    if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr) std::ofstream(page.path()) << written;
   }
-  written += text.substr(rest);
-  if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr) std::ofstream(file) << written;
   for (const CLI::App* command : commands.tree().get_subcommands({}))
     EXPECT_TRUE(rows_of(*command, "").empty() || described.contains(command->get_name()))
         << command->get_name();

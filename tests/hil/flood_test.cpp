@@ -24,7 +24,7 @@ using hil::json;
 using hil::LiveBench;
 using hil::Process;
 
-/// The identifiers that the two axes of the shipped configuration use (docs/protocol.md).
+/// The identifiers that the two axes of the shipped configuration use (docs/protocol/frames.md).
 std::set<unsigned> own_identifiers() {
   std::set<unsigned> ids{0x000, 0x080, 0x77F};
   for (const unsigned node : {1U, 2U, 3U, 4U})

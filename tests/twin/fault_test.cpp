@@ -38,7 +38,7 @@ FaultSpec spec(Fault kind, can::Duration begins, can::Duration lasts) {
 
 // ---- a connection
 
-/// Sample of sync 7 at 12.345678 um, counter 3: docs/protocol.md has the layout.
+/// Sample of sync 7 at 12.345678 um, counter 3: docs/protocol/frames.md has the layout.
 can::Frame sample(std::uint8_t counter = 3) {
   can::Frame frame{.id = 0x182, .length = 8};
   frame.data = {0x4E, 0x61, 0xBC, 0x00, 7, 0, counter, 0};

@@ -117,7 +117,7 @@ double rms_error_um(int substep_ns) {
   return std::sqrt(sum / cycles);
 }
 
-// Second order: half the sub-step gives a quarter of the error. docs/theory.md has the figures.
+// Second order: half the sub-step gives a quarter of the error. docs/theory/twin.md has the figures.
 TEST(Plant, ConvergesToSecondOrderInTheSubstep) {
   const double at_50_us = rms_error_um(50'000), at_25_us = rms_error_um(25'000);
   RecordProperty("um_at_50_us", std::to_string(at_50_us));

@@ -1,5 +1,5 @@
-// What docs/protocol.md says of an amplifier node and of a sensor node at the edges of their states, in the
-// order of that page, observed at the bus.
+// What docs/protocol/nodes.md says of an amplifier node and of a sensor node at the edges of their states, in
+// the order of that page, observed at the bus.
 #include <gtest/gtest.h>
 
 #include <algorithm>

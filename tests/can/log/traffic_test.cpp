@@ -32,7 +32,7 @@ LoggedFrame sync(microseconds time, std::uint8_t counter) {
 }
 
 LoggedFrame command() {
-  LoggedFrame logged;  // the frame of docs/protocol.md: 201#4E61BC00010703D9
+  LoggedFrame logged;  // the frame of docs/protocol/frames.md: 201#4E61BC00010703D9
   logged.frame = {.id = 0x201, .extended = false, .kind = FrameKind::data, .length = 8, .data = {}};
   const std::uint8_t bytes[] = {0x4E, 0x61, 0xBC, 0x00, 0x01, 0x07, 0x03, 0xD9};
   std::copy(std::begin(bytes), std::end(bytes), logged.frame.data.begin());
@@ -106,8 +106,8 @@ TEST(Traffic, ChecksKindAndLengthOfAnUnprotectedMessage) {
   EXPECT_EQ(rejected(traffic, 0x080, Rejection::wrong_kind), 1U);
 }
 
-// The lab's command of docs/protocol.md, 18EF1001#4F133F2D. Counter and CRC have their own names and
-// places; only the configuration knows the polynomial and the data id of the CRC.
+// The lab's command of docs/protocol/own_frames.md, 18EF1001#4F133F2D. Counter and CRC have their own names
+// and places; only the configuration knows the polynomial and the data id of the CRC.
 TEST(Traffic, ChecksAConfiguredMessageWithAnExtendedIdentifier) {
   const Database lab = load_dbc(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.dbc");
   const MessageMap map{.message = "AmpSet",

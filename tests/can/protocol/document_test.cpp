@@ -1,6 +1,7 @@
-// docs/example_node.c refers to sections of docs/protocol.md that exist.
+// docs/example_node.c refers to sections of docs/protocol/*.md that exist.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <regex>
@@ -11,8 +12,8 @@
 namespace hystcan::can::document_test {
 namespace {
 
-std::string text_of(const std::string& file) {
-  std::ifstream stream(HYSTCAN_SOURCE_DIR "/docs/" + file);
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
@@ -25,12 +26,17 @@ std::vector<std::string> matches(const std::string& text, const char* pattern) {
   return found;
 }
 
-std::vector<std::string> sections() { return matches(text_of("protocol.md"), "^##+ ([^\\n]+)$"); }
+std::set<std::string> sections() {
+  std::set<std::string> all;
+  for (const auto& page : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR "/docs/protocol"))
+    for (const std::string& section : matches(text_of(page.path()), "^##+ ([^\\n]+)$")) all.insert(section);
+  return all;
+}
 
 TEST(ProtocolDocument, HasEverySectionThatTheReferenceNodeCites) {
-  const std::vector<std::string> all = sections();
-  const std::set<std::string> existing(all.begin(), all.end());
-  const std::vector<std::string> cited = matches(text_of("example_node.c"), "// (?:---- )?\"([A-Z][^\"]+)\"");
+  const std::set<std::string> existing = sections();
+  const std::vector<std::string> cited =
+      matches(text_of(HYSTCAN_SOURCE_DIR "/docs/example_node.c"), "// (?:---- )?\"([A-Z][^\"]+)\"");
   EXPECT_GT(cited.size(), 10u);
   for (const std::string& section : cited) EXPECT_TRUE(existing.contains(section)) << section;
 }

@@ -51,7 +51,7 @@ TEST(Crc8J1850, AgreesWithABitwiseShiftRegister) {
       [](const std::vector<std::uint8_t>& bytes) { RC_ASSERT(crc8_j1850(bytes) == bitwise_crc(bytes)); }));
 }
 
-// The frame that docs/protocol.md annotates:
+// The frame that docs/protocol/frames.md annotates:
 //   4E 61 BC 00   Setpoint     12.345678 V, raw 12345678 = 0x00BC614E
 //   01            Enable       bit 0
 //   07            SyncCounter  7

@@ -40,7 +40,7 @@ TEST(Crc8H2F, GivesTheCatalogueCheckValue) {
   EXPECT_EQ(crc8_8h2f(std::vector<std::uint8_t>(digits.begin(), digits.end())), 0xDF);
 }
 
-// The lab's command that docs/protocol.md annotates:
+// The lab's command that docs/protocol/own_frames.md annotates:
 //   4F      Crc   CRC-8H2F over A1 10 (data id 0x10A1), 13 3F 2D
 //   13      Cnt   3, low nibble; On, bit 4
 //   3F 2D   Volt  12.346 V = 12346 mV = 2 * 16173 - 20000, 16173 = 0x3F2D, most significant byte first
@@ -96,7 +96,7 @@ TEST(Layout, WritesTwoAxesOneAfterTheOtherIntoOneFrame) {
   EXPECT_EQ(x.decode(frame).setpoint, 258.0) << "what y cannot represent leaves x";
 }
 
-/// The sample of two axes that docs/protocol.md annotates.
+/// The sample of two axes that docs/protocol/own_frames.md annotates.
 TEST(Layout, ReadsTheFdSampleOfTheDocumentForEachOfItsAxes) {
   const Database database = parse_dbc(
       "BO_ 449 Positions: 12 Vector__XXX\n SG_ Crc : 0|16@1+ (1,0) [0|65535] \"\" Vector__XXX\n"

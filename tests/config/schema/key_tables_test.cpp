@@ -1,4 +1,4 @@
-// The key tables of docs/configuration.md are those of the program. They stand between
+// The key tables of docs/configuration/*.md are those of the program. They stand between
 //
 //   <!-- keys: [axis.control] from kp to ki_per_s -->      or without `from ... to ...`: the whole table
 //   <!-- end -->
@@ -227,18 +227,19 @@ std::string with_tables(const std::string& document, Tables& tables) {
   return text;
 }
 
-TEST(KeyTables, OfTheDocumentAreThoseOfTheProgram) {
-  const std::filesystem::path file = HYSTCAN_SOURCE_DIR "/docs/configuration.md";
-  std::ifstream in(file);
-  const std::string document{std::istreambuf_iterator<char>(in), {}};
+TEST(KeyTables, OfTheDocumentsAreThoseOfTheProgram) {
   Tables tables = all_tables();
   tables.erase("[[axis.sensor_setup]]");  // as [[axis.amplifier_setup]]
-  const std::string expected = with_tables(document, tables);
-  if (std::getenv("HYSTCAN_WRITE_KEY_TABLES") != nullptr) std::ofstream(file) << expected;
-  EXPECT_EQ(document, expected) << "HYSTCAN_WRITE_KEY_TABLES=1 writes them";
+  for (const auto& page : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR "/docs/configuration")) {
+    std::ifstream in(page.path());
+    const std::string document{std::istreambuf_iterator<char>(in), {}};
+    const std::string expected = with_tables(document, tables);
+    if (std::getenv("HYSTCAN_WRITE_KEY_TABLES") != nullptr) std::ofstream(page.path()) << expected;
+    EXPECT_EQ(document, expected) << page.path() << ": HYSTCAN_WRITE_KEY_TABLES=1 writes them";
+  }
   for (const auto& [header, rows] : tables)
     for (const Row& row : rows)
-      ADD_FAILURE() << "the document has no table with " << row.key << " of " << header;
+      ADD_FAILURE() << "the documents have no table with " << row.key << " of " << header;
 }
 
 }  // namespace

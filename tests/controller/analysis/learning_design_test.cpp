@@ -43,7 +43,8 @@ double growth(const LearningDesign& design, const Learning::Config& config, Loop
   return std::abs(1.0 - 0.01 * config.forget_percent - config.rate * h * t);
 }
 
-// The condition of docs/theory.md, for every harmonic and every resonance within the stated interval.
+// The condition of docs/theory/control_law.md, for every harmonic and every resonance within the stated
+// interval.
 TEST(LearningDesign, ConvergesAtEveryHarmonicForEveryResonanceInItsInterval) {
   for (const double resonance_Hz : {130.0, 220.0, 410.0, 500.0, 730.0})
     for (const double damping_ratio : {0.02, 0.05, 0.3})
