@@ -190,11 +190,13 @@ void require_success(const controller::Controller& controller, const StateLog& l
       faults += (faults.empty() ? "" : "; ") + describe(outcome.name, outcome.fault);
   if (!faults.empty()) throw RunError(faults);
   const bool was_to_track = options.once || options.duration_s > 0.0 || was_enabled;
-  if (was_to_track && !log.has_tracked())
-    throw RunError("nothing was tracked: " + log.blocks_of_first_axis());
-  for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
+  if (was_to_track && !log.has_any_tracked()) throw RunError("nothing was tracked: " + log.blocks_of(0));
+  for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i) {
+    if (!log.has_tracked(i))
+      throw RunError(fmt::format("axis {} did not track: {}", outcomes[i].name, log.blocks_of(i)));
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
+  }
 }
 
 bool is_done(const controller::Controller& controller, const ControllerArguments& options, double run_s,
