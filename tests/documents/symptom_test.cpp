@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -15,6 +16,7 @@
 #include <regex>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -44,7 +46,10 @@ std::string block_under(const std::string& page, const std::string& heading) {
   return text.substr(begin, text.find("\n```", begin) + 1 - begin);
 }
 
-/// The rows of axis x, a column for each signal. What a cell does not say is not a number.
+constexpr std::array<std::string_view, 6> drawn{"time_s",   "reference_um", "position_um",
+                                                "error_um", "drive",        "amplifier_output"};
+
+/// The rows of axis x, a column for each signal that is drawn.
 struct Cycles {
   std::vector<std::string> state;
   std::map<std::string, std::vector<double>> columns;
@@ -87,26 +92,26 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
+/// NaN where the cell is empty.
+double number(const std::string& cell) {
+  char* end = nullptr;
+  const double value = std::strtod(cell.c_str(), &end);
+  return end == cell.c_str() ? std::numeric_limits<double>::quiet_NaN() : value;
+}
+
 Cycles read_cycles(const fs::path& file) {
   Cycles cycles;
   std::ifstream lines(file);
   std::string line;
   std::vector<std::string> names;
   while (std::getline(lines, line)) {
-    if (line.starts_with('#')) continue;
+    if (names.empty() && line.starts_with("cycle,")) names = cells_of(line);
+    if (names.empty() || line.find(",x,") == std::string::npos) continue;
     const std::vector<std::string> cells = cells_of(line);
-    if (names.empty()) {
-      names = cells;
-      continue;
-    }
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (cells[2] != "x") break;
-      if (names[i] == "state") cycles.state.push_back(cells[i]);
-      char* end = nullptr;
-      const double value = std::strtod(cells[i].c_str(), &end);
-      cycles.columns[names[i]].push_back(end == cells[i].c_str() ? std::numeric_limits<double>::quiet_NaN()
-                                                                 : value);
-    }
+    cycles.state.push_back(cells[3]);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (std::ranges::find(drawn, names[i]) != drawn.end())
+        cycles.columns[names[i]].push_back(number(cells[i]));
   }
   return cycles;
 }
