@@ -237,9 +237,13 @@ void start_recording(runs::Recorder& recorder) {
 /// is touched: no socket, no black box, no saved memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
   constexpr auto stride = std::chrono::milliseconds(10);
-  constexpr double patience_s = 60.0;  // longer than any ramp down
+  constexpr double patience_s = 60.0;  // longer than any start-up or ramp down
   std::vector<controller::TrackingStatistics> statistics;
-  for (const config::AxisConfig& axis : config.axes) statistics.emplace_back(axis.control, settle_s);
+  double limit_s = std::max(options.duration_s, patience_s);  // of an axis that never starts, or never ends
+  for (const config::AxisConfig& axis : config.axes) {
+    statistics.emplace_back(axis.control, settle_s);
+    limit_s = std::max(limit_s, patience_s + controller::reference_of(axis.control).length_s());
+  }
   std::optional<controller::CsvLog> csv;
   if (!options.csv.empty()) csv.emplace(options.csv, names_of(config));
   const rehearsal::Rehearsal* virtual_time = nullptr;
@@ -263,7 +267,7 @@ int rehearse(const config::Config& config, const ControllerArguments& options) {
   stop_at_a_signal();
   rehearsal.start();
   controller::Controller& controller = rehearsal.controller();
-  while (stop_signalled == 0 &&
+  while (stop_signalled == 0 && rehearsal.time_s() <= limit_s &&
          !is_done(controller, options, rehearsal.time_s(), can::seconds(config.controller.start_timeout)))
     rehearsal.run_for(stride);
   controller.request_stop();

@@ -268,6 +268,17 @@ TEST_F(Cli, ControllerRehearsesWithTheFaultsOfTheTwinAndSaysTheSameEachTime) {
   EXPECT_EQ(read("first.csv"), read("second.csv"));
 }
 
+/// Virtual time would pass without end, and nobody would see it.
+TEST_F(Cli, ARehearsalWhoseAxisNeverStartsEndsAndSaysWhatItWaitedFor) {
+  shipped.edit("soft_stage.toml", "[[axis]]",
+               "[[twin.fault]]\nkind = \"no_reply\"\naxis = \"x\"\nat_s = 0.0\nduration_s = 1e6\n\n[[axis]]");
+  Process program({HYSTCAN_PROGRAM, "controller", path("soft_stage.toml"), "--rehearse"});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("hystcan: nothing was tracked: x waited for a sample (node 2)"),
+            std::string::npos)
+      << program.err();
+}
+
 TEST_F(Cli, ARehearsalTakesNothingThatBelongsToARealBus) {
   for (const char* option : {"--interface=vcan0", "--record=runs", "--clear-faults"}) {
     Process program({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--rehearse", option});
