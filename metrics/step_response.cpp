@@ -138,6 +138,7 @@ void HoldNoise::add(double reference_um, double position_um, double band_um, boo
   if (!at_rest || reference_um != level_um_) leave();
   if (!at_rest) return;
   level_um_ = reference_um;
+  ++at_rest_;
   if (band_um > 0.0 && std::abs(reference_um - position_um) > band_um) {
     samples_ = 0;
     mean_um_ = sum_of_squares_ = 0.0;
@@ -150,14 +151,17 @@ void HoldNoise::add(double reference_um, double position_um, double band_um, boo
 }
 
 void HoldNoise::leave() {
-  pooled_ += sum_of_squares_;
-  pooled_samples_ += samples_;
-  samples_ = 0;
+  if (counts()) {
+    pooled_ += sum_of_squares_;
+    pooled_samples_ += samples_;
+  }
+  samples_ = at_rest_ = 0;
   mean_um_ = sum_of_squares_ = 0.0;
 }
 
 double HoldNoise::rms_um() const {
-  return samples() == 0 ? 0.0 : std::sqrt((pooled_ + sum_of_squares_) / static_cast<double>(samples()));
+  if (samples() == 0) return 0.0;
+  return std::sqrt((pooled_ + (counts() ? sum_of_squares_ : 0.0)) / static_cast<double>(samples()));
 }
 
 }  // namespace hystcan::metrics

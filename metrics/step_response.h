@@ -12,7 +12,9 @@
 //   overshoot       max((y - b) sign(b - a), 0) / |b - a|
 //
 // HoldNoise is the RMS of y around its mean at each level, over all levels. A level counts from the cycle in
-// which e is inside the band, and again from the start where e leaves it. With band 0 everything counts.
+// which e is inside the band, and again from the start where e leaves it. Where less than a tenth of the
+// level is left of it, it does not count: a noise as large as the band would show as its quietest moment.
+// With band 0 everything counts.
 #pragma once
 
 #include <cstddef>
@@ -86,14 +88,17 @@ class HoldNoise {
  public:
   void add(double reference_um, double position_um, double band_um, bool at_rest);
   void leave();
-  std::size_t samples() const { return pooled_samples_ + samples_; }
+  std::size_t samples() const { return pooled_samples_ + (counts() ? samples_ : 0); }
   double rms_um() const;
 
  private:
+  bool counts() const { return 10 * samples_ >= at_rest_; }
+
   double level_um_ = 0.0;
   double mean_um_ = 0.0, sum_of_squares_ = 0.0;  ///< at the present level, around the mean
   double pooled_ = 0.0;                          ///< sum of squares of the former levels
   std::size_t samples_ = 0, pooled_samples_ = 0;
+  std::size_t at_rest_ = 0;  ///< cycles of the present level
 };
 
 }  // namespace hystcan::metrics

@@ -118,7 +118,7 @@ VirtualStage::VirtualStage(const std::filesystem::path& config, const std::vecto
   loop_->start();
 }
 
-double VirtualStage::time_s() { return can::seconds(loop_->clock().now().time_since_epoch()); }
+double VirtualStage::time_s() { return loop_->time_s(); }
 
 void VirtualStage::take(const controller::CycleRecord& record) {
   auto& columns = columns_[record.axis];

@@ -192,13 +192,12 @@ Outcome run_once(const Setup& setup, double settle_s, const controller::Controll
       if (!loop.axis(i).report().point.finished) return false;
     return true;
   };
-  while (!any_is(AxisState::faulted) && !all_finished() &&
-         can::seconds(rehearsal.clock().now().time_since_epoch()) < deadline_s)
+  while (!any_is(AxisState::faulted) && !all_finished() && rehearsal.time_s() < deadline_s)
     rehearsal.run_for(std::chrono::milliseconds(10));
 
   Outcome outcome{.axes = {},
                   .true_errors = true_errors.statistics(),
-                  .virtual_s = can::seconds(rehearsal.clock().now().time_since_epoch()),
+                  .virtual_s = rehearsal.time_s(),
                   .bus_load = rehearsal.bus().load(),
                   .counters = loop.counters()};
   for (std::size_t i = 0; i < loop.axis_count(); ++i)

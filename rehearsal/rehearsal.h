@@ -98,6 +98,7 @@ class Rehearsal {
   void kill_twin() { twin_.reset(); }
   can::SimBus& bus() { return bus_; }
   can::VirtualClock& clock() { return clock_; }
+  double time_s() const { return can::seconds(clock_.now().time_since_epoch()); }
   const can::Attach& attach() const { return attach_; }
 
  private:

@@ -16,10 +16,12 @@
 #include "app/live/cycle_outlets.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
+#include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/saved_states.h"
 #include "app/live/socket_place.h"
 #include "app/live/state_log.h"
+#include "app/live/stop_signal.h"
 #include "app/live/systemd_notifier.h"
 #include "app/stage/option_check.h"
 #include "base/error.h"
@@ -33,6 +35,7 @@
 #include "controller/control/statistics.h"
 #include "controller/controller.h"
 #include "controller/telemetry.h"
+#include "rehearsal/rehearsal.h"
 #include "runs/run_folder.h"
 
 namespace hystcan::app {
@@ -47,9 +50,17 @@ struct ControllerArguments {
   std::filesystem::path record;
   double duration_s = 0.0;
   bool once = false;
+  bool rehearse = false;
   bool clear_faults = false;
   bool json = false;
 };
+
+std::vector<std::string> names_of(const config::Config& config) {
+  std::vector<std::string> names;
+  names.reserve(config.axes.size());
+  for (const config::AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
+  return names;
+}
 
 /// Consumes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the
 /// black box come first, the log comes last.
@@ -78,24 +89,15 @@ class CycleRecorder {
     bus_log_.write();
   }
 
-  const EventLog& events() const { return log_.events(); }
-  bool has_tracked() const { return log_.has_tracked(); }
-  std::string blocks_of_first_axis() const { return log_.blocks_of_first_axis(); }
+  const StateLog& log() const { return log_; }
   /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   CycleOutlets& outlets() { return outlets_; }
   controller::BlackBox& black_box() { return black_box_; }
   std::optional<std::string> close_csv() { return csv_ ? csv_->close() : std::nullopt; }
-  const controller::TrackingStatistics& statistics(std::size_t axis) const { return statistics_[axis]; }
+  const std::vector<controller::TrackingStatistics>& statistics() const { return statistics_; }
 
  private:
-  static std::vector<std::string> names_of(const config::Config& config) {
-    std::vector<std::string> names;
-    names.reserve(config.axes.size());
-    for (const config::AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
-    return names;
-  }
-
   StateLog log_;
   controller::LatenessLog lateness_;
   can::BusHealthLog bus_log_;
@@ -134,12 +136,12 @@ std::filesystem::path socket_of(const config::Config& config) {
   return socket.empty() ? default_socket(config.bus.interface) : std::filesystem::path(socket);
 }
 
-std::string results_text(const controller::Controller& controller, const CycleRecorder& recorder,
-                         const std::vector<controller::AxisOutcome>& outcomes, bool as_json,
-                         std::uint64_t dropped_records) {
+std::string results_text(const controller::Controller& controller, const StateLog& log,
+                         const std::vector<controller::AxisOutcome>& outcomes,
+                         const ControllerArguments& options, std::uint64_t dropped_records) {
   const controller::CycleCounters& counters = controller.counters();
-  const BusClosing closing = closing_of(controller, recorder.events());
-  if (as_json) {
+  const BusClosing closing = closing_of(controller, log.events());
+  if (options.json) {
     nlohmann::json axes = nlohmann::json::array();
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       axes.push_back(to_json(outcomes[i]));
@@ -159,7 +161,8 @@ std::string results_text(const controller::Controller& controller, const CycleRe
                   counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
   if (counters.replaced_commands > 0)
     text += counted(counters.replaced_commands, "command") + " replaced by a newer one before it had left\n";
-  for (const std::string& line : describe(controller.timing())) text += line + "\n";
+  if (!options.rehearse)  // virtual time passes at no computation
+    for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) {
     text += describe(outcome) + "\n";
@@ -168,18 +171,17 @@ std::string results_text(const controller::Controller& controller, const CycleRe
   return text;
 }
 
-std::vector<controller::AxisOutcome> outcomes_of(const controller::Controller& controller,
-                                                 const CycleRecorder& recorder) {
+std::vector<controller::AxisOutcome> outcomes_of(
+    const controller::Controller& controller, const std::vector<controller::TrackingStatistics>& statistics) {
   std::vector<controller::AxisOutcome> outcomes;
   for (std::size_t i = 0; i < controller.axis_count(); ++i)
-    outcomes.push_back(
-        controller::outcome_of(controller.axis_name(i), controller.axis(i), recorder.statistics(i)));
+    outcomes.push_back(controller::outcome_of(controller.axis_name(i), controller.axis(i), statistics[i]));
   return outcomes;
 }
 
 /// Throws RunError with the reason why the run is not a success: every fault, or else the first reason.
 /// `was_enabled`: some axis was when the run was asked to end. A user may leave all axes disabled.
-void require_success(const controller::Controller& controller, const CycleRecorder& recorder,
+void require_success(const controller::Controller& controller, const StateLog& log,
                      const ControllerArguments& options, bool was_enabled,
                      const std::vector<controller::AxisOutcome>& outcomes) {
   std::string faults;
@@ -188,11 +190,19 @@ void require_success(const controller::Controller& controller, const CycleRecord
       faults += (faults.empty() ? "" : "; ") + describe(outcome.name, outcome.fault);
   if (!faults.empty()) throw RunError(faults);
   const bool was_to_track = options.once || options.duration_s > 0.0 || was_enabled;
-  if (was_to_track && !recorder.has_tracked())
-    throw RunError("nothing was tracked: " + recorder.blocks_of_first_axis());
-  for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i)
+  if (was_to_track && !log.has_any_tracked()) throw RunError("nothing was tracked: " + log.blocks_of(0));
+  for (std::size_t i = 0; options.once && i < controller.axis_count(); ++i) {
+    if (!log.has_tracked(i))
+      throw RunError(fmt::format("axis {} did not track: {}", outcomes[i].name, log.blocks_of(i)));
     if (!controller.axis(i).report().point.finished)
       throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
+  }
+}
+
+bool is_done(const controller::Controller& controller, const ControllerArguments& options, double run_s,
+             double start_timeout_s) {
+  return (options.duration_s > 0.0 && run_s > options.duration_s) ||
+         (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
 }
 
 /// Returns when every axis is safe: whether some axis was enabled until then. What follows may wait for a
@@ -203,11 +213,7 @@ bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlS
   bool is_enabled = true;  // from the start on
   run_live(loop, controller, recorder.bus_log(),
            {.clear_faults = options.clear_faults,
-            .is_done =
-                [&](double run_s) {
-                  return (options.duration_s > 0.0 && run_s > options.duration_s) ||
-                         (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
-                },
+            .is_done = [&](double run_s) { return is_done(controller, options, run_s, start_timeout_s); },
             .before_stop =
                 [&] {
                   is_enabled = !all_axes(controller, [](const controller::Axis& axis) {
@@ -227,8 +233,60 @@ void start_recording(runs::Recorder& recorder) {
   }
 }
 
-int run_controller(const ControllerArguments& options) {
+/// With the twin on the simulated bus. Its log has the virtual time. Nothing that belongs to the real stage
+/// is touched: no socket, no black box, no saved memory.
+int rehearse(const config::Config& config, const ControllerArguments& options) {
+  constexpr auto stride = std::chrono::milliseconds(10);
+  constexpr double patience_s = 60.0;  // longer than any start-up or ramp down
+  std::vector<controller::TrackingStatistics> statistics;
+  double limit_s = std::max(options.duration_s, patience_s);  // of an axis that never starts, or never ends
+  for (const config::AxisConfig& axis : config.axes) {
+    statistics.emplace_back(axis.control, settle_s);
+    limit_s = std::max(limit_s, patience_s + controller::reference_of(axis.control).length_s());
+  }
+  std::optional<controller::CsvLog> csv;
+  if (!options.csv.empty()) csv.emplace(options.csv, names_of(config));
+  const rehearsal::Rehearsal* virtual_time = nullptr;
+  const can::BusHealthLog::Sink log_line = [&](can::BusHealthLog::Level level, const std::string& line) {
+    bus_log_sink()(level, fmt::format("{:.3f} s: {}", virtual_time->time_s(), line));
+  };
+  StateLog log(config, log_line);
+  rehearsal::Rehearsal rehearsal(rehearsal_setup(config), [&](const controller::CycleRecord& record) {
+    statistics[record.axis].add(record.report);
+    if (csv) csv->write(record);
+    log.add(record);
+  });
+  virtual_time = &rehearsal;
+  rehearsal.twin().faults().on_event([&](const twin::FaultSpec& fault, bool begins, can::Time) {
+    log_line(can::BusHealthLog::Level::info,
+             fmt::format("twin: {} {}", twin::describe(fault), begins ? "begins" : "ends"));
+  });
+  spdlog::set_pattern("[%n] [%^%l%$] %v");
+  for (const std::string& warning : config::setpoint_warnings(config)) spdlog::warn(warning);
+
+  stop_at_a_signal();
+  rehearsal.start();
+  controller::Controller& controller = rehearsal.controller();
+  while (stop_signalled == 0 && rehearsal.time_s() <= limit_s &&
+         !is_done(controller, options, rehearsal.time_s(), can::seconds(config.controller.start_timeout)))
+    rehearsal.run_for(stride);
+  controller.request_stop();
+  for (const double asked_s = rehearsal.time_s();
+       !controller.stopped() && rehearsal.time_s() < asked_s + patience_s;)
+    rehearsal.run_for(stride);
+
+  const auto lost = csv ? csv->close() : std::nullopt;
+  const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, statistics);
+  spdlog::default_logger()->flush();
+  print(results_text(controller, log, outcomes, options, 0));
+  require_success(controller, log, options, true, outcomes);
+  if (lost) throw RunError(*lost);
+  return done;
+}
+
+int run_controller(ControllerArguments options) {
   config::Config config = config::load(options.config);
+  if (options.rehearse && options.duration_s == 0.0) options.once = true;
   if (!options.interface.empty()) config.bus.interface = options.interface;
   if (options.once)
     for (config::AxisConfig& axis : config.axes) axis.control.repeat = false;
@@ -237,6 +295,7 @@ int run_controller(const ControllerArguments& options) {
   if (!options.record.empty()) config.record.at_start = true;
 
   refuse_to_overwrite(options.csv, options.config);
+  if (options.rehearse) return rehearse(config, options);
   const SavedStates states(config);
 
   LiveLoop loop(config.bus.interface);
@@ -269,10 +328,11 @@ int run_controller(const ControllerArguments& options) {
   recorder.black_box().finish();
   states.save(controller);
   const auto lost = recorder.close_csv();
-  const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, recorder);
+  const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, recorder.statistics());
   spdlog::default_logger()->flush();  // its last lines come before the results
-  const auto unprinted = print_patiently(results_text(controller, recorder, outcomes, options.json, dropped));
-  require_success(controller, recorder, options, was_enabled, outcomes);
+  const auto unprinted =
+      print_patiently(results_text(controller, recorder.log(), outcomes, options, dropped));
+  require_success(controller, recorder.log(), options, was_enabled, outcomes);
   for (const auto& reason : {lost, unprinted})
     if (reason) throw RunError(*reason);
   return done;
@@ -284,15 +344,24 @@ void add_controller(CLI::App& cli, int& status) {
   auto options = std::make_shared<ControllerArguments>();
   CLI::App* command = cli.add_subcommand("controller", "Control the axes on the bus");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
-  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
-      ->check(interface_name());
+  CLI::Option* interface =
+      command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
+          ->check(interface_name());
   command->add_option("--duration", options->duration_s, "stop after this many seconds")
       ->check(positive_seconds());
   command->add_flag("--once", options->once, "stop after one pass of the reference");
-  command->add_flag("--clear-faults", options->clear_faults,
-                    "clear a fault that the amplifier has latched, then start");
+  CLI::Option* clear = command->add_flag("--clear-faults", options->clear_faults,
+                                         "clear a fault that the amplifier has latched, then start");
   command->add_option("--csv", options->csv, "write every cycle to this file");
-  command->add_option("--record", options->record, "record a run in this folder, from the start on");
+  CLI::Option* record =
+      command->add_option("--record", options->record, "record a run in this folder, from the start on");
+  command
+      ->add_flag("--rehearse", options->rehearse,
+                 "run on the simulated bus, with the twin and its faults, in virtual time; one pass of the "
+                 "reference, or --duration")
+      ->excludes(interface)
+      ->excludes(clear)
+      ->excludes(record);
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, &status] { status = run_controller(*options); });
 }

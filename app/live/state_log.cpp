@@ -142,7 +142,9 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
   else
     sink_(Level::info, fmt::format("{}: {}", axis.name, to_string(report.state)));
   if (report.state != AxisState::tracking) return;
-  if (!std::exchange(has_tracked_, true)) add_missing_axes();
+  const bool is_first = !has_any_tracked();
+  axis.has_tracked = true;
+  if (is_first) add_missing_axes();
 }
 
 /// When the first axes begin. The other axes of their cycle come after this one: those that are ready are not
@@ -208,9 +210,8 @@ std::string StateLog::block_text(const Axis& axis, ArmingBlock block) const {
   return late.empty() ? std::string(what) : fmt::format("{}: {}", what, fmt::join(late, ", "));
 }
 
-std::string StateLog::blocks_of_first_axis() const {
-  return fmt::format("{} waited for {}", axes_.front().name,
-                     blocks_text(axes_.front(), axes_.front().last_blocks));
+std::string StateLog::blocks_of(std::size_t axis) const {
+  return fmt::format("{} waited for {}", axes_[axis].name, blocks_text(axes_[axis], axes_[axis].last_blocks));
 }
 
 }  // namespace hystcan::app

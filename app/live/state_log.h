@@ -2,6 +2,7 @@
 // nodes.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -57,10 +58,12 @@ class StateLog {
   StateLog(const config::Config& config, can::BusHealthLog::Sink sink);
   void add(const controller::CycleRecord& record);
   const EventLog& events() const { return events_; }
-  /// Some axis has tracked.
-  bool has_tracked() const { return has_tracked_; }
-  /// What kept the first axis from tracking: "x waited for a heartbeat of the sensor".
-  std::string blocks_of_first_axis() const;
+  bool has_tracked(std::size_t axis) const { return axes_[axis].has_tracked; }
+  bool has_any_tracked() const {
+    return std::ranges::any_of(axes_, [](const Axis& axis) { return axis.has_tracked; });
+  }
+  /// What kept an axis from tracking: "x waited for a heartbeat of the sensor".
+  std::string blocks_of(std::size_t axis) const;
 
  private:
   struct Axis {
@@ -76,6 +79,7 @@ class StateLog {
     double blocked_since_s = 0.0;            ///< the first of them
     double amplifier_output = 0.0;
     bool block_is_logged = false;
+    bool has_tracked = false;
 
     bool has(std::uint8_t node) const { return node == amplifier_node || node == sensor_node; }
   };
@@ -99,7 +103,6 @@ class StateLog {
     double time_s = 0.0;
   };
   std::optional<Told> foreign_;  ///< the latest frame of another controller
-  bool has_tracked_ = false;
 };
 
 }  // namespace hystcan::app

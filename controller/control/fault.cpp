@@ -35,7 +35,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
      "the amplifier does not report that it is enabled: check its interlocks, and in its data sheet how long "
      "it takes "
      "to start (enable_delay_ms)"},
-    {"following error", "the stage does not follow: check load, model and gains", true},
+    {"following error",
+     "the stage does not follow: check that the amplifier drives it, load, model and gains", true},
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
@@ -48,7 +49,9 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"position frozen", "the drive moves, the position does not change by one bit: check sensor and stage",
      true},
     {"position jumped",
-     "the position moved by more than position_jump_um in a cycle: check the sensor and its cable", true},
+     "the position moved by more than position_jump_um in a cycle: check the sensor and its cable; where it "
+     "swung before, lower the gains or set a notch",
+     true},
     {"node emergency", "a node sent an emergency: the log shows its code and meaning"},
     {"node not operational",
      "a node has left the state operational by itself: see its own log, check its supply"},

@@ -181,5 +181,17 @@ TEST(HoldNoise, LeavesOutWhatIsOutsideTheBandAndWhatMoves) {
   EXPECT_EQ(noise.samples(), 0u) << "it had not settled";
 }
 
+TEST(HoldNoise, HasNoFigureWhereTheNoiseIsAsLargeAsTheBand) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise_um(0.0, 0.05);
+  HoldNoise noise;
+  for (const double level_um : {5.0, 25.0, 10.0}) {
+    for (int n = 0; n < 3000; ++n) {
+      noise.add(level_um, level_um + noise_um(random), 0.05, true);
+      EXPECT_TRUE(n < 100 || noise.samples() == 0) << n;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hystcan::metrics::step_response_test

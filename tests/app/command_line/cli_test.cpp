@@ -249,6 +249,43 @@ TEST_F(Cli, ControllerWritesNoFileBeforeTheBusIsOpen) {
   EXPECT_EQ(read("run.csv"), "precious");
 }
 
+/// What a user looks for without a bus: the log, the file of cycles and the exit status of a real run.
+TEST_F(Cli, ControllerRehearsesWithTheFaultsOfTheTwinAndSaysTheSameEachTime) {
+  shipped.edit("piezo.toml", "[[axis]]",
+               "[[twin.fault]]\nkind = \"no_reply\"\naxis = \"x\"\nat_s = 1.0\nduration_s = 0.1\n\n[[axis]]");
+  std::string first;
+  for (const char* csv : {"first.csv", "second.csv"}) {
+    Process program({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--rehearse", "--csv", path(csv)});
+    EXPECT_EQ(program.wait(), failed);
+    EXPECT_NE(program.err().find("[info] 1.000 s: twin: sensor of x: no_reply begins\n"), std::string::npos)
+        << program.err();
+    EXPECT_NE(program.err().find("[error] 1.004 s: x: faulted at 1.003 s: sample missing; "),
+              std::string::npos)
+        << program.err();
+    if (first.empty()) first = program.err();
+    EXPECT_EQ(program.err(), first);
+  }
+  EXPECT_EQ(read("first.csv"), read("second.csv"));
+}
+
+/// Virtual time would pass without end, and nobody would see it.
+TEST_F(Cli, ARehearsalWhoseAxisNeverStartsEndsAndSaysWhatItWaitedFor) {
+  shipped.edit("soft_stage.toml", "[[axis]]",
+               "[[twin.fault]]\nkind = \"no_reply\"\naxis = \"x\"\nat_s = 0.0\nduration_s = 1e6\n\n[[axis]]");
+  Process program({HYSTCAN_PROGRAM, "controller", path("soft_stage.toml"), "--rehearse"});
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(program.err().find("hystcan: nothing was tracked: x waited for a sample (node 2)"),
+            std::string::npos)
+      << program.err();
+}
+
+TEST_F(Cli, ARehearsalTakesNothingThatBelongsToARealBus) {
+  for (const char* option : {"--interface=vcan0", "--record=runs", "--clear-faults"}) {
+    Process program({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--rehearse", option});
+    EXPECT_EQ(program.wait(), bad_input) << option;
+  }
+}
+
 TEST_F(Cli, DemoGoesOnAfterAStructureThatFaultsAndEndsWithOne) {
   shipped.edit(
       "piezo.toml", "[[axis]]",

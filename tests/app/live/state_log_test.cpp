@@ -165,10 +165,14 @@ TEST_F(StateLogOfTwoAxes, HasTheSameEmergencyOfTwoNodesForEachAxis) {
 TEST_F(StateLogOfTwoAxes, KnowsWhetherAnythingWasTracked) {
   add(0, 0.0, AxisState::waiting, ArmingBlock::sample);
   add(0, 0.1, AxisState::initialising);
-  EXPECT_FALSE(log.has_tracked());
-  EXPECT_EQ(log.blocks_of_first_axis(), "x waited for a sample (node 2)");
+  add(1, 0.1, AxisState::waiting, ArmingBlock::sample);
+  EXPECT_FALSE(log.has_any_tracked());
+  EXPECT_EQ(log.blocks_of(0), "x waited for a sample (node 2)");
   add(0, 0.2, AxisState::tracking);
-  EXPECT_TRUE(log.has_tracked());
+  EXPECT_TRUE(log.has_any_tracked());
+  EXPECT_TRUE(log.has_tracked(0));
+  EXPECT_FALSE(log.has_tracked(1));
+  EXPECT_EQ(log.blocks_of(1), "y waited for a sample (node 4)");
 }
 
 }  // namespace
