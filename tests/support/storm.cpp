@@ -102,6 +102,7 @@ bool hides(Trouble first, Trouble second) {
     return std::ranges::find(kinds, trouble) != kinds.end();
   };
   if (first == commands_lost) return second == enable_lost;
+  if (first == sensor_unheard) return second == sensor_leaves;  // which a heartbeat tells
   return is(first, {sample_lost, sample_late, sample_damaged, counter_frozen, sensor_stopped}) &&
          is(second, {sample_frozen, sample_jumped, sample_beyond, sample_bad});
 }
