@@ -62,5 +62,29 @@ TEST(HeartbeatOfANode, IsAsBeforeOnlyWithTheStateOfTheLastOne) {
   EXPECT_EQ(hear(NmtState::operational, 900), Heartbeat::new_state) << "it was silent";
 }
 
+TEST(NmtOfAnotherNode, ToAllNodesIsAlsoToThisOne) {
+  using can::NmtCommand;
+  RemoteNode node{8, std::chrono::milliseconds(300), {8, {}, {}}};
+  for (const NmtCommand command : {NmtCommand::stop, NmtCommand::enter_pre_operational,
+                                   NmtCommand::reset_node, NmtCommand::reset_communication}) {
+    EXPECT_TRUE(node.on_foreign_nmt(can::nmt_frame({command, 0}))) << to_string(command);
+    EXPECT_TRUE(node.on_foreign_nmt(can::nmt_frame({command, 8}))) << to_string(command);
+    EXPECT_FALSE(node.on_foreign_nmt(can::nmt_frame({command, 9}))) << to_string(command);
+  }
+  EXPECT_EQ(node.foreign_access().nmt, 8U);
+}
+
+TEST(EmergencyOfANode, IsAnAlarmUnlessItsCodeSaysThatThereIsNoError) {
+  RemoteNode node{8, std::chrono::milliseconds(300), {8, {}, {}}};
+  const auto alarms = [&](std::uint16_t code) {
+    node.on_emergency(can::emergency_frame(8, {.code = code}));
+    return node.take_alarm();
+  };
+  EXPECT_FALSE(alarms(0x0000));
+  EXPECT_FALSE(alarms(0x00FF));
+  EXPECT_TRUE(alarms(0x0100));
+  EXPECT_TRUE(alarms(0x8130));
+}
+
 }  // namespace
 }  // namespace hystcan::controller::remote_node_test

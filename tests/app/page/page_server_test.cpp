@@ -100,6 +100,15 @@ TEST_F(PageServer, GivesTheWritersRoleToOnePageAndTellsTheOther) {
   EXPECT_TRUE(says(one->ask(set_kp(0.3)), "take it first"));
 }
 
+TEST_F(PageServer, ChangesNothingForWhoHasTheTokenWithoutTheRole) {
+  const auto peer = page();
+  EXPECT_TRUE(peer->is_ok({{"do", "token"}, {"token", token_text}}));
+  for (const char* what : {"save", "undo_save"})
+    EXPECT_TRUE(says(peer->ask({{"do", what}}), "take it first")) << what;
+  for (const char* what : {"go_to", "resume", "set", "undo", "reload", "revert", "enable", "clear"})
+    EXPECT_TRUE(says(peer->ask(command(what)), "take it first")) << what;
+}
+
 TEST_F(PageServer, GivesTheRightToWriteBackWithTheRole) {
   {
     const auto peer = writer();
