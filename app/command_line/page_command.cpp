@@ -29,11 +29,6 @@ struct PageArguments {
   bool token = false;
 };
 
-/// Beside the socket of a controller on this interface.
-std::filesystem::path token_file(const std::string& interface) {
-  return default_socket(interface).replace_extension(".page-token");
-}
-
 PageOptions page_options(const PageArguments& arguments, const config::Config& config) {
   const std::string interface = config.bus.interface;
   const std::filesystem::path configured =
@@ -51,12 +46,12 @@ PageOptions page_options(const PageArguments& arguments, const config::Config& c
 int run_page(const PageArguments& arguments) {
   config::Config config = config::load(arguments.config);
   if (!arguments.interface.empty()) config.bus.interface = arguments.interface;
-  const std::filesystem::path file = token_file(config.bus.interface);
-  const std::string token = token_of(file);
   if (arguments.token) {
-    print(token + "\n");
+    print(token_of(find_page_token(config.bus.interface)) + "\n");
     return done;
   }
+  const std::filesystem::path file = page_token(config.bus.interface);
+  const std::string token = token_of(file);
   PageListening listening = PageListening::at(arguments.listen);
   listening.names = arguments.names;
   listening.expose = arguments.expose;

@@ -87,6 +87,21 @@ std::filesystem::path made_folder(const SocketPlaces& places) {
 }
 
 std::string name_of(const std::string& interface) { return "hystcan-" + interface + ".sock"; }
+std::string token_name_of(const std::string& interface) { return "hystcan-" + interface + ".page-token"; }
+
+/// The first file of this name and type where a client looks.
+std::optional<std::filesystem::path> find_file(const std::string& name, std::filesystem::file_type type,
+                                               const SocketPlaces& places) {
+  std::vector<std::filesystem::path> folders;
+  if (const auto given = given_folder(places)) folders.push_back(*given);
+  for (const auto& folder : {runtime_folder(places), temporary_folder(places)})
+    if (!reason_against(folder, places.user)) folders.push_back(folder);
+  folders.push_back(places.service);
+  std::error_code ignored;
+  for (const auto& folder : folders)
+    if (std::filesystem::symlink_status(folder / name, ignored).type() == type) return folder / name;
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -100,20 +115,20 @@ std::filesystem::path default_twin_socket(const std::string& interface) {
 }
 
 std::filesystem::path find_socket(const std::string& interface, const SocketPlaces& places) {
-  std::vector<std::filesystem::path> folders;
-  if (const auto given = given_folder(places)) folders.push_back(*given);
-  for (const auto& folder : {runtime_folder(places), temporary_folder(places)})
-    if (!reason_against(folder, places.user)) folders.push_back(folder);
-  folders.push_back(places.service);
-  std::error_code ignored;
-  for (const auto& folder : folders)
-    if (std::filesystem::is_socket(std::filesystem::symlink_status(folder / name_of(interface), ignored)))
-      return folder / name_of(interface);
-  return default_socket(interface, places);
+  const auto found = find_file(name_of(interface), std::filesystem::file_type::socket, places);
+  return found ? *found : default_socket(interface, places);
 }
-
 std::filesystem::path find_twin_socket(const std::string& interface) {
   return find_socket("twin-" + interface);
+}
+
+std::filesystem::path page_token(const std::string& interface) {
+  return default_socket(interface).replace_filename(token_name_of(interface));
+}
+
+std::filesystem::path find_page_token(const std::string& interface, const SocketPlaces& places) {
+  const auto found = find_file(token_name_of(interface), std::filesystem::file_type::regular, places);
+  return found ? *found : default_socket(interface, places).replace_filename(token_name_of(interface));
 }
 
 LocalListener::LocalListener(boost::asio::io_context& context, std::filesystem::path file,

@@ -41,6 +41,10 @@ std::filesystem::path default_twin_socket(const std::string& interface);
 std::filesystem::path find_socket(const std::string& interface, const SocketPlaces& places = {});
 std::filesystem::path find_twin_socket(const std::string& interface);
 
+/// The token of the operator's page, beside the controller's socket, and the same for one who wants to read it.
+std::filesystem::path page_token(const std::string& interface);
+std::filesystem::path find_page_token(const std::string& interface, const SocketPlaces& places = {});
+
 /// Listens on a Unix stream socket whose file is its own: it replaces one that a killed process has left,
 /// refuses one that another process serves, and removes no other file than its own.
 class LocalListener {

@@ -43,11 +43,15 @@ bool is_hexadecimal(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return std::isxdigit(c) != 0; });
 }
 
+/// Root may read the token of a service: it belongs to the owner of the folder.
 std::string read_token(const std::filesystem::path& file, const Descriptor& opened) {
   struct stat found {};
-  if (fstat(opened.get(), &found) != 0) fail(file, std::strerror(errno));
+  struct stat folder {};
+  if (fstat(opened.get(), &found) != 0 || stat(file.parent_path().c_str(), &folder) != 0)
+    fail(file, std::strerror(errno));
   if (!S_ISREG(found.st_mode)) fail(file, "is no file, expected the token of the page");
-  if (found.st_uid != geteuid() || (found.st_mode & 077U) != 0)
+  const bool is_trusted = found.st_uid == geteuid() || found.st_uid == folder.st_uid;
+  if (!is_trusted || (found.st_mode & 077U) != 0)
     fail(file, "is not the user's own or others may read it, expected mode 0600; remove it for a new token");
   std::array<char, 2 * token_bytes + 2> text{};
   const ssize_t size = ::read(opened.get(), text.data(), text.size());

@@ -135,6 +135,16 @@ TEST_F(SocketPlace, OfAClientIsElseThatOfTheService) {
   EXPECT_EQ(find_socket("vcan0", places), in_temporary) << "the user's own goes first";
 }
 
+TEST_F(SocketPlace, OfThePagesTokenIsThatOfTheServiceWhereTheUserHasNoPage) {
+  make(places.service, 0750);
+  const std::filesystem::path of_service = places.service / "hystcan-vcan0.page-token";
+  std::ofstream(of_service) << "of the service";
+  EXPECT_EQ(find_page_token("vcan0", places), of_service);
+  EXPECT_EQ(find_page_token("can0", places), in_temporary.parent_path() / "hystcan-can0.page-token");
+  std::ofstream(in_temporary.parent_path() / "hystcan-vcan0.page-token") << "of the user";
+  EXPECT_EQ(find_page_token("vcan0", places), in_temporary.parent_path() / "hystcan-vcan0.page-token");
+}
+
 TEST_F(SocketPlace, OfAClientIsNotInAFolderOfAnotherUser) {
   make(in_temporary.parent_path(), 0777);
   make_socket(in_temporary);
