@@ -41,7 +41,7 @@ std::filesystem::path default_twin_socket(const std::string& interface);
 std::filesystem::path find_socket(const std::string& interface, const SocketPlaces& places = {});
 std::filesystem::path find_twin_socket(const std::string& interface);
 
-/// The token of the operator's page, beside the controller's socket, and the same for one who wants to read it.
+/// The token of the operator's page, beside the socket of the controller; the second is for one who reads it.
 std::filesystem::path page_token(const std::string& interface);
 std::filesystem::path find_page_token(const std::string& interface, const SocketPlaces& places = {});
 
