@@ -118,17 +118,18 @@ std::filesystem::path find_socket(const std::string& interface, const SocketPlac
   const auto found = find_file(name_of(interface), std::filesystem::file_type::socket, places);
   return found ? *found : default_socket(interface, places);
 }
+
 std::filesystem::path find_twin_socket(const std::string& interface) {
   return find_socket("twin-" + interface);
 }
 
-std::filesystem::path page_token(const std::string& interface) {
-  return default_socket(interface).replace_filename(token_name_of(interface));
+std::filesystem::path page_token(const std::string& interface, const SocketPlaces& places) {
+  return default_socket(interface, places).replace_filename(token_name_of(interface));
 }
 
 std::filesystem::path find_page_token(const std::string& interface, const SocketPlaces& places) {
   const auto found = find_file(token_name_of(interface), std::filesystem::file_type::regular, places);
-  return found ? *found : default_socket(interface, places).replace_filename(token_name_of(interface));
+  return found ? *found : page_token(interface, places);
 }
 
 LocalListener::LocalListener(boost::asio::io_context& context, std::filesystem::path file,

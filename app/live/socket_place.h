@@ -42,7 +42,7 @@ std::filesystem::path find_socket(const std::string& interface, const SocketPlac
 std::filesystem::path find_twin_socket(const std::string& interface);
 
 /// The token of the operator's page, beside the socket of the controller; the second is for one who reads it.
-std::filesystem::path page_token(const std::string& interface);
+std::filesystem::path page_token(const std::string& interface, const SocketPlaces& places = {});
 std::filesystem::path find_page_token(const std::string& interface, const SocketPlaces& places = {});
 
 /// Listens on a Unix stream socket whose file is its own: it replaces one that a killed process has left,
