@@ -107,7 +107,7 @@ void PageService::stream_changed(const PageStream& stream) {
   if (&stream == &controller_) {
     if (stream.is_there()) events_.begin(stream.greeting());
     for (auto& [number, client] : clients_.all()) client.trigger.reset();
-    role_.forget_controller();
+    role_.controller_changed();
   }
   for (auto& [number, client] : clients_.all()) send_stream(client, stream);
 }

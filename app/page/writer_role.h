@@ -32,8 +32,8 @@ class WriterRole {
   void command(std::uint64_t client, const nlohmann::json& command, ControlLink::Done done);
   /// The answer to `settings`. Makes events of those that no command of a page has changed.
   void read_settings(ControlLink::Done done);
-  /// The controller has begun or ended.
-  void forget_controller();
+  /// The controller has begun or ended, or its stream was lost.
+  void controller_changed();
 
  private:
   void note_changes(const nlohmann::json& answer);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "app/page/page_events.h"
+#include "app/page/writer_role.h"
 #include "tests/app/page/page_bench.h"
 
 namespace hystcan::app::page_writes_test {
@@ -48,6 +49,28 @@ TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChanged) {
   const json event = event_with(*page(), "kp");
   EXPECT_EQ(event.at("by"), "file or control socket");
   EXPECT_EQ(event.at("to"), "0.3");
+}
+
+/// A machine that stands still for some seconds loses the stream, not the controller.
+TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChangedWhileTheStreamWasLost) {
+  boost::asio::io_context context;
+  PageClients clients;
+  PageEvents events(clients);
+  WriterRole role(context, [this] { return bench_.socket(); }, clients, events);
+  const auto read = [&] {
+    bool is_read = false;
+    role.read_settings([&](const json& answer) { is_read = answer.value("ok", false); });
+    context.restart();
+    while (!is_read && context.run_one() > 0) {
+    }
+    EXPECT_TRUE(is_read);
+  };
+  read();
+  EXPECT_TRUE(is_ok(bench_.client().ask({{"do", "set"}, {"axis", "x"}, {"key", "kp"}, {"value", 0.3}})));
+  role.controller_changed();
+  read();
+  ASSERT_EQ(events.newest().size(), 1u);
+  EXPECT_EQ(events.newest().front().at("text"), "set axis[0].control.kp: 0 -> 0.3");
 }
 
 TEST(CommandEvents, NameTheFirstOfManyChangesAndTheNumberOfTheOthers) {
