@@ -1,4 +1,5 @@
 #include "can/bus_health_log.h"
+#include "tests/support/shows.h"
 
 #include <gtest/gtest.h>
 
@@ -110,6 +111,7 @@ TEST_F(BusLogging, SaysWhyAnInterfaceThatIsUpAgainIsNotUsed) {
 }
 
 TEST_F(BusLogging, WritesOneLinePerSecondForAStateThatAlternates) {
+  shows("S-171");
   Lines all;
   for (int sample = 0; sample < 100; ++sample) {  // 1/64 s, which a double holds exactly
     bus.now = sample % 2 == 0 ? BusState::warning : BusState::active;
@@ -121,6 +123,7 @@ TEST_F(BusLogging, WritesOneLinePerSecondForAStateThatAlternates) {
 }
 
 TEST_F(BusLogging, WritesOneLinePerSecondForManyErrorsAndCountsThemAll) {
+  shows("S-171");
   std::uint64_t reported = 0;
   int line_count = 0;
   for (int sample = 0; sample <= 300; ++sample) {  // 20 ms each: 6 s; the errors end after 4 s

@@ -8,6 +8,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/hooked_connection.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::bus_off_test {
 namespace {
@@ -75,6 +76,7 @@ TEST_F(ControllerOffTheBus, FaultsEveryAxisWithinACycleAndArmsNothingAfterTheRes
 }
 
 TEST_F(ControllerOffTheBus, FaultsAlsoWhenTheBusOffIsShorterThanACycle) {
+  shows("S-164");
   ASSERT_TRUE(tracks());
   connection->pretend(BusState::bus_off);
   connection->pretend(BusState::active);
@@ -85,6 +87,7 @@ TEST_F(ControllerOffTheBus, FaultsAlsoWhenTheBusOffIsShorterThanACycle) {
 }
 
 TEST_F(ControllerOffTheBus, FaultsWithItsOwnCauseWhenTheInterfaceGoesDown) {
+  shows("S-165");
   ASSERT_TRUE(tracks());
   connection->pretend(BusState::down);
   run_for(milliseconds(2));
@@ -95,6 +98,7 @@ TEST_F(ControllerOffTheBus, FaultsWithItsOwnCauseWhenTheInterfaceGoesDown) {
 }
 
 TEST_F(ControllerOffTheBus, KeepsTrackingWhileTheBusIsInWarningOrPassive) {
+  shows("S-163");
   ASSERT_TRUE(tracks());
   connection->pretend(BusState::warning);
   connection->pretend(BusState::passive);
@@ -103,6 +107,7 @@ TEST_F(ControllerOffTheBus, KeepsTrackingWhileTheBusIsInWarningOrPassive) {
 }
 
 TEST_F(ControllerOffTheBus, TracksAgainOnlyAfterANewStartThatMayClearFaults) {
+  shows("S-170");
   ASSERT_TRUE(tracks());
   connection->pretend(BusState::bus_off);
   run_for(milliseconds(100));

@@ -19,6 +19,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::chain_test {
 namespace {
@@ -349,6 +350,7 @@ class Watched {
 };
 
 TEST(ResponseTimeBound, IsNeverExceededInTheRehearsal) {
+  shows("S-094");
   double closest = 0.0;
   double sum = 0.0;
   int runs = 0;
@@ -387,6 +389,7 @@ TEST(ResponseTimeBound, IsNeverExceededInTheRehearsal) {
 }
 
 TEST(ControllerHeartbeatAndStatus, AreSentAfterTheCommandsOfTheirCycle) {
+  shows("S-095");
   std::mt19937_64 random(1);
   config::Config config = axes_like_the_shipped(2, {}, random);
   config.controller.heartbeat_period = 7ms;

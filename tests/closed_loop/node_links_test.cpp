@@ -8,6 +8,7 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/lone_axis.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::node_links_test {
 namespace {
@@ -63,6 +64,7 @@ TEST_F(Amplifier, IsInFaultByItsFaultFieldWhereThereIsNoState) {
 }
 
 TEST_F(Sensor, WithoutACounterMaySendAFrameTwiceButNotTwoDifferentOnesForASync) {
+  shows("S-006");
   frames().sample.integrity = can::Integrity::none;
   support::LoneAxis lone = axis();
   controller::SensorLink& sensor = lone.wired.sensor;
@@ -74,6 +76,7 @@ TEST_F(Sensor, WithoutACounterMaySendAFrameTwiceButNotTwoDifferentOnesForASync) 
 }
 
 TEST_F(Sensor, MayBeginWithAnyCounterAfterItsBootUp) {
+  shows("S-080");
   support::LoneAxis lone = axis();
   controller::SensorLink& sensor = lone.wired.sensor;
   ASSERT_TRUE(sensor.on_sample(first_sample(1, 10.0), 1));
@@ -83,6 +86,7 @@ TEST_F(Sensor, MayBeginWithAnyCounterAfterItsBootUp) {
 }
 
 TEST_F(BusLoss, IsFollowedByWaitingForTheHeartbeatsOfBothNodes) {
+  shows("S-169");
   support::LoneAxis lone = axis();
   lone.wired.amplifier.on_heartbeat(can::heartbeat_frame(1, NmtState::operational), {});
   lone.wired.sensor.on_heartbeat(can::heartbeat_frame(2, NmtState::operational), {});
@@ -95,6 +99,7 @@ TEST_F(BusLoss, IsFollowedByWaitingForTheHeartbeatsOfBothNodes) {
 }
 
 TEST_F(BusLoss, LeavesNoStatusOfTheAmplifierAndNoCounterOfEitherNode) {
+  shows("S-080, S-169");
   support::LoneAxis lone = axis();
   can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(setup_.database, wire()));
   const can::Frame status = *encode({.output = 50.0, .state = can::AmpState::enabled});
@@ -111,6 +116,7 @@ TEST_F(BusLoss, LeavesNoStatusOfTheAmplifierAndNoCounterOfEitherNode) {
 }
 
 TEST_F(BusLoss, LeavesNoCommandThatWaitsForTheEchoOfTheOneBefore) {
+  shows("S-169");
   can::VirtualClock clock;
   can::SimBus bus(clock, {1'000'000});
   const auto connection = bus.attach();

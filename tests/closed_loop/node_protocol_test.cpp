@@ -13,6 +13,7 @@
 #include "tests/support/hooked_connection.h"
 #include "tests/support/lone_axis.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::node_protocol_test {
 namespace {
@@ -57,6 +58,7 @@ class LoggedLoop {
 };
 
 TEST(NodeSetUp, IsWrittenAndReadBackBeforeTheNodeIsStarted) {
+  shows("S-150");
   rehearsal::Setup setup = one_axis();
   setup.controller.axes[0].wire.amplifier_setup = {
       {.object = current_limit, .content = {.value = 140, .bytes = 2}},
@@ -88,6 +90,7 @@ TEST(NodeSetUp, FaultsTheAxisWithTheAbortInWordsWhenTheNodeRefusesIt) {
 }
 
 TEST(NodeSetUp, IsRepeatedWhenTheNodeRestartsWhileTheAxisWaits) {
+  shows("S-110");
   rehearsal::Setup setup = one_axis();
   setup.controller.axes[0].wire.sensor_setup = {
       {.object = current_limit, .content = {.value = 7, .bytes = 1}}};
@@ -101,6 +104,7 @@ TEST(NodeSetUp, IsRepeatedWhenTheNodeRestartsWhileTheAxisWaits) {
 }
 
 TEST(AmpCommands, BeginWhenAHeartbeatSaysThatTheAmplifierIsOperational) {
+  shows("S-151");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(1));
   const auto first =
@@ -115,6 +119,7 @@ TEST(AmpCommands, BeginWhenAHeartbeatSaysThatTheAmplifierIsOperational) {
 support::LoneAxis lone(const rehearsal::Setup& setup) { return {setup.controller.axes[0], setup.database}; }
 
 TEST(AmplifierStatus, IsForgottenWhenTheAmplifierBootsUp) {
+  shows("S-101");
   support::LoneAxis axis = lone(one_axis());
   axis.hear_status({.output = 50.0, .state = can::AmpState::enabled});
   ASSERT_TRUE(axis.health().amplifier_enabled);
@@ -124,6 +129,7 @@ TEST(AmplifierStatus, IsForgottenWhenTheAmplifierBootsUp) {
 }
 
 TEST(AmplifierStatus, WithFaultFlagsBesideAnotherStateIsNoFault) {
+  shows("S-136");
   support::LoneAxis axis = lone(one_axis());
   axis.hear_status({.state = can::AmpState::ready, .fault = 0x81});
   EXPECT_FALSE(axis.health().amplifier_fault);
@@ -142,6 +148,7 @@ TEST(AmplifierWithoutAStatus, IsTakenForReadyAlsoAfterABusOff) {
 }
 
 TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {
+  shows("S-142");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
   ASSERT_EQ(loop.axis().state(), AxisState::tracking);
@@ -175,6 +182,7 @@ TEST(Emergencies, OfAFloodAreAllCountedAndHideNotThoseOfTheOtherNode) {
 }
 
 TEST(Emergencies, OfAForeignNodeOrWithoutAnErrorChangeNothing) {
+  shows("S-142");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
   loop.tester->send(can::emergency_frame(3, {.code = 0x1000}));
@@ -184,6 +192,7 @@ TEST(Emergencies, OfAForeignNodeOrWithoutAnErrorChangeNothing) {
 }
 
 TEST(ForeignAccess, ThatOnlyReadsOrStartsIsCountedAndChangesNothing) {
+  shows("S-158");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
   for (int i = 0; i < 3; ++i)
@@ -221,11 +230,13 @@ class BackgroundSlots : public testing::Test {
 };
 
 TEST_F(BackgroundSlots, ThatAllNodesKeepAreNotMentioned) {
+  shows("S-106");
   EXPECT_TRUE(notes().empty());
   EXPECT_TRUE(events.empty());
 }
 
 TEST_F(BackgroundSlots, ThatTheNodesDoNotKnowAreNamedOnceForEachNodeOfEachAxisAndCounted) {
+  shows("S-106");
   setup.twin.background_slots = 0;
   const std::vector<std::string> lines = notes();
   ASSERT_EQ(lines.size(), 2U);
@@ -242,6 +253,7 @@ TEST_F(BackgroundSlots, OfAnotherRoundAreNamedToo) {
 
 /// A round of 6 ms: a heartbeat waits for up to that.
 TEST_F(BackgroundSlots, DelayOneHeartbeatOfTheControllerAndNoLaterOne) {
+  shows("S-105");
   setup.controller.heartbeat_period = milliseconds(13);
   LoggedLoop loop(setup);
   loop.rehearsal.run_for(std::chrono::seconds(2));
@@ -251,6 +263,7 @@ TEST_F(BackgroundSlots, DelayOneHeartbeatOfTheControllerAndNoLaterOne) {
 }
 
 TEST(ForeignAccess, ThatWritesFaultsTheAxisAndIsNamed) {
+  shows("S-159");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
   loop.tester->send(can::sdo_request(2, {.service = can::SdoService::write, .object = current_limit}));
@@ -272,6 +285,7 @@ TEST(ForeignAccess, IsFollowedByTheSafeCommandBeforeTheStatusOfTheAxis) {
 }
 
 TEST(ForeignAccess, ThatWritesToAWaitingNodeIsFollowedByItsSetUp) {
+  shows("S-160");
   rehearsal::Setup setup = one_axis();
   setup.controller.axes[0].wire.amplifier_setup = {
       {.object = current_limit, .content = {.value = 7, .bytes = 1}}};
@@ -287,6 +301,7 @@ TEST(ForeignAccess, ThatWritesToAWaitingNodeIsFollowedByItsSetUp) {
 
 /// As a CAN controller does that misses the last bit of an acknowledged frame (ISO 11898-1).
 TEST(SampleThatIsSentTwice, BitForBitIsNoFault) {
+  shows("S-161");
   rehearsal::Setup setup = one_axis();
   LoggedLoop loop(setup);
   loop.tester->on_frame([&](const can::Frame& frame, can::Time) {
@@ -337,6 +352,7 @@ class WrongSyncCounter : public testing::TestWithParam<int> {
 };
 
 TEST_P(WrongSyncCounter, OfADrivenAxisIsAMissingSampleAndIsNamed) {
+  shows("S-090");
   run_for(std::chrono::seconds(2));
   ASSERT_EQ(axis().state(), AxisState::tracking);
   ASSERT_TRUE(events_.empty());
@@ -349,6 +365,7 @@ TEST_P(WrongSyncCounter, OfADrivenAxisIsAMissingSampleAndIsNamed) {
 }
 
 TEST_P(WrongSyncCounter, KeepsAnAxisWaitingForASampleAndIsNamed) {
+  shows("S-090");
   fail();
   run_for(std::chrono::seconds(1));
   EXPECT_EQ(axis().state(), AxisState::waiting);
@@ -360,6 +377,7 @@ TEST_P(WrongSyncCounter, KeepsAnAxisWaitingForASampleAndIsNamed) {
 INSTANTIATE_TEST_SUITE_P(ThatNoSyncHas, WrongSyncCounter, testing::Values(0, 241, 255));
 
 TEST(RejectedFrames, AreCountedByMessageAndCause) {
+  shows("S-078");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
   ASSERT_EQ(loop.axis().state(), AxisState::tracking);
@@ -403,6 +421,7 @@ class HangingScheduler final : public can::Scheduler {
 };
 
 TEST(ControllerHeartbeat, StopsWhenTheControlLoopHangs) {
+  shows("S-152");
   const rehearsal::Setup setup = one_axis();
   can::VirtualClock clock;
   can::SimBus bus(clock, {1'000'000});

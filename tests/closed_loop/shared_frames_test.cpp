@@ -8,6 +8,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::shared_frames_test {
 namespace {
@@ -134,6 +135,7 @@ TEST_F(TwoAxesInAFrame, FaultTogetherWhenTheirSensorIsSilent) {
 }
 
 TEST_F(TwoAxesInAFrame, BridgeAsManyLostSamplesAsOneAxisAloneDoes) {
+  shows("S-092");
   silence_sensor("x", microseconds(750));  // three samples
   run(seconds(3));
   EXPECT_TRUE(both_track()) << to_string(axis(0).fault().cause) << ", " << to_string(axis(1).fault().cause);

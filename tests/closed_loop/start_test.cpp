@@ -10,6 +10,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::start_test {
 namespace {
@@ -90,6 +91,7 @@ TEST_F(Start, DoesNotWaitWhereTheAxesNeedNotBeginTogether) {
 }
 
 TEST_F(Start, DoesNotWaitForAFaultedAxis) {
+  shows("S-004");
   begin(setup());
   ASSERT_TRUE(reaches(1, AxisState::initialising, seconds(2)));
   loop_->twin().axes()[1]->amplifier.begin_internal_fault();
@@ -99,6 +101,7 @@ TEST_F(Start, DoesNotWaitForAFaultedAxis) {
 }
 
 TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
+  shows("S-004");
   begin(setup());
   rehearsal::Rehearsal undisturbed(setup(), support::ignore);
   undisturbed.start();

@@ -11,6 +11,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/oversleeper.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::timing_test {
 namespace {
@@ -71,6 +72,7 @@ class CycleTimingTest : public testing::Test {
 };
 
 TEST_F(CycleTimingTest, HasTheConfiguredPeriodInVirtualTime) {
+  shows("S-149");
   ASSERT_EQ(axis().state(), AxisState::tracking);
   const controller::CycleTiming& timing = controller_->timing();
   EXPECT_EQ(timing.period.count(), controller_->counters().cycles - 1);
@@ -176,6 +178,7 @@ class StallTest : public CycleTimingTest {
 };
 
 TEST_F(StallTest, IsFollowedByASetpointThatIsNoFurtherAwayThanUsual) {
+  shows("S-046");
   stall_often();
   const double usual_V = largest_step(in_time_, drive_of), after_V = largest_step(records_of(0), drive_of);
   EXPECT_LT(after_V, usual_V + 0.2) << "0.2 V: PI, of an error of 0.3 um. It was 16 V";
@@ -247,6 +250,7 @@ TEST_F(StallTest, OfUpToHalfACycleDelaysNoReference) {
 }
 
 TEST_F(StallTest, OfAnyLengthLeavesHalfACycleBetweenTwoSyncs) {
+  shows("S-091");
   std::mt19937 random(2);
   for (int i = 0; i < 500; ++i) {
     sleeper_.by = microseconds(random() % 1501);

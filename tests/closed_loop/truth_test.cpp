@@ -10,6 +10,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::truth_test {
 namespace {
@@ -66,6 +67,7 @@ Line fit(const std::vector<Cycle>& cycles, X x, Y y) {
 }
 
 TEST(Truth, IsWhatTheSensorSendsAndTheControllerReceives) {
+  shows("S-073");
   const std::vector<Cycle> all = cycles();
   ASSERT_GT(all.size(), 1000u);
   double worst_um = 0.0;
@@ -84,6 +86,7 @@ TEST(Truth, IsWhatTheSensorSendsAndTheControllerReceives) {
 }
 
 TEST(Truth, MovesInTheDirectionOfTheDrive) {
+  shows("S-073");
   const std::vector<Cycle> all = cycles();
   const Line stage = fit(
       all, [](const Cycle& c) { return c.truth.drive; }, [](const Cycle& c) { return c.truth.position_um; });

@@ -11,6 +11,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::two_of_a_kind_test {
 namespace {
@@ -66,6 +67,7 @@ struct SecondController : SharedBus {
 };
 
 TEST_F(SecondController, FaultsBeforeItSendsAnyFrameAndTheFirstKeepsTracking) {
+  shows("S-156");
   track();
   start_second();
   rehearsal.run_for(milliseconds(5));
@@ -100,6 +102,7 @@ TEST_F(SecondController, FaultsBothBeforeTheyArmWhenStartedAtTheSameInstant) {
 }
 
 TEST_F(SharedBus, IsListenedToForAHeartbeatPeriodBeforeTheFirstSync) {
+  shows("S-149");
   std::vector<can::Time> syncs;
   foreign_node->on_frame([&](const can::Frame& frame, can::Time received) {
     if (frame.id == can::sync_id) syncs.push_back(received);
@@ -111,6 +114,7 @@ TEST_F(SharedBus, IsListenedToForAHeartbeatPeriodBeforeTheFirstSync) {
 }
 
 TEST_F(SharedBus, AForeignSyncFaultsEveryAxisWithinACycle) {
+  shows("S-154");
   track();
   send(can::sync_frame(7));
   expect_faulted(loop);
@@ -119,18 +123,21 @@ TEST_F(SharedBus, AForeignSyncFaultsEveryAxisWithinACycle) {
 }
 
 TEST_F(SharedBus, AForeignSyncWithoutACounterDoesTheSame) {
+  shows("S-154");
   track();
   send({.id = can::sync_id, .length = 0});
   expect_faulted(loop);
 }
 
 TEST_F(SharedBus, AForeignHeartbeatOfTheControllersNodeFaultsEveryAxis) {
+  shows("S-154");
   track();
   send(can::heartbeat_frame(config.controller.node, can::NmtState::operational));
   expect_faulted(loop);
 }
 
 TEST_F(SharedBus, AForeignCommandFaultsEveryAxis) {
+  shows("S-154");
   track();
   can::Encoder<can::AmpCommand> encode(*config.database.find("YAmpCommand"));
   send(*encode({.setpoint = 20.0, .enable = true, .sync_counter = 1}));
@@ -138,6 +145,7 @@ TEST_F(SharedBus, AForeignCommandFaultsEveryAxis) {
 }
 
 TEST_F(SharedBus, AForeignAxisStatusFaultsEveryAxis) {
+  shows("S-154");
   track();
   send({.id = 0x283, .length = 8});  // no CRC: it does not count
   EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
@@ -175,6 +183,7 @@ TEST_F(SharedBus, AnotherControllerThatGoesOnIsNamedOnceOnEveryAxis) {
 }
 
 TEST_F(SharedBus, AMalformedForeignSyncHeartbeatOrCommandDoesNotDisturbTracking) {
+  shows("S-157");
   track();
   send({.id = 0x080, .length = 1, .data = {0}});  // the counter runs from 1 to 240
   send({.id = 0x080, .length = 2, .data = {1}});
@@ -188,6 +197,7 @@ TEST_F(SharedBus, AMalformedForeignSyncHeartbeatOrCommandDoesNotDisturbTracking)
 }
 
 TEST_F(SharedBus, ASecondTwinDetectsTheFirstAndStaysSilent) {
+  shows("S-156");
   track();
   twin::Twin second(twin_config(config), config.database, rehearsal.clock(), rehearsal.attach());
   second.start();
@@ -199,6 +209,7 @@ TEST_F(SharedBus, ASecondTwinDetectsTheFirstAndStaysSilent) {
 }
 
 TEST_F(SharedBus, ANodeOfTheTwinGoesOffAndStaysSilentWhenAForeignNodeHasItsNumber) {
+  shows("S-155");
   track();
   send(can::heartbeat_frame(1, can::NmtState::operational));
   EXPECT_EQ(rehearsal.twin().taken_node(), 1);

@@ -8,6 +8,7 @@
 #include "controller/analysis/linear_loop.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::unstable_loop_test {
 namespace {
@@ -38,6 +39,7 @@ Cause cause_with(const char* stage, double controller::PiGains::*gain, double va
 }
 
 TEST(UnstableLoop, IsTheCauseAboveTheCriticalGain) {
+  shows("S-035");
   for (const char* stage : stages)
     for (const double factor : {1.15, 1.3})
       EXPECT_EQ(
@@ -47,6 +49,7 @@ TEST(UnstableLoop, IsTheCauseAboveTheCriticalGain) {
 }
 
 TEST(UnstableLoop, IsNoCauseBelowTheCriticalGain) {
+  shows("S-007");
   for (const char* stage : stages)
     for (const double factor : {0.2, 0.5, 0.8})
       EXPECT_EQ(
@@ -91,6 +94,7 @@ TEST(UnstableLoop, IsTheCauseOfAnOscillationThatGrowsSteadilyButNotFast) {
 
 // A triangle whose seventh harmonic is the mode. With ki 0.1 the loop gain at the mode is 0.002.
 TEST(UnstableLoop, IsNoCauseWhereTheReferenceAloneRingsTheMode) {
+  shows("S-007");
   rehearsal::Setup setup = support::shipped("soft_stage.toml");
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
   axis.law.notch.reset();
@@ -112,6 +116,7 @@ struct SteppedStage {
 
 // Gain margins of 12 to 20 dB: each step rings the mode, and the ringing decays.
 TEST(UnstableLoop, IsNoCauseWhereStepsRingALightlyDampedMode) {
+  shows("S-007");
   for (const SteppedStage& of :
        {SteppedStage{90.0, 0.02, 8.0, true}, SteppedStage{220.0, 0.05, 95.9, true},
         SteppedStage{220.0, 0.02, 22.9, false}, SteppedStage{400.0, 0.02, 60.0, false}})

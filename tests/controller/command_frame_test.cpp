@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "can/dbc/reader.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::controller::command_frame_test {
 namespace {
@@ -83,6 +84,7 @@ TEST_F(CommandFrameOfOneAxis, WaitsWhileTheOneBeforeHasNotLeft) {
 }
 
 TEST_F(CommandFrameOfOneAxis, IsReplacedByANewerOneAndCounted) {
+  shows("S-047");
   EXPECT_FALSE(send(10.0));
   EXPECT_FALSE(send(20.0));
   EXPECT_TRUE(send(30.0));

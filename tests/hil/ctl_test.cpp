@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include "tests/hil/live_stage.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::ctl_test {
 namespace {
@@ -132,6 +133,7 @@ TEST_F(Ctl, ReportsAFaultWithItsRemedyAndTheAxisTracksAgainAfterClearAndEnable) 
 }
 
 TEST_F(Ctl, StopEndsTheControllerCleanly) {
+  shows("S-060");
   start();
   expect_done({"stop"});
   EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();

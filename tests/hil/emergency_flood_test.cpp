@@ -4,11 +4,13 @@
 #include <string>
 
 #include "tests/hil/live_stage.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::emergency_flood_test {
 namespace {
 
 TEST(EmergencyFlood, HasFewLinesInTheLogAndOneEntryInTheResults) {
+  shows("S-143");
   hil::LiveStage stage;
   stage.start({"--json"});
   ASSERT_TRUE(hil::shell("cangen vcan0 -I 081 -L 8 -D 0050010000000000 -g 1 -n 500"));

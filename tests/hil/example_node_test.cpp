@@ -11,6 +11,7 @@
 
 #include "tests/hil/live_bench.h"
 #include "tests/support/shipped.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::example_node_test {
 namespace {
@@ -33,6 +34,7 @@ struct ExampleNode : testing::Test {
 // The stage of the example is a straight line within the loop of the model, which is 15 % of the stroke wide.
 // PI corrects most of the difference: 1.9 and 1.3 % remain.
 TEST_F(ExampleNode, IsTrackedByTheControllerAndEverythingOnTheWireIsAsDocumented) {
+  shows("S-153");
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   for (const json& axis : json::parse(bench.controller->out()).at("axes")) {
@@ -49,6 +51,7 @@ TEST_F(ExampleNode, IsTrackedByTheControllerAndEverythingOnTheWireIsAsDocumented
 }
 
 TEST_F(ExampleNode, TripsWithoutCommandsAndTracksAgainOnceItsFaultIsCleared) {
+  shows("S-153");
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   bench.controller->send(SIGKILL);

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "tests/hil/live_stage.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::exit_paths_test {
 namespace {
@@ -60,11 +61,23 @@ struct ControllerProcess : testing::Test {
   }
 };
 
-TEST_F(ControllerProcess, StopsCleanlyOnSigint) { stops_cleanly_on(SIGINT); }
-TEST_F(ControllerProcess, StopsCleanlyOnSigterm) { stops_cleanly_on(SIGTERM); }
+TEST_F(ControllerProcess, StopsCleanlyOnSigint) {
+  shows("S-060");
+  stops_cleanly_on(SIGINT);
+}
+TEST_F(ControllerProcess, StopsCleanlyOnSigterm) {
+  shows("S-060");
+  stops_cleanly_on(SIGTERM);
+}
 TEST_F(ControllerProcess, StopsCleanlyOnSigquit) { stops_cleanly_on(SIGQUIT); }
-TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnSigabrt) { amplifiers_trip_after(SIGABRT); }
-TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnSigkill) { amplifiers_trip_after(SIGKILL); }
+TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnSigabrt) {
+  shows("S-062");
+  amplifiers_trip_after(SIGABRT);
+}
+TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnSigkill) {
+  shows("S-062");
+  amplifiers_trip_after(SIGKILL);
+}
 
 /// The threads of a process without its first, which is the control thread.
 std::vector<pid_t> other_threads(pid_t process) {
@@ -78,6 +91,7 @@ std::vector<pid_t> other_threads(pid_t process) {
 }
 
 TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnASegmentationFaultInAnotherThread) {
+  shows("S-062");
   stage.start();
   const pid_t process = stage.bench.controller->pid();
   const std::vector<pid_t> threads = other_threads(process);
@@ -122,6 +136,7 @@ class Manager {
 
 // systemd sends SIGABRT after WatchdogSec, and SIGCONT so that a stopped process receives it.
 TEST_F(ControllerProcess, IsKilledByItsServiceManagerWhenItHangsLongAfterTheAmplifiersWatchdogs) {
+  shows("S-063");
   constexpr milliseconds watchdog{300};
   const Manager manager(stage.folder() + "/notify", 300'000);
   stage.start();
@@ -202,6 +217,7 @@ class OnTerminal {
 };
 
 TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUp) {
+  shows("S-061");
   OnTerminal controller(hil::with_real_time_priority(
       {HYSTCAN_PROGRAM, "controller", stage.config, "--interface", "vcan0"}, "50"));
   ASSERT_TRUE(controller.shows("x: tracking") && controller.shows("y: tracking")) << controller.screen();
@@ -225,6 +241,7 @@ TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUpAndStdinStdoutStderr
 }
 
 TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAndKeepsTracking) {
+  shows("S-064");
   stage.start();
   stage.set("controller", "heartbeat_ms = 50.0");
   EXPECT_TRUE(stage.bench.controller->says("needs a restart, nothing was changed: controller.heartbeat_ms"));
@@ -240,6 +257,7 @@ TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAnd
 
 /// No other node is on the bus.
 TEST(ControllerProcessWithoutNodes, SaysWhatItWaitsForAndEndsWithOne) {
+  shows("S-053");
   hil::FreshVcan fresh;
   hil::Process controller(
       {HYSTCAN_PROGRAM, "controller", hil::config_file, "--interface", "vcan0", "--duration", "4"});

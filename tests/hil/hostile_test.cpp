@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "tests/hil/live_bench.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::hostile_test {
 namespace {
@@ -26,6 +27,7 @@ struct VcanHostile : testing::Test {
 };
 
 TEST_F(VcanHostile, TheLinkDownAndUpFaultsBothAxesWithItsCauseAndArmsNothing) {
+  shows("S-165");
   ASSERT_TRUE(shell("ip link set vcan0 down"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   EXPECT_TRUE(bench.controller->says("vcan0: bus down at")) << bench.controller->err();
@@ -42,6 +44,7 @@ TEST_F(VcanHostile, TheLinkDownAndUpFaultsBothAxesWithItsCauseAndArmsNothing) {
 }
 
 TEST_F(VcanHostile, AnInterfaceThatIsDeletedAndMadeAgainIsFoundAndANewStartTracks) {
+  shows("S-168");
   ASSERT_TRUE(shell("ip link del vcan0"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   ASSERT_TRUE(shell("ip link add dev vcan0 type vcan && ip link set vcan0 up"));
@@ -53,6 +56,7 @@ TEST_F(VcanHostile, AnInterfaceThatIsDeletedAndMadeAgainIsFoundAndANewStartTrack
 
 // The bytes that canerrsim of can-utils writes for bus-off and for a restart.
 TEST_F(VcanHostile, BusOffDisarmsAtOnceAndOnlyANewStartArmsAgain) {
+  shows("S-012");
   ASSERT_TRUE(shell("cansend vcan0 20000040#0000000000000000"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   EXPECT_TRUE(bench.controller->says("vcan0: bus bus-off at")) << bench.controller->err();

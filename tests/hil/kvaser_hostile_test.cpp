@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tests/hil/live_bench.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::kvaser_hostile_test {
 namespace {
@@ -64,6 +65,7 @@ TEST_F(KvaserHostile, BusOffDisarmsAlsoWhenTheDriverDeniesIt) {
 // The controller sends three frames each millisecond. One frame in 8 ms goes out and two may wait: the kernel
 // refuses the rest (ENOBUFS), as on a bus that another node occupies.
 TEST_F(KvaserHostile, AFullTransmitQueueFaultsWithACauseAndANewStartTracks) {
+  shows("S-166");
   ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 16kbit burst 20 limit 32"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   EXPECT_TRUE(bench.controller->says("y: faulted")) << bench.controller->err();
@@ -83,6 +85,7 @@ TEST_F(KvaserHostile, AFullTransmitQueueFaultsWithACauseAndANewStartTracks) {
 // The queue takes every frame and lets one out in 8 ms, as behind a bus that others fill. Its driver echoes a
 // frame when it has left: the commands are seen to be late before samples are missing.
 TEST_F(KvaserHostile, CommandsThatWaitInTheQueueFaultAsLate) {
+  shows("S-048");
   ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 16kbit burst 20 limit 3200"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
   EXPECT_TRUE(bench.controller->says("y: faulted")) << bench.controller->err();

@@ -16,6 +16,7 @@
 #include "tests/hil/lateness.h"
 #include "tests/hil/live_bench.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::live_test {
 namespace {
@@ -121,6 +122,7 @@ TEST_P(Live, KillingTheTwinFaultsTheControllerWithItsCause) {
 }
 
 TEST_P(Live, KillingTheControllerTripsTheAmplifierToItsSafeValueAndOnlyClearFaultsBringsItBack) {
+  shows("S-045");
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   bench.controller->send(SIGKILL);
@@ -197,6 +199,7 @@ TEST(Icount, TracksWithTheErrorThatVirtualTimePredicts) {
 }
 
 TEST(Icount, TheAmplifierIsSafeWithinItsTimeoutAfterTheControllerIsKilled) {
+  shows("S-127");
   LiveBench bench({"vcan0", "vcan0"});
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();

@@ -4,6 +4,7 @@
 
 #include "tests/support/fault_rig.h"
 #include "tests/support/lone_axis.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::arming_test {
 namespace {
@@ -32,6 +33,7 @@ struct Interlock {
 };
 
 TEST(Clear, AttemptsForHalfASecondAndThenFaultsTheAxisAgain) {
+  shows("S-057, S-139");
   Interlock interlock;
   interlock.open_while_tracking();
   interlock.clear_and_enable();
@@ -43,6 +45,7 @@ TEST(Clear, AttemptsForHalfASecondAndThenFaultsTheAxisAgain) {
 }
 
 TEST(Clear, DoesNotDriveAnAxisWhoseInterlockClosesLater) {
+  shows("S-057");
   Interlock interlock;
   interlock.open_while_tracking();
   interlock.clear_and_enable();
@@ -58,6 +61,7 @@ TEST(Clear, DoesNotDriveAnAxisWhoseInterlockClosesLater) {
 
 /// The first fault is cleared within a few milliseconds of the half second.
 TEST(Clear, IsNotLeftForALaterStart) {
+  shows("S-058");
   Interlock interlock;
   FaultRig& rig = interlock.rig;
   interlock.open_while_tracking();
@@ -106,6 +110,7 @@ config::Config with_verification() {
 }
 
 TEST(VerifiedWatchdog, TripsOnceBeforeTheFirstUse) {
+  shows("S-059");
   FaultRig rig(with_verification());
   rig.start();
   ASSERT_TRUE(rig.reaches(AxisState::initialising, seconds(1)));
@@ -133,6 +138,7 @@ TEST(VerifiedWatchdog, IsNotTriedAgainAfterAFault) {
 }
 
 TEST(VerifiedWatchdog, ThatDoesNotTripIsAFault) {
+  shows("S-040");
   config::Config config = with_verification();
   config.axes[0].twin.command_timeout = seconds(60);
   FaultRig rig(config);

@@ -8,6 +8,7 @@
 
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/fault_rig.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::fault_ramp_test {
 namespace {
@@ -45,6 +46,7 @@ struct Faulted {
 bool is_safe(const AxisCommand& command) { return !command.enable && command.drive == 0.0; }
 
 TEST(FaultRamp, LowersTheDriveAtItsSlewAndSwitchesOffAtTheSafeDrive) {
+  shows("S-050");
   Faulted axis(with_ramp());
   ASSERT_GT(axis.before, 30.0);
   double last = axis.before;
@@ -84,6 +86,7 @@ TEST(FaultRamp, IsNotTakenBeforeTheAmplifierIsEnabled) {
 }
 
 TEST(FaultRamp, IsNotTakenAfterAFaultOfAmplifierBusOrComputer) {
+  shows("S-050");
   const auto is_dropped = [](const std::function<void(AxisInput&)>& cause) {
     return is_safe(Faulted(with_ramp(), cause).stage.command);
   };
@@ -97,6 +100,7 @@ TEST(FaultRamp, IsNotTakenAfterAFaultOfAmplifierBusOrComputer) {
 }
 
 TEST(FaultRamp, EndsAtOnceWhereAmplifierOrBusDoNotObeyAnyMore) {
+  shows("S-051");
   const auto end = [](const std::function<void(controller::NodeHealth&)>& trouble) {
     Faulted axis(with_ramp());
     axis.stage.cycle([&](AxisInput& in) { trouble(in.health); });
@@ -126,6 +130,7 @@ TEST(FaultRamp, EndsAtOnceWithASecondFaultThatTakesTheDriveOutOfHand) {
 }
 
 TEST(FaultRamp, EndsWhereTheOutputDoesNotFollowIt) {
+  shows("S-051");
   AxisConfig slow = with_ramp();
   slow.fault_ramp_per_s = 100.0;
   Faulted axis(slow);
@@ -140,6 +145,7 @@ TEST(FaultRamp, EndsWhereTheOutputDoesNotFollowIt) {
 }
 
 TEST(FaultRamp, EndsWithTheFrameOfAnotherController) {
+  shows("S-051");
   config::Config config = one_axis();
   config.axes[0].control.fault_ramp_per_s = 20.0;
   FaultRig rig(config);
@@ -163,6 +169,7 @@ TEST(FaultRamp, DoesNotGoOnAfterItHasEnded) {
 }
 
 TEST(FaultRamp, IsOverBeforeTheFaultCanBeCleared) {
+  shows("S-002");
   Faulted axis(with_ramp());
   EXPECT_FALSE(axis.stage.axis.clear());
   for (int i = 0; i < 100; ++i) axis.stage.cycle();
@@ -194,6 +201,7 @@ double swings_to_um(double fault_ramp_per_s) {
 }
 
 TEST(FaultRamp, StopsAStageWithoutABlow) {
+  shows("S-052");
   EXPECT_LT(swings_to_um(0.0), -4.0) << "the amplifier falls at its own slew";
   EXPECT_GT(swings_to_um(500.0), -1.0);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/support/fault_rig.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::fault_test {
 namespace {
@@ -27,6 +28,7 @@ double ms(can::Duration time) { return 1e3 * can::seconds(time); }
 
 struct Injection {
   Trouble trouble;
+  const char* promise;  ///< of docs/safety.md, "How soon"
   Cause cause;
   double decided_within_ms;
   bool bus_carries = true;  ///< commands reach the amplifier; if not, its watchdog acts
@@ -38,39 +40,46 @@ std::ostream& operator<<(std::ostream& out, const Injection& injection) {
 
 // docs/safety.md derives the figures. A cycle is 1 ms, and the trouble begins anywhere in a cycle.
 const std::vector<Injection> injections{
-    {Trouble::sample_lost, Cause::sample_missing, 6.0},
-    {Trouble::sample_late, Cause::sample_late, 6.0},
-    {Trouble::sample_frozen, Cause::position_frozen, 52.0},
-    {Trouble::counter_frozen, Cause::sample_missing, 6.0},
-    {Trouble::sample_damaged, Cause::sample_missing, 6.0},
-    {Trouble::sample_jumped, Cause::position_jumped, 6.0},
-    {Trouble::sample_beyond, Cause::position_implausible, 2.0},
-    {Trouble::sample_bad, Cause::sensor_status, 2.0},
-    {Trouble::sensor_emergency, Cause::node_emergency, 2.0},
-    {Trouble::sensor_unheard, Cause::sensor_silent, 302.0},
-    {Trouble::amplifier_unheard, Cause::amplifier_silent, 302.0},
-    {Trouble::sensor_stopped, Cause::foreign_access, 1.0},
-    {Trouble::amplifier_stopped, Cause::foreign_access, 1.0},
-    {Trouble::foreign_write, Cause::foreign_access, 1.0},
-    {Trouble::forged_sample, Cause::sample_doubled, 2.0},
-    {Trouble::statuses_lost, Cause::status_missing, 402.0},
-    {Trouble::sensor_leaves, Cause::node_not_operational, 102.0},
-    {Trouble::sensor_reset, Cause::node_restarted, 2.0},
-    {Trouble::amplifier_reset, Cause::node_restarted, 2.0},
-    {Trouble::amplifier_trips, Cause::amplifier_fault, 2.0},
-    {Trouble::commands_lost, Cause::amplifier_fault, 22.0},
-    {Trouble::enable_lost, Cause::amplifier_not_enabled, 3.0},
-    {Trouble::bus_passive, Cause::bus_passive, 52.0},
-    {Trouble::bus_off, Cause::bus_off, 4.0, false},
-    {Trouble::interface_down, Cause::interface_down, 2.0, false},
-    {Trouble::position_drifts, Cause::following_error, 10.0},
-    {Trouble::load_pulls, Cause::saturated, 800.0},
-    {Trouble::sync_late, Cause::cycle_overrun, 3.0},
-    {Trouble::stall, Cause::cycle_overrun, 23.0},
-    {Trouble::foreign_sync, Cause::another_controller, 1.0},
-    {Trouble::foreign_heartbeat, Cause::another_controller, 1.0},
-    {Trouble::law_not_finite, Cause::model_left_range, 5.0},
+    {Trouble::sample_lost, "S-015", Cause::sample_missing, 6.0},
+    {Trouble::sample_late, "S-016", Cause::sample_late, 6.0},
+    {Trouble::sample_frozen, "S-019", Cause::position_frozen, 52.0},
+    {Trouble::counter_frozen, "S-015", Cause::sample_missing, 6.0},
+    {Trouble::sample_damaged, "S-015", Cause::sample_missing, 6.0},
+    {Trouble::sample_jumped, "S-018", Cause::position_jumped, 6.0},
+    {Trouble::sample_beyond, "S-020", Cause::position_implausible, 2.0},
+    {Trouble::sample_bad, "S-021", Cause::sensor_status, 2.0},
+    {Trouble::sensor_emergency, "S-022", Cause::node_emergency, 2.0},
+    {Trouble::sensor_unheard, "S-023", Cause::sensor_silent, 302.0},
+    {Trouble::amplifier_unheard, "S-024", Cause::amplifier_silent, 302.0},
+    {Trouble::sensor_stopped, "S-027", Cause::foreign_access, 1.0},
+    {Trouble::amplifier_stopped, "S-027", Cause::foreign_access, 1.0},
+    {Trouble::foreign_write, "S-027", Cause::foreign_access, 1.0},
+    {Trouble::forged_sample, "S-017", Cause::sample_doubled, 2.0},
+    {Trouble::statuses_lost, "S-030", Cause::status_missing, 402.0},
+    {Trouble::sensor_leaves, "S-026", Cause::node_not_operational, 102.0},
+    {Trouble::sensor_reset, "S-025", Cause::node_restarted, 2.0},
+    {Trouble::amplifier_reset, "S-025", Cause::node_restarted, 2.0},
+    {Trouble::amplifier_trips, "S-029", Cause::amplifier_fault, 2.0},
+    {Trouble::commands_lost, "S-029", Cause::amplifier_fault, 22.0},
+    {Trouble::enable_lost, "S-031", Cause::amplifier_not_enabled, 3.0},
+    {Trouble::bus_passive, "S-013", Cause::bus_passive, 52.0},
+    {Trouble::bus_off, "S-012", Cause::bus_off, 4.0, false},
+    {Trouble::interface_down, "S-011", Cause::interface_down, 2.0, false},
+    {Trouble::position_drifts, "S-034", Cause::following_error, 10.0},
+    {Trouble::load_pulls, "S-036", Cause::saturated, 800.0},
+    {Trouble::sync_late, "S-014", Cause::cycle_overrun, 3.0},
+    {Trouble::stall, "S-014", Cause::cycle_overrun, 23.0},
+    {Trouble::foreign_sync, "S-041", Cause::another_controller, 1.0},
+    {Trouble::foreign_heartbeat, "S-041", Cause::another_controller, 1.0},
+    {Trouble::law_not_finite, "S-037", Cause::model_left_range, 5.0},
 };
+
+TEST(Injections, AreOfEveryTrouble) {
+  for (std::size_t i = 0; i < trouble_count; ++i)
+    EXPECT_TRUE(std::ranges::any_of(injections, [&](const Injection& one) {
+      return one.trouble == static_cast<Trouble>(i);
+    })) << to_string(static_cast<Trouble>(i));
+}
 
 std::vector<Injection> with_a_relay(std::vector<Injection> all) {
   for (Injection& injection : all) injection.enable_delay_ms = 100;
@@ -112,6 +121,7 @@ class Fault : public testing::TestWithParam<Injection> {
 };
 
 TEST_P(Fault, IsDecidedInTimeAndTheSafeCommandFollowsWithinACycle) {
+  shows(std::string("S-043, S-045, ") + GetParam().promise);
   ASSERT_NO_FATAL_FAILURE(track());
   inject();
   ASSERT_EQ(to_string(rig.axis().fault().cause), to_string(GetParam().cause));
@@ -132,6 +142,7 @@ TEST_P(Fault, IsDecidedInTimeAndTheSafeCommandFollowsWithinACycle) {
 }
 
 TEST_P(Fault, IsLatchedUntilItIsClearedAndThenTheAxisTracksAgain) {
+  shows("S-001, S-002, S-003");
   ASSERT_NO_FATAL_FAILURE(track());
   EXPECT_EQ(rig.ask(Kind::clear), "there is no fault to clear");
   inject();
@@ -162,6 +173,7 @@ INSTANTIATE_TEST_SUITE_P(OfAnAmplifierWithARelay, Fault, testing::ValuesIn(with_
 class ShortTrouble : public testing::TestWithParam<Trouble> {};
 
 TEST_P(ShortTrouble, OfThreeCyclesIsBridged) {
+  shows("S-042, S-092");
   FaultRig rig(one_axis());
   rig.start();
   ASSERT_TRUE(rig.tracks());
@@ -184,6 +196,7 @@ INSTANTIATE_TEST_SUITE_P(, ShortTrouble,
                          [](const auto& test) { return std::string(to_string(test.param)); });
 
 TEST(NodeFault, OfAFailedSetUpIsFollowedByAnotherSetUpAfterClear) {
+  shows("S-028");
   config::Config config = one_axis();
   can::AxisWire& wire = config.axes[0].wire;
   wire.sensor_setup = {{.object = {.index = 0x1000, .subindex = 0}, .content = {.value = 1, .bytes = 4}}};
@@ -203,6 +216,7 @@ TEST(NodeFault, OfAFailedSetUpIsFollowedByAnotherSetUpAfterClear) {
 }
 
 TEST(CommandFault, OfACommandThatDoesNotFitItsSignalIsFollowedByTheSafeCommand) {
+  shows("S-038");
   config::Config config = one_axis();
   for (can::Message& message : config.database.messages)
     for (can::Signal& signal : message.signals)
@@ -221,6 +235,7 @@ TEST(CommandFault, OfACommandThatDoesNotFitItsSignalIsFollowedByTheSafeCommand) 
 
 /// The controller has forgotten its nodes by then. Their silence must not become the cause.
 TEST(InterfaceDownFault, IsDecidedWhereTheInterfaceIsUpAgainBeforeTheNextStep) {
+  shows("S-011");
   FaultRig rig(one_axis());
   rig.start();
   ASSERT_TRUE(rig.tracks());
@@ -233,6 +248,7 @@ TEST(InterfaceDownFault, IsDecidedWhereTheInterfaceIsUpAgainBeforeTheNextStep) {
 
 /// The foreign heartbeat comes just after a step, and the sample of the next step is lost.
 TEST(AnotherControllerFault, IsFollowedByTheSafeCommandWithinTwoCyclesWhereTheNextSampleIsLost) {
+  shows("S-044");
   FaultRig rig(one_axis());
   rig.start();
   ASSERT_TRUE(rig.tracks());
@@ -247,6 +263,7 @@ TEST(AnotherControllerFault, IsFollowedByTheSafeCommandWithinTwoCyclesWhereTheNe
 }
 
 TEST(FollowingErrorFault, DoesNotOccurWithinTheConfiguredLag) {
+  shows("S-034");
   for (const bool allowed : {true, false}) {
     config::Config config = one_axis();
     controller::AxisConfig& axis = config.axes[0].control;
@@ -264,6 +281,7 @@ TEST(FollowingErrorFault, DoesNotOccurWithinTheConfiguredLag) {
 
 /// Enable follows clear in the next cycle: the last status does not say where the amplifier is by then.
 TEST(Rearming, StartsFromThePresentOutputOfTheAmplifier) {
+  shows("S-054");
   FaultRig rig(one_axis());
   rig.start();
   ASSERT_TRUE(rig.tracks());

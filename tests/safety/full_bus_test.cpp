@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/fault_rig.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::full_bus_test {
 namespace {
@@ -43,12 +44,14 @@ class BehindAFullBus : public testing::Test {
 };
 
 TEST_F(BehindAFullBus, TheAxisFaultsWithinThreeCycles) {
+  shows("S-039");
   bus.fill_for(milliseconds(4));
   ASSERT_EQ(rig.axis().state(), AxisState::faulted);
   EXPECT_EQ(rig.axis().fault().cause, Cause::commands_late);
 }
 
 TEST_F(BehindAFullBus, OneOldCommandAtMostAndOneSafeOneAreInTheQueue) {
+  shows("S-048");
   struct Heard {
     can::Time time;
     bool enable;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/support/fault_rig.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::glitch_test {
 namespace {
@@ -47,6 +48,7 @@ Outcome outcome_of(double offset_um, can::Duration lasts, can::Duration begins) 
 }
 
 TEST(Glitch, IsAJumpHoweverLongItLastsAndTheDriveDoesNotFollowIt) {
+  shows("S-010, S-018");
   for (const double offset_um : {8.0, -8.0, 6.0})
     for (const int begins_ms : {1710, 1850, 1980, 2110}) {
       const Outcome outcome = outcome_of(offset_um, milliseconds(10), milliseconds(begins_ms));
@@ -56,6 +58,7 @@ TEST(Glitch, IsAJumpHoweverLongItLastsAndTheDriveDoesNotFollowIt) {
 }
 
 TEST(Glitch, OfAsManyCyclesAsMayBeMissingIsBridged) {
+  shows("S-010");
   const Outcome outcome = outcome_of(8.0, milliseconds(3), milliseconds(1710));
   EXPECT_EQ(to_string(outcome.cause), "none");
   EXPECT_LE(outcome.drive_moved, 1.0);

@@ -17,6 +17,7 @@
 #include "tests/bench/many_axes.h"
 #include "tests/support/hooked_connection.h"
 #include "tests/support/oversleeper.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::old_command_test {
 namespace {
@@ -173,6 +174,7 @@ can::Frame babble(int function, int node, int length) {
 }
 
 TEST(OldCommand, IsNotAppliedMoreThanTwoCyclesAfterItsSyncBehindABabblingNode) {
+  shows("S-049");
   std::size_t refused = 0;
   const bool holds = rc::check([&] {
     const auto axes = *rc::gen::inRange<std::size_t>(1, 5);

@@ -10,6 +10,7 @@
 #include "controller/control/plausibility.h"
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/fault_rig.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::output_check_test {
 namespace {
@@ -31,6 +32,7 @@ double reach(const controller::AxisConfig& axis, double age_s, int cycles_to_nex
 
 // It creeps to where it is commanded.
 TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondWhatTheAmplifierPutsOut) {
+  shows("S-032");
   config::Config config = one_axis();
   config.axes[0].twin.plant.amplifier.slew_per_s = 1.0;
   FaultRig rig(config);
@@ -52,6 +54,7 @@ void with_interlock(AxisInput& in, double closes_s) {
 }
 
 TEST(OutputDiffers, HoldsTheRampSoThatAnInterlockThatClosesMakesASmallStep) {
+  shows("S-008");
   IdealStage stage;
   constexpr double closes_s = 0.4;
   stage.axis.start(false);
@@ -77,6 +80,7 @@ TEST(OutputDiffers, IsTheCauseWhereThePositionStandsStillBehindIt) {
 }
 
 TEST(OutputDiffers, EndsTrackingWithinTwoHundredMilliseconds) {
+  shows("S-032");
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   const double from_s = stage.time_s;

@@ -13,6 +13,7 @@
 #include "model/hysteresis_parameters.h"
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/fault_rig.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::ramp_check_test {
 namespace {
@@ -53,11 +54,13 @@ void expect_within(double drive, const AxisConfig& config, const std::function<d
 }
 
 TEST(PositionContradictsDrive, IsFoundOfAReversedOrMirroredSensorWithinFivePercentOfTheRange) {
+  shows("S-033");
   expect_within(5.0, slowly_wiped(), [](double um) { return -um; });
   expect_within(5.0, slowly_wiped(), [](double um) { return 30.8 - um; });
 }
 
 TEST(PositionContradictsDrive, IsFoundOfHalfTheGainOrNoneWithinAQuarterOfTheRange) {
+  shows("S-033");
   expect_within(25.0, slowly_wiped(), [](double um) { return 0.5 * um; });
   expect_within(25.0, slowly_wiped(), [](double um) { return 0.1 * um; });
   int cycle = 0;
@@ -85,6 +88,7 @@ TEST(PositionContradictsDrive, IsFoundAQuarterOfTheRangeBeyondWhereAnAmplifierEn
 
 // Ten milliseconds that are not stated, in a ramp of five ranges in a second.
 TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
+  shows("S-009");
   std::deque<double> under_way(10, 0.0);
   EXPECT_EQ(highest_drive(slowly_wiped(),
                           [&](double um) {
@@ -210,6 +214,7 @@ config::Config drawn(std::mt19937_64& random) {
 
 // The second start begins while the stage rings: at once after a fault has let it fall.
 TEST(StartUp, OfAHundredHonestStagesThatAreNotAsTheyAreConfiguredHasNoFault) {
+  shows("S-009");
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     std::mt19937_64 random(seed);
     FaultRig rig(drawn(random));
@@ -262,6 +267,7 @@ Cause cause_of(twin::Fault kind, double value) {
 }
 
 TEST(StartUp, EndsWithAFaultWhereTheTwinsSensorOrAmplifierIsWrong) {
+  shows("S-072");
   using twin::Fault;
   EXPECT_EQ(cause_of(Fault::sensor_gain, -1.0), Cause::position_contradicts) << "reversed";
   EXPECT_EQ(cause_of(Fault::sensor_gain, 0.1), Cause::position_contradicts);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/support/fault_rig.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::slow_enable_test {
 namespace {
@@ -35,6 +36,7 @@ config::Config with(const Way& way) {
 class SlowEnable : public testing::TestWithParam<Way> {};
 
 TEST_P(SlowEnable, MakesNoStepAtTheStageAndLeavesTheMemoryWiped) {
+  shows("S-055, S-121");
   FaultRig rig(with(GetParam()));
   const auto drive = [&] {
     rig.stage().plant.advance_to(rig.clock().now());
@@ -80,6 +82,7 @@ INSTANTIATE_TEST_SUITE_P(, SlowEnable,
 
 /// The amplifier reports neither that it is enabled nor that it is not.
 TEST(SilentEnable, IsWaitedForAsLongAsTheConfigurationSays) {
+  shows("S-056");
   config::Config config = with({.delay_ms = 100, .soft_start_ms = 0});
   config.axes[0].control.enable_delay = milliseconds(150);
   FaultRig rig(config);
@@ -93,6 +96,7 @@ TEST(SilentEnable, IsWaitedForAsLongAsTheConfigurationSays) {
 }
 
 TEST(TooSlowEnable, IsNoneWhereTheConfigurationKnowsTheDelay) {
+  shows("S-122");
   config::Config config = with({.delay_ms = 600, .soft_start_ms = 200});
   config.axes[0].control.enable_delay = milliseconds(500);
   FaultRig rig(config);
@@ -101,6 +105,7 @@ TEST(TooSlowEnable, IsNoneWhereTheConfigurationKnowsTheDelay) {
 }
 
 TEST(TooSlowEnable, BeyondHalfASecondIsAFault) {
+  shows("S-031, S-122");
   FaultRig rig(with({.delay_ms = 600, .soft_start_ms = 0}));
   rig.start();
   ASSERT_TRUE(rig.reaches(AxisState::faulted, std::chrono::seconds(3)));

@@ -1,6 +1,7 @@
 // A short storm of random faults; the long one is tests/bench/bench_storm.cpp, `ctest -C long`
 // (docs/safety.md).
 #include "tests/support/storm.h"
+#include "tests/support/shows.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@ namespace hystcan::support::storm_test {
 namespace {
 
 TEST(Storm, OfTenMinutesIsDetectedWithoutAnUnsafeFrameOrAStuckAxis) {
+  shows("S-065, S-067, S-068, S-069");
   const StormResult result = run_storm({.seed = 1, .virtual_s = 600.0, .warm_up_s = 120.0});
   print(result);
   EXPECT_TRUE(result.has_passed());

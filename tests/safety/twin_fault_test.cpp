@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/support/fault_rig.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::twin_fault_test {
 namespace {
@@ -193,6 +194,7 @@ void track(FaultRig& rig) {
 }
 
 TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
+  shows("S-070");
   const Row& row = GetParam().row;
   FaultRig rig(config_for(GetParam()));
   ASSERT_NO_FATAL_FAILURE(track(rig));
@@ -215,6 +217,7 @@ TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
 }
 
 TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
+  shows("S-071");
   const Row& row = GetParam().row;
   FaultRig rig(config_for(GetParam()));
   ASSERT_NO_FATAL_FAILURE(track(rig));

@@ -5,6 +5,7 @@
 
 #include "config/schema/config.h"
 #include "controller/control/axis.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::support::wire_monitor_test {
 namespace {
@@ -83,12 +84,14 @@ TEST_F(WireMonitorTest, FindsNoViolationInACorrectRun) {
 }
 
 TEST_F(WireMonitorTest, CatchesADriveOutOfRange) {
+  shows("S-066");
   for (int i = 0; i <= 10; ++i) cycle(10.0 * i, true);
   cycle(100.00001, true);
   expect_only(Violation::drive_out_of_range);
 }
 
 TEST_F(WireMonitorTest, CatchesAStepThatIsTooFast) {
+  shows("S-066");
   drive_up();
   cycle(72.0, true);
   EXPECT_EQ(monitor.violations(), 0u) << "20 V in a cycle and 2 V in the jitter";
@@ -112,11 +115,13 @@ TEST_F(WireMonitorTest, CatchesAStartThatIsNotAtTheOutputOfTheAmplifier) {
 }
 
 TEST_F(WireMonitorTest, CatchesADriveOtherThanTheSafeValueWhileNotEnabled) {
+  shows("S-066");
   cycle(0.00001, false);
   expect_only(Violation::unsafe_when_not_enabled);
 }
 
 TEST_F(WireMonitorTest, CatchesAnEnabledCommandAfterAFault) {
+  shows("S-066");
   drive_up();
   report(controller::AxisState::faulted);
   cycle(50.0, true);
@@ -140,6 +145,7 @@ TEST_F(WireMonitorTest, CatchesAnOutputOutOfTheAmplifiersRange) {
 }
 
 TEST_F(WireMonitorTest, CatchesAnOutputThatDoesNotFallToTheSafeValue) {
+  shows("S-066");
   drive_up();
   cycle(0.0, false);
   status(50.0, can::AmpState::ready);

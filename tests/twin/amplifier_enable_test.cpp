@@ -1,6 +1,7 @@
 // From Enable to enabled: the relay and the soft start of the amplifier's node, observed at the bus.
 #include <gtest/gtest.h>
 
+#include "tests/support/shows.h"
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin::amplifier_enable_test {
@@ -78,6 +79,7 @@ TEST(AmplifierRelay, ConnectsTheOutputAfterItsDelayFromTheFirstCommand) {
 }
 
 TEST(AmplifierRelay, DoesNotCloseWhereTheAmplifierIsSwitchedOffMeanwhile) {
+  shows("S-125");
   EnableBench bench({.enable_delay = milliseconds(10)});
   bench.drive(50.0, 9);
   bench.sync();
@@ -91,6 +93,7 @@ TEST(AmplifierRelay, DoesNotCloseWhereTheAmplifierIsSwitchedOffMeanwhile) {
 }
 
 TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsHaveStoppedMeanwhile) {
+  shows("S-126");
   EnableBench bench({.enable_delay = milliseconds(25)});
   bench.drive(50.0, 1);
   bench.run(milliseconds(30));
@@ -100,6 +103,7 @@ TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsHaveStoppedMeanwhile) {
 }
 
 TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsStopAsItCloses) {
+  shows("S-126");
   EnableBench bench({.enable_delay = milliseconds(20)});
   bench.drive(50.0, 1);
   bench.run(milliseconds(30));
@@ -116,6 +120,7 @@ TEST(AmplifierRelay, ReportsAtOnceThatItHasClosed) {
 }
 
 TEST(AmplifierRelay, LetsTheSetpointWaitForASync) {
+  shows("S-123");
   EnableBench bench({.enable_delay = milliseconds(10)});
   bench.drive(50.0, 1);
   bench.run(milliseconds(12));
@@ -126,6 +131,7 @@ TEST(AmplifierRelay, LetsTheSetpointWaitForASync) {
 }
 
 TEST(AmplifierRelay, TakesTheLastSetpointThatCameBeforeTheSync) {
+  shows("S-123");
   EnableBench bench({.enable_delay = microseconds(1200)});
   bench.drive(50.0, 1);
   bench.command(20.0, true);  // while it closes
@@ -149,6 +155,7 @@ TEST(AmplifierRelay, LetsTheSetpointActAtOnceWhereItActsOnReceipt) {
 // ---- the soft start
 
 TEST(AmplifierSoftStart, GoesEvenlyToItsSetpointAndIsThenEnabled) {
+  shows("S-124");
   EnableBench bench({.soft_start = milliseconds(100)});
   bench.drive(50.0, 50);
   EXPECT_NEAR(bench.drive_now(), 25.0, 1.0) << "0.5 V in a cycle";
@@ -160,6 +167,7 @@ TEST(AmplifierSoftStart, GoesEvenlyToItsSetpointAndIsThenEnabled) {
 }
 
 TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtItsEnd) {
+  shows("S-124");
   EnableBench bench({.soft_start = milliseconds(20), .command_timeout = milliseconds(200)});
   bench.sync();
   bench.run(milliseconds(1));
@@ -199,6 +207,7 @@ TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtTheTimeoutOfTheCommands) {
 }
 
 TEST(AmplifierSoftStart, EndsWhereTheAmplifierIsSwitchedOff) {
+  shows("S-125");
   EnableBench bench({.soft_start = milliseconds(100)});
   bench.drive(50.0, 50);
   bench.sync();

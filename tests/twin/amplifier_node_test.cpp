@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "can/protocol/sdo.h"
+#include "tests/support/shows.h"
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin::amplifier_node_test {
@@ -84,6 +85,7 @@ TEST_F(AmplifierOnBus, AnswersForItsObjectsUnlessNmtHasStoppedIt) {
 }
 
 TEST_F(AmplifierOnBus, IsSilentAndOffOnceAnotherNodeHasItsNumber) {
+  shows("S-155");
   start_nodes();
   drive(50.0, 5);
   statuses_ = 0;
@@ -107,6 +109,7 @@ TEST_F(AmplifierOnBus, IsSilentAndOffOnceAnotherNodeHasItsNumber) {
 // ---- commands
 
 TEST_F(AmplifierOnBus, AcceptsBothBoundsOfItsRange) {
+  shows("S-133");
   start_nodes();
   for (const double bound : {-20.0, 120.0}) {
     drive(bound, 5);
@@ -124,6 +127,7 @@ TEST_F(AmplifierOnBus, TripsBelowItsRange) {
 
 /// The command that names this SYNC, sent after `later` further ones.
 TEST_F(AmplifierOnBus, ObeysTheCommandOfTheLastSyncAndOfTheOneBeforeAcrossTheWrapOfTheCounter) {
+  shows("S-115");
   start_nodes();
   for (int i = 0; i < 500; ++i) {
     drive(1.0, 1);
@@ -143,6 +147,7 @@ TEST_F(AmplifierOnBus, ObeysTheCommandOfTheLastSyncAndOfTheOneBeforeAcrossTheWra
 }
 
 TEST_F(AmplifierOnBus, AcceptsAnyCounterOfACommandAfterNmtStart) {
+  shows("S-080");
   start_nodes();
   sync();
   run(milliseconds(1));
@@ -159,6 +164,7 @@ TEST_F(AmplifierOnBus, AcceptsAnyCounterOfACommandAfterNmtStart) {
 }
 
 TEST_F(AmplifierOnBus, ObeysNoCommandBeforeItIsOperational) {
+  shows("S-111");
   sync();
   command(50.0, true);
   run(milliseconds(1));
@@ -167,6 +173,7 @@ TEST_F(AmplifierOnBus, ObeysNoCommandBeforeItIsOperational) {
 }
 
 TEST_F(AmplifierOnBus, ObeysNoCommandAfterAResetBeforeASync) {
+  shows("S-119");
   start_nodes();
   drive(10.0, 5);
   nmt(can::NmtCommand::reset_node);
@@ -249,6 +256,7 @@ TEST_F(AmplifierOnBus, IsReadyAtTheSafeDriveWithoutEnable) {
 
 /// From the last command's arrival to the emergency on the wire.
 TEST_F(AmplifierOnBus, TripsAtItsTimeoutAfterTheLastCommand) {
+  shows("S-127");
   start_nodes();
   drive(50.0, 30);
   const can::Time last = clock_.now() - milliseconds(1);  // the last command was sent then
@@ -260,6 +268,7 @@ TEST_F(AmplifierOnBus, TripsAtItsTimeoutAfterTheLastCommand) {
 }
 
 TEST_F(AmplifierOnBus, DoesNotTripWhileACommandComesWithinTheTimeout) {
+  shows("S-127");
   start_nodes();
   for (int i = 0; i < 20; ++i) {
     sync();
@@ -271,6 +280,7 @@ TEST_F(AmplifierOnBus, DoesNotTripWhileACommandComesWithinTheTimeout) {
 }
 
 TEST_F(AmplifierOnBus, DoesNotTripWhereItIsSwitchedOffInTime) {
+  shows("S-128");
   start_nodes();
   drive(50.0, 5);
   sync();
@@ -281,6 +291,7 @@ TEST_F(AmplifierOnBus, DoesNotTripWhereItIsSwitchedOffInTime) {
 }
 
 TEST_F(AmplifierOnBus, ReportsTheTimeoutOfCommandsAsAnEmergencyWithAGenericError) {
+  shows("S-129");
   start_nodes();
   drive(50.0, 5);
   run(milliseconds(50));
@@ -291,6 +302,7 @@ TEST_F(AmplifierOnBus, ReportsTheTimeoutOfCommandsAsAnEmergencyWithAGenericError
 }
 
 TEST_F(AmplifierOnBus, ReportsASetpointOutOfRangeAsAnEmergencyOfTheDataSet) {
+  shows("S-130");
   start_nodes();
   drive(121.0, 1);
   ASSERT_EQ(emergency_frames_.size(), 1u);
@@ -300,6 +312,7 @@ TEST_F(AmplifierOnBus, ReportsASetpointOutOfRangeAsAnEmergencyOfTheDataSet) {
 // ---- a cause within the amplifier
 
 TEST_F(AmplifierOnBus, ReportsACauseWithinAsAnEmergencyOfTheHardwareAndIsSafe) {
+  shows("S-131");
   start_nodes();
   drive(50.0, 5);
   amplifier().begin_internal_fault();
@@ -320,6 +333,7 @@ TEST_F(AmplifierOnBus, KeepsAnEarlierFaultBesideACauseWithin) {
 }
 
 TEST_F(AmplifierOnBus, ClearsAFaultOnlyAfterTheCauseWithinHasEnded) {
+  shows("S-137");
   start_nodes();
   amplifier().begin_internal_fault();
   clear();
@@ -333,6 +347,7 @@ TEST_F(AmplifierOnBus, ClearsAFaultOnlyAfterTheCauseWithinHasEnded) {
 }
 
 TEST_F(AmplifierOnBus, ReportsACauseWithinThatBeganBeforeTheStartOnceItIsStarted) {
+  shows("S-140");
   amplifier().begin_internal_fault();
   run(milliseconds(1));
   EXPECT_TRUE(emergency_frames_.empty());
@@ -342,6 +357,7 @@ TEST_F(AmplifierOnBus, ReportsACauseWithinThatBeganBeforeTheStartOnceItIsStarted
 }
 
 TEST_F(AmplifierOnBus, ForgetsAFaultAtAResetUnlessItsCauseStillExists) {
+  shows("S-100");
   start_nodes();
   drive(50.0, 5);
   run(milliseconds(50));
@@ -361,6 +377,7 @@ TEST_F(AmplifierOnBus, ForgetsAFaultAtAResetUnlessItsCauseStillExists) {
 // ---- the status
 
 TEST_F(AmplifierOnBus, SendsAStatusAtTheTenthSyncAfterItsLastOne) {
+  shows("S-145");
   start_nodes();
   drive(10.0, 1);  // the change to enabled is reported
   for (int round = 0; round < 3; ++round) {
@@ -373,6 +390,7 @@ TEST_F(AmplifierOnBus, SendsAStatusAtTheTenthSyncAfterItsLastOne) {
 }
 
 TEST_F(AmplifierOnBus, SendsNoStatusAtASyncBeforeItIsOperational) {
+  shows("S-146");
   for (int i = 0; i < 50; ++i) {
     sync();
     run(milliseconds(1));
@@ -393,6 +411,7 @@ TEST_F(AmplifierOnBus, CountsItsStatusesFromZeroAfterAReset) {
 }
 
 TEST_F(AmplifierOnBus, ReportsItsOutputAtTheTimeOfTheStatus) {
+  shows("S-144");
   start_nodes();
   drive(50.0, 30);
   EXPECT_NEAR(status_->output, 50.0, 1e-3);

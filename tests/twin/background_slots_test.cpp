@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/shows.h"
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin::background_slots_test {
@@ -51,6 +52,7 @@ class BackgroundSlots : public testing::Test, public TwinBench {
 using Found = std::map<unsigned, int>;
 
 TEST_F(BackgroundSlots, OfANodeHaveItsHeartbeatWhenItIsDueAndElseItsStatus) {
+  shows("S-102");
   start_nodes();
   cycles(8);
   frames_.clear();
@@ -62,6 +64,7 @@ TEST_F(BackgroundSlots, OfANodeHaveItsHeartbeatWhenItIsDueAndElseItsStatus) {
 }
 
 TEST_F(BackgroundSlots, DoNotHoldBackTheStatusOfAChangedState) {
+  shows("S-104");
   start_nodes();
   cycles(3);
   ASSERT_EQ(counter_ % slots, 3u);
@@ -73,6 +76,7 @@ TEST_F(BackgroundSlots, DoNotHoldBackTheStatusOfAChangedState) {
 }
 
 TEST_F(BackgroundSlots, AreNotWaitedForWithoutASync) {
+  shows("S-103");
   start_nodes();
   cycles(150);
   frames_.clear();

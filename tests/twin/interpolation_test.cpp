@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/support/shows.h"
 #include "tests/twin/stage.h"
 #include "tests/twin/twin_bench.h"
 
@@ -213,6 +214,7 @@ class InterpolatingAmplifier : public testing::Test {
 
 // 0.6 V: the time of the SYNC's frame.
 TEST_F(InterpolatingAmplifier, MovesStraightToTheSetpointFromSyncToSync) {
+  shows("S-085");
   next_cycle(10.0);
   bench_.sync();
   for (int quarter = 1; quarter <= 4; ++quarter) {
@@ -224,6 +226,7 @@ TEST_F(InterpolatingAmplifier, MovesStraightToTheSetpointFromSyncToSync) {
 }
 
 TEST_F(InterpolatingAmplifier, HoldsTheSetpointWhenACommandIsLost) {
+  shows("S-087");
   next_cycle(10.0);
   for (int i = 0; i < 3; ++i) {
     bench_.sync();
@@ -233,6 +236,7 @@ TEST_F(InterpolatingAmplifier, HoldsTheSetpointWhenACommandIsLost) {
 }
 
 TEST_F(InterpolatingAmplifier, HoldsTheSetpointWhenASyncIsLost) {
+  shows("S-087");
   next_cycle(10.0);
   bench_.sync();
   bench_.command(20.0, true);
@@ -242,6 +246,7 @@ TEST_F(InterpolatingAmplifier, HoldsTheSetpointWhenASyncIsLost) {
 
 // The way to 10 V is cut short at 4.5 V or so; the way to 20 V begins there.
 TEST_F(InterpolatingAmplifier, GoesOnFromWhereItIsAtASyncThatComesEarly) {
+  shows("S-086");
   next_cycle(10.0);
   bench_.sync();
   bench_.command(20.0, true);
@@ -256,6 +261,7 @@ TEST_F(InterpolatingAmplifier, GoesOnFromWhereItIsAtASyncThatComesEarly) {
 }
 
 TEST_F(InterpolatingAmplifier, GoesToTheSafeDriveAtOnceWhenItsWatchdogTrips) {
+  shows("S-088");
   bench_.drive(50.0, 5);
   bench_.run(milliseconds(20));
   EXPECT_NEAR(output(), 0.0, 1e-9);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "can/protocol/sdo.h"
+#include "tests/support/shows.h"
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin::node_rules_test {
@@ -72,6 +73,7 @@ TEST_F(NodeRules, NmtToNodeZeroReachesEveryNodeAndNmtToAnotherNumberNone) {
 }
 
 TEST_F(NodeRules, AnUnknownNmtCommandChangesNothing) {
+  shows("S-097");
   start_nodes();
   drive(50.0, 5);
   frames_.clear();
@@ -82,6 +84,7 @@ TEST_F(NodeRules, AnUnknownNmtCommandChangesNothing) {
 }
 
 TEST_F(NodeRules, ASecondNmtStartForgetsNoCounter) {
+  shows("S-099");
   start_nodes();
   sync();
   const can::Frame first = *encode_command_({.setpoint = 10.0, .enable = true, .sync_counter = counter_});
@@ -94,6 +97,7 @@ TEST_F(NodeRules, ASecondNmtStartForgetsNoCounter) {
 }
 
 TEST_F(NodeRules, ASensorTakesNoSecondSampleAtTheSameSync) {
+  shows("S-148");
   start_nodes();
   sync();
   run(milliseconds(1));
@@ -107,6 +111,7 @@ TEST_F(NodeRules, ASensorTakesNoSecondSampleAtTheSameSync) {
 }
 
 TEST_F(NodeRules, ASyncThatAnAmplifierReceivesTwiceKeepsTheSetpointAndCountsTwiceForTheStatus) {
+  shows("S-114");
   start_nodes();
   drive(50.0, 1);
   const int before = heard_[0x181];
@@ -122,6 +127,7 @@ TEST_F(NodeRules, ASyncThatAnAmplifierReceivesTwiceKeepsTheSetpointAndCountsTwic
 }
 
 TEST_F(NodeRules, ABootUpOfTheControllerChangesNothing) {
+  shows("S-081");
   start_nodes();
   drive(50.0, 5);
   frames_.clear();
@@ -158,6 +164,7 @@ TEST_F(NodeRules, AnAmplifierBootsUpAtResetCommunicationAndIsOff) {
 }
 
 TEST_F(NodeRules, ResetCommunicationKeepsALatchedFaultAndTheObjects) {
+  shows("S-098");
   write_object();
   trip();
   nmt(static_cast<NmtCommand>(130), 1);
@@ -169,6 +176,7 @@ TEST_F(NodeRules, ResetCommunicationKeepsALatchedFaultAndTheObjects) {
 }
 
 TEST_F(NodeRules, ALatchedFaultSurvivesStopAndPreOperational) {
+  shows("S-134");
   trip();
   for (const NmtCommand command : {NmtCommand::stop, NmtCommand::enter_pre_operational}) {
     nmt(command, 1);
@@ -190,6 +198,7 @@ TEST_F(NodeRules, AnAmplifierReportsOnceThatItLeavesOperational) {
 }
 
 TEST_F(NodeRules, AnAmplifierSendsOnlyTheBootUpAtAResetOfTheNode) {
+  shows("S-146");
   start_nodes();
   drive(50.0, 5);
   frames_.clear();
@@ -198,6 +207,7 @@ TEST_F(NodeRules, AnAmplifierSendsOnlyTheBootUpAtAResetOfTheNode) {
 }
 
 TEST_F(NodeRules, AnAmplifierThatIsSwitchedOffReportsItAndThenThatItsOutputRests) {
+  shows("S-084");
   start_nodes();
   drive(50.0, 5);
   frames_.clear();
@@ -211,6 +221,7 @@ TEST_F(NodeRules, AnAmplifierThatIsSwitchedOffReportsItAndThenThatItsOutputRests
 // ---- SYNC
 
 TEST_F(NodeRules, ASyncWithAnotherCounterOrAnotherLengthIsIgnored) {
+  shows("S-089");
   start_nodes();
   frames_.clear();
   for (const can::Frame& wrong :
@@ -227,6 +238,7 @@ TEST_F(NodeRules, ASyncWithAnotherCounterOrAnotherLengthIsIgnored) {
 // ---- commands
 
 TEST_F(NodeRules, ACommandBeforeTheFirstSyncIsStale) {
+  shows("S-119");
   start_nodes();
   for (const int named : {0, 1, 239, 240, 241, 255}) {
     send({.setpoint = 50.0, .enable = true, .sync_counter = static_cast<std::uint8_t>(named)});
@@ -235,6 +247,7 @@ TEST_F(NodeRules, ACommandBeforeTheFirstSyncIsStale) {
 }
 
 TEST_F(NodeRules, ACommandThatNamesNoSyncBetween1And240IsStale) {
+  shows("S-118");
   start_nodes();
   for (int i = 0; i < 241; ++i) {
     sync();
@@ -275,6 +288,7 @@ class AgeOfACommand : public NodeRules {
 };
 
 TEST_F(AgeOfACommand, IsTwoCyclesAtMostHoweverLongNoOtherSyncCame) {
+  shows("S-116");
   sync_at(0, 7);
   EXPECT_TRUE(takes_command_at(300, 7));
   sync_at(10'000, 8);
@@ -304,6 +318,7 @@ TEST_F(AgeOfACommand, CountsFromTheLastCopyOfASyncThatCameTwice) {
 }
 
 TEST_F(AgeOfACommand, DoesNotMatterToOneThatSwitchesOff) {
+  shows("S-117");
   sync_at(0, 7);
   EXPECT_TRUE(takes_command_at(300, 7));
   clock_.run_until(clock_.now() + microseconds(9'000));
@@ -312,6 +327,7 @@ TEST_F(AgeOfACommand, DoesNotMatterToOneThatSwitchesOff) {
 }
 
 TEST_F(NodeRules, AStaleCommandCountsForTheRuleOfTheCounter) {
+  shows("S-120");
   start_nodes();
   sync();
   auto same_counter = encode_command_;
@@ -335,6 +351,7 @@ TEST(FramesWithoutASyncCounter, AreNeverStale) {
 }
 
 TEST_F(NodeRules, TheSetpointOfACommandWithoutEnableIsNotUsed) {
+  shows("S-112");
   start_nodes();
   sync();
   send({.setpoint = 2000.0, .enable = false, .sync_counter = counter_});
@@ -346,6 +363,7 @@ TEST_F(NodeRules, TheSetpointOfACommandWithoutEnableIsNotUsed) {
 // ---- faults
 
 TEST_F(NodeRules, TheEmergencyGoesOutBeforeTheStatusOfAFault) {
+  shows("S-132");
   start_nodes();
   drive(50.0, 3);
   frames_.clear();
@@ -354,6 +372,7 @@ TEST_F(NodeRules, TheEmergencyGoesOutBeforeTheStatusOfAFault) {
 }
 
 TEST_F(NodeRules, ASecondCauseHasItsEmergencyAtOnceAndItsBitInTheNextStatus) {
+  shows("S-135");
   trip();
   amplifier().begin_internal_fault();
   run(milliseconds(1));
@@ -368,6 +387,7 @@ TEST_F(NodeRules, ASecondCauseHasItsEmergencyAtOnceAndItsBitInTheNextStatus) {
 }
 
 TEST_F(NodeRules, TheErrorRegisterIsZeroOnceTheFaultIsCleared) {
+  shows("S-141");
   trip();
   sync();
   send({.clear_fault = true, .sync_counter = counter_});
@@ -378,6 +398,7 @@ TEST_F(NodeRules, TheErrorRegisterIsZeroOnceTheFaultIsCleared) {
 }
 
 TEST_F(NodeRules, ClearFaultTogetherWithEnableClearsAndDoesNotEnable) {
+  shows("S-113");
   trip();
   sync();
   send({.setpoint = 50.0, .enable = true, .clear_fault = true, .sync_counter = counter_});
@@ -390,6 +411,7 @@ TEST_F(NodeRules, ClearFaultTogetherWithEnableClearsAndDoesNotEnable) {
 }
 
 TEST_F(NodeRules, ClearFaultWithoutAFaultChangesNothing) {
+  shows("S-138");
   start_nodes();
   drive(50.0, 5);
   frames_.clear();
@@ -401,6 +423,7 @@ TEST_F(NodeRules, ClearFaultWithoutAFaultChangesNothing) {
 }
 
 TEST_F(NodeRules, ClearFaultWhileTheCauseLastsIsNotAnswered) {
+  shows("S-137");
   start_nodes();
   amplifier().begin_internal_fault();
   run(milliseconds(1));
@@ -412,6 +435,7 @@ TEST_F(NodeRules, ClearFaultWhileTheCauseLastsIsNotAnswered) {
 }
 
 TEST_F(NodeRules, TheWatchdogDoesNotTripAnAmplifierThatIsReady) {
+  shows("S-128");
   start_nodes();
   sync();
   send({.sync_counter = counter_});

@@ -1,6 +1,7 @@
 // The twin's two nodes observed at the bus: every test uses frames alone.
 #include <gtest/gtest.h>
 
+#include "tests/support/shows.h"
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin::nodes_test {
@@ -12,6 +13,7 @@ using std::chrono::milliseconds;
 class TwinOnBus : public testing::Test, protected TwinBench {};
 
 TEST_F(TwinOnBus, SendsBootUpAndPreOperationalHeartbeatsUntilStarted) {
+  shows("S-096");
   run(milliseconds(250));
   EXPECT_EQ(amplifier_heartbeats_, (std::vector<int>{0x00, 0x7F, 0x7F}));
   EXPECT_EQ(heard_[0x702], 3);
@@ -21,6 +23,7 @@ TEST_F(TwinOnBus, SendsBootUpAndPreOperationalHeartbeatsUntilStarted) {
 }
 
 TEST_F(TwinOnBus, AnswersEverySyncWithOneSampleOnceStarted) {
+  shows("S-147");
   sync();
   run(milliseconds(1));
   EXPECT_EQ(heard_[0x182], 0) << "pre-operational";
@@ -35,6 +38,7 @@ TEST_F(TwinOnBus, AnswersEverySyncWithOneSampleOnceStarted) {
 }
 
 TEST_F(TwinOnBus, ReportsStatusAtEveryTenthSyncAndAtEveryChange) {
+  shows("S-145");
   start_nodes();
   const int at_start = heard_[0x181];
   EXPECT_EQ(status_->state, AmpState::ready);
@@ -46,6 +50,7 @@ TEST_F(TwinOnBus, ReportsStatusAtEveryTenthSyncAndAtEveryChange) {
 }
 
 TEST_F(TwinOnBus, AppliesASetpointAtTheNextSync) {
+  shows("S-083");
   start_nodes();
   sync();
   command(50.0, true);
@@ -96,6 +101,7 @@ TEST_F(TwinOnBus, TripsOnASetpointBeyondItsRange) {
 }
 
 TEST_F(TwinOnBus, IgnoresCommandsOlderThanOneSync) {
+  shows("S-115");
   start_nodes();
   drive(10.0, 5);
   const std::uint8_t old = counter_;
@@ -111,6 +117,7 @@ TEST_F(TwinOnBus, IgnoresCommandsOlderThanOneSync) {
 }
 
 TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndExecutesNone) {
+  shows("S-078, S-111");
   start_nodes();
   sync();
   can::Frame damaged = *encode_command_({.setpoint = 90.0, .enable = true, .sync_counter = counter_});
@@ -131,6 +138,7 @@ TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndExecutesNone) {
 }
 
 TEST_F(TwinOnBus, IsSafeWhereNmtStopsIt) {
+  shows("S-084");
   start_nodes();
   drive(50.0, 20);
   tester_->send(can::nmt_frame({can::NmtCommand::stop, 1}));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "can/protocol/sdo.h"
+#include "tests/support/shows.h"
 #include "tests/twin/twin_bench.h"
 
 namespace hystcan::twin::shared_node_test {
@@ -212,6 +213,7 @@ TEST_F(SharedNode, ACommandFrameMovesBothAxes) {
 }
 
 TEST_F(SharedNode, ARejectedCommandFrameMovesNoAxis) {
+  shows("S-079");
   drive(60.0, -10.0);
   sync();
   can::Frame frame = command_[x].frame();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/live/report.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::app::event_log_test {
 namespace {
@@ -40,6 +41,7 @@ TEST_F(EventLogOfAnAxis, HasALineAtOnceForAnEmergency) {
 }
 
 TEST_F(EventLogOfAnAxis, HasOneLinePerSecondForAFloodWithItsCount) {
+  shows("S-143");
   flood(3500);
   ASSERT_EQ(lines.size(), 4u);
   EXPECT_EQ(lines[0], std::string("x: at 1.000 s ") + in_words);

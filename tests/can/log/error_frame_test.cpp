@@ -1,4 +1,5 @@
 #include "can/log/error_frame.h"
+#include "tests/support/shows.h"
 
 #include <gtest/gtest.h>
 
@@ -47,6 +48,7 @@ TEST(ErrorFrame, GivesTheErrorCountersOfItsLastTwoBytes) {
 }
 
 TEST(ErrorFrame, CountsForEachOfItsCauses) {
+  shows("S-163");
   BusCounters counters;
   count(report_of(0x020), counters);
   count(report_of(0x002), counters);

@@ -9,6 +9,7 @@
 #include "base/words.h"
 #include "can/dbc/database.h"
 #include "can/protocol/e2e.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::can::data_id_test {
 namespace {
@@ -77,6 +78,7 @@ unsigned missed_pairs(Crc polynomial, std::uint8_t length) {
 }
 
 TEST(MostBytesGuarded, IsTheNumberUpToWhichACrcFindsEveryTwoWrongBits) {
+  shows("S-082");
   for (const Crc crc : {Crc::sae_j1850, Crc::autosar_8h2f}) {
     const auto longest = static_cast<std::uint8_t>(most_bytes_guarded(crc) + 1);
     EXPECT_EQ(missed_pairs(crc, longest), 0u) << word_of(crc);

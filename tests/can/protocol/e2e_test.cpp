@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "can/dbc/database.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::can::e2e_test {
 namespace {
@@ -41,12 +42,14 @@ Frame sealed_frame(unsigned counter) {
 }
 
 TEST(Crc8J1850, GivesTheCatalogueCheckValue) {
+  shows("S-077");
   const std::string_view digits = "123456789";
   EXPECT_EQ(crc8_j1850(std::vector<std::uint8_t>(digits.begin(), digits.end())), 0x4B);
   EXPECT_EQ(crc8_j1850({}), 0x00);
 }
 
 TEST(Crc8J1850, AgreesWithABitwiseShiftRegister) {
+  shows("S-077");
   EXPECT_TRUE(rc::check(
       [](const std::vector<std::uint8_t>& bytes) { RC_ASSERT(crc8_j1850(bytes) == bitwise_crc(bytes)); }));
 }
@@ -58,6 +61,7 @@ TEST(Crc8J1850, AgreesWithABitwiseShiftRegister) {
 //   03            Counter      3, low nibble
 //   D9            Crc          over 01 02 4E 61 BC 00 01 07 03
 TEST(E2eProtector, MakesTheAmpCommandOfTheDocumentByteForByte) {
+  shows("S-075");
   Frame frame{.id = 0x201, .length = 8};
   ASSERT_TRUE(codec("Setpoint").pack(12.345678, frame.payload()));
   ASSERT_TRUE(codec("Enable").pack(1.0, frame.payload()));
@@ -72,6 +76,7 @@ TEST(E2eProtector, MakesTheAmpCommandOfTheDocumentByteForByte) {
 }
 
 TEST(E2eProtector, CountsToFifteenAndStartsAgain) {
+  shows("S-076");
   Frame frame{.id = 0x201, .length = 8};
   E2eProtector protector(protection());
   for (unsigned i = 0; i < 1000; ++i) {
@@ -92,6 +97,7 @@ TEST(E2eChecker, AcceptsAnUnbrokenSequence) {
 }
 
 TEST(E2eChecker, CountsEachCauseSeparately) {
+  shows("S-078");
   const Frame good = sealed_frame(5);
   const auto spoilt = [&](auto spoil) {
     Frame frame = good;
@@ -133,6 +139,7 @@ TEST(E2eChecker, RejectsEverySingleBitErrorAndEveryBurstOfUpToEightBits) {
 }
 
 TEST(E2eChecker, AcceptsAnyCounterAfterARestart) {
+  shows("S-080");
   E2eChecker receiver = checker();
   const Frame frame = sealed_frame(3);
   EXPECT_EQ(receiver.check(frame), std::nullopt);
@@ -141,6 +148,7 @@ TEST(E2eChecker, AcceptsAnyCounterAfterARestart) {
 }
 
 TEST(E2eChecker, DoesNotRememberTheCounterOfARejectedFrame) {
+  shows("S-079");
   E2eChecker receiver = checker();
   const Frame frame = sealed_frame(3);
   Frame broken = frame;

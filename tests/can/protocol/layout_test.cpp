@@ -10,6 +10,7 @@
 #include "can/frame_bits.h"
 #include "can/log/candump.h"
 #include "can/protocol/protocol.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::can::layout_test {
 namespace {
@@ -131,6 +132,7 @@ TEST(Layout, ReadsTheFdSampleOfTheDocumentForEachOfItsAxes) {
 }
 
 TEST(Layout, RefusesAValueOutsideTheSignal) {
+  shows("S-074");
   const Database database = lab();
   const Layout<AmpCommand> layout(*database.find("AmpSet"), amp_set(), "V");
   EXPECT_TRUE(layout.encode({.setpoint = 111.07}));

@@ -7,6 +7,7 @@
 
 #include "can/protocol/node.h"
 #include "can/protocol/protocol.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::can::sdo_test {
 namespace {
@@ -74,6 +75,7 @@ TEST(SdoFrames, AreRejectedIfTheyAreNotExpedited) {
 }
 
 TEST(SdoFrames, MayBeShortIfTheyHoldWhatTheyAnnounce) {
+  shows("S-107");
   EXPECT_EQ(parse_sdo_response(frame_of(0x581, {0x60, 1, 0x20, 5}))->service, SdoService::written);
   EXPECT_EQ(parse_sdo_response(frame_of(0x581, {0x4B, 1, 0x20, 5, 0x34, 0x12}))->content,
             (SdoValue{.value = 0x1234, .bytes = 2}));
@@ -167,6 +169,7 @@ TEST(SdoSetup, TriesAgainAfterALostResponse) {
 }
 
 TEST(SdoSetup, FailsAfterThreeAttemptsIfTheNodeDoesNotAnswer) {
+  shows("S-109");
   SdoSetup setup = two_writes();
   std::vector<Bytes> sent;
   run(setup, 1000, [&](const Frame& frame) {
@@ -192,6 +195,7 @@ TEST(SdoSetup, UsesTheConfiguredTimeoutAndNumberOfAttempts) {
 }
 
 TEST(SdoSetup, GivesTheReasonWhyTheNodeRefuses) {
+  shows("S-109");
   SdoSetup setup{1, {{.object = object, .content = {.value = 9, .bytes = 1}}}};
   run(setup, 100, [&](const Frame&) {
     return std::optional(frame_of(0x581, {0x80, 0x01, 0x20, 0x05, 0x31, 0x00, 0x09, 0x06}));
@@ -202,6 +206,7 @@ TEST(SdoSetup, GivesTheReasonWhyTheNodeRefuses) {
 }
 
 TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
+  shows("S-109");
   SdoSetup setup{1, {{.object = object, .content = {.value = 9, .bytes = 1}}}};
   run(setup, 100, [&](const Frame& request) {
     const bool write = request.data[0] == 0x2F;
@@ -229,6 +234,7 @@ TEST(SdoSetup, TakesAValueOfWhichTheNodeDoesNotStateTheSize) {
 }
 
 TEST(SdoSetup, SaysThatTheNodeAnswersInSegments) {
+  shows("S-108");
   const SdoSetup setup = set_up_with({0x41, 0x01, 0x20, 0x05, 12, 0, 0, 0});
   EXPECT_TRUE(setup.has_failed());
   EXPECT_EQ(describe(setup.failure()),

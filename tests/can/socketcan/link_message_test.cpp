@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "can/socketcan/socketcan_bus.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::can::link_message_test {
 namespace {
@@ -175,6 +176,7 @@ TEST(InterfaceDoubts, NameTheModesInWhichFramesAreLost) {
 }
 
 TEST(InterfaceThatIsUpAgain, IsRefusedIfItIsNotAsItWasAtTheStart) {
+  shows("S-005");
   const Interface before = sound();
   EXPECT_EQ(refusal_of(before, before), Refusal::none);
   Interface now = before;
@@ -195,6 +197,7 @@ TEST(InterfaceThatIsUpAgain, IsRefusedIfItIsNotAsItWasAtTheStart) {
 }
 
 TEST(InterfaceMode, IsRefusedWithItsRemedyIfItIsListenOnly) {
+  shows("S-162");
   Interface interface = sound();
   interface.listen_only = true;
   try {
@@ -218,6 +221,7 @@ std::string refusal_of_fd(const std::string& name, const Interface& interface,
 }
 
 TEST(InterfaceMode, IsRefusedWithItsRemedyIfItHasNoFdAndAMessageNeedsFd) {
+  shows("S-162");
   EXPECT_EQ(
       refusal_of_fd("can0", sound(), {"AmpSet", "SensPos"}),
       "interface can0 takes no CAN FD frames, expected one that does for AmpSet, SensPos; take it down and "
@@ -234,6 +238,7 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItHasNoFdAndAMessageNeedsFd) {
 }
 
 TEST(InterfaceMode, IsRefusedWithItsRemedyIfItsDataBitRateIsNotTheConfiguredOne) {
+  shows("S-162");
   const BitRates rates{.nominal_bit_per_s = 1'000'000, .data_bit_per_s = 5'000'000};
   Interface interface = sound();
   interface.fd = true;

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "tests/can/socketcan/socketcan_fixture.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::can::serial_adapter_test {
 namespace {
@@ -86,6 +87,7 @@ TEST_F(SocketCanAdapter, CountsTheErrorsThatItsDriverReports) {
 }
 
 TEST_F(SocketCanAdapter, RefusesFramesWhileItIsStalledAndNeverSendsThemLater) {
+  shows("S-167");
   const auto bus = open(adapter->name(), {});
   adapter->stall();
   std::vector<std::string> accepted;

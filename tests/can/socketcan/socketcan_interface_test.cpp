@@ -1,5 +1,6 @@
 // The interface goes down, comes up, disappears and comes back with the same name.
 #include "tests/can/socketcan/socketcan_fixture.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::can::socketcan_interface_test {
 namespace {
@@ -43,6 +44,7 @@ TEST_F(SocketCanInterface, IsDownAfterAFailedSendToo) {
 }
 
 TEST_F(SocketCanInterface, MayDisappearAndComeBackWithTheSameName) {
+  shows("S-168");
   const auto bus = open("vcan9", {{0x181}});
   ASSERT_TRUE(shell("ip link del vcan9"));
   run_until([&] { return bus->state() == BusState::down; });

@@ -6,6 +6,7 @@
 
 #include "can/socketcan/raw_socket.h"
 #include "tests/can/socketcan/socketcan_fixture.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::can::socketcan_queue_test {
 namespace {
@@ -83,6 +84,7 @@ void SocketCanControllerQueue::sends_what_it_accepted_then_the_latest(int waitin
 }
 
 TEST_F(SocketCanControllerQueue, NeverSendsARefusedFrameLaterIfItIsFull) {
+  shows("S-166");
   sends_what_it_accepted_then_the_latest(2, 3);
 }
 

@@ -3,6 +3,7 @@
 
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/piezo.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::controller::axis_stall_test {
 namespace {
@@ -30,6 +31,7 @@ AxisConfig with_ramp() {
 }
 
 TEST(AxisAfterAStall, HasAReferenceThatIsOneCycleFurther) {
+  shows("S-046");
   IdealStage stage(with_ramp());
   ASSERT_TRUE(stage.tracks());
   while (stage.axis.report().reference_um < 15.0) stage.cycle();

@@ -8,6 +8,7 @@
 #include "controller/control/gate.h"
 #include "controller/control/supervisor.h"
 #include "tests/controller/control/healthy.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::controller::supervisor_bounds_test {
 namespace {
@@ -184,6 +185,7 @@ int cycles_until_lost(int losses, int good) {
 }
 
 TEST(LostSamples, AreCompensatedByTenGoodOnesEach) {
+  shows("S-093");
   EXPECT_EQ(cycles_until_lost(1, 10), 0);
   EXPECT_EQ(cycles_until_lost(3, 30), 0);
   EXPECT_EQ(cycles_until_lost(1, 9), 211)
