@@ -111,7 +111,10 @@ class Storm {
  public:
   explicit Storm(const StormConfig& storm) : storm_(storm), random_(storm.seed), rig_(one_axis()) {
     result_.failures.reserve(kept);
-    for (std::size_t i = 0; i < trouble_count; ++i) expected_[i] = expected_of(static_cast<Trouble>(i));
+    for (std::size_t i = 0; i < trouble_count; ++i) {
+      expected_[i] = expected_of(static_cast<Trouble>(i));
+      result_.by_trouble[i].within_ms = 1e3 * expected_[i].detected_within_s;
+    }
   }
 
   StormResult run() {
@@ -151,6 +154,8 @@ class Storm {
   void wait_s(double time_s) { rig_.run_for(can::Duration(std::llround(1e9 * time_s))); }
   const Expected& expected(Trouble trouble) const { return expected_[static_cast<std::size_t>(trouble)]; }
 
+  TroubleCount& count_of(Trouble trouble) { return result_.by_trouble[static_cast<std::size_t>(trouble)]; }
+
   /// The troubles of this episode: mostly one, sometimes up to three at once, no two the same.
   std::span<Drawn> draw() {
     const double share = uniform();
@@ -163,7 +168,7 @@ class Storm {
       drawn_[drawn++] = {.trouble = trouble,
                          .begins_s = count == 1 ? 0.0 : between(0.0, 0.05),
                          .lasts_s = 0.001 * std::pow(2000.0, uniform())};
-      ++result_.by_trouble[static_cast<std::size_t>(trouble)];
+      ++count_of(trouble).drawn;
     }
     return std::span(drawn_).first(drawn);
   }
@@ -225,6 +230,11 @@ class Storm {
     if (troubles.size() == 1 && std::ranges::find(causes, cause) == causes.end())
       note_failure(result_.other_cause, "of another cause");
     note_safe_command(troubles, cause);
+    if (troubles.size() > 1) return;
+    TroubleCount& count = count_of(troubles.front().trouble);
+    ++count.alone;
+    const double decided_s = can::seconds(rig_.decided_at().time_since_epoch()) - begun_s_;
+    count.latest_ms = std::max(count.latest_ms, 1e3 * (decided_s - *troubles.front().begun_s));
   }
 
   /// Without a bus no command goes out, and a late scheduler takes the next step late.
@@ -332,6 +342,14 @@ void print(const StormResult& r) {
     if (r.by_cause[i] != 0)
       std::printf("  %8llu  %s\n", static_cast<unsigned long long>(r.by_cause[i]),
                   std::string(to_string(static_cast<controller::Cause>(i))).c_str());
+  std::printf("  %-18s %8s %8s %12s %12s\n", "trouble", "drawn", "alone", "latest, ms", "bound, ms");
+  for (std::size_t i = 0; i < r.by_trouble.size(); ++i) {
+    const TroubleCount& count = r.by_trouble[i];
+    std::printf("  %-18s %8llu %8llu %12.3f %12.3f\n",
+                std::string(to_string(static_cast<Trouble>(i))).c_str(),
+                static_cast<unsigned long long>(count.drawn), static_cast<unsigned long long>(count.alone),
+                count.latest_ms, count.within_ms);
+  }
   for (const std::string& failure : r.failures) std::printf("! %s\n", failure.c_str());
 }
 

@@ -24,6 +24,14 @@ struct SafeTime {
   std::string episode;
 };
 
+/// What became of one kind of trouble.
+struct TroubleCount {
+  std::uint64_t drawn = 0;
+  std::uint64_t alone = 0;  ///< faults of episodes without another trouble
+  double latest_ms = 0.0;   ///< the longest time from the begin of the trouble to the decision, of those
+  double within_ms = 0.0;   ///< a trouble that lasts as long must be detected
+};
+
 struct StormResult {
   double virtual_s = 0.0;
   std::uint64_t cycles = 0;
@@ -40,7 +48,7 @@ struct StormResult {
   SafeTime between_steps;  ///< where the next step sends the safe command
   double steepest = 0.0;   ///< the largest step, as a part of what the slew limit allows
   std::array<std::uint64_t, controller::cause_count> by_cause{};
-  std::array<std::uint64_t, trouble_count> by_trouble{};
+  std::array<TroubleCount, trouble_count> by_trouble{};
   std::int64_t resident_after_warm_up_kB = 0;
   std::int64_t resident_at_end_kB = 0;
   std::vector<std::string> failures;  ///< descriptions of the first few of each kind
