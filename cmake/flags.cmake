@@ -4,6 +4,7 @@ set(HYSTCAN_SANITIZE "" CACHE STRING "Sanitizers to build with, e.g. address,und
 option(HYSTCAN_FUZZ "Build the fuzz targets with libFuzzer, and the rooms for it (needs clang)" OFF)
 
 option(HYSTCAN_UNITY "Compile several sources of a room as one, which spares reading the same headers for each" ON)
+option(HYSTCAN_COVERAGE "Count in the rooms what runs and which conditions decide (needs clang 18 or newer)" OFF)
 set(HYSTCAN_ALONE "" CACHE STRING "Rooms whose sources are compiled one by one all the same, e.g. control;can")
 
 if(NOT CMAKE_BUILD_TYPE)
@@ -42,6 +43,10 @@ if(HYSTCAN_SANITIZE)
   endif()
 endif()
 
+if(HYSTCAN_COVERAGE)
+  add_link_options(-fprofile-instr-generate)
+endif()
+
 # add_room(NAME SOURCES...): the static library hystcan_NAME of one room.
 function(add_room name)
   add_library(hystcan_${name} STATIC ${ARGN})
@@ -52,6 +57,9 @@ function(add_room name)
   endif()
   if(HYSTCAN_FUZZ)
     target_compile_options(hystcan_${name} PRIVATE -fsanitize=fuzzer-no-link)
+  endif()
+  if(HYSTCAN_COVERAGE)
+    target_compile_options(hystcan_${name} PRIVATE -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc)
   endif()
 endfunction()
 

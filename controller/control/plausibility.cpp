@@ -162,7 +162,7 @@ bool RampCheck::agrees_in_size(const Course& course) const {
   const auto [least_um, most_um] = moved_um(course, *window_);
   const double seen_um = direction_ * (*seen_um_ - window_->seen_um);
   return seen_um >= (least_um > 0.0 ? share * least_um : least_um / share) - error_um() &&
-         seen_um <= (most_um > 0.0 ? most_um / share : share * most_um) + error_um();
+         seen_um <= most_um / share + error_um();
 }
 
 /// In the present direction.

@@ -86,8 +86,8 @@ class Course {
 //   s (y - y_1) <= D / (1 - p) + e          } 8 %, when the delays do not matter any more; six cycles each
 //
 //   s       direction in which the model's position moves
-//   d, D    the least and the most that it has moved; where d < 0, or D < 0, the bound is d / (1 - p), or
-//           (1 - p) D
+//   d, D    the least and the most that it has moved; where d < 0, the bound is d / (1 - p). D >= 0, because
+//           the windows begin again where the model turns
 //   y       mean of the samples over about two cycles, less what the other axes have added
 //   p       `doubt`
 //   e       0.3 % of the stroke, the ringing at the corners of the ramp, v / w, and the range of y at rest

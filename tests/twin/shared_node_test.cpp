@@ -53,6 +53,13 @@ BO_ 642 StatusOfYWithoutFault: 12 Vector__XXX
  SG_ FaultY : 32|1@1- (1,0) [0|0] "" X
  SG_ OutY : 56|16@1- (0.01,0) [0|0] "V" X
 
+BO_ 2147484033 StatusOfYExtended: 12 Vector__XXX
+ SG_ Crc : 0|16@1+ (1,0) [0|0] "" X
+ SG_ Counter : 16|4@1+ (1,0) [0|0] "" X
+ SG_ StateY : 22|2@1+ (1,0) [0|0] "" X
+ SG_ FaultY : 32|8@1+ (1,0) [0|0] "" X
+ SG_ OutY : 56|16@1- (0.01,0) [0|0] "V" X
+
 BO_ 386 Sample: 16 Vector__XXX
  SG_ Crc : 0|16@1+ (1,0) [0|0] "" X
  SG_ Counter : 16|4@1+ (1,0) [0|0] "" X
@@ -254,6 +261,49 @@ TEST(SharedAmplifier, SendsTwoStatusesWhereEachAxisHasItsOwn) {
   EXPECT_EQ(bench.heard_[0x181], 0) << "x has not changed";
   EXPECT_EQ(bench.heard_[0x281], 1);
   EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
+}
+
+// 0x181 in a base frame and in an extended one.
+TEST(SharedAmplifier, SendsTwoStatusesWhereTheirIdentifiersDifferInTheirKindAlone) {
+  Config config = two_axes();
+  config.axes[1].wire.frames->status->message = "StatusOfYExtended";
+  Bench bench(config);
+  bench.start_nodes();
+  std::array<int, 2> heard{};
+  bench.tester_->on_frame([&](const can::Frame& frame, can::Time) {
+    if (frame.id == 0x181) ++heard.at(frame.extended ? y : x);
+  });
+  bench.amplifier(y).begin_internal_fault();
+  bench.run(milliseconds(1));
+  EXPECT_EQ(heard[x], 0) << "x has not changed";
+  EXPECT_EQ(heard[y], 1);
+}
+
+TEST(SharedAmplifier, SendsAStatusThatHasNoSignalForTheFault) {
+  Config config = two_axes();
+  config.axes[1].wire.frames->status->message = "StatusOfY";
+  config.axes[1].wire.frames->status->signals.erase("fault");
+  Bench bench(config);
+  bench.start_nodes();
+  bench.amplifier(y).begin_internal_fault();
+  bench.run(milliseconds(1));
+  EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
+}
+
+// 16 bits of 0.01 V hold 327.67 V. A status with a wrong output would be worse than none.
+TEST(SharedAmplifier, SendsNoStatusWhereTheOutputOfAnAxisDoesNotFitItsSignal) {
+  for (const std::size_t axis : {x, y}) {
+    Config config = two_axes();
+    config.axes[axis].axis.plant.amplifier.drive_max = 400.0;
+    Bench bench(config);
+    bench.start_nodes();
+    bench.drive(axis == x ? 327.0 : 20.0, axis == y ? 327.0 : 20.0, 20);
+    EXPECT_GT(bench.heard_[0x181], 0);
+    bench.drive(axis == x ? 330.0 : 20.0, axis == y ? 330.0 : 20.0, 5);
+    bench.heard_.clear();
+    bench.drive(axis == x ? 330.0 : 20.0, axis == y ? 330.0 : 20.0, 50);
+    EXPECT_EQ(bench.heard_[0x181], 0) << "axis " << axis;
+  }
 }
 
 /// What the amplifier of y sends in this message after an internal fault.

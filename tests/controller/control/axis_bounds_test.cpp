@@ -319,6 +319,31 @@ TEST(AxisExpectation, InOpenLoopIsTheLastPosition) {
   EXPECT_EQ(stage.axis.closed_loop(), nullptr);
 }
 
+TEST(AxisReference, BeginsWithTheCycleInWhichTheAxisBeginsToTrack) {
+  IdealStage stage;
+  EXPECT_FALSE(stage.axis.reference_at(stage.time_s)) << "the axis does not track";
+  ASSERT_TRUE(stage.tracks());
+  const double begin_s = stage.time_s;
+  const double first_um = stage.axis.report().reference_um;
+  for (int i = 0; i < 25; ++i) stage.cycle();
+  EXPECT_FALSE(stage.axis.reference_at(std::nextafter(begin_s, 0.0)));
+  ASSERT_TRUE(stage.axis.reference_at(begin_s));
+  EXPECT_EQ(stage.axis.reference_at(begin_s)->value_um, first_um);
+  EXPECT_EQ(stage.axis.reference_at(stage.time_s)->value_um, stage.axis.report().reference_um);
+  EXPECT_GT(stage.axis.report().reference_um, first_um) << "in the middle of the transition to 15 um";
+  stage.axis.stop();
+  stage.cycle();
+  EXPECT_FALSE(stage.axis.reference_at(stage.time_s));
+}
+
+TEST(AxisReference, DoesNotExistInOpenLoop) {
+  AxisConfig config = support::piezo_axis();
+  config.excitation = Excitation::Hysteresis{.low = 10.0, .high = 90.0};
+  IdealStage stage(config);
+  ASSERT_TRUE(stage.tracks());
+  EXPECT_FALSE(stage.axis.reference_at(stage.time_s));
+}
+
 TEST(AxisExpectation, LooksAheadInClosedLoopByAtLeastTheDelayOfTheCommand) {
   EXPECT_GE(Axis(support::piezo_axis()).closed_loop()->preview_s(cycle_s), 1e-3);
 }

@@ -174,6 +174,18 @@ TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
   EXPECT_EQ(stage.axis.retune(tuning), std::nullopt) << "the axis is not driven";
 }
 
+TEST(AxisRetune, LetsTheAxisLearnFromThenOn) {
+  IdealStage stage(tracking_axis());
+  ASSERT_TRUE(stage.tracks());
+  ASSERT_EQ(stage.axis.closed_loop()->learning(), nullptr);
+  AxisConfig config = tracking_axis();
+  config.learning = {.rate = 0.5, .correction_max_um = 1.0};
+  config.learning->plans = {{.phases = 200, .cycle_s = cycle_s, .taps = {1.0}, .duration_s = 0.3}, {}};
+  AxisTuning tuning(config, false);
+  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
+  EXPECT_NE(stage.axis.closed_loop()->learning(), nullptr);
+}
+
 TEST(AxisRetune, IsRefusedInOpenLoop) {
   AxisConfig config = support::piezo_axis();
   config.excitation = Excitation::Hysteresis{.low = 20.0, .high = 60.0};

@@ -122,6 +122,24 @@ TEST(ControlLaw, DoesNotWindUpAtTheModelsThreshold) {
   EXPECT_LT(after.drive, 90.0);
 }
 
+// The loop between the virgin curve and a turning point 1e-310 V above its start is 1.5 um high: its
+// exponential overflows.
+TEST(ControlLaw, SaysThatItsDriveIsNotReliableOnABranchThatDoesNotIncrease) {
+  ControlLaw feed_forward = law(Structure::inverse);
+  const model::Hysteresis actuator(support::piezo_model());
+  model::HysteresisState memory = actuator.virgin(0.0);
+  actuator.advance(memory, 1e-310);
+  for (const bool turned : {false, true}) {
+    if (turned) actuator.advance(memory, 5e-311);
+    feed_forward.remember(memory);
+    const ControlLaw::Demand demand = feed_forward.propose({.reference_um = memory.output,
+                                                            .previewed_um = memory.output,
+                                                            .position_um = std::nullopt,
+                                                            .dt_s = dt_s});
+    EXPECT_EQ(demand.limits & limit::not_invertible, turned ? limit::not_invertible : limit::none);
+  }
+}
+
 TEST(ControlLaw, MemoryFollowsTheAppliedDriveAndNotTheRequestedDrive) {
   ControlLaw feed_forward = law(Structure::inverse);
   feed_forward.propose(

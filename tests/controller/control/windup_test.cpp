@@ -105,6 +105,17 @@ TEST(Windup, SaturationByPAloneDoesNotDriveTheIntegralAway) {
   EXPECT_LE(law.integral_um(), law.predicted_um() - 25.0 + 100.0 * 20.0 * dt_s) << "at most limit - F";
 }
 
+TEST(Windup, AnIntegralWithoutGainsStaysWhereItIsAtALimit) {
+  ControlLaw law(
+      {.structure = Structure::pi, .model = support::piezo_model(), .pi = {.kp = 0.0, .ki_per_s = 0.0}});
+  support::restart_at_lower_threshold(law, 1.5);
+  const double before_um = law.integral_um();
+  law.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 4.0, .dt_s = dt_s});
+  law.commit(45.0);
+  EXPECT_GT(law.predicted_um(), before_um + 5.0) << "far from the demand";
+  EXPECT_EQ(law.integral_um(), before_um);
+}
+
 // Structure pi demands the whole stroke by the integral: 40 um is out of reach, 20 um is not. Without
 // anti-windup half a second at 60 / s and 10 um is 300 um of integral, which takes as long to remove.
 TEST(Windup, SaturationOfTheModelCausesNoMoreOvershootThanTheLinearLoop) {
