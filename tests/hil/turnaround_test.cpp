@@ -192,6 +192,45 @@ TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
   EXPECT_LT(median_ratio, 1.85) << "the budget is missed (docs/latency.md), and must not be missed by more";
 }
 
+/// In us, ascending: how late the controller sent each SYNC while axis x tracked, from its CSV.
+std::vector<double> latenesses() {
+  const std::string csv = log_of("cycles.csv");
+  {
+    LiveBench bench({"vcan0", "vcan0"});
+    bench.candump.reset();
+    bench.start_controller({"--csv", csv});
+    EXPECT_TRUE(bench.tracks()) << bench.controller->err();
+    std::this_thread::sleep_for(std::chrono::seconds(5));
+    bench.controller->send(SIGTERM);
+    EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
+  }
+  std::vector<double> us;
+  std::size_t axis = 0, state = 0, lateness = 0;
+  std::ifstream file(csv);
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with('#')) continue;
+    std::vector<std::string> cells;
+    std::istringstream words(line);
+    for (std::string cell; std::getline(words, cell, ',');) cells.push_back(cell);
+    const auto place = [&](const char* name) {
+      return static_cast<std::size_t>(std::ranges::find(cells, name) - cells.begin());
+    };
+    if (lateness == 0) {
+      axis = place("axis"), state = place("state"), lateness = place("lateness_us");
+    } else if (cells.at(axis) == "x" && cells.at(state) == "tracking") {
+      us.push_back(std::stod(cells.at(lateness)));
+    }
+  }
+  std::ranges::sort(us);
+  return us;
+}
+
+TEST(Icount, TheLatenessOfTheSyncIsMeasured) {
+  const std::vector<double> us = latenesses();
+  ASSERT_GT(us.size(), 4900U);
+  hil::print_times("controller", "latenesses", us);
+}
+
 // What each part of the way in costs, beside a program that does nothing else.
 TEST(Icount, TheWaysToWaitForASampleAreMeasuredBesideEachOther) {
   struct Way {

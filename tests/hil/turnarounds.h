@@ -32,9 +32,10 @@ inline double quantile(const std::vector<double>& ascending, double q) {
   return ascending.at(static_cast<std::size_t>(q * static_cast<double>(ascending.size() - 1)));
 }
 
-inline void print_turnarounds(const char* who, const std::vector<double>& us) {
-  std::printf("%-10s %6zu turnarounds: p50 %6.1f us, p99 %6.1f us, p99.9 %6.1f us, max %6.1f us\n", who,
-              us.size(), quantile(us, 0.5), quantile(us, 0.99), quantile(us, 0.999), us.back());
+/// Quantiles and a histogram of times in us, ascending; tests/hil/kernels reads them.
+inline void print_times(const char* who, const char* what, const std::vector<double>& us) {
+  std::printf("%-10s %6zu %s: p50 %6.1f us, p99 %6.1f us, p99.9 %6.1f us, max %6.1f us\n", who, us.size(),
+              what, quantile(us, 0.5), quantile(us, 0.99), quantile(us, 0.999), us.back());
   constexpr double bin_us = 5.0;
   for (std::size_t i = 0; i < us.size();) {
     const double top = bin_us * (std::floor(us[i] / bin_us) + 1.0);
@@ -42,6 +43,10 @@ inline void print_turnarounds(const char* who, const std::vector<double>& us) {
     while (i < us.size() && us[i] < top) ++i;
     std::printf("    %5.0f..%-5.0f us %6zu\n", top - bin_us, top, i - first);
   }
+}
+
+inline void print_turnarounds(const char* who, const std::vector<double>& us) {
+  print_times(who, "turnarounds", us);
 }
 
 }  // namespace hystcan::hil
