@@ -89,7 +89,7 @@ bool AmplifierLink::on_status(const can::Frame& frame, can::Time now) {
   if (!received) return false;
   const can::AmpState before = status_.state;
   status_heard_ = now;
-  moves_ = reports_a_move(*received);
+  moves_ = std::exchange(is_first_status_, false) || reports_a_move(*received);
   status_ = *received;
   if (flags_report_fault_ && received->fault != 0) status_.state = can::AmpState::fault;
   fault_seen_ |= status_.state == can::AmpState::fault;
@@ -108,6 +108,7 @@ bool AmplifierLink::reports_a_move(const can::AmpStatus& next) const {
 void AmplifierLink::forget_status() {
   if (decode_) decode_->restart();
   status_ = status_at_first_;
+  is_first_status_ = true;
 }
 
 void AmplifierLink::on_bus_loss(can::BusState state) {

@@ -95,6 +95,7 @@ class AmplifierLink : public RemoteNode {
   bool flags_report_fault_ = false;  ///< The state field alone does not report a fault.
   can::AmpStatus status_at_first_;   ///< What holds before a status comes, or where none ever comes.
   can::AmpStatus status_;            ///< The last one received.
+  bool is_first_status_ = true;      ///< The next one; there is none to compare it with.
   can::Time status_heard_{};
   bool moves_ = false;  ///< Enabled, or ramping down: `status_` does not say where the output is.
   // Since the last step, however briefly:

@@ -222,7 +222,8 @@ void RunWriter::write(std::string& rows, std::string& changes) {
       changes_file_->add("time,key,from,to\n");
     }
     changes_file_->add(changes);
-    changes_file_->flush();
+    if (const std::error_code error = changes_file_->flush(); error)
+      throw std::system_error(error, changes_file_->path().string());
   }
   part_->add(rows);
   if (const std::error_code error = part_->flush(); error)

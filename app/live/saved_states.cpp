@@ -76,8 +76,11 @@ void SavedStates::restore(controller::Controller& controller) const {
 void SavedStates::forget(std::size_t axis) {
   if (axes_[axis].file.empty() || axes_[axis].forgotten) return;
   axes_[axis].forgotten = true;
-  std::error_code ignored;
-  std::filesystem::remove(axes_[axis].file, ignored);
+  std::error_code error;
+  std::filesystem::remove(axes_[axis].file, error);
+  if (error)
+    spdlog::warn("{}: cannot be removed: {}; the next start must not restore", axes_[axis].file.string(),
+                 error.message());
 }
 
 void SavedStates::save(const controller::Controller& controller) const {

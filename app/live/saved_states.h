@@ -20,7 +20,7 @@ class SavedStates {
   explicit SavedStates(const config::Config& config);
 
   void restore(controller::Controller& controller) const;
-  /// Removes the file of an axis that is driven now.
+  /// Removes the file of an axis that is driven now. Logs a warning if it cannot be removed.
   void forget(std::size_t axis);
   /// Saves every axis that was stopped cleanly. Logs a warning if a file cannot be written.
   void save(const controller::Controller& controller) const;

@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -11,6 +13,7 @@
 #include <boost/asio/ip/address.hpp>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "base/error.h"
@@ -63,6 +66,39 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
   return token;
 }
 
+/// Nothing if there is no such file.
+std::optional<std::string> token_there(const std::filesystem::path& file) {
+  const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  if (opened.get() >= 0) return read_token(file, opened);
+  if (errno != ENOENT) fail(file, fmt::format("cannot be read: {}", std::strerror(errno)));
+  return std::nullopt;
+}
+
+/// Returns zero or the errno.
+int write_line(const Descriptor& into, std::string_view line) {
+  while (!line.empty()) {
+    const ssize_t size = ::write(into.get(), line.data(), line.size());
+    if (size < 0) return errno;
+    line.remove_prefix(static_cast<std::size_t>(size));
+  }
+  return 0;
+}
+
+/// Makes the file, complete or not at all; nothing if there is one meanwhile.
+std::optional<std::string> token_made(const std::filesystem::path& file) {
+  std::string temporary = file.string() + ".XXXXXX";
+  const Descriptor made(::mkostemp(temporary.data(), O_CLOEXEC));  // mode 0600
+  if (made.get() < 0) fail(file, fmt::format("cannot be created: {}", std::strerror(errno)));
+  std::string token = new_token();
+  int error = write_line(made, token + "\n");
+  if (error == 0 && ::renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) != 0)
+    error = errno;
+  if (error == 0) return token;
+  ::unlink(temporary.c_str());
+  if (error != EEXIST) fail(file, fmt::format("cannot be written: {}", std::strerror(error)));
+  return std::nullopt;
+}
+
 }  // namespace
 
 PageAccess::PageAccess(std::vector<std::string> names, std::string token)
@@ -107,21 +143,10 @@ std::string new_token() {
 }
 
 std::string token_of(const std::filesystem::path& file) {
-  const Descriptor made(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (made.get() < 0) {
-    if (errno != EEXIST) fail(file, fmt::format("cannot be created: {}", std::strerror(errno)));
-    const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
-    if (opened.get() < 0) fail(file, fmt::format("cannot be read: {}", std::strerror(errno)));
-    return read_token(file, opened);
-  }
-  std::string token = new_token();
-  const std::string line = token + "\n";
-  if (::write(made.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
-    const int error = errno;
-    ::unlink(file.c_str());
-    fail(file, fmt::format("cannot be written: {}", std::strerror(error)));
-  }
-  return token;
+  if (auto token = token_there(file)) return *std::move(token);
+  if (auto token = token_made(file)) return *std::move(token);
+  if (auto token = token_there(file)) return *std::move(token);  // of another program, made meanwhile
+  fail(file, "vanished while it was read");
 }
 
 }  // namespace hystcan::app

@@ -176,6 +176,12 @@ class Table {
     for (const Column& column : columns) add(where, column, is_deflated);
   }
 
+  /// Throws where the last rows could not be written: H5Fflush() does not say so of a dataset that is closed.
+  void close() {
+    for (Dataset& dataset : datasets_)
+      if (dataset.handle.close() < 0) refuse(file_, "cannot be written");
+  }
+
   void append(std::span<const std::vector<double>> columns) {
     if (columns.empty() || columns.front().empty()) return;
     keep_quiet();
@@ -278,7 +284,7 @@ class Writer final : public Hdf5Writer {
 
   void close() override {
     keep_quiet();
-    tables_.clear();
+    for (Table& table : tables_) table.close();
     if (H5Fflush(file_.get(), H5F_SCOPE_LOCAL) < 0 || file_.close() < 0) refuse(path_, "cannot be written");
   }
 

@@ -103,6 +103,18 @@ TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep
   EXPECT_TRUE(axis.health().amplifier_enabled) << "each event counts once";
 }
 
+// Otherwise the axis would begin to drive from an output that is still on its way.
+TEST(AmplifierStatus, IsNotAtRestWithTheFirstOneNorWithTheFirstOneAfterABootUp) {
+  LoneAxis axis = lone();
+  for (int boot_up = 0; boot_up < 2; ++boot_up) {
+    axis.hear_status({.state = can::AmpState::ready});
+    EXPECT_TRUE(axis.health().amplifier_moves);
+    axis.hear_status({.state = can::AmpState::ready});
+    EXPECT_FALSE(axis.health().amplifier_moves);
+    axis.wired.amplifier.on_heartbeat(can::heartbeat_frame(1, can::NmtState::boot_up), {});
+  }
+}
+
 config::Config with_verification() {
   config::Config config = one_axis();
   config.axes[0].control.verify_watchdog = true;

@@ -2,6 +2,8 @@
 #include "app/live/saved_states.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <chrono>
 #include <fstream>
@@ -107,6 +109,23 @@ TEST(SavedStates, AreRemovedAsSoonAsTheAxisIsDriven) {
   EXPECT_TRUE(std::filesystem::exists(stage.files / "y.state.toml"));
   stage.set_start_up("restore");
   expect_refused(stage, "there is no such file, so the last stop was not clean");
+}
+
+TEST(SavedStates, ThatCannotBeRemovedAreAWarning) {
+  StoppedStage stage;
+  stage.run_and_save();
+  SavedStates states(stage.load());
+  std::filesystem::remove(stage.state());
+  std::filesystem::create_directories(stage.state() / "in the way");
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+  states.forget(0);
+  spdlog::set_default_logger(before);
+  EXPECT_NE(log.str().find("x.state.toml: cannot be removed: Directory not empty; the next start must not"),
+            std::string::npos)
+      << log.str();
 }
 
 TEST(SavedStates, OfAFaultedAxisAreNotWritten) {
