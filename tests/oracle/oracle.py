@@ -121,7 +121,8 @@ class Judge:
         counter = self.byte(syncs, 0).astype(int)
         gone = self.near(syncs, BUS_IS_GONE)[1:]
         self.note("SYNC counter", syncs[1:], (counter[1:] != counter[:-1] % 240 + 1) & ~gone)
-        self.note("SYNC too early", syncs[1:], (numpy.diff(self.time_s[syncs]) < 0.5 / self.facts["rate_Hz"] - 2 * FRAME_S) & ~gone)
+        shortest_s = 0.5 / self.facts["rate_Hz"] - 2 * FRAME_S
+        self.note("SYNC too early", syncs[1:], (numpy.diff(self.time_s[syncs]) < shortest_s) & ~gone)
         self.syncs = syncs
         return counter
 
@@ -237,7 +238,8 @@ class Judge:
         gone = self.near(reports, BUS_IS_GONE)
         self.note("axis status CRC", reports, crc(these) != these["data"][:, 7])
         self.note("axis status counter", reports[1:], (counter[1:] != (counter[:-1] + 1) % 16) & ~gone[1:])
-        self.note("axis status", reports, (these["data"][:, 4] > FAULTED) | ((these["data"][:, 4] == FAULTED) != (these["data"][:, 5] != 0)))
+        state, cause = these["data"][:, 4], these["data"][:, 5]
+        self.note("axis status", reports, (state > FAULTED) | ((state == FAULTED) != (cause != 0)))
         orders = self.data_frames(NMT, 2)
         self.note("NMT of another kind", orders, ~numpy.isin(self.byte(orders, 0), (1, 2, 128)))  # 2: of the tester
 
