@@ -56,7 +56,8 @@ TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChangedWhileTheStreamWasL
   boost::asio::io_context context;
   PageClients clients;
   PageEvents events(clients);
-  WriterRole role(context, [this] { return bench_.socket(); }, clients, events);
+  WriterRole role(
+      context, [this] { return bench_.socket(); }, clients, events);
   const auto read = [&] {
     bool is_read = false;
     role.read_settings([&](const json& answer) { is_read = answer.value("ok", false); });
