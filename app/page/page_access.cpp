@@ -91,10 +91,10 @@ std::optional<std::string> token_made(const std::filesystem::path& file) {
   if (made.get() < 0) fail(file, fmt::format("cannot be created: {}", std::strerror(errno)));
   std::string token = new_token();
   int error = write_line(made, token + "\n");
-  if (error == 0 && ::renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) != 0)
-    error = errno;
-  if (error == 0) return token;
+  // Not renameat2(RENAME_NOREPLACE), which a network file system refuses.
+  if (error == 0 && ::link(temporary.c_str(), file.c_str()) != 0) error = errno;
   ::unlink(temporary.c_str());
+  if (error == 0) return token;
   if (error != EEXIST) fail(file, fmt::format("cannot be written: {}", std::strerror(error)));
   return std::nullopt;
 }

@@ -61,8 +61,8 @@ void WriterRole::read_settings(ControlLink::Done done) {
   });
 }
 
-/// Links whose other end may be gone with the controller. The settings stay known: what changes until the next
-/// reading, at the same controller that was only lost for a moment or at one begun anew, is an event too.
+/// Links whose other end may be gone with the controller. The settings stay known: what changes until the
+/// next reading, at the same controller that was lost for a moment or at a new one, is an event too.
 void WriterRole::controller_changed() {
   for (ControlLink* link : {&reading_, &writing_})
     if (!link->is_busy()) link->close();

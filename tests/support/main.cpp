@@ -9,7 +9,8 @@
 
 namespace {
 
-/// "passed Storm.Ends: S-012, S-034": what a test shows (tests/support/shows.h), also where only failures are printed.
+/// "passed Storm.Ends: S-012, S-034": what a test shows (tests/support/shows.h), also where only failures are
+/// printed.
 class Promises : public testing::EmptyTestEventListener {
   void OnTestEnd(const testing::TestInfo& test) override {
     const testing::TestResult& result = *test.result();

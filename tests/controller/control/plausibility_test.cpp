@@ -1,5 +1,5 @@
-// The check of the start-up's ramps beside a slow sensor. tests/safety/ramp_check_test.cpp has the check in an
-// axis.
+// The check of the start-up's ramps beside a slow sensor. tests/safety/ramp_check_test.cpp has the check
+// in an axis.
 #include "controller/control/plausibility.h"
 
 #include <gtest/gtest.h>
