@@ -1,5 +1,5 @@
-// Which promises of the documents a test shows. tests/support/main.cpp says it at the end of the test, with the
-// verdict; scripts/evidence reads that from the log.
+// Which promises of the documents a test shows. tests/support/main.cpp says it at the end of the test,
+// with the verdict; scripts/evidence reads that from the log.
 #pragma once
 
 #include <gtest/gtest.h>
