@@ -1,4 +1,6 @@
-"""The safety code and the test programs that exercise it, for scripts/mutants and scripts/coverage."""
+"""The safety code and the test programs that exercise it, for scripts/mutants, scripts/coverage and scripts/evidence."""
+import hashlib
+import pathlib
 
 CONTROL = ("hystcan_control_tests", "hystcan_safety_tests")
 PROTOCOL = ("hystcan_can_tests", "hystcan_safety_tests")
@@ -17,3 +19,8 @@ PROGRAMS = {
     "can/protocol/e2e.cpp": PROTOCOL,
     "twin/amplifier_node.cpp": TWIN,
 }
+
+
+def digest_of(source):
+    """Tells whether a source is still the one that was measured."""
+    return hashlib.sha256((pathlib.Path(__file__).resolve().parent.parent / source).read_bytes()).hexdigest()[:12]
