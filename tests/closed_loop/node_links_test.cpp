@@ -63,6 +63,80 @@ TEST_F(Amplifier, IsInFaultByItsFaultFieldWhereThereIsNoState) {
   EXPECT_TRUE(lone.health().amplifier_fault);
 }
 
+TEST_F(Amplifier, RestsAtItsSafeValueWhereItReportsNoOutput) {
+  setup_.controller.axes[0].axis.gate.safe_drive = 5.0;
+  frames().status->signals.erase("output");
+  support::LoneAxis lone = axis();
+  lone.hear_status({.state = can::AmpState::ready});
+  EXPECT_EQ(lone.wired.amplifier.output(), 5.0);
+  EXPECT_FALSE(lone.health().amplifier_enabled);
+}
+
+TEST_F(Amplifier, IsEnabledWhereItReportsNoState) {
+  frames().status->signals.erase("state");
+  support::LoneAxis lone = axis();
+  lone.hear_status({.output = 50.0});
+  EXPECT_TRUE(lone.health().amplifier_enabled);
+  EXPECT_EQ(lone.wired.amplifier.output(), 50.0);
+}
+
+TEST_F(Amplifier, WithoutAStatusIsEnabledAtItsSafeValueAndItsStatusIsNeverOld) {
+  setup_.controller.axes[0].axis.gate.safe_drive = 5.0;
+  frames().status.reset();
+  support::LoneAxis lone = axis();
+  const controller::NodeHealth health = lone.health(BusState::active, can::Time(std::chrono::hours(1)));
+  EXPECT_TRUE(health.amplifier_enabled);
+  EXPECT_EQ(health.amplifier_output, 5.0);
+  EXPECT_EQ(health.status_age_s, 0.0);
+}
+
+TEST_F(Amplifier, MovesIfItsOutputChangesByMoreThanAHundredthOfTheRangeFromOneStatusToTheNext) {
+  setup_.controller.axes[0].axis.gate.drive_min = -25.0;  // to 75 V: a range of 100 V
+  setup_.controller.axes[0].axis.gate.drive_max = 75.0;
+  support::LoneAxis lone = axis();
+  const auto moves = [&](double output) {
+    lone.hear_status({.output = output, .state = can::AmpState::ready});
+    return lone.health().amplifier_moves;
+  };
+  EXPECT_TRUE(moves(50.0)) << "there is none to compare the first one with";
+  EXPECT_FALSE(moves(50.0));
+  EXPECT_FALSE(moves(51.0));
+  EXPECT_TRUE(moves(52.01));
+  EXPECT_FALSE(moves(51.02));
+  EXPECT_TRUE(moves(50.01));
+}
+
+TEST_F(Amplifier, MovesFromACommandThatEnablesItUntilItsNextStatus) {
+  support::LoneAxis lone = axis();
+  const auto rest = [&] {
+    lone.hear_status({.state = can::AmpState::ready});
+    lone.hear_status({.state = can::AmpState::ready});
+  };
+  rest();
+  lone.wired.amplifier.put(controller::AxisCommand{.drive = 0.0, .enable = false}, 1);
+  EXPECT_FALSE(lone.health().amplifier_moves);
+  lone.wired.amplifier.put(std::nullopt, 2);
+  EXPECT_FALSE(lone.health().amplifier_moves);
+  lone.wired.amplifier.put(controller::AxisCommand{.drive = 0.0, .enable = true}, 3);
+  EXPECT_TRUE(lone.health().amplifier_moves);
+  rest();
+  EXPECT_FALSE(lone.health().amplifier_moves);
+}
+
+TEST_F(Amplifier, RepeatsAStatusIfItsStateIsTheOneBeforeAndNotOff) {
+  support::LoneAxis lone = axis();
+  can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(setup_.database, wire()));
+  const auto repeats = [&](can::AmpState state) {
+    return lone.wired.amplifier.on_status(*encode({.state = state}), {});
+  };
+  EXPECT_FALSE(repeats(can::AmpState::off));
+  EXPECT_FALSE(repeats(can::AmpState::ready));
+  EXPECT_TRUE(repeats(can::AmpState::ready));
+  EXPECT_FALSE(repeats(can::AmpState::enabled));
+  EXPECT_TRUE(repeats(can::AmpState::enabled));
+  EXPECT_FALSE(lone.wired.amplifier.on_status({.id = 0x181}, {})) << "no status at all";
+}
+
 TEST_F(Sensor, WithoutACounterMaySendAFrameTwiceButNotTwoDifferentOnesForASync) {
   shows("S-006");
   frames().sample.integrity = can::Integrity::none;
@@ -73,6 +147,46 @@ TEST_F(Sensor, WithoutACounterMaySendAFrameTwiceButNotTwoDifferentOnesForASync) 
   EXPECT_FALSE(sensor.is_doubled());
   ASSERT_TRUE(sensor.on_sample(first_sample(7, 11.0), 7));
   EXPECT_TRUE(sensor.is_doubled());
+}
+
+TEST_F(Sensor, IsNotDoubledByTheNextSampleNorByAFrameThatIsNotUsed) {
+  support::LoneAxis lone = axis();
+  controller::SensorLink& sensor = lone.wired.sensor;
+  can::Encoder<can::SensorSample> encode(*can::find_layout<can::SensorSample>(setup_.database, wire()));
+  const auto hear = [&](std::uint8_t sync_counter, double position_um) {
+    return sensor.on_sample(*encode({.position_um = position_um, .sync_counter = sync_counter}), 7).has_value();
+  };
+  EXPECT_TRUE(hear(7, 10.0));
+  EXPECT_FALSE(sensor.is_doubled());
+  EXPECT_TRUE(hear(7, 11.0));
+  EXPECT_TRUE(sensor.is_doubled());
+  EXPECT_FALSE(sensor.on_sample({.id = 0x182}, 7));
+  EXPECT_FALSE(sensor.is_doubled());
+  EXPECT_TRUE(hear(7, 12.0));
+  ASSERT_TRUE(sensor.is_doubled());
+  EXPECT_TRUE(hear(8, 10.0));
+  EXPECT_FALSE(sensor.is_doubled());
+}
+
+TEST_F(Sensor, ThatNamesNoSyncIsNeverDoubled) {
+  frames().sample.signals.erase("sync_counter");
+  frames().sample.integrity = can::Integrity::none;
+  support::LoneAxis lone = axis();
+  controller::SensorLink& sensor = lone.wired.sensor;
+  ASSERT_TRUE(sensor.on_sample(first_sample(0, 10.0), 7));
+  ASSERT_TRUE(sensor.on_sample(first_sample(0, 11.0), 7));
+  EXPECT_FALSE(sensor.is_doubled());
+}
+
+TEST_F(Sensor, MayNameASyncAgainHalfARoundOfTheCounterLater) {
+  frames().sample.integrity = can::Integrity::none;
+  support::LoneAxis lone = axis();
+  controller::SensorLink& sensor = lone.wired.sensor;
+  sensor.on_sample(first_sample(7, 10.0), 1);
+  sensor.on_sample(first_sample(7, 11.0), can::sync_counter_max / 2);
+  EXPECT_TRUE(sensor.is_doubled());
+  sensor.on_sample(first_sample(7, 12.0), can::sync_counter_max);
+  EXPECT_FALSE(sensor.is_doubled());
 }
 
 TEST_F(Sensor, MayBeginWithAnyCounterAfterItsBootUp) {
@@ -115,6 +229,21 @@ TEST_F(BusLoss, LeavesNoStatusOfTheAmplifierAndNoCounterOfEitherNode) {
   EXPECT_EQ(lone.wired.amplifier.output(), 50.0);
 }
 
+TEST_F(BusLoss, IsKnownInTheNextStepHoweverBrieflyItLasted) {
+  support::LoneAxis lone = axis();
+  lone.wired.amplifier.on_bus_loss(BusState::bus_off);
+  controller::NodeHealth health = lone.health();
+  EXPECT_FALSE(health.bus_on);
+  EXPECT_TRUE(health.interface_up);
+  EXPECT_TRUE(lone.health().bus_on) << "it counts for one step";
+  lone.wired.amplifier.on_bus_loss(BusState::down);
+  health = lone.health();
+  EXPECT_TRUE(health.bus_on);
+  EXPECT_FALSE(health.interface_up);
+  EXPECT_FALSE(lone.health(BusState::bus_off).bus_on) << "as long as it lasts";
+  EXPECT_FALSE(lone.health(BusState::down).interface_up);
+}
+
 TEST_F(BusLoss, LeavesNoCommandThatWaitsForTheEchoOfTheOneBefore) {
   shows("S-169");
   can::VirtualClock clock;
@@ -130,6 +259,82 @@ TEST_F(BusLoss, LeavesNoCommandThatWaitsForTheEchoOfTheOneBefore) {
   ASSERT_TRUE(lone.health().commands_late);
   amplifier.on_bus_loss(BusState::bus_off);
   EXPECT_FALSE(lone.health().commands_late);
+}
+
+using Frames = AxisOfTheStage;
+
+TEST_F(Frames, OfLiveSetpointsAndScanMarkersAreThoseOfAnAxisThatAsksForThem) {
+  EXPECT_FALSE(axis().wired.setpoint_receiver);
+  EXPECT_FALSE(axis().wired.scan_marker_sender);
+  setup_.controller.axes[0].live_setpoint = true;
+  EXPECT_TRUE(axis().wired.setpoint_receiver);
+  EXPECT_FALSE(axis().wired.scan_marker_sender);
+  setup_.controller.axes[0].live_setpoint = false;
+  setup_.controller.axes[0].scan_marker = true;
+  EXPECT_FALSE(axis().wired.setpoint_receiver);
+  EXPECT_TRUE(axis().wired.scan_marker_sender);
+}
+
+TEST_F(Frames, ThatAreRejectedAreCountedForEachMessageThatTheAxisReceives) {
+  const auto messages = [&] {
+    const support::LoneAxis lone = axis();
+    std::vector<can::RejectedFrames> all;
+    lone.wired.append_rejected(all);
+    std::vector<std::string> names;
+    for (const can::RejectedFrames& each : all) names.push_back(each.message);
+    return names;
+  };
+  const std::vector<std::string> of_nodes = {
+      "heartbeat of node 1", "emergency of node 1", "SDO response of node 1",
+      "heartbeat of node 2", "emergency of node 2", "SDO response of node 2"};
+  std::vector<std::string> expected = {"XSensorSample", "XAmpStatus"};
+  expected.insert(expected.end(), of_nodes.begin(), of_nodes.end());
+  EXPECT_EQ(messages(), expected);
+  setup_.controller.axes[0].live_setpoint = true;
+  expected.insert(expected.begin() + 2, "XSetpoint");
+  EXPECT_EQ(messages(), expected);
+}
+
+using Events = AxisOfTheStage;
+
+TEST_F(Events, OfBothNodesAreTakenInTurn) {
+  support::LoneAxis lone = axis();
+  const auto emergency_of = [&](controller::RemoteNode& node) {
+    node.on_emergency(can::emergency_frame(node.node(), {.code = 0x2310}));
+    node.on_emergency(can::emergency_frame(node.node(), {.code = 0x3110}));
+  };
+  const auto taken = [&] {
+    const auto event = lone.wired.take_event();
+    return event ? static_cast<int>(event->node) : 0;
+  };
+  EXPECT_EQ(taken(), 0) << "there is none";
+  emergency_of(lone.wired.amplifier);
+  emergency_of(lone.wired.sensor);
+  EXPECT_EQ(taken(), 1);
+  EXPECT_EQ(taken(), 2);
+  EXPECT_EQ(taken(), 1);
+  EXPECT_EQ(taken(), 2);
+  EXPECT_EQ(taken(), 0);
+  lone.wired.sensor.on_emergency(can::emergency_frame(2, {.code = 0x2310}));
+  EXPECT_EQ(taken(), 2) << "although the turn is the amplifier's";
+}
+
+TEST_F(Events, NameAnotherControllerOnceInAFault) {
+  support::LoneAxis lone = axis();
+  controller::WiredAxis& wired = lone.wired;
+  const controller::ForeignFrame first{.kind = controller::ForeignFrame::Kind::sync, .id = 0x80};
+  const controller::ForeignFrame second{.kind = controller::ForeignFrame::Kind::command, .id = 0x201};
+  wired.on_another_controller(first, 1.0);
+  EXPECT_EQ(wired.axis.state(), controller::AxisState::offline);
+  EXPECT_FALSE(wired.take_event()) << "an axis that is offline disturbs nobody";
+  wired.axis.start(false);
+  wired.on_another_controller(first, 2.0);
+  EXPECT_EQ(wired.axis.fault().cause, controller::Cause::another_controller);
+  wired.on_another_controller(second, 3.0);
+  const auto event = wired.take_event();
+  ASSERT_TRUE(event);
+  EXPECT_EQ(event->frame, first);
+  EXPECT_FALSE(wired.take_event());
 }
 
 TEST(StopRequest, StopsTheAxesThatItDoesNotName) {

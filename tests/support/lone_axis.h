@@ -17,9 +17,9 @@ class LoneAxis {
         encode_(encoder(config.wire, database)) {}
 
   void hear_status(const can::AmpStatus& status) { wired.amplifier.on_status(*(*encode_)(status), {}); }
-  controller::NodeHealth health() {
+  controller::NodeHealth health(can::BusState bus = can::BusState::active, can::Time now = {}) {
     controller::AxisInput input;
-    wired.amplifier.take_health({}, can::BusState::active, input);
+    wired.amplifier.take_health(now, bus, input);
     return input.health;
   }
 
