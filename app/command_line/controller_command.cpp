@@ -16,6 +16,7 @@
 #include "app/live/cycle_outlets.h"
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
+#include "app/live/machine_setup.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/saved_states.h"

@@ -13,9 +13,9 @@
 
 #include "app/live/control_service.h"
 #include "app/live/cycle_outlets.h"
-#include "app/live/live_run.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/live/samples.h"
+#include "app/live/state_log.h"
 #include "app/live/twin_command_handler.h"
 #include "app/page/page_host.h"
 #include "app/stage/shipped.h"

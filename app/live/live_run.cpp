@@ -1,64 +1,20 @@
 #include "app/live/live_run.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <iterator>
 #include <memory>
 #include <string_view>
 #include <system_error>
 #include <thread>
 
-#include "app/live/realtime.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
-#include "can/socketcan/interface.h"
-#include "config/schema/frames.h"
 
 namespace hystcan::app {
-
-void check_interface(const config::Config& config, const std::string& interface) {
-  const can::Interface found = can::require_can_interface(interface);
-  can::require_able_to_send(interface, found);
-  can::require_able_to_carry_fd(interface, found, config::fd_messages(config), config.bus.rates());
-  spdlog::info(can::describe(interface, found));
-  for (const std::string& doubt : can::find_doubts(interface, found, config.bus.bitrate_bit_per_s))
-    spdlog::warn(doubt);
-}
-
-void become_realtime(const config::Config& config) {
-  if (!config.controller.realtime) return;
-  for (const std::string& refusal : apply(*config.controller.realtime)) spdlog::warn(refusal);
-}
-
-can::BusHealthLog::Sink bus_log_sink() {
-  return [](can::BusHealthLog::Level level, const std::string& line) {
-    using Level = can::BusHealthLog::Level;
-    spdlog::log(level == Level::error     ? spdlog::level::err
-                : level == Level::warning ? spdlog::level::warn
-                                          : spdlog::level::info,
-                line);
-  };
-}
-
-BusClosing closing_of(const controller::Controller& controller, const EventLog& events) {
-  BusClosing closing{.events = events.lines(),
-                     .events_truncated = events.truncated(),
-                     .bus = can::report_of(controller.bus(), 0.0),
-                     .rejected = controller.rejected()};
-  std::ranges::copy(controller.node_notes(), std::back_inserter(closing.events));
-  for (std::size_t i = 0; i < controller.axis_count(); ++i) {
-    const std::string text = describe(controller.live_setpoints(i).value_or(controller::SetpointCounters{}));
-    if (!text.empty()) closing.events.push_back(controller.axis_name(i) + ": " + text);
-  }
-  return closing;
-}
 
 namespace {
 

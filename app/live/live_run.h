@@ -3,30 +3,12 @@
 
 #include <chrono>
 #include <functional>
-#include <string>
-#include <vector>
 
 #include "app/live/live_loop.h"
-#include "app/live/report.h"
-#include "app/live/state_log.h"
 #include "can/bus_health_log.h"
-#include "config/schema/config.h"
 #include "controller/controller.h"
 
 namespace hystcan::app {
-
-/// Logs the settings of the interface, with a warning for each doubtful one. Throws RunError if the
-/// interface cannot serve a node that sends.
-void check_interface(const config::Config& config, const std::string& interface);
-
-/// Applies [controller.realtime] to this thread and logs a warning for each setting that is refused. Threads
-/// that exist already keep their settings.
-void become_realtime(const config::Config& config);
-
-/// Writes the lines of a can::BusHealthLog to the log of the program.
-can::BusHealthLog::Sink bus_log_sink();
-
-BusClosing closing_of(const controller::Controller& controller, const EventLog& events);
 
 /// SIGHUP has two meanings: the terminal has closed, or the user asks to read the configuration again.
 /// Returns true if the terminal has closed. This requires that, at the first call, the process had a

@@ -1,11 +1,37 @@
 #include "app/live/state_log.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace hystcan::app {
+
+can::BusHealthLog::Sink bus_log_sink() {
+  return [](can::BusHealthLog::Level level, const std::string& line) {
+    using Level = can::BusHealthLog::Level;
+    spdlog::log(level == Level::error     ? spdlog::level::err
+                : level == Level::warning ? spdlog::level::warn
+                                          : spdlog::level::info,
+                line);
+  };
+}
+
+BusClosing closing_of(const controller::Controller& controller, const EventLog& events) {
+  BusClosing closing{.events = events.lines(),
+                     .events_truncated = events.truncated(),
+                     .bus = can::report_of(controller.bus(), 0.0),
+                     .rejected = controller.rejected()};
+  std::ranges::copy(controller.node_notes(), std::back_inserter(closing.events));
+  for (std::size_t i = 0; i < controller.axis_count(); ++i) {
+    const std::string text = describe(controller.live_setpoints(i).value_or(controller::SetpointCounters{}));
+    if (!text.empty()) closing.events.push_back(controller.axis_name(i) + ": " + text);
+  }
+  return closing;
+}
+
 namespace {
 
 using controller::ArmingBlock;

@@ -1,5 +1,5 @@
 // What happens to the axes of a live run, as lines of the log: states, what an axis waits for, events of
-// nodes.
+// nodes, and the report of the bus at the end.
 #pragma once
 
 #include <algorithm>
@@ -9,11 +9,16 @@
 #include <utility>
 #include <vector>
 
+#include "app/live/report.h"
 #include "can/bus_health_log.h"
 #include "config/schema/config.h"
+#include "controller/controller.h"
 #include "controller/cycle_record.h"
 
 namespace hystcan::app {
+
+/// Writes the lines to the log of the program.
+can::BusHealthLog::Sink bus_log_sink();
 
 /// The events of the nodes: emergencies, and reasons why a node could not be set up.
 ///
@@ -52,6 +57,8 @@ class EventLog {
   std::vector<Kind> kinds_;
   std::uint64_t truncated_ = 0;
 };
+
+BusClosing closing_of(const controller::Controller& controller, const EventLog& events);
 
 class StateLog {
  public:

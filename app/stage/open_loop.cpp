@@ -10,6 +10,7 @@
 
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
+#include "app/live/machine_setup.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/state_log.h"

@@ -154,7 +154,8 @@ TEST_F(Sensor, IsNotDoubledByTheNextSampleNorByAFrameThatIsNotUsed) {
   controller::SensorLink& sensor = lone.wired.sensor;
   can::Encoder<can::SensorSample> encode(*can::find_layout<can::SensorSample>(setup_.database, wire()));
   const auto hear = [&](std::uint8_t sync_counter, double position_um) {
-    return sensor.on_sample(*encode({.position_um = position_um, .sync_counter = sync_counter}), 7).has_value();
+    return sensor.on_sample(*encode({.position_um = position_um, .sync_counter = sync_counter}), 7)
+        .has_value();
   };
   EXPECT_TRUE(hear(7, 10.0));
   EXPECT_FALSE(sensor.is_doubled());
@@ -284,9 +285,9 @@ TEST_F(Frames, ThatAreRejectedAreCountedForEachMessageThatTheAxisReceives) {
     for (const can::RejectedFrames& each : all) names.push_back(each.message);
     return names;
   };
-  const std::vector<std::string> of_nodes = {
-      "heartbeat of node 1", "emergency of node 1", "SDO response of node 1",
-      "heartbeat of node 2", "emergency of node 2", "SDO response of node 2"};
+  const std::vector<std::string> of_nodes = {"heartbeat of node 1",    "emergency of node 1",
+                                             "SDO response of node 1", "heartbeat of node 2",
+                                             "emergency of node 2",    "SDO response of node 2"};
   std::vector<std::string> expected = {"XSensorSample", "XAmpStatus"};
   expected.insert(expected.end(), of_nodes.begin(), of_nodes.end());
   EXPECT_EQ(messages(), expected);

@@ -136,8 +136,8 @@ class SetUpOfANode : public testing::Test {
     return node.poll_setup({});
   }
   void refuse() {
-    node.on_sdo(can::sdo_response(
-        8, {.object = object, .content = {.value = can::sdo_abort::no_such_object}}));
+    node.on_sdo(
+        can::sdo_response(8, {.object = object, .content = {.value = can::sdo_abort::no_such_object}}));
     node.poll_setup({});
   }
   static constexpr can::SdoObject object{.index = 0x2001, .subindex = 2};
@@ -169,8 +169,8 @@ TEST_F(SetUpOfANode, DoesNotHoldWhenTheNodeIsForgotten) {
   ASSERT_TRUE(polled_after(can::NmtState::pre_operational));
   node.on_sdo(can::sdo_response(8, {.service = can::SdoService::written, .object = object}));
   ASSERT_TRUE(node.poll_setup({}));
-  node.on_sdo(can::sdo_response(
-      8, {.service = can::SdoService::value, .object = object, .content = {.value = 5}}));
+  node.on_sdo(
+      can::sdo_response(8, {.service = can::SdoService::value, .object = object, .content = {.value = 5}}));
   ASSERT_TRUE(node.is_set_up());
   node.forget();
   EXPECT_FALSE(node.is_set_up());
@@ -178,7 +178,8 @@ TEST_F(SetUpOfANode, DoesNotHoldWhenTheNodeIsForgotten) {
 
 TEST(EventsOfANode, OfOneKindInARowAreOneWithItsNumber) {
   RemoteNode node{8, std::chrono::milliseconds(300), {8, {}, {}}};
-  for (const std::uint16_t code : std::array<std::uint16_t, 6>{0x2310, 0x2310, 0x3110, 0x2310, 0x2310, 0x2310})
+  for (const std::uint16_t code :
+       std::array<std::uint16_t, 6>{0x2310, 0x2310, 0x3110, 0x2310, 0x2310, 0x2310})
     node.on_emergency(can::emergency_frame(8, {.code = code}));
   const auto taken = [&] {
     const auto event = node.take_event().value_or(NodeEvent{.times = 0});

@@ -1,0 +1,290 @@
+// The ways out of a live run: whatever ends it, every axis ends at its safe drive. The stage is in virtual time, which
+// a timer of the run's event loop advances: no test depends on how fast the machine is.
+#include "app/live/live_run.h"
+
+#include <gtest/gtest.h>
+#include <pty.h>
+#include <sys/ioctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tests/support/rehearsed.h"
+
+namespace hystcan::app::live_run_test {
+namespace {
+
+using controller::AxisState;
+using std::chrono::milliseconds;
+
+class LiveStage : public testing::Test {
+ protected:
+  LiveStage() {
+    tester_->on_frame([this](const can::Frame& frame, can::Time) {
+      if (frame.id == command_id) last_command_ = frame;
+    });
+    rehearsal_.twin().start();
+    pump_ = loop_.scheduler().make_timer([this] {
+      rehearsal_.run_for(milliseconds(5));
+      if (on_turn_) on_turn_();
+      if (++turns_ == most_turns) loop_.stop();
+      pump_->expire_at(loop_.scheduler().now());
+    });
+    pump_->expire_at(loop_.scheduler().now());
+  }
+
+  controller::Controller& controller() { return rehearsal_.controller(); }
+  bool all_are(AxisState state) {
+    for (std::size_t i = 0; i < controller().axis_count(); ++i)
+      if (controller().axis(i).state() != state) return false;
+    return true;
+  }
+  double output_V(std::size_t axis) { return rehearsal_.twin().axes()[axis]->plant.drive(); }
+  /// Raises the signal once, when all axes track and x is driven.
+  void signal_while_tracking(int signal) {
+    on_turn_ = [this, signal, raised = false]() mutable {
+      if (raised || !all_are(AxisState::tracking) || output_V(0) < 20.0) return;
+      raised = true;
+      raise(signal);
+    };
+  }
+  LiveRun until(std::function<bool()> done) {
+    return {.is_done = [done = std::move(done)](double) { return done(); },
+            .before_stop =
+                [this] {
+                  ++stops_;
+                  tracked_at_stop_ = all_are(AxisState::tracking);
+                },
+            .reload = [this] { ++reloads_; }};
+  }
+  LiveRun for_ever() {
+    return until([] { return false; });
+  }
+  void run(const LiveRun& run) { run_live(loop_, controller(), bus_log_, run); }
+  /// What a clean end leaves: each axis has ramped down and is off, and the last command says so.
+  void expect_ramped_down() {
+    EXPECT_LT(turns_, most_turns);
+    EXPECT_EQ(stops_, 1);
+    EXPECT_TRUE(tracked_at_stop_) << "it is told before the ramp";
+    EXPECT_TRUE(all_are(AxisState::offline));
+    EXPECT_NEAR(output_V(0), 0.0, 1.0) << "the drive was ramped, before it was switched off";
+    expect_last_command_is_safe();
+  }
+  void expect_last_command_is_safe() {
+    rehearsal_.run_for(milliseconds(5));
+    ASSERT_TRUE(last_command_);
+    EXPECT_EQ(last_command_->data[4], 0) << "not enabled";
+  }
+
+  static constexpr std::uint32_t command_id = 0x201;
+  static constexpr int most_turns = 20'000;  // 100 s of virtual time
+  LiveLoop loop_{"none"};
+  rehearsal::Rehearsal rehearsal_{support::shipped("piezo.toml"), support::ignore};
+  std::unique_ptr<can::Bus> tester_ = rehearsal_.attach()({});
+  std::vector<std::string> bus_lines_;
+  can::BusHealthLog bus_log_{
+      "none", [this](can::BusHealthLog::Level, const std::string& line) { bus_lines_.push_back(line); }};
+  std::optional<can::Frame> last_command_;
+  std::function<void()> on_turn_;
+  std::unique_ptr<can::Timer> pump_;
+  int turns_ = 0;
+  int stops_ = 0;
+  int reloads_ = 0;
+  bool tracked_at_stop_ = false;
+};
+
+TEST_F(LiveStage, RampsDownWhenTheRunIsDone) {
+  run(until([this] { return all_are(AxisState::tracking) && output_V(0) > 20.0; }));
+  expect_ramped_down();
+}
+
+TEST_F(LiveStage, KnowsHowLongItHasRun) {
+  double longest_s = -1.0;
+  LiveRun live = for_ever();
+  live.is_done = [&](double run_s) {
+    EXPECT_GE(run_s, std::max(longest_s, 0.0));
+    longest_s = run_s;
+    return run_s > 0.1;
+  };
+  run(live);
+  EXPECT_GT(longest_s, 0.1);
+}
+
+class EndingSignal : public LiveStage, public testing::WithParamInterface<int> {};
+
+TEST_P(EndingSignal, RampsDown) {
+  signal_while_tracking(GetParam());
+  run(for_ever());
+  expect_ramped_down();
+  EXPECT_EQ(reloads_, 0);
+}
+INSTANTIATE_TEST_SUITE_P(Signals, EndingSignal, testing::Values(SIGINT, SIGTERM, SIGQUIT));
+
+TEST_F(LiveStage, IsReadAgainAtAHangUpAndRunsOn) {
+  signal_while_tracking(SIGHUP);
+  run(until([this] { return reloads_ == 1; }));
+  expect_ramped_down();
+}
+
+TEST_F(LiveStage, RampsDownAtAHangUpWhereNothingCanBeReadAgain) {
+  signal_while_tracking(SIGHUP);
+  LiveRun live = for_ever();
+  live.reload = {};
+  run(live);
+  expect_ramped_down();
+}
+
+TEST_F(LiveStage, NeedsNobodyWhoIsToldOfTheStop) {
+  signal_while_tracking(SIGTERM);
+  LiveRun live = for_ever();
+  live.before_stop = {};
+  run(live);
+  EXPECT_TRUE(all_are(AxisState::offline));
+}
+
+TEST_F(LiveStage, EndsAtASecondSignalWithoutTheRestOfTheRampButWithTheSafeCommand) {
+  on_turn_ = [this, raised = 0]() mutable {
+    if (raised == 0 && all_are(AxisState::tracking) && output_V(0) > 20.0)
+      raised += raise(SIGTERM) == 0 ? 1 : 0;
+    if (raised == 1 && stops_ == 1) raised += raise(SIGTERM) == 0 ? 1 : 0;
+  };
+  run(for_ever());
+  EXPECT_EQ(stops_, 1);
+  EXPECT_FALSE(all_are(AxisState::offline)) << "the ramp was not waited for";
+  EXPECT_GT(output_V(0), 5.0);
+  expect_last_command_is_safe();
+}
+
+TEST_F(LiveStage, RampsDownWhenAClientAsksForIt) {
+  controller::RequestLink requests;
+  controller().listen_to(requests);
+  on_turn_ = [&, asked = false]() mutable {
+    if (asked || !all_are(AxisState::tracking)) return;
+    asked = true;
+    auto stop = std::make_unique<controller::Request>();
+    stop->kind = controller::Request::Kind::stop;
+    requests.ask(std::move(stop));
+  };
+  run(for_ever());
+  EXPECT_EQ(stops_, 1);
+  EXPECT_TRUE(all_are(AxisState::offline));
+  EXPECT_LT(turns_, most_turns);
+  expect_last_command_is_safe();
+}
+
+TEST_F(LiveStage, EndsAtOnceWhereAnotherControllerWasThereFirst) {
+  on_turn_ = [this] { tester_->send(can::sync_frame(1)); };
+  run(for_ever());
+  EXPECT_TRUE(controller().keeps_silent());
+  EXPECT_LT(turns_, most_turns);
+}
+
+TEST_F(LiveStage, SendsTheSafeCommandWhenSomethingInTheRunThrows) {
+  LiveRun live = for_ever();
+  live.is_done = [this](double) -> bool {
+    if (all_are(AxisState::tracking) && output_V(0) > 20.0) throw std::runtime_error("broken");
+    return false;
+  };
+  EXPECT_THROW(run(live), std::runtime_error);
+  expect_last_command_is_safe();
+}
+
+TEST_F(LiveStage, ClearsAFaultThatTheAmplifierHasLatchedOnlyIfItIsAskedTo) {
+  rehearsal_.run_for(milliseconds(500));
+  for (const auto& axis : rehearsal_.twin().axes()) {
+    axis->amplifier.begin_internal_fault();
+    axis->amplifier.end_internal_fault();
+  }
+  LiveRun live = until([this] { return turns_ >= 1000; });
+  live.clear_faults = true;
+  run(live);
+  EXPECT_TRUE(tracked_at_stop_);
+}
+
+TEST_F(LiveStage, StaysWithAFaultThatTheAmplifierHasLatched) {
+  rehearsal_.run_for(milliseconds(500));
+  for (const auto& axis : rehearsal_.twin().axes()) {
+    axis->amplifier.begin_internal_fault();
+    axis->amplifier.end_internal_fault();
+  }
+  run(until([this] { return turns_ >= 1000; }));
+  EXPECT_EQ(stops_, 1);
+  EXPECT_FALSE(tracked_at_stop_);
+}
+
+TEST_F(LiveStage, LogsWhatBecomesOfTheBus) {
+  run(until([this] { return turns_ >= 100; }));
+  bus_log_.write();
+  EXPECT_FALSE(bus_lines_.empty());
+}
+
+/// The exit status of a process with a terminal of its own, which closes once the process has asked the first time.
+int status_on_terminal(const std::function<void()>& before) {
+  int terminal = -1;
+  int told[2] = {-1, -1};
+  if (pipe(told) != 0) return 3;
+  const pid_t child = forkpty(&terminal, nullptr, nullptr, nullptr);
+  if (child == 0) {
+    std::signal(SIGHUP, [](int) {});
+    before();
+    if (terminal_hung_up() || write(told[1], "x", 1) != 1) _exit(4);
+    for (char byte = 0; read(STDIN_FILENO, &byte, 1) > 0;) continue;
+    _exit(terminal_hung_up() ? 42 : 43);
+  }
+  char byte = 0;
+  if (read(told[0], &byte, 1) != 1) return 5;
+  close(terminal);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WEXITSTATUS(status);
+}
+
+void ignore_hang_up() { std::signal(SIGHUP, SIG_IGN); }
+
+// In a process of their own, since the first call finds out what the terminal is.
+TEST(TerminalHungUp, IsTrueWhenTheTerminalOfTheProcessHasClosed) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(_exit(status_on_terminal([] {})), testing::ExitedWithCode(42), "");
+}
+
+TEST(TerminalHungUp, IsNotTrueUnderNohup) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(_exit(status_on_terminal(ignore_hang_up)), testing::ExitedWithCode(43), "");
+}
+
+TEST(TerminalHungUp, IsNotTrueWithoutATerminal) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto leave = [] { ioctl(STDIN_FILENO, TIOCNOTTY); };
+  EXPECT_EXIT(_exit(status_on_terminal(leave)), testing::ExitedWithCode(43), "");
+}
+
+void hang_after(milliseconds limit) {
+  { const ExitLimit exit_limit(limit); }
+  while (true) pause();
+}
+
+TEST(ExitLimit, EndsAProcessThatHangsWithOneLineAndStatusOne) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(hang_after(milliseconds(20)), testing::ExitedWithCode(1),
+              "hystcan: ended although files or streams were not written to the end");
+}
+
+TEST(ExitLimit, DoesNotDelayAProcessThatEndsByItself) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto end = [] {
+    { const ExitLimit exit_limit(std::chrono::hours(1)); }
+    _exit(3);
+  };
+  EXPECT_EXIT(end(), testing::ExitedWithCode(3), "");
+}
+
+}  // namespace
+}  // namespace hystcan::app::live_run_test
