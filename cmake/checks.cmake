@@ -27,6 +27,7 @@ add_check(layers 60 1)
 add_check(names 60 1)
 add_check(shell 300 10)
 add_check(alerts 300 10)
+add_check(evidence 60 1)
 add_check(site 300 30)
 # Both build in build/asan.
 set_tests_properties(check.fuzz PROPERTIES DEPENDS check.asan)

@@ -263,6 +263,14 @@ TEST_F(Background, SetsTheNodesOfWaitingAxesUpInTurn) {
   EXPECT_EQ(at(5), Sent{"601"});
 }
 
+TEST_F(Background, FindsTheOneNodeThatIsToBeSetUpInOneCycle) {
+  config(1).wire.amplifier_setup = one_object();
+  begin();
+  hear(axes_[1]->amplifier, NmtState::pre_operational);
+  wait(1);
+  EXPECT_EQ(at(1), Sent{"603"});
+}
+
 TEST_F(Background, FaultsTheAxesThatWaitForANodeThatCannotBeSetUp) {
   config(0).wire.amplifier_setup = one_object();
   config(0).wire.setup_patience.attempts = 1;
