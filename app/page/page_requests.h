@@ -34,12 +34,6 @@ struct PageOptions {
   std::function<void()> start_again{};  ///< of a demo: begins another rehearsal, or throws why it cannot
 };
 
-/// Model and loop of an axis with the settings in force, as curves.
-/// The reference curves of the controller's model, and how much later than its drive a position is sampled.
-nlohmann::json reference_curves_of(const config::AxisConfig& axis, double cycle_s);
-
-nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s);
-
 /// Work that takes the page's thread for a while: one piece at a time, the clients in turn, and at most half
 /// of the time. What comes five times a second, and stopping, does not wait behind it.
 class RequestQueue {

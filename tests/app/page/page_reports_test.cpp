@@ -12,10 +12,10 @@
 #include <sstream>
 
 #include "app/live/command_handler.h"
+#include "app/page/axis_curves.h"
 #include "app/page/bus_counters.h"
 #include "app/page/config_save.h"
 #include "app/page/open_metrics.h"
-#include "app/page/page_requests.h"
 #include "config/schema/config.h"
 #include "tests/support/shipped.h"
 
