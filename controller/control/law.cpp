@@ -124,7 +124,7 @@ void ControlLaw::integrate(double dt_s) {
   integral_before_um_ = integral_um_;
   if (feeds_back())
     integral_um_ += config_.pi.ki_per_s * error_um_ * integrated_s_;
-  else if (integral_um_ != 0.0)
+  else
     integral_um_ =
         std::abs(integral_before_um_) > faded_um ? integral_before_um_ * std::exp(-dt_s / fade_s) : 0.0;
 }

@@ -19,6 +19,17 @@ inline model::HysteresisParameters piezo_model() {
           .k_descending = 0.035};
 }
 
+/// A stage of 30 um at 100 V. Its lower threshold is 0 um to the bit, so that sums of few terms there are exact.
+inline model::HysteresisParameters model_from_zero() {
+  const model::Interval range{0.0, 100.0};
+  return {.input_unit = "V",
+          .output_unit = "um",
+          .ascending = {model::Basis::chebyshev, {14.0, 15.5, 0.5}, range},
+          .descending = {model::Basis::chebyshev, {15.5, 15.0, -0.5}, range},
+          .k_ascending = 0.035,
+          .k_descending = 0.035};
+}
+
 inline controller::AxisConfig piezo_axis() {
   controller::AxisConfig config;
   config.law = {.structure = controller::Structure::inverse_pi,

@@ -3,6 +3,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "controller/control/law.h"
@@ -109,6 +110,79 @@ TEST(Retune, ARemainingOffsetWithoutFeedbackDecaysWithItsTimeConstant) {
   EXPECT_NEAR(law.predicted_um(), 12.0, 1e-9);
 }
 
+// The error of 1 um becomes 0.8 um behind the deadband.
+TEST(Retune, TheIntegralTakesOverAChangeOfTheDeadband) {
+  ControlLaw::Config changed = config(Structure::inverse_pi);
+  ControlLaw law(changed);
+  support::restart_at_lower_threshold(law, 1.5);
+  step(law, {10.0, 10.0, 9.0});
+  const double integral_um = law.integral_um();
+  changed.deadband_um = 0.2;
+  law.retune(changed);
+  EXPECT_NEAR(law.integral_um(), integral_um + 0.3 * 0.2, 1e-12);
+}
+
+TEST(Retune, TheLawThenActsAsOneThatHadTheNewOptionsFromTheStart) {
+  ControlLaw::Config before = config(Structure::inverse_pi, {.kp = 0.3, .ki_per_s = 0.5});
+  before.notch = {.frequency_Hz = 0.1};
+  std::vector<ControlLaw::Config> changes(4, before);
+  changes[0].deadband_um = 0.1;
+  changes[1].measurement_filter_Hz = 0.5;
+  changes[2].notch = {.frequency_Hz = 0.2};
+  changes[3].notch.reset();
+  for (const double cycle_s : {dt_s, 1.0})
+    for (const ControlLaw::Config& changed : changes) {
+      ControlLaw retuned(before), fresh(changed);
+      const auto demand_um = [cycle_s](ControlLaw& law, const Cycle& cycle) {
+        return law
+            .propose({.reference_um = cycle.reference_um,
+                      .previewed_um = cycle.previewed_um,
+                      .position_um = cycle.position_um,
+                      .dt_s = cycle_s,
+                      .cycle_s = cycle_s})
+            .position_um;
+      };
+      for (ControlLaw* law : {&retuned, &fresh}) {
+        support::restart_at_lower_threshold(*law, 12.0);
+        for (int i = 0; i < 3; ++i) demand_um(*law, {12.0, 12.0, 12.0});
+      }
+      retuned.retune(changed);
+      for (int n = 0; n < 20; ++n) EXPECT_NEAR(demand_um(retuned, at(n)), demand_um(fresh, at(n)), 1e-12);
+    }
+}
+
+TEST(Retune, SeveralChangesOfTheStructureBetweenTwoCyclesDoNotMoveTheDrive) {
+  ControlLaw::Config changed = config(Structure::pi);
+  changed.notch = {.frequency_Hz = 100.0, .depth = 0.1, .width = 0.5};
+  ControlLaw law(changed);
+  support::restart_at_lower_threshold(law, 12.0);
+  const Cycle still{12.0, 12.0, 12.0};
+  double drive = 0.0;
+  for (int i = 0; i < 100; ++i) drive = step(law, {20.0, 20.0, 12.0});
+  for (int i = 0; i < 100; ++i) drive = step(law, still);
+  for (const Structure structure : {Structure::average_pi, Structure::inverse_pi, Structure::average_pi}) {
+    changed.structure = structure;
+    law.retune(changed);
+  }
+  EXPECT_NEAR(step(law, still), drive, 1e-9);
+}
+
+// The stage rests at zero, so that the offset is exact: minus the position at the restart.
+TEST(Retune, ARemainingOffsetWithoutFeedbackEndsAtATenMillionthOfAMicrometre) {
+  for (const double offset_um : {0.9e-7, 1e-7, 1.1e-7, 1.0, -0.9e-7, -1e-7, -1.1e-7, -1.0}) {
+    ControlLaw::Config changed = config(Structure::inverse_pi);
+    changed.model = support::model_from_zero();
+    ControlLaw law(changed);
+    support::restart_at_lower_threshold(law, -offset_um);
+    changed.structure = Structure::inverse;
+    law.retune(changed);
+    ASSERT_EQ(law.integral_um(), offset_um);
+    step(law, {0.0, 0.0, 0.0});
+    const double left = std::abs(offset_um) > 1e-7 ? std::exp(-dt_s / ControlLaw::fade_s) : 0.0;
+    EXPECT_DOUBLE_EQ(law.integral_um(), left * offset_um);
+  }
+}
+
 // A notch may pass its transient on, but a change of the notch adds nothing: at rest the drive is constant.
 TEST(Retune, ANotchIsInsertedChangedAndRemovedAtRestWithoutABump) {
   ControlLaw::Config changed = config(Structure::inverse_pi);
@@ -150,6 +224,15 @@ TEST(Restart, FollowsDrivesAppliedWithoutTheLaw) {
   EXPECT_NEAR(step(law, {13.0, 13.0, 13.0}), 40.0, 1e-9);
 }
 
+TEST(Restart, BeginsWithANotchAtRest) {
+  ControlLaw::Config notched = config(Structure::inverse_pi);
+  notched.notch = {.frequency_Hz = 100.0, .depth = 0.1, .width = 0.5};
+  ControlLaw law(notched);
+  for (const double drive : {100.0, 0.0, 70.0, 40.0}) law.follow(drive);
+  law.restart(13.0);
+  for (int i = 0; i < 5; ++i) EXPECT_NEAR(step(law, {13.0, 13.0, 13.0}), 40.0, 1e-9);
+}
+
 TEST(MeasurementFilter, CausesNoErrorOnARamp) {
   ControlLaw::Config filtered = config(Structure::inverse_pi);
   filtered.measurement_filter_Hz = 20.0;  // 8 ms of lag: 0.8 um here if it filtered the position alone
@@ -171,6 +254,16 @@ TEST(MeasurementFilter, ReducesTheNoiseInTheProportionalPart) {
   EXPECT_NEAR(law.predicted_um(), 10.0, 0.01) << "a sixteenth of 0.1 um of alternating noise remains";
 }
 
+TEST(MeasurementFilter, MayHaveACornerBelowOneHertz) {
+  ControlLaw::Config filtered = config(Structure::inverse_pi, {.kp = 0.0, .ki_per_s = 100.0});
+  filtered.measurement_filter_Hz = 0.5;
+  ControlLaw law(filtered);
+  support::restart_at_lower_threshold(law, 1.5);
+  step(law, {10.0, 10.0, 9.0});
+  const double passed = 1.0 - std::exp(-2.0 * std::numbers::pi * 0.5 * dt_s);
+  EXPECT_NEAR(law.integral_um(), 100.0 * passed * 1.0 * dt_s, 1e-12);
+}
+
 TEST(Deadband, KeepsTheIntegralConstantWithinIt) {
   ControlLaw::Config banded = config(Structure::inverse_pi);
   banded.deadband_um = 0.05;
@@ -180,6 +273,26 @@ TEST(Deadband, KeepsTheIntegralConstantWithinIt) {
   EXPECT_NEAR(law.integral_um(), 0.0, 1e-12);
   step(law, {10.0, 10.0, 9.85});
   EXPECT_NEAR(law.integral_um(), 100.0 * 0.1 * dt_s, 1e-12);
+}
+
+// The sine runs on where the cycle time changes; the notch is designed anew for it.
+TEST(Notch, PassesNothingOfItsFrequencyAtAnyCycleTime) {
+  ControlLaw::Config notched = config(Structure::inverse);
+  notched.notch = {.frequency_Hz = 100.0, .depth = 0.0, .width = 0.5};
+  ControlLaw law(notched);
+  support::restart_at_lower_threshold(law, 1.5);
+  for (const double cycle_s : {dt_s, 2.0 * dt_s}) {
+    double demand_um = 0.0;
+    for (int n = 0; n < 200; ++n) {
+      const double angle = 2.0 * std::numbers::pi * 100.0 * n * cycle_s;
+      demand_um = law.propose({.previewed_um = 15.0 + std::cos(angle),
+                               .position_um = std::nullopt,
+                               .dt_s = cycle_s,
+                               .cycle_s = cycle_s})
+                      .position_um;
+    }
+    EXPECT_NEAR(demand_um, 15.0, 1e-9);
+  }
 }
 
 TEST(Notch, AllowsAntiWindupOfASaturationBehindIt) {

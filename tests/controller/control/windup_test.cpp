@@ -116,6 +116,67 @@ TEST(Windup, AnIntegralWithoutGainsStaysWhereItIsAtALimit) {
   EXPECT_EQ(law.integral_um(), before_um);
 }
 
+/// The integral after one cycle with this error in which the drive stays zero. The stage rests at zero, so that
+/// the whole demand is excess; the cycle lasts 1 s, so that the sums are exact.
+double integral_um_without_drive(PiGains pi, double error_um, double previewed_um = 0.0) {
+  ControlLaw law({.structure = Structure::inverse_pi, .model = support::model_from_zero(), .pi = pi});
+  support::restart_at_lower_threshold(law, 0.0);
+  law.propose({.reference_um = error_um, .previewed_um = previewed_um, .position_um = 0.0, .dt_s = 1.0});
+  law.commit(0.0);
+  return law.integral_um();
+}
+
+TEST(Windup, ADemandMissedByAMillionthOfAMicrometreCountsAsMet) {
+  for (const double met_um : {0.9e-6, 1e-6, -0.9e-6, -1e-6})
+    EXPECT_EQ(integral_um_without_drive({.kp = 0.0, .ki_per_s = 1.0}, met_um), met_um);
+  for (const double missed_um : {1.1e-6, -1.1e-6})
+    EXPECT_EQ(integral_um_without_drive({.kp = 0.0, .ki_per_s = 1.0}, missed_um), 0.0);
+}
+
+// F is the realised position itself: PI has caused the limit.
+TEST(Windup, AnIntegralIsReducedByTheExcessTimesAlphaWhateverItsSign) {
+  for (const double ki_per_s : {0.5, 1.0, 100.0})
+    for (const double error_um : {1.0, -1.0}) {
+      EXPECT_EQ(integral_um_without_drive({.kp = 0.0, .ki_per_s = ki_per_s}, error_um), 0.0) << "alpha = 1";
+      const double integral_um = ki_per_s * error_um, excess_um = 2.0 * error_um + integral_um;
+      EXPECT_NEAR(integral_um_without_drive({.kp = 2.0, .ki_per_s = ki_per_s}, error_um),
+                  integral_um - (1.0 - std::exp(-ki_per_s / 2.0)) * excess_um, 1e-12);
+    }
+}
+
+TEST(Windup, WhereTheFeedForwardIsBeyondTheLimitTheIntegralOnlyLeavesTheLimit) {
+  for (const double sign : {1.0, -1.0}) {
+    const PiGains pi{.kp = 0.0, .ki_per_s = 1.0};
+    EXPECT_EQ(integral_um_without_drive(pi, sign * 0.25, sign * 0.5), 0.0) << "further into the limit";
+    EXPECT_EQ(integral_um_without_drive(pi, -sign * 0.25, sign * 0.5), -sign * 0.25);
+  }
+}
+
+TEST(Windup, ACycleWithoutASampleDoesNotChangeTheIntegralAtALimit) {
+  ControlLaw law(
+      {.structure = Structure::pi, .model = support::piezo_model(), .pi = {.kp = 0.0, .ki_per_s = 100.0}});
+  support::restart_at_lower_threshold(law, 1.5);
+  const double before_um = law.integral_um();
+  law.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = std::nullopt, .dt_s = dt_s});
+  law.commit(45.0);
+  EXPECT_GT(law.predicted_um(), before_um + 5.0) << "far from the demand";
+  EXPECT_EQ(law.integral_um(), before_um);
+}
+
+// The offset of 4 um demands more than the drive gives, and the feed-forward does not.
+TEST(Windup, ALimitDoesNotChangeAnOffsetThatFadesWithoutFeedback) {
+  ControlLaw::Config config{.structure = Structure::inverse_pi,
+                            .model = support::model_from_zero(),
+                            .pi = {.kp = 0.0, .ki_per_s = 1.0}};
+  ControlLaw law(config);
+  support::restart_at_lower_threshold(law, -4.0);
+  config.structure = Structure::inverse;
+  law.retune(config);
+  law.propose({.reference_um = 0.0, .previewed_um = -1.0, .position_um = 0.0, .dt_s = dt_s});
+  law.commit(0.0);
+  EXPECT_DOUBLE_EQ(law.integral_um(), 4.0 * std::exp(-dt_s / ControlLaw::fade_s));
+}
+
 // Structure pi demands the whole stroke by the integral: 40 um is out of reach, 20 um is not. Without
 // anti-windup half a second at 60 / s and 10 um is 300 um of integral, which takes as long to remove.
 TEST(Windup, SaturationOfTheModelCausesNoMoreOvershootThanTheLinearLoop) {
