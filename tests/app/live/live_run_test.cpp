@@ -10,7 +10,9 @@
 
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -106,16 +108,19 @@ TEST_F(LiveStage, RampsDownWhenTheRunIsDone) {
   expect_ramped_down();
 }
 
-TEST_F(LiveStage, KnowsHowLongItHasRun) {
+TEST_F(LiveStage, IsAskedEveryTwentyMillisecondsWhetherItIsDone) {
   double longest_s = -1.0;
+  int asked = 0;
   LiveRun live = for_ever();
   live.is_done = [&](double run_s) {
     EXPECT_GE(run_s, std::max(longest_s, 0.0));
     longest_s = run_s;
+    ++asked;
     return run_s > 0.1;
   };
   run(live);
   EXPECT_GT(longest_s, 0.1);
+  EXPECT_LE(asked, longest_s / 0.02 + 1e-6) << "a slow machine asks less often";
 }
 
 class EndingSignal : public LiveStage, public testing::WithParamInterface<int> {};
@@ -131,6 +136,7 @@ INSTANTIATE_TEST_SUITE_P(Signals, EndingSignal, testing::Values(SIGINT, SIGTERM,
 TEST_F(LiveStage, IsReadAgainAtAHangUpAndRunsOn) {
   signal_while_tracking(SIGHUP);
   run(until([this] { return reloads_ == 1; }));
+  EXPECT_EQ(reloads_, 1);
   expect_ramped_down();
 }
 
@@ -226,44 +232,99 @@ TEST_F(LiveStage, LogsWhatBecomesOfTheBus) {
   EXPECT_FALSE(bus_lines_.empty());
 }
 
-/// The exit status of a process with a terminal of its own, which closes once the process has asked the first time.
-int status_on_terminal(const std::function<void()>& before) {
+bool tell() { return write(STDERR_FILENO, "x", 1) == 1; }
+
+/// The exit status of `work` in a process with a terminal of its own, which closes once the process has written a byte to
+/// standard error; -1 unless it writes another one there afterwards.
+int status_on_terminal(const std::function<int()>& work) {
   int terminal = -1;
   int told[2] = {-1, -1};
-  if (pipe(told) != 0) return 3;
+  if (pipe(told) != 0) return -1;
   const pid_t child = forkpty(&terminal, nullptr, nullptr, nullptr);
   if (child == 0) {
     std::signal(SIGHUP, [](int) {});
-    before();
-    if (terminal_hung_up() || write(told[1], "x", 1) != 1) _exit(4);
-    for (char byte = 0; read(STDIN_FILENO, &byte, 1) > 0;) continue;
-    _exit(terminal_hung_up() ? 42 : 43);
+    dup2(told[1], STDERR_FILENO);
+    for (const int file : {told[0], told[1]}) close(file);
+    const int status = work();
+    tell();
+    _exit(status);
   }
+  close(told[1]);
   char byte = 0;
-  if (read(told[0], &byte, 1) != 1) return 5;
+  if (read(told[0], &byte, 1) != 1) return -1;
   close(terminal);
+  if (read(told[0], &byte, 1) != 1) return -1;
   int status = 0;
   waitpid(child, &status, 0);
   return WEXITSTATUS(status);
 }
 
-void ignore_hang_up() { std::signal(SIGHUP, SIG_IGN); }
+std::ptrdiff_t open_files() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+}
+
+/// 42: the terminal has hung up afterwards, and not before.
+int hangs_up() {
+  if (terminal_hung_up()) return 1;
+  const std::ptrdiff_t files = open_files();
+  if (terminal_hung_up() || open_files() != files) return 2;
+  tell();
+  for (char byte = 0; read(STDOUT_FILENO, &byte, 1) > 0;) continue;
+  return terminal_hung_up() ? 42 : 43;
+}
 
 // In a process of their own, since the first call finds out what the terminal is.
 TEST(TerminalHungUp, IsTrueWhenTheTerminalOfTheProcessHasClosed) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  EXPECT_EXIT(_exit(status_on_terminal([] {})), testing::ExitedWithCode(42), "");
+  EXPECT_EXIT(_exit(status_on_terminal(hangs_up)), testing::ExitedWithCode(42), "");
+}
+
+TEST(TerminalHungUp, IsAlsoTrueOfAProcessWithoutStandardInput) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto work = [] {
+    close(STDIN_FILENO);
+    return hangs_up();
+  };
+  EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(42), "");
 }
 
 TEST(TerminalHungUp, IsNotTrueUnderNohup) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  EXPECT_EXIT(_exit(status_on_terminal(ignore_hang_up)), testing::ExitedWithCode(43), "");
+  const auto work = [] {
+    std::signal(SIGHUP, SIG_IGN);
+    return hangs_up();
+  };
+  EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(43), "");
 }
 
 TEST(TerminalHungUp, IsNotTrueWithoutATerminal) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  const auto leave = [] { ioctl(STDIN_FILENO, TIOCNOTTY); };
-  EXPECT_EXIT(_exit(status_on_terminal(leave)), testing::ExitedWithCode(43), "");
+  const auto work = [] {
+    ioctl(STDIN_FILENO, TIOCNOTTY);
+    return hangs_up();
+  };
+  EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(43), "");
+}
+
+class StageOnATerminal : public LiveStage {
+ public:
+  void TestBody() override {}
+  /// 42: it ramps down at the hang-up, and what is printed then is no error.
+  int run_until_it_hangs_up() {
+    on_turn_ = [this, told = false]() mutable {
+      if (!told && all_are(AxisState::tracking)) told = tell();
+    };
+    run(for_ever());
+    if (reloads_ != 0) return 1;
+    if (!all_are(AxisState::offline)) return 2;
+    return write(STDOUT_FILENO, "x", 1) == 1 ? 42 : 3;
+  }
+};
+
+TEST(TerminalHungUp, EndsARunAndLeavesOnlyTheStreamsThatWereTheTerminal) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto work = [] { return StageOnATerminal().run_until_it_hangs_up(); };
+  EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(42), "");
 }
 
 void hang_after(milliseconds limit) {
