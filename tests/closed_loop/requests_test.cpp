@@ -10,6 +10,7 @@
 
 #include "controller/analysis/learning_design.h"
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::requests_test {
 namespace {
@@ -102,6 +103,7 @@ TEST_F(RequestToAnAxis, ToClearAFaultIsRefusedWhileTheDriveRampsDown) {
 }
 
 TEST_F(RequestToAnAxis, ToBeEnabledDoesNotClearAFaultThatTheAmplifierHasLatched) {
+  shows("S-058");
   begin();
   ASSERT_EQ(ask(Kind::disable), std::nullopt);
   run(1000);

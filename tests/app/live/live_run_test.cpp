@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "tests/support/rehearsed.h"
+#include "tests/support/shows.h"
 
 namespace hystcan::app::live_run_test {
 namespace {
@@ -126,6 +127,7 @@ TEST_F(LiveStage, IsAskedEveryTwentyMillisecondsWhetherItIsDone) {
 class EndingSignal : public LiveStage, public testing::WithParamInterface<int> {};
 
 TEST_P(EndingSignal, RampsDown) {
+  shows("S-060");
   signal_while_tracking(GetParam());
   run(for_ever());
   expect_ramped_down();
@@ -134,6 +136,7 @@ TEST_P(EndingSignal, RampsDown) {
 INSTANTIATE_TEST_SUITE_P(Signals, EndingSignal, testing::Values(SIGINT, SIGTERM, SIGQUIT));
 
 TEST_F(LiveStage, IsReadAgainAtAHangUpAndRunsOn) {
+  shows("S-064");
   signal_while_tracking(SIGHUP);
   run(until([this] { return reloads_ == 1; }));
   EXPECT_EQ(reloads_, 1);
@@ -170,6 +173,7 @@ TEST_F(LiveStage, EndsAtASecondSignalWithoutTheRestOfTheRampButWithTheSafeComman
 }
 
 TEST_F(LiveStage, RampsDownWhenAClientAsksForIt) {
+  shows("S-060");
   controller::RequestLink requests;
   controller().listen_to(requests);
   on_turn_ = [&, asked = false]() mutable {
@@ -322,6 +326,7 @@ class StageOnATerminal : public LiveStage {
 };
 
 TEST(TerminalHungUp, EndsARunAndLeavesOnlyTheStreamsThatWereTheTerminal) {
+  shows("S-061");
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] { return StageOnATerminal().run_until_it_hangs_up(); };
   EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(42), "");
