@@ -38,7 +38,6 @@ export function download(name, content) {
 /** Opens a dialog below the bar, which leaves the page in use: Stop must always be within reach of the pointer. */
 export function openDialog(id) {
   const dialog = byId(id);
-  dialog.style.setProperty('--top', `${document.querySelector('.top').offsetHeight + 8}px`);
   if (!dialog.open) dialog.show();
   dialog.querySelector('input, button').focus();
 }

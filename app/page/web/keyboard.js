@@ -87,6 +87,11 @@ export function startDialogs() {
     dialog.querySelector('button.close').addEventListener('click', () => dialog.close());
   }
   byId('help').addEventListener('click', () => openDialog('help-dialog'));
+  // The bar grows where a notice comes or its words need another line.
+  const bar = document.querySelector('.top');
+  new ResizeObserver(() => {
+    document.documentElement.style.setProperty('--top', `${bar.offsetHeight + 8}px`);
+  }).observe(bar);
 }
 
 /** `shown(panel)` is called with the id of the panel. */
