@@ -19,6 +19,18 @@ PROGRAMS = {
     "can/protocol/e2e.cpp": PROTOCOL,
     "twin/amplifier_node.cpp": TWIN,
 }
+# Besides it, for mutants: what carries its inputs and commands, and what else acts by itself or at a request.
+NODE = ("hystcan_node_tests", "hystcan_controller_tests", "hystcan_safety_tests")
+MUTATED = PROGRAMS | {
+    "controller/control/supervisor.h": CONTROL,
+    "controller/control/learning.cpp": CONTROL,
+    "controller/wired_axis.cpp": NODE,
+    "controller/remote_node.cpp": NODE,
+    "controller/background_frames.cpp": NODE,
+    "controller/requests.cpp": ("hystcan_telemetry_tests", "hystcan_node_tests", "hystcan_closed_loop_tests"),
+    "app/live/live_run.cpp": ("hystcan_live_run_tests",),
+    "app/page/page_requests.cpp": ("hystcan_page_tests",),
+}
 
 
 def digest_of(source):
