@@ -55,7 +55,7 @@ std::string in_words(const can::Frame& frame) {
   }
 }
 
-/// The axes x, of the nodes 1 (amplifier) and 2 (sensor), and y, of 3 and 4. All of them are offline at first.
+/// The axes x, of the nodes 1 (amplifier) and 2 (sensor), and y, of 3 and 4. They are offline at first.
 class Background : public testing::Test {
  protected:
   controller::WiredAxisConfig& config(std::size_t axis) { return setup_.controller.axes[axis]; }

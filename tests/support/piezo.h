@@ -19,7 +19,8 @@ inline model::HysteresisParameters piezo_model() {
           .k_descending = 0.035};
 }
 
-/// A stage of 30 um at 100 V. Its lower threshold is 0 um to the bit, so that sums of few terms there are exact.
+/// A stage of 30 um at 100 V. Its lower threshold is 0 um to the bit, so that sums of few terms there are
+/// exact.
 inline model::HysteresisParameters model_from_zero() {
   const model::Interval range{0.0, 100.0};
   return {.input_unit = "V",

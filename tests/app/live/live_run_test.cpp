@@ -1,5 +1,5 @@
-// The ways out of a live run: whatever ends it, every axis ends at its safe drive. The stage is in virtual time, which
-// a timer of the run's event loop advances: no test depends on how fast the machine is.
+// The ways out of a live run: whatever ends it, every axis ends at its safe drive. The stage is in virtual
+// time, which a timer of the run's event loop advances: no test depends on how fast the machine is.
 #include "app/live/live_run.h"
 
 #include <gtest/gtest.h>
@@ -238,8 +238,8 @@ TEST_F(LiveStage, LogsWhatBecomesOfTheBus) {
 
 bool tell() { return write(STDERR_FILENO, "x", 1) == 1; }
 
-/// The exit status of `work` in a process with a terminal of its own, which closes once the process has written a byte to
-/// standard error; -1 unless it writes another one there afterwards.
+/// The exit status of `work` in a process with a terminal of its own, which closes once the process has
+/// written a byte to standard error; -1 unless it writes another one there afterwards.
 int status_on_terminal(const std::function<int()>& work) {
   int terminal = -1;
   int told[2] = {-1, -1};

@@ -116,8 +116,8 @@ TEST(Windup, AnIntegralWithoutGainsStaysWhereItIsAtALimit) {
   EXPECT_EQ(law.integral_um(), before_um);
 }
 
-/// The integral after one cycle with this error in which the drive stays zero. The stage rests at zero, so that
-/// the whole demand is excess; the cycle lasts 1 s, so that the sums are exact.
+/// The integral after one cycle with this error in which the drive stays zero. The stage rests at zero, so
+/// that the whole demand is excess; the cycle lasts 1 s, so that the sums are exact.
 double integral_um_without_drive(PiGains pi, double error_um, double previewed_um = 0.0) {
   ControlLaw law({.structure = Structure::inverse_pi, .model = support::model_from_zero(), .pi = pi});
   support::restart_at_lower_threshold(law, 0.0);
