@@ -249,8 +249,7 @@ TEST_F(Background, SendsAStoppedNodeToPreOperationalWhereItIsNotSetUp) {
 }
 
 TEST_F(Background, SetsTheNodesOfWaitingAxesUpInTurn) {
-  for (std::size_t axis : {0, 1})
-    config(axis).wire.sensor_setup = config(axis).wire.amplifier_setup = one_object();
+  for (auto& axis : setup_.controller.axes) axis.wire.sensor_setup = axis.wire.amplifier_setup = one_object();
   begin();
   for (const auto& wired : axes_)
     for (controller::RemoteNode* node : wired->nodes()) hear(*node, NmtState::pre_operational);
