@@ -204,5 +204,20 @@ TEST(FrameBits, GrowWithTheLengthCodeOfAnFdFrame) {
   EXPECT_GE(frame_bits(frame).total(), at_64);
 }
 
+// Identifier, then of a standard frame RTR; of an extended one SRR and IDE, the rest of the identifier and RTR.
+TEST(ArbitrationKey, HasTheBitsOfTheArbitrationFieldInTheirOrder) {
+  EXPECT_EQ(arbitration_key(0x123, false), 0b00100100011'0'00000000000000000000U);
+  EXPECT_EQ(arbitration_key(0x123, false, true), 0b00100100011'1'00000000000000000000U);
+  EXPECT_EQ(arbitration_key(0x048E0001, true), 0b00100100011'11'100000000000000001'0U);
+  EXPECT_EQ(arbitration_key(0x048E0001, true, true), 0b00100100011'11'100000000000000001'1U);
+}
+
+TEST(Identifier, HasElevenBitsOrTwentyNine) {
+  EXPECT_TRUE(is_identifier(0x7FF, false));
+  EXPECT_FALSE(is_identifier(0x800, false));
+  EXPECT_TRUE(is_identifier(0x1FFF'FFFF, true));
+  EXPECT_FALSE(is_identifier(0x2000'0000, true));
+}
+
 }  // namespace
 }  // namespace hystcan::can::frame_bits_test
