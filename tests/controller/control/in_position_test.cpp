@@ -17,6 +17,11 @@ class Judge {
   Arrival resting(std::optional<double> error_um, double reference_um = 15.0) {
     return step(reference_um, true, error_um);
   }
+  /// After a cycle of this length.
+  Arrival resting_after(double dt_s, double error_um) {
+    const Trajectory::Point reference{.value_um = 0.0, .at_rest = true};
+    return InPosition::step(config_, state_, reference, -error_um, dt_s);
+  }
   Arrival resting_for(int cycles, std::optional<double> error_um, double reference_um = 15.0) {
     Arrival last = Arrival::not_judged;
     for (int i = 0; i < cycles; ++i) last = resting(error_um, reference_um);
@@ -42,6 +47,30 @@ TEST(InPosition, IsReachedAfterTheWindowWithoutABreak) {
   EXPECT_EQ(judge.moving(14.9), Arrival::moving);
   EXPECT_EQ(judge.resting_for(20, 0.005), Arrival::moving) << "19 ms since the first sample within";
   EXPECT_EQ(judge.resting(-0.01), Arrival::in_position) << "20 ms, and just at the tolerance";
+}
+
+TEST(InPosition, IsReachedAtTheToleranceOnEitherSide) {
+  for (const double error_um : {-0.01, 0.01}) {
+    Judge judge;
+    EXPECT_EQ(judge.resting_for(21, error_um, 0.0), Arrival::in_position) << error_um;
+  }
+}
+
+TEST(InPosition, IsNotReachedBeyondTheToleranceOnEitherSide) {
+  for (const double error_um : {-0.011, 0.011}) {
+    Judge judge;
+    EXPECT_EQ(judge.resting_for(50, error_um, 0.0), Arrival::moving) << error_um;
+  }
+}
+
+TEST(InPosition, TakesATimeThatIsShortByLessThanANanosecondForTheWindow) {
+  const auto after = [](double dt_s) {
+    Judge judge;
+    judge.resting_after(0.0, 0.0);
+    return judge.resting_after(dt_s, 0.0);
+  };
+  EXPECT_EQ(after(0.02 - 0.9e-9), Arrival::in_position);
+  EXPECT_EQ(after(0.02 - 1.1e-9), Arrival::moving);
 }
 
 TEST(InPosition, StartsTheWindowAgainAfterABreak) {

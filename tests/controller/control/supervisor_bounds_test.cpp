@@ -54,6 +54,13 @@ int cycles_until_cause(Step step) {
 
 Cause cause_at(double position_um) { return Supervisor(config()).judge(sample(position_um)).cause; }
 
+TEST(ReferenceTime, StandsStillWhileTheReferencesWait) {
+  AxisInput input;
+  input.time_s = 3.0;
+  input.waited_s = 1.0;
+  EXPECT_EQ(input.reference_time_s(), 2.0);
+}
+
 TEST(PositionRange, IncludesItsTwoBoundsAndNothingBeyond) {
   EXPECT_EQ(cause_at(-3.0), Cause::none);
   EXPECT_EQ(cause_at(34.0), Cause::none);
