@@ -204,7 +204,7 @@ TEST(FrameBits, GrowWithTheLengthCodeOfAnFdFrame) {
   EXPECT_GE(frame_bits(frame).total(), at_64);
 }
 
-// Identifier, then of a standard frame RTR; of an extended one SRR and IDE, the rest of the identifier and RTR.
+// Identifier, then of a standard frame RTR; of an extended one SRR and IDE, the rest of the identifier, RTR.
 TEST(ArbitrationKey, HasTheBitsOfTheArbitrationFieldInTheirOrder) {
   EXPECT_EQ(arbitration_key(0x123, false), 0b00100100011'0'00000000000000000000U);
   EXPECT_EQ(arbitration_key(0x123, false, true), 0b00100100011'1'00000000000000000000U);
