@@ -2,6 +2,7 @@
 // time, which a timer of the run's event loop advances: no test depends on how fast the machine is.
 #include "app/live/live_run.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <pty.h>
 #include <sys/ioctl.h>
@@ -10,6 +11,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <iterator>
@@ -278,12 +280,21 @@ int hangs_up() {
 }
 
 // In a process of their own, since the first call finds out what the terminal is.
-TEST(TerminalHungUp, IsTrueWhenTheTerminalOfTheProcessHasClosed) {
+class TerminalHungUp : public testing::Test {
+ protected:
+  void SetUp() override {
+    const int terminal = posix_openpt(O_RDWR);
+    if (terminal < 0) GTEST_SKIP() << "this machine has no pseudo-terminals";
+    close(terminal);
+  }
+};
+
+TEST_F(TerminalHungUp, IsTrueWhenTheTerminalOfTheProcessHasClosed) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(_exit(status_on_terminal(hangs_up)), testing::ExitedWithCode(42), "");
 }
 
-TEST(TerminalHungUp, IsAlsoTrueOfAProcessWithoutStandardInput) {
+TEST_F(TerminalHungUp, IsAlsoTrueOfAProcessWithoutStandardInput) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] {
     close(STDIN_FILENO);
@@ -292,7 +303,7 @@ TEST(TerminalHungUp, IsAlsoTrueOfAProcessWithoutStandardInput) {
   EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(42), "");
 }
 
-TEST(TerminalHungUp, IsNotTrueUnderNohup) {
+TEST_F(TerminalHungUp, IsNotTrueUnderNohup) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] {
     std::signal(SIGHUP, SIG_IGN);
@@ -301,7 +312,7 @@ TEST(TerminalHungUp, IsNotTrueUnderNohup) {
   EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(43), "");
 }
 
-TEST(TerminalHungUp, IsNotTrueWithoutATerminal) {
+TEST_F(TerminalHungUp, IsNotTrueWithoutATerminal) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] {
     ioctl(STDIN_FILENO, TIOCNOTTY);
@@ -325,7 +336,7 @@ class StageOnATerminal : public LiveStage {
   }
 };
 
-TEST(TerminalHungUp, EndsARunAndLeavesOnlyTheStreamsThatWereTheTerminal) {
+TEST_F(TerminalHungUp, EndsARunAndLeavesOnlyTheStreamsThatWereTheTerminal) {
   shows("S-061");
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] { return StageOnATerminal().run_until_it_hangs_up(); };
