@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/outbox.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan::background_frames_test {
@@ -18,25 +19,6 @@ using can::NmtState;
 using controller::AxisState;
 using std::chrono::milliseconds;
 using Sent = std::vector<std::string>;
-
-/// Keeps what it is given.
-class Outbox final : public can::Bus {
- public:
-  bool send(const can::Frame& frame) override {
-    frames.push_back(frame);
-    return true;
-  }
-  void on_frame(FrameHandler) override {}
-  bool on_sent(FrameHandler) override { return false; }
-  void on_state(StateHandler) override {}
-  can::BusState state() const override { return can::BusState::active; }
-  const can::BusCounters& counters() const override { return counters_; }
-
-  std::vector<can::Frame> frames;
-
- private:
-  can::BusCounters counters_;
-};
 
 std::string in_words(const can::Frame& frame) {
   switch (frame.id) {
@@ -115,7 +97,7 @@ class Background : public testing::Test {
   rehearsal::Setup setup_ = support::shipped("piezo.toml");
   std::vector<std::unique_ptr<controller::CommandFrame>> commands_;
   controller::WiredAxes axes_;
-  Outbox bus_;
+  support::Outbox bus_;
   std::unique_ptr<controller::BackgroundFrames> frames_;
 };
 

@@ -125,10 +125,7 @@ TEST_F(Amplifier, MovesFromACommandThatEnablesItUntilItsNextStatus) {
 
 TEST_F(Amplifier, RepeatsAStatusIfItsStateIsTheOneBeforeAndNotOff) {
   support::LoneAxis lone = axis();
-  can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(setup_.database, wire()));
-  const auto repeats = [&](can::AmpState state) {
-    return lone.wired.amplifier.on_status(*encode({.state = state}), {});
-  };
+  const auto repeats = [&](can::AmpState state) { return lone.hear_status({.state = state}); };
   EXPECT_FALSE(repeats(can::AmpState::off));
   EXPECT_FALSE(repeats(can::AmpState::ready));
   EXPECT_TRUE(repeats(can::AmpState::ready));

@@ -3,31 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "can/dbc/reader.h"
+#include "tests/support/outbox.h"
 #include "tests/support/shows.h"
 
 namespace hystcan::controller::command_frame_test {
 namespace {
-
-/// What the interface has taken; the test sends the echoes.
-class Queue final : public can::Bus {
- public:
-  bool send(const can::Frame& frame) override {
-    if (!takes) return false;
-    frames.push_back(frame);
-    return true;
-  }
-  void on_frame(FrameHandler) override {}
-  bool on_sent(FrameHandler) override { return true; }
-  void on_state(StateHandler) override {}
-  can::BusState state() const override { return can::BusState::active; }
-  const can::BusCounters& counters() const override { return counters_; }
-
-  std::vector<can::Frame> frames;
-  bool takes = true;
-
- private:
-  can::BusCounters counters_;
-};
 
 can::Layout<can::AmpCommand> layout(const std::string& axis) {
   static const can::Database database = can::parse_dbc(R"(VERSION ""
@@ -68,7 +48,7 @@ class OneAxis : public testing::Test {
   void echo_sync(std::uint8_t counter) { frame.on_echo(can::sync_frame(counter), sync, queue); }
   double last() const { return decoded("X", queue.frames.back()).setpoint; }
 
-  Queue queue;
+  support::Outbox queue;  ///< What the interface has taken; the test sends the echoes.
   CommandFrame frame{layout("X"), 0, 1.0};
   std::uint8_t sync = 0;
 };

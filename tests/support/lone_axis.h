@@ -16,7 +16,10 @@ class LoneAxis {
         wired(config, std::chrono::milliseconds(300), database, commands_, 0),
         encode_(encoder(config.wire, database)) {}
 
-  void hear_status(const can::AmpStatus& status) { wired.amplifier.on_status(*(*encode_)(status), {}); }
+  /// True: it repeats the state of the one before.
+  bool hear_status(const can::AmpStatus& status) {
+    return wired.amplifier.on_status(*(*encode_)(status), {});
+  }
   controller::NodeHealth health(can::BusState bus = can::BusState::active, can::Time now = {}) {
     controller::AxisInput input;
     wired.amplifier.take_health(now, bus, input);

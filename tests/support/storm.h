@@ -30,7 +30,10 @@ struct TroubleCount {
   std::uint64_t alone = 0;  ///< faults of episodes without another trouble
   double within_ms = 0.0;   ///< a trouble that lasts as long must be detected
   double latest_ms = 0.0;   ///< of those alone that did: the longest time from the begin to the decision
-  double bound_ms = 0.0;    ///< of latest_ms
+
+  /// Of latest_ms: the first frame that shows a trouble comes within a cycle of its begin, and the step that
+  /// follows decides.
+  double bound_ms() const { return within_ms + 2.0; }
 };
 
 struct StormResult {

@@ -53,6 +53,14 @@ class LiveStage : public testing::Test {
     return true;
   }
   double output_V(std::size_t axis) { return rehearsal_.twin().axes()[axis]->plant.drive(); }
+  /// Both amplifiers had a fault before the run.
+  void latch_faults() {
+    rehearsal_.run_for(milliseconds(500));
+    for (const auto& axis : rehearsal_.twin().axes()) {
+      axis->amplifier.begin_internal_fault();
+      axis->amplifier.end_internal_fault();
+    }
+  }
   /// Raises the signal once, when all axes track and x is driven.
   void signal_while_tracking(int signal) {
     on_turn_ = [this, signal, raised = false]() mutable {
@@ -210,11 +218,7 @@ TEST_F(LiveStage, SendsTheSafeCommandWhenSomethingInTheRunThrows) {
 }
 
 TEST_F(LiveStage, ClearsAFaultThatTheAmplifierHasLatchedOnlyIfItIsAskedTo) {
-  rehearsal_.run_for(milliseconds(500));
-  for (const auto& axis : rehearsal_.twin().axes()) {
-    axis->amplifier.begin_internal_fault();
-    axis->amplifier.end_internal_fault();
-  }
+  latch_faults();
   LiveRun live = until([this] { return turns_ >= 1000; });
   live.clear_faults = true;
   run(live);
@@ -222,11 +226,7 @@ TEST_F(LiveStage, ClearsAFaultThatTheAmplifierHasLatchedOnlyIfItIsAskedTo) {
 }
 
 TEST_F(LiveStage, StaysWithAFaultThatTheAmplifierHasLatched) {
-  rehearsal_.run_for(milliseconds(500));
-  for (const auto& axis : rehearsal_.twin().axes()) {
-    axis->amplifier.begin_internal_fault();
-    axis->amplifier.end_internal_fault();
-  }
+  latch_faults();
   run(until([this] { return turns_ >= 1000; }));
   EXPECT_EQ(stops_, 1);
   EXPECT_FALSE(tracked_at_stop_);
@@ -286,16 +286,15 @@ class TerminalHungUp : public testing::Test {
     const int terminal = posix_openpt(O_RDWR);
     if (terminal < 0) GTEST_SKIP() << "this machine has no pseudo-terminals";
     close(terminal);
+    GTEST_FLAG_SET(death_test_style, "threadsafe");
   }
 };
 
 TEST_F(TerminalHungUp, IsTrueWhenTheTerminalOfTheProcessHasClosed) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(_exit(status_on_terminal(hangs_up)), testing::ExitedWithCode(42), "");
 }
 
 TEST_F(TerminalHungUp, IsAlsoTrueOfAProcessWithoutStandardInput) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] {
     close(STDIN_FILENO);
     return hangs_up();
@@ -304,7 +303,6 @@ TEST_F(TerminalHungUp, IsAlsoTrueOfAProcessWithoutStandardInput) {
 }
 
 TEST_F(TerminalHungUp, IsNotTrueUnderNohup) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] {
     std::signal(SIGHUP, SIG_IGN);
     return hangs_up();
@@ -313,7 +311,6 @@ TEST_F(TerminalHungUp, IsNotTrueUnderNohup) {
 }
 
 TEST_F(TerminalHungUp, IsNotTrueWithoutATerminal) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] {
     ioctl(STDIN_FILENO, TIOCNOTTY);
     return hangs_up();
@@ -338,7 +335,6 @@ class StageOnATerminal : public LiveStage {
 
 TEST_F(TerminalHungUp, EndsARunAndLeavesOnlyTheStreamsThatWereTheTerminal) {
   shows("S-061");
-  GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto work = [] { return StageOnATerminal().run_until_it_hangs_up(); };
   EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(42), "");
 }

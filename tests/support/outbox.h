@@ -1,0 +1,30 @@
+// A connection to a bus that is not there: it keeps what it is given, and receives nothing.
+#pragma once
+
+#include <vector>
+
+#include "can/bus.h"
+
+namespace hystcan::support {
+
+class Outbox final : public can::Bus {
+ public:
+  bool send(const can::Frame& frame) override {
+    if (!takes) return false;
+    frames.push_back(frame);
+    return true;
+  }
+  void on_frame(FrameHandler) override {}
+  bool on_sent(FrameHandler) override { return true; }
+  void on_state(StateHandler) override {}
+  can::BusState state() const override { return can::BusState::active; }
+  const can::BusCounters& counters() const override { return counters_; }
+
+  std::vector<can::Frame> frames;
+  bool takes = true;  ///< False: it refuses the frame.
+
+ private:
+  can::BusCounters counters_;
+};
+
+}  // namespace hystcan::support
