@@ -102,10 +102,11 @@ void RampCheck::see(const AxisInput& input) {
   rest_um_.hi += (middle_um - rest_um_.hi) * forgotten;
 }
 
-void RampCheck::widen_rest(const AxisInput& input, double last_um) {
+void RampCheck::widen_rest(const AxisInput& input, const std::optional<double>& last_um) {
   const double now_um = *seen_um_;
-  const double swing_um = std::abs(now_um - last_um) / (input.dt_s * config_.mode_rad_per_s);
-  if (rest_um_.span() == 0.0) rest_um_ = {now_um, now_um};
+  if (!last_um) rest_um_ = {now_um, now_um};
+  const double swing_um =
+      std::abs(now_um - last_um.value_or(now_um)) / (input.dt_s * config_.mode_rad_per_s);
   rest_um_ = {std::min(rest_um_.lo, now_um - swing_um), std::max(rest_um_.hi, now_um + swing_um)};
 }
 
@@ -118,7 +119,7 @@ void RampCheck::rest(const Course& course, double drive, const AxisInput& input)
   see(input);
   model_um_ = course.position_um();
   if (!seen_um_) return;
-  widen_rest(input, last_um.value_or(*seen_um_));
+  widen_rest(input, last_um);
   turn_ = here(course, drive);
 }
 

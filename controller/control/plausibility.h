@@ -77,7 +77,7 @@ class Course {
   Mark mark_{};
 };
 
-// Compares the position with what the ramps of the start-up must do to it by the model (course.h): a sensor
+// Compares the position with what the ramps of the start-up must do to it by the model (Course): a sensor
 // that is reversed or scaled wrongly, or an amplifier that ends below its range, is found before the axis
 // tracks.
 //
@@ -124,7 +124,7 @@ class RampCheck {
   };
 
   void see(const AxisInput& input);
-  void widen_rest(const AxisInput& input, double last_um);
+  void widen_rest(const AxisInput& input, const std::optional<double>& last_um);
   Anchor here(const Course& course, double drive) const;
   bool is_beyond(const Anchor& anchor, double share, double drive) const;
   bool agrees_in_direction(const Course& course) const;

@@ -234,6 +234,16 @@ TEST(LostSamples, AreMissingWhereHalfOfThemCameLate) {
   EXPECT_EQ(supervisor.judge(sample({})).cause, Cause::sample_missing);
 }
 
+TEST(LostSamples, AreACycleOverrunWhereTheCyclesRoundToTwo) {
+  for (const double cycles : {1.45, 1.55}) {
+    Supervisor supervisor(config());
+    AxisInput lost = sample({});
+    lost.dt_s = cycles * cycle_s;
+    for (int i = 0; i < 3; ++i) supervisor.judge(lost);
+    EXPECT_EQ(supervisor.judge(lost).cause, cycles < 1.5 ? Cause::sample_missing : Cause::cycle_overrun);
+  }
+}
+
 // ---- a frozen position
 
 /// In each cycle: the position, then the drive. The cycle that trips; 0: none.

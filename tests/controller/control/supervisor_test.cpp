@@ -56,6 +56,10 @@ TEST(Supervisor, BelievesASecondJumpWhereTheDriveHasMovedTheStageSoFar) {
   EXPECT_FALSE(supervisor.judge(sample(13.0), {0.0, 8.0}).position_um);
   EXPECT_FALSE(supervisor.judge(sample(13.0)).position_um);
   EXPECT_TRUE(supervisor.judge(sample(13.5), {0.0, 8.2}).position_um);
+  Supervisor at_once(config());
+  at_once.judge(sample(5.0));
+  EXPECT_FALSE(at_once.judge(sample(13.0), {0.0, 8.0}).position_um);
+  EXPECT_TRUE(at_once.judge(sample(13.0), {0.0, 8.0}).position_um);
 }
 
 TEST(Supervisor, AllowsAJumpForEachLostCycle) {

@@ -1,0 +1,101 @@
+// The check of the amplifier's output at its bounds: the last output that agrees and the first that differs,
+// how long a drive counts, and what a start leaves of the time before.
+#include <gtest/gtest.h>
+
+#include "controller/control/plausibility.h"
+
+namespace hystcan::controller::output_check_bounds_test {
+namespace {
+
+constexpr double range = 100.0, cycle_s = 1.0 / 1024.0, unlimited = 1e6;
+
+AxisInput status(double output, double age_s = 0.0, double of_cycle_s = cycle_s) {
+  AxisInput input;
+  input.dt_s = input.cycle_s = of_cycle_s;
+  input.health.output_reported = true;
+  input.health.amplifier_output = output;
+  input.health.status_age_s = age_s;
+  return input;
+}
+
+/// Whether this output agrees in the cycle after one with a drive of 20 and an old status.
+bool agrees(double output, double drive, double slew_per_s, double lag_s = 0.0, double age_s = 0.0) {
+  OutputCheck check(range, lag_s);
+  check.restart(20.0);
+  check.step(20.0, 0.0, status(20.0, 0.04));
+  check.step(drive, slew_per_s, status(output, age_s));
+  return check.differs_for_s() == 0.0;
+}
+
+TEST(OutputCheck, AllowsFivePercentOfTheRangeWhereTheDriveRests) {
+  EXPECT_TRUE(agrees(25.0, 20.0, 0.0));
+  EXPECT_TRUE(agrees(15.0, 20.0, 0.0));
+  EXPECT_FALSE(agrees(25.001, 20.0, 0.0));
+  EXPECT_FALSE(agrees(14.999, 20.0, 0.0));
+}
+
+TEST(OutputCheck, AllowsFivePercentOfTheRangeBeyondTheDrivesOfTheLastSpansHoweverFastTheyAre) {
+  EXPECT_TRUE(agrees(85.0, 80.0, unlimited));
+  EXPECT_TRUE(agrees(15.0, 80.0, unlimited));
+  EXPECT_FALSE(agrees(85.001, 80.0, unlimited));
+  EXPECT_FALSE(agrees(14.999, 80.0, unlimited));
+}
+
+// 5 + 1024 (4 / 1024) = 9 of the range.
+TEST(OutputCheck, AllowsWhatTheSlewMovesInFourCycles) {
+  EXPECT_TRUE(agrees(71.0, 80.0, 1024.0));
+  EXPECT_FALSE(agrees(70.999, 80.0, 1024.0));
+}
+
+TEST(OutputCheck, AllowsWhatTheSlewMovesInFiveLagsAndTheAgeOfTheStatusToo) {
+  const double slew_per_s = 15.0 / (4.0 * cycle_s + 5.0 * 0.002);
+  EXPECT_TRUE(agrees(60.001, 80.0, slew_per_s, 0.002));
+  EXPECT_FALSE(agrees(59.999, 80.0, slew_per_s, 0.002));
+  const double aged_per_s = 15.0 / (4.0 * cycle_s + 0.01);
+  EXPECT_TRUE(agrees(60.001, 80.0, aged_per_s, 0.0, 0.01));
+  EXPECT_FALSE(agrees(59.999, 80.0, aged_per_s, 0.0, 0.01));
+}
+
+/// For how many cycles the drive of before counts after a step of it.
+int cycles_counted(double lag_s, double of_cycle_s) {
+  OutputCheck check(range, lag_s);
+  check.restart(20.0);
+  for (int cycle = 1; cycle < 1000; ++cycle) {
+    check.step(80.0, unlimited, status(20.0, 0.0, of_cycle_s));
+    if (check.differs_for_s() > 0.0) return cycle;
+  }
+  return 0;
+}
+
+TEST(OutputCheck, CountsTheDrivesOfThreeSpansOfFiftyMillisecondsOrFiveCyclesOrFiveLags) {
+  EXPECT_EQ(cycles_counted(0.0, cycle_s), 3 * 52) << "52 cycles are the first that are not less than 50 ms";
+  EXPECT_EQ(cycles_counted(0.02, cycle_s), 3 * 103);
+  EXPECT_EQ(cycles_counted(0.0, 1.0 / 64.0), 3 * 5);
+}
+
+TEST(OutputCheck, JudgesAStatusThatIsAsOldAsASpanAndNoneThatIsOlder) {
+  for (const double age_s : {0.05, 0.050001}) {
+    OutputCheck check(range, 0.0);
+    check.restart(80.0);
+    check.step(80.0, 0.0, status(20.0, 0.06));
+    check.step(80.0, 0.0, status(20.0, age_s));
+    EXPECT_EQ(check.differs_for_s() > 0.0, age_s == 0.05);
+  }
+}
+
+TEST(OutputCheck, ForgetsDrivesVerdictAndTimeAtARestart) {
+  OutputCheck check(range, 0.0);
+  check.restart(80.0);
+  check.step(80.0, 0.0, status(20.0));
+  check.step(80.0, 0.0, status(20.0, 0.04));
+  ASSERT_EQ(check.differs_for_s(), 2.0 * cycle_s);
+  check.restart(20.0);
+  EXPECT_EQ(check.differs_for_s(), 0.0);
+  check.step(20.0, unlimited, status(80.0, 0.03));
+  EXPECT_EQ(check.differs_for_s(), 0.0) << "a status from before the restart";
+  check.step(20.0, unlimited, status(80.0));
+  EXPECT_EQ(check.differs_for_s(), cycle_s) << "80 was a drive of before";
+}
+
+}  // namespace
+}  // namespace hystcan::controller::output_check_bounds_test

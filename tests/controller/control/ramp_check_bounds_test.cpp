@@ -1,0 +1,283 @@
+// The check of the start-up's ramps at its bounds, on a stage without hysteresis: the last position that
+// agrees and the first that contradicts, from when a ramp is judged, and what else a position may do.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "controller/control/plausibility.h"
+#include "model/hysteresis_parameters.h"
+#include "tests/support/piezo.h"
+
+namespace hystcan::controller::ramp_check_bounds_test {
+namespace {
+
+constexpr double cycle_s = 1e-3, um_per_volt = 0.3, half_volt = 0.5;
+
+/// Nothing but the ramp itself: no allowance for noise, the ramp's corners or the stage at rest.
+RampCheck::Config strict() {
+  return {.drive_range = 100.0, .mode_rad_per_s = 1e9, .decay_s = 1e9, .doubt = 0.3};
+}
+
+Delays delays(double lag_s) {
+  return {.amplifier_bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s), .resonance_Hz = 1e9};
+}
+
+/// The check sees what the test names, the mean over its two cycles.
+class Ramp {
+ public:
+  explicit Ramp(const RampCheck::Config& config = strict(), double begin = 0.0, double lag_s = 1e-9)
+      : course_(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), delays(lag_s)),
+        check_(config),
+        drive_(begin) {
+    input_.dt_s = input_.cycle_s = cycle_s;
+    course_.restart(begin);
+    mark();
+  }
+
+  Ramp& rests(double seen_um) {
+    show(seen_um);
+    check_.rest(course_, drive_, input_);
+    return *this;
+  }
+  /// Whether the position agrees, or has not contradicted for long enough.
+  bool agrees(double volt, double seen_um) {
+    show(seen_um);
+    return step(volt);
+  }
+  bool agrees_without_sample(double volt) {
+    input_.position_um.reset();
+    return step(volt);
+  }
+  /// The position moves with the model until the drive is there.
+  Ramp& follows_to(double end, double volt) {
+    while (std::abs(end - drive_) > 0.25 * std::abs(volt))
+      EXPECT_TRUE(agrees(volt, seen_um_ + um_per_volt * volt)) << drive_;
+    return *this;
+  }
+  /// The drive of a ramp to `end` at which the position, which moves by a share of the model's, contradicts;
+  /// -1: nowhere.
+  double contradicts_at(double volt, double end, double share) {
+    while (std::abs(end - drive_) > 0.25 * std::abs(volt))
+      if (!agrees(volt, seen_um_ + share * um_per_volt * volt)) return drive_;
+    return -1.0;
+  }
+
+  void mark() { mark_ = course_.mark(), marked_um_ = seen_um_; }
+  /// How far the delayed position of the model rises in the next cycle beyond what it was at the mark.
+  double delayed_um(double volt) const {
+    Course next = course_;
+    next.step(drive_ + volt, cycle_s, cycle_s);
+    return next.mark()[2] - mark_[2];
+  }
+  double marked_um() const { return marked_um_; }
+
+ private:
+  void show(double seen_um) {
+    input_.position_um = is_first_ ? seen_um : seen_um_ + 3.0 * (seen_um - seen_um_);
+    seen_um_ = seen_um;
+    is_first_ = false;
+  }
+  bool step(double volt) {
+    drive_ += volt;
+    course_.step(drive_, cycle_s, cycle_s);
+    return check_.step(course_, drive_, input_);
+  }
+
+  Course course_;
+  RampCheck check_;
+  AxisInput input_;
+  double drive_ = 0.0, seen_um_ = 0.0;
+  bool is_first_ = true;
+  Course::Mark mark_{};
+  double marked_um_ = 0.0;
+};
+
+TEST(CourseTest, HasNotMovedWhereTheDriveRests) {
+  Course course(support::piezo_model(), {});
+  course.restart(50.0);
+  const Course::Mark begin = course.mark();
+  course.step(50.0, cycle_s, cycle_s);
+  EXPECT_EQ(course.moved_um(begin).lo, 0.0);
+  EXPECT_EQ(course.moved_um(begin).hi, 0.0);
+}
+
+// ---- size
+
+TEST(RampCheckBounds, AllowAStageToBeLessOrMoreSteepByItsDoubt) {
+  const auto contradicts_at = [](double share) {
+    return Ramp().rests(0.0).contradicts_at(half_volt, 100.0, share);
+  };
+  EXPECT_EQ(contradicts_at(0.701), -1.0);
+  EXPECT_EQ(contradicts_at(1.0 / 0.7 - 0.002), -1.0);
+  EXPECT_GT(contradicts_at(0.698), 0.0);
+  EXPECT_GT(contradicts_at(1.0 / 0.7 + 0.002), 0.0);
+}
+
+TEST(RampCheckBounds, JudgeTheSizeFourteenPercentBehindTheFirstEight) {
+  EXPECT_EQ(Ramp().rests(0.0).contradicts_at(half_volt, 100.0, 0.5), 23.5) << "beyond 22 V for three cycles";
+  EXPECT_EQ(Ramp(strict(), 100.0).rests(30.0).contradicts_at(-half_volt, 0.0, 0.5), 76.5);
+}
+
+TEST(RampCheckBounds, JudgeTheSizeAnewInWindowsOfSixteenPercent) {
+  EXPECT_EQ(Ramp().rests(0.0).follows_to(24.0, half_volt).contradicts_at(half_volt, 100.0, 0.0), 39.5);
+  EXPECT_EQ(Ramp().rests(0.0).follows_to(40.0, half_volt).contradicts_at(half_volt, 100.0, 0.0), 55.5);
+}
+
+TEST(RampCheckBounds, JudgeTheSizeAfterSixCyclesEachOfARampThatIsFast) {
+  EXPECT_EQ(Ramp().rests(0.0).contradicts_at(5.0, 100.0, 0.5), 70.0) << "6, 6 and 3 cycles";
+}
+
+TEST(RampCheckBounds, JudgeTheSizeAnewBehindATurn) {
+  EXPECT_EQ(Ramp().rests(0.0).follows_to(40.0, half_volt).contradicts_at(-half_volt, 0.0, 0.5), 16.0);
+}
+
+// ---- direction
+
+/// The cycles of a ramp after which the position contradicts that moves backwards by this share of what the
+/// delayed model moves, and by this many um; 0: it agrees with ten.
+int cycles_until_it_contradicts(Ramp& ramp, double volt, double share, double beyond_um = 0.0) {
+  const double sign = std::copysign(1.0, volt);
+  for (int cycle = 1; cycle <= 10; ++cycle) {
+    const double back_um = share * sign * ramp.delayed_um(volt) + beyond_um;
+    if (!ramp.agrees(volt, ramp.marked_um() - sign * back_um)) return cycle;
+  }
+  return 0;
+}
+
+TEST(RampCheckBounds, AllowAPositionToMoveBackwardsByAQuarterOfTheRamp) {
+  for (const double begin : {0.0, 50.0})
+    for (const double share : {0.249, 0.251}) {
+      Ramp ramp(strict(), begin);
+      ramp.rests(0.0);
+      const double volt = begin == 0.0 ? half_volt : -half_volt;
+      EXPECT_EQ(cycles_until_it_contradicts(ramp, volt, share), share < 0.25 ? 0 : 3) << begin << ' ' << share;
+    }
+}
+
+// Behind the turn the delayed model rises for 12 cycles more while the drive falls.
+TEST(RampCheckBounds, AllowAPositionThatStillRisesBehindATurnToRiseByThreeTenthsMore) {
+  for (const double share : {1.42, 1.44}) {
+    Ramp ramp(strict(), 0.0, 0.02);
+    ramp.rests(0.0).follows_to(60.0, half_volt);
+    ramp.agrees(-half_volt, um_per_volt * 60.0);
+    ramp.mark();
+    int cycle = 0;
+    while (cycle < 6 && ramp.agrees(-half_volt, ramp.marked_um() + share * ramp.delayed_um(-half_volt))) ++cycle;
+    EXPECT_EQ(cycle, share < 1.43 ? 6 : 2) << share;
+  }
+}
+
+TEST(RampCheckBounds, TripAtTheThirdContradictionInARow) {
+  Ramp ramp;
+  ramp.rests(0.0);
+  const auto rises = [&] { return ramp.agrees(half_volt, 0.0); };
+  const auto falls = [&] { return ramp.agrees(half_volt, -5.0); };
+  EXPECT_TRUE(falls() && falls() && rises() && falls() && falls() && rises());
+  EXPECT_TRUE(falls() && falls());
+  EXPECT_FALSE(falls());
+}
+
+TEST(RampCheckBounds, CountOnlySamples) {
+  Ramp ramp;
+  ramp.rests(0.0);
+  EXPECT_TRUE(ramp.agrees(half_volt, -5.0) && ramp.agrees(half_volt, -5.0));
+  EXPECT_TRUE(ramp.agrees_without_sample(half_volt));
+  EXPECT_FALSE(ramp.agrees(half_volt, -5.0));
+}
+
+TEST(RampCheckBounds, CountAnewBehindATurn) {
+  Ramp ramp;
+  ramp.rests(0.0).follows_to(4.0, half_volt);
+  EXPECT_TRUE(ramp.agrees(half_volt, -5.0) && ramp.agrees(half_volt, -5.0));
+  EXPECT_TRUE(ramp.agrees(-half_volt, -5.0)) << "from here on";
+  EXPECT_TRUE(ramp.agrees(-half_volt, 5.0) && ramp.agrees(-half_volt, 5.0));
+  EXPECT_FALSE(ramp.agrees(-half_volt, 5.0));
+}
+
+// ---- where the ramp begins
+
+// The load discharges: the position falls by 5 um while the drive does not move.
+TEST(RampCheckBounds, BeginWhereTheDriveFirstMoves) {
+  Ramp ramp;
+  ramp.rests(0.0);
+  for (int i = 1; i <= 50; ++i) EXPECT_TRUE(ramp.agrees(0.0, -0.1 * i));
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(ramp.agrees(half_volt, -5.0));
+}
+
+TEST(RampCheckBounds, DoNotBeginAnewWhereTheDriveWaits) {
+  Ramp ramp;
+  ramp.rests(0.0).follows_to(4.0, half_volt);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(ramp.agrees(0.0, 1.2));
+  EXPECT_TRUE(ramp.agrees(0.0, -0.4) && ramp.agrees(0.0, -0.4));
+  EXPECT_FALSE(ramp.agrees(0.0, -0.4)) << "more than a quarter of 1.2 um below where the ramp began";
+}
+
+// ---- what the position may err by
+
+/// Whether a ramp lets the position be lower by this, besides a quarter of what the model moves.
+void expect_error_um(const Ramp& rested, double error_um) {
+  for (const double share : {0.999, 1.001}) {
+    Ramp ramp = rested;
+    ramp.mark();
+    EXPECT_EQ(cycles_until_it_contradicts(ramp, half_volt, 0.25, share * error_um) == 0, share < 1.0)
+        << share << " of " << error_um << " um";
+  }
+}
+
+TEST(RampCheckBounds, AllowThreeThousandthsOfTheStroke) {
+  RampCheck::Config config = strict();
+  config.stroke_um = 100.0;
+  expect_error_um(Ramp(config).rests(0.0), 0.3);
+}
+
+TEST(RampCheckBounds, AllowTheRingingAtTheCornersOfTheRamp) {
+  RampCheck::Config config = strict();
+  config.ramp_um_per_s = 150.0;
+  config.mode_rad_per_s = 300.0;
+  expect_error_um(Ramp(config).rests(0.0), 0.5);
+}
+
+TEST(RampCheckBounds, AllowTheRangeOfThePositionAtRest) {
+  expect_error_um(Ramp().rests(20.0).rests(20.5).rests(20.2), 0.5);
+}
+
+// A speed of 100 um/s at 1000 rad/s swings by 0.1 um.
+TEST(RampCheckBounds, AllowAsMuchAsTheFastestSpeedAtRestSwingsInTheMode) {
+  RampCheck::Config config = strict();
+  config.mode_rad_per_s = 1000.0;
+  expect_error_um(Ramp(config).rests(20.0).rests(20.1), 0.2);
+  expect_error_um(Ramp(config).rests(20.0).rests(19.9), 0.2);
+}
+
+/// The range of 1 um at rest, which is forgotten from the third sample on, in the cycles of the ramp too.
+void expect_forgotten_in(const RampCheck::Config& config, double cycles) {
+  Ramp ramp(config);
+  ramp.rests(19.5).rests(20.5);
+  for (int i = 0; i < 200; ++i) ramp.rests(20.0);
+  const double left = cycles / (cycles + 1.0);
+  for (const double share : {0.999, 1.001}) {
+    Ramp judged = ramp;
+    judged.mark();
+    bool agrees = true;
+    for (int i = 1; i <= 3; ++i)
+      agrees = judged.agrees(half_volt, 20.0 - 0.25 * judged.delayed_um(half_volt) - share * std::pow(left, 200 + i));
+    EXPECT_EQ(agrees, share < 1.0) << share;
+  }
+}
+
+TEST(RampCheckBounds, ForgetTheRangeAtRestInTwoHundredCycles) {
+  RampCheck::Config config = strict();
+  config.decay_s = 0.0;
+  expect_forgotten_in(config, 200.0);
+}
+
+TEST(RampCheckBounds, ForgetTheRangeAtRestAsSlowlyAsTheModeDecays) {
+  RampCheck::Config config = strict();
+  config.decay_s = 0.4;
+  expect_forgotten_in(config, 400.0);
+}
+
+}  // namespace
+}  // namespace hystcan::controller::ramp_check_bounds_test
