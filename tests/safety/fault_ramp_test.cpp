@@ -168,6 +168,32 @@ TEST(FaultRamp, DoesNotGoOnAfterItHasEnded) {
   EXPECT_TRUE(is_safe(axis.stage.cycle()));
 }
 
+/// The largest step down of a drive whose loop is unstable, and which the model limits meanwhile.
+double largest_step(double saturated_s) {
+  AxisConfig config = with_ramp();
+  config.law.pi.kp = 50.0;
+  config.gate.slew_per_s = 100.0;
+  config.following_error.error_um = 60.0;
+  config.supervision.position_jump_um = 0.0;
+  config.supervision.saturated_s = saturated_s;
+  IdealStage stage(config);
+  stage.axis.start(false);
+  EXPECT_TRUE(stage.reaches(AxisState::tracking, 5000));
+  double largest = 0.0;
+  for (int i = 0; stage.axis.state() == AxisState::tracking && i < 1000; ++i) {
+    const double last = stage.command.drive;
+    stage.cycle([i](AxisInput& in) { *in.position_um += i / 5 % 2 == 0 ? 8.0 : -8.0; });
+    largest = std::max(largest, last - stage.command.drive);
+  }
+  EXPECT_EQ(stage.axis.state(), AxisState::faulted);
+  return largest;
+}
+
+// The loop is found unstable after 81 cycles, and the drive limited for too long in that cycle, before or later.
+TEST(FaultRamp, TakesOneStepInTheCycleOfTheFaultAlsoWhereItHasASecondCause) {
+  for (int cycles = 60; cycles < 100; ++cycles) EXPECT_LE(largest_step(1e-3 * cycles + 0.5e-3), 1.0 + 1e-9) << cycles;
+}
+
 TEST(FaultRamp, IsOverBeforeTheFaultCanBeCleared) {
   shows("S-002");
   Faulted axis(with_ramp());

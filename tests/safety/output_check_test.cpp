@@ -93,6 +93,47 @@ TEST(OutputDiffers, EndsTrackingWithinTwoHundredMilliseconds) {
   EXPECT_LE(stage.time_s - from_s, 0.2);
 }
 
+/// The cycles, of 1/1024 s, from when the output is far off until that is the cause.
+int patience_cycles(IdealStage& stage) {
+  int cycles = 0;
+  for (; stage.axis.state() != AxisState::faulted && cycles < 1000; ++cycles)
+    stage.cycle([](AxisInput& in) {
+      in.dt_s = in.cycle_s = 1.0 / 1024.0;
+      in.health.output_reported = true;
+      in.health.amplifier_output = in.health.amplifier_output > 50.0 ? 20.0 : 80.0;
+    });
+  EXPECT_EQ(to_string(stage.axis.fault().cause), "output differs");
+  return cycles;
+}
+
+TEST(OutputDiffers, IsTheCauseAfterMoreThanFiftyMillisecondsOrHalfASecondInARamp) {
+  IdealStage tracking, ramping;
+  ASSERT_TRUE(tracking.tracks());
+  for (int i = 0; i < 300; ++i) tracking.cycle();
+  EXPECT_EQ(patience_cycles(tracking), 52);
+  ramping.axis.start(false);
+  while (ramping.command.drive < 10.0) ramping.cycle();
+  EXPECT_EQ(patience_cycles(ramping), 513);
+}
+
+// The last status is from before the start; the next one has not come yet.
+TEST(OutputDiffers, IsForgottenAtTheNextStart) {
+  IdealStage stage;
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 300; ++i) stage.cycle();
+  patience_cycles(stage);
+  ASSERT_TRUE(stage.axis.clear());
+  stage.axis.start(false);
+  for (int i = 0; i < 20; ++i) {
+    stage.cycle([i](AxisInput& in) {
+      in.health.output_reported = true;
+      in.health.status_age_s = 0.02 + 1e-3 * i;
+    });
+    EXPECT_NE(stage.axis.report().arming_blocks, ArmingBlock::output);
+  }
+  EXPECT_EQ(stage.axis.state(), AxisState::initialising);
+}
+
 AxisInput reported(double output, double status_age_s = 0.0) {
   AxisInput in;
   in.dt_s = in.cycle_s = 1e-3;

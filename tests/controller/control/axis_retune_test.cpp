@@ -3,6 +3,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "tests/controller/control/ideal_stage.h"
@@ -184,6 +185,52 @@ TEST(AxisRetune, LetsTheAxisLearnFromThenOn) {
   AxisTuning tuning(config, false);
   ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
   EXPECT_NE(stage.axis.closed_loop()->learning(), nullptr);
+}
+
+/// Whether an axis faults within 200 cycles, as it was configured at first and retuned to the later configuration.
+void expect_fault_only_after_retune(const AxisConfig& first, const AxisConfig& later, Cause cause, bool tracks,
+                                    const std::function<void(AxisInput&)>& disturb) {
+  for (const bool retuned : {false, true}) {
+    IdealStage stage(first);
+    ASSERT_EQ(tracks && stage.tracks(), tracks);
+    AxisTuning tuning(later, false);
+    ASSERT_FALSE(retuned && stage.axis.retune(tuning));
+    if (!tracks) stage.axis.start(false);
+    for (int i = 0; i < 200; ++i) stage.cycle(disturb);
+    EXPECT_EQ(stage.axis.fault().cause, retuned ? cause : Cause::none);
+  }
+}
+
+// With a mode of 1 Hz the stage may ring by more than the whole ramp at its corners.
+TEST(AxisRetune, ChangesWhatTheRampsOfTheNextStartAreComparedWith) {
+  AxisConfig first = tracking_axis(), later = first;
+  first.supervision.position_min_um = later.supervision.position_min_um = -40.0;
+  first.delays.resonance_Hz = 1.0;
+  expect_fault_only_after_retune(first, later, Cause::position_contradicts, false,
+                                 [](AxisInput& in) { in.position_um = -*in.position_um; });
+}
+
+// Behind an amplifier of 1 Hz any output of the last seconds agrees.
+TEST(AxisRetune, ChangesWhatTheOutputIsComparedWith) {
+  AxisConfig first = tracking_axis();
+  AxisConfig later = first;
+  first.delays.amplifier_bandwidth_Hz = 1.0;
+  expect_fault_only_after_retune(first, later, Cause::output_differs, true, [](AxisInput& in) {
+    in.health.output_reported = true;
+    in.health.amplifier_output = in.health.amplifier_output > 50.0 ? 20.0 : 80.0;
+  });
+}
+
+TEST(AxisRetune, ChangesTheOscillationThatMeansAnUnstableLoop) {
+  AxisConfig first = tracking_axis();
+  first.supervision.position_jump_um = 0.0;
+  first.supervision.position_min_um = -1000.0;
+  AxisConfig later = first;
+  later.supervision.position_min_um = -70.0;
+  int cycle = 0;
+  expect_fault_only_after_retune(first, later, Cause::loop_unstable, true, [&](AxisInput& in) {
+    *in.position_um += ++cycle / 4 % 2 == 0 ? 6.0 : -6.0;
+  });
 }
 
 TEST(AxisRetune, IsRefusedInOpenLoop) {

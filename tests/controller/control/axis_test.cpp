@@ -309,6 +309,34 @@ TEST(Axis, DoesNotUseAJumpedSample) {
   EXPECT_EQ(stage.axis.state(), AxisState::tracking);
 }
 
+// The drive rests, so the model says that the position has not moved.
+TEST(Axis, DoesNotBelieveASecondJumpWhereItsDriveHasRested) {
+  IdealStage stage;
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  for (int i = 0; i < 4; ++i) stage.cycle([](AxisInput& in) { in.position_um = 7.0; });
+  EXPECT_EQ(stage.axis.fault().cause, Cause::position_jumped);
+}
+
+TEST(Axis, JudgesAnOscillationAnewAfterAStart) {
+  AxisConfig config = support::piezo_axis();
+  config.following_error.error_um = 100.0;
+  config.supervision.position_jump_um = 0.0;
+  IdealStage stage(config);
+  const auto oscillate = [&](int half_periods) {
+    for (int i = 0; i < 5 * half_periods && stage.axis.state() == AxisState::tracking; ++i)
+      stage.cycle([i](AxisInput& in) { *in.position_um += i / 5 % 2 == 0 ? 5.0 : -5.0; });
+    return stage.axis.fault().cause;
+  };
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  EXPECT_EQ(oscillate(40), Cause::loop_unstable);
+  ASSERT_TRUE(stage.axis.clear());
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  EXPECT_EQ(oscillate(10), Cause::none);
+}
+
 TEST(Axis, TripsWhereItsDriveIsLimitedForTooLong) {
   AxisConfig config = support::piezo_axis();
   config.setpoint = {{.shape = Hold{.level_um = 40.0, .duration_s = 100.0}, .transition_s = 0.05}};
@@ -346,9 +374,25 @@ TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
     const double position_um = stage.time_s > begun_s + 0.5 ? 30.0 : 0.0;
     stage.cycle([&](AxisInput& in) { in.position_um = position_um; });
     ASSERT_EQ(stage.command.drive, excitation.at(stage.time_s - begun_s));
+    ASSERT_TRUE(std::isnan(stage.axis.report().reference_um)) << "there is none";
   }
   EXPECT_EQ(stage.axis.state(), AxisState::tracking) << "it holds the last drive until it is stopped";
   EXPECT_NEAR(stage.time_s - begun_s, 1.0, 1.5 * cycle_s);
+}
+
+TEST(AxisInOpenLoop, IsFinishedInTheCycleInWhichTheExcitationEnds) {
+  IdealStage stage(excited_piezo(Excitation::Chirp{.centre = 40.0, .amplitude = 10.0, .to_Hz = 100.0, .duration_s = 1.0}));
+  stage.axis.start(false);
+  const auto at = [&](double time_s) {
+    stage.cycle([time_s](AxisInput& in) {
+      in.time_s = time_s;
+      if (in.tracking_since_s) in.tracking_since_s = time_s;
+    });
+    return stage.axis.report().point.finished;
+  };
+  while (stage.axis.state() != AxisState::tracking) at(1.0);
+  EXPECT_FALSE(at(std::nextafter(2.0, 0.0)));
+  EXPECT_TRUE(at(2.0));
 }
 
 TEST(AxisInOpenLoop, ContinuesTheExcitationThroughALostSample) {
