@@ -273,8 +273,7 @@ AxisCommand Axis::withhold(const AxisInput& input) {
   if (input.health.amplifier_fault) {
     watchdog_verified_ = true;
     report_.watchdog_tripped_after_s = *withheld_for_s_;
-    clear_attempt_.begin();
-    state_ = AxisState::waiting;
+    start(true);
     return safe();
   }
   AxisInput judged = input;

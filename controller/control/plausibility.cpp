@@ -70,18 +70,33 @@ Course::Course(const model::HysteresisParameters& parameters, const Delays& dela
 
 void Course::restart(double drive) {
   memories_ = {at_upper_, at_lower_};
-  for (std::size_t i = 0; i < memories_.size(); ++i) {
-    const double position_um = model_.advance(memories_[i], drive).value;
-    mark_[i] = mark_[2 + i] = position_um;
-  }
+  Positions now{};
+  for (std::size_t i = 0; i < memories_.size(); ++i)
+    now[i] = mark_[i] = mark_[2 + i] = model_.advance(memories_[i], drive).value;
+  under_way_ = {};
+  under_way_.past.fill(now);
 }
 
 void Course::step(double drive, double dt_s, double cycle_s) {
-  const double late_s = delays_.to_sample_s(cycle_s) + 2.0 * cycle_s;
-  for (std::size_t i = 0; i < memories_.size(); ++i) {
-    mark_[i] = model_.advance(memories_[i], drive).value;
-    mark_[2 + i] += (mark_[i] - mark_[2 + i]) * dt_s / (dt_s + late_s);
+  const double lag_s = delays_.to_sample_s(cycle_s) - delays_.pure_s() + 2.0 * cycle_s;
+  Positions now{};
+  for (std::size_t i = 0; i < memories_.size(); ++i)
+    now[i] = mark_[i] = model_.advance(memories_[i], drive).value;
+  const Positions late = delayed(now, dt_s, cycle_s);
+  for (std::size_t i = 0; i < late.size(); ++i)
+    mark_[2 + i] += (late[i] - mark_[2 + i]) * dt_s / (dt_s + lag_s);
+}
+
+/// The positions of the pure delays ago; of up to a 32th of them longer, where they are more cycles than are kept.
+Course::Positions Course::delayed(const Positions& now, double dt_s, double cycle_s) {
+  auto& [past, newest, since_newest_s] = under_way_;
+  const double apart_s = std::max(cycle_s, delays_.pure_s() / static_cast<double>(past.size() - 1));
+  for (since_newest_s += dt_s; since_newest_s >= 0.5 * apart_s; since_newest_s -= apart_s) {
+    newest = (newest + 1) % past.size();
+    past[newest] = now;
   }
+  const auto ago = static_cast<std::size_t>(std::ceil(delays_.pure_s() / apart_s));
+  return past[(newest + past.size() - ago) % past.size()];
 }
 
 model::Interval Course::moved_um(const Mark& since) const {

@@ -50,7 +50,8 @@ class OutputCheck {
 //   a, b    the model's positions under two memories: the drive has come down from the upper threshold, or up
 //           from the lower one on the virgin curve. The actuator's memory lies between them, and a wipe makes
 //           them equal
-//   slow    each through a first-order lag, of the delays and two cycles: what a sample shows lies between
+//   slow    each after the pure delays, through a first-order lag of the others and two cycles: what a sample
+//           shows lies between
 
 class Course {
  public:
@@ -70,10 +71,20 @@ class Course {
   model::Interval moved_um(const Mark& since) const;
 
  private:
+  using Positions = std::array<double, 2>;  ///< a, b
+  /// Those of the pure delays, at most 32, equally far apart in time.
+  struct UnderWay {
+    std::array<Positions, 32> past{};
+    std::size_t newest = 0;
+    double since_newest_s = 0.0;
+  };
+  Positions delayed(const Positions& now, double dt_s, double cycle_s);
+
   model::Hysteresis model_;
   Delays delays_;
   model::HysteresisState at_upper_, at_lower_;  ///< thresholds
   std::array<model::HysteresisState, 2> memories_;
+  UnderWay under_way_;
   Mark mark_{};
 };
 

@@ -99,6 +99,30 @@ TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
             0.0);
 }
 
+// Up to half a range passes before the sample shows anything, and as much behind each turn, where the ramp
+// does not wait.
+TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsAsLateAsItIsStated) {
+  shows("S-009");
+  for (const int delay_ms : {1, 3, 10, 30, 100})
+    for (const double dwell_s : {0.0, 0.1}) {
+      AxisConfig config = slowly_wiped();
+      config.law.structure = controller::Structure::inverse;
+      config.following_error.error_um = 100.0;
+      config.wipe_dwell_s = dwell_s;
+      config.delays.sensor_delay = std::chrono::milliseconds(delay_ms);
+      std::deque<double> under_way(static_cast<std::size_t>(delay_ms), 0.0);
+      EXPECT_EQ(highest_drive(config,
+                              [&](double um) {
+                                under_way.push_back(um);
+                                const double shown_um = under_way.front();
+                                under_way.pop_front();
+                                return shown_um;
+                              }),
+                0.0)
+          << delay_ms << " ms, waits for " << dwell_s << " s";
+    }
+}
+
 TEST(PositionContradictsDrive, IsFoundAtALaterStartToo) {
   IdealStage stage(slowly_wiped());
   ASSERT_TRUE(stage.tracks());
@@ -129,6 +153,31 @@ TEST(PositionContradictsDrive, IsNotSaidOfAStageThatFallsBeforeItIsEnabled) {
       });
     EXPECT_EQ(stage.axis.state(), AxisState::tracking) << to_string(stage.axis.fault().cause);
   }
+}
+
+// The trial of the watchdog ramps up from 20 V to the safe drive. Then the output falls to 0 V, from where the
+// next ramp begins.
+TEST(PositionContradictsDrive, IsNotSaidOfTheRampBehindTheTrialOfAWatchdog) {
+  AxisConfig config = slowly_wiped();
+  config.verify_watchdog = true;
+  config.gate.safe_drive = 60.0;
+  IdealStage stage(config);
+  double output = 20.0;
+  int waits = 0;
+  stage.axis.start(false);
+  for (int i = 0; i < 8000 && stage.axis.state() != AxisState::tracking; ++i)
+    stage.cycle([&](AxisInput& in) {
+      const bool trips = stage.command.withheld;
+      if (trips) waits = 4000;
+      output = waits > 0 ? 0.0 : stage.command.enable ? stage.command.drive : output;
+      in.health.amplifier_fault = trips;
+      in.health.amplifier_ready = waits == 0;
+      in.health.amplifier_enabled = stage.command.enable && waits == 0;
+      in.health.amplifier_output = output;
+      in.position_um = 0.3 * output;
+      waits = std::max(0, waits - 1);
+    });
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking) << to_string(stage.axis.fault().cause);
 }
 
 TEST(PositionContradictsDrive, IsNotSaidWhereSamplesAreMissing) {

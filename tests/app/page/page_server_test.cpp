@@ -249,6 +249,17 @@ TEST_F(PageServer, GoesOnTellingTheStateWhileOtherPagesAskForWhatTakesTime) {
   other.join();
 }
 
+TEST_F(PageServer, ShowsTheLoopUpToHalfTheControllersRate) {
+  const json curves = page()->ask({{"do", "bode"}, {"axis", "x"}});
+  EXPECT_DOUBLE_EQ(curves.at("frequency_Hz").back(), 500.0);
+}
+
+TEST_F(PageServer, TakesAViewFromTenToAThousandRowsPerSecond) {
+  const auto peer = page();
+  for (const double rate_Hz : {10.0, 1000.0}) EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", rate_Hz}}));
+  for (const double rate_Hz : {9.99, 1000.01}) EXPECT_FALSE(peer->is_ok({{"do", "view"}, {"rate_Hz", rate_Hz}}));
+}
+
 TEST_F(PageServer, RefusesAtOnceWhatIsMoreThanAPagesShare) {
   const auto peer = page();
   EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", 10}}));

@@ -166,8 +166,10 @@ class PageOfADemo : public PageServer {
 TEST_F(PageOfADemo, StartsAgainForWhoHasTheToken) {
   EXPECT_TRUE(says(page()->ask({{"do", "start"}}), "this needs the token"));
   EXPECT_EQ(starts_, 0);
+  const auto other = page();
   EXPECT_TRUE(writer()->is_ok({{"do", "start"}}));
   EXPECT_EQ(starts_, 1);
+  EXPECT_EQ(event_with(*other, "start again").at("level"), "info");
 }
 
 TEST_F(PageOfADemo, SaysWhyItDoesNotStart) {

@@ -83,6 +83,31 @@ TEST(OutputCheck, JudgesAStatusThatIsAsOldAsASpanAndNoneThatIsOlder) {
   }
 }
 
+TEST(OutputCheck, KeepsAVerdictUntilTheNextStatusForASpanAndAsLongAsAnOutputIsReported) {
+  OutputCheck differs(range, 0.0);
+  differs.restart(80.0);
+  differs.step(80.0, 0.0, status(20.0));
+  differs.step(80.0, 0.0, status(20.0, 0.05));
+  ASSERT_EQ(differs.differs_for_s(), 2.0 * cycle_s);
+  OutputCheck unreported = differs;
+  AxisInput without = status(20.0, 0.05);
+  without.health.output_reported = false;
+  unreported.step(80.0, 0.0, without);
+  EXPECT_EQ(unreported.differs_for_s(), 0.0);
+  differs.step(80.0, 0.0, status(20.0, 0.051));
+  EXPECT_EQ(differs.differs_for_s(), 0.0);
+}
+
+// Its age is counted in cycles, and rounded.
+TEST(OutputCheck, TakesAStatusForANewOneThatHasNotAgedByHalfACycle) {
+  for (const double aged_cycles : {0.499, 0.5}) {
+    OutputCheck check(range, 0.0);
+    check.restart(80.0);
+    check.step(80.0, 0.0, status(20.0, aged_cycles * cycle_s));
+    EXPECT_EQ(check.differs_for_s() > 0.0, aged_cycles < 0.5);
+  }
+}
+
 TEST(OutputCheck, ForgetsDrivesVerdictAndTimeAtARestart) {
   OutputCheck check(range, 0.0);
   check.restart(80.0);

@@ -64,6 +64,8 @@ class Ramp {
     return -1.0;
   }
 
+  /// What the other axes add.
+  void add(double um) { coupled_um_ += um; }
   void mark() { mark_ = course_.mark(), marked_um_ = seen_um_; }
   /// How far the delayed position of the model rises in the next cycle beyond what it was at the mark.
   double delayed_um(double volt) const {
@@ -75,7 +77,8 @@ class Ramp {
 
  private:
   void show(double seen_um) {
-    input_.position_um = is_first_ ? seen_um : seen_um_ + 3.0 * (seen_um - seen_um_);
+    input_.coupled_um = coupled_um_;
+    input_.position_um = coupled_um_ + (is_first_ ? seen_um : seen_um_ + 3.0 * (seen_um - seen_um_));
     seen_um_ = seen_um;
     is_first_ = false;
   }
@@ -88,7 +91,7 @@ class Ramp {
   Course course_;
   RampCheck check_;
   AxisInput input_;
-  double drive_ = 0.0, seen_um_ = 0.0;
+  double drive_ = 0.0, seen_um_ = 0.0, coupled_um_ = 0.0;
   bool is_first_ = true;
   Course::Mark mark_{};
   double marked_um_ = 0.0;
@@ -101,6 +104,15 @@ TEST(CourseTest, HasNotMovedWhereTheDriveRests) {
   course.step(50.0, cycle_s, cycle_s);
   EXPECT_EQ(course.moved_um(begin).lo, 0.0);
   EXPECT_EQ(course.moved_um(begin).hi, 0.0);
+}
+
+// A first-order lag of half a cycle, in which the drive is held, and of two more.
+TEST(CourseTest, HasADelayedPositionThatLagsByTheDelaysAndTwoCycles) {
+  Course course(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), delays(1e-9));
+  course.restart(0.0);
+  course.step(10.0, cycle_s, cycle_s);
+  EXPECT_NEAR(course.moved_um({}).lo, 3.0 / 3.5, 1e-5);
+  EXPECT_NEAR(course.moved_um({}).hi, 3.0, 1e-9);
 }
 
 // ---- size
@@ -131,6 +143,15 @@ TEST(RampCheckBounds, JudgeTheSizeAfterSixCyclesEachOfARampThatIsFast) {
 
 TEST(RampCheckBounds, JudgeTheSizeAnewBehindATurn) {
   EXPECT_EQ(Ramp().rests(0.0).follows_to(40.0, half_volt).contradicts_at(-half_volt, 0.0, 0.5), 16.0);
+}
+
+TEST(RampCheckBounds, LeaveOutWhatTheOtherAxesAdd) {
+  Ramp ramp;
+  ramp.rests(0.0);
+  for (int i = 1; i <= 200; ++i) {
+    ramp.add(-0.5);
+    ASSERT_TRUE(ramp.agrees(half_volt, i * half_volt * um_per_volt));
+  }
 }
 
 // ---- direction
@@ -187,13 +208,15 @@ TEST(RampCheckBounds, CountOnlySamples) {
   EXPECT_FALSE(ramp.agrees(half_volt, -5.0));
 }
 
-TEST(RampCheckBounds, CountAnewBehindATurn) {
-  Ramp ramp;
-  ramp.rests(0.0).follows_to(4.0, half_volt);
-  EXPECT_TRUE(ramp.agrees(half_volt, -5.0) && ramp.agrees(half_volt, -5.0));
-  EXPECT_TRUE(ramp.agrees(-half_volt, -5.0)) << "from here on";
-  EXPECT_TRUE(ramp.agrees(-half_volt, 5.0) && ramp.agrees(-half_volt, 5.0));
-  EXPECT_FALSE(ramp.agrees(-half_volt, 5.0));
+TEST(RampCheckBounds, CountAnewBehindATurnAlsoWithoutItsSample) {
+  for (const bool with_sample : {true, false}) {
+    Ramp ramp;
+    ramp.rests(0.0).follows_to(4.0, half_volt);
+    EXPECT_TRUE(ramp.agrees(half_volt, -5.0) && ramp.agrees(half_volt, -5.0));
+    EXPECT_TRUE(with_sample ? ramp.agrees(-half_volt, -5.0) : ramp.agrees_without_sample(-half_volt));
+    EXPECT_TRUE(ramp.agrees(-half_volt, 5.0) && ramp.agrees(-half_volt, 5.0)) << "above where it turned";
+    EXPECT_FALSE(ramp.agrees(-half_volt, 5.0));
+  }
 }
 
 // ---- where the ramp begins
@@ -207,11 +230,13 @@ TEST(RampCheckBounds, BeginWhereTheDriveFirstMoves) {
 }
 
 TEST(RampCheckBounds, DoNotBeginAnewWhereTheDriveWaits) {
-  Ramp ramp;
-  ramp.rests(0.0).follows_to(4.0, half_volt);
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(ramp.agrees(0.0, 1.2));
-  EXPECT_TRUE(ramp.agrees(0.0, -0.4) && ramp.agrees(0.0, -0.4));
-  EXPECT_FALSE(ramp.agrees(0.0, -0.4)) << "more than a quarter of 1.2 um below where the ramp began";
+  for (const double sign : {1.0, -1.0}) {
+    Ramp ramp(strict(), 50.0);
+    ramp.rests(0.0).follows_to(50.0 + sign * 4.0, sign * half_volt);
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(ramp.agrees(0.0, sign * 1.2));
+    EXPECT_TRUE(ramp.agrees(0.0, sign * -0.4) && ramp.agrees(0.0, sign * -0.4));
+    EXPECT_FALSE(ramp.agrees(0.0, sign * -0.4)) << "more than a quarter of 1.2 um behind where the ramp began";
+  }
 }
 
 // ---- what the position may err by
