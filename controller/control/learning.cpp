@@ -105,8 +105,8 @@ void Learning::learn(const Trajectory::Point& point, std::optional<double> error
   Segment& segment = segments_[point.segment];
   const auto cycle =
       static_cast<std::size_t>(std::lround(std::max(point.shape_time_s, 0.0) * segment.cycles_per_s));
-  if (cycle < plan->phases) return interrupt();                           // the first period still settles
-  if (segment.valid > 0 && cycle != segment.last_cycle + 1) interrupt();  // one is missing
+  if (cycle < plan->phases) return interrupt();      // the first period still settles
+  if (cycle != segment.last_cycle + 1) interrupt();  // one is missing
   segment.last_cycle = cycle;
   take(point.segment, segment.phase_at(point.shape_time_s), *error_um);
 }

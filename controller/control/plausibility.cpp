@@ -87,7 +87,7 @@ void Course::step(double drive, double dt_s, double cycle_s) {
     mark_[2 + i] += (late[i] - mark_[2 + i]) * dt_s / (dt_s + lag_s);
 }
 
-/// The positions of the pure delays ago; of up to a 32th of them longer, where they are more cycles than are kept.
+/// The positions of the pure delays ago, to a cycle, or to a 31st of them where that is more.
 Course::Positions Course::delayed(const Positions& now, double dt_s, double cycle_s) {
   auto& [past, newest, since_newest_s] = under_way_;
   const double apart_s = std::max(cycle_s, delays_.pure_s() / static_cast<double>(past.size() - 1));
@@ -95,7 +95,7 @@ Course::Positions Course::delayed(const Positions& now, double dt_s, double cycl
     newest = (newest + 1) % past.size();
     past[newest] = now;
   }
-  const auto ago = static_cast<std::size_t>(std::ceil(delays_.pure_s() / apart_s));
+  const auto ago = static_cast<std::size_t>(std::round(delays_.pure_s() / apart_s));
   return past[(newest + past.size() - ago) % past.size()];
 }
 
@@ -120,8 +120,7 @@ void RampCheck::see(const AxisInput& input) {
 void RampCheck::widen_rest(const AxisInput& input, const std::optional<double>& last_um) {
   const double now_um = *seen_um_;
   if (!last_um) rest_um_ = {now_um, now_um};
-  const double swing_um =
-      std::abs(now_um - last_um.value_or(now_um)) / (input.dt_s * config_.mode_rad_per_s);
+  const double swing_um = std::abs(now_um - last_um.value_or(now_um)) / (input.dt_s * config_.mode_rad_per_s);
   rest_um_ = {std::min(rest_um_.lo, now_um - swing_um), std::max(rest_um_.hi, now_um + swing_um)};
 }
 

@@ -189,9 +189,10 @@ double largest_step(double saturated_s) {
   return largest;
 }
 
-// The loop is found unstable after 81 cycles, and the drive limited for too long in that cycle, before or later.
+// The loop is found unstable after 81 cycles, and the drive limited for too long then, before or later.
 TEST(FaultRamp, TakesOneStepInTheCycleOfTheFaultAlsoWhereItHasASecondCause) {
-  for (int cycles = 60; cycles < 100; ++cycles) EXPECT_LE(largest_step(1e-3 * cycles + 0.5e-3), 1.0 + 1e-9) << cycles;
+  for (int cycles = 60; cycles < 100; ++cycles)
+    EXPECT_LE(largest_step(1e-3 * cycles + 0.5e-3), 1.0 + 1e-9) << cycles;
 }
 
 TEST(FaultRamp, IsOverBeforeTheFaultCanBeCleared) {

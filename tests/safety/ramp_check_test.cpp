@@ -137,7 +137,7 @@ TEST(PositionContradictsDrive, IsFoundAtALaterStartToo) {
   EXPECT_LE(stage.highest_drive, 5.0);
 }
 
-// The load discharges from 40 V until the relay has closed, and the position with it, or it has fallen before.
+// The load discharges from 40 V until the relay has closed; the position falls with it, or has before.
 TEST(PositionContradictsDrive, IsNotSaidOfAStageThatFallsBeforeItIsEnabled) {
   for (const double um_per_volt : {0.3, 0.0}) {
     IdealStage stage(slowly_wiped());
@@ -155,8 +155,8 @@ TEST(PositionContradictsDrive, IsNotSaidOfAStageThatFallsBeforeItIsEnabled) {
   }
 }
 
-// The trial of the watchdog ramps up from 20 V to the safe drive. Then the output falls to 0 V, from where the
-// next ramp begins.
+// The trial of the watchdog ramps up from 20 V to the safe drive. Then the output falls to 0 V, from where
+// the next ramp begins.
 TEST(PositionContradictsDrive, IsNotSaidOfTheRampBehindTheTrialOfAWatchdog) {
   AxisConfig config = slowly_wiped();
   config.verify_watchdog = true;

@@ -256,8 +256,10 @@ TEST_F(PageServer, ShowsTheLoopUpToHalfTheControllersRate) {
 
 TEST_F(PageServer, TakesAViewFromTenToAThousandRowsPerSecond) {
   const auto peer = page();
-  for (const double rate_Hz : {10.0, 1000.0}) EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", rate_Hz}}));
-  for (const double rate_Hz : {9.99, 1000.01}) EXPECT_FALSE(peer->is_ok({{"do", "view"}, {"rate_Hz", rate_Hz}}));
+  for (const double rate_Hz : {10.0, 1000.0})
+    EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", rate_Hz}}));
+  for (const double rate_Hz : {9.99, 1000.01})
+    EXPECT_FALSE(peer->is_ok({{"do", "view"}, {"rate_Hz", rate_Hz}}));
 }
 
 TEST_F(PageServer, RefusesAtOnceWhatIsMoreThanAPagesShare) {

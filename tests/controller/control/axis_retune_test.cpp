@@ -187,9 +187,9 @@ TEST(AxisRetune, LetsTheAxisLearnFromThenOn) {
   EXPECT_NE(stage.axis.closed_loop()->learning(), nullptr);
 }
 
-/// Whether an axis faults within 200 cycles, as it was configured at first and retuned to the later configuration.
-void expect_fault_only_after_retune(const AxisConfig& first, const AxisConfig& later, Cause cause, bool tracks,
-                                    const std::function<void(AxisInput&)>& disturb) {
+/// Faults within 200 cycles: none as it was configured at first, this one once it is retuned.
+void expect_fault_only_after_retune(const AxisConfig& first, const AxisConfig& later, Cause cause,
+                                    bool tracks, const std::function<void(AxisInput&)>& disturb) {
   for (const bool retuned : {false, true}) {
     IdealStage stage(first);
     ASSERT_EQ(tracks && stage.tracks(), tracks);

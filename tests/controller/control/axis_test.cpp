@@ -381,7 +381,8 @@ TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
 }
 
 TEST(AxisInOpenLoop, IsFinishedInTheCycleInWhichTheExcitationEnds) {
-  IdealStage stage(excited_piezo(Excitation::Chirp{.centre = 40.0, .amplitude = 10.0, .to_Hz = 100.0, .duration_s = 1.0}));
+  IdealStage stage(
+      excited_piezo(Excitation::Chirp{.centre = 40.0, .amplitude = 10.0, .to_Hz = 100.0, .duration_s = 1.0}));
   stage.axis.start(false);
   const auto at = [&](double time_s) {
     stage.cycle([time_s](AxisInput& in) {

@@ -98,12 +98,14 @@ class Ramp {
 };
 
 TEST(CourseTest, HasNotMovedWhereTheDriveRests) {
-  Course course(support::piezo_model(), {});
-  course.restart(50.0);
-  const Course::Mark begin = course.mark();
-  course.step(50.0, cycle_s, cycle_s);
-  EXPECT_EQ(course.moved_um(begin).lo, 0.0);
-  EXPECT_EQ(course.moved_um(begin).hi, 0.0);
+  Course course(support::piezo_model(), {.sensor_delay = std::chrono::milliseconds(5)});
+  for (const double drive : {20.0, 50.0}) {
+    course.restart(drive);
+    const Course::Mark begin = course.mark();
+    for (int i = 0; i < 10; ++i) course.step(drive, cycle_s, cycle_s);
+    EXPECT_EQ(course.moved_um(begin).lo, 0.0);
+    EXPECT_EQ(course.moved_um(begin).hi, 0.0);
+  }
 }
 
 // A first-order lag of half a cycle, in which the drive is held, and of two more.
@@ -113,6 +115,19 @@ TEST(CourseTest, HasADelayedPositionThatLagsByTheDelaysAndTwoCycles) {
   course.step(10.0, cycle_s, cycle_s);
   EXPECT_NEAR(course.moved_um({}).lo, 3.0 / 3.5, 1e-5);
   EXPECT_NEAR(course.moved_um({}).hi, 3.0, 1e-9);
+}
+
+TEST(CourseTest, HasADelayedPositionThatStandsStillForThePureDelaysAndThenLagsByTheOthers) {
+  for (const int delay : {1, 3, 31, 100}) {
+    Delays late = delays(1e-9);
+    late.sensor_delay = std::chrono::milliseconds(delay);
+    Course course(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), late);
+    course.restart(0.0);
+    int cycles = 0;
+    while (course.moved_um({}).lo == 0.0 && cycles < 1000) course.step(10.0, cycle_s, cycle_s), ++cycles;
+    EXPECT_NEAR(cycles, delay + 1, delay > 31 ? delay / 31.0 : 0.0);
+    EXPECT_NEAR(course.moved_um({}).lo, 3.0 / 3.5, 1e-5);
+  }
 }
 
 // ---- size
@@ -173,7 +188,8 @@ TEST(RampCheckBounds, AllowAPositionToMoveBackwardsByAQuarterOfTheRamp) {
       Ramp ramp(strict(), begin);
       ramp.rests(0.0);
       const double volt = begin == 0.0 ? half_volt : -half_volt;
-      EXPECT_EQ(cycles_until_it_contradicts(ramp, volt, share), share < 0.25 ? 0 : 3) << begin << ' ' << share;
+      EXPECT_EQ(cycles_until_it_contradicts(ramp, volt, share), share < 0.25 ? 0 : 3)
+          << begin << ' ' << share;
     }
 }
 
@@ -185,7 +201,8 @@ TEST(RampCheckBounds, AllowAPositionThatStillRisesBehindATurnToRiseByThreeTenths
     ramp.agrees(-half_volt, um_per_volt * 60.0);
     ramp.mark();
     int cycle = 0;
-    while (cycle < 6 && ramp.agrees(-half_volt, ramp.marked_um() + share * ramp.delayed_um(-half_volt))) ++cycle;
+    while (cycle < 6 && ramp.agrees(-half_volt, ramp.marked_um() + share * ramp.delayed_um(-half_volt)))
+      ++cycle;
     EXPECT_EQ(cycle, share < 1.43 ? 6 : 2) << share;
   }
 }
@@ -235,7 +252,8 @@ TEST(RampCheckBounds, DoNotBeginAnewWhereTheDriveWaits) {
     ramp.rests(0.0).follows_to(50.0 + sign * 4.0, sign * half_volt);
     for (int i = 0; i < 3; ++i) EXPECT_TRUE(ramp.agrees(0.0, sign * 1.2));
     EXPECT_TRUE(ramp.agrees(0.0, sign * -0.4) && ramp.agrees(0.0, sign * -0.4));
-    EXPECT_FALSE(ramp.agrees(0.0, sign * -0.4)) << "more than a quarter of 1.2 um behind where the ramp began";
+    EXPECT_FALSE(ramp.agrees(0.0, sign * -0.4))
+        << "more than a quarter of 1.2 um behind where the ramp began";
   }
 }
 
@@ -287,7 +305,8 @@ void expect_forgotten_in(const RampCheck::Config& config, double cycles) {
     judged.mark();
     bool agrees = true;
     for (int i = 1; i <= 3; ++i)
-      agrees = judged.agrees(half_volt, 20.0 - 0.25 * judged.delayed_um(half_volt) - share * std::pow(left, 200 + i));
+      agrees = judged.agrees(half_volt,
+                             20.0 - 0.25 * judged.delayed_um(half_volt) - share * std::pow(left, 200 + i));
     EXPECT_EQ(agrees, share < 1.0) << share;
   }
 }
