@@ -13,7 +13,7 @@
 namespace hystcan::controller::ramp_check_bounds_test {
 namespace {
 
-constexpr double cycle_s = 1e-3, um_per_volt = 0.3, half_volt = 0.5;
+constexpr double cycle_s = 1e-3, half_volt = 0.5, um_per_volt = 0.3;
 
 /// Nothing but the ramp itself: no allowance for noise, the ramp's corners or the stage at rest.
 RampCheck::Config strict() {
@@ -27,9 +27,11 @@ Delays delays(double lag_s) {
 /// The check sees what the test names, the mean over its two cycles.
 class Ramp {
  public:
-  explicit Ramp(const RampCheck::Config& config = strict(), double begin = 0.0, double lag_s = 1e-9)
-      : course_(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), delays(lag_s)),
+  explicit Ramp(const RampCheck::Config& config = strict(), double begin = 0.0, double lag_s = 1e-9,
+                double gain = um_per_volt)
+      : course_(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 100.0 * gain}), delays(lag_s)),
         check_(config),
+        gain_(gain),
         drive_(begin) {
     input_.dt_s = input_.cycle_s = cycle_s;
     course_.restart(begin);
@@ -53,14 +55,14 @@ class Ramp {
   /// The position moves with the model until the drive is there.
   Ramp& follows_to(double end, double volt) {
     while (std::abs(end - drive_) > 0.25 * std::abs(volt))
-      EXPECT_TRUE(agrees(volt, seen_um_ + um_per_volt * volt)) << drive_;
+      EXPECT_TRUE(agrees(volt, seen_um_ + gain_ * volt)) << drive_;
     return *this;
   }
   /// The drive of a ramp to `end` at which the position, which moves by a share of the model's, contradicts;
   /// -1: nowhere.
   double contradicts_at(double volt, double end, double share) {
     while (std::abs(end - drive_) > 0.25 * std::abs(volt))
-      if (!agrees(volt, seen_um_ + share * um_per_volt * volt)) return drive_;
+      if (!agrees(volt, seen_um_ + share * gain_ * volt)) return drive_;
     return -1.0;
   }
 
@@ -91,7 +93,7 @@ class Ramp {
   Course course_;
   RampCheck check_;
   AxisInput input_;
-  double drive_ = 0.0, seen_um_ = 0.0, coupled_um_ = 0.0;
+  double gain_, drive_, seen_um_ = 0.0, coupled_um_ = 0.0;
   bool is_first_ = true;
   Course::Mark mark_{};
   double marked_um_ = 0.0;
@@ -130,16 +132,27 @@ TEST(CourseTest, HasADelayedPositionThatStandsStillForThePureDelaysAndThenLagsBy
   }
 }
 
+TEST(CourseTest, CountsACycleThatIsHalfOne) {
+  for (const double length : {0.499, 0.5}) {
+    Course course(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), delays(1e-9));
+    course.restart(0.0);
+    course.step(10.0, length * cycle_s, cycle_s);
+    EXPECT_EQ(course.moved_um({}).lo > 0.0, length == 0.5);
+  }
+}
+
 // ---- size
 
 TEST(RampCheckBounds, AllowAStageToBeLessOrMoreSteepByItsDoubt) {
-  const auto contradicts_at = [](double share) {
-    return Ramp().rests(0.0).contradicts_at(half_volt, 100.0, share);
-  };
-  EXPECT_EQ(contradicts_at(0.701), -1.0);
-  EXPECT_EQ(contradicts_at(1.0 / 0.7 - 0.002), -1.0);
-  EXPECT_GT(contradicts_at(0.698), 0.0);
-  EXPECT_GT(contradicts_at(1.0 / 0.7 + 0.002), 0.0);
+  for (const double gain : {um_per_volt, 0.1 * um_per_volt}) {
+    const auto contradicts_at = [gain](double share) {
+      return Ramp(strict(), 0.0, 1e-9, gain).rests(0.0).contradicts_at(half_volt, 100.0, share);
+    };
+    EXPECT_EQ(contradicts_at(0.701), -1.0);
+    EXPECT_EQ(contradicts_at(1.0 / 0.7 - 0.002), -1.0);
+    EXPECT_GT(contradicts_at(0.698), 0.0);
+    EXPECT_GT(contradicts_at(1.0 / 0.7 + 0.002), 0.0);
+  }
 }
 
 TEST(RampCheckBounds, JudgeTheSizeFourteenPercentBehindTheFirstEight) {
