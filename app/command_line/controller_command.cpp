@@ -56,13 +56,6 @@ struct ControllerArguments {
   bool json = false;
 };
 
-std::vector<std::string> names_of(const config::Config& config) {
-  std::vector<std::string> names;
-  names.reserve(config.axes.size());
-  for (const config::AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
-  return names;
-}
-
 /// Consumes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the
 /// black box come first, the log comes last.
 class CycleRecorder {
@@ -71,11 +64,11 @@ class CycleRecorder {
       : log_(config, bus_log_sink()),
         lateness_(config.controller.lateness_warn, bus_log_sink()),
         bus_log_(config.bus.interface, bus_log_sink()),
-        black_box_(config.controller.black_box, names_of(config), bus_log_sink()),
+        black_box_(config.controller.black_box, config::axis_names(config), bus_log_sink()),
         outlets_(config, runs::describe(config, config::settings(config.file), "controller"), bus_log_sink()),
         states_(states) {
     for (const config::AxisConfig& axis : config.axes) statistics_.emplace_back(axis.control, settle_s);
-    if (!csv.empty()) csv_.emplace(csv, names_of(config));
+    if (!csv.empty()) csv_.emplace(csv, config::axis_names(config));
   }
 
   void consume(const controller::CycleRecord& record) {
@@ -246,7 +239,7 @@ int rehearse(const config::Config& config, const ControllerArguments& options) {
     limit_s = std::max(limit_s, patience_s + controller::reference_of(axis.control).length_s());
   }
   std::optional<controller::CsvLog> csv;
-  if (!options.csv.empty()) csv.emplace(options.csv, names_of(config));
+  if (!options.csv.empty()) csv.emplace(options.csv, config::axis_names(config));
   const rehearsal::Rehearsal* virtual_time = nullptr;
   const can::BusHealthLog::Sink log_line = [&](can::BusHealthLog::Level level, const std::string& line) {
     bus_log_sink()(level, fmt::format("{:.3f} s: {}", virtual_time->time_s(), line));

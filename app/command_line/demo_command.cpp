@@ -83,8 +83,7 @@ Column run_column(const rehearsal::Setup& setup, controller::Structure structure
 /// A structure that fails is reported, and the next one runs.
 std::vector<Column> run_columns(const config::Config& config, const std::filesystem::path& directory) {
   const rehearsal::Setup setup = rehearsal_setup(config);
-  std::vector<std::string> names;
-  for (const auto& axis : config.axes) names.push_back(axis.wire.name);
+  const std::vector<std::string> names = config::axis_names(config);
   std::vector<Column> columns;
   for (const controller::Structure structure : controller::all_structures) {
     columns.push_back(run_column(setup, structure, names, directory));

@@ -29,9 +29,7 @@ bool is_within(const std::string& key, const std::string& path) {
 
 /// Of a file with other axes than those in force; their keys one by one say less.
 std::string difference(const config::Config& config, const std::vector<std::string>& in_force) {
-  std::vector<std::string> in_file;
-  in_file.reserve(config.axes.size());
-  for (const config::AxisConfig& axis : config.axes) in_file.push_back(axis.wire.name);
+  const std::vector<std::string> in_file = config::axis_names(config);
   std::vector<std::string> texts;
   for (const std::string& name : in_force)
     if (std::ranges::find(in_file, name) == in_file.end())
@@ -49,10 +47,7 @@ std::size_t axis_of(const std::string& path) {
 }  // namespace
 
 LiveConfig::LiveConfig(std::filesystem::path file, const config::Config& config)
-    : file_(std::move(file)), settings_(config::settings(file_)) {
-  names_.reserve(config.axes.size());
-  for (const config::AxisConfig& axis : config.axes) names_.push_back(axis.wire.name);
-}
+    : file_(std::move(file)), names_(config::axis_names(config)), settings_(config::settings(file_)) {}
 
 std::size_t LiveConfig::axis_index(std::string_view name) const {
   const auto found = std::ranges::find(names_, name);

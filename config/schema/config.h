@@ -71,6 +71,8 @@ struct Config {
   can::Database database;
 };
 
+std::vector<std::string> axis_names(const Config& config);
+
 /// What the controller is made from.
 controller::Config controller_config(const Config& config);
 /// What the twin is made from.

@@ -244,6 +244,13 @@ Config load(const Document& document, const ModelFile& model_file) {
 
 }  // namespace
 
+std::vector<std::string> axis_names(const Config& config) {
+  std::vector<std::string> names;
+  names.reserve(config.axes.size());
+  for (const AxisConfig& axis : config.axes) names.push_back(axis.wire.name);
+  return names;
+}
+
 controller::Config controller_config(const Config& config) {
   controller::Config derived{config.controller, {}, config.resting};
   derived.background_slots = config.bus.background_slots;
