@@ -24,6 +24,12 @@ double rms_of(const std::vector<double>& errors_um) {
   return std::sqrt(sum / static_cast<double>(errors_um.size()));
 }
 
+double largest_of(const std::vector<double>& values) {
+  double largest = 0.0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
 class NaiveLearning {
  public:
   explicit NaiveLearning(const Learning::Config& config) : config_(config), segments_(config.plans.size()) {
@@ -120,21 +126,20 @@ class NaiveLearning {
     return output.last_um;
   }
 
+  static bool is_glitch(const Segment& segment, double error_um) {
+    return segment.is_known && std::abs(error_um) > 4.0 * segment.first_largest_um;
+  }
+
   void take(const Trajectory::Point& point, double error_um) {
     const Learning::Plan& plan = config_.plans[point.segment];
     Segment& segment = segments_[point.segment];
-    const bool is_glitch = segment.is_known && std::abs(error_um) > 4.0 * segment.first_largest_um;
     segment.window_um.push_back(error_um);
-    if (is_glitch) segment.window_um.clear();
+    if (is_glitch(segment, error_um)) segment.window_um.clear();
     if (segment.period_um.size() == std::max(plan.phases, plan.judged)) {
       conclude(point.segment);
       segment.period_um.clear();
-      largest_um_ = 0.0;
     }
-    if (segment.period_um.empty()) largest_um_ = 0.0;
-    const bool counts_less = segment.is_known && std::abs(error_um) > 4.0 * segment.first_largest_um;
-    segment.period_um.push_back(counts_less ? 4.0 * segment.first_largest_um : error_um);
-    largest_um_ = std::max(largest_um_, std::abs(error_um));
+    segment.period_um.push_back(error_um);
     if (segment.window_um.size() < plan.taps.size() || config_.frozen || segment.resting > 0 ||
         segment.failed >= 3)
       return;
@@ -157,14 +162,18 @@ class NaiveLearning {
 
   void conclude(std::size_t index) {
     Segment& segment = segments_[index];
-    const double rms_um = rms_of(segment.period_um);
-    if (!segment.is_known || segment.resting > 0)
-      segment.first_rms_um = rms_um, segment.first_largest_um = largest_um_;
+    std::vector<double> counted_um = segment.period_um;
+    for (double& error_um : counted_um)
+      if (is_glitch(segment, error_um)) error_um = 4.0 * segment.first_largest_um;
+    const double rms_um = rms_of(counted_um);
+    if (!segment.is_known || segment.resting > 0) {
+      segment.first_rms_um = rms_um;
+      segment.first_largest_um = largest_of(segment.period_um);
+    }
     segment.is_known = true;
     segment.resting = std::max(0, segment.resting - 1);
     segment.grown = rms_um > 1.3 * segment.first_rms_um ? segment.grown + 1 : 0;
-    double largest_um = 0.0;
-    for (const double um : segment.correction_um) largest_um = std::max(largest_um, std::abs(um));
+    const double largest_um = largest_of(segment.correction_um);
     report_ = {.periods = report_.periods + 1,
                .segment = index,
                .rms_um = rms_um,
@@ -182,7 +191,6 @@ class NaiveLearning {
   std::vector<Segment> segments_;
   Learning::Report report_;
   Output now_, ahead_;
-  double largest_um_ = 0.0;  ///< of the present period; only one segment has one
 };
 
 /// What is drawn of one run.
