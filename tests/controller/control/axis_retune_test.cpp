@@ -210,15 +210,29 @@ TEST(AxisRetune, ChangesWhatTheRampsOfTheNextStartAreComparedWith) {
                                  [](AxisInput& in) { in.position_um = -*in.position_um; });
 }
 
-// Behind an amplifier of 1 Hz any output of the last seconds agrees.
-TEST(AxisRetune, ChangesWhatTheOutputIsComparedWith) {
-  AxisConfig first = tracking_axis();
+// Five percent of the drive's range.
+TEST(AxisRetune, ChangesWhatTheOutputMayDifferBy) {
+  AxisConfig first = support::piezo_axis();
   AxisConfig later = first;
-  first.delays.amplifier_bandwidth_Hz = 1.0;
+  first.gate.drive_max = 400.0;
   expect_fault_only_after_retune(first, later, Cause::output_differs, true, [](AxisInput& in) {
     in.health.output_reported = true;
-    in.health.amplifier_output = in.health.amplifier_output > 50.0 ? 20.0 : 80.0;
+    in.health.amplifier_output += 10.0;
   });
+}
+
+TEST(AxisRetune, LetsTheOutputBeNoneOfTheDrivesBefore) {
+  IdealStage stage;
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 500; ++i) stage.cycle();
+  AxisTuning tuning(stage.axis.config(), false);
+  ASSERT_FALSE(stage.axis.retune(tuning));
+  for (int i = 0; i < 60; ++i)
+    stage.cycle([](AxisInput& in) {
+      in.health.output_reported = true;
+      in.health.amplifier_output -= 20.0;
+    });
+  EXPECT_EQ(stage.axis.fault().cause, Cause::output_differs);
 }
 
 TEST(AxisRetune, ChangesTheOscillationThatMeansAnUnstableLoop) {

@@ -169,6 +169,18 @@ TEST(CreepCompensation, KnowsTheCreepOfTheWipe) {
   EXPECT_GT(std::abs(offset_after_wipe_um(support::piezo_axis(), creeping_piezo())), 0.3);
 }
 
+// The creep of what it tracked before is over: the actuator has stood at the safe drive for long.
+TEST(CreepCompensation, KnowsThatTheActuatorHasRestedBeforeTheNextStart) {
+  IdealStage stage(creeping_piezo(), model::Hysteresis(creeping_piezo().law.model).at_lower_threshold());
+  ASSERT_TRUE(stage.tracks());
+  for (int i = 0; i < 3000; ++i) stage.cycle();
+  stage.axis.stop();
+  ASSERT_TRUE(stage.reaches(AxisState::offline));
+  stage.hold(1000.0);
+  ASSERT_TRUE(stage.tracks());
+  EXPECT_NEAR(stage.axis.report().integral_um, 0.0, 1e-9);
+}
+
 // The references wait, the creep does not. The error is that of a cycle, 3 nm; with the time of the
 // references it is 25 nm.
 TEST(CreepCompensation, GoesOnWhileTheReferencesWait) {
