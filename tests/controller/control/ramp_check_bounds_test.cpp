@@ -2,6 +2,7 @@
 // agrees and the first that contradicts, from when a ramp is judged, and what else a position may do.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -129,6 +130,22 @@ TEST(CourseTest, HasADelayedPositionThatStandsStillForThePureDelaysAndThenLagsBy
     while (course.moved_um({}).lo == 0.0 && cycles < 1000) course.step(10.0, cycle_s, cycle_s), ++cycles;
     EXPECT_NEAR(cycles, delay + 1, delay > 31 ? delay / 31.0 : 0.0);
     EXPECT_NEAR(course.moved_um({}).lo, 3.0 / 3.5, 1e-5);
+  }
+}
+
+// A drive of one cycle, whenever it comes.
+TEST(CourseTest, DelaysEachCycleByUpTo31OfThem) {
+  Delays late = delays(1e-9);
+  late.sensor_delay = std::chrono::milliseconds(31);
+  for (int before = 0; before < 64; ++before) {
+    Course course(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), late);
+    course.restart(0.0);
+    double highest_um = 0.0;
+    for (int cycle = 0; cycle < before + 40; ++cycle) {
+      course.step(cycle == before ? 10.0 : 0.0, cycle_s, cycle_s);
+      highest_um = std::max(highest_um, course.mark()[2]);
+    }
+    EXPECT_NEAR(highest_um, 3.0 / 3.5, 1e-5) << before;
   }
 }
 
