@@ -28,7 +28,6 @@ constexpr double glitch_factor = 4.0;
 
 /// Smoothly 0 at both ends of the segment, where the correction of a neighbour is 0.
 double share_of(const Learning::Plan& plan, double shape_time_s) {
-  if (shape_time_s >= ends_s && shape_time_s <= plan.duration_s - ends_s) return 1.0;
   return smooth_step(shape_time_s / ends_s) * smooth_step((plan.duration_s - shape_time_s) / ends_s);
 }
 
@@ -78,9 +77,8 @@ Learning::Phase Learning::Segment::phase_at(double shape_time_s) const {
   const double phases = std::max(shape_time_s, 0.0) * phases_per_s;
   const double whole = std::floor(phases / static_cast<double>(count)) * static_cast<double>(count);
   const double in_period = std::max(phases - whole, 0.0);
-  std::size_t index = static_cast<std::size_t>(in_period);
+  const auto index = static_cast<std::size_t>(in_period);
   const double share = in_period - static_cast<double>(index);
-  if (index >= count) index -= count;
   return {index, after(index), share};
 }
 
@@ -150,7 +148,7 @@ bool Learning::Judgement::has_ended() const { return failed >= most_attempts; }
 bool Learning::Judgement::is_idle() const { return resting > 0 || has_ended(); }
 
 bool Learning::Judgement::is_glitch(double error_um) const {
-  return periods > 0 && std::abs(error_um) > glitch_factor * first_largest_um;
+  return is_known && std::abs(error_um) > glitch_factor * first_largest_um;
 }
 
 void Learning::judge(Segment& segment, const Plan& plan, double error_um) {
@@ -170,8 +168,8 @@ void Learning::judge(Segment& segment, const Plan& plan, double error_um) {
 void Learning::conclude(Segment& segment) {
   Judgement& judgement = segment.judgement;
   const double rms_um = judgement.present.rms_um();
-  const bool is_without_learning = judgement.periods == 0 || judgement.resting > 0;
-  ++judgement.periods;
+  const bool is_without_learning = !judgement.is_known || judgement.resting > 0;
+  judgement.is_known = true;
   if (judgement.resting > 0) --judgement.resting;
   if (is_without_learning) {
     judgement.first_rms_um = rms_um;
@@ -191,7 +189,6 @@ void Learning::conclude(Segment& segment) {
 
 void Learning::take_back(Segment& segment) {
   std::ranges::fill(segment.correction_um, 0.0);
-  segment.judgement.grown = 0;
   segment.judgement.resting = rest_periods;
   ++segment.judgement.failed;
 }

@@ -127,7 +127,7 @@ class Learning {
   /// What the errors of a segment were in the periods that were undisturbed from end to end.
   struct Judgement {
     metrics::ErrorStatistics present{};  ///< of the present period; a glitch counts less in its square
-    std::uint32_t periods = 0;
+    bool is_known = false;               ///< what follows
     double first_rms_um = 0.0, first_largest_um = 0.0;  ///< of the period without learning
     unsigned grown = 0;    ///< periods in a row with a larger error than that one
     unsigned resting = 0;  ///< periods that are left of a rest

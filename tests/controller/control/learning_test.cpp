@@ -245,6 +245,15 @@ TEST(Learning, FrozenCorrectsButLearnsNoMore) {
   EXPECT_EQ(run.learning.report().state, LearningState::frozen);
 }
 
+/// Of segments that repeat after so many cycles.
+Learning of_segments(const std::vector<std::size_t>& cycles) {
+  Learning::Config config = simple();
+  config.plans.clear();
+  for (const std::size_t phases_of_one : cycles)
+    config.plans.push_back({.phases = phases_of_one, .cycle_s = cycle_s, .taps = {1.0}, .duration_s = 1.0});
+  return Learning(config);
+}
+
 TEST(Learning, RestoresOnlyATableOfItsOwnSize) {
   Bench run(simple());
   run.rms_of_periods(10);
@@ -254,6 +263,76 @@ TEST(Learning, RestoresOnlyATableOfItsOwnSize) {
   EXPECT_FALSE(other.restore({}));
   EXPECT_FALSE(other.restore({{1.0, 2.0}}));
   EXPECT_EQ(other.table(), run.learning.table());
+}
+
+TEST(Learning, RestoresNoCorrectionBeyondItsBound) {
+  Learning learning = of_segments({2});
+  EXPECT_TRUE(learning.restore({{5.0, -5.0}}));
+  EXPECT_EQ(learning.table(), (std::vector<std::vector<double>>{{1.0, -1.0}}));
+}
+
+// What it has learnt takes the whole error away, and there was none without it.
+TEST(Learning, KeepsACorrectionBehindWhichThereIsNoError) {
+  Learning learning = of_segments({2});
+  EXPECT_TRUE(learning.restore({{0.1, 0.2}}));
+  for (int cycle = 2; cycle < 100; ++cycle) learning.learn({.shape_time_s = cycle * cycle_s}, 0.0, true);
+  EXPECT_EQ(learning.table(), (std::vector<std::vector<double>>{{0.1, 0.2}}));
+  EXPECT_EQ(learning.report().periods, 48u);
+}
+
+TEST(Learning, RestoresEverySegmentOrNone) {
+  Learning learning = of_segments({2, 3});
+  const std::vector<std::vector<double>> table{{0.1, 0.2}, {0.3, 0.4, 0.5}};
+  EXPECT_TRUE(learning.restore(table));
+  EXPECT_EQ(learning.table(), table);
+  EXPECT_FALSE(learning.restore({{0.6, 0.6}, {0.6}}));
+  EXPECT_EQ(learning.table(), table);
+}
+
+TEST(Learning, GoesOnInTheSegmentsThatRepeatAlike) {
+  Learning before = of_segments({2, 3});
+  EXPECT_TRUE(before.restore({{0.1, 0.2}, {0.3, 0.4, 0.5}}));
+  Learning same = of_segments({2, 3});
+  same.continue_from(before);
+  EXPECT_EQ(same.table(), before.table());
+  Learning more = of_segments({2, 4, 3});
+  more.continue_from(before);
+  EXPECT_EQ(more.table(), (std::vector<std::vector<double>>{{0.1, 0.2}, {0, 0, 0, 0}, {0, 0, 0}}));
+  Learning fewer = of_segments({2});
+  fewer.continue_from(before);
+  EXPECT_EQ(fewer.table(), (std::vector<std::vector<double>>{{0.1, 0.2}}));
+}
+
+TEST(Learning, GoesOnWithTheReport) {
+  Bench run(simple());
+  run.rms_of_periods(3);
+  Learning next(simple());
+  next.continue_from(run.learning);
+  EXPECT_EQ(next.report().periods, run.learning.report().periods);
+  EXPECT_GT(next.report().periods, 0u);
+}
+
+TEST(Learning, CoversASegmentThatRepeatsUntilItsEnd) {
+  const Learning learning = of_segments({2});
+  EXPECT_TRUE(learning.covers({.shape_time_s = std::nextafter(1.0, 0.0)}));
+  EXPECT_FALSE(learning.covers({.shape_time_s = 1.0}));
+  EXPECT_FALSE(learning.covers({.in_transition = true}));
+  EXPECT_FALSE(learning.covers({.segment = 1}));
+}
+
+TEST(Learning, OfNoSegmentsLearns) { EXPECT_EQ(of_segments({}).report().state, LearningState::learning); }
+
+// An error of four times the largest one is the last that is none.
+TEST(Learning, LearnsFromAnErrorThatIsJustNoGlitch) {
+  for (const double error_um : {0.4, std::nextafter(0.4, 1.0)}) {
+    Bench run(simple());
+    run.disturbance = [](std::size_t) { return 0.1; };
+    run.rms_of_periods(1);
+    for (int i = 0; i < 2; ++i) run.step();
+    const std::vector<std::vector<double>> before = run.learning.table();
+    run.learning.learn(run.point(), error_um, true);
+    EXPECT_EQ(run.learning.table() == before, error_um > 0.4);
+  }
 }
 
 TEST(Learning, AllocatesNothingInACycle) {
@@ -272,6 +351,8 @@ TEST(Learning, RefusesAFilterThatIsNone) {
   config.plans[0].taps = {0.5, 0.5};
   EXPECT_THROW(Learning{config}, std::invalid_argument);
   config.plans[0].taps.assign(phases + 1, 0.1);
+  EXPECT_THROW(Learning{config}, std::invalid_argument);
+  config.plans[0] = {.phases = phases, .cycle_s = 0.0, .taps = {1.0}};
   EXPECT_THROW(Learning{config}, std::invalid_argument);
 }
 
