@@ -78,25 +78,32 @@ void Course::restart(double drive) {
 }
 
 void Course::step(double drive, double dt_s, double cycle_s) {
-  const double lag_s = delays_.to_sample_s(cycle_s) - delays_.pure_s() + 2.0 * cycle_s;
+  if (cycle_s != cycle_s_) plan(cycle_s);
   Positions now{};
   for (std::size_t i = 0; i < memories_.size(); ++i)
     now[i] = mark_[i] = model_.advance(memories_[i], drive).value;
-  const Positions late = delayed(now, dt_s, cycle_s);
-  for (std::size_t i = 0; i < late.size(); ++i)
-    mark_[2 + i] += (late[i] - mark_[2 + i]) * dt_s / (dt_s + lag_s);
+  const Positions late = delayed(now, dt_s);
+  const double share = dt_s / (dt_s + lag_s_);
+  for (std::size_t i = 0; i < late.size(); ++i) mark_[2 + i] += (late[i] - mark_[2 + i]) * share;
 }
 
-/// The positions of the pure delays ago, to a cycle, or to a 31st of them where that is more.
-Course::Positions Course::delayed(const Positions& now, double dt_s, double cycle_s) {
+/// The pure delays to a cycle, or to a 31st of them where that is more.
+void Course::plan(double cycle_s) {
+  cycle_s_ = cycle_s;
+  const double pure_s = delays_.pure_s();
+  lag_s_ = delays_.to_sample_s(cycle_s) - pure_s + 2.0 * cycle_s;
+  apart_s_ = std::max(cycle_s, pure_s / static_cast<double>(under_way_.past.size() - 1));
+  ago_ = static_cast<std::size_t>(std::round(pure_s / apart_s_));
+}
+
+/// The positions of the pure delays ago.
+Course::Positions Course::delayed(const Positions& now, double dt_s) {
   auto& [past, newest, since_newest_s] = under_way_;
-  const double apart_s = std::max(cycle_s, delays_.pure_s() / static_cast<double>(past.size() - 1));
-  for (since_newest_s += dt_s; since_newest_s >= 0.5 * apart_s; since_newest_s -= apart_s) {
+  for (since_newest_s += dt_s; since_newest_s >= 0.5 * apart_s_; since_newest_s -= apart_s_) {
     newest = (newest + 1) % past.size();
     past[newest] = now;
   }
-  const auto ago = static_cast<std::size_t>(std::round(delays_.pure_s() / apart_s));
-  return past[(newest + past.size() - ago) % past.size()];
+  return past[(newest + past.size() - ago_) % past.size()];
 }
 
 model::Interval Course::moved_um(const Mark& since) const {

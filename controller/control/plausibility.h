@@ -78,13 +78,16 @@ class Course {
     std::size_t newest = 0;
     double since_newest_s = 0.0;
   };
-  Positions delayed(const Positions& now, double dt_s, double cycle_s);
+  void plan(double cycle_s);
+  Positions delayed(const Positions& now, double dt_s);
 
   model::Hysteresis model_;
   Delays delays_;
   model::HysteresisState at_upper_, at_lower_;  ///< thresholds
   std::array<model::HysteresisState, 2> memories_;
   UnderWay under_way_;
+  double cycle_s_ = 0.0, lag_s_ = 0.0, apart_s_ = 0.0;  ///< cycle; first-order lag; of positions under way
+  std::size_t ago_ = 0;                                 ///< positions in the pure delays
   Mark mark_{};
 };
 
