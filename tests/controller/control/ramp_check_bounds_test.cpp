@@ -25,15 +25,17 @@ Delays delays(double lag_s) {
   return {.amplifier_bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s), .resonance_Hz = 1e9};
 }
 
+/// Of a stage without hysteresis.
+Course straight(const Delays& delays, double gain = um_per_volt) {
+  return {model::straight_line("V", "um", {0.0, 100.0}, {0.0, 100.0 * gain}), delays};
+}
+
 /// The check sees what the test names, the mean over its two cycles.
 class Ramp {
  public:
   explicit Ramp(const RampCheck::Config& config = strict(), double begin = 0.0, double lag_s = 1e-9,
                 double gain = um_per_volt)
-      : course_(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 100.0 * gain}), delays(lag_s)),
-        check_(config),
-        gain_(gain),
-        drive_(begin) {
+      : course_(straight(delays(lag_s), gain)), check_(config), gain_(gain), drive_(begin) {
     input_.dt_s = input_.cycle_s = cycle_s;
     course_.restart(begin);
     mark();
@@ -113,7 +115,7 @@ TEST(CourseTest, HasNotMovedWhereTheDriveRests) {
 
 // A first-order lag of half a cycle, in which the drive is held, and of two more.
 TEST(CourseTest, HasADelayedPositionThatLagsByTheDelaysAndTwoCycles) {
-  Course course(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), delays(1e-9));
+  Course course = straight(delays(1e-9));
   course.restart(0.0);
   course.step(10.0, cycle_s, cycle_s);
   EXPECT_NEAR(course.moved_um({}).lo, 3.0 / 3.5, 1e-5);
@@ -124,7 +126,7 @@ TEST(CourseTest, HasADelayedPositionThatStandsStillForThePureDelaysAndThenLagsBy
   for (const int delay : {1, 3, 31, 100}) {
     Delays late = delays(1e-9);
     late.sensor_delay = std::chrono::milliseconds(delay);
-    Course course(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), late);
+    Course course = straight(late);
     course.restart(0.0);
     int cycles = 0;
     while (course.moved_um({}).lo == 0.0 && cycles < 1000) course.step(10.0, cycle_s, cycle_s), ++cycles;
@@ -138,7 +140,7 @@ TEST(CourseTest, DelaysEachCycleByUpTo31OfThem) {
   Delays late = delays(1e-9);
   late.sensor_delay = std::chrono::milliseconds(31);
   for (int before = 0; before < 64; ++before) {
-    Course course(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), late);
+    Course course = straight(late);
     course.restart(0.0);
     double highest_um = 0.0;
     for (int cycle = 0; cycle < before + 40; ++cycle) {
@@ -151,7 +153,7 @@ TEST(CourseTest, DelaysEachCycleByUpTo31OfThem) {
 
 TEST(CourseTest, CountsACycleThatIsHalfOne) {
   for (const double length : {0.499, 0.5}) {
-    Course course(model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0}), delays(1e-9));
+    Course course = straight(delays(1e-9));
     course.restart(0.0);
     course.step(10.0, length * cycle_s, cycle_s);
     EXPECT_EQ(course.moved_um({}).lo > 0.0, length == 0.5);
