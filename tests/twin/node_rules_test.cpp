@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <vector>
 
+#include "can/frame_bits.h"
 #include "can/protocol/sdo.h"
 #include "tests/support/shows.h"
 #include "tests/twin/twin_bench.h"
@@ -298,6 +300,26 @@ TEST_F(AgeOfACommand, IsTwoCyclesAtMostHoweverLongNoOtherSyncCame) {
   EXPECT_FALSE(takes_command_at(520'000, 9));
   sync_at(520'900, 10);
   EXPECT_TRUE(takes_command_at(521'200, 10));
+}
+
+TEST_F(AgeOfACommand, IsTwoCyclesToTheNanosecond) {
+  shows("S-116");
+  const auto witness = bus_.attach();
+  std::map<std::uint32_t, can::Time> arrived;
+  witness->on_frame([&](const can::Frame& frame, can::Time received) { arrived[frame.id] = received; });
+  for (const int late_ns : {0, 1}) {
+    sync_at(10'000 * (late_ns + 1), 7);
+    run(milliseconds(1));
+    const can::Frame frame =
+        *encode_command_({.setpoint = 20.0 + late_ns, .enable = true, .sync_counter = 7});
+    const can::FrameBits bits = can::frame_bits(frame);
+    const can::Time due = arrived[can::sync_id] + milliseconds(2) + std::chrono::nanoseconds(late_ns);
+    clock_.run_until(due - can::transmission_time(bits.first(bits.total() - can::interframe_bits), {}));
+    tester_->send(frame);
+    run(milliseconds(1));
+    ASSERT_EQ(arrived[frame.id], due);
+    EXPECT_EQ(amplifier().setpoint(), 20.0);
+  }
 }
 
 TEST_F(AgeOfACommand, CountsFromTheSyncThatItNamesAlsoBehindTheNextOne) {

@@ -20,9 +20,9 @@ inline const std::string token_text = "00112233445566778899aabbccddeeff";
 
 class PageServer : public testing::Test {
  protected:
-  /// `start_again`: of a demo.
-  explicit PageServer(std::function<void()> start_again = {}) {
-    PageOptions options{.config = bench_.files() / "piezo.toml",
+  /// `start_again`: of a demo. `config`: the page's file; the controller runs with piezo.toml.
+  explicit PageServer(std::function<void()> start_again = {}, const char* config = "piezo.toml") {
+    PageOptions options{.config = bench_.files() / config,
                         .start_command = "hystcan controller piezo.toml",
                         .controller_socket = [this] { return bench_.socket(); },
                         .twin_socket = [this] { return bench_.files() / "no.sock"; },
