@@ -121,6 +121,9 @@ test('What is not configured is off, without a unit', async () => {
 test('The configuration says what a field is for, its unit, range and words', async () => {
   const label = (text) => page.locator('.axis-card').first().locator('label', { hasText: text }).first();
   assert.equal(await label('kp').getAttribute('title'), 'axis[0].control.kp; proportional gain; a number >= 0');
+  const titles = await page.locator('#steering label[title]').evaluateAll((all) => all.map(({ title }) => title));
+  assert.ok(titles.length > 20);
+  assert.deepEqual(titles.filter((title) => /`|\]\(/.test(title)), [], 'none has the marks of the documents');
   assert.equal(await gain().getAttribute('aria-label'), 'kp, um/um, axis x');
   const structure = page.getByRole('combobox', { name: 'structure, axis x' });
   assert.ok((await structure.locator('option').allTextContents()).includes('inverse+pi'));

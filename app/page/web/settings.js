@@ -30,6 +30,9 @@ export function commaTrouble(text) {
 /** A key of a label, which a narrow column may break. */
 const broken = (key) => key.replaceAll('_', '_\u200b');
 
+/** What the documents say of a key, without their marks. */
+const plain = (text) => (text ?? '').replace(/\[([^\]]*)\]\([^)]*\)/g, '$1').replaceAll('`', '');
+
 /**
  * `about`: what the server says of the key, {unit, choices, range, meaning}, and {label, long, axis, absent (the word
  * where there is no value)}. `apply(value)` gives the answer of the controller.
@@ -53,7 +56,7 @@ export function settingField(key, about, apply) {
   const root = element(
     'div',
     { class: 'field' },
-    element('label', { for: id, text: broken(label), title: [key, meaning, range].filter(Boolean).join('; ') }),
+    element('label', { for: id, text: broken(label), title: [key, plain(meaning), range].filter(Boolean).join('; ') }),
     element('span', { class: 'entry' }, input, unitText),
     button,
     answer,
