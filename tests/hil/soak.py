@@ -203,7 +203,7 @@ class Soak:
         return f"reload ({how})", set()
 
     def disturb(self):
-        which, = self.random.choices((self.twin_fault, self.link_flap, self.flood, self.reload), (12, 2, 1, 3))
+        which, = self.random.choices((self.twin_fault, self.link_flap, self.flood, self.reload), (12, 2, 1, 1))
         name, may_fault = which()
         self.wait(0.5)  # the slowest judgement that these faults reach takes 0.3 s
         for axis, cause in self.bench.faulted().items():
