@@ -116,16 +116,27 @@ TEST_F(PageServer, PassesTheCommandsOfAPageOnAndNoOther) {
 
 TEST_F(PageServer, CapturesNothingForWhoHasDisarmed) {
   const auto peer = page(), other = page();
-  const auto on = [](const char* what) {
-    return json{{"do", "trigger"}, {"on", what},       {"axis", 0},    {"signal", "position_um"},
-                {"level", 15.0},   {"edge", "rising"}, {"pre_s", 0.0}, {"post_s", 0.01}};
-  };
-  EXPECT_TRUE(peer->is_ok(on("level")));
+  const json trigger{{"do", "trigger"}, {"on", "level"},    {"axis", 0},    {"signal", "position_um"},
+                     {"level", 15.0},   {"edge", "rising"}, {"pre_s", 0.0}, {"post_s", 0.01}};
+  EXPECT_TRUE(peer->is_ok(trigger));
   EXPECT_TRUE(peer->is_ok({{"do", "untrigger"}}));
-  EXPECT_TRUE(other->is_ok(on("level")));
-  EXPECT_EQ(other->next("capture").at("on"), "level");
-  EXPECT_TRUE(peer->is_ok(on("now")));
-  EXPECT_EQ(peer->next("capture").at("on"), "now") << "the first that it gets";
+  EXPECT_TRUE(other->is_ok(trigger));
+  EXPECT_FALSE(other->next("capture").is_null());
+  peer->send_frame(R"({"id": 0, "do": "untrigger"})");
+  for (json message; message.is_null() || message.at("type") != "answer" || message.at("id") != 0;) {
+    message = peer->read().value().text;  // null for rows
+    EXPECT_FALSE(message.is_object() && message.at("type") == "capture");
+  }
+}
+
+TEST_F(PageServer, RefusesWhatHasNoNumberByWhichToAnswer) {
+  const auto peer = page();
+  for (const char* text : {R"({"do": "untrigger"})", R"({"id": "1", "do": "untrigger"})"}) {
+    peer->send_frame(text);
+    const json answer = peer->next("answer");
+    EXPECT_TRUE(says(answer, "\"id\" is missing")) << text;
+    EXPECT_TRUE(answer.at("id").is_null()) << text;
+  }
 }
 
 TEST_F(PageServer, CapturesNothingWithoutAController) {
