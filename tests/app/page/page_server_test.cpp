@@ -176,9 +176,9 @@ TEST_F(PageServer, CutsAClientOffThatSendsTooMuch) {
 
 TEST_F(PageServer, AnswersWhatIsNoRequestWithItsReason) {
   const auto peer = page();
-  for (const char* text : {"[]", "{", "3", "{\"do\": \"stop\"}", "{\"id\": \"1\", \"do\": \"stop\"}"}) {
+  for (const char* text : {"[]", "{", "3"}) {
     peer->send_frame(text);
-    EXPECT_FALSE(peer->next("answer").at("ok").get<bool>()) << text;
+    EXPECT_TRUE(says(peer->next("answer"), "expected a JSON object")) << text;
   }
   EXPECT_TRUE(says(peer->ask({{"do", "dance"}}), "\"dance\" is not a request"));
   EXPECT_TRUE(says(peer->ask({{"do", "view"}, {"rate_Hz", 5000}}), "expected 10 to 1000"));

@@ -1,5 +1,7 @@
 // What a page changes: settings, segments, the file, the rehearsal of a demo; and the events that tell of it.
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ringbuffer_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <filesystem>
 #include <stdexcept>
@@ -184,6 +186,38 @@ TEST_F(PageOfADemo, StartsAgainForWhoHasTheToken) {
 TEST_F(PageOfADemo, SaysWhyItDoesNotStart) {
   is_broken_ = true;
   EXPECT_TRUE(says(writer()->ask({{"do", "start"}}), "kp is \"much\""));
+}
+
+/// Keeps the lines of the log.
+class CapturedLog {
+ protected:
+  CapturedLog() { spdlog::set_default_logger(std::make_shared<spdlog::logger>("", lines_)); }
+  ~CapturedLog() { spdlog::set_default_logger(before_); }
+  CapturedLog(const CapturedLog&) = delete;
+  CapturedLog& operator=(const CapturedLog&) = delete;
+
+  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
+  std::shared_ptr<spdlog::sinks::ringbuffer_sink_mt> lines_ =
+      std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(1000);
+};
+
+class PageWithALog : protected CapturedLog, public PageServer {
+ protected:
+  PageWithALog() : PageServer([] {}) {}
+};
+
+TEST_F(PageWithALog, WritesDownWhoHasAskedForWhat) {
+  const auto peer = writer();
+  EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
+  EXPECT_FALSE(peer->is_ok(set("\u202e", 1.0)));
+  EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", peer->ask({{"do", "save"}}).at("digest")}}));
+  EXPECT_TRUE(peer->is_ok({{"do", "start"}}));
+  EXPECT_TRUE(peer->is_ok({{"do", "stop"}}));
+  std::string log;
+  for (const std::string& line : lines_->last_formatted()) log += line;
+  for (const char* words : {R"(page 1: {"axis":"x","do":"set","key":"kp","value":0.2})", R"("key":"\u202e")",
+                            "page 1: save piezo.toml", "page 1: start again", "[warning] page 1: stop"})
+    EXPECT_NE(log.find(words), std::string::npos) << words << " is not in\n" << log;
 }
 
 }  // namespace
