@@ -259,6 +259,7 @@ TEST(AmplifierOnReceipt, TurnsItsOutputAtTheArrivalOfTheCommand) {
     bench.run(milliseconds(15));
   }
   bench.sync();
+  bench.run(microseconds(1700));  // the sensor has looked at the stage at the SYNC
   bench.command(20.0, true);
   EXPECT_NEAR(bench.output(), 45.0, 0.5) << "5 ms later";
 }

@@ -120,6 +120,13 @@ TEST_F(PageServer, TellsEveryPageOfASaveAndOfItsUndo) {
   EXPECT_EQ(event_with(*other, "save").at("text"), "undo save of piezo.toml");
 }
 
+TEST_F(PageServer, TakesASettingBackAlsoAfterItsSave) {
+  const auto peer = writer();
+  EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
+  EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", peer->ask({{"do", "save"}}).at("digest")}}));
+  EXPECT_TRUE(peer->is_ok({{"do", "command"}, {"command", {{"do", "undo"}}}})) << "a save is no reload";
+}
+
 TEST_F(PageServer, SavesNothingIfTheFormerFileCannotBeKept) {
   const auto file = bench_.files() / "piezo.toml";
   const std::string former = support::read_file(file);
