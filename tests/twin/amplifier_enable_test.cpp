@@ -218,8 +218,8 @@ TEST(AmplifierSoftStart, EndsWhereTheAmplifierIsSwitchedOff) {
   EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
 }
 
-// The output has fallen for 21.7 ms from 50 V, the last 1.7 of them unseen by any SYNC. 0.5 V are the frames and
-// the soft start.
+// The output has fallen for 21.7 ms from 50 V, the last 1.7 of them unseen by any SYNC. 0.5 V are the frames
+// and the soft start.
 TEST(AmplifierSoftStart, BeginsWhereTheOutputIs) {
   EnableBench bench({.soft_start = milliseconds(100), .command_timeout = milliseconds(200), .slow = true});
   bench.drive(50.0, 200);
@@ -237,7 +237,7 @@ TEST(AmplifierSoftStart, BeginsWhereTheOutputIs) {
 // The target is 30 V at the SYNC, 60 ms after Enable. 0.5 V are the frame and the bandwidth.
 TEST(AmplifierSoftStart, MovesTheTargetAtTheArrivalOfTheSync) {
   EnableBench bench({.soft_start = milliseconds(100), .command_timeout = milliseconds(200), .slow = true});
-  bench.tester_->send(can::nmt_frame({can::NmtCommand::stop, 2}));  // the sensor, which looks at the stage too
+  bench.tester_->send(can::nmt_frame({can::NmtCommand::stop, 2}));  // else the sensor looks at the stage
   bench.drive(50.0, 1);
   bench.run(milliseconds(60));
   bench.sync();

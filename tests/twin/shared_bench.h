@@ -1,5 +1,5 @@
-// Two axes that one amplifier node and one sensor node serve, in the same CAN FD frames, for tests that use frames
-// alone.
+// Two axes that one amplifier node and one sensor node serve, in the same CAN FD frames, for tests that use
+// frames alone.
 #pragma once
 
 #include <gtest/gtest.h>
