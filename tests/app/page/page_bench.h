@@ -51,6 +51,10 @@ class PageServer : public testing::Test {
   int status_of(const std::string& first_line, const std::string& lines = "Host: localhost\r\n") {
     return WebPeer(server_->port()).request(first_line, lines);
   }
+  /// The answer to `save` or `undo_save` with the digest of what it shows.
+  static nlohmann::json confirm(WebPeer& peer, const char* what) {
+    return peer.ask({{"do", what}, {"digest", peer.ask({{"do", what}}).at("digest")}});
+  }
   static nlohmann::json command(const char* what) {
     return {{"do", "command"}, {"command", {{"do", what}, {"axis", "x"}}}};
   }

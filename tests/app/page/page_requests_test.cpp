@@ -156,10 +156,9 @@ TEST_F(PageServer, CutsAStopWithoutTheTokenOffAmongTooMuch) {
 TEST_F(PageServer, SaysWhyTheControllerDoesNotTakeARestoredFileOver) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
-  EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", peer->ask({{"do", "save"}}).at("digest")}}));
+  EXPECT_TRUE(is_ok(confirm(*peer, "save")));
   bench_.files().edit("piezo.toml.before-save", "\"vcan0\"", "\"vcan1\"");
-  const json shown = peer->ask({{"do", "undo_save"}});
-  const json undone = peer->ask({{"do", "undo_save"}, {"digest", shown.at("digest")}});
+  const json undone = confirm(*peer, "undo_save");
   EXPECT_TRUE(is_ok(undone));
   EXPECT_NE(undone.value("not_applied", "").find("bus.interface"), std::string::npos) << undone;
 }

@@ -93,29 +93,28 @@ TEST_F(PageServer, KeepsTheFormerFileAndExchangesItWithTheSavedOne) {
   EXPECT_FALSE(peer->ask({{"do", "settings"}}).at("undo_save").get<bool>());
   EXPECT_TRUE(says(peer->ask({{"do", "undo_save"}}), "no save to undo"));
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
-  const auto confirm = [&](const char* what) {
+  const auto exchange = [&](const char* what) {
     const json shown = peer->ask({{"do", what}});
     EXPECT_EQ(shown.at("kept"), "piezo.toml.before-save");
     return peer->ask({{"do", what}, {"digest", shown.at("digest")}});
   };
-  EXPECT_TRUE(is_ok(confirm("save")));
+  EXPECT_TRUE(is_ok(exchange("save")));
   const std::string saved = support::read_file(file);
   EXPECT_NE(saved, former);
   EXPECT_EQ(support::read_file(kept), former);
   EXPECT_TRUE(peer->ask({{"do", "settings"}}).at("undo_save").get<bool>());
   EXPECT_TRUE(says(peer->ask({{"do", "undo_save"}, {"digest", "0"}}), "have changed since"));
-  EXPECT_FALSE(confirm("undo_save").contains("not_applied"));
+  EXPECT_FALSE(exchange("undo_save").contains("not_applied"));
   EXPECT_EQ(support::read_file(file), former);
   EXPECT_EQ(support::read_file(kept), saved);
-  EXPECT_TRUE(is_ok(confirm("undo_save")));
+  EXPECT_TRUE(is_ok(exchange("undo_save")));
   EXPECT_EQ(support::read_file(file), saved);
 }
 
 TEST_F(PageServer, TellsAPageThatComesLaterOfASaveAndOfItsUndo) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
-  for (const char* what : {"save", "undo_save"})
-    EXPECT_TRUE(peer->is_ok({{"do", what}, {"digest", peer->ask({{"do", what}}).at("digest")}}));
+  for (const char* what : {"save", "undo_save"}) EXPECT_TRUE(is_ok(confirm(*peer, what)));
   const auto later = page();
   EXPECT_EQ(event_with(*later, "save").at("text"), "save piezo.toml");
   EXPECT_EQ(event_with(*later, "save").at("text"), "undo save of piezo.toml");
@@ -124,7 +123,7 @@ TEST_F(PageServer, TellsAPageThatComesLaterOfASaveAndOfItsUndo) {
 TEST_F(PageServer, TakesASettingBackAlsoAfterItsSave) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
-  EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", peer->ask({{"do", "save"}}).at("digest")}}));
+  EXPECT_TRUE(is_ok(confirm(*peer, "save")));
   EXPECT_TRUE(peer->is_ok({{"do", "command"}, {"command", {{"do", "undo"}}}})) << "a save is no reload";
 }
 
@@ -134,8 +133,7 @@ TEST_F(PageServer, SavesNothingIfTheFormerFileCannotBeKept) {
   std::filesystem::create_directory(bench_.files() / "piezo.toml.before-save");
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
-  const json shown = peer->ask({{"do", "save"}});
-  EXPECT_TRUE(says(peer->ask({{"do", "save"}, {"digest", shown.at("digest")}}), "cannot be kept"));
+  EXPECT_TRUE(says(confirm(*peer, "save"), "cannot be kept"));
   EXPECT_EQ(support::read_file(file), former);
 }
 
@@ -145,8 +143,7 @@ TEST_F(PageServer, GivesTheKeptFileTheModeOfTheFile) {
   std::filesystem::permissions(file, perms::owner_read | perms::owner_write);
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
-  const json shown = peer->ask({{"do", "save"}});
-  EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", shown.at("digest")}}));
+  EXPECT_TRUE(is_ok(confirm(*peer, "save")));
   EXPECT_EQ(std::filesystem::status(kept).permissions(), perms::owner_read | perms::owner_write);
 }
 
@@ -218,7 +215,7 @@ TEST_F(PageWithALog, WritesDownWhoHasAskedForWhat) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
   EXPECT_FALSE(peer->is_ok(set("\u202e", 1.0)));
-  EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", peer->ask({{"do", "save"}}).at("digest")}}));
+  EXPECT_TRUE(is_ok(confirm(*peer, "save")));
   EXPECT_TRUE(peer->is_ok({{"do", "start"}}));
   EXPECT_TRUE(peer->is_ok({{"do", "stop"}}));
   std::string log;
