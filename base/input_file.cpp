@@ -68,24 +68,24 @@ class InputStream : public std::istream {
   DescriptorBuffer buffer_;
 };
 
-void require_regular(int descriptor) {
+std::size_t size_of_regular(int descriptor) {
   struct stat found {};
   if (::fstat(descriptor, &found) != 0) refuse_input(errno);
   if (S_ISDIR(found.st_mode)) refuse_input(EISDIR);
   if (!S_ISREG(found.st_mode)) throw FileError("it is a pipe or a device");
+  return static_cast<std::size_t>(found.st_size);
 }
 
 }  // namespace
 
 std::string read_regular_file(const std::filesystem::path& file, std::size_t largest) {
-  constexpr std::size_t chunk = 65'536;
   const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (descriptor.get() < 0) refuse_input(errno);
-  require_regular(descriptor.get());
   std::string text;
+  text.reserve(std::min(size_of_regular(descriptor.get()), largest) + 1);  // one more finds the end
   while (true) {
     const std::size_t before = text.size();
-    text.resize(before + std::min(chunk, largest + 1 - before));
+    text.resize(std::min(std::max(text.capacity(), before + 1), largest + 1));
     const ssize_t received = ::read(descriptor.get(), text.data() + before, text.size() - before);
     if (received < 0 && errno != EINTR) refuse_input(errno);
     text.resize(before + static_cast<std::size_t>(std::max<ssize_t>(received, 0)));

@@ -33,6 +33,19 @@ TEST_F(RegularFile, IsReadWholeUpToTheLargestSize) {
   EXPECT_EQ(refusal_of(file, text.size() - 1), "it has more than 199999 bytes");
 }
 
+TEST_F(RegularFile, TakesTheMemoryOfItsBytes) {
+  const std::string text(70'000, 'a');
+  std::ofstream(file) << text;
+  EXPECT_LE(read_regular_file(file, 1'000'000).capacity(), text.size() + 1);
+}
+
+TEST_F(RegularFile, IsReadWholeWhereItTellsNoSize) {
+  std::string line;
+  std::getline(std::ifstream("/proc/version"), line);
+  EXPECT_EQ(read_regular_file("/proc/version", line.size() + 1), line + '\n');
+  EXPECT_EQ(refusal_of("/proc/version", 20), "it has more than 20 bytes");
+}
+
 TEST_F(RegularFile, MayBeEmpty) {
   std::ofstream(file).flush();
   EXPECT_EQ(read_regular_file(file, 0), "");
