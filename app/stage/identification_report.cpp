@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "app/stage/gnuplot.h"
+#include "app/stage/new_folder.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "config/schema/config.h"
@@ -248,12 +249,15 @@ std::optional<std::string> draw_pictures(const std::filesystem::path& directory,
 
 constexpr int landscape_points = 21;
 
-void remove_files(const std::filesystem::path& directory) {
+/// Files of an earlier report that this one does not have are removed.
+void move_files(const std::filesystem::path& from, const std::filesystem::path& to) {
   for (const std::string& name : report_files()) {
     std::error_code error;
-    std::filesystem::remove(directory / name, error);
-    if (error)
-      throw RunError(fmt::format("{}: cannot be removed: {}", (directory / name).string(), error.message()));
+    if (std::filesystem::exists(from / name))
+      std::filesystem::rename(from / name, to / name, error);
+    else
+      std::filesystem::remove(to / name, error);
+    if (error) throw RunError(fmt::format("{}: {}", (to / name).string(), error.message()));
   }
 }
 
@@ -303,17 +307,11 @@ std::optional<std::string> write_report(const std::filesystem::path& directory, 
   report.comparison = identification::compare(report.datasets, report.identified, go_on);
   std::optional<identification::Landscape> map;
   if (go_on()) map = identification::landscape(report.datasets, report.identified, landscape_points);
-  remove_files(directory);  // of an earlier report
-  try {
-    write_numbers(directory, report.datasets, report.identified, report.comparison, map);
-    report.undrawn = draw_pictures(directory, report.datasets.size(), report.identified, map);
-    OutputFile page(directory / "report.html");
-    page.write(page_of(directory, report));
-    page.commit();
-  } catch (const RunError&) {
-    remove_files(directory);  // no part of a report remains
-    throw;
-  }
+  const NewFolder whole(directory / "report.new");  // until it is, an earlier one stays
+  write_numbers(whole.path(), report.datasets, report.identified, report.comparison, map);
+  report.undrawn = draw_pictures(whole.path(), report.datasets.size(), report.identified, map);
+  write_file(whole.path() / "report.html", page_of(whole.path(), report));
+  move_files(whole.path(), directory);
   return report.undrawn;
 }
 
