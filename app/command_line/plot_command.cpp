@@ -51,19 +51,10 @@ std::vector<RunFigures> read_all(const PlotArguments& options) {
   return all;
 }
 
-/// What is named, else all. Throws Error at another word.
-std::vector<std::string> chosen(const char* option, const std::vector<std::string>& named,
-                                const std::vector<std::string>& all) {
-  for (const std::string& name : named)
-    if (std::ranges::find(all, name) == all.end())
-      throw Error(fmt::format("{}: {}, expected one of {}", option, name, fmt::join(all, ", ")));
-  return named.empty() ? all : named;
-}
-
 int run_plot(PlotArguments options) {
   RunPlots& plots = options.plots;
-  plots.kinds = chosen("--kind", plots.kinds, plot_kinds());
-  plots.formats = chosen("--format", plots.formats, picture_formats());
+  if (plots.kinds.empty()) plots.kinds = plot_kinds();
+  if (plots.formats.empty()) plots.formats = picture_formats();
   const std::vector<RunFigures> runs = read_all(options);
   if (!options.table.empty()) print(run_table(runs, options.table));
   create_folder(plots.folder);
@@ -86,10 +77,12 @@ void add_plot(CLI::App& cli, int& status) {
       ->required();
   command->add_option("--kind", options->plots.kinds, "pictures to draw, with commas; all if left out")
       ->delimiter(',')
+      ->check(one_of(plot_kinds()))
       ->allow_extra_args(false);
   command->add_option("--output", options->plots.folder, "folder of the pictures")->capture_default_str();
-  command->add_option("--format", options->plots.formats, "svg, png, pdf, with commas; all if left out")
+  command->add_option("--format", options->plots.formats, "with commas; all if left out")
       ->delimiter(',')
+      ->check(one_of(picture_formats()))
       ->allow_extra_args(false);
   command->add_option("--axis", options->axis, "all axes if left out");
   command->add_option("--table", options->table, "print the errors as a table")
