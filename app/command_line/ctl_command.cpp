@@ -19,6 +19,7 @@
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
+#include "twin/fault.h"
 
 namespace hystcan::app {
 namespace {
@@ -145,10 +146,12 @@ void add_commands_with_values(const auto& add, const auto& run_as, CtlArguments&
 /// The commands that only a twin accepts.
 void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& options) {
   CLI::App* inject = add("inject", "inject a fault into the twin; it begins now");
-  inject->add_option("KIND", options.kind, "no_reply, late, wrong_crc, node_reboot, load_step, ...")
-      ->required();
+  const auto& kinds = twin::words(twin::Fault{});
+  const CLI::Validator kind = one_of({kinds.begin(), kinds.end()});
+  inject->add_option("KIND", options.kind, "kind of fault")->required()->check(kind);
   inject->add_option("--axis", options.axis, "may be left out if the twin has only one axis");
-  inject->add_option("--node", options.node, "sensor or amplifier, if the kind of fault can act on either");
+  inject->add_option("--node", options.node, "if the kind of fault can act on either")
+      ->check(one_of({"sensor", "amplifier"}));
   inject->add_option("--duration", options.duration_s, "seconds; if left out, until the fault is removed")
       ->check(positive_number());
   inject->add_option("--value", options.fault_value, "the strength of the fault, in the unit of its kind")
@@ -162,7 +165,7 @@ void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& option
     return request;
   });
   CLI::App* remove = add("remove", "remove faults that were injected into the twin");
-  remove->add_option("KIND", options.kind, "all kinds if left out");
+  remove->add_option("KIND", options.kind, "all kinds if left out")->check(kind);
   remove->add_option("--axis", options.axis, "all axes if left out");
   run_as(remove, [](const CtlArguments& o) {
     nlohmann::json request{{"do", "remove"}};

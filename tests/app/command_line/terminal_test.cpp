@@ -86,6 +86,8 @@ TEST(Terminal, BashCompletesCommandsOptionsAndWords) {
   EXPECT_EQ(completed("hystcan ctl go --js"), "--json\n");
   EXPECT_EQ(completed("hystcan identify --symmetry ''"), "auto none even butterfly\n");
   EXPECT_EQ(completed("hystcan completion z"), "zsh\n");
+  EXPECT_EQ(completed("hystcan ctl inject wrong_c"), "wrong_crc\n");
+  EXPECT_EQ(completed("hystcan plot run --format p"), "png pdf\n");
   EXPECT_NE(completed("hystcan monitor --interface ''").find("lo"), std::string::npos);
   EXPECT_EQ(completed("hystcan simulate --input ''"), "\n") << "names of files are bash's";
 }
