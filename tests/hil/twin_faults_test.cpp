@@ -111,7 +111,7 @@ TEST_F(TwinFaults, ThatAreShortOrSmallFaultNoAxis) {
 
 TEST_F(TwinFaults, AreRefusedInWordsAndTheTwinEndsOnStop) {
   EXPECT_NE(stage.ctl_twin({"inject", "late"}).err.find("\"axis\" is missing"), std::string::npos);
-  EXPECT_NE(stage.ctl_twin({"inject", "lat", "--axis", "x"}).err.find("there is no fault"),
+  EXPECT_NE(stage.ctl_twin({"inject", "late", "--axis", "z"}).err.find("there is no axis"),
             std::string::npos);
   EXPECT_EQ(stage.ctl_twin({"stop"}).status, 0);
   EXPECT_EQ(stage.bench.twin->wait(), 0) << stage.bench.twin->err();
