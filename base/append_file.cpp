@@ -35,31 +35,36 @@ AppendFile::AppendFile(std::filesystem::path path, Existing existing) : path_(st
   const int how = !is_regular_ ? 0 : existing == Existing::replace ? O_CREAT | O_TRUNC : O_CREAT | O_EXCL;
   descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC | how, 0666);
   if (descriptor_ < 0) throw std::system_error(last_error(), path_.string() + ": cannot be written");
+  kept_.reserve(enough_bytes);
 }
 
 AppendFile::~AppendFile() { close(); }
 
 void AppendFile::add(std::string_view lines) {
-  if (error_) return;
-  kept_ += lines;
-  if (kept_.size() >= enough_bytes) flush();
+  if (kept_.size() + lines.size() > enough_bytes) flush();
+  if (lines.size() > enough_bytes)
+    write(lines);
+  else if (!error_)
+    kept_ += lines;
 }
 
 std::error_code AppendFile::flush() {
-  if (error_ || descriptor_ < 0) return error_;
-  std::size_t done = 0;
-  error_ = write_all(descriptor_, kept_, done);
-  if (!error_) {
-    written_ += done;
-    kept_.clear();
-    return error_;
-  }
-  const std::size_t last_end = done == 0 ? std::string::npos : kept_.rfind('\n', done - 1);
-  written_ += last_end == std::string::npos ? 0 : last_end + 1;
-  kept_ = {};
-  if (is_regular_ && ::ftruncate(descriptor_, static_cast<off_t>(written_)) != 0)
-    return error_ = last_error();
+  write(kept_);
+  kept_.clear();
   return error_;
+}
+
+void AppendFile::write(std::string_view lines) {
+  if (error_ || descriptor_ < 0) return;
+  std::size_t done = 0;
+  error_ = write_all(descriptor_, lines, done);
+  if (error_) {
+    const std::size_t last_end = done == 0 ? std::string_view::npos : lines.rfind('\n', done - 1);
+    done = last_end == std::string_view::npos ? 0 : last_end + 1;
+    if (is_regular_ && ::ftruncate(descriptor_, static_cast<off_t>(written_ + done)) != 0)
+      error_ = last_error();
+  }
+  written_ += done;
 }
 
 std::error_code AppendFile::sync() {

@@ -40,11 +40,13 @@ class AppendFile {
   bool is_in_place() const;
 
  private:
+  void write(std::string_view lines);
+
   std::filesystem::path path_;
   int descriptor_ = -1;
   bool is_regular_ = true;
   std::uint64_t written_ = 0;  ///< bytes, whole lines
-  std::string kept_;
+  std::string kept_;           ///< lines until there is enough to write; its memory does not grow
   std::error_code error_;
 };
 
