@@ -59,8 +59,7 @@ void AppendFile::write(std::string_view lines) {
   std::size_t done = 0;
   error_ = write_all(descriptor_, lines, done);
   if (error_) {
-    const std::size_t last_end = done == 0 ? std::string_view::npos : lines.rfind('\n', done - 1);
-    done = last_end == std::string_view::npos ? 0 : last_end + 1;
+    done = lines.substr(0, done).rfind('\n') + 1;  // 0 where there is none
     if (is_regular_ && ::ftruncate(descriptor_, static_cast<off_t>(written_ + done)) != 0)
       error_ = last_error();
   }

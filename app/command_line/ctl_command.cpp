@@ -146,12 +146,11 @@ void add_commands_with_values(const auto& add, const auto& run_as, CtlArguments&
 /// The commands that only a twin accepts.
 void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& options) {
   CLI::App* inject = add("inject", "inject a fault into the twin; it begins now");
-  const auto& kinds = twin::words(twin::Fault{});
-  const CLI::Validator kind = one_of({kinds.begin(), kinds.end()});
+  const CLI::Validator kind = one_of(twin::words(twin::Fault{}));
   inject->add_option("KIND", options.kind, "kind of fault")->required()->check(kind);
   inject->add_option("--axis", options.axis, "may be left out if the twin has only one axis");
   inject->add_option("--node", options.node, "if the kind of fault can act on either")
-      ->check(one_of({"sensor", "amplifier"}));
+      ->check(one_of(twin::words(twin::Node{})));
   inject->add_option("--duration", options.duration_s, "seconds; if left out, until the fault is removed")
       ->check(positive_number());
   inject->add_option("--value", options.fault_value, "the strength of the fault, in the unit of its kind")

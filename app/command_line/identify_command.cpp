@@ -280,13 +280,10 @@ void add_identify(CLI::App& cli, int& status) {
       ->add_flag("--dynamics", options->dynamics,
                  "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets")
       ->excludes(start);
-  std::vector<std::string> symmetries;
-  for (const std::string_view symmetry : words(identification::ShapeOfOutput{}))
-    symmetries.emplace_back(symmetry);
   command
       ->add_option("--symmetry", options->symmetry,
                    "even: x(v) = x(-v); butterfly: the branches cross beside zero (coercivity)")
-      ->check(one_of(symmetries));
+      ->check(one_of(words(identification::ShapeOfOutput{})));
   command
       ->add_option("--thresholds", options->thresholds,
                    "observed: at the ends of the measured inputs, so that a drive reaches both")

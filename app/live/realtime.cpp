@@ -37,7 +37,7 @@ void touch_stack() {
 }
 
 /// Keeps the memory of the heap: freed memory is not returned to the kernel, and large blocks come from the
-/// heap too. The control thread allocates only when an axis arms; this concerns the other threads.
+/// heap too. The control thread allocates only where an axis arms or the interface is lost.
 void keep_heap() {
   constexpr std::size_t reserve_bytes = std::size_t{1024} * 1024;
   mallopt(M_TRIM_THRESHOLD, -1);

@@ -82,6 +82,10 @@ CLI::Validator one_of(const std::vector<std::string>& words) {
   return check.description(fmt::format("{{{}}}", fmt::join(words, ",")));
 }
 
+CLI::Validator one_of(std::span<const std::string_view> words) {
+  return one_of(std::vector<std::string>(words.begin(), words.end()));
+}
+
 CLI::Validator interface_name() {
   return expecting(std::string(can::expected_interface_name),
                    [](const std::string& text) { return can::is_interface_name(text); });

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace CLI {
@@ -23,6 +25,8 @@ CLI::Validator positive_seconds();
 CLI::Validator whole_number(std::uint64_t lo, std::uint64_t hi);
 
 CLI::Validator one_of(const std::vector<std::string>& words);
+/// Of those of an enumeration (base/words.h).
+CLI::Validator one_of(std::span<const std::string_view> words);
 
 /// The name of a network interface, as Linux takes it.
 CLI::Validator interface_name();

@@ -1,11 +1,10 @@
 #include "base/append_file.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <string>
 
+#include "tests/support/file_size_limit.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::append_file_test {
@@ -30,18 +29,13 @@ TEST_F(GrowingFile, HoldsLinesOfEachSizeInTheirOrder) {
   EXPECT_EQ(file.written_bytes(), all.size());
 }
 
-// The process's limit on file size replaces a full disk.
 TEST_F(GrowingFile, EndsWithAWholeLineWhereTheDiskIsFull) {
-  std::signal(SIGXFSZ, SIG_IGN);
-  rlimit before{};
-  getrlimit(RLIMIT_FSIZE, &before);
-  rlimit small = before;
-  small.rlim_cur = 150'000;
   AppendFile file(path, AppendFile::Existing::refuse);
-  setrlimit(RLIMIT_FSIZE, &small);
-  file.add(line_of(40'000));
-  file.add(line_of(60'000) + line_of(30'000) + line_of(30'000));
-  setrlimit(RLIMIT_FSIZE, &before);
+  {
+    const support::FileSizeLimit full(150'000);
+    file.add(line_of(40'000));
+    file.add(line_of(60'000) + line_of(30'000) + line_of(30'000));
+  }
   file.add(line_of(10));
   EXPECT_EQ(file.close(), std::errc::file_too_large);
   EXPECT_EQ(support::read_file(path), line_of(40'000) + line_of(60'000) + line_of(30'000));

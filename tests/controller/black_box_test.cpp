@@ -1,14 +1,13 @@
 #include "controller/black_box.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <csignal>
 #include <fstream>
 #include <sstream>
 
 #include "controller/cycle_record.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/scratch.h"
 
 namespace hystcan::controller::black_box_test {
@@ -215,15 +214,11 @@ TEST_F(BlackBoxes, MakeAFolderOfTheirOwnAtTheFirstFaultWhereNoneIsNamed) {
 }
 
 TEST_F(BlackBoxes, WarnAndLeaveNoFileWhereTheDiskIsFull) {
-  // The process's limit on file size replaces a full disk.
-  rlimit before{};
-  getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit small{.rlim_cur = 1024, .rlim_max = before.rlim_max};
-  signal(SIGXFSZ, SIG_IGN);
-  setrlimit(RLIMIT_FSIZE, &small);
   BlackBox box = make();
-  run(box, 4, 30, AxisState::faulted);
-  setrlimit(RLIMIT_FSIZE, &before);
+  {
+    const support::FileSizeLimit full(1024);
+    run(box, 4, 30, AxisState::faulted);
+  }
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("no black box"), std::string::npos) << warnings[0];
   EXPECT_TRUE(files().empty()) << "an unfinished file remains";

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +9,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <random>
 #include <set>
 #include <thread>
@@ -17,6 +17,7 @@
 #include "rehearsal/rehearsal.h"
 #include "runs/run.h"
 #include "tests/runs/scratch_runs.h"
+#include "tests/support/file_size_limit.h"
 
 namespace hystcan::runs::recorder_test {
 namespace {
@@ -156,18 +157,14 @@ bool is_closed(const std::filesystem::path& file) {
 }
 
 TEST_F(Recording, EndsWithAWarningWhereTheDiskIsFullAndKeepsWholeRows) {
-  signal(SIGXFSZ, SIG_IGN);
-  rlimit before{};
-  getrlimit(RLIMIT_FSIZE, &before);
   Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
-  const rlimit small{.rlim_cur = 100'000, .rlim_max = before.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &small);
+  std::optional<support::FileSizeLimit> full(100'000);
   for (std::uint64_t cycle = 1; recorder.status().is_recording; ++cycle) {
     recorder.add(tracked(cycle));
     if (cycle % 2000 == 0) std::this_thread::sleep_for(milliseconds(20));
   }
-  setrlimit(RLIMIT_FSIZE, &before);
+  full.reset();
   recorder.add(tracked(1));
   const RunWriter::Status status = recorder.status();
   EXPECT_NE(status.failure.find("File too large"), std::string::npos) << status.failure;
@@ -198,15 +195,10 @@ TEST_F(Recording, ThatCannotBeginSaysWhy) {
 }
 
 TEST_F(Recording, ThatCannotBeginLeavesNoFolder) {
-  signal(SIGXFSZ, SIG_IGN);
-  rlimit before{};
-  getrlimit(RLIMIT_FSIZE, &before);
   Recorder recorder = make();
   for (const rlim_t most : {0U, 100U, 1'000U}) {
-    const rlimit small{.rlim_cur = most, .rlim_max = before.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &small);
+    const support::FileSizeLimit full(most);
     EXPECT_THROW(recorder.start(), std::exception) << most;
-    setrlimit(RLIMIT_FSIZE, &before);
     EXPECT_TRUE(std::filesystem::is_empty(config.record.folder)) << most;
   }
 }
