@@ -17,6 +17,7 @@
 #include "app/live/live_loop.h"
 #include "app/live/live_run.h"
 #include "app/live/machine_setup.h"
+#include "app/live/realtime.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/saved_states.h"
@@ -290,6 +291,7 @@ int run_controller(ControllerArguments options) {
 
   refuse_to_overwrite(options.csv, options.config);
   if (options.rehearse) return rehearse(config, options);
+  share_heap();
   const SavedStates states(config);
 
   LiveLoop loop(config.bus.interface);

@@ -37,9 +37,9 @@ void touch_stack() {
 }
 
 /// Keeps the memory of the heap: freed memory is not returned to the kernel, and large blocks come from the
-/// heap too. The control thread allocates only where an axis arms or the interface is lost.
+/// heap too. A reload needs half a megabyte for a moment, the threads as much when they begin.
 void keep_heap() {
-  constexpr std::size_t reserve_bytes = std::size_t{1024} * 1024;
+  constexpr std::size_t reserve_bytes = std::size_t{2} * 1024 * 1024;
   mallopt(M_TRIM_THRESHOLD, -1);
   mallopt(M_MMAP_MAX, 0);
   if (auto* memory = static_cast<std::byte*>(std::malloc(reserve_bytes))) {
@@ -59,6 +59,8 @@ bool has_capability(int number) {
              0;
   return false;
 }
+
+void share_heap() { mallopt(M_ARENA_MAX, 1); }
 
 std::optional<std::string> take_priority(int priority) {
   const sched_param fifo{.sched_priority = priority};

@@ -13,6 +13,10 @@ namespace hystcan::app {
 /// that the kernel refuses: what, why, and the remedy. A refusal does not end a run.
 std::vector<std::string> apply(const controller::Realtime& realtime);
 
+/// All threads allocate from one heap, so that what one of them frees serves the next one. Before other
+/// threads begin. The control thread allocates nothing while the interface is there, and so waits for none.
+void share_heap();
+
 /// The single settings. Each returns the refusal, or nothing if it is granted. lock_memory() refuses if there
 /// is a limit on locked memory: an allocation above that limit would fail in the middle of a run.
 std::optional<std::string> take_priority(int priority);

@@ -64,12 +64,11 @@ bool OutputCheck::agrees(double drive, double slew_per_s, const AxisInput& input
 Course::Course(const model::HysteresisParameters& parameters, const Delays& delays)
     : model_(parameters),
       delays_(delays),
-      at_upper_(model_.at_upper_threshold(capacity)),
-      at_lower_(model_.virgin(model_.input_range().lo, capacity)),
-      memories_{at_upper_, at_lower_} {}
+      at_thresholds_{model_.at_upper_threshold(capacity), model_.virgin(model_.input_range().lo, capacity)},
+      memories_(at_thresholds_) {}
 
 void Course::restart(double drive) {
-  memories_ = {at_upper_, at_lower_};
+  memories_ = at_thresholds_;
   Positions now{};
   for (std::size_t i = 0; i < memories_.size(); ++i)
     now[i] = mark_[i] = mark_[2 + i] = model_.advance(memories_[i], drive).value;

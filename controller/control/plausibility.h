@@ -71,7 +71,8 @@ class Course {
   model::Interval moved_um(const Mark& since) const;
 
  private:
-  using Positions = std::array<double, 2>;  ///< a, b
+  using Positions = std::array<double, 2>;                 ///< a, b
+  using Memories = std::array<model::HysteresisState, 2>;  ///< of a, b
   /// Those of the pure delays, at most 32, equally far apart in time.
   struct UnderWay {
     std::array<Positions, 32> past{};
@@ -83,8 +84,7 @@ class Course {
 
   model::Hysteresis model_;
   Delays delays_;
-  model::HysteresisState at_upper_, at_lower_;  ///< thresholds
-  std::array<model::HysteresisState, 2> memories_;
+  Memories at_thresholds_, memories_;
   UnderWay under_way_;
   double cycle_s_ = 0.0, lag_s_ = 0.0, apart_s_ = 0.0;  ///< cycle; first-order lag; of positions under way
   std::size_t ago_ = 0;                                 ///< positions in the pure delays

@@ -91,7 +91,8 @@ TEST(Trap, CatchesAWaitForALock) {
   EXPECT_EQ(caught.system_calls, 1u);
 }
 
-/// Covers tracking, a fault of both axes and the time after it. Cycle records go the same way as on real CAN.
+/// Covers the start, tracking, a fault of both axes and the time after it. Cycle records go the same way as
+/// on real CAN.
 TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
   const support::ScratchFolder folder;
   Trapped caught;
@@ -105,9 +106,7 @@ TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
     rehearsal::Rehearsal loop(support::shipped("piezo.toml"),
                               [&](const controller::CycleRecord& record) { telemetry.push(record); });
     loop.start();
-    loop.run_for(seconds(2));
-    ASSERT_EQ(loop.controller().axis(0).state(), AxisState::tracking);
-    caught = trapped([&] { loop.run_for(seconds(2)); });
+    caught = trapped([&] { loop.run_for(seconds(4)); });
     ASSERT_EQ(loop.controller().axis(0).state(), AxisState::tracking);
     loop.kill_twin();
     const Trapped while_faulting = trapped([&] { loop.run_for(milliseconds(500)); });

@@ -1,0 +1,32 @@
+#include "app/live/realtime.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <thread>
+
+namespace hystcan::app::realtime_test {
+namespace {
+
+/// Whether it lies in the heap that grows by brk(), which is that of the first thread of a process.
+bool another_thread_allocates_in_the_first_heap() {
+  const void* memory = nullptr;
+  std::thread([&] { memory = std::malloc(100); }).join();
+  return memory < sbrk(0);
+}
+
+/// The heap is that of the whole process: each case has one.
+TEST(Heap, IsOneForAllThreadsWhereItIsShared) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(_exit(another_thread_allocates_in_the_first_heap() ? 1 : 0), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(
+      {
+        share_heap();
+        _exit(another_thread_allocates_in_the_first_heap() ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+}  // namespace
+}  // namespace hystcan::app::realtime_test
