@@ -11,10 +11,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "config/schema/config.h"
 #include "controller/black_box.h"
+#include "controller/requests.h"
 #include "controller/telemetry.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/rehearsed.h"
@@ -121,6 +125,32 @@ TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
     black_boxes += entry.path().filename().string().starts_with("blackbox_") ? 1 : 0;
   EXPECT_EQ(black_boxes, 2u) << "the telemetry thread is not trapped";
   if (!caught.refusal.empty()) GTEST_SKIP() << "allocations only: " << caught.refusal;
+}
+
+/// The loop is changed as a reload does it; the axis ramps down and arms again.
+TEST(ControlThread, AllocatesNothingToCarryOutARequest) {
+  using Kind = controller::Request::Kind;
+  const rehearsal::Setup setup = support::shipped("piezo.toml");
+  controller::RequestLink requests;
+  rehearsal::Rehearsal loop(setup, support::ignore);
+  loop.controller().listen_to(requests);
+  loop.start();
+  loop.run_for(seconds(2));
+  for (const Kind kind : {Kind::go_to, Kind::resume, Kind::retune, Kind::disable, Kind::enable}) {
+    ASSERT_EQ(loop.controller().axis(0).state() == AxisState::tracking, kind != Kind::enable);
+    auto request = std::make_unique<controller::Request>();
+    request->kind = kind;
+    request->position_um = 12.0;
+    if (kind == Kind::retune)
+      request->tuning = std::make_unique<controller::AxisTuning>(setup.controller.axes[0].axis, true);
+    ASSERT_TRUE(requests.ask(std::move(request)));
+    const Trapped caught = trapped([&] { loop.run_for(milliseconds(1500)); });
+    EXPECT_EQ(caught.heap_calls, 0u) << static_cast<int>(kind);
+    const auto answer = requests.take_answer();
+    ASSERT_NE(answer, nullptr);
+    EXPECT_EQ(answer->refused_because, std::nullopt);
+  }
+  EXPECT_EQ(loop.controller().axis(0).state(), AxisState::tracking);
 }
 
 }  // namespace
