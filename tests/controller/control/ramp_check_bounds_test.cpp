@@ -113,6 +113,16 @@ TEST(CourseTest, HasNotMovedWhereTheDriveRests) {
   }
 }
 
+TEST(CourseTest, KnowsNoMemoryWhereItBeginsAnew) {
+  Course course(support::piezo_model(), {}), fresh = course;
+  fresh.restart(50.0);
+  course.restart(50.0);
+  for (const double drive : {100.0, 60.0}) course.step(drive, cycle_s, cycle_s);
+  course.restart(50.0);
+  EXPECT_EQ(course.mark(), fresh.mark());
+  EXPECT_GT(fresh.mark()[0] - fresh.mark()[1], 1.0) << "from above and from below";
+}
+
 // A first-order lag of half a cycle, in which the drive is held, and of two more.
 TEST(CourseTest, HasADelayedPositionThatLagsByTheDelaysAndTwoCycles) {
   Course course = straight(delays(1e-9));
