@@ -130,10 +130,6 @@ class Analysis {
 
 }  // namespace
 
-bool Schedule::schedulable() const {
-  return std::ranges::all_of(frames, [](const FrameResponse& frame) { return frame.schedulable; });
-}
-
 BitCount worst_frame_bits(const PeriodicFrame& frame) {
   if (wire_kind(frame.bytes, frame.fd) == FrameKind::data) {
     constexpr unsigned tail = 13;  // bits from the CRC delimiter to the end of the interframe space

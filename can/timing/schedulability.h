@@ -62,8 +62,6 @@ struct FrameResponse {
 struct Schedule {
   std::vector<FrameResponse> frames;  ///< in the order given
   double load = 0.0;                  ///< sum of C / T; the bus cannot carry more than 1
-
-  bool schedulable() const;
 };
 
 /// Bits of the longest frame with so many bytes, interframe space included: 135 for 8 bytes, 160 if extended.

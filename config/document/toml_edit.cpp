@@ -166,8 +166,6 @@ TomlEdit::Place TomlEdit::find(const std::string& path) const {
   return place;
 }
 
-bool TomlEdit::contains(const std::string& path) const { return find(path).is_complete(); }
-
 void TomlEdit::replace_value(const toml::source_region& at, const std::string& value) {
   const std::size_t from = offset_of(at.begin), to = offset_of(at.end);
   std::size_t comment = to;

@@ -37,7 +37,6 @@ class TomlEdit {
   /// Replaces the comment behind the value. Does nothing if the key is absent or has none.
   void set_comment(const std::string& path, const std::string& comment);
 
-  bool contains(const std::string& path) const;
   const std::string& text() const { return text_; }
 
  private:

@@ -100,7 +100,6 @@ TEST(Schedulability, FindsTheSecondInstanceOfMessageCInThePaper) {
   EXPECT_EQ(schedule.frames[2].instance, 1U);
   EXPECT_TRUE(schedule.frames[1].schedulable);
   EXPECT_FALSE(schedule.frames[2].schedulable);
-  EXPECT_FALSE(schedule.schedulable());
   EXPECT_EQ(schedule.frames[0].blocking, 1ms);
   EXPECT_EQ(schedule.frames[2].blocking, 0ms);
   EXPECT_NEAR(schedule.load, 1 / 2.5 + 2 / 3.5, 1e-12);

@@ -108,7 +108,6 @@ TEST(TomlEdit, CommentsATableOutAndLeavesTheRest) {
   TomlEdit edit("[a]\nk = 1\n\n[a.n]   # notch\nx = 1 # c\n\ny = 2\n\n[b]\n", "f.toml");
   edit.comment_out("a.n");
   EXPECT_EQ(edit.text(), "[a]\nk = 1\n\n# [a.n]   # notch\n# x = 1 # c\n\n# y = 2\n\n[b]\n");
-  EXPECT_FALSE(edit.contains("a.n"));
   edit.comment_out("a.n");
 }
 
