@@ -46,7 +46,7 @@ Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const Referen
 void Trajectory::start_from(double start_um) {
   begin_s_ = 0.0;
   live_ = false;
-  share_ = {};
+  joining_.reset();
   if (segments_.empty())
     end_um_ = start_um;
   else
@@ -70,9 +70,7 @@ void Trajectory::join(double t_s, double start_um, bool goes_on) {
   const double furthest_um = std::max(std::abs(followed_.hi - start_um), std::abs(followed_.lo - start_um));
   const Transition furthest =
       Transition::within(limits_of_transitions(), {}, furthest_um, usual_transition_s());
-  share_ = Transition({}, 1.0, furthest.duration_s());
-  joined_s_ = t_s;
-  joined_um_ = start_um;
+  joining_ = {.share = Transition({}, 1.0, furthest.duration_s()), .since_s = t_s, .from_um = start_um};
 }
 
 void Trajectory::continue_from(const Trajectory& before, double t_s, double previewed_s) {
@@ -82,7 +80,7 @@ void Trajectory::continue_from(const Trajectory& before, double t_s, double prev
     first_entry_ = braked(before, t_s, previewed_s, controller::value_um(segments_.front().shape, 0.0));
   begin_s_ = t_s;
   live_ = false;
-  share_ = {};
+  joining_.reset();
 }
 
 void Trajectory::go_to(double t_s, double goal_um, double previewed_s) {
@@ -192,7 +190,8 @@ double Trajectory::value_um(double t_s) const {
   if (live_) return to_goal_.value_um(t_s - live_since_s_);
   const double followed_um = segments_um(t_s);
   if (!is_joining(t_s)) return followed_um;
-  return joined_um_ + share_.value_um(t_s - joined_s_) * (followed_um - joined_um_);
+  const auto& [share, since_s, from_um] = *joining_;
+  return from_um + share.value_um(t_s - since_s) * (followed_um - from_um);
 }
 
 double Trajectory::segments_um(double t_s) const {
@@ -207,9 +206,9 @@ Motion Trajectory::motion(double t_s) const {
   if (live_) return to_goal_.at(t_s - live_since_s_);
   const Motion followed = motion_of_segments(t_s);
   if (!is_joining(t_s)) return followed;
-  const Motion share = share_.at(t_s - joined_s_);
-  const double way_um = followed.value_um - joined_um_;
-  return {.value_um = joined_um_ + share.value_um * way_um,
+  const Motion share = joining_->share.at(t_s - joining_->since_s);
+  const double way_um = followed.value_um - joining_->from_um;
+  return {.value_um = joining_->from_um + share.value_um * way_um,
           .velocity_um_per_s = share.velocity_um_per_s * way_um + share.value_um * followed.velocity_um_per_s,
           .acceleration_um_per_s2 = share.acceleration_um_per_s2 * way_um +
                                     2.0 * share.velocity_um_per_s * followed.velocity_um_per_s +

@@ -99,11 +99,18 @@ class Trajectory {
     std::size_t segment = 0;
     double t_s = 0.0;
   };
+  struct Joining {
+    Transition share;
+    double since_s = 0.0;
+    double from_um = 0.0;
+  };
   Place find(double t_s) const;
   Point point_of_segments(double t_s) const;
   double segments_um(double t_s) const;
   Motion motion_of_segments(double t_s) const;
-  bool is_joining(double t_s) const { return t_s - joined_s_ < share_.duration_s(); }
+  bool is_joining(double t_s) const {
+    return joining_ && t_s - joining_->since_s < joining_->share.duration_s();
+  }
   static constexpr double shortest_s = 1e-3;  ///< of a transition: less is a step
   double usual_transition_s() const;
   ReferenceLimits limits_of_transitions() const { return tighter(limits_, transition_limits_.motion); }
@@ -123,9 +130,7 @@ class Trajectory {
   double end_um_ = 0.0;
   double begin_s_ = 0.0;  ///< of the first pass
   Handover first_entry_;  ///< of the first pass
-  Transition share_;      ///< of join(); has no duration where there was none
-  double joined_s_ = 0.0;
-  double joined_um_ = 0.0;
+  std::optional<Joining> joining_;
   bool live_ = false;
   double live_since_s_ = 0.0;
   Handover to_goal_;

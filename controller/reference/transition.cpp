@@ -188,8 +188,9 @@ bool Transition::keeps(const ReferenceLimits& limits) const {
 double Handover::value_um(double t_s) const { return at(t_s).value_um; }
 
 Motion Handover::at(double t_s) const {
+  t_s = std::max(0.0, t_s);
   if (t_s < lead_s_) {
-    const double place = std::max(0.0, t_s / lead_s_) * lead_intervals;
+    const double place = t_s / lead_s_ * lead_intervals;
     const std::size_t i = std::min(static_cast<std::size_t>(place), lead_intervals - 1);
     const double rise_um = lead_[i + 1] - lead_[i];
     return {.value_um = lead_[i] + (place - static_cast<double>(i)) * rise_um,

@@ -108,7 +108,7 @@ class Handover {
       : lead_(lead), lead_s_(lead_s), braking_(braking), onward_(onward) {}
 
   double duration_s() const { return lead_s_ + braking_.duration_s() + onward_.duration_s(); }
-  /// `t_s` counts from the beginning; after the end the value is the goal.
+  /// `t_s` counts from the beginning, where it stands before; after the end the value is the goal.
   double value_um(double t_s) const;
   Motion at(double t_s) const;
 

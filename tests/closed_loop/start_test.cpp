@@ -100,6 +100,26 @@ TEST_F(Start, DoesNotWaitForAFaultedAxis) {
   EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(2)));
 }
 
+// It stood where it had joined for as long as the others had tracked then, and jumped into the reference.
+TEST_F(Start, OfAllAxesBeginsTheReferenceOfOneThatHadJoinedTheOthersBefore) {
+  begin(setup());
+  ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
+  loop_->run_for(milliseconds(300));
+  ASSERT_NO_FATAL_FAILURE(fault_and_arm_again(1));
+  const auto& axes = loop_->twin().axes();
+  for (const auto& stage : axes) stage->amplifier.begin_internal_fault();
+  ASSERT_TRUE(reaches(0, AxisState::faulted, milliseconds(50)) &&
+              reaches(1, AxisState::faulted, milliseconds(50)));
+  for (const auto& stage : axes) stage->amplifier.end_internal_fault();
+  for (const Kind kind : {Kind::clear, Kind::enable})
+    for (const std::size_t i : {0, 1}) ask(kind, i);
+  ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(3)));
+  ASSERT_EQ(axis(1).state(), AxisState::tracking);
+  const double start_um = axis(1).report().reference_um;
+  loop_->run_for(milliseconds(200));  // transition_s
+  EXPECT_NEAR(axis(1).report().reference_um, 5.0, 0.1) << "from " << start_um << " um to low_um";
+}
+
 TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
   shows("S-004");
   begin(setup());

@@ -119,6 +119,23 @@ TEST(TrajectoryThatJoins, LeavesALiveGoal) {
   EXPECT_FALSE(trajectory.at(1.5).live);
 }
 
+// Once it stayed at the start of its joining until the time of that, and then jumped into the segments.
+TEST(TrajectoryThatJoins, ForgetsItWhereTheSegmentsBeginAnew) {
+  Joined joined;
+  joined.trajectory.join(0.0, Joined::start_um);
+  for (double t_s = 0.0; t_s < 2.0; t_s += 1e-3) {
+    EXPECT_EQ(joined.trajectory.value_um(t_s), joined.alone.value_um(t_s)) << t_s;
+    EXPECT_EQ(joined.trajectory.motion(t_s).velocity_um_per_s, joined.alone.motion(t_s).velocity_um_per_s);
+  }
+}
+
+// A sample of the first cycles is older than the reference, by the delay of its sensor.
+TEST(Trajectory, WasAtItsStartBeforeItBegan) {
+  Trajectory trajectory = Joined::made();
+  trajectory.join(0.0, 14.0);
+  EXPECT_EQ(trajectory.at(-0.005).value_um, 14.0);
+}
+
 TEST(Trajectory, ReportsTheSegmentAndWhenItIsFinished) {
   Trajectory trajectory({{.shape = Hold{.level_um = 1, .duration_s = 1}, .transition_s = 0.5},
                          {.shape = Hold{.level_um = 2, .duration_s = 1}, .transition_s = 0.5}},
