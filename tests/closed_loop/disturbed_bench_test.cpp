@@ -1,13 +1,16 @@
-// Two axes that are disturbed at random and brought back, as tests/hil/soak.py has it on SocketCAN, in virtual
-// time: an axis faults only by what acts on it, always returns, and its reference never jumps.
+// Two axes that are disturbed at random and brought back, as tests/hil/soak.py does it, in virtual time: an
+// axis faults only by what acts on it, always returns, and its reference never jumps.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <random>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/schema/config.h"
