@@ -25,7 +25,7 @@ void ClosedLoop::apply(const AxisConfig& config) {
 
 void ClosedLoop::retune(const AxisConfig& config, std::optional<Trajectory>& reference,
                         std::optional<Learning>& learning, double t_s) {
-  const double before_s = previewed_s();
+  const auto [since_s, for_s] = used(t_s);
   apply(config);
   if (learning && learning_) learning->continue_from(*learning_);
   if (learning)
@@ -36,17 +36,19 @@ void ClosedLoop::retune(const AxisConfig& config, std::optional<Trajectory>& ref
   following_error_ = FollowingError(config.following_error);
   trajectory_.keep(transition_limits_of(config));
   if (!reference) return;
-  reference->continue_from(trajectory_, t_s, before_s);
+  reference->continue_from(trajectory_, since_s, for_s);
   std::swap(*reference, trajectory_);
 }
 
 void ClosedLoop::go_to(double t_s, double goal_um) {
-  trajectory_.go_to(t_s, goal_um, previewed_s());
+  const auto [since_s, for_s] = used(t_s);
+  trajectory_.go_to(since_s, goal_um, for_s);
   in_position_ = {};
 }
 
 void ClosedLoop::resume(double t_s) {
-  trajectory_.resume(t_s, previewed_s());
+  const auto [since_s, for_s] = used(t_s);
+  trajectory_.resume(since_s, for_s);
   in_position_ = {};
 }
 
@@ -126,11 +128,11 @@ double ClosedLoop::preview_s(double cycle_s) {
   return moments_.mean_s;
 }
 
-/// How far ahead the last cycle has looked.
-double ClosedLoop::previewed_s() const {
-  if (moments_for_s_ == 0.0) return 0.0;
+ClosedLoop::Used ClosedLoop::used(double t_s) const {
+  const double sample_s = delays_.sensor_s();
   const double cycles = plant_inverse_ ? feed_forward_reach : delays_.second_order ? 1.0 : 0.0;
-  return moments_.mean_s + cycles * moments_for_s_;
+  const double ahead_s = moments_for_s_ == 0.0 ? 0.0 : moments_.mean_s + cycles * moments_for_s_;
+  return {.since_s = t_s - sample_s, .for_s = sample_s + ahead_s};
 }
 
 double ClosedLoop::previewed_um(double t_s, double cycle_s) {

@@ -61,7 +61,11 @@ class ClosedLoop {
 
  private:
   void apply(const AxisConfig& config);
-  double previewed_s() const;
+  /// The part of the reference that the last cycle's sample and preview have used: it stays as it is.
+  struct Used {
+    double since_s = 0.0, for_s = 0.0;
+  };
+  Used used(double t_s) const;
   Learning::Correction learn(const AxisInput& input, double t_s, double expected_um, bool waited,
                              const Trajectory::Point& point);
   double previewed_um(double t_s, double cycle_s);

@@ -112,7 +112,7 @@ TEST_F(Start, OfAllAxesBeginsTheReferenceOfOneThatHadJoinedTheOthersBefore) {
               reaches(1, AxisState::faulted, milliseconds(50)));
   for (const auto& stage : axes) stage->amplifier.end_internal_fault();
   for (const Kind kind : {Kind::clear, Kind::enable})
-    for (const std::size_t i : {0, 1}) ask(kind, i);
+    for (const std::size_t i : {0U, 1U}) ask(kind, i);
   ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(3)));
   ASSERT_EQ(axis(1).state(), AxisState::tracking);
   const double start_um = axis(1).report().reference_um;
