@@ -50,11 +50,11 @@ class Trajectory {
   /// limits of transitions.
   void join(double t_s, double start_um, bool goes_on = false);
 
-  /// Follows the segments again, beginning with the first one. The reference stays as it is until
-  /// `t_s + previewed_s`, because the preview has used it up to there, from the time of the last sample on. It
-  /// then brakes to a stand within the
-  /// limit of acceleration, and moves to the first segment for its transition_s, or longer where the limits
-  /// require it. Where the acceleration is unlimited it stands at once: a moving reference then has a corner.
+  /// Follows the segments again, beginning with the first one. The reference stays as it is from `t_s`, the
+  /// time of the last sample, until `t_s + previewed_s`, because the preview has used it up to there. It then
+  /// brakes to a stand within the limit of acceleration, and moves to the first segment for its transition_s,
+  /// or longer where the limits require it. Where the acceleration is unlimited it stands at once: a moving
+  /// reference then has a corner.
   void resume(double t_s, double previewed_s = 0.0) { continue_from(*this, t_s, previewed_s); }
 
   /// Follows these segments after `before`, in the same way as resume().
