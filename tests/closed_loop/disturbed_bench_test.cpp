@@ -18,7 +18,6 @@
 #include "rehearsal/rehearsal.h"
 #include "tests/support/hooked_connection.h"
 #include "tests/support/long_run.h"
-#include "tests/support/rehearsed.h"
 
 namespace hystcan::disturbed_bench_test {
 namespace {

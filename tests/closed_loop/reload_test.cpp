@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/schema/config.h"
@@ -236,6 +237,37 @@ TEST(LiveGoalAtEveryPhase, OfTheTriangleMakesNoStepThatTheReferenceDoesNotMakeIt
     EXPECT_LT(steps.drive_V, support::fair_share_of_own_step * own.drive_V) << phase_ms << " ms";
     EXPECT_LT(steps.demand_um, triangle_um_per_s * cycle_s + pi_um) << phase_ms << " ms";
     EXPECT_LT(steps.error_um, own.error_um + mode_um) << phase_ms << " ms";
+  }
+}
+
+// The triangle moves by 0.48 um in a cycle, and a sample shows where it was 5 ms ago.
+TEST(RequestToGoElsewhere, LeavesTheReferenceOfTheSamplesThatAreUnderWay) {
+  const rehearsal::Setup setup =
+      support::shipped("piezo.toml", {{"axis[0].control.delays.sensor_delay_us", "5000.0"},
+                                      {"axis[0].control.ki_per_s", "80.0"},
+                                      {"axis[0].twin.sensor.delay_us", "5000.0"}});
+  for (int phase_ms = 0; phase_ms < 100; phase_ms += 7) {
+    std::vector<double> references_um;
+    rehearsal::Rehearsal loop(setup, [&](const controller::CycleRecord& record) {
+      if (record.axis == 0 && record.report.state == AxisState::tracking)
+        references_um.push_back(record.report.reference_um);
+    });
+    controller::RequestLink requests;
+    loop.controller().listen_to(requests);
+    loop.start();
+    loop.run_for(milliseconds(1700 + phase_ms));
+    for (const Request::Kind kind : {Request::Kind::go_to, Request::Kind::resume}) {
+      auto request = std::make_unique<Request>();
+      request->kind = kind;
+      request->position_um = 15.0;
+      ASSERT_TRUE(requests.ask(std::move(request)));
+      loop.run_for(milliseconds(500));
+      const auto answer = requests.take_answer();
+      ASSERT_NE(answer, nullptr);
+      EXPECT_EQ(answer->refused_because, std::nullopt);
+    }
+    ASSERT_GT(references_um.size(), 1000u);
+    EXPECT_LT(support::largest_step(references_um), 1.5 * 0.48) << phase_ms;
   }
 }
 

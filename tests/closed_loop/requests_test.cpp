@@ -7,11 +7,8 @@
 #include <memory>
 #include <optional>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "controller/analysis/learning_design.h"
-#include "tests/support/drive_step.h"
 #include "tests/support/rehearsed.h"
 #include "tests/support/shows.h"
 
@@ -117,35 +114,6 @@ TEST_F(RequestToAnAxis, ToBeEnabledDoesNotClearAFaultThatTheAmplifierHasLatched)
   run(2000);
   EXPECT_EQ(amplifier.state(), can::AmpState::fault);
   EXPECT_NE(axis().state(), AxisState::tracking);
-}
-
-// The triangle moves by 0.48 um in a cycle, and a sample shows where it was 5 ms ago.
-TEST(RequestToGoElsewhere, LeavesTheReferenceOfTheSamplesThatAreUnderWay) {
-  const rehearsal::Setup setup =
-      support::shipped("piezo.toml", {{"axis[0].control.delays.sensor_delay_us", "5000.0"},
-                                      {"axis[0].control.ki_per_s", "80.0"},
-                                      {"axis[0].twin.sensor.delay_us", "5000.0"}});
-  for (int phase_ms = 0; phase_ms < 100; phase_ms += 7) {
-    std::vector<double> references_um;
-    rehearsal::Rehearsal loop(setup, [&](const controller::CycleRecord& record) {
-      if (record.axis == 0 && record.report.state == AxisState::tracking)
-        references_um.push_back(record.report.reference_um);
-    });
-    controller::RequestLink requests;
-    loop.controller().listen_to(requests);
-    loop.start();
-    loop.run_for(milliseconds(1700 + phase_ms));
-    for (const Kind kind : {Kind::go_to, Kind::resume}) {
-      auto request = std::make_unique<controller::Request>();
-      request->kind = kind;
-      request->position_um = 15.0;
-      ASSERT_TRUE(requests.ask(std::move(request)));
-      loop.run_for(milliseconds(500));
-      requests.take_answer();
-    }
-    ASSERT_GT(references_um.size(), 1000u);
-    EXPECT_LT(support::largest_step(references_um), 1.5 * 0.48) << phase_ms;
-  }
 }
 
 TEST_F(RequestToAnAxis, ToRevertDiscardsWhatWasLearnt) {
