@@ -103,10 +103,10 @@ class Bench:
         folder = os.path.abspath("stage")
         subprocess.run(["cp", "-r", os.path.dirname(config), folder], check=True)
         self.config = f"{folder}/piezo.toml"
-        # The disk is the guest's memory.
+        # The disk is the guest's memory. The controller's own is locked, as on a bench: all that it has counts.
         self.text = text.replace("[controller]\n", f'[controller]\ncontrol_socket = "{folder}/ctl.sock"\n'
                                  f'black_box_dir = "{folder}"\nblack_box_files = 5\n') \
-            + "\n[record]\npart_MB = 16\nlimit_GB = 0.1\nhdf5 = false\n"
+            + "\n[record]\npart_MB = 16\nlimit_GB = 0.1\nhdf5 = false\n\n[controller.realtime]\nlock_memory = true\n"
         self.write(self.text)
         self.twin = Program("twin", [hystcan, "twin", self.config, "--socket", f"{folder}/twin.sock"], 40)
         self.twin.says(": amplifier node")
@@ -209,8 +209,7 @@ class Soak:
         for axis, cause in self.bench.faulted().items():
             self.count["faulted_axes"] += 1
             if axis not in may_fault:
-                self.count["unexplained"] += 1
-                print(f"{self.now_s():8.1f} s: unexplained: {axis}: {cause} after {name}", flush=True)
+                self.find(axis, cause, f"after {name}")
         self.bring_back(name)
 
     def bring_back(self, name):
@@ -234,9 +233,14 @@ class Soak:
     def rest(self):
         self.wait(self.random.uniform(0.3, 2.0))
         for axis, cause in self.bench.faulted().items():
-            self.count["unexplained"] += 1
-            print(f"{self.now_s():8.1f} s: unexplained: {axis}: {cause} at rest", flush=True)
+            self.find(axis, cause, "at rest")
             self.bring_back("a fault at rest")
+
+    def find(self, axis, cause, when):
+        """With what the controller has said: the guest's files go with the guest."""
+        self.count["unexplained"] += 1
+        print(f"{self.now_s():8.1f} s: unexplained: {axis}: {cause} {when}", flush=True)
+        print("\n".join(read(self.bench.controller.log).split("\n")[-20:]), flush=True)
 
     def idle_percent(self):
         """Of the processor since the last call."""
