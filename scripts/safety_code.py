@@ -21,9 +21,12 @@ PROGRAMS = {
 }
 # Besides it, for mutants: what carries its inputs and commands, and what else acts by itself or at a request.
 NODE = ("hystcan_node_tests", "hystcan_controller_tests", "hystcan_safety_tests")
+REFERENCE = ("hystcan_control_tests",)
 MUTATED = PROGRAMS | {
     "controller/control/supervisor.h": CONTROL,
     "controller/control/learning.cpp": CONTROL,
+    "controller/reference/trajectory.cpp": REFERENCE,
+    "controller/reference/transition.cpp": REFERENCE,
     "controller/wired_axis.cpp": NODE,
     "controller/remote_node.cpp": NODE,
     "controller/background_frames.cpp": NODE,

@@ -28,8 +28,6 @@ Trajectory::Trajectory(std::vector<Segment> segments, bool repeat, const Referen
   }
   if (!segments_.empty())
     end_um_ = controller::value_um(segments_.back().shape, duration_s(segments_.back().shape));
-  entries_.reserve(segments_.size());
-  begins_s_.reserve(segments_.size());
   double from_um = end_um_;
   for (const auto& [shape, transition_s] : segments_) {
     const bool first = entries_.empty();
@@ -67,7 +65,7 @@ void Trajectory::join(double t_s, double start_um, bool goes_on) {
   live_ = false;
   if (!goes_on || segments_.empty()) start_from(start_um);
   if (t_s <= 0.0 || segments_.empty()) return;
-  const double furthest_um = std::max(std::abs(followed_.hi - start_um), std::abs(followed_.lo - start_um));
+  const double furthest_um = std::max(followed_.hi - start_um, start_um - followed_.lo);
   const Transition furthest =
       Transition::within(limits_of_transitions(), {}, furthest_um, usual_transition_s());
   joining_ = {.share = Transition({}, 1.0, furthest.duration_s()), .since_s = t_s, .from_um = start_um};

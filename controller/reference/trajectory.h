@@ -26,8 +26,8 @@ struct TransitionLimits {
   model::Interval range{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 };
 
-/// r(t). At t = 0 it starts at `start_um`, where it stands before; after the last segment it holds, or begins
-/// again where `repeat`.
+/// r(t). At t = 0 it starts at `start_um`, at 0 if nothing says where; it stands there before. After the last
+/// segment it holds, or begins again where `repeat`.
 /// After go_to() it moves to a goal and holds it, until resume(), go_to() or start_from().
 ///
 /// Built outside the control thread; only the constructor allocates.

@@ -221,6 +221,39 @@ TEST(Trajectory, IsAtRestInHoldsDwellsAndAtItsEnd) {
     EXPECT_TRUE(trajectory.at(t_s).at_rest) << t_s;
 }
 
+TEST(Trajectory, CountsTheTimeAtAGoalFromItsArrival) {
+  Trajectory trajectory({{.shape = Hold{.level_um = 10.0}, .transition_s = 0.25}}, false);
+  trajectory.start_from(10.0);
+  trajectory.go_to(0.5, 14.0);
+  EXPECT_EQ(trajectory.at(0.625).shape_time_s, 0.0) << "on its way";
+  EXPECT_TRUE(trajectory.at(0.75).at_rest);
+  EXPECT_EQ(trajectory.at(0.75).shape_time_s, 0.0);
+  EXPECT_EQ(trajectory.at(1.75).shape_time_s, 1.0);
+}
+
+TEST(Trajectory, LeavesTheMotionAtTheEndOfThePreviewWithoutACorner) {
+  Trajectory before(smooth_segments(), true, limits);
+  before.start_from(3.0);
+  for (double t_s = 0.05; t_s < 0.2; t_s += 7e-3) {
+    constexpr double preview_s = 4e-3, h = 1e-6;
+    Trajectory live = before;
+    live.go_to(t_s, 20.0, preview_s);
+    const double turn_s = t_s + preview_s;
+    EXPECT_NEAR(live.value_um(turn_s), before.value_um(turn_s), 1e-9);
+    EXPECT_NEAR((live.value_um(turn_s + h) - live.value_um(turn_s)) / h,
+                before.motion(turn_s).velocity_um_per_s, 1.0)
+        << t_s;
+  }
+}
+
+TEST(Trajectory, StaysWhereAReferenceWasAtTheEndOfThePreviewWhereItHasNoSegments) {
+  Trajectory before(smooth_segments(), true, limits);
+  before.start_from(3.0);
+  Trajectory next({}, true);
+  next.continue_from(before, 0.06, 4e-3);
+  EXPECT_EQ(next.value_um(0.1), before.value_um(0.064));
+}
+
 TEST(Trajectory, StaysAtItsStartUntilAGoalWhereItHasNoSegments) {
   Trajectory trajectory({}, true);
   trajectory.start_from(7.0);

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace hystcan::controller::trajectory_test {
 namespace {
@@ -84,21 +86,51 @@ TEST(TrajectoryThatJoins, StaysBetweenItsStartAndTheSegments) {
 TEST(TrajectoryThatJoins, FollowsTheSegmentsOnTheirOwnTimeAfterATransitionWithinTheLimits) {
   const Joined joined;
   const double whole_s = 1.875 * 25.0 / 200.0;  // of the largest way, 2 um to 27 um
-  EXPECT_TRUE(joined.trajectory.at(Joined::at_s + 0.99 * whole_s).in_transition);
+  const double nearly_s = Joined::at_s + 0.99 * whole_s;
+  EXPECT_TRUE(joined.trajectory.at(nearly_s).in_transition);
+  EXPECT_NEAR(joined.trajectory.value_um(nearly_s), joined.alone.value_um(nearly_s), 1e-3);
   for (double t_s = Joined::at_s + 1.01 * whole_s; t_s < 2.0; t_s += 1e-3) {
     EXPECT_EQ(joined.trajectory.value_um(t_s), joined.alone.value_um(t_s));
     EXPECT_FALSE(joined.trajectory.at(t_s).in_transition);
   }
 }
 
+TEST(TrajectoryThatJoins, TakesAsLongFromAboveAsFromBelow) {
+  Trajectory trajectory = Joined::made();
+  trajectory.join(Joined::at_s, 28.0);
+  const double whole_s = 1.875 * 25.0 / 200.0;  // down to 3 um
+  EXPECT_TRUE(trajectory.at(Joined::at_s + 0.99 * whole_s).in_transition);
+  EXPECT_FALSE(trajectory.at(Joined::at_s + 1.01 * whole_s).in_transition);
+}
+
 TEST(TrajectoryThatJoins, MovesAsItsMotionSays) {
-  const Joined joined;
-  constexpr double h = 1e-6;
+  Trajectory trajectory(
+      {{.shape = Sine{.low_um = 3, .high_um = 27, .frequency_Hz = 10, .cycles = 100}, .transition_s = 0.3}},
+      true);
+  trajectory.join(Joined::at_s, Joined::start_um);
+  constexpr double h = 1e-5;
   for (double t_s = Joined::at_s + 0.0013; t_s < 1.2; t_s += 0.0031) {
-    const double slope =
-        (joined.trajectory.value_um(t_s + h) - joined.trajectory.value_um(t_s - h)) / (2.0 * h);
-    EXPECT_NEAR(joined.trajectory.motion(t_s).velocity_um_per_s, slope, 1e-3);
+    const Motion motion = trajectory.motion(t_s);
+    const double before_um = trajectory.value_um(t_s - h), after_um = trajectory.value_um(t_s + h);
+    EXPECT_EQ(motion.value_um, trajectory.value_um(t_s));
+    EXPECT_NEAR(motion.velocity_um_per_s, (after_um - before_um) / (2.0 * h), 1e-3) << t_s;
+    EXPECT_NEAR(motion.acceleration_um_per_s2, (after_um - 2.0 * motion.value_um + before_um) / (h * h), 5.0)
+        << t_s;
   }
+}
+
+TEST(TrajectoryThatJoins, IsInATransitionAndNotInALineOrAtRest) {
+  const Raster raster{.role = ScanRole::slow, .high_um = 10.0, .line_rate_Hz = 10.0, .lines = 100};
+  Trajectory trajectory({{.shape = raster, .transition_s = 0.3}}, true);
+  trajectory.start_from(5.0);
+  ASSERT_TRUE(trajectory.at(0.751).at_rest && trajectory.at(0.751).scan) << "on the level of a line";
+  trajectory.join(0.73, 5.0);
+  const Trajectory::Point point = trajectory.at(0.751);
+  EXPECT_TRUE(point.in_transition);
+  EXPECT_FALSE(point.at_rest);
+  EXPECT_FALSE(point.scan);
+  EXPECT_EQ(point.value_um, trajectory.value_um(0.751));
+  EXPECT_EQ(point.ideal_um, point.value_um);
 }
 
 TEST(TrajectoryThatJoins, GoesOnWithAReferenceThatBeganAgainLater) {
@@ -119,6 +151,15 @@ TEST(TrajectoryThatJoins, LeavesALiveGoal) {
   EXPECT_FALSE(trajectory.at(1.5).live);
 }
 
+TEST(TrajectoryThatJoins, ForgetsItWhereTheReferenceGoesOnWithOtherSegments) {
+  Joined joined;
+  Trajectory fresh = Joined::made();
+  fresh.continue_from(joined.trajectory, 0.75);
+  joined.trajectory.resume(0.75);
+  for (double t_s = 0.75; t_s < 1.5; t_s += 1e-3)
+    EXPECT_EQ(joined.trajectory.value_um(t_s), fresh.value_um(t_s)) << t_s;
+}
+
 // Once it stayed at the start of its joining until the time of that, and then jumped into the segments.
 TEST(TrajectoryThatJoins, ForgetsItWhereTheSegmentsBeginAnew) {
   Joined joined;
@@ -134,6 +175,74 @@ TEST(Trajectory, WasAtItsStartBeforeItBegan) {
   Trajectory trajectory = Joined::made();
   trajectory.join(0.0, 14.0);
   EXPECT_EQ(trajectory.at(-0.005).value_um, 14.0);
+}
+
+TEST(Trajectory, StartsAtZeroIfNothingSaysWhere) {
+  const Trajectory trajectory({{.shape = Hold{.level_um = 10.0}, .transition_s = 0.5}}, false);
+  EXPECT_EQ(trajectory.value_um(0.0), 0.0);
+  EXPECT_TRUE(trajectory.at(0.499).in_transition);
+}
+
+/// Two holds of 1 s, each 0.5 s away from the other.
+Trajectory two_holds() {
+  return {{{.shape = Hold{.level_um = 1, .duration_s = 1}, .transition_s = 0.5},
+           {.shape = Hold{.level_um = 2, .duration_s = 1}, .transition_s = 0.5}},
+          true};
+}
+
+TEST(Trajectory, KnowsHowLongAPassIsAndWhereASegmentBeginsInIt) {
+  EXPECT_DOUBLE_EQ(two_holds().pass_s(), 3.0);
+  EXPECT_EQ(two_holds().begins_s(0), 0.0);
+  EXPECT_DOUBLE_EQ(two_holds().begins_s(1), 1.5);
+  EXPECT_EQ(Trajectory({}, true).pass_s(), 0.0);
+}
+
+// The times of the cycles are sums and differences: 1e-9 s is their rounding.
+TEST(Trajectory, IsInThePartThatBeginsWithinTheRoundingOfATime) {
+  const Trajectory trajectory = two_holds();
+  const auto is = [&](double t_s, std::size_t segment, bool in_transition) {
+    const Trajectory::Point point = trajectory.at(t_s);
+    EXPECT_EQ(point.segment, segment) << t_s;
+    EXPECT_EQ(point.in_transition, in_transition) << t_s;
+  };
+  for (const double pass_s : {0.0, 3.0}) {
+    is(pass_s + 0.5 - 5e-10, 0, false);
+    is(pass_s + 1.5 - 5e-10, 1, true);
+    is(pass_s + 2.0 - 5e-10, 1, false);
+    is(pass_s + 3.0 - 5e-10, 0, true);
+    is(pass_s + 0.5 - 2e-9, 0, true);
+    is(pass_s + 1.5 - 2e-9, 0, false);
+    is(pass_s + 2.0 - 2e-9, 1, true);
+    is(pass_s + 3.0 - 2e-9, 1, false);
+  }
+}
+
+TEST(Trajectory, HasAnotherIdealOnlyWhereATurnaroundRoundsACorner) {
+  const Shape shape = prepared(
+      Triangle{.low_um = 3, .high_um = 27, .frequency_Hz = 10, .cycles = 2, .turnaround_percent = 20});
+  Trajectory trajectory({{.shape = shape, .transition_s = 0.25}}, false);
+  double most_um = 0.0;
+  for (double t_s = 0.0; t_s < 0.5; t_s += 1e-3) {
+    const Trajectory::Point point = trajectory.at(t_s);
+    EXPECT_EQ(point.ideal_um,
+              point.in_transition || point.finished ? point.value_um : ideal_um(shape, point.shape_time_s));
+    most_um = std::max(most_um, std::abs(point.ideal_um - point.value_um));
+  }
+  EXPECT_GT(most_um, 0.1);
+}
+
+TEST(Trajectory, BeginsAnewAtItsFirstValueWhereverItIs) {
+  const std::vector<Segment> ramp{
+      {.shape = Ramp{.from_um = 1.0, .to_um = 9.0, .duration_s = 2.0}, .transition_s = 0.25}};
+  Trajectory trajectory(ramp, false);
+  const Trajectory undisturbed = trajectory;
+  trajectory.resume(1.0);
+  EXPECT_NEAR(trajectory.value_um(1.2499), 1.0, 1e-3);
+  EXPECT_EQ(trajectory.value_um(1.25), 1.0);
+  EXPECT_EQ(trajectory.value_um(2.25), 5.0);
+  trajectory.start_from(0.0);
+  for (const double t_s : {0.1, 0.3, 1.0, 3.0})
+    EXPECT_EQ(trajectory.value_um(t_s), undisturbed.value_um(t_s)) << "from t = 0 again";
 }
 
 TEST(Trajectory, ReportsTheSegmentAndWhenItIsFinished) {
