@@ -36,6 +36,14 @@ double stand_um(const Motion& from, double duration_s) {
          duration_s * (from.velocity_um_per_s / 2.0 + duration_s * from.acceleration_um_per_s2 / 12.0);
 }
 
+/// Of p_0 + p_1 s + p_2 s^2: those within 0 .. 1; an end for each of the others.
+std::array<double, 2> roots_within_the_way(double p0, double p1, double p2) {
+  const double discriminant = p1 * p1 - 4.0 * p2 * p0;
+  if (!(discriminant > 0.0)) return {};
+  const double q = -0.5 * (p1 + std::copysign(std::sqrt(discriminant), p1));  // loses no digits
+  return {std::clamp(q / p2, 0.0, 1.0), std::clamp(p0 / q, 0.0, 1.0)};
+}
+
 }  // namespace
 
 ReferenceLimits tighter(const ReferenceLimits& a, const ReferenceLimits& b) {
@@ -63,8 +71,7 @@ Transition Transition::within(const ReferenceLimits& limits, const Motion& from,
     return shortest(kept, begin, std::max(least_s, distance_um / kept.slew_um_per_s),
                     [&](double) { return to_um; });
   };
-  if (std::abs(from.acceleration_um_per_s2) <= kept.acceleration_um_per_s2)
-    if (const auto found = search(from)) return *found;
+  if (const auto found = search(from)) return *found;
   const Motion at_constant_velocity = without_acceleration(from);
   if (const auto found = search(at_constant_velocity)) return *found;
   return {at_constant_velocity, to_um, from_rest_s};  // numbers beyond all sense
@@ -81,12 +88,11 @@ Transition Transition::to_stand(const ReferenceLimits& limits, const Motion& fro
   const auto is_well = [&](const std::optional<Transition>& found) {
     return found && range.contains(found->end_um());
   };
-  if (std::abs(from.acceleration_um_per_s2) <= kept.acceleration_um_per_s2)
-    if (const auto found = search(from); is_well(found)) return *found;
+  if (const auto found = search(from); is_well(found)) return *found;
   const Motion at_constant_velocity = without_acceleration(from);
   if (const auto found = search(at_constant_velocity); is_well(found)) return *found;
   const double room_um = from.velocity_um_per_s > 0.0 ? range.hi - from.value_um : from.value_um - range.lo;
-  if (!(room_um > 0.0)) return at_once;
+  if (from.velocity_um_per_s == 0.0 || !(room_um > 0.0)) return at_once;
   const double duration_s = 2.0 * room_um / std::abs(from.velocity_um_per_s);
   return {at_constant_velocity, stand_um(at_constant_velocity, duration_s), duration_s};
 }
@@ -138,43 +144,24 @@ double Transition::curvature(double s) const {
   return 2.0 * c_[2] + s * (6.0 * c_[3] + s * (12.0 * c_[4] + s * 20.0 * c_[5]));
 }
 
-/// 0, where the jerk  6 c_3 + 24 c_4 s + 60 c_5 s^2  vanishes within the way, 1; in order.
-std::array<double, 4> Transition::without_jerk() const {
-  const double a = 10.0 * c_[5];
-  const double half_b = 2.0 * c_[4];
-  const double discriminant = half_b * half_b - a * c_[3];
-  std::array<double, 4> s{0.0, 0.0, 1.0, 1.0};
-  if (!(discriminant > 0.0)) return s;
-  const double q = -(half_b + std::copysign(std::sqrt(discriminant), half_b));
-  double first = a != 0.0 ? std::clamp(q / a, 0.0, 1.0) : 1.0;
-  double second = std::clamp(c_[3] / q, 0.0, 1.0);
-  if (first > second) std::swap(first, second);
-  return {0.0, first, second, 1.0};
-}
-
+/// The acceleration is 0 at the end; between, it is greatest where the jerk  6 c_3 + 24 c_4 s + 60 c_5 s^2
+/// vanishes.
 double Transition::peak_acceleration_um_per_s2() const {
   if (duration_s_ <= 0.0) return 0.0;
-  double peak = 0.0;
-  for (const double s : without_jerk()) peak = std::max(peak, std::abs(curvature(s)));
+  double peak = std::abs(curvature(0.0));
+  for (const double s : roots_within_the_way(c_[3], 4.0 * c_[4], 10.0 * c_[5]))
+    peak = std::max(peak, std::abs(curvature(s)));
   return peak / (duration_s_ * duration_s_);
 }
 
-/// Between two places without jerk the acceleration only rises or only falls: one zero at most.
+/// The velocity is 0 at the end. The acceleration has a zero there, so that the other two are those of
+///
+///   curvature(s) / (1 - s) = 2 c_2 + (2 c_2 + 6 c_3) s - 20 c_5 s^2
 double Transition::peak_slew_um_per_s() const {
   if (duration_s_ <= 0.0) return 0.0;
-  const auto ends = without_jerk();
   double peak = std::abs(slope(0.0));
-  for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
-    double lo = ends[i];
-    double hi = ends[i + 1];
-    if ((curvature(lo) > 0.0) == (curvature(hi) > 0.0)) continue;
-    const bool rises = curvature(hi) > 0.0;
-    for (int halving = 0; halving < 18; ++halving) {
-      const double middle = 0.5 * (lo + hi);
-      ((curvature(middle) > 0.0) == rises ? hi : lo) = middle;
-    }
-    peak = std::max(peak, std::abs(slope(lo)));
-  }
+  for (const double s : roots_within_the_way(c_[2], c_[2] + 3.0 * c_[3], -10.0 * c_[5]))
+    peak = std::max(peak, std::abs(slope(s)));
   return peak / duration_s_;
 }
 
@@ -191,7 +178,7 @@ Motion Handover::at(double t_s) const {
   t_s = std::max(0.0, t_s);
   if (t_s < lead_s_) {
     const double place = t_s / lead_s_ * lead_intervals;
-    const std::size_t i = std::min(static_cast<std::size_t>(place), lead_intervals - 1);
+    const auto i = static_cast<std::size_t>(place);
     const double rise_um = lead_[i + 1] - lead_[i];
     return {.value_um = lead_[i] + (place - static_cast<double>(i)) * rise_um,
             .velocity_um_per_s = rise_um * lead_intervals / lead_s_};

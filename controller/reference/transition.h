@@ -8,13 +8,13 @@
 //
 //   max |v| = (15 / 8) |D| / T = 1.875 |D| / T,      max |a| = (10 / sqrt(3)) |D| / T^2 = 5.7735 |D| / T^2
 //
-// From a motion, the peaks lie where the jerk (of degree 2) and the acceleration (of degree 3) vanish. T is
-// lengthened step by step until the peaks keep the limits, and the last step is bisected. Where a_0 makes
-// this impossible (near the greatest velocity and still faster), the transition begins without a_0; a T then
-// exists.
+// From a motion, the peaks lie where the jerk (of degree 2) and the acceleration (1 - s times one of degree
+// 2) vanish. T is lengthened step by step until the peaks keep the limits, and the last step is bisected.
+// Where a_0 makes this impossible (near the greatest velocity and still faster), the transition begins
+// without a_0; a T then exists.
 //
 // For a motion that is itself beyond the limits, the limit of velocity is |v_0|. Nothing is allocated; there
-// are at most 64 + 16 trials.
+// are at most 64 + 64 + 16 trials.
 //
 // Where only the stand matters and not its place, the quintic with c_5 = 0 is a braking:
 //
@@ -69,7 +69,6 @@ class Transition {
   static std::optional<Transition> shortest(const ReferenceLimits& kept, const Motion& begin, double least_s,
                                             const Goal& to_um);
   bool keeps(const ReferenceLimits& limits) const;
-  std::array<double, 4> without_jerk() const;
   double slope(double s) const;      ///< dx/ds
   double curvature(double s) const;  ///< d2x/ds2
 
