@@ -187,6 +187,9 @@ TEST(Transition, BrakesAsHardAsItMayAndHarderWhereThereIsNoRoom) {
     const Transition free = Transition::to_stand(limits, from, anywhere);
     EXPECT_NEAR(free.duration_s(), 1.5 * 480.0 / 2.4e5, 1e-7);
     EXPECT_NEAR(free.end_um(), 10.0 + sign * 0.72, 1e-4) << "0.75 v^2 / a";
+    const Transition faster =
+        Transition::to_stand({.slew_um_per_s = 100.0, .acceleration_um_per_s2 = 2.4e5}, from, anywhere);
+    EXPECT_EQ(faster.duration_s(), free.duration_s()) << "beyond the limit of velocity as well";
     const Transition hard = Transition::to_stand(limits, from, {9.9, 10.1});
     EXPECT_NEAR(hard.end_um(), 10.0 + sign * 0.1, 1e-12);
     EXPECT_NEAR(hard.duration_s(), 0.2 / 480.0, 1e-12);
