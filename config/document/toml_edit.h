@@ -24,6 +24,7 @@ class TomlEdit {
  public:
   /// Throws Error if the text is no TOML. Errors begin with `name`.
   TomlEdit(std::string text, std::string name);
+  TomlEdit(TomlEdit&&) = default;  ///< not copied: a copy of toml++'s nodes does not know where they stand
   /// Reads a regular file of at most `largest` bytes.
   static TomlEdit of_file(const std::filesystem::path& file, std::size_t largest = largest_configuration);
 

@@ -28,9 +28,9 @@ bool changed_or_refused(config::TomlEdit& edit, Change change) {
 }
 
 /// Absent is what commenting out has nothing to do for; what stands in one line with others is refused.
-bool is_there(config::TomlEdit edit, const std::string& path) {
-  const std::string before = edit.text();
-  return !changed_or_refused(edit, [&] { edit.comment_out(path); }) || edit.text() != before;
+bool is_there(const config::TomlEdit& edit, const std::string& path) {
+  config::TomlEdit again(edit.text(), "text");
+  return !changed_or_refused(again, [&] { again.comment_out(path); }) || again.text() != edit.text();
 }
 
 void obey(config::TomlEdit& edit, const std::string& line) {
