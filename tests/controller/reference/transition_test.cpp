@@ -87,8 +87,8 @@ TEST(Transition, KeepsTheAccelerationOfAMotionWhereTheLimitsAllowIt) {
   }
 }
 
-// Their accelerations are (1 - s) (1 + s^2), which has no other zero, and (1 - s) (10 - s) (20 - s) / 200, whose
-// others lie behind the end.
+// Their accelerations are (1 - s) (1 + s^2), which has no other zero, and (1 - s) (10 - s) (20 - s) / 200,
+// whose others lie behind the end.
 TEST(Transition, IsFastestAndHardestAtItsBeginWhereItOnlyEases) {
   const Transition without({.velocity_um_per_s = -7.0 / 12.0, .acceleration_um_per_s2 = 1.0}, -13.0 / 60.0,
                            1.0);
