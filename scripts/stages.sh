@@ -1,4 +1,5 @@
-# Sourced: the stages of a script, one line each on standard error; their output only where they fail.
+# Sourced: the stages of a script, one line each on standard error. The output of a stage is shown only if it fails; what it
+# writes to descriptor 3 is shown at once.
 # shellcheck shell=bash
 
 # stage NAME COMMAND...: runs COMMAND and prints its wall time and processor time; on failure it prints the end of the log
@@ -8,7 +9,9 @@ stage() {
   shift
   log=$(mktemp -t hystcan-stage.XXXXXX)
   local TIMEFORMAT='%0R s, processor %0U s + %0S s'
+  exec 3>&2
   spent=$({ time "$@" >"$log" 2>&1 </dev/null; } 2>&1) || status=$?
+  exec 3>&-
   if ((status)); then
     tail -n 40 "$log" >&2
     echo "$name: failed with status $status after $spent; the whole log: $log" >&2
