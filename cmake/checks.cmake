@@ -1,6 +1,6 @@
 # The checks of a change, `scripts/check NAME` as the test check.NAME of the configuration "check": scripts/check runs
-# them all in one ctest run, each on half of the processors. What takes longest (COST_S) begins first, so that no processor
-# waits at the end.
+# them all in one ctest run. The configuration "check_long", of scripts/check --long, has those of a release, too. Each
+# check has half of the processors. The longest (COST_S) begins first, so that no processor waits at the end.
 
 # Gathers the test programs that have threads, for the thread sanitizer: add_dependencies(threads_tests PROGRAM).
 add_custom_target(threads_tests)
@@ -8,9 +8,13 @@ add_custom_target(threads_tests)
 cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
 math(EXPR check_jobs "(${processors} + 1) / 2")
 
-# add_check(NAME TIMEOUT_S COST_S)
+# add_check(NAME TIMEOUT_S COST_S [CONFIGURATION...])
 function(add_check name timeout_s cost_s)
-  add_test(NAME check.${name} CONFIGURATIONS check
+  set(configurations ${ARGN})
+  if(NOT configurations)
+    set(configurations check check_long)
+  endif()
+  add_test(NAME check.${name} CONFIGURATIONS ${configurations}
     COMMAND ${CMAKE_COMMAND} -E env HYSTCAN_JOBS=${check_jobs} ${PROJECT_SOURCE_DIR}/scripts/check ${name})
   set_tests_properties(check.${name} PROPERTIES
     LABELS check TIMEOUT ${timeout_s} COST ${cost_s} PROCESSORS ${check_jobs})
@@ -27,7 +31,8 @@ add_check(layers 60 1)
 add_check(names 60 1)
 add_check(shell 300 10)
 add_check(alerts 300 10)
-add_check(evidence 60 1)
+add_check(promises 60 1)
+add_check(evidence 60 1 check_long)
 add_check(site 300 30)
 # Both build in build/asan.
 set_tests_properties(check.fuzz PROPERTIES DEPENDS check.asan)
