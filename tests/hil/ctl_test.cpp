@@ -65,7 +65,7 @@ TEST_F(Ctl, WatchShowsTheStatusAgainAndAgainUntilItIsInterrupted) {
 TEST_F(Ctl, MovesAnAxisToAPositionWaitsForItAndResumesItsReference) {
   start();
   expect_done({"go", "x", "12.5"});
-  expect_done({"wait", "x", "--timeout", "5"});
+  expect_done({"wait", "x", "--timeout", "60"});
   const double arrived_s = now_s();
   std::this_thread::sleep_for(milliseconds(100));
   const double resumed_s = now_s();
@@ -153,7 +153,7 @@ TEST_F(Ctl, AllowsOneWriterAtATimeAndAnyClientToReadAndStop) {
     expect_refused({"resume", "x"}, "has the right to write until it disconnects");
     expect_refused({"set", "x", "kp", "0.04"}, std::to_string(getpid()));
     expect_done({"status"});
-    expect_done({"wait", "x", "--timeout", "5"});
+    expect_done({"wait", "x", "--timeout", "60"});
   }
   expect_done({"resume", "x"});
   const Client writer(stage.socket);

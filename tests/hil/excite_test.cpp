@@ -66,32 +66,9 @@ Difference difference(const Dataset& dataset, const Dataset& expected) {
   return d;
 }
 
-// The drive is the same at the same time, except for jitter. Two cycles are allowed: 0.4 V at 200 V/s. The
-// steepest part of the curves, 0.4 um/V, and a resonance that doubles it make 0.32 um of that.
-TEST(Vcan, ExciteMeasuresTheSameDatasetAsItsRehearsalWithinTheDriveLimits) {
-  const Dataset expected = rehearsed(short_program);
-  LiveBench bench({"vcan0", "vcan0"});
-  const Dataset dataset = excited(bench, short_program);
-  const Difference d = difference(dataset, expected);
-  std::printf("excite: %zu rows on vcan0, %zu rehearsed; greatest difference %.6f V, %.6f um\n",
-              dataset.size(), expected.size(), d.input, d.output);
-  EXPECT_GT(d.rows, expected.size() * 95 / 100) << "lost cycles";
-  EXPECT_LT(d.input, 2e-3 * slew_V_per_s);
-  EXPECT_LT(d.output, 2e-3 * slew_V_per_s * 0.8);
-
-  std::this_thread::sleep_for(milliseconds(100));
-  const json log = bench.decoded();
-  EXPECT_TRUE(log.at("wrong").empty()) << log.at("wrong");
-  EXPECT_NEAR(log.at("drive_range")[0], 0.0, 1e-6) << "drive_min_V, to the resolution of Setpoint";
-  EXPECT_NEAR(log.at("drive_range")[1], 100.0, 1e-6) << "drive_max_V";
-  EXPECT_EQ(log.at("last_command").at("enable"), 0);
-  EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
-  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is not driven";
-  EXPECT_FALSE(log.at("seen").contains("XAmpEmcy"));
-}
-
-// SYNCs are sent some microseconds late. 50 us at 200 V/s are 10 mV, or 4 nm. The noise of two datasets,
-// 0.3 nm each, adds 2.5 nm at six standard deviations.
+// SYNCs are sent some microseconds late. 50 us at 200 V/s are 10 mV; the steepest part of the curves, 0.4 um/V, and a
+// resonance that doubles it make 8 nm of that. The noise of two datasets, 0.3 nm each, adds 2.5 nm at six standard
+// deviations.
 TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   const Dataset expected = rehearsed(short_program);
   LiveBench bench({"vcan0", "vcan0"});
@@ -102,39 +79,17 @@ TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   std::printf("excite: %zu rows on vcan0, %zu rehearsed; greatest difference %.6f V, %.6f um\n",
               dataset.size(), expected.size(), d.input, d.output);
   EXPECT_LT(d.input, 0.010);
-  EXPECT_LT(d.output, 0.0065);
-}
+  EXPECT_LT(d.output, 0.0105);
 
-// The twin's stage is unknown at first: the model is a straight line. The model identified on the bus is the
-// plant, except for noise and resonance. It tracks better than the shipped model, which differs by 3 % and
-// leaves 0.053 um.
-TEST(Vcan, NewActuatorIsMeasuredIdentifiedAndTracked) {
-  const support::ShippedCopy stage;
-  const std::string config = (stage / "piezo.toml").string(), model = (stage / "piezo.model.toml").string();
-  const std::string dataset = (stage / "loops.csv").string();
-  std::ofstream(model)
-      << "[hysteresis]\nkind = \"recursive-memory\"\ninput_unit = \"V\"\noutput_unit = \"um\"\n"
-         "input_min = 0.0\ninput_max = 100.0\nbasis = \"power\"\nascending = [0.0, 0.3]\n"
-         "descending = [0.0, 0.3]\nk_ascending = 0.01\nk_descending = 0.01\nsymmetry = \"none\"\n";
-  LiveBench bench({"vcan0", "vcan0"});
-  std::vector<std::string> options = short_program;
-  options.insert(options.end(), {"--output", dataset});
-  bench.start("excite", options, config);
-  ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
-
-  Process identify({HYSTCAN_PROGRAM, "identify", dataset, "--overwrite", "--output", model, "--thresholds",
-                    "observed", "--order", "3", "--json"});
-  ASSERT_EQ(identify.wait(), 0) << identify.err();
-  EXPECT_LT(json::parse(identify.out()).at("rms_percent"), 0.1);
-  Process check({HYSTCAN_PROGRAM, "check", config});
-  ASSERT_EQ(check.wait(), 0) << check.err();
-
-  bench.start("controller", {"--once", "--json"}, config);
-  ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
-  const json axis = json::parse(bench.controller->out()).at("axes")[0];
-  std::printf("identified on vcan0: %s; tracked to %s %% RMS\n", identify.out().c_str(),
-              axis.at("rms_percent").dump().c_str());
-  EXPECT_LT(axis.at("rms_percent"), 0.17) << "the error with the shipped model";
+  std::this_thread::sleep_for(milliseconds(100));
+  const json log = bench.decoded();
+  EXPECT_TRUE(log.at("wrong").empty()) << log.at("wrong");
+  EXPECT_NEAR(log.at("drive_range")[0], 0.0, 1e-6) << "drive_min_V, to the resolution of Setpoint";
+  EXPECT_NEAR(log.at("drive_range")[1], 100.0, 1e-6) << "drive_max_V";
+  EXPECT_EQ(log.at("last_command").at("enable"), 0);
+  EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
+  EXPECT_EQ(log.at("seen").value("YAmpCommand", 0), 0) << "the other axis is not driven";
+  EXPECT_FALSE(log.at("seen").contains("XAmpEmcy"));
 }
 
 TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {

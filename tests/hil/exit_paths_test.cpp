@@ -181,7 +181,7 @@ class OnTerminal {
   OnTerminal& operator=(const OnTerminal&) = delete;
 
   bool shows(const std::string& text) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(2);
     while (screen_.find(text) == std::string::npos) {
       pollfd waiting{.fd = terminal_, .events = POLLIN, .revents = 0};
       if (std::chrono::steady_clock::now() > deadline || poll(&waiting, 1, 1000) < 0) return false;

@@ -1,4 +1,4 @@
-// Learning, the feed-forward that inverts the plant, and a raster on real SocketCAN: as in virtual time.
+// Learning on real SocketCAN: as in virtual time.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -23,28 +23,19 @@ void make_learning(const support::ShippedCopy& stage) {
              "[axis.control.learning]\ncorrection_max_um = 1.0\n\n[axis.control.in_position]");
 }
 
-/// An interpolating amplifier, the feed-forward for it, gains for it, rounded turnarounds.
-void make_smooth(const support::ShippedCopy& stage) {
-  stage.edit("piezo.toml", "ki_per_s           = 409.0", "ki_per_s           = 170.0");
-  stage.edit("piezo.toml", "[axis.control.delays]\n",
-             "[axis.control.delays]\ninterpolated = true\nplant_inverse = true\n");
-  stage.edit("piezo.toml", "cycles       = 10.0", "cycles       = 10.0\nturnaround_percent = 2.0");
-  stage.edit("piezo.toml", "[axis.twin]\n", "[axis.twin]\ninterpolate = true\n");
-}
-
 /// The beginning of a segment, which `controller` leaves out of its errors too.
 constexpr double settle_s = 0.1;
 
 /// RMS of the first segment, % of the stroke.
 double first_percent(const json& axis) { return axis.at("segments")[0].at("rms_percent").get<double>(); }
 
-double rehearsed_percent(const support::ShippedCopy& stage, const char* file) {
-  const config::Config config = config::load((stage / file).string());
+double rehearsed_percent(const support::ShippedCopy& stage) {
+  const config::Config config = config::load((stage / "piezo.toml").string());
   return support::triangle_percent(rehearsal::run_once(support::setup_of(config), settle_s, support::ignore));
 }
 
-double percent_on_vcan(const support::ShippedCopy& stage, const char* file) {
-  LiveBench bench({"vcan0", "vcan0"}, (stage / file).string());
+double percent_on_vcan(const support::ShippedCopy& stage) {
+  LiveBench bench({"vcan0", "vcan0"}, (stage / "piezo.toml").string());
   bench.start_controller({"--once", "--json"});
   EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   return first_percent(json::parse(bench.controller->out()).at("axes")[0]);
@@ -53,31 +44,14 @@ double percent_on_vcan(const support::ShippedCopy& stage, const char* file) {
 // The noise of twin and bus differs; what is learnt does not.
 TEST(Vcan, LearningTracksAsInVirtualTime) {
   const support::ShippedCopy stage;
-  const double without = rehearsed_percent(stage, "piezo.toml");
+  const double without = rehearsed_percent(stage);
   make_learning(stage);
-  const double expected = rehearsed_percent(stage, "piezo.toml");
-  const double found = percent_on_vcan(stage, "piezo.toml");
+  const double expected = rehearsed_percent(stage);
+  const double found = percent_on_vcan(stage);
   std::printf("triangle, %% RMS: %.4f on vcan0, %.4f rehearsed, %.4f without learning\n", found, expected,
               without);
   EXPECT_LT(found, 0.5 * without);
   EXPECT_NEAR(found / expected, 1.0, 0.1);
-}
-
-TEST(Vcan, TheFeedForwardOfAnInterpolatingAmplifierTracksAsInVirtualTime) {
-  const support::ShippedCopy stage;
-  make_smooth(stage);
-  const double expected = rehearsed_percent(stage, "piezo.toml");
-  const double found = percent_on_vcan(stage, "piezo.toml");
-  std::printf("rounded triangle, %% RMS: %.4f on vcan0, %.4f rehearsed\n", found, expected);
-  EXPECT_NEAR(found / expected, 1.0, 0.05) << "20 us of lateness are 2.6 %";
-}
-
-TEST(Vcan, ARasterTracksAsInVirtualTime) {
-  const support::ShippedCopy stage;
-  const double expected = rehearsed_percent(stage, "raster.toml");
-  const double found = percent_on_vcan(stage, "raster.toml");
-  std::printf("raster, %% RMS of the fast axis: %.4f on vcan0, %.4f rehearsed\n", found, expected);
-  EXPECT_NEAR(found / expected, 1.0, 0.1) << "15 us of lateness are some 7 %";
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ class Client {
     address.sun_family = AF_UNIX;
     file.copy(address.sun_path, sizeof address.sun_path - 1);
     is_connected_ = connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-    const timeval limit{.tv_sec = 10, .tv_usec = 0};
+    const timeval limit{.tv_sec = 120, .tv_usec = 0};
     setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
   }
   ~Client() { close(socket_); }
@@ -151,13 +151,8 @@ struct LiveStage {
     EXPECT_TRUE(answer.is_object()) << "no status of the controller";
     return answer.is_object() ? answer.at("axes").at(axis) : json::object();
   }
-  /// Waits at most ten seconds for the state of the axis.
   bool reaches(std::size_t axis, const std::string& state) const {
-    for (int i = 0; i < 500; ++i) {
-      if (axis_status(axis).value("state", "") == state) return true;
-      std::this_thread::sleep_for(milliseconds(20));
-    }
-    return false;
+    return comes_true([&] { return axis_status(axis).value("state", "") == state; });
   }
 
  private:

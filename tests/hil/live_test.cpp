@@ -34,7 +34,6 @@ class Live : public testing::TestWithParam<Wire> {
 };
 
 constexpr int fault_state = 3;
-constexpr int ready_state = 1;
 constexpr int off_state = 0;
 
 json printed_by_decode_py(const std::string& log) {
@@ -73,29 +72,12 @@ TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
       << "one sample for each SYNC after the node is started";
 }
 
-class Signalled : public Live {
- protected:
-  void stops_cleanly_on(int signal);
+/// What shows nothing of the kind of interface.
+struct VcanProcesses : testing::Test {
+  LiveBench bench{{"vcan0", "vcan0"}};
 };
 
-void Signalled::stops_cleanly_on(int signal) {
-  bench.start_controller();
-  ASSERT_TRUE(bench.tracks()) << bench.controller->err();
-  bench.controller->send(signal);
-  EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
-  std::this_thread::sleep_for(milliseconds(100));
-  const json log = bench.decoded();
-  EXPECT_EQ(log.at("last_command").at("enable"), 0);
-  EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
-  EXPECT_EQ(log.at("last_status").at("state"), ready_state);
-  EXPECT_TRUE(log.at("first_fault").is_null());
-}
-
-TEST_P(Signalled, ControlCOnTheControllerRampsDownAndLeavesTheAmplifierAtItsSafeValue) {
-  stops_cleanly_on(SIGINT);
-}
-
-TEST_P(Live, ControlCOnTheTwinLeavesTheAmplifierAtItsSafeValue) {
+TEST_F(VcanProcesses, ControlCOnTheTwinLeavesTheAmplifierAtItsSafeValue) {
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   bench.twin->send(SIGINT);
@@ -106,7 +88,7 @@ TEST_P(Live, ControlCOnTheTwinLeavesTheAmplifierAtItsSafeValue) {
   EXPECT_NEAR(log.at("last_status").at("output"), 0.0, 1e-6);
 }
 
-TEST_P(Live, KillingTheTwinFaultsTheControllerWithItsCause) {
+TEST_F(VcanProcesses, KillingTheTwinFaultsTheControllerWithItsCause) {
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   bench.twin->send(SIGKILL);
@@ -121,7 +103,7 @@ TEST_P(Live, KillingTheTwinFaultsTheControllerWithItsCause) {
   EXPECT_EQ(bench.decoded().at("last_command").at("enable"), 0);
 }
 
-TEST_P(Live, KillingTheControllerTripsTheAmplifierToItsSafeValueAndOnlyClearFaultsBringsItBack) {
+TEST_F(VcanProcesses, KillingTheControllerTripsTheAmplifierToItsSafeValueAndOnlyClearFaultsBringsItBack) {
   shows("S-045");
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
@@ -143,10 +125,6 @@ TEST_P(Live, KillingTheControllerTripsTheAmplifierToItsSafeValueAndOnlyClearFaul
 
 INSTANTIATE_TEST_SUITE_P(Vcan, Live, testing::Values(Wire{"vcan0", "vcan0"}),
                          [](const auto&) { return "vcan0"; });
-INSTANTIATE_TEST_SUITE_P(Vcan, Signalled, testing::Values(Wire{"vcan0", "vcan0"}),
-                         [](const auto&) { return "vcan0"; });
-INSTANTIATE_TEST_SUITE_P(Kvaser, Signalled, testing::Values(Wire{"can0", "can1"}),
-                         [](const auto&) { return "can0"; });
 INSTANTIATE_TEST_SUITE_P(Kvaser, Live, testing::Values(Wire{"can0", "can1"}),
                          [](const auto&) { return "can0"; });
 

@@ -20,6 +20,7 @@ using hil::LiveStage;
 using hil::Process;
 
 constexpr int readers = 20;
+constexpr int run_s = 3;
 
 /// The port in the line "page: http://127.0.0.1:PORT/" of the page's output; empty if it has not come.
 std::string port_of(const std::string& output) {
@@ -60,7 +61,7 @@ Tracked track(bool with_clients) {
                                              port_of(page->out()), std::to_string(readers)});
     EXPECT_TRUE(clients->says("all connected")) << clients->err();
   }
-  std::this_thread::sleep_for(std::chrono::seconds(5));
+  std::this_thread::sleep_for(std::chrono::seconds(run_s));
   if (clients) {
     clients->send(SIGTERM);
     EXPECT_EQ(clients->wait(), 0) << clients->err();
@@ -76,8 +77,8 @@ TEST(IcountPage, TwentyClientsAndOneThatNeverReadsCostNoCycle) {
   connect_once();
   const Tracked quiet = track(false);
   const Tracked busy = track(true);
-  ASSERT_GT(quiet.turnarounds_us.size(), 4500U);
-  ASSERT_GT(busy.turnarounds_us.size(), 4500U);
+  ASSERT_GT(quiet.turnarounds_us.size(), 900U * run_s);
+  ASSERT_GT(busy.turnarounds_us.size(), 900U * run_s);
   hil::print_turnarounds("alone", quiet.turnarounds_us);
   hil::print_turnarounds("clients", busy.turnarounds_us);
   const double ratio = hil::quantile(busy.turnarounds_us, 0.999) / hil::quantile(quiet.turnarounds_us, 0.999);

@@ -90,21 +90,5 @@ TEST_F(Restore, AStartAfterAKillIsRefused) {
   expect_refused("the last stop was not clean");
 }
 
-TEST_F(Restore, TheMemoryOfAnotherModelIsRefused) {
-  run_and_stop();
-  ASSERT_TRUE(std::filesystem::exists(state));
-  from_now_on_restore_x();
-  stage.files.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 0.034");
-  expect_refused("the memory of another model");
-  EXPECT_TRUE(std::filesystem::exists(state)) << "its model may be used again later";
-}
-
-TEST_F(Restore, ADamagedFileIsRefusedWithTheFileAndLine) {
-  run_and_stop();
-  from_now_on_restore_x();
-  stage.files.edit("x.state.toml", "[memory]", "[memory");
-  expect_refused("x.state.toml:");
-}
-
 }  // namespace
 }  // namespace hystcan::restore_test

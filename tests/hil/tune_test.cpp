@@ -17,7 +17,7 @@ using hil::Process;
 
 // The twin is that of the rehearsal, so that both give the same values, except for the jitter of the SYNC:
 // some microseconds of a delay of 106, some parts in a thousand of frequency and gain.
-TEST(Vcan, TuneProposesTheSameValuesOnTheBusAsInItsRehearsal) {
+TEST(IcountTune, ProposesTheSameValuesOnTheBusAsInItsRehearsal) {
   const support::ShippedCopy stage;
   // 500 Hz at 1 kHz is the Nyquist frequency: by the phase of the samples, its ringing may vanish from them.
   stage.edit("piezo.toml", "resonance_Hz       = 500.0", "resonance_Hz       = 410.0");

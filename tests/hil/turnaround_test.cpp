@@ -160,6 +160,12 @@ std::vector<double> of_bare_echo(int samples, void (*answer)()) {
   return turnarounds(log);
 }
 
+/// How long the controller is watched: HYSTCAN_HIL_MEASURED_S, or two seconds.
+std::chrono::seconds measured() {
+  const char* requested = std::getenv("HYSTCAN_HIL_MEASURED_S");
+  return std::chrono::seconds(requested == nullptr ? 2 : std::stoi(requested));
+}
+
 std::vector<double> of_controller() {
   const std::string log = log_of("turnaround.log");
   {
@@ -168,7 +174,7 @@ std::vector<double> of_controller() {
     const Process candump({"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});
     bench.start_controller();
     EXPECT_TRUE(bench.tracks()) << bench.controller->err();
-    std::this_thread::sleep_for(std::chrono::seconds(5));
+    std::this_thread::sleep_for(measured());
     bench.controller->send(SIGTERM);
     EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   }
@@ -179,10 +185,11 @@ std::vector<double> of_controller() {
 // median: the kernel's tick of 4 ms falls into every fourth turnaround or into none, as the start happens to
 // lie, and the stamps are whole microseconds, which is 4 % of the echo's median.
 TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
-  const std::vector<double> echo = of_bare_echo(5000, answer_by_read);
+  const auto samples = static_cast<int>(1000 * measured().count());
+  const std::vector<double> echo = of_bare_echo(samples, answer_by_read);
   const std::vector<double> controller = of_controller();
-  ASSERT_GT(echo.size(), 4900U);
-  ASSERT_GT(controller.size(), 5000U);
+  ASSERT_GT(echo.size(), 0.98 * samples);
+  ASSERT_GT(controller.size(), samples);
   hil::print_turnarounds("echo", echo);
   hil::print_turnarounds("controller", controller);
   const double ratio = quantile(controller, 0.999) / quantile(echo, 0.999);
@@ -200,7 +207,7 @@ std::vector<double> latenesses() {
     bench.candump.reset();
     bench.start_controller({"--csv", csv});
     EXPECT_TRUE(bench.tracks()) << bench.controller->err();
-    std::this_thread::sleep_for(std::chrono::seconds(5));
+    std::this_thread::sleep_for(measured());
     bench.controller->send(SIGTERM);
     EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   }
@@ -225,14 +232,14 @@ std::vector<double> latenesses() {
   return us;
 }
 
-TEST(Icount, TheLatenessOfTheSyncIsMeasured) {
+TEST(IcountLatency, TheLatenessOfTheSyncIsMeasured) {
   const std::vector<double> us = latenesses();
-  ASSERT_GT(us.size(), 4900U);
+  ASSERT_GT(us.size(), 980U * measured().count());
   hil::print_times("controller", "latenesses", us);
 }
 
 // What each part of the way in costs, beside a program that does nothing else.
-TEST(Icount, TheWaysToWaitForASampleAreMeasuredBesideEachOther) {
+TEST(IcountLatency, TheWaysToWaitForASampleAreMeasuredBesideEachOther) {
   struct Way {
     const char* name;
     void (*answer)();

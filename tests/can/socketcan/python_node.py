@@ -10,9 +10,9 @@ bus = can.Bus(interface="socketcan", channel=sys.argv[1], fd=True)
 print("ready", flush=True)
 received = []
 while len(received) < int(sys.argv[2]):
-    message = bus.recv(timeout=20)
+    message = bus.recv(timeout=120)
     if message is None:
-        sys.exit("no frame received for 20 s")
+        sys.exit("no frame received for two minutes")
     received.append(message)
 for message in received:
     digits = 8 if message.is_extended_id else 3
