@@ -4,6 +4,7 @@
 //   bench_simulate [FOLDER]      default: the temporary folder; it takes 1.5 GB there
 //   bench_simulate --model       the model alone
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,8 +12,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "base/text.h"
@@ -64,18 +69,23 @@ double model_alone_s() {
   for (int i = 0; i < rows; ++i) inputs[static_cast<std::size_t>(i)] = input(i);
   const model::Hysteresis model{config::load_model(model_file)};
   return best_s([&] {
-    std::vector<double> outputs(rows);
+    std::vector<double> outputs(inputs.size());
     model::Simulation<model::Hysteresis> simulation(model, model.virgin(model.input_range().lo, 4096));
     for (std::size_t i = 0; i < inputs.size(); ++i) outputs[i] = simulation.follow_input(inputs[i]).output;
   });
 }
 
+/// Times `hystcan simulate`. If it fails, prints its messages and throws.
 double program_s(const std::string& program, const std::filesystem::path& from,
                  const std::filesystem::path& to) {
-  const std::string command = fmt::format("'{}' simulate '{}' --input '{}' --output '{}' 2>/dev/null",
-                                          program, model_file, from.string(), to.string());
+  const std::string messages = to.string() + ".messages";
+  const std::string command =
+      fmt::format("'{}' simulate '{}' --input '{}' --output '{}' --overwrite >'{}' 2>&1", program, model_file,
+                  from.string(), to.string(), messages);
   return best_s([&] {
-    if (std::system(command.c_str()) != 0) throw std::runtime_error("failed: " + command);
+    if (std::system(command.c_str()) == 0) return;
+    std::cerr << std::ifstream(messages).rdbuf();
+    throw std::runtime_error("failed: " + command);
   });
 }
 
@@ -84,20 +94,39 @@ void print(const char* what, double seconds, double alone_s, double budget_s) {
              seconds / alone_s, budget_s, seconds <= budget_s ? "met" : "missed");
 }
 
-}  // namespace
+/// A folder that is removed at the end.
+struct Folder {
+  explicit Folder(std::filesystem::path at) : path(std::move(at)) {
+    std::filesystem::create_directories(path);
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::filesystem::path operator/(const char* name) const { return path / name; }
 
-int main(int argc, char** argv) {
-  const double alone_s = model_alone_s();
-  fmt::print("{:<14} {:5.3f} s  {} rows\n", "model alone", alone_s, rows);
-  if (argc > 1 && std::string_view(argv[1]) == "--model") return 0;
-  const std::filesystem::path folder =
-      std::filesystem::path(argc > 1 ? argv[1] : std::filesystem::temp_directory_path()) /
-      "hystcan-bench-simulate";
+  std::filesystem::path path;
+};
+
+void time_the_program(const std::filesystem::path& parent, double alone_s) {
+  const Folder folder(parent / fmt::format("hystcan-bench-simulate-{}", getpid()));
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "hystcan";
-  std::filesystem::create_directories(folder);
   write_input(folder / "in.csv");
   print("CSV to CSV", program_s(program, folder / "in.csv", folder / "out.csv"), alone_s, 2.5);
   program_s(program, folder / "in.csv", folder / "in.h5");
   print("HDF5 to HDF5", program_s(program, folder / "in.h5", folder / "out.h5"), alone_s, 1.0);
-  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const double alone_s = model_alone_s();
+  fmt::print("{:<14} {:5.3f} s  {} rows\n", "model alone", alone_s, rows);
+  if (argc > 1 && std::string_view(argv[1]) == "--model") return 0;
+  time_the_program(argc > 1 ? argv[1] : std::filesystem::temp_directory_path(), alone_s);
+} catch (const std::exception& error) {  // caught, so that the folder is removed
+  std::cerr << error.what() << '\n';
+  return 1;
 }
