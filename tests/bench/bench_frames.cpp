@@ -33,6 +33,8 @@ double best_ns(Step step) {
   return best;
 }
 
+std::uint8_t sync_counter(int n) { return static_cast<std::uint8_t>(n % can::sync_counter_max + 1); }
+
 std::uint8_t crc_by_hand(const std::array<std::uint8_t, 9>& bytes) {
   unsigned crc = 0xFF;
   for (const std::uint8_t byte : bytes) {
@@ -67,17 +69,17 @@ int main() {
   can::Encoder<can::AmpCommand> encode(message);
   unsigned seen = 0;
   const auto command = [](int n) {
-    return can::AmpCommand{
-        .setpoint = 1e-4 * n, .enable = true, .sync_counter = static_cast<std::uint8_t>(n)};
+    return can::AmpCommand{.setpoint = 1e-4 * n, .enable = true, .sync_counter = sync_counter(n)};
   };
+  for (int n = 0; n < frames; ++n) encode(command(n)).value();  // throws if one is refused
   const double encode_ns = best_ns([&](int n) { seen += encode(command(n))->data[7]; });
-  const double encode_by_hand_ns = best_ns([&](int n) {
-    seen += command_by_hand(1e-4 * n, static_cast<std::uint8_t>(n), static_cast<unsigned>(n))[7];
-  });
+  const double encode_by_hand_ns = best_ns(
+      [&](int n) { seen += command_by_hand(1e-4 * n, sync_counter(n), static_cast<unsigned>(n))[7]; });
 
   std::array<can::Frame, 16> ring;
-  for (int n = 0; n < 16; ++n) ring[static_cast<std::size_t>(n)] = *encode(command(1000 * n));
+  for (int n = 0; n < 16; ++n) ring[static_cast<std::size_t>(n)] = encode(command(1000 * n)).value();
   can::Decoder<can::AmpCommand> decode(message);
+  for (const can::Frame& frame : ring) decode(frame).value();
   double sum = 0.0;
   const double decode_ns =
       best_ns([&](int n) { sum += decode(ring[static_cast<unsigned>(n) % 16])->setpoint; });
