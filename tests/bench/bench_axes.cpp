@@ -41,7 +41,10 @@ double whole_loop_ns(const rehearsal::Setup& setup) {
   rehearsal::Rehearsal loop(setup, [](const controller::CycleRecord&) {});
   loop.start();
   loop.run_for(std::chrono::seconds(3));
-  if (loop.controller().axis(axes - 1).state() != controller::AxisState::tracking) return -1.0;
+  const controller::Axis& last_axis = loop.controller().axis(axes - 1);
+  if (last_axis.state() != controller::AxisState::tracking)
+    throw std::runtime_error("the whole loop does not track: " +
+                             std::string(to_string(last_axis.fault().cause)));
   const auto cycles_before = loop.controller().counters().cycles;
   const double start_s = bench::cpu_s();
   loop.run_for(std::chrono::milliseconds(8000 / axes));

@@ -16,6 +16,7 @@
 #include <numbers>
 #include <optional>
 #include <random>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -136,8 +137,9 @@ double peak_MB(std::size_t count, bool identifying) {
   }
   int status = 0;
   rusage usage{};
-  wait4(child, &status, 0, &usage);
-  return status == 0 ? static_cast<double>(usage.ru_maxrss) / 1024.0 : std::nan("");
+  if (wait4(child, &status, 0, &usage) != child || status != 0)
+    throw std::runtime_error("the identification in a child process failed");
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <stdexcept>
 #include <string>
 
 #include "config/schema/config.h"
@@ -41,6 +42,10 @@ double loop_cycles_per_s(const rehearsal::Setup& setup) {
   const auto start = Clock::now();
   loop.run_for(std::chrono::seconds(10));
   const double elapsed_s = seconds_since(start);
+  for (std::size_t i = 0; i < setup.controller.axes.size(); ++i)
+    if (loop.controller().axis(i).state() == controller::AxisState::faulted)
+      throw std::runtime_error("an axis has a fault: " +
+                               std::string(to_string(loop.controller().axis(i).fault().cause)));
   return static_cast<double>((loop.controller().counters().cycles - cycles_before) *
                              setup.controller.axes.size()) /
          elapsed_s;

@@ -112,16 +112,17 @@ int main(int argc, char** argv) {
   const runs::RunWriter::Status status = recorder.status();
   const double push = median(push_ns), copy = median(copy_ns);
   const std::uint64_t lost = dropped + status.rows_lost;
-  const auto verdict = [](bool met) { return met ? "met" : "MISSED"; };
+  const bool is_whole = lost == 0 && status.rows == axes * cycles;
   fmt::print("{} axes at {:.0f} Hz for {:.0f} s: {} rows\n", axes, 1e6 / static_cast<double>(period.count()),
              lasted_s, status.rows);
   fmt::print("control thread: {:.1f} ns per record of {} bytes, {:.2f} x a copy of it; budget {:g} ns: {}\n",
-             push, sizeof(controller::CycleRecord), push / copy, budget_ns, verdict(push <= budget_ns));
+             push, sizeof(controller::CycleRecord), push / copy, budget_ns,
+             push <= budget_ns ? "met" : "missed");
   fmt::print("rows lost: {} ({} in the ring, {} at the disk); budget 0: {}\n", lost, dropped,
-             status.rows_lost, verdict(lost == 0 && status.rows == axes * cycles));
+             status.rows_lost, is_whole ? "met" : "missed");
   fmt::print("{:.1f} bytes per row, {:.1f} MB/s, {:.0f} % of a processor with the producer\n",
              static_cast<double>(status.bytes) / static_cast<double>(status.rows),
              1e-6 * static_cast<double>(status.bytes) / lasted_s, 100.0 * cpu_s / lasted_s);
   std::filesystem::remove_all(run);
-  return lost == 0 ? 0 : 1;
+  return is_whole ? 0 : 1;
 }

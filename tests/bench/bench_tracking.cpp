@@ -14,6 +14,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -146,11 +147,17 @@ double floor_percent(const Case& of, double frequency_Hz) {
 
 const char* verdict(double value, double budget) { return value <= budget ? "met" : "missed"; }
 
+/// Returns the figure. Throws if the axis had a fault and there is none.
+double finite(double percent) {
+  if (!std::isfinite(percent)) throw std::runtime_error("no figure: the axis had a fault");
+  return percent;
+}
+
 void print_budget(const char* name, const Case& of, double frequency_Hz, double sampled, double actual) {
   const Error error = track(of, frequency_Hz);
-  std::printf("%-46s %3g Hz  %7.4f", name, frequency_Hz, error.sampled_percent);
+  std::printf("%-46s %3g Hz  %7.4f", name, frequency_Hz, finite(error.sampled_percent));
   if (std::isfinite(sampled)) std::printf(" (%5.3g: %s)", sampled, verdict(error.sampled_percent, sampled));
-  std::printf("  %7.4f", error.true_percent);
+  std::printf("  %7.4f", finite(error.true_percent));
   if (actual > 0.0) std::printf(" (%5.3g: %s)", actual, verdict(error.true_percent, actual));
   std::printf("  floor %.3f\n", floor_percent(of, frequency_Hz));
 }
@@ -268,12 +275,12 @@ void print_comparison() {
   std::array<double, controller::all_structures.size()> shipped{}, best{};
   std::printf("%-34s", "the shipped gains");
   for (std::size_t i = 0; i < shipped.size(); ++i)
-    std::printf(
-        " %11.3f",
-        shipped[i] = track(with_structure(setup, controller::all_structures[i]), settle_s).sampled_percent);
+    std::printf(" %11.3f",
+                shipped[i] = finite(
+                    track(with_structure(setup, controller::all_structures[i]), settle_s).sampled_percent));
   std::printf("\n%-34s", "each its own best gains and delay");
   for (std::size_t i = 0; i < best.size(); ++i)
-    std::printf(" %11.3f", best[i] = best_by_rule(setup, controller::all_structures[i], 30.0));
+    std::printf(" %11.3f", best[i] = finite(best_by_rule(setup, controller::all_structures[i], 30.0)));
   std::printf("\n  each its own best: pi / inverse+pi %.1f, average+pi / inverse+pi %.1f\n",
               best[2] / best[4], best[3] / best[4]);
 }
@@ -288,7 +295,7 @@ void print_row(const char* kind, double frequency_Hz) {
                                                              .cycles = std::max(3.0, frequency_Hz)};
   std::printf("%-34s", (std::string(kind) + " " + std::to_string(std::lround(frequency_Hz)) + " Hz").c_str());
   for (const Structure structure : controller::all_structures)
-    std::printf(" %11.3f", track(with_structure(setup, structure), settle_s).sampled_percent);
+    std::printf(" %11.3f", finite(track(with_structure(setup, structure), settle_s).sampled_percent));
   std::printf("\n");
 }
 

@@ -18,6 +18,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
 #include <vector>
 
 #include "can/sim/sim_bus.h"
@@ -58,7 +59,7 @@ void add_noise(twin::Twin& twin) {
                                     can::Time) mutable { return normal(random); });
 }
 
-/// Virtual seconds per second of processor time; 0 if samples are missing.
+/// Virtual seconds per second of processor time. Throws if samples are missing.
 double speed(const rehearsal::Setup& setup, bool noisy) {
   can::VirtualClock clock;
   can::SimBus bus(clock, setup.rates);
@@ -95,7 +96,8 @@ double speed(const rehearsal::Setup& setup, bool noisy) {
   const double elapsed_s = bench::cpu_s() - start_s;
   const bool whole = samples == axes * static_cast<std::size_t>(cycles) &&
                      twin.axes().back()->amplifier.state() == can::AmpState::enabled;
-  return whole ? cycles * can::seconds(cycle) / elapsed_s : 0.0;
+  if (!whole) throw std::runtime_error("samples are missing, or an amplifier is not enabled");
+  return cycles * can::seconds(cycle) / elapsed_s;
 }
 
 /// The best of some repetitions: the speed without disturbance by other programs.
