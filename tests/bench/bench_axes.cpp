@@ -20,12 +20,13 @@
 #include "controller/controller.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/many_axes.h"
+#include "tests/bench/short_run.h"
 
 namespace {
 
 using namespace hystcan;
 
-constexpr int repetitions = 5;
+const int repetitions = bench::full_or_short(5, 1);
 constexpr double budget_ratio = 1.2;
 
 /// The best of some repetitions: the speed without disturbance by other programs.
@@ -165,6 +166,7 @@ double controller_ns(rehearsal::Setup setup) {
 }  // namespace
 
 int main() {
+  bench::announce_short_run();
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   std::printf("ns per axis-cycle, best of %d, and the ratio to one axis\n", repetitions);
   std::printf("axes   whole loop            controller alone\n");
@@ -178,5 +180,5 @@ int main() {
     std::printf("%4zu   %8.0f  x %-8.2f   %8.0f  x %.2f\n", axes, whole, whole / whole_of_one, alone, ratio);
   }
   std::printf("controller alone, 32 axes to one: %.2f; budget %.2f: %s\n", ratio, budget_ratio,
-              ratio <= budget_ratio ? "met" : "missed");
+              bench::verdict(ratio <= budget_ratio));
 }

@@ -12,14 +12,15 @@
 
 #include "can/dbc/database.h"
 #include "can/protocol/protocol.h"
+#include "tests/bench/short_run.h"
 
 namespace {
 
 using namespace hystcan;
 using Clock = std::chrono::steady_clock;
 
-constexpr int repetitions = 7;
-constexpr int frames = 1'000'000;
+const int repetitions = bench::full_or_short(7, 1);
+const int frames = bench::full_or_short(1'000'000, 100'000);
 
 /// Nanoseconds for each of `frames` steps, the best of some repetitions.
 template <class Step>
@@ -64,6 +65,7 @@ void print(const char* what, double ns, double by_hand_ns) {
 }  // namespace
 
 int main() {
+  bench::announce_short_run();
   const can::Database database = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   const can::Message& message = *database.find("XAmpCommand");
   can::Encoder<can::AmpCommand> encode(message);

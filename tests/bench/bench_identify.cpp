@@ -23,15 +23,17 @@
 #include "identification/baselines/comparison.h"
 #include "identification/identify.h"
 #include "model/hysteresis.h"
+#include "tests/bench/short_run.h"
 
 namespace {
 
 using namespace hystcan;
 using namespace hystcan::identification;
 
-constexpr std::size_t samples = 100'000;
+const std::size_t samples = bench::full_or_short(100'000, 10'000);
+const std::size_t samples_of_three = bench::full_or_short(1'000'000, 30'000);
 constexpr double budget_s = 2.0, budget_of_a_million_s = 5.0, budget_of_an_answer_s = 0.2;
-constexpr int repetitions = 3;
+const int repetitions = bench::full_or_short(3, 1);
 
 /// Thirty cycles of 30 um between a fixed lower and a rising upper turning point, then nested ones; the noise
 /// is 0.1 %.
@@ -77,7 +79,7 @@ void time_it(const char* what, const Dataset& dataset, std::optional<int> order)
   }
   std::printf("%zu samples, %s: %.2f s, order %d, %.3f %% RMS; budget %.1f s: %s\n", dataset.size(), what,
               best_s, found.search.shape.order, 100.0 * found.overall.rms / found.output_span, budget_s,
-              best_s <= budget_s ? "met" : "missed");
+              bench::verdict(best_s <= budget_s));
 }
 
 /// The longest time between two calls.
@@ -117,14 +119,14 @@ void time_three(std::size_t count) {
   const double answer_s = search.longest_s();
   std::printf("%zu samples in three datasets: %.2f s, %s, %.3f %% RMS; budget %.1f s: %s\n", count, took_s,
               found.search.shape.text().c_str(), 100.0 * found.overall.rms / found.output_span,
-              budget_of_a_million_s, took_s <= budget_of_a_million_s ? "met" : "missed");
+              budget_of_a_million_s, bench::verdict(took_s <= budget_of_a_million_s));
   Patience report;
   compare(datasets, found, [&report] { return report.look(); });
   const double report_s = report.longest_s();
   for (const auto& [what, seconds] :
        {std::pair{"identification", answer_s}, std::pair{"comparison", report_s}})
     std::printf("%s, longest time without a look at the stop signal: %.2f s; budget %.1f s: %s\n", what,
-                seconds, budget_of_an_answer_s, seconds <= budget_of_an_answer_s ? "met" : "missed");
+                seconds, budget_of_an_answer_s, bench::verdict(seconds <= budget_of_an_answer_s));
 }
 
 /// The peak memory of a child process that makes the dataset and, if `identifying`, identifies from it.
@@ -145,14 +147,15 @@ double peak_MB(std::size_t count, bool identifying) {
 }  // namespace
 
 int main() {
+  bench::announce_short_run();
   const double small = peak_MB(samples, true) - peak_MB(samples, false);
   const double large = peak_MB(4 * samples, true) - peak_MB(4 * samples, false);
   const Dataset dataset = made(samples);
   time_it("order chosen", dataset, std::nullopt);
   time_it("order 10", dataset, 10);
-  time_three(1'000'000);
+  time_three(samples_of_three);
   std::printf(
       "memory beside the dataset's own: %zu samples %.1f MB, %zu samples %.1f MB, %.2f times; linear (4.4): "
       "%s\n",
-      samples, small, 4 * samples, large, large / small, large <= 4.4 * small ? "met" : "missed");
+      samples, small, 4 * samples, large, large / small, bench::verdict(large <= 4.4 * small));
 }

@@ -12,14 +12,17 @@
 #include "controller/analysis/learning_design.h"
 #include "model/hysteresis.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/bench/short_run.h"
 #include "tests/support/rehearsed.h"
 
 namespace {
 
 using namespace hystcan;
+using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr int repetitions = 7;
+const int repetitions = bench::full_or_short(7, 1);
+const std::chrono::seconds timed = bench::full_or_short(10s, 1s);
 constexpr double budget_per_s = 500'000.0;
 
 double seconds_since(Clock::time_point start) {
@@ -37,10 +40,10 @@ double best_of(Run run) {
 double loop_cycles_per_s(const rehearsal::Setup& setup) {
   rehearsal::Rehearsal loop(setup, [](const controller::CycleRecord&) {});
   loop.start();
-  loop.run_for(std::chrono::seconds(2));  // the axes track by now
+  loop.run_for(2s);  // the axes track by now
   const auto cycles_before = loop.controller().counters().cycles;
   const auto start = Clock::now();
-  loop.run_for(std::chrono::seconds(10));
+  loop.run_for(timed);
   const double elapsed_s = seconds_since(start);
   for (std::size_t i = 0; i < setup.controller.axes.size(); ++i)
     if (loop.controller().axis(i).state() == controller::AxisState::faulted)
@@ -101,19 +104,20 @@ void print_cost_of_learning(rehearsal::Setup setup) {
   const double without = 1e9 / best_of([&] { return 1e9 / reference_ns(trajectory, nullptr); });
   const double with = 1e9 / best_of([&] { return 1e9 / reference_ns(trajectory, &learning); });
   std::printf("learning: %.0f ns a cycle, its look-up of the reference included; budget %.0f: %s\n",
-              with - without, budget_ns, with - without <= budget_ns ? "met" : "missed");
+              with - without, budget_ns, bench::verdict(with - without <= budget_ns));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  bench::announce_short_run();
   const std::string file = argc > 1 ? argv[1] : HYSTCAN_SOURCE_DIR "/config/piezo.toml";
   const config::Config config = config::load(file);
   const rehearsal::Setup setup = support::setup_of(config);
   const double loop = best_of([&] { return loop_cycles_per_s(setup); });
   const double model = best_of([&] { return model_cycles_per_s(setup); });
   std::printf("whole loop in virtual time, %zu axes: %.0f axis-cycles/s, %.0f ns each; budget %.0f: %s\n",
-              config.axes.size(), loop, 1e9 / loop, budget_per_s, loop >= budget_per_s ? "met" : "missed");
+              config.axes.size(), loop, 1e9 / loop, budget_per_s, bench::verdict(loop >= budget_per_s));
   std::printf(
       "model alone (inverse, two advances):  %.0f cycles/s, %.0f ns each; the loop costs %.1f times that\n",
       model, 1e9 / model, model / loop);

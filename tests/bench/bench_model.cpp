@@ -13,6 +13,7 @@
 #include "model/hysteresis.h"
 #include "model/prandtl_ishlinskii.h"
 #include "model/preisach.h"
+#include "tests/bench/short_run.h"
 #include "tests/support/relays.h"
 
 namespace {
@@ -313,7 +314,7 @@ class Reporter : public benchmark::BenchmarkReporter {
   }
   static void budget(const char* what, double value, double at_most) {
     std::printf("%-58s %10.3f  %6.2f  %s\n", what, value, at_most,
-                std::isnan(value) ? "not run" : (value <= at_most ? "met" : "missed"));
+                std::isnan(value) ? "not run" : hystcan::bench::verdict(value <= at_most));
   }
 
   std::map<std::string, double> ns_;
@@ -325,8 +326,11 @@ class Reporter : public benchmark::BenchmarkReporter {
 // Five repetitions of each in random order, so that the load of other programs affects all alike. Options of
 // the user come later and have precedence; only they may leave a benchmark out.
 int main(int argc, char** argv) {
+  hystcan::bench::announce_short_run();
   std::vector<std::string> words{argv[0], "--benchmark_repetitions=5", "--benchmark_min_time=0.05",
                                  "--benchmark_enable_random_interleaving=true"};
+  if (hystcan::bench::is_short())
+    words = {argv[0], "--benchmark_repetitions=1", "--benchmark_min_time=0.001"};
   words.insert(words.end(), argv + 1, argv + argc);
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());

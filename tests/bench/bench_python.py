@@ -1,8 +1,10 @@
 """Python's simulate beside the model in C++, and a Rehearsal beside the rehearsals of `hystcan demo`.
 
-    PYTHONPATH=build/release/python python3 tests/bench/bench_python.py build/release
+    build/release/bench_python
 """
+import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -11,11 +13,12 @@ import time
 import hystcan
 import numpy
 
-BUILD = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "build/release").resolve()
-ROWS = 10_000_000
+BUILD = pathlib.Path(sys.argv[1]).resolve()
+SHORT = "HYSTCAN_BENCH_SHORT" in os.environ  # as in tests/bench/short_run.h
+ROWS = 100_000 if SHORT else 10_000_000
 
 
-def best_s(work, repetitions=5):
+def best_s(work, repetitions=1 if SHORT else 5):
     times = []
     for _ in range(repetitions):
         begin = time.perf_counter()
@@ -26,16 +29,26 @@ def best_s(work, repetitions=5):
 
 def report(what, ours_s, baseline, theirs_s, budget):
     ratio = ours_s / theirs_s
+    verdict = "not judged" if SHORT else "met" if ratio <= budget else "missed"
     print(f"{what} {ours_s:.3f} s, {baseline} {theirs_s:.3f} s, ratio {ratio:.2f}, budget {budget}"
-          f" {'met' if ratio <= budget else 'missed'}")
+          f" {verdict}")
+
+
+def run(program, *arguments, **options):
+    """Return what the program prints. Exit with its messages if it fails."""
+    done = subprocess.run([BUILD / program, *arguments], capture_output=True, text=True, check=False, **options)
+    if done.returncode != 0:
+        sys.exit(f"{program} {' '.join(arguments)}: failed with {done.returncode}\n{done.stderr}")
+    return done.stdout
 
 
 def alone_s():
     """bench_simulate --model: the same inputs, into a new array."""
-    done = subprocess.run([BUILD / "bench_simulate", "--model"], check=True, capture_output=True, text=True)
-    return float(done.stdout.split()[2])
+    return float(re.search(r"model alone +([\d.]+) s", run("bench_simulate", "--model"))[1])
 
 
+if SHORT:
+    print("short run: the figures are not judged")
 model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
 t = 1e-4 * numpy.arange(ROWS)
 u = 50 + 35 * numpy.sin(8.2 * t) * numpy.exp(-t / 2000) + 3 * numpy.sin(44.6 * t)
@@ -43,9 +56,7 @@ report("simulate in Python", best_s(lambda: model.simulate(u)), "in C++", alone_
 
 with tempfile.TemporaryDirectory() as scratch:
     stage = hystcan.shipped("piezo.toml")
-    demo_s = best_s(lambda: subprocess.run([BUILD / "hystcan", "demo", "--output", scratch], check=True,
-                                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                           env={"PATH": "/nonexistent"}))
+    demo_s = best_s(lambda: run("hystcan", "demo", "--output", scratch, env={"PATH": "/nonexistent"}))
     structures = len(list(pathlib.Path(scratch).glob("*.truth.csv")))
 report("Rehearsal in Python", best_s(lambda: hystcan.Rehearsal(stage).run()), "one of the demo's",
        demo_s / structures, 1.2)

@@ -24,6 +24,7 @@
 #include "controller/analysis/learning_design.h"
 #include "controller/analysis/loop_design.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/bench/short_run.h"
 
 namespace {
 
@@ -32,7 +33,8 @@ using controller::Shape;
 using controller::Structure;
 
 constexpr double settle_s = 0.1;
-constexpr double learnt_s = 2.0, counted_s = 1.0;  // 20 periods at 10 Hz
+const double learnt_s = bench::full_or_short(2.0, 0.2);  // 20 periods at 10 Hz
+const double counted_s = bench::full_or_short(1.0, 0.2);
 
 /// A stage, and what is changed of its configuration.
 struct Case {
@@ -105,16 +107,24 @@ Error track(const rehearsal::Setup& setup, double skipped_s) {
   return {percent(axis.statistics), percent(outcome.true_errors[0])};
 }
 
+/// Returns the designs of the rule; in a short run only the first one.
+std::vector<controller::LoopConfig> designs(const rehearsal::Setup& setup) {
+  const controller::AxisConfig& axis = setup.controller.axes[0].axis;
+  const controller::LoopConfig loop =
+      controller::loop_config_of(axis.law, axis.delays, 1.0 / setup.controller.rate_Hz);
+  std::vector<controller::LoopConfig> all =
+      controller::designs(loop, controller::around(axis.delays, 0.0), {});
+  if (bench::is_short()) all.resize(std::min(all.size(), std::size_t{1}));
+  return all;
+}
+
 /// Of all designs of the rule the one with the smallest true error.
 void design(rehearsal::Setup& setup) {
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
-  const controller::LoopConfig loop =
-      controller::loop_config_of(axis.law, axis.delays, 1.0 / setup.controller.rate_Hz);
   const auto learning = std::exchange(axis.learning, std::nullopt);
   rehearsal::Setup best = setup;
   double least = std::numeric_limits<double>::infinity();
-  for (const controller::LoopConfig& setting :
-       controller::designs(loop, controller::around(axis.delays, 0.0), {})) {
+  for (const controller::LoopConfig& setting : designs(setup)) {
     set(axis, setting, setup.controller.rate_Hz);
     const double percent = track(setup, settle_s).true_percent;
     if (!(percent < least)) continue;
@@ -145,8 +155,6 @@ double floor_percent(const Case& of, double frequency_Hz) {
          (curve.value(curve.domain().hi) - curve.value(curve.domain().lo));
 }
 
-const char* verdict(double value, double budget) { return value <= budget ? "met" : "missed"; }
-
 /// Returns the figure. Throws if the axis had a fault and there is none.
 double finite(double percent) {
   if (!std::isfinite(percent)) throw std::runtime_error("no figure: the axis had a fault");
@@ -156,9 +164,10 @@ double finite(double percent) {
 void print_budget(const char* name, const Case& of, double frequency_Hz, double sampled, double actual) {
   const Error error = track(of, frequency_Hz);
   std::printf("%-46s %3g Hz  %7.4f", name, frequency_Hz, finite(error.sampled_percent));
-  if (std::isfinite(sampled)) std::printf(" (%5.3g: %s)", sampled, verdict(error.sampled_percent, sampled));
+  if (std::isfinite(sampled))
+    std::printf(" (%5.3g: %s)", sampled, bench::verdict(error.sampled_percent <= sampled));
   std::printf("  %7.4f", finite(error.true_percent));
-  if (actual > 0.0) std::printf(" (%5.3g: %s)", actual, verdict(error.true_percent, actual));
+  if (actual > 0.0) std::printf(" (%5.3g: %s)", actual, bench::verdict(error.true_percent <= actual));
   std::printf("  floor %.3f\n", floor_percent(of, frequency_Hz));
 }
 
@@ -246,12 +255,8 @@ double best_delayed_percent(const rehearsal::Setup& setup, double stroke_um) {
 
 /// The best of all settings that the rule allows.
 double best_by_rule(const rehearsal::Setup& setup, Structure structure, double stroke_um) {
-  const controller::AxisConfig& axis = setup.controller.axes[0].axis;
-  const controller::LoopConfig loop =
-      controller::loop_config_of(axis.law, axis.delays, 1.0 / setup.controller.rate_Hz);
   double best = std::numeric_limits<double>::infinity();
-  for (const controller::LoopConfig& setting :
-       controller::designs(loop, controller::around(axis.delays, 0.0), {})) {
+  for (const controller::LoopConfig& setting : designs(setup)) {
     rehearsal::Setup tried = with_structure(setup, structure);
     set(tried.controller.axes[0].axis, setting, setup.controller.rate_Hz);
     const double percent = best_delayed_percent(tried, stroke_um);
@@ -302,6 +307,7 @@ void print_row(const char* kind, double frequency_Hz) {
 }  // namespace
 
 int main() {
+  bench::announce_short_run();
   print_budgets();
   print_comparison();
   std::printf("\n");
