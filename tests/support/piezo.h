@@ -52,4 +52,11 @@ inline controller::AxisConfig piezo_axis() {
   return config;
 }
 
+/// The piezo axis in open loop.
+inline controller::AxisConfig excited_piezo(const controller::Excitation::Config& excitation) {
+  controller::AxisConfig config = piezo_axis();
+  config.excitation = excitation;
+  return config;
+}
+
 }  // namespace hystcan::support

@@ -1,10 +1,12 @@
-// What an axis lacks before it is driven: the order of it, its bounds, and what is named together.
+// What an axis lacks before it is driven: the order of it, its bounds, and what is named together. Then the
+// report of it.
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <vector>
 
 #include "controller/control/arming.h"
+#include "tests/controller/control/ideal_stage.h"
 
 namespace hystcan::controller::arming_blocks_test {
 namespace {
@@ -69,7 +71,7 @@ TEST(ArmingBlocks, IsAnOutputThatIsFurtherBeyondTheGate) {
 
 using Blocks = std::vector<ArmingBlock>;
 
-TEST(ArmingBlockss, AreTheFirstOfEachNode) {
+TEST(ArmingBlocks, AreTheFirstOfEachNode) {
   AxisInput input;
   input.health.amplifier_fault = true;
   input.health.amplifier_moves = true;
@@ -87,7 +89,7 @@ TEST(ArmingBlockss, AreTheFirstOfEachNode) {
   expect({ArmingBlock::amplifier_ready, ArmingBlock::sample});
 }
 
-TEST(ArmingBlockss, AreOutputAndRestOfAnAmplifierThatIsReady) {
+TEST(ArmingBlocks, AreOutputAndRestOfAnAmplifierThatIsReady) {
   AxisInput input = complete();
   input.health.amplifier_output = 8.0;
   input.health.amplifier_moves = true;
@@ -103,6 +105,26 @@ TEST(ArmingBlocks, HasRoomForEachLackAndNoneForNothing) {
   }
   EXPECT_TRUE(ArmingBlocks(ArmingBlock::nothing).empty());
   EXPECT_EQ(ArmingBlocks().first(), ArmingBlock::nothing);
+}
+
+TEST(ArmingReport, SaysWhetherTheOtherAxesAreMissing) {
+  IdealStage stage;
+  stage.axis.start(false);
+  ASSERT_TRUE(stage.reaches(AxisState::ready));
+  stage.cycle([](AxisInput& in) { in.tracking_since_s.reset(); });
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::other_axes);
+  stage.cycle();
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::nothing);
+}
+
+TEST(ArmingReport, SaysNothingOfAnAxisThatIsOffline) {
+  IdealStage stage;
+  stage.axis.start(false);
+  stage.cycle([](AxisInput& in) { in.health.sensor_alive = false; });
+  ASSERT_EQ(stage.axis.report().arming_blocks, ArmingBlock::sensor_heartbeat);
+  stage.axis.stop();
+  stage.cycle();
+  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::nothing);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Live setpoints: which positions an axis takes and when, and that its reference has no jump. Then what a
-// changed configuration and a restored memory have to do with them.
+// Live setpoints: which positions an axis takes and when, and that its reference has no jump. Then the
+// restored memory.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -62,9 +62,7 @@ TEST(AxisLiveSetpoint, IsRefusedWhereTheAxisDoesNotTrackAReference) {
 }
 
 TEST(AxisLiveSetpoint, IsRefusedInOpenLoop) {
-  AxisConfig config = support::piezo_axis();
-  config.excitation = Excitation::Hysteresis{.low = 10.0, .high = 90.0};
-  IdealStage stage(config);
+  IdealStage stage(support::excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0}));
   ASSERT_TRUE(stage.tracks());
   EXPECT_EQ(stage.axis.go_to(15.0), not_tracking);
   EXPECT_EQ(stage.axis.resume(), not_tracking);
@@ -103,42 +101,6 @@ TEST(AxisLiveSetpoint, IsLeftForTheConfiguredReferenceWithinTheLimits) {
   EXPECT_EQ(stage.axis.report().reference_um, 15.0);
 }
 
-// ---- a changed configuration
-
-TEST(AxisRetuneAtTheBounds, IsAcceptedWhereTheDriveIsAtABoundOfTheNewRange) {
-  const AxisConfig config = support::piezo_axis();
-  IdealStage stage(config);
-  stage.axis.start(false);
-  while (stage.command.drive < 100.0) stage.cycle();
-  AxisTuning at_the_upper(config, false);
-  EXPECT_EQ(stage.axis.retune(at_the_upper), std::nullopt);
-  ASSERT_TRUE(stage.reaches(AxisState::ready));
-  ASSERT_EQ(stage.command.drive, 0.0);
-  AxisTuning at_the_lower(config, false);
-  EXPECT_EQ(stage.axis.retune(at_the_lower), std::nullopt);
-}
-
-TEST(AxisRetuneAtTheBounds, IsRefusedWhereTheDriveIsBelowTheNewRange) {
-  AxisConfig config = support::piezo_axis();
-  IdealStage stage(config);
-  stage.axis.start(false);
-  ASSERT_TRUE(stage.reaches(AxisState::ready));
-  config.gate.drive_min = 1.0;
-  AxisTuning tuning(config, false);
-  EXPECT_EQ(stage.axis.retune(tuning), "the present drive is outside the new drive_min..drive_max");
-}
-
-TEST(AxisRetuneAtTheBounds, ChangesTheSupervision) {
-  AxisConfig config = support::piezo_axis();
-  IdealStage stage = tracking_stage(config);
-  config.supervision.missing_samples = 6;
-  AxisTuning tuning(config, false);
-  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
-  const auto lost = [](AxisInput& in) { in.position_um.reset(); };
-  for (int i = 0; i < 6; ++i) EXPECT_TRUE(stage.cycle(lost).enable) << i;
-  EXPECT_FALSE(stage.cycle(lost).enable);
-}
-
 // ---- a restored memory
 
 /// An axis that was never driven, with a restored memory.
@@ -157,9 +119,8 @@ TEST(AxisMemory, IsKnownAtOnceWhereItIsAssumedOrRestored) {
 }
 
 TEST(AxisMemory, IsNeitherRestoredNorSavedInOpenLoop) {
-  AxisConfig config = support::piezo_axis();
+  AxisConfig config = support::excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0});
   config.start_up = StartUp::assume;
-  config.excitation = Excitation::Hysteresis{.low = 10.0, .high = 90.0};
   Axis axis(config);
   axis.restore(model::Hysteresis(config.law.model).at_lower_threshold());
   EXPECT_EQ(axis.closed_loop(), nullptr);

@@ -175,6 +175,41 @@ TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
   EXPECT_EQ(stage.axis.retune(tuning), std::nullopt) << "the axis is not driven";
 }
 
+TEST(AxisRetune, IsAcceptedIfTheDriveIsAtABoundOfTheNewRange) {
+  const AxisConfig config = support::piezo_axis();
+  IdealStage stage(config);
+  stage.axis.start(false);
+  while (stage.command.drive < 100.0) stage.cycle();
+  AxisTuning at_the_upper(config, false);
+  EXPECT_EQ(stage.axis.retune(at_the_upper), std::nullopt);
+  ASSERT_TRUE(stage.reaches(AxisState::ready));
+  ASSERT_EQ(stage.command.drive, 0.0);
+  AxisTuning at_the_lower(config, false);
+  EXPECT_EQ(stage.axis.retune(at_the_lower), std::nullopt);
+}
+
+TEST(AxisRetune, IsRefusedIfTheDriveIsBelowTheNewRange) {
+  AxisConfig config = support::piezo_axis();
+  IdealStage stage(config);
+  stage.axis.start(false);
+  ASSERT_TRUE(stage.reaches(AxisState::ready));
+  config.gate.drive_min = 1.0;
+  AxisTuning tuning(config, false);
+  EXPECT_EQ(stage.axis.retune(tuning), "the present drive is outside the new drive_min..drive_max");
+}
+
+TEST(AxisRetune, ChangesTheSupervision) {
+  AxisConfig config = support::piezo_axis();
+  IdealStage stage(config);
+  ASSERT_TRUE(stage.tracks());
+  config.supervision.missing_samples = 6;
+  AxisTuning tuning(config, false);
+  ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
+  const auto lost = [](AxisInput& in) { in.position_um.reset(); };
+  for (int i = 0; i < 6; ++i) EXPECT_TRUE(stage.cycle(lost).enable) << i;
+  EXPECT_FALSE(stage.cycle(lost).enable);
+}
+
 TEST(AxisRetune, LetsTheAxisLearnFromThenOn) {
   IdealStage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
@@ -248,9 +283,7 @@ TEST(AxisRetune, ChangesTheOscillationThatMeansAnUnstableLoop) {
 }
 
 TEST(AxisRetune, IsRefusedInOpenLoop) {
-  AxisConfig config = support::piezo_axis();
-  config.excitation = Excitation::Hysteresis{.low = 20.0, .high = 60.0};
-  IdealStage stage(config);
+  IdealStage stage(support::excited_piezo(Excitation::Hysteresis{.low = 20.0, .high = 60.0}));
   AxisTuning tuning(support::piezo_axis(), false);
   EXPECT_EQ(stage.axis.retune(tuning), "the axis runs in open loop");
 }

@@ -30,6 +30,12 @@ TEST(FollowingErrorBound, GrowsByTheLagWhereTheReferenceFallsAsWhereItRises) {
   }
 }
 
+TEST(FollowingErrorBound, DoesNotGrowByTheLagIfTheReferenceRests) {
+  FollowingError watch({.error_um = 1.0, .lag = milliseconds(125)});
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(watch.step(50.0, 50.9, cycle_s));
+  EXPECT_FALSE(watch.step(50.0, 51.1, cycle_s));
+}
+
 TEST(FollowingErrorBound, DoesNotGrowWhereNoTimeHasPassed) {
   FollowingError watch({.error_um = 1.0, .lag = milliseconds(125)});
   watch.step(0.0, 0.0, cycle_s);
@@ -44,6 +50,14 @@ TEST(FollowingErrorBound, IsExceededByWhatIsNotANumber) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(FollowingError({.error_um = 1.0}).step(nan, 0.0, cycle_s));
   EXPECT_FALSE(FollowingError({.error_um = 1.0}).step(0.0, nan, cycle_s));
+}
+
+TEST(FollowingError, TripsOnlyAfterTheConfiguredCyclesInARow) {
+  FollowingError watch({.error_um = 1.0, .lag = {}, .cycles = 3});
+  for (int i = 0; i < 30; ++i) ASSERT_TRUE(watch.step(0.0, i % 3 == 2 ? 0.0 : 2.0, cycle_s));
+  watch.step(0.0, 2.0, cycle_s);
+  EXPECT_TRUE(watch.step(0.0, 2.0, cycle_s));
+  EXPECT_FALSE(watch.step(0.0, 2.0, cycle_s));
 }
 
 TEST(FollowingErrorRestart, ForgetsTheCyclesAndTheLastReference) {

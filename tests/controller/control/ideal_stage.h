@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "controller/control/axis.h"
+#include "tests/controller/control/healthy.h"
 #include "tests/support/piezo.h"
 
 namespace hystcan::controller {
@@ -27,18 +28,15 @@ class IdealStage {
 
   /// Input of the next cycle.
   AxisInput next_input() const {
+    NodeHealth health = all_is_well;
+    health.amplifier_enabled = command.enable;
+    health.amplifier_output = memory_.input;
     return {.time_s = time_s + cycle_s,
             .dt_s = cycle_s,
             .cycle_s = cycle_s,
             .position_um = creep_.output(creep_state_, memory_.output),
             .tracking_since_s = begin_s(),
-            .health = {.sensor_alive = true,
-                       .sensor_operational = true,
-                       .amplifier_alive = true,
-                       .amplifier_operational = true,
-                       .amplifier_ready = true,
-                       .amplifier_enabled = command.enable,
-                       .amplifier_output = memory_.input}};
+            .health = health};
   }
   AxisCommand cycle(const std::function<void(AxisInput&)>& disturb = {}) {
     AxisInput input = next_input();

@@ -1,69 +1,91 @@
+// Each test configures only the limits that it examines: the last value that is allowed, the first one that
+// is not, and what a good cycle in between resets. lost_samples_test.cpp has the bucket of lost samples.
 #include "controller/control/supervisor.h"
 
 #include <gtest/gtest.h>
 
-#include "controller/control/following_error.h"
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
 #include "controller/control/gate.h"
 #include "tests/controller/control/healthy.h"
 
 namespace hystcan::controller::supervisor_test {
 namespace {
 
-constexpr double cycle_s = 1e-3;
+constexpr double cycle_s = exact_cycle_s;
 
-Supervisor::Config config() {
-  return {.position_min_um = -3.0,
-          .position_max_um = 34.0,
-          .position_jump_um = 1.0,
-          .missing_samples = 3,
-          .frozen_cycles = 10,
-          .saturated_s = 0.0105,
-          .bus_passive_s = 0.0,
-          .drive_range = 100.0};
+AxisInput after_cycles(double cycles, double position_um) {
+  AxisInput input = sample(position_um);
+  input.dt_s = cycles * cycle_s;
+  return input;
 }
 
-AxisInput sample(std::optional<double> position_um) {
-  return {
-      .time_s = 0.0, .dt_s = cycle_s, .cycle_s = cycle_s, .position_um = position_um, .health = all_is_well};
+Cause cause_at(double position_um) { return Supervisor(basic_limits()).judge(sample(position_um)).cause; }
+
+TEST(ReferenceTime, StandsStillWhileTheReferencesWait) {
+  AxisInput input;
+  input.time_s = 3.0;
+  input.waited_s = 1.0;
+  EXPECT_EQ(input.reference_time_s(), 2.0);
 }
 
-/// The first cycle, counted from 1, in which `step` returns a cause; 0: none of a thousand cycles.
-template <class Step>
-int cycles_until_cause(Step step) {
-  for (int cycle = 1; cycle <= 1000; ++cycle)
-    if (step(cycle) != Cause::none) return cycle;
-  return 0;
+TEST(PositionRange, IncludesItsTwoBoundsAndNothingBeyond) {
+  EXPECT_EQ(cause_at(-3.0), Cause::none);
+  EXPECT_EQ(cause_at(34.0), Cause::none);
+  EXPECT_EQ(cause_at(-3.000001), Cause::position_implausible);
+  EXPECT_EQ(cause_at(34.000001), Cause::position_implausible);
 }
 
-TEST(Supervisor, BridgesASingleSpikeAndTripsOnAPositionThatStaysElsewhere) {
-  Supervisor spiked(config());
-  for (int i = 0; i < 1000; ++i) {
-    const bool spike = i % 50 == 49;
-    const Supervisor::Verdict verdict = spiked.judge(sample(spike ? 9.0 : 5.0 + 1e-4 * (i % 2)));
-    ASSERT_EQ(verdict.cause, Cause::none) << i;
-    ASSERT_EQ(verdict.position_um.has_value(), !spike);
-  }
-  Supervisor moved(config());
-  moved.judge(sample(5.0));
-  Cause cause = Cause::none;
-  EXPECT_EQ(cycles_until_cause([&](int) { return cause = moved.judge(sample(20.0)).cause; }), 4);
-  EXPECT_EQ(cause, Cause::position_jumped);
+// ---- jumps
+
+Supervisor::Config with_jump_of(double position_jump_um) {
+  Supervisor::Config judged = basic_limits();
+  judged.position_jump_um = position_jump_um;
+  return judged;
 }
 
-TEST(Supervisor, BelievesASecondJumpWhereTheDriveHasMovedTheStageSoFar) {
-  Supervisor supervisor(config());
+/// Whether a stage at 5 um may be at `position_um` after so many cycles.
+bool is_accepted(double position_um, double cycles = 1.0) {
+  Supervisor supervisor(with_jump_of(1.0));
   supervisor.judge(sample(5.0));
-  EXPECT_FALSE(supervisor.judge(sample(13.0), {0.0, 8.0}).position_um);
-  EXPECT_FALSE(supervisor.judge(sample(13.0)).position_um);
-  EXPECT_TRUE(supervisor.judge(sample(13.5), {0.0, 8.2}).position_um);
-  Supervisor at_once(config());
-  at_once.judge(sample(5.0));
-  EXPECT_FALSE(at_once.judge(sample(13.0), {0.0, 8.0}).position_um);
-  EXPECT_TRUE(at_once.judge(sample(13.0), {0.0, 8.0}).position_um);
+  return supervisor.judge(after_cycles(cycles, position_um)).position_um.has_value();
 }
 
-TEST(Supervisor, AllowsAJumpForEachLostCycle) {
-  Supervisor supervisor(config());
+TEST(PositionJump, IsJudgedInBothDirections) {
+  EXPECT_TRUE(is_accepted(6.0)) << "the limit itself";
+  EXPECT_TRUE(is_accepted(4.0));
+  EXPECT_FALSE(is_accepted(6.001));
+  EXPECT_FALSE(is_accepted(3.999));
+}
+
+TEST(PositionJump, IsAllowedOncePerWholeCycleRoundedToTheNearest) {
+  EXPECT_TRUE(is_accepted(6.9, 2.45));
+  EXPECT_FALSE(is_accepted(7.1, 2.45)) << "2.45 cycles are two";
+  EXPECT_TRUE(is_accepted(7.9, 2.55)) << "2.55 cycles are three";
+  EXPECT_FALSE(is_accepted(8.1, 2.55));
+}
+
+TEST(PositionJump, IsAllowedOnceInACycleThatIsShort) {
+  EXPECT_TRUE(is_accepted(5.9, 0.3));
+  EXPECT_FALSE(is_accepted(6.1, 0.3));
+}
+
+TEST(PositionJump, IsNotJudgedWhereItsLimitIsZero) {
+  Supervisor supervisor(basic_limits());
+  EXPECT_EQ(cycles_until_cause([&](int cycle) { return supervisor.judge(sample(cycle % 2 * 30.0)).cause; }),
+            0);
+}
+
+TEST(PositionJump, IsAlsoJudgedWhereItsLimitIsLessThanOneMicrometre) {
+  Supervisor supervisor(with_jump_of(0.25));
+  supervisor.judge(sample(5.0));
+  EXPECT_FALSE(supervisor.judge(sample(5.5)).position_um);
+}
+
+TEST(PositionJump, IsAllowedOncePerLostCycle) {
+  Supervisor supervisor(with_jump_of(1.0));
   supervisor.judge(sample(5.0));
   supervisor.judge(sample({}));
   supervisor.judge(sample({}));
@@ -71,96 +93,241 @@ TEST(Supervisor, AllowsAJumpForEachLostCycle) {
   EXPECT_FALSE(supervisor.judge(sample(9.1)).position_um);
 }
 
-TEST(Supervisor, AllowsAJumpForEachCycleThatTheSyncIsLate) {
-  Supervisor supervisor(config());
+TEST(PositionJump, BridgesASingleSpikeAndTripsOnAPositionThatStaysElsewhere) {
+  Supervisor spiked(with_jump_of(1.0));
+  for (int i = 0; i < 1000; ++i) {
+    const bool spike = i % 50 == 49;
+    const Supervisor::Verdict verdict = spiked.judge(sample(spike ? 9.0 : 5.0));
+    ASSERT_EQ(verdict.cause, Cause::none) << i;
+    ASSERT_EQ(verdict.position_um.has_value(), !spike);
+  }
+  Supervisor moved(with_jump_of(1.0));
+  moved.judge(sample(5.0));
+  Cause cause = Cause::none;
+  EXPECT_EQ(cycles_until_cause([&](int) { return cause = moved.judge(sample(20.0)).cause; }), 4);
+  EXPECT_EQ(cause, Cause::position_jumped);
+}
+
+TEST(PositionJump, BelievesASecondJumpWhereTheDriveHasMovedTheStageSoFar) {
+  Supervisor supervisor(with_jump_of(1.0));
   supervisor.judge(sample(5.0));
-  AxisInput late = sample(9.0);
-  late.dt_s = 4.2 * cycle_s;
-  EXPECT_TRUE(supervisor.judge(late).position_um);
+  EXPECT_FALSE(supervisor.judge(sample(13.0), {0.0, 8.0}).position_um);
   EXPECT_FALSE(supervisor.judge(sample(13.0)).position_um);
+  EXPECT_TRUE(supervisor.judge(sample(13.5), {0.0, 8.2}).position_um);
+  Supervisor at_once(with_jump_of(1.0));
+  at_once.judge(sample(5.0));
+  EXPECT_FALSE(at_once.judge(sample(13.0), {0.0, 8.0}).position_um);
+  EXPECT_TRUE(at_once.judge(sample(13.0), {0.0, 8.0}).position_um);
 }
 
-TEST(Supervisor, ReportsLateSamplesOrMissingOnesByTheGreaterNumber) {
-  for (const bool mostly_late : {true, false}) {
-    Supervisor supervisor(config());
-    Cause cause = Cause::none;
-    for (int i = 0; i < 4; ++i) {
-      AxisInput input = sample({});
-      input.late_sample = mostly_late ? i != 0 : i == 0;
-      cause = supervisor.judge(input).cause;
-    }
-    EXPECT_EQ(cause, mostly_late ? Cause::sample_late : Cause::sample_missing);
+// ---- times
+
+TEST(Stall, BeginsAfterTenCycles) {
+  EXPECT_EQ(Supervisor(basic_limits()).judge(after_cycles(10.0, 5.0)).cause, Cause::none);
+  EXPECT_EQ(Supervisor(basic_limits()).judge(after_cycles(10.01, 5.0)).cause, Cause::cycle_overrun);
+}
+
+TEST(EnableTimeout, IsHalfASecondFromTheFirstEnabledCommand) {
+  Supervisor supervisor(basic_limits());
+  for (int cycle = 0; cycle < 2000; ++cycle) {
+    AxisInput input = sample(5.0);
+    input.health.amplifier_enabled = false;
+    ASSERT_EQ(supervisor.judge(input).cause, Cause::none) << "not commanded";
+    supervisor.judge({.enable = false}, limit::none, cycle_s);
   }
-}
-
-// A computer that is too slow leaves SYNCs out, and its twin answers none in time.
-TEST(Supervisor, ReportsACycleOverrunWhereMostMissingSamplesAreOfCyclesThatWereTooLong) {
-  for (const bool mostly_long : {true, false}) {
-    Supervisor supervisor(config());
-    Cause cause = Cause::none;
-    for (int i = 0; i < 4; ++i) {
-      AxisInput input = sample({});
-      input.dt_s = (mostly_long ? i != 0 : i == 0) ? 4.0 * cycle_s : 1.4 * cycle_s;
-      cause = supervisor.judge(input).cause;
-    }
-    EXPECT_EQ(cause, mostly_long ? Cause::cycle_overrun : Cause::sample_missing);
-  }
-}
-
-/// The drive rises by this amount in each cycle; the position is constant to the last bit.
-int cycles_until_frozen(double drive_per_cycle) {
-  Supervisor supervisor(config());
-  return cycles_until_cause([&](int cycle) {
-    const Cause cause = supervisor.judge(sample(5.0)).cause;
-    supervisor.judge({.drive = drive_per_cycle * cycle, .enable = true}, limit::none, cycle_s);
+  const int cycles = cycles_until_cause([&](int) {
+    AxisInput input = sample(5.0);
+    input.health.amplifier_enabled = false;
+    const Cause cause = supervisor.judge(input).cause;
+    supervisor.judge({.enable = true}, limit::none, cycle_s);
     return cause;
   });
+  EXPECT_EQ(cycles, 512 + 2) << "the first cycle that begins more than 512 cycles after the first command";
 }
 
-TEST(Supervisor, ReportsAFrozenPositionOnlyWhereTheDriveHasMoved) {
-  EXPECT_EQ(cycles_until_frozen(0.0), 0) << "a quiet sensor at rest";
-  EXPECT_EQ(cycles_until_frozen(1.0), 11) << "frozen_cycles after the first cycle";
-  EXPECT_EQ(cycles_until_frozen(0.05), 42) << "after a fiftieth of the drive's range, 2 V";
+TEST(BusPassive, IsNeverJudgedWhereItsTimeIsZero) {
+  Supervisor supervisor(basic_limits());
+  AxisInput passive = sample(5.0);
+  passive.health.bus_passive = true;
+  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge(passive).cause; }), 0);
 }
 
-TEST(Supervisor, DoesNotReportAFrozenPositionWhereTheLastBitChanges) {
-  Supervisor supervisor(config());
-  for (int cycle = 1; cycle < 1000; ++cycle) {
-    ASSERT_EQ(supervisor.judge(sample(cycle % 9 == 0 ? 5.0001 : 5.0)).cause, Cause::none);
-    supervisor.judge({.drive = 0.1 * cycle, .enable = true}, limit::none, cycle_s);
-  }
+TEST(BusPassive, TripsAfterItsTimeWithoutABreak) {
+  Supervisor::Config judged = basic_limits();
+  judged.bus_passive_s = 10 * cycle_s;
+  AxisInput passive = sample(5.0);
+  passive.health.bus_passive = true;
+  Supervisor lasting(judged);
+  EXPECT_EQ(cycles_until_cause([&](int) { return lasting.judge(passive).cause; }), 11);
+  Supervisor interrupted(judged);
+  EXPECT_EQ(cycles_until_cause(
+                [&](int cycle) { return interrupted.judge(cycle % 11 == 0 ? sample(5.0) : passive).cause; }),
+            0);
 }
 
-TEST(Supervisor, TripsOnEveryLastingLimitButNotOnAnInterruptedOne) {
+TEST(Saturated, IsNeverJudgedWhereItsTimeIsZero) {
+  Supervisor supervisor(basic_limits());
+  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge({}, limit::range, cycle_s); }), 0);
+}
+
+TEST(Saturated, TripsOnEveryLastingLimitButNotOnAnInterruptedOne) {
+  Supervisor::Config judged = basic_limits();
+  judged.saturated_s = 10 * cycle_s;
   for (const std::uint8_t limits : {limit::range, limit::slew, limit::model}) {
-    Supervisor lasting(config());
+    Supervisor lasting(judged);
     Cause cause = Cause::none;
     EXPECT_EQ(cycles_until_cause([&](int) { return cause = lasting.judge({}, limits, cycle_s); }), 11);
     EXPECT_EQ(cause, Cause::saturated);
-    Supervisor interrupted(config());
+    Supervisor interrupted(judged);
     EXPECT_EQ(cycles_until_cause([&](int cycle) {
-                return interrupted.judge({}, cycle % 10 == 0 ? limit::none : limits, cycle_s);
+                return interrupted.judge({}, cycle % 11 == 0 ? limit::none : limits, cycle_s);
               }),
               0);
   }
 }
 
-TEST(Supervisor, TripsWhereTheModelIsNotInvertibleOrTheLawNotFiniteThreeTimesInARow) {
+TEST(ModelLeftRange, TripsAtTheThirdCycleInARow) {
   for (const std::uint8_t limits : {limit::not_invertible, limit::not_finite}) {
-    Supervisor supervisor(config());
+    Supervisor supervisor(basic_limits());
     Cause cause = Cause::none;
     EXPECT_EQ(cycles_until_cause([&](int) { return cause = supervisor.judge({}, limits, cycle_s); }), 3);
     EXPECT_EQ(cause, Cause::model_left_range);
   }
 }
 
-TEST(Supervisor, ResetsEverythingWhenTheAxisStartsAgain) {
-  Supervisor supervisor(config());
+TEST(ModelLeftRange, IsCountedAnewAfterEachGoodCycle) {
+  for (const std::uint8_t bad : {limit::not_invertible, limit::not_finite}) {
+    Supervisor supervisor(basic_limits());
+    EXPECT_EQ(cycles_until_cause([&](int cycle) {
+                return supervisor.judge({}, cycle % 3 == 0 ? limit::none : bad, cycle_s);
+              }),
+              0);
+  }
+}
+
+TEST(ModelLeftRange, IsNotCausedByOtherLimits) {
+  Supervisor supervisor(basic_limits());
+  constexpr std::uint8_t others = limit::range | limit::slew | limit::model;
+  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge({}, others, cycle_s); }), 0);
+}
+
+// ---- a frozen position
+
+/// In each cycle: the position, then the drive. The cycle that trips; 0: none.
+template <class Position, class Drive>
+int cycles_until_frozen(unsigned frozen_cycles, Position position_um, Drive drive) {
+  Supervisor::Config judged = basic_limits();
+  judged.frozen_cycles = frozen_cycles;
+  Supervisor supervisor(judged);
+  return cycles_until_cause([&](int cycle) {
+    const Cause cause = supervisor.judge(sample(position_um(cycle))).cause;
+    supervisor.judge({.drive = drive(cycle), .enable = true}, limit::none, cycle_s);
+    return cause;
+  });
+}
+
+double at_rest(int /*cycle*/) { return 5.0; }
+
+TEST(FrozenPosition, IsNeverJudgedWhereItsCyclesAreZero) {
+  EXPECT_EQ(cycles_until_frozen(0, at_rest, [](int cycle) { return 1.0 * cycle; }), 0);
+}
+
+TEST(FrozenPosition, IsJudgedOnlyIfTheDriveHasMoved) {
+  EXPECT_EQ(cycles_until_frozen(10, at_rest, [](int /*cycle*/) { return 0.0; }), 0)
+      << "a quiet sensor at rest";
+  EXPECT_EQ(cycles_until_frozen(10, at_rest, [](int cycle) { return 1.0 * cycle; }), 11)
+      << "frozen_cycles after the first cycle";
+}
+
+TEST(FrozenPosition, MayBeJudgedAfterOneCycle) {
+  EXPECT_EQ(cycles_until_frozen(1, at_rest, [](int cycle) { return 10.0 * cycle; }), 2);
+}
+
+TEST(FrozenPosition, NeedsMoreThanAFiftiethOfTheDrivesRange) {
+  EXPECT_EQ(cycles_until_frozen(2, at_rest, [](int cycle) { return 0.5 * cycle; }), 6) << "2.5 V of 100 V";
+}
+
+TEST(FrozenPosition, IsAlsoSeenWhereTheDriveFalls) {
+  EXPECT_EQ(cycles_until_frozen(2, at_rest, [](int cycle) { return -0.5 * cycle; }), 6);
+}
+
+TEST(FrozenPosition, StartsAgainAfterEachChangeOfTheLastBit) {
+  const auto cycles = [](int cycles_to_a_change) {
+    const auto position_um = [=](int cycle) {
+      return cycle / cycles_to_a_change % 2 == 0 ? 5.0 : std::nextafter(5.0, 6.0);
+    };
+    return cycles_until_frozen(10, position_um, [](int cycle) { return 1.0 * cycle; });
+  };
+  EXPECT_EQ(cycles(10), 0);
+  EXPECT_EQ(cycles(11), 21);
+}
+
+TEST(FrozenPosition, CountsOnlyTheTravelOfTheDriveSinceItsLastChange) {
+  const auto moves = [](int cycle) { return 5.0 + 0.01 * std::min(cycle, 100); };
+  EXPECT_EQ(cycles_until_frozen(2, moves, [](int cycle) { return 1.5 * std::min(cycle, 100); }), 0)
+      << "the drive moves 1.5 V after the last change, then it rests";
+}
+
+// ---- restart and retune
+
+TEST(SupervisorRestart, ResetsTheCountOfLostSamples) {
+  Supervisor supervisor(basic_limits());
   for (int i = 0; i < 3; ++i) supervisor.judge(sample({}));
   supervisor.restart();
   for (int i = 0; i < 3; ++i) EXPECT_EQ(supervisor.judge(sample({})).cause, Cause::none);
   EXPECT_NE(supervisor.judge(sample({})).cause, Cause::none);
 }
+
+Supervisor::Config bridging(unsigned missing_samples) {
+  Supervisor::Config changed = basic_limits();
+  changed.missing_samples = missing_samples;
+  return changed;
+}
+
+TEST(SupervisorRetune, AppliesTheNewNumberOfMissingSamplesAndCountsFromZero) {
+  for (const unsigned missing_samples : {1u, 3u, 20u}) {
+    Supervisor supervisor(basic_limits());
+    for (int i = 0; i < 3; ++i) supervisor.judge(sample({}));
+    supervisor.retune(bridging(missing_samples));
+    EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge(sample({})).cause; }),
+              static_cast<int>(missing_samples) + 1);
+  }
+}
+
+TEST(SupervisorRetune, AppliesTheNewPositionRange) {
+  Supervisor supervisor(basic_limits());
+  Supervisor::Config wider = basic_limits();
+  wider.position_max_um = 60.0;
+  supervisor.retune(wider);
+  EXPECT_EQ(supervisor.judge(sample(50.0)).cause, Cause::none);
+}
+
+TEST(SupervisorRetune, LetsTheTimersContinue) {
+  Supervisor::Config judged = basic_limits();
+  judged.saturated_s = 10 * cycle_s;
+  Supervisor supervisor(judged);
+  for (int i = 0; i < 8; ++i) supervisor.judge({}, limit::range, cycle_s);
+  supervisor.retune(judged);
+  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge({}, limit::range, cycle_s); }), 3);
+}
+
+// ---- the amplifier's statuses
+
+bool is_too_old(double age_s, std::chrono::nanoseconds timeout) {
+  NodeHealth health = all_is_well;
+  health.status_age_s = age_s;
+  return is_status_too_old(health, timeout);
+}
+
+TEST(StatusAge, IsJudgedBeyondTheTimeoutAlone) {
+  EXPECT_FALSE(is_too_old(0.5, std::chrono::milliseconds(500)));
+  EXPECT_TRUE(is_too_old(0.501, std::chrono::milliseconds(500)));
+  EXPECT_TRUE(is_too_old(0.001, std::chrono::nanoseconds(1)));
+}
+
+TEST(StatusAge, IsNotJudgedWithATimeoutOfZero) { EXPECT_FALSE(is_too_old(1000.0, {})); }
+
+// ---- causes
 
 TEST(Fault, EveryCauseHasItsOwnNameAndRemedy) {
   for (std::size_t i = 1; i < cause_count; ++i) {
@@ -168,28 +335,6 @@ TEST(Fault, EveryCauseHasItsOwnNameAndRemedy) {
     for (std::size_t j = 0; j < i; ++j)
       EXPECT_NE(to_string(static_cast<Cause>(i)), to_string(static_cast<Cause>(j)));
   }
-}
-
-TEST(FollowingError, AllowsALagOfAMovingStageAndNoneOfARestingStage) {
-  const FollowingError::Config config{.error_um = 1.0, .lag = std::chrono::milliseconds(5), .cycles = 1};
-  FollowingError moving(config);
-  FollowingError resting(config);
-  for (int i = 0; i < 100; ++i) {
-    const double reference_um = 1.0 * i;  // 1000 um/s, so that the lag is 5 um
-    ASSERT_EQ(moving.step(reference_um, reference_um - 5.9, cycle_s), i != 0)
-        << "the first cycle has no slope";
-    ASSERT_TRUE(resting.step(50.0, 50.9, cycle_s));
-  }
-  EXPECT_FALSE(moving.step(100.0, 100.0 - 6.1, cycle_s));
-  EXPECT_FALSE(resting.step(50.0, 51.1, cycle_s));
-}
-
-TEST(FollowingError, TripsOnlyAfterTheConfiguredCyclesInARow) {
-  FollowingError watch({.error_um = 1.0, .lag = {}, .cycles = 3});
-  for (int i = 0; i < 30; ++i) ASSERT_TRUE(watch.step(0.0, i % 3 == 2 ? 0.0 : 2.0, cycle_s));
-  watch.step(0.0, 2.0, cycle_s);
-  EXPECT_TRUE(watch.step(0.0, 2.0, cycle_s));
-  EXPECT_FALSE(watch.step(0.0, 2.0, cycle_s));
 }
 
 }  // namespace

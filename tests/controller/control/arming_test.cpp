@@ -1,82 +1,15 @@
-// What arms an axis, at its bounds: the time of a clear, where the drive begins, the delay of the amplifier,
-// and its watchdog, which is tried by withholding commands.
+// How an axis is armed: its first drive, the delay of the amplifier, and the trial of the amplifier's
+// watchdog, which withholds commands.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <functional>
 #include <limits>
 
-#include "controller/control/arming.h"
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller::arming_bounds_test {
+namespace hystcan::controller::arming_test {
 namespace {
-
-constexpr double exact_cycle_s = 1.0 / 1024.0;  // sums of it are exact
-
-// ---- the attempt to clear
-
-constexpr NodeHealth faulty{.amplifier_operational = true, .amplifier_fault = true};
-
-TEST(ClearAttempt, CommandsNothingBeforeItBegins) {
-  EXPECT_FALSE(ClearAttempt().step(faulty, exact_cycle_s));
-}
-
-TEST(ClearAttempt, LastsForHalfASecond) {
-  ClearAttempt attempt;
-  attempt.begin();
-  for (int i = 0; i < 512; ++i) ASSERT_TRUE(attempt.step(faulty, exact_cycle_s)) << i;
-  EXPECT_FALSE(attempt.step(faulty, exact_cycle_s));
-}
-
-TEST(ClearAttempt, DoesNotCountTheTimeInWhichTheAmplifierIsNotOperational) {
-  ClearAttempt attempt;
-  attempt.begin();
-  const NodeHealth stopped{.amplifier_fault = true};
-  for (int i = 0; i < 2000; ++i) ASSERT_TRUE(attempt.step(stopped, exact_cycle_s));
-  for (int i = 0; i < 512; ++i) ASSERT_TRUE(attempt.step(faulty, exact_cycle_s));
-  EXPECT_FALSE(attempt.step(faulty, exact_cycle_s));
-}
-
-TEST(ClearAttempt, CommandsNothingWhereTheAmplifierHasNoFault) {
-  ClearAttempt attempt;
-  attempt.begin();
-  EXPECT_FALSE(attempt.step({.amplifier_operational = true}, exact_cycle_s));
-}
-
-TEST(ClearAttempt, IsMadeOnlyByAStartThatAsksForIt) {
-  for (const bool clears : {false, true}) {
-    IdealStage stage;
-    stage.axis.start(clears);
-    const AxisCommand command = stage.cycle([](AxisInput& in) { in.health.amplifier_fault = true; });
-    EXPECT_EQ(command.clear_fault, clears);
-    EXPECT_EQ(stage.axis.state(), clears ? AxisState::waiting : AxisState::faulted);
-  }
-}
-
-TEST(ClearAttempt, IsMadeAtTheStartAfterAClear) {
-  IdealStage stage;
-  const auto fault = [](AxisInput& in) { in.health.amplifier_fault = true; };
-  stage.axis.start(false);
-  stage.cycle(fault);
-  ASSERT_TRUE(stage.axis.clear());
-  stage.axis.start(false);
-  EXPECT_TRUE(stage.cycle(fault).clear_fault);
-}
-
-TEST(ClearAttempt, DoesNotOutliveAStop) {
-  IdealStage stage;
-  const auto fault = [](AxisInput& in) { in.health.amplifier_fault = true; };
-  stage.axis.start(true);
-  stage.cycle(fault);
-  stage.axis.stop();
-  stage.cycle(fault);
-  ASSERT_EQ(stage.axis.state(), AxisState::offline);
-  stage.axis.start(false);
-  EXPECT_FALSE(stage.cycle(fault).clear_fault);
-  EXPECT_EQ(stage.axis.state(), AxisState::faulted);
-}
 
 // ---- where the drive begins
 
@@ -127,6 +60,25 @@ TEST(ArmedDrive, FollowsAReadingThatDiffersByMore) {
   stage.cycle(with_output(60.0, false));
   EXPECT_EQ(stage.cycle(with_output(58.9, false)).drive, 58.9);
   EXPECT_EQ(stage.cycle(with_output(60.0, false)).drive, 60.0);
+}
+
+/// An amplifier whose output falls while its relay is open: what it commands when the relay closes is no
+/// step.
+TEST(ArmedDrive, FollowsAnOutputThatFallsBeforeTheAmplifierIsEnabled) {
+  IdealStage stage;
+  double output = 60.0;
+  const auto discharging = [&](AxisInput& in) {
+    in.health.amplifier_enabled = false;
+    in.health.amplifier_output = output;
+    in.position_um = 0.3 * output;
+  };
+  stage.axis.start(false);
+  stage.cycle(discharging);
+  for (int i = 0; i < 300; ++i) {
+    output *= 0.99;
+    const AxisCommand command = stage.cycle(discharging);
+    ASSERT_NEAR(command.drive, output, 1.01) << to_string(stage.axis.fault().cause);
+  }
 }
 
 TEST(ArmedDrive, StaysWhereTheReadingIsNoNumber) {
@@ -196,6 +148,25 @@ TEST(ArmedDrive, IsPartOfTheModelsMemoryAlsoWhileItFollowsTheOutput) {
 
 // ---- until the amplifier is enabled
 
+TEST(ArmedDrive, HoldsTheOutputUntilTheAmplifierReportsThatItDrives) {
+  const auto not_yet_enabled = [](AxisInput& in) {
+    in.health.amplifier_enabled = false;
+    in.health.amplifier_output = 7.0;
+  };
+  IdealStage stage;
+  stage.axis.start(false);
+  stage.cycle(not_yet_enabled);
+  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+  for (int i = 0; i < 400; ++i) {
+    const AxisCommand command = stage.cycle(not_yet_enabled);
+    EXPECT_TRUE(command.enable);
+    EXPECT_EQ(command.drive, 7.0);
+  }
+  EXPECT_EQ(stage.axis.state(), AxisState::initialising);
+  EXPECT_TRUE(stage.reaches(AxisState::ready)) << "the whole ramp follows";
+  EXPECT_EQ(stage.highest_drive, 100.0);
+}
+
 Disturbance exact(bool enabled) {
   return [=](AxisInput& in) {
     in.dt_s = in.cycle_s = exact_cycle_s;
@@ -246,6 +217,25 @@ TEST(EnableDelay, DoesNotReplaceTheReportOfTheAmplifierAtALaterStart) {
   stage.axis.start(false);
   for (int i = 0; i < 100; ++i) stage.cycle(exact(false));
   EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::enabled);
+}
+
+TEST(StopBeforeTheAmplifierIsEnabled, SwitchesOffAtOnceWhereverItsOutputIs) {
+  IdealStage stage;
+  stage.axis.start(false);
+  for (int i = 0; i < 3; ++i) stage.cycle(with_output(30.0, false));
+  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+  stage.axis.stop();
+  EXPECT_FALSE(stage.cycle(with_output(30.0, false)).enable);
+  EXPECT_EQ(stage.axis.state(), AxisState::offline);
+}
+
+TEST(StopAfterTheAmplifierIsEnabled, RampsDown) {
+  IdealStage stage;
+  stage.axis.start(false);
+  for (int i = 0; i < 3; ++i) stage.cycle(with_output(30.0, true));
+  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
+  stage.axis.stop();
+  EXPECT_TRUE(stage.cycle(with_output(30.0, true)).enable);
 }
 
 // ---- the watchdog
@@ -360,46 +350,5 @@ TEST(WatchdogTrial, ReportsItsTimeInTheCycleThatEndsIt) {
   EXPECT_FALSE(axis.stage.axis.report().watchdog_tripped_after_s);
 }
 
-TEST(StopBeforeTheAmplifierIsEnabled, SwitchesOffAtOnceWhereverItsOutputIs) {
-  IdealStage stage;
-  stage.axis.start(false);
-  for (int i = 0; i < 3; ++i) stage.cycle(with_output(30.0, false));
-  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
-  stage.axis.stop();
-  EXPECT_FALSE(stage.cycle(with_output(30.0, false)).enable);
-  EXPECT_EQ(stage.axis.state(), AxisState::offline);
-}
-
-TEST(StopAfterTheAmplifierIsEnabled, RampsDown) {
-  IdealStage stage;
-  stage.axis.start(false);
-  for (int i = 0; i < 3; ++i) stage.cycle(with_output(30.0, true));
-  ASSERT_EQ(stage.axis.state(), AxisState::initialising);
-  stage.axis.stop();
-  EXPECT_TRUE(stage.cycle(with_output(30.0, true)).enable);
-}
-
-// ---- the report
-
-TEST(ArmingReport, SaysWhetherTheOtherAxesAreMissing) {
-  IdealStage stage;
-  stage.axis.start(false);
-  ASSERT_TRUE(stage.reaches(AxisState::ready));
-  stage.cycle([](AxisInput& in) { in.tracking_since_s.reset(); });
-  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::other_axes);
-  stage.cycle();
-  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::nothing);
-}
-
-TEST(ArmingReport, SaysNothingOfAnAxisThatIsOffline) {
-  IdealStage stage;
-  stage.axis.start(false);
-  stage.cycle([](AxisInput& in) { in.health.sensor_alive = false; });
-  ASSERT_EQ(stage.axis.report().arming_blocks, ArmingBlock::sensor_heartbeat);
-  stage.axis.stop();
-  stage.cycle();
-  EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::nothing);
-}
-
 }  // namespace
-}  // namespace hystcan::controller::arming_bounds_test
+}  // namespace hystcan::controller::arming_test

@@ -1,10 +1,10 @@
-// The check of the amplifier's output at its bounds: the last output that agrees and the first that differs,
-// how long a drive counts, and what a start leaves of the time before.
+// The check of the amplifier's output: the last output that agrees and the first one that differs, how long
+// a drive counts, and what a start resets. tests/safety/output_check_test.cpp has the check in an axis.
 #include <gtest/gtest.h>
 
 #include "controller/control/plausibility.h"
 
-namespace hystcan::controller::output_check_bounds_test {
+namespace hystcan::controller::output_check_test {
 namespace {
 
 constexpr double range = 100.0, cycle_s = 1.0 / 1024.0, unlimited = 1e6;
@@ -123,4 +123,4 @@ TEST(OutputCheck, ForgetsDrivesVerdictAndTimeAtARestart) {
 }
 
 }  // namespace
-}  // namespace hystcan::controller::output_check_bounds_test
+}  // namespace hystcan::controller::output_check_test

@@ -1,5 +1,6 @@
-// The check of the start-up's ramps at its bounds, on a stage without hysteresis: the last position that
-// agrees and the first that contradicts, from when a ramp is judged, and what else a position may do.
+// The check of the start-up's ramps and the course of the model, mostly on a stage without hysteresis: the
+// last position that agrees and the first one that contradicts, from when a ramp is judged, and what else a
+// position may do. tests/safety/ramp_check_test.cpp has the check in an axis.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 #include "model/hysteresis_parameters.h"
 #include "tests/support/piezo.h"
 
-namespace hystcan::controller::ramp_check_bounds_test {
+namespace hystcan::controller::ramp_check_test {
 namespace {
 
 constexpr double cycle_s = 1e-3, half_volt = 0.5, um_per_volt = 0.3;
@@ -172,7 +173,7 @@ TEST(CourseTest, CountsACycleThatIsHalfOne) {
 
 // ---- size
 
-TEST(RampCheckBounds, AllowAStageToBeLessOrMoreSteepByItsDoubt) {
+TEST(RampCheck, AllowsAStageToBeLessOrMoreSteepByItsDoubt) {
   for (const double gain : {um_per_volt, 0.1 * um_per_volt}) {
     const auto contradicts_at = [gain](double share) {
       return Ramp(strict(), 0.0, 1e-9, gain).rests(0.0).contradicts_at(half_volt, 100.0, share);
@@ -184,25 +185,25 @@ TEST(RampCheckBounds, AllowAStageToBeLessOrMoreSteepByItsDoubt) {
   }
 }
 
-TEST(RampCheckBounds, JudgeTheSizeFourteenPercentBehindTheFirstEight) {
+TEST(RampCheck, JudgesTheSizeFourteenPercentBehindTheFirstEight) {
   EXPECT_EQ(Ramp().rests(0.0).contradicts_at(half_volt, 100.0, 0.5), 23.5) << "beyond 22 V for three cycles";
   EXPECT_EQ(Ramp(strict(), 100.0).rests(30.0).contradicts_at(-half_volt, 0.0, 0.5), 76.5);
 }
 
-TEST(RampCheckBounds, JudgeTheSizeAnewInWindowsOfSixteenPercent) {
+TEST(RampCheck, JudgesTheSizeAgainInWindowsOfSixteenPercent) {
   EXPECT_EQ(Ramp().rests(0.0).follows_to(24.0, half_volt).contradicts_at(half_volt, 100.0, 0.0), 39.5);
   EXPECT_EQ(Ramp().rests(0.0).follows_to(40.0, half_volt).contradicts_at(half_volt, 100.0, 0.0), 55.5);
 }
 
-TEST(RampCheckBounds, JudgeTheSizeAfterSixCyclesEachOfARampThatIsFast) {
+TEST(RampCheck, JudgesTheSizeAfterSixCyclesEachOfARampThatIsFast) {
   EXPECT_EQ(Ramp().rests(0.0).contradicts_at(5.0, 100.0, 0.5), 70.0) << "6, 6 and 3 cycles";
 }
 
-TEST(RampCheckBounds, JudgeTheSizeAnewBehindATurn) {
+TEST(RampCheck, JudgesTheSizeAgainBehindATurn) {
   EXPECT_EQ(Ramp().rests(0.0).follows_to(40.0, half_volt).contradicts_at(-half_volt, 0.0, 0.5), 16.0);
 }
 
-TEST(RampCheckBounds, LeaveOutWhatTheOtherAxesAdd) {
+TEST(RampCheck, SubtractsThePositionThatTheOtherAxesAdd) {
   Ramp ramp;
   ramp.rests(0.0);
   for (int i = 1; i <= 200; ++i) {
@@ -224,7 +225,7 @@ int cycles_until_it_contradicts(Ramp& ramp, double volt, double share, double be
   return 0;
 }
 
-TEST(RampCheckBounds, AllowAPositionToMoveBackwardsByAQuarterOfTheRamp) {
+TEST(RampCheck, AllowsAPositionToMoveBackwardsByAQuarterOfTheRamp) {
   for (const double begin : {0.0, 50.0})
     for (const double share : {0.249, 0.251}) {
       Ramp ramp(strict(), begin);
@@ -236,7 +237,7 @@ TEST(RampCheckBounds, AllowAPositionToMoveBackwardsByAQuarterOfTheRamp) {
 }
 
 // Behind the turn the delayed model rises for 12 cycles more while the drive falls.
-TEST(RampCheckBounds, AllowAPositionThatStillRisesBehindATurnToRiseByThreeTenthsMore) {
+TEST(RampCheck, AllowsAPositionThatStillRisesBehindATurnToRiseByThreeTenthsMore) {
   for (const double share : {1.42, 1.44}) {
     Ramp ramp(strict(), 0.0, 0.02);
     ramp.rests(0.0).follows_to(60.0, half_volt);
@@ -249,7 +250,27 @@ TEST(RampCheckBounds, AllowAPositionThatStillRisesBehindATurnToRiseByThreeTenths
   }
 }
 
-TEST(RampCheckBounds, TripAtTheThirdContradictionInARow) {
+// 30 ms that are stated, at 2 V in a cycle: the position rises for 20 cycles more while the drive falls.
+TEST(RampCheck, AcceptsASlowSensorThatStillRisesBehindTheTurn) {
+  constexpr double tau_s = 0.03;
+  Course course(support::piezo_model(), {.sensor_bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * tau_s)});
+  RampCheck check(
+      {.drive_range = 100.0, .stroke_um = 30.0, .ramp_um_per_s = 600.0, .mode_rad_per_s = 3e4, .doubt = 0.3});
+  course.restart(0.0);
+  AxisInput input;
+  input.dt_s = input.cycle_s = 1e-3;
+  input.position_um = course.position_um();
+  check.rest(course, 0.0, input);
+  double drive = 0.0;
+  for (int cycle = 0; cycle < 80; ++cycle) {
+    drive += cycle < 50 ? 2.0 : -2.0;
+    course.step(drive, input.dt_s, input.cycle_s);
+    *input.position_um += (course.position_um() - *input.position_um) * input.dt_s / (input.dt_s + tau_s);
+    ASSERT_TRUE(check.step(course, drive, input)) << drive << " V, cycle " << cycle;
+  }
+}
+
+TEST(RampCheck, TripsAtTheThirdContradictionInARow) {
   Ramp ramp;
   ramp.rests(0.0);
   const auto rises = [&] { return ramp.agrees(half_volt, 0.0); };
@@ -259,7 +280,7 @@ TEST(RampCheckBounds, TripAtTheThirdContradictionInARow) {
   EXPECT_FALSE(falls());
 }
 
-TEST(RampCheckBounds, CountOnlySamples) {
+TEST(RampCheck, CountsOnlySamples) {
   Ramp ramp;
   ramp.rests(0.0);
   EXPECT_TRUE(ramp.agrees(half_volt, -5.0) && ramp.agrees(half_volt, -5.0));
@@ -267,7 +288,7 @@ TEST(RampCheckBounds, CountOnlySamples) {
   EXPECT_FALSE(ramp.agrees(half_volt, -5.0));
 }
 
-TEST(RampCheckBounds, CountAnewBehindATurnAlsoWithoutItsSample) {
+TEST(RampCheck, CountsFromZeroBehindATurnAlsoWithoutItsSample) {
   for (const bool with_sample : {true, false}) {
     Ramp ramp;
     ramp.rests(0.0).follows_to(4.0, half_volt);
@@ -281,14 +302,14 @@ TEST(RampCheckBounds, CountAnewBehindATurnAlsoWithoutItsSample) {
 // ---- where the ramp begins
 
 // The load discharges: the position falls by 5 um while the drive does not move.
-TEST(RampCheckBounds, BeginWhereTheDriveFirstMoves) {
+TEST(RampCheck, BeginsWhenTheDriveFirstMoves) {
   Ramp ramp;
   ramp.rests(0.0);
   for (int i = 1; i <= 50; ++i) EXPECT_TRUE(ramp.agrees(0.0, -0.1 * i));
   for (int i = 0; i < 10; ++i) EXPECT_TRUE(ramp.agrees(half_volt, -5.0));
 }
 
-TEST(RampCheckBounds, DoNotBeginAnewWhereTheDriveWaits) {
+TEST(RampCheck, DoesNotBeginAgainIfTheDriveWaits) {
   for (const double sign : {1.0, -1.0}) {
     Ramp ramp(strict(), 50.0);
     ramp.rests(0.0).follows_to(50.0 + sign * 4.0, sign * half_volt);
@@ -311,25 +332,25 @@ void expect_error_um(const Ramp& rested, double error_um) {
   }
 }
 
-TEST(RampCheckBounds, AllowThreeThousandthsOfTheStroke) {
+TEST(RampCheck, AllowsThreeThousandthsOfTheStroke) {
   RampCheck::Config config = strict();
   config.stroke_um = 100.0;
   expect_error_um(Ramp(config).rests(0.0), 0.3);
 }
 
-TEST(RampCheckBounds, AllowTheRingingAtTheCornersOfTheRamp) {
+TEST(RampCheck, AllowsTheRingingAtTheCornersOfTheRamp) {
   RampCheck::Config config = strict();
   config.ramp_um_per_s = 150.0;
   config.mode_rad_per_s = 300.0;
   expect_error_um(Ramp(config).rests(0.0), 0.5);
 }
 
-TEST(RampCheckBounds, AllowTheRangeOfThePositionAtRest) {
+TEST(RampCheck, AllowsTheRangeOfThePositionAtRest) {
   expect_error_um(Ramp().rests(20.0).rests(20.5).rests(20.2), 0.5);
 }
 
 // A speed of 100 um/s at 1000 rad/s swings by 0.1 um.
-TEST(RampCheckBounds, AllowAsMuchAsTheFastestSpeedAtRestSwingsInTheMode) {
+TEST(RampCheck, AllowsAsMuchAsTheFastestSpeedAtRestSwingsInTheMode) {
   RampCheck::Config config = strict();
   config.mode_rad_per_s = 1000.0;
   expect_error_um(Ramp(config).rests(20.0).rests(20.1), 0.2);
@@ -353,17 +374,17 @@ void expect_forgotten_in(const RampCheck::Config& config, double cycles) {
   }
 }
 
-TEST(RampCheckBounds, ForgetTheRangeAtRestInTwoHundredCycles) {
+TEST(RampCheck, DropsTheRangeAtRestInTwoHundredCycles) {
   RampCheck::Config config = strict();
   config.decay_s = 0.0;
   expect_forgotten_in(config, 200.0);
 }
 
-TEST(RampCheckBounds, ForgetTheRangeAtRestAsSlowlyAsTheModeDecays) {
+TEST(RampCheck, DropsTheRangeAtRestAsSlowlyAsTheModeDecays) {
   RampCheck::Config config = strict();
   config.decay_s = 0.4;
   expect_forgotten_in(config, 400.0);
 }
 
 }  // namespace
-}  // namespace hystcan::controller::ramp_check_bounds_test
+}  // namespace hystcan::controller::ramp_check_test
