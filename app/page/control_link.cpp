@@ -5,7 +5,6 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
-#include <chrono>
 #include <istream>
 #include <utility>
 
@@ -18,14 +17,18 @@ namespace {
 using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
-constexpr auto longest_wait = std::chrono::seconds(5);
 constexpr std::size_t longest_line = 1'048'576;
 constexpr std::size_t most_waiting = 64;
 
 }  // namespace
 
-ControlLink::ControlLink(boost::asio::io_context& context, std::function<std::filesystem::path()> place)
-    : place_(std::move(place)), socket_(context), limit_(context), received_(longest_line) {}
+ControlLink::ControlLink(boost::asio::io_context& context, std::function<std::filesystem::path()> place,
+                         std::chrono::seconds answer_limit)
+    : place_(std::move(place)),
+      answer_limit_(answer_limit),
+      socket_(context),
+      limit_(context),
+      received_(longest_line) {}
 
 void ControlLink::ask(const nlohmann::json& command, Done done) {
   if (waiting_.size() >= most_waiting) return done(refusal("too many commands at once"));
@@ -39,9 +42,10 @@ void ControlLink::close() {
 }
 
 void ControlLink::begin() {
-  limit_.expires_after(longest_wait);
+  limit_.expires_after(answer_limit_);
   limit_.async_wait([this, connection = connection_](const error_code& cancelled) {
-    if (!cancelled && connection == connection_) fail("no answer within 5 s");
+    if (!cancelled && connection == connection_)
+      fail(fmt::format("no answer within {} s", answer_limit_.count()));
   });
   socket_.is_open() ? write() : connect();
 }

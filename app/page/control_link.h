@@ -6,6 +6,7 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/streambuf.hpp>
+#include <chrono>
 #include <deque>
 #include <filesystem>
 #include <functional>
@@ -18,8 +19,10 @@ class ControlLink {
  public:
   using Done = std::function<void(nlohmann::json answer)>;
 
-  /// `place`: where the socket is, asked before each connection.
-  ControlLink(boost::asio::io_context& context, std::function<std::filesystem::path()> place);
+  /// `place`: returns the path of the socket, before each connection. A command without an answer within
+  /// `answer_limit` fails.
+  ControlLink(boost::asio::io_context& context, std::function<std::filesystem::path()> place,
+              std::chrono::seconds answer_limit);
 
   void ask(const nlohmann::json& command, Done done);
   /// Gives the right to write back. Commands under way are answered as refused.
@@ -48,6 +51,7 @@ class ControlLink {
   void fail(const std::string& reason);
 
   std::function<std::filesystem::path()> place_;
+  std::chrono::seconds answer_limit_;
   boost::asio::local::stream_protocol::socket socket_;
   boost::asio::steady_timer limit_;
   boost::asio::streambuf received_;

@@ -3,6 +3,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
@@ -31,7 +32,8 @@ struct PageOptions {
   bool exposed = false;
   std::string start_command{};
   std::function<std::filesystem::path()> controller_socket, twin_socket;
-  std::function<void()> start_again{};  ///< of a demo: begins another rehearsal, or throws why it cannot
+  std::chrono::seconds answer_limit{5};  ///< time for the controller to answer a command
+  std::function<void()> start_again{};   ///< of a demo: begins another rehearsal, or throws why it cannot
 };
 
 /// Work that takes the page's thread for a while: one piece at a time, the clients in turn, and at most half

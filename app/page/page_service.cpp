@@ -30,10 +30,10 @@ PageService::PageService(boost::asio::io_context& context, PageOptions options, 
             {.changed = [this] { stream_changed(twin_); },
              .row = [](std::span<const double>) {},
              .batch = [this](std::uint32_t lost) { batch(twin_, lost); }}),
-      role_(context, options_.controller_socket, clients_, events_),
+      role_(context, options_.controller_socket, options_.answer_limit, clients_, events_),
       requests_(context, options_, access_, clients_, events_, controller_, role_),
       timer_(context),
-      looking_(context, options_.controller_socket),
+      looking_(context, options_.controller_socket, options_.answer_limit),
       bus_(options_.interface, options_.frames) {
   look();
 }

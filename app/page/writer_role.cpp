@@ -14,12 +14,12 @@ bool ends_something(const json& command) {
 }
 
 WriterRole::WriterRole(boost::asio::io_context& context, const std::function<std::filesystem::path()>& place,
-                       PageClients& clients, PageEvents& events)
+                       std::chrono::seconds answer_limit, PageClients& clients, PageEvents& events)
     : clients_(clients),
       events_(events),
-      reading_(context, place),
-      writing_(context, place),
-      ending_(context, place) {}
+      reading_(context, place, answer_limit),
+      writing_(context, place, answer_limit),
+      ending_(context, place, answer_limit) {}
 
 void WriterRole::give_to(std::uint64_t client) {
   if (holder_ == client) return;

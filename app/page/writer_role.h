@@ -17,9 +17,9 @@ namespace hystcan::app {
 
 class WriterRole {
  public:
-  /// `place`: where the control socket is, asked before each connection.
+  /// `place`, `answer_limit`: as of ControlLink.
   WriterRole(boost::asio::io_context& context, const std::function<std::filesystem::path()>& place,
-             PageClients& clients, PageEvents& events);
+             std::chrono::seconds answer_limit, PageClients& clients, PageEvents& events);
 
   bool is_free() const { return holder_ == 0; }
   bool is_of(const PageClient& client) const { return holder_ == client.number; }

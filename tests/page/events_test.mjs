@@ -2,11 +2,11 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { copyOfConfig, ctl, openPage, startDemoWithPage, takeControl, until } from './support.mjs';
+import { copyOfConfig, ctl, openPage, seesTracking, startDemoWithPage, takeControl, until } from './support.mjs';
 
 const { demo, browser, page } = await startDemoWithPage({ config: copyOfConfig() });
 const other = await openPage(browser, demo);
-await until('the axis tracks', async () => /tracking/.test(await page.textContent('#axis-0-state')));
+await seesTracking(page);
 
 /** Waits for an event on this page and on the other one, which calls the first one by its number. */
 async function bothSee(words) {

@@ -2,10 +2,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { ctl, startDemoWithPage, until } from './support.mjs';
+import { ctl, seesTracking, startDemoWithPage, until } from './support.mjs';
 
 const { demo, page } = await startDemoWithPage();
-await until('the first axis tracks', async () => /tracking/i.test(await page.textContent('#axis-0-state')));
+await seesTracking(page);
 
 test('A fault appears with the words and the remedy of the server', async () => {
   const injected = await ctl(demo.twinSocket, 'inject', 'wrong_crc', '--axis', 'x', '--node', 'sensor');

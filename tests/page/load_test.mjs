@@ -2,13 +2,13 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 
-import { openPage, pictureOf, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
+import { openPage, pictureOf, seesTheLoopRun, seesTracking, startBrowser, startDemo, until } from './support.mjs';
 
 let demo, browser, page;
 before(async () => {
   demo = await startDemo();
   browser = await startBrowser();
-  page = await openPage(browser, demo);
+  page = await openPage(browser, demo, { isAtFullRate: true });
 });
 after(async () => {
   await browser.close();
@@ -24,7 +24,7 @@ test('It draws what the controller sends', async () => {
 });
 
 test('The axis is shown as tracking', async () => {
-  await until('the first axis tracks', async () => /tracking/i.test(await page.textContent('#axis-0-state')));
+  await seesTracking(page);
 });
 
 test('The loop moves', async () => {

@@ -10,7 +10,7 @@ const browser = await startBrowser();
 const blank = await browser.newPage();
 for (const colorScheme of ['light', 'dark'])
   for (const width of [1400, 400]) {
-    const page = await openPage(browser, demo, { colorScheme, viewport: { width, height: 700 } });
+    const page = await openPage(browser, demo, { colorScheme, viewport: { width, height: 700 }, isAtFullRate: true });
     await seesTheLoopRun(page);
     await page.selectOption('#window-seconds', '1');
     // The hysteresis loop is closed after one period of the reference.

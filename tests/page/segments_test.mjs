@@ -3,13 +3,15 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 
-import { copyOfConfig, openPage, startDemoWithPage, takeControl, until } from './support.mjs';
+import { copyOfConfig, openPage, seesTracking, startDemoWithPage, takeControl, until } from './support.mjs';
 
 const config = copyOfConfig();
 const { demo, browser, page } = await startDemoWithPage({ config });
 await takeControl(page, demo);
-await until('the axis tracks', async () => /tracking/.test(await page.textContent('#axis-0-state')));
-for (const summary of await page.getByText('Setpoint segments').all()) await summary.click();
+await seesTracking(page);
+const summaries = page.getByText('Setpoint segments');
+await until('the segments of both axes', async () => (await summaries.count()) === 2);
+for (const summary of await summaries.all()) await summary.click();
 
 const card = () => page.getByRole('region', { name: 'Axis x', exact: true });
 const titles = () => card().locator('.segment h4').allTextContents();
@@ -79,7 +81,7 @@ test('Save writes an added segment too', async () => {
 });
 
 test('The axis still tracks, and the reference curves are still drawn', async () => {
-  assert.match(await page.textContent('#axis-0-state'), /tracking/);
+  await seesTracking(page);
   const second = await openPage(browser, demo); // asks for the curves with the settings in force
   await until('the curves', () => second.evaluate(() => window.hystcanPage?.loopReference?.(0)?.ok));
   await second.context().close();

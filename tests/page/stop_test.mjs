@@ -20,11 +20,12 @@ async function started(t) {
   return { demo, page };
 }
 
-const isDriven = async (page) => /tracking|ready|initialising/i.test(await page.textContent('#axis-0-state'));
+const state = (page) => page.textContent('#axis-0-state');
+const isDriven = async (page) => /tracking|ready|initialising/.test(await state(page));
 
-/** No axis is driven: every axis is offline, or the controller is gone. */
+/** The axis is offline, or the controller has ended. A busy machine may show an axis that is driven as unknown. */
 async function standsStill(page) {
-  await until('no axis is driven', async () => !(await isDriven(page)));
+  await until('no axis is driven', async () => /offline|no controller/.test(await state(page)));
 }
 
 async function giveToken(page, demo) {

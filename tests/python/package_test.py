@@ -348,7 +348,7 @@ class Misuse(Scratch):
     """What no one should do raises an exception; a notebook with a day of work in it goes on."""
 
     def python(self, text):
-        return subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=60)
+        return subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
 
     def test_new_makes_no_object_that_was_never_constructed(self):
         for kind in (hystcan.Model, hystcan.Memory, hystcan.Identified, hystcan.Run):
@@ -374,23 +374,25 @@ stage = hystcan.Rehearsal(hystcan.shipped("piezo.toml"))
 model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
 t = numpy.arange(50000) * 1e-3
 u = 50 - 50 * (1 - t / 100) * numpy.cos(7 * t)
-threading.Thread(target=lambda: {call}, daemon=True).start()
-time.sleep(0.5)
+begins = threading.Event()
+threading.Thread(target=lambda: (begins.set(), {call}), daemon=True).start()
+begins.wait()
+time.sleep(0.5)  # the call lasts longer; on a slow machine the end is nearer to its begin
 """)
             self.assertEqual((ended.returncode, ended.stderr), (0, ""))
 
     def test_a_rehearsal_is_used_by_one_thread_at_a_time(self):
         stage = hystcan.Rehearsal(STAGE)
-        thread = threading.Thread(target=stage.step, args=(100.0,))
-        thread.start()
         refusals = 0
-        while thread.is_alive():
-            try:
-                stage.status()
-            except RuntimeError as refused:
-                self.assertIn("another thread", str(refused))
-                refusals += 1
-        self.assertGreater(refusals, 0)
+        while not refusals:  # a busy machine may give this thread no time during a step
+            thread = threading.Thread(target=stage.step, args=(100.0,))
+            thread.start()
+            while thread.is_alive():
+                try:
+                    stage.status()
+                except RuntimeError as refused:
+                    self.assertIn("another thread", str(refused))
+                    refusals += 1
 
     def test_lack_of_memory_and_a_file_that_cannot_be_written_are_what_python_calls_them(self):
         many = numpy.broadcast_to(numpy.float32(1.0), (2**44,))

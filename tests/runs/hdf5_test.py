@@ -29,10 +29,10 @@ class Hdf5(unittest.TestCase):
         self.folder = pathlib.Path(scratch.name)
 
     def killed_run(self, seconds):
-        """Every row is of a whole cycle of eight axes, until the kill."""
+        """Every row is of a whole cycle of eight axes, until the kill, which ends 40 ms of cycles or more."""
         folder = self.folder / str(seconds)
-        recorder = subprocess.Popen([RECORDER, "60", folder], stdout=subprocess.DEVNULL)
-        while not any(csv.stat().st_size > 10_000 for csv in folder.glob("run_*/cycles_0001.csv")):
+        recorder = subprocess.Popen([RECORDER, "3600", folder], stdout=subprocess.DEVNULL)
+        while not any(csv.stat().st_size > 400_000 for csv in folder.glob("run_*/cycles_0001.csv")):
             time.sleep(0.01)
         time.sleep(seconds)
         recorder.send_signal(signal.SIGKILL)

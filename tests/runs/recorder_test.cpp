@@ -18,6 +18,7 @@
 #include "runs/run.h"
 #include "tests/runs/scratch_runs.h"
 #include "tests/support/file_size_limit.h"
+#include "tests/support/patience.h"
 
 namespace hystcan::runs::recorder_test {
 namespace {
@@ -101,11 +102,10 @@ TEST_F(Recording, BeginsTheNextPartWhenOneIsFull) {
   const std::filesystem::path run = recorder.start();
   for (std::uint64_t cycle = 1; cycle <= 3000; ++cycle) {
     recorder.add(tracked(cycle));
-    if (cycle % 1000 == 0)
-      std::this_thread::sleep_for(milliseconds(700));  // a part is closed when it is written
+    if (cycle % 1000 != 0) continue;  // 200 kB: more than a part, which is closed when it is written
+    ASSERT_TRUE(support::eventually([&] { return parts_of(run).size() > cycle / 1000; })) << cycle;
   }
   recorder.finish();
-  EXPECT_GE(parts_of(run).size(), 2u);
   const std::vector<std::string> names{"cycle"};
   const Columns cycles = RecordedRun(run).read(0, names);
   ASSERT_EQ(cycles[0].size(), 3000u);
@@ -120,7 +120,7 @@ TEST_F(Recording, HandsEachCompletePartOnInOrder) {
       [&](const std::filesystem::path& part) { complete.push_back(part); });
   const std::filesystem::path run = recorder.start();
   for (std::uint64_t cycle = 1; cycle <= 1000; ++cycle) recorder.add(tracked(cycle));
-  while (parts_of(run).size() < 2) std::this_thread::sleep_for(milliseconds(10));
+  ASSERT_TRUE(support::eventually([&] { return parts_of(run).size() >= 2; }));
   recorder.finish();
   EXPECT_EQ(complete, parts_of(run));
   const RecordedRun part(complete.front());
@@ -141,7 +141,7 @@ TEST_F(Recording, RefusesASecondRunAndCanBeginAgainAfterTheEnd) {
   const std::filesystem::path first = recorder.start();
   EXPECT_THROW(recorder.start(), std::runtime_error);
   EXPECT_EQ(recorder.stop(), first);
-  while (recorder.status().is_recording) std::this_thread::sleep_for(milliseconds(1));
+  ASSERT_TRUE(support::eventually([&] { return !recorder.status().is_recording; }));
   EXPECT_TRUE(recorder.stop().empty());
   std::this_thread::sleep_for(milliseconds(2));  // a run is named for its millisecond
   EXPECT_NE(recorder.start(), first);

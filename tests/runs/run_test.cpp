@@ -6,11 +6,11 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "base/error.h"
 #include "controller/telemetry.h"
 #include "tests/runs/scratch_runs.h"
+#include "tests/support/patience.h"
 
 namespace hystcan::runs::run_test {
 namespace {
@@ -47,8 +47,8 @@ TEST_F(ARecordedRun, ThatWasKilledIsSummarisedFromItsRows) {
     for (std::uint64_t cycle = 1; cycle <= 50; ++cycle) recorder.add(tracked(cycle, 1));
     recorder.add(faulted);
     copy = config.record.folder / "run_copy";
-    while (std::ranges::count(text_of(run / "cycles_0001.csv"), '\n') < 2 + 51)
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ASSERT_TRUE(support::eventually(
+        [&] { return std::ranges::count(text_of(run / "cycles_0001.csv"), '\n') >= 2 + 51; }));
     std::filesystem::copy(run, copy, std::filesystem::copy_options::recursive);
   }
   const RecordedRun run(copy);

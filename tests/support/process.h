@@ -6,18 +6,25 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "tests/support/patience.h"
 #include "tests/support/scratch.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::support {
+
+/// Returns true if the process is hystcan with a handler for `signal`; before exec() it is another program.
+inline bool has_handler(pid_t process, int signal) {
+  const std::string status = read_file("/proc/" + std::to_string(process) + "/status");
+  const std::size_t at = status.find("SigCgt:");
+  if (!status.starts_with("Name:\thystcan\n") || at == std::string::npos) return false;
+  return (std::stoull(status.substr(at + 7), nullptr, 16) >> static_cast<unsigned>(signal - 1) & 1U) != 0;
+}
 
 /// Standard output and error go to files that can be read while the program runs. The destructor kills it.
 class Process {
@@ -66,15 +73,15 @@ class Process {
   std::string out() const { return read_file(folder_ / "out"); }
   std::string err() const { return read_file(folder_ / "err"); }
 
-  /// Waits until standard error contains `text`; returns false if the program ends or `limit` passes before.
-  bool says(const std::string& text, std::chrono::seconds limit = std::chrono::seconds(30)) {
-    const auto deadline = std::chrono::steady_clock::now() + limit;
-    while (err().find(text) == std::string::npos) {
-      if (!running() || std::chrono::steady_clock::now() > deadline)
-        return err().find(text) != std::string::npos;
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    return true;
+  /// Waits until standard error contains `text`; returns false if the program ends before.
+  [[nodiscard]] bool says(const std::string& text) {
+    const auto is_said = [&] { return err().find(text) != std::string::npos; };
+    return eventually([&] { return is_said() || !running(); }) && is_said();
+  }
+  /// Waits until hystcan handles `signal`, which kills it before; returns false if it ends before.
+  [[nodiscard]] bool handles(int signal) {
+    const auto is_handled = [&] { return has_handler(child_, signal); };
+    return eventually([&] { return is_handled() || !running(); }) && is_handled();
   }
 
  private:

@@ -1,7 +1,6 @@
 #include "tests/app/live/control_bench.h"
 
 #include <sys/socket.h>
-#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -20,9 +19,6 @@ namespace {
 using controller::AxisState;
 using std::chrono::milliseconds;
 
-/// A test that waits longer than this fails.
-constexpr auto patience = std::chrono::seconds(60);
-
 config::Config prepared(const support::ShippedCopy& files,
                         const std::function<void(const support::ShippedCopy&)>& prepare) {
   if (prepare) prepare(files);
@@ -31,14 +27,17 @@ config::Config prepared(const support::ShippedCopy& files,
 
 }  // namespace
 
-Client::Client(const std::filesystem::path& socket) : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+int connected_to(const std::filesystem::path& file) {
+  const int connection = ::socket(AF_UNIX, SOCK_STREAM, 0);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  socket.string().copy(address.sun_path, sizeof address.sun_path - 1);
-  const timeval patient{.tv_sec = patience.count(), .tv_usec = 0};
-  EXPECT_EQ(setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patient, sizeof patient), 0);
-  EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  file.string().copy(address.sun_path, sizeof address.sun_path - 1);
+  support::limit_receive(connection);
+  EXPECT_EQ(::connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  return connection;
 }
+
+Client::Client(const std::filesystem::path& socket) : socket_(connected_to(socket)) {}
 
 void Client::send(std::string_view bytes) const {
   while (!bytes.empty()) {
@@ -107,17 +106,8 @@ void ControlBench::run() {
   }
 }
 
-bool ControlBench::comes_true(const std::function<bool()>& condition) const {
-  const auto deadline = std::chrono::steady_clock::now() + patience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return true;
-}
-
 bool ControlBench::axis_is(std::size_t axis, AxisState state) const {
-  return comes_true([&] { return outlets_.board.newest()[axis].report.state == state; });
+  return support::eventually([&] { return outlets_.board.newest()[axis].report.state == state; });
 }
 
 std::vector<Step> ControlBench::steps(std::size_t axis) const {
@@ -128,6 +118,10 @@ std::vector<Step> ControlBench::steps(std::size_t axis) const {
 std::size_t ControlBench::step_count(std::size_t axis) const {
   const std::scoped_lock lock(mutex_);
   return steps_[axis].size();
+}
+
+void never_rest(const support::ShippedCopy& files) {
+  files.edit("piezo.toml", "cycles       = 10.0", "cycles       = 1e6");
 }
 
 double largest_drive_step(const std::vector<Step>& steps, std::size_t first) {

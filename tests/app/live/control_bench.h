@@ -1,6 +1,6 @@
 // A running controller for tests: the shipped two-axis stage in virtual time, which a thread advances, its
 // control service, and clients that are plain Unix sockets. Tests check answers and cycle records; the wall
-// clock only ends a test that hangs.
+// clock only ends a test that hangs. Between two steps of a test any virtual time may pass.
 #pragma once
 
 #include <atomic>
@@ -18,9 +18,13 @@
 #include "app/live/cycle_outlets.h"
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/patience.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::app {
+
+/// Returns a connection to the Unix socket.
+int connected_to(const std::filesystem::path& file);
 
 /// One connection that sends and receives lines.
 class Client {
@@ -73,8 +77,7 @@ class ControlBench {
   /// Ends the run, then the service, as in the program.
   void end_service();
 
-  /// Lets time run until the condition is true; returns false if it never is.
-  bool comes_true(const std::function<bool()>& condition) const;
+  /// Waits until the axis is in this state; returns false if it never is.
   bool axis_is(std::size_t axis, controller::AxisState state) const;
   /// All cycles of an axis so far.
   std::vector<Step> steps(std::size_t axis) const;
@@ -96,6 +99,10 @@ class ControlBench {
   std::atomic<bool> asked_to_stop_{false};
   std::thread thread_;
 };
+
+/// Makes axis x follow its triangle for a day of virtual time. The shipped one lasts a second, which may pass
+/// between two steps of a test.
+void never_rest(const support::ShippedCopy& files);
 
 /// The largest change of the drive from one cycle to the next while tracking, from step `first` on.
 double largest_drive_step(const std::vector<Step>& steps, std::size_t first);

@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 
 const json status{{"do", "status"}};
 
-std::errc failure_of(const std::filesystem::path& file, milliseconds limit = milliseconds(50)) {
+std::errc failure_of(const std::filesystem::path& file, milliseconds limit = support::patience) {
   try {
     ask_socket(file, status, limit);
     return {};
@@ -57,7 +57,7 @@ TEST(ControlClient, ReturnsTheAnswerOfTheController) {
 TEST(ControlClient, GivesUpIfThereIsNoAnswer) {
   const support::ShippedCopy folder;
   const SilentSocket socket(folder / "silent.sock", 10);
-  EXPECT_EQ(failure_of(folder / "silent.sock"), std::errc::timed_out);
+  EXPECT_EQ(failure_of(folder / "silent.sock", milliseconds(50)), std::errc::timed_out);
 }
 
 /// Answers the first connection with this text.
@@ -86,7 +86,7 @@ TEST(ControlClient, RefusesAnAnswerThatIsNoObjectOrHasNoEnd) {
   const auto refusal_of = [&](const std::string& text) {
     std::filesystem::remove(folder / "false.sock");
     const Impostor impostor(folder / "false.sock", text);
-    return failure_of(folder / "false.sock", std::chrono::seconds(30));
+    return failure_of(folder / "false.sock");
   };
   EXPECT_EQ(refusal_of("hello\n"), std::errc::bad_message);
   EXPECT_EQ(refusal_of("[1]\n"), std::errc::bad_message);
@@ -98,7 +98,7 @@ TEST(ControlClient, GivesUpIfNobodyAcceptsItsConnection) {
   const support::ShippedCopy folder;
   const SilentSocket socket(folder / "silent.sock", 0);
   const Client first(folder / "silent.sock");
-  EXPECT_EQ(failure_of(folder / "silent.sock"), std::errc::timed_out);
+  EXPECT_EQ(failure_of(folder / "silent.sock", milliseconds(50)), std::errc::timed_out);
 }
 
 TEST(ControlClient, SaysWhyTheSocketCannotBeUsed) {

@@ -25,7 +25,7 @@ json go_to(const char* axis, const json& position_um) {
 }
 
 TEST(ControlSocket, ReportsTheStatusOfEveryAxisAndOfTheCycles) {
-  const ControlBench bench;
+  const ControlBench bench(never_rest);
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   const json status = bench.client().ask(command("status"));
   ASSERT_TRUE(is_ok(status));
@@ -49,7 +49,7 @@ TEST(ControlSocket, NamesAllThatAnAxisWaitsForAndTheFirstOfItAlone) {
   });
   Client client = bench.client();
   json x;
-  EXPECT_TRUE(bench.comes_true([&] {
+  EXPECT_TRUE(support::eventually([&] {
     x = client.ask(command("status")).at("axes")[0];
     return x.contains("waits_for_all") && x.at("waits_for_all").size() == 2;
   })) << x;
@@ -67,7 +67,7 @@ TEST(ControlSocket, MovesAStageToAPositionAndBackToItsReference) {
   EXPECT_NEAR(arrived.at("position_um"), 12.5, 0.05);
   EXPECT_EQ(client.ask(command("status")).at("axes")[0].at("live_goal"), true);
   ASSERT_TRUE(is_ok(client.ask(command("resume", "x"))));
-  EXPECT_TRUE(bench.comes_true([&] {
+  EXPECT_TRUE(support::eventually([&] {
     const json x = client.ask(command("status")).at("axes")[0];
     return x.at("live_goal") == false && x.at("reference_um") > 20.0;
   })) << "the triangle's upper end";
@@ -146,7 +146,7 @@ TEST(ControlSocket, ClearsAndEnablesTheAxesThatNeedItAndNamesTheOthersIfNoAxisIs
   EXPECT_TRUE(says(client.ask(command("enable")),
                    "x: the axis is faulted: clear the fault first; y: the axis is enabled already"));
   json cleared;
-  ASSERT_TRUE(bench.comes_true([&] {
+  ASSERT_TRUE(support::eventually([&] {
     cleared = client.ask(command("clear"));  // refused while the drive ramps
     return is_ok(cleared);
   })) << cleared;
@@ -161,7 +161,7 @@ TEST(ControlSocket, StopRampsEveryAxisDownAndEndsTheRun) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   ASSERT_TRUE(is_ok(bench.client().ask(command("stop"))));
-  EXPECT_TRUE(bench.comes_true([&] { return bench.asked_to_stop(); }));
+  EXPECT_TRUE(support::eventually([&] { return bench.asked_to_stop(); }));
   EXPECT_TRUE(bench.axis_is(0, AxisState::offline));
   EXPECT_TRUE(bench.axis_is(1, AxisState::offline));
 }
@@ -243,7 +243,7 @@ TEST(ControlSocket, HasOneWriterUntilItDisconnects) {
   EXPECT_TRUE(is_ok(looker.ask(command("status"))));
   ASSERT_TRUE(is_ok(writer.ask(go_to("x", 11.0)))) << "it keeps it";
   writer.hang_up();
-  EXPECT_TRUE(bench.comes_true([&] { return is_ok(looker.ask(go_to("x", 20.0))); }));
+  EXPECT_TRUE(support::eventually([&] { return is_ok(looker.ask(go_to("x", 20.0))); }));
 }
 
 TEST(ControlSocket, LetsEveryConnectionDisableAndStop) {
@@ -254,7 +254,7 @@ TEST(ControlSocket, LetsEveryConnectionDisableAndStop) {
   Client other = bench.client();
   EXPECT_TRUE(is_ok(other.ask(command("disable", "x"))));
   EXPECT_TRUE(is_ok(other.ask(command("stop"))));
-  EXPECT_TRUE(bench.comes_true([&] { return bench.asked_to_stop(); }));
+  EXPECT_TRUE(support::eventually([&] { return bench.asked_to_stop(); }));
 }
 
 TEST(ControlSocket, IsOpenToOwnerAndGroupOnly) {

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <fstream>
 
+#include "tests/support/patience.h"
 #include "tests/support/scratch.h"
 
 namespace hystcan::app::file_watch_test {
@@ -23,7 +23,7 @@ class FileIsWatched : public testing::Test {
   bool reports() {
     is_reported_ = false;
     context_.restart();
-    context_.run_for(std::chrono::seconds(30));
+    context_.run_for(support::patience);
     return is_reported_;
   }
   std::filesystem::path made(const char* name) const {

@@ -52,7 +52,7 @@ TEST_F(HostileReload, OfAPipeIsRefusedAndStatusAndStopAreAnswered) {
   ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
   expect_refused("it is a pipe or a device, expected a TOML file");
   ASSERT_TRUE(is_ok(client.ask({{"do", "stop"}})));
-  EXPECT_TRUE(bench.comes_true([&] { return bench.asked_to_stop(); }));
+  EXPECT_TRUE(support::eventually([&] { return bench.asked_to_stop(); }));
   bench.end_service();
 }
 

@@ -5,6 +5,8 @@
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <future>
 #include <thread>
 #include <vector>
 
@@ -35,7 +37,7 @@ struct ManyConnections : testing::Test {
 TEST_F(ManyConnections, ThatAreIdleMakePlaceForOneThatStops) {
   connect(300);
   EXPECT_TRUE(is_ok(bench.client().ask(stop)));
-  EXPECT_TRUE(bench.comes_true([&] { return bench.asked_to_stop(); }));
+  EXPECT_TRUE(support::eventually([&] { return bench.asked_to_stop(); }));
 }
 
 TEST_F(ManyConnections, UpToTheTableSizeAreAllServed) {
@@ -90,24 +92,34 @@ struct WaitingConnections : testing::Test {
     thread.join();
   }
   Client client() const { return Client(folder / "control.sock"); }
+  /// Returns the answer to a command that is sent before the socket accepts the connection: a connection in
+  /// the last place has 100 ms for its command, and a busy machine may need longer.
+  json ask_at_once(const json& command) {
+    std::promise<void> sent;
+    boost::asio::post(context, [&] { sent.get_future().wait(); });
+    Client asking = client();
+    asking.send(command.dump() + "\n");
+    sent.set_value();
+    return asking.read();
+  }
   /// Every place is taken by a connection that waits for an answer.
   void SetUp() override {
     for (std::size_t i = 0; i < places; ++i) {
       clients.push_back(client());
       clients.back().send("{\"do\": \"wait\"}\n");
     }
-    while (handler.waiting < places) std::this_thread::yield();
+    ASSERT_TRUE(support::eventually([&] { return handler.waiting == places; }));
   }
 };
 
 TEST_F(WaitingConnections, LeaveOneMoreThatMayOnlyStop) {
-  EXPECT_TRUE(says(client().ask(status), "16 connections wait for an answer, expected stop"));
-  EXPECT_TRUE(is_ok(client().ask(stop)));
+  EXPECT_TRUE(says(ask_at_once(status), "16 connections wait for an answer, expected stop"));
+  EXPECT_TRUE(is_ok(ask_at_once(stop)));
 }
 
 TEST_F(WaitingConnections, LeaveOneMoreThatIsDisconnectedIfItIsSilent) {
   EXPECT_TRUE(client().read().is_null()) << "disconnected";
-  EXPECT_TRUE(is_ok(client().ask(stop))) << "the next one has its chance";
+  EXPECT_TRUE(is_ok(ask_at_once(stop))) << "the next one has its chance";
 }
 
 /// Allows no further file descriptor.
@@ -138,7 +150,7 @@ TEST(FileDescriptors, ThatAreExhaustedDoNotKeepTheThreadBusyAndTheClientIsServed
   {
     const FullTable full;
     EXPECT_LT(context.run_for(std::chrono::milliseconds(500)), 50u)
-        << "handlers; a busy thread calls thousands";
+        << "handlers; a busy thread calls thousands, and a slow machine calls fewer";
   }
   client.send("{\"do\": \"status\"}\n");
   std::size_t handlers = 0;  // waiting for the client, accepting it, its line, its answer

@@ -26,6 +26,7 @@ class PageServer : public testing::Test {
                         .start_command = "hystcan controller piezo.toml",
                         .controller_socket = [this] { return bench_.socket(); },
                         .twin_socket = [this] { return bench_.files() / "no.sock"; },
+                        .answer_limit = support::patience,
                         .start_again = std::move(start_again)};
     service_ = std::make_unique<PageService>(context_, options, PageAccess({}, token_text));
     server_ = std::make_unique<HttpServer>(context_, "127.0.0.1", std::uint16_t{0}, *service_);
@@ -41,6 +42,19 @@ class PageServer : public testing::Test {
     auto peer = std::make_unique<WebPeer>(server_->port());
     EXPECT_EQ(peer->upgrade(), 101);
     return peer;
+  }
+  /// A page whose server has the controller's stream: the server connects to it after the controller's start.
+  std::unique_ptr<WebPeer> page_with_rows() {
+    auto peer = page();
+    EXPECT_FALSE(next_stream(*peer, "controller", true).is_null());
+    return peer;
+  }
+  /// The next message on a stream that is there, or is not; null if the connection ends before.
+  static nlohmann::json next_stream(WebPeer& peer, const char* name, bool is_there) {
+    nlohmann::json stream;
+    do stream = peer.next("stream");
+    while (!stream.is_null() && (stream.at("name") != name || stream.at("greeting").is_null() == is_there));
+    return stream;
   }
   std::unique_ptr<WebPeer> writer() {
     auto peer = page();

@@ -17,6 +17,15 @@ namespace {
 
 using nlohmann::json;
 
+/// The next known status of the controller. It is unknown while a busy machine delays the controller's
+/// answer.
+json next_controller(WebPeer& peer) {
+  json controller;
+  do controller = peer.next("status").at("controller");
+  while (controller.is_null());
+  return controller;
+}
+
 TEST_F(PageServer, AnswersItsOwnNamesOnly) {
   EXPECT_EQ(status_of("GET /metrics HTTP/1.1", "Host: 127.0.0.1:8080\r\n"), 200);
   EXPECT_EQ(status_of("GET /metrics HTTP/1.1", "Host: rebound.example\r\n"), 421);
@@ -47,19 +56,24 @@ TEST_F(PageServer, RefusesALongHeaderABodyAndWhatIsNoHttp) {
 TEST_F(PageServer, SendsEveryCycleOfTheController) {
   const auto peer = page();
   EXPECT_EQ(peer->next("hello").at("config"), "piezo.toml");
-  const json greeting = peer->next("stream").at("greeting");
+  const json greeting = next_stream(*peer, "controller", true).at("greeting");
   const std::size_t columns = greeting.at("columns").size();
   EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", 1000}}));
   peer->next_rows(1);
   double last = 0.0;
-  for (int messages = 0; messages < 20; ++messages) {
+  // A busy machine may lose rows: before and after those of a message that reports lost ones.
+  for (std::uint32_t messages = 0, lost_before = 0; messages < 20; ++messages) {
     const WebPeer::Message message = peer->next_rows(1);
+    ASSERT_EQ(message.head.size(), 4u);
     EXPECT_EQ(message.rows.size(), message.head[1] * columns);
+    bool is_next = last != 0.0 && lost_before == 0 && message.head[2] == 0;
+    lost_before = message.head[2];
     for (std::size_t i = 0; i < message.rows.size(); i += columns) {
       if (message.rows[i + 2] != 0.0) continue;  // axis
-      if (last != 0.0 && message.head[2] == 0) {
+      if (is_next) {
         EXPECT_EQ(message.rows[i], last + 1.0) << "cycle";
       }
+      is_next = true;
       last = message.rows[i];
     }
   }
@@ -67,12 +81,12 @@ TEST_F(PageServer, SendsEveryCycleOfTheController) {
 
 TEST_F(PageServer, GivesTheStateOfTheControllerAndSaysThatThereIsNoTwin) {
   const auto peer = page();
-  EXPECT_FALSE(peer->next("stream").at("greeting").is_null());
-  const json twin = peer->next("stream");
-  EXPECT_TRUE(twin.at("greeting").is_null());
+  json twin;
+  do twin = next_stream(*peer, "twin", false);
+  while (twin.at("reason") == "");  // before the server has looked for it
   EXPECT_NE(twin.at("reason").get<std::string>().find("No such file"), std::string::npos) << twin;
   json state;
-  do state = peer->next("status").at("controller").at("axes")[0].at("state");
+  do state = next_controller(*peer).at("axes")[0].at("state");
   while (state == "initialising" || state == "ready");
   EXPECT_EQ(state, "tracking");
 }
@@ -116,7 +130,7 @@ TEST_F(PageServer, GivesTheRightToWriteBackWithTheRole) {
     Client script = bench_.client();
     EXPECT_TRUE(says(script.ask({{"do", "reload"}}), "has the right to write"));
   }
-  EXPECT_TRUE(bench_.comes_true([&] { return is_ok(bench_.client().ask({{"do", "reload"}})); }));
+  EXPECT_TRUE(support::eventually([&] { return is_ok(bench_.client().ask({{"do", "reload"}})); }));
 }
 
 TEST_F(PageServer, StopsWithTheTokenWhoeverHasTheRole) {
@@ -125,7 +139,7 @@ TEST_F(PageServer, StopsWithTheTokenWhoeverHasTheRole) {
   const auto other = page();
   EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
   EXPECT_TRUE(other->is_ok({{"do", "stop"}}));
-  EXPECT_TRUE(bench_.comes_true([&] { return bench_.asked_to_stop(); }));
+  EXPECT_TRUE(support::eventually([&] { return bench_.asked_to_stop(); }));
 }
 
 TEST_F(PageServer, TakesASettingBackAndSavesTheOtherWithItsComment) {
@@ -145,29 +159,31 @@ TEST_F(PageServer, TakesASettingBackAndSavesTheOtherWithItsComment) {
 }
 
 TEST_F(PageServer, CapturesEachCycleAroundATrigger) {
-  const auto peer = page();
-  EXPECT_TRUE(peer->is_ok({{"do", "trigger"},
-                           {"on", "level"},
-                           {"axis", 0},
-                           {"signal", "position_um"},
-                           {"level", 15.0},
-                           {"edge", "rising"},
-                           {"pre_s", 0.02},
-                           {"post_s", 0.03}}));
-  const json capture = peer->next("capture");
-  EXPECT_EQ(capture.at("trigger_row"), 20);
-  const WebPeer::Message rows = peer->next_rows(3);
-  EXPECT_EQ(rows.head[1], 51u);
-  EXPECT_EQ(rows.head[3], capture.at("number"));
+  const auto peer = page_with_rows();
+  json capture;
+  WebPeer::Message rows;
+  EXPECT_TRUE(support::eventually([&] {
+    EXPECT_TRUE(peer->is_ok({{"do", "trigger"},
+                             {"on", "level"},
+                             {"axis", 0},
+                             {"signal", "position_um"},
+                             {"level", 15.0},
+                             {"edge", "rising"},
+                             {"pre_s", 0.02},
+                             {"post_s", 0.03}}));
+    capture = peer->next("capture");
+    rows = peer->next_rows(3);
+    EXPECT_EQ(rows.head[3], capture.at("number"));
+    return capture.at("trigger_row") == 20 && rows.head[1] == 51u;
+  })) << "a busy machine may lose rows of one capture, not of each; "
+      << capture;
 }
 
 TEST_F(PageServer, CutsAClientOffThatSendsTooMuch) {
   const auto long_message = page();
   long_message->send_frame(std::string(20'000, ' '));
   long_message->read_to_the_end();
-  const auto many = page();
-  for (int i = 0; i < 60; ++i) many->send_frame("{}");
-  many->read_to_the_end();
+  EXPECT_TRUE(page()->is_cut_off_by("{}"));
   const auto binary = page();
   binary->send_frame("bytes", 2);
   binary->read_to_the_end();
@@ -194,7 +210,11 @@ TEST_F(PageServer, CutsAClientOffThatDoesNotReadAndServesTheOther) {
 
 TEST_F(PageServer, GivesTheOldestPlaceOfAStrangerToTheNext) {
   std::vector<std::unique_ptr<WebPeer>> strangers;
-  for (int i = 0; i < 32; ++i) strangers.push_back(page());
+  for (int i = 0; i < 32; ++i) {
+    strangers.push_back(page());
+    EXPECT_TRUE(strangers.back()->is_ok({{"do", "view"}, {"rate_Hz", 10}}));
+    for (const auto& peer : strangers) peer->drain();
+  }
   const auto operating = writer();
   EXPECT_TRUE(operating->is_ok({{"do", "stop"}}));
   strangers.front()->read_to_the_end();
@@ -206,19 +226,22 @@ TEST_F(PageServer, TakesNoMoreThan32WhoHaveTheToken) {
   std::vector<std::unique_ptr<WebPeer>> all;
   for (int i = 0; i < 32; ++i) {
     all.push_back(writer());
-    EXPECT_TRUE(all.back()->is_ok({{"do", "view"}, {"rate_Hz", 10}})) << "little enough not to be read";
-    for (const auto& peer : all) peer->send_frame("", pong);  // or they are too silent where all takes long
+    EXPECT_TRUE(all.back()->is_ok({{"do", "view"}, {"rate_Hz", 10}}));
+    for (const auto& peer : all) {  // the server cuts off a client that is silent or does not read
+      peer->send_frame("", pong);
+      peer->drain();
+    }
   }
   EXPECT_EQ(WebPeer(server_->port()).upgrade(), 0) << "closed at once";
   all.pop_back();
-  EXPECT_TRUE(bench_.comes_true([&] { return WebPeer(server_->port()).upgrade() == 101; }));
+  EXPECT_TRUE(support::eventually([&] { return WebPeer(server_->port()).upgrade() == 101; }));
 }
 
 TEST_F(PageServer, TakesAStopThatComesWithTooMuch) {
   const auto peer = writer();
   for (int i = 0; i < 48; ++i) peer->send_frame("{}");
   peer->send_frame(R"({"id": 1, "do": "stop"})");
-  EXPECT_TRUE(bench_.comes_true([&] { return bench_.asked_to_stop(); }));
+  EXPECT_TRUE(support::eventually([&] { return bench_.asked_to_stop(); }));
 }
 
 TEST_F(PageServer, DisablesAnAxisForWhoeverHasTheToken) {
@@ -265,7 +288,10 @@ TEST_F(PageServer, TakesAViewFromTenToAThousandRowsPerSecond) {
 TEST_F(PageServer, RefusesAtOnceWhatIsMoreThanAPagesShare) {
   const auto peer = page();
   EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", 10}}));
-  for (int id = 100; id < 140; ++id) peer->send_frame(json{{"id", id}, {"do", "bode"}, {"axis", "x"}}.dump());
+  std::string all;  // sent as one: no answer is ready before the server has the last request
+  for (int id = 100; id < 140; ++id)
+    all += WebPeer::frame(json{{"id", id}, {"do", "bode"}, {"axis", "x"}}.dump());
+  EXPECT_TRUE(peer->send(all));
   int refused = 0, answered = 0;
   for (int answers = 0; answers < 40; ++answers)
     ++(peer->next("answer").value("ok", false) ? answered : refused);
@@ -304,11 +330,9 @@ TEST_F(PageServer, SaysThatItDoesNotKnowTheStateOfAControllerThatDoesNotAnswer) 
 }
 
 TEST_F(PageServer, SaysWhenTheControllerHasEnded) {
-  const auto peer = page();
-  peer->next("stream"), peer->next("stream");
+  const auto peer = page_with_rows();
   bench_.end_service();
-  const json ended = peer->next("stream");
-  EXPECT_TRUE(ended.at("greeting").is_null());
+  const json ended = next_stream(*peer, "controller", false);
   EXPECT_FALSE(ended.at("reason").get<std::string>().empty());
   json status;
   do status = peer->next("status");

@@ -59,7 +59,7 @@ TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChangedWhileTheStreamWasL
   PageClients clients;
   PageEvents events(clients);
   WriterRole role(
-      context, [this] { return bench_.socket(); }, clients, events);
+      context, [this] { return bench_.socket(); }, support::patience, clients, events);
   const auto read = [&] {
     bool is_read = false;
     role.read_settings([&](const json& answer) { is_read = answer.value("ok", false); });

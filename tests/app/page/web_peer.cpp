@@ -10,6 +10,8 @@
 #include <cstring>
 #include <utility>
 
+#include "tests/support/patience.h"
+
 namespace hystcan::app {
 
 WebPeer::WebPeer(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -17,19 +19,31 @@ WebPeer::WebPeer(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const timeval patient{.tv_sec = 60, .tv_usec = 0};
-  setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patient, sizeof patient);
+  support::limit_receive(socket_);
   EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
 }
 
 WebPeer::~WebPeer() { ::close(socket_); }
 
-void WebPeer::send(std::string_view bytes) const {
+bool WebPeer::send(std::string_view bytes) const {
   while (!bytes.empty()) {
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent <= 0) return;  // the server has closed; the reader sees it
+    if (sent <= 0) return false;
     bytes.remove_prefix(static_cast<std::size_t>(sent));
   }
+  return true;
+}
+
+bool WebPeer::is_cut_off_by(std::string_view payload) const {
+  std::string many;
+  for (int i = 0; i < 100; ++i) many += frame(payload);
+  return support::eventually([&] { return !send(many); });
+}
+
+void WebPeer::drain() {
+  std::array<char, 65536> chunk{};
+  for (ssize_t received = 0; (received = ::recv(socket_, chunk.data(), chunk.size(), MSG_DONTWAIT)) > 0;)
+    unread_.append(chunk.data(), static_cast<std::size_t>(received));
 }
 
 std::optional<std::string> WebPeer::take(std::size_t bytes) {
@@ -72,7 +86,7 @@ int WebPeer::upgrade(const std::string& further_lines) {
                      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
 }
 
-void WebPeer::send_frame(std::string_view payload, unsigned char opcode) const {
+std::string WebPeer::frame(std::string_view payload, unsigned char opcode) {
   constexpr unsigned char final = 0x80, masked = 0x80;
   std::string frame{static_cast<char>(final | opcode)};
   if (payload.size() < 126) {
@@ -83,7 +97,7 @@ void WebPeer::send_frame(std::string_view payload, unsigned char opcode) const {
     frame += static_cast<char>(payload.size() & 0xFFU);
   }
   frame += std::string(4, '\0');  // a mask of zeros
-  send(frame + std::string(payload));
+  return frame += payload;
 }
 
 std::optional<WebPeer::Message> WebPeer::read() {

@@ -18,14 +18,21 @@ class WebPeer {
   WebPeer(const WebPeer&) = delete;
   WebPeer& operator=(const WebPeer&) = delete;
 
-  void send(std::string_view bytes) const;
+  /// Returns false if the server has closed the connection.
+  bool send(std::string_view bytes) const;
   /// The status of the answer to these lines; 0 if the server closes the connection instead.
   int request(const std::string& first_line, const std::string& further_lines = "Host: localhost\r\n");
   std::string body();
   /// The status of the upgrade: 101 if it is done.
   int upgrade(const std::string& further_lines = "Host: localhost\r\n");
 
-  void send_frame(std::string_view payload, unsigned char opcode = 1) const;
+  static std::string frame(std::string_view payload, unsigned char opcode = 1);
+  bool send_frame(std::string_view payload, unsigned char opcode = 1) const {
+    return send(frame(payload, opcode));
+  }
+  /// Sends the message, a hundred at a time, until the server has closed the connection; returns false if it
+  /// does not.
+  bool is_cut_off_by(std::string_view payload) const;
   struct Message {
     nlohmann::json text{};  ///< null for rows
     std::vector<std::uint32_t> head{};
@@ -42,6 +49,8 @@ class WebPeer {
   bool is_ok(const nlohmann::json& request) { return ask(request).value("ok", false); }
   /// Reads until the server has closed the connection.
   void read_to_the_end();
+  /// Reads what has arrived, for a later read(): the server cuts off a client that does not read.
+  void drain();
 
  private:
   std::optional<std::string> take(std::size_t bytes);

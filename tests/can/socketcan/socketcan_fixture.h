@@ -10,15 +10,14 @@
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "can/socketcan/interface.h"
 #include "can/socketcan/socketcan_bus.h"
+#include "tests/support/patience.h"
 
 namespace hystcan::can {
 
@@ -34,16 +33,10 @@ inline std::string reason_to_skip() {
 
 inline bool shell(const std::string& command) { return std::system((command + " 2>/dev/null").c_str()) == 0; }
 
-inline std::string content_of(const std::string& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
-/// Runs handlers until `done` is true. It gives up after 20 s, much longer than any passing test needs.
+/// Runs handlers until `done` is true.
 template <class Condition>
 void run_until(boost::asio::io_context& context, Condition done) {
-  const Time give_up = std::chrono::steady_clock::now() + 20s;
+  const Time give_up = std::chrono::steady_clock::now() + support::patience;
   while (!done() && std::chrono::steady_clock::now() < give_up) context.run_one_for(100ms);
   context.restart();
   EXPECT_TRUE(done());

@@ -1,14 +1,10 @@
 // SocketCanBus sends frames byte for byte to all other sockets and refuses invalid frames. can-utils and
 // python-can are the other side.
-#include <signal.h>
-#include <sys/wait.h>
-
-#include <filesystem>
-
 #include <fmt/format.h>
 
 #include "can/dbc/database.h"
 #include "tests/can/socketcan/socketcan_fixture.h"
+#include "tests/support/process.h"
 
 namespace hystcan::can::socketcan_send_test {
 namespace {
@@ -18,38 +14,21 @@ using SocketCanSend = OnVcan;
 /// Runs candump in the background until it has received a number of frames.
 class Candump {
  public:
-  explicit Candump(int frames)
-      : log_(std::filesystem::temp_directory_path() / ("candump-" + std::to_string(::getpid()))) {
-    child_ = ::fork();
-    if (child_ == 0) {
-      const std::string command =
-          "exec candump -L -T 20000 -n " + std::to_string(frames) + " vcan0 > " + log_.string();
-      ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
-      ::_exit(127);
-    }
-    while (content_of("/proc/net/can/rcvlist_all").find("  vcan0 ") == std::string::npos) {
-      std::this_thread::sleep_for(1ms);
-    }
+  explicit Candump(int frames) : process_({"candump", "-L", "-n", std::to_string(frames), "vcan0"}) {
+    EXPECT_TRUE(support::eventually([] {
+      return support::read_file("/proc/net/can/rcvlist_all").find("  vcan0 ") != std::string::npos;
+    }));
   }
-  ~Candump() {
-    ::kill(child_, SIGKILL);
-    ::waitpid(child_, nullptr, 0);
-    std::filesystem::remove(log_);
-  }
-  Candump(const Candump&) = delete;
-  Candump& operator=(const Candump&) = delete;
-
   std::vector<std::string> frames() {
-    ::waitpid(child_, nullptr, 0);
-    std::ifstream file(log_);
+    EXPECT_TRUE(support::eventually([&] { return !process_.running(); })) << process_.out();
+    std::istringstream lines(process_.out());
     std::vector<std::string> result;
-    for (std::string line; std::getline(file, line);) result.push_back(line.substr(line.rfind(' ') + 1));
+    for (std::string line; std::getline(lines, line);) result.push_back(line.substr(line.rfind(' ') + 1));
     return result;
   }
 
  private:
-  std::filesystem::path log_;
-  pid_t child_ = -1;
+  support::Process process_;
 };
 
 TEST_F(SocketCanSend, SendsFramesThatCandumpShowsByteForByte) {
@@ -107,18 +86,13 @@ TEST_F(SocketCanInterface, ExchangesEveryMessageOfTheDbcWithPythonCan) {
     expected += line + "\n";
   }
   const auto bus = open("vcan9", filters);
-  const std::string output = std::filesystem::temp_directory_path() / "python-node";
-  std::thread python_node([&] {
-    shell("/usr/bin/python3 " HYSTCAN_SOURCE_DIR "/tests/can/socketcan/python_node.py vcan9 " +
-          std::to_string(sent.size()) + " > " + output);
-  });
-  const Time give_up = std::chrono::steady_clock::now() + 60s;
-  while (content_of(output).empty() && std::chrono::steady_clock::now() < give_up)
-    std::this_thread::sleep_for(10ms);
+  support::Process python_node({"/usr/bin/python3", HYSTCAN_SOURCE_DIR "/tests/can/socketcan/python_node.py",
+                                "vcan9", std::to_string(sent.size())});
+  ASSERT_TRUE(support::eventually([&] { return !python_node.out().empty(); })) << python_node.err();
   for (const Frame& frame : sent) EXPECT_TRUE(bus->send(frame));
   run_until([&] { return heard.size() >= sent.size(); });
-  python_node.join();
-  EXPECT_EQ(content_of(output), expected) << "what python-can received";
+  EXPECT_TRUE(support::eventually([&] { return !python_node.running(); }));
+  EXPECT_EQ(python_node.out(), expected) << "what python-can received";
   ASSERT_EQ(heard.size(), sent.size());
   for (std::size_t i = 0; i < sent.size(); ++i) {
     Frame inverted = sent[i];
