@@ -58,7 +58,7 @@ class BusTools : public testing::Test {
     return Process(command);
   }
   bool comes_to_have(const char* name, std::size_t frames) const {
-    return hil::comes_true([&] { return frames_of(read(name)).size() >= frames; });
+    return hil::eventually([&] { return frames_of(read(name)).size() >= frames; });
   }
   /// What should not come has had time to.
   static void settle() { std::this_thread::sleep_for(milliseconds(300)); }
@@ -198,7 +198,7 @@ TEST_F(BusTools, RecordCountsEveryFrameThatTheKernelDrops) {
   ASSERT_EQ(shell("cangen vcan0 -g 0 -n 60000 -I 123 -L 8"), 0);
   recorder.send(SIGCONT);
   // As long as the kernel still has no room for it, this one is dropped too, and counts.
-  EXPECT_TRUE(hil::comes_true([&] {
+  EXPECT_TRUE(hil::eventually([&] {
     EXPECT_EQ(shell("cansend vcan0 124#"), 0);
     ++sent;
     settle();
@@ -266,7 +266,7 @@ TEST_F(BusTools, MonitorPrintsPlainTextWithoutATerminal) {
   Process monitor({HYSTCAN_PROGRAM, "monitor", "--dbc", dbc_file, "--interface", "vcan0", "--period", "0.5"});
   ASSERT_TRUE(listeners.are_more_by(1));
   ASSERT_EQ(shell("cansend vcan0 201#4E61BC00010703D9"), 0);
-  EXPECT_TRUE(hil::comes_true([&] { return monitor.out().find("Setpoint=") != std::string::npos; }));
+  EXPECT_TRUE(hil::eventually([&] { return monitor.out().find("Setpoint=") != std::string::npos; }));
   monitor.send(SIGINT);
   EXPECT_EQ(monitor.wait(), 0) << monitor.err();
   EXPECT_NE(monitor.out().find("vcan0: active"), std::string::npos) << monitor.out();
@@ -323,7 +323,7 @@ TEST_F(BusTools, ExchangeFdFramesWithBitRateSwitchWithPythonCan) {
   Process recorder = record({"--output", path("record.log")});
   Process node({"/usr/bin/python3", HYSTCAN_SOURCE_DIR "/tests/can/socketcan/python_node.py", "vcan0", "4"});
   ASSERT_TRUE(recorder.says("recording vcan0"));
-  ASSERT_TRUE(hil::comes_true([&] { return node.out().starts_with("ready\n"); })) << node.err();
+  ASSERT_TRUE(hil::eventually([&] { return node.out().starts_with("ready\n"); })) << node.err();
   write("in.log",
         "(1000000000.000000) vcan0 123##1E80300000000000000000007\n"
         "(1000000000.010000) vcan0 12345678##0FF\n"
@@ -425,8 +425,8 @@ TEST_F(KvaserBusTools, RecordContinuesAfterTheInterfaceOfARunningControllerGoesD
   EXPECT_EQ(bench.stop_and_report(1).at("axes")[0].at("fault"), "interface down");
   EXPECT_TRUE(recorder.says("can0: up again")) << recorder.err();
   ASSERT_EQ(shell("cansend can1 555#C0FFEE"), 0);
-  EXPECT_TRUE(hil::comes_true([&] { return read("record.log").find(" 555#") != std::string::npos; }));
-  EXPECT_TRUE(hil::comes_true([&] { return read("candump.log").find(" 555#") != std::string::npos; }));
+  EXPECT_TRUE(hil::eventually([&] { return read("record.log").find(" 555#") != std::string::npos; }));
+  EXPECT_TRUE(hil::eventually([&] { return read("candump.log").find(" 555#") != std::string::npos; }));
   recorder.send(SIGINT);
   EXPECT_EQ(recorder.wait(), 0) << recorder.err();
   beside.send(SIGINT);

@@ -57,7 +57,7 @@ TEST_F(Ctl, WatchShowsTheStatusAgainAndAgainUntilItIsInterrupted) {
   support::Process watch(
       {HYSTCAN_PROGRAM, "status", "--watch", "--interface", "vcan0", "--socket", stage.socket});
   for (const char* part : {"bus vcan0: up", "SYNC late", "nodes: ", "tracking"})
-    EXPECT_TRUE(hil::comes_true([&] { return watch.out().find(part) != std::string::npos; })) << part;
+    EXPECT_TRUE(hil::eventually([&] { return watch.out().find(part) != std::string::npos; })) << part;
   watch.send(SIGINT);
   EXPECT_EQ(watch.wait(), 0) << watch.err();
 }

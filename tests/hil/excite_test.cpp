@@ -20,10 +20,10 @@ using hil::milliseconds;
 using hil::Process;
 using identification::Dataset;
 
-/// A program of some seconds: one major loop, three nested ones, three reversal curves each way.
+/// A program of some seconds: one major loop, a nested one, a reversal curve each way.
 /// Its size is stated, so that no smaller loops come first: bench and rehearsal begin with the same memory.
 const std::vector<std::string> short_program{"--low", "0",        "--high", "100",      "--period",
-                                             "1",     "--cycles", "1",      "--levels", "3"};
+                                             "1",     "--cycles", "1",      "--levels", "1"};
 constexpr double slew_V_per_s = 200.0;
 
 std::filesystem::path in_scratch(const char* name) {
@@ -66,9 +66,9 @@ Difference difference(const Dataset& dataset, const Dataset& expected) {
   return d;
 }
 
-// SYNCs are sent some microseconds late. 50 us at 200 V/s are 10 mV; the steepest part of the curves, 0.4 um/V, and a
-// resonance that doubles it make 8 nm of that. The noise of two datasets, 0.3 nm each, adds 2.5 nm at six standard
-// deviations.
+// A SYNC is sent some microseconds late. 50 us at 200 V/s are 10 mV; the steepest part of the curves,
+// 0.4 um/V, and a resonance that doubles it make 8 nm of that. The noise of two datasets, 0.3 nm each, adds
+// 2.5 nm at six standard deviations.
 TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   const Dataset expected = rehearsed(short_program);
   LiveBench bench({"vcan0", "vcan0"});

@@ -232,7 +232,7 @@ TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUpAndStdinStdoutStderr
   OnTerminal controller(hil::with_real_time_priority(
       {"sh", "-c", "exec " HYSTCAN_PROGRAM " controller " + stage.config + " </dev/null >" + log + " 2>&1"},
       "50"));
-  ASSERT_TRUE(hil::comes_true([&] {
+  ASSERT_TRUE(hil::eventually([&] {
     return support::read_file(log).find("y: tracking") != std::string::npos;
   })) << support::read_file(log);
   controller.hang_up();
@@ -250,7 +250,7 @@ TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAnd
     const std::string log = stage.bench.controller->err();
     return log.find("needs a restart") != log.rfind("needs a restart");
   };
-  EXPECT_TRUE(hil::comes_true(is_logged_again)) << stage.bench.controller->err();
+  EXPECT_TRUE(hil::eventually(is_logged_again)) << stage.bench.controller->err();
   EXPECT_TRUE(stage.bench.controller->running());
   EXPECT_EQ(stage.axis_status(0).at("state"), "tracking");
 }

@@ -24,6 +24,7 @@ namespace hystcan::hil {
 
 using nlohmann::json;
 using std::chrono::milliseconds;
+using support::eventually;
 using support::Process;
 
 inline const std::string config_file = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
@@ -43,25 +44,13 @@ inline std::vector<std::string> with_real_time_priority(std::vector<std::string>
 
 inline bool shell(const std::string& command) { return std::system(command.c_str()) == 0; }
 
-/// Checks the condition every 10 ms, for two minutes at most. A test waits for another process in this way, and
-/// never by a sleep of fixed length: on real CAN the machine may be busy.
-template <class Condition>
-[[nodiscard]] bool comes_true(Condition condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(2);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return condition();
-    std::this_thread::sleep_for(milliseconds(10));
-  }
-  return true;
-}
-
 /// Counts the programs that receive every frame of an interface, as candump, record and monitor do. Construct
 /// it before another one is started.
 class Listeners {
  public:
   explicit Listeners(std::string interface) : interface_(std::move(interface)), before_(count()) {}
   [[nodiscard]] bool are_more_by(std::size_t more) const {
-    return comes_true([&] { return count() >= before_ + more; });
+    return eventually([&] { return count() >= before_ + more; });
   }
 
  private:
@@ -155,7 +144,7 @@ class LiveBench {
       const std::string last = "7FE#0E4D";
       EXPECT_TRUE(shell(std::string("cansend ") + wire_.controller_side + " " + last));
       std::string all;
-      EXPECT_TRUE(comes_true([&] {
+      EXPECT_TRUE(eventually([&] {
         all = support::read_file(log_file_);
         return all.find(" " + last + "\n") != std::string::npos;
       }));

@@ -72,8 +72,7 @@ class Client {
     address.sun_family = AF_UNIX;
     file.copy(address.sun_path, sizeof address.sun_path - 1);
     is_connected_ = connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-    const timeval limit{.tv_sec = 120, .tv_usec = 0};
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    support::limit_receive(socket_);
   }
   ~Client() { close(socket_); }
   Client(const Client&) = delete;
@@ -152,7 +151,7 @@ struct LiveStage {
     return answer.is_object() ? answer.at("axes").at(axis) : json::object();
   }
   bool reaches(std::size_t axis, const std::string& state) const {
-    return comes_true([&] { return axis_status(axis).value("state", "") == state; });
+    return eventually([&] { return axis_status(axis).value("state", "") == state; });
   }
 
  private:

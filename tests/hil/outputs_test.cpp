@@ -40,7 +40,7 @@ TEST(Outputs, ThatCannotBeWrittenEndTheControllerWithOneAndALine) {
 TEST(Outputs, WithoutAReaderDoNotKillTheController) {
   QuickStage stage;
   Process controller = run(stage, "controller " + stage.config, ">&4 2>&4 4>&-");
-  ASSERT_TRUE(hil::comes_true([&] { return stage.status().is_object(); }));
+  ASSERT_TRUE(hil::eventually([&] { return stage.status().is_object(); }));
   ASSERT_TRUE(stage.reaches(0, "tracking"));
   EXPECT_EQ(stage.ctl({"stop"}).status, 0);
   EXPECT_EQ(controller.wait(), 1) << "the results are not printed";
@@ -84,14 +84,14 @@ class Job {
  public:
   explicit Job(const std::string& arguments)
       : shell_({"sh", "-c", HYSTCAN_PROGRAM " " + arguments + " >/dev/null & echo $!; wait $!"}) {
-    EXPECT_TRUE(hil::comes_true([&] { return shell_.out().ends_with("\n"); }));
+    EXPECT_TRUE(hil::eventually([&] { return shell_.out().ends_with("\n"); }));
   }
   Process& process() { return shell_; }
   void interrupt() const { kill(std::stoi(shell_.out()), SIGINT); }
   /// Its exit status. It is interrupted once it catches SIGINT: an early one is ignored, and one more while
   /// it ends would kill it.
   int end() {
-    EXPECT_TRUE(hil::comes_true([&] { return catches_sigint() || !shell_.running(); }));
+    EXPECT_TRUE(hil::eventually([&] { return catches_sigint() || !shell_.running(); }));
     interrupt();
     return shell_.wait();
   }
@@ -134,7 +134,7 @@ TEST(BackgroundJob, OfABusToolEndsBySigint) {
   Process tracked = run(stage, "controller " + stage.config, "");
   ASSERT_TRUE(tracked.says("x: tracking"));
   Job recorder("record --interface vcan0 --output " + log);
-  ASSERT_TRUE(hil::comes_true([&] { return support::read_file(log).size() > 1000; }));
+  ASSERT_TRUE(hil::eventually([&] { return support::read_file(log).size() > 1000; }));
   EXPECT_EQ(recorder.end(), 0);
   EXPECT_TRUE(support::read_file(log).ends_with("\n"));
   EXPECT_NE(recorder.process().err().find(" frames lost"), std::string::npos) << recorder.process().err();

@@ -20,7 +20,7 @@ using hil::LiveStage;
 using hil::Process;
 
 constexpr int readers = 20;
-constexpr int run_s = 3;
+constexpr int run_s = 2;
 
 /// The port in the line "page: http://127.0.0.1:PORT/" of the page's output; empty if it has not come.
 std::string port_of(const std::string& output) {
@@ -55,7 +55,7 @@ Tracked track(bool with_clients) {
   std::optional<Process> page, clients;
   if (with_clients) {
     page.emplace(std::vector<std::string>{HYSTCAN_PROGRAM, "page", stage.config, "--listen", "127.0.0.1:0"});
-    EXPECT_TRUE(hil::comes_true([&] { return !port_of(page->out()).empty(); })) << page->err();
+    EXPECT_TRUE(hil::eventually([&] { return !port_of(page->out()).empty(); })) << page->err();
     clients.emplace(std::vector<std::string>{"/usr/bin/python3", "-I", "-S",
                                              HYSTCAN_SOURCE_DIR "/tests/hil/page_clients.py",
                                              port_of(page->out()), std::to_string(readers)});

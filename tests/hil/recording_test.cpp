@@ -61,7 +61,7 @@ TEST(RecordedRun, IsThereInHdf5WhenTheControllerHasEnded) {
   EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
   const json listed = json::parse(output_of({"runs", runs, "--json"}));
   const std::string file = listed[0].at("run").get<std::string>() + "/cycles_0001.h5";
-  EXPECT_TRUE(hil::comes_true([&] { return support::read_file(file).starts_with("\x89HDF"); }));
+  EXPECT_TRUE(hil::eventually([&] { return support::read_file(file).starts_with("\x89HDF"); }));
 }
 
 /// At two random moments; HYSTCAN_HIL_KILLS asks for more. The clock is the guest's, which counts
@@ -93,7 +93,7 @@ TEST(RecordedRun, EndsOnAFullDiskAndControlDoesNot) {
   if (::mount("tmpfs", runs.c_str(), "tmpfs", 0, "size=2m") != 0)
     GTEST_SKIP() << "a small tmpfs needs root: " << std::strerror(errno);
   stage.start({"--record", runs});
-  EXPECT_TRUE(hil::comes_true([&] { return recording_of(stage).contains("failure"); }));
+  EXPECT_TRUE(hil::eventually([&] { return recording_of(stage).contains("failure"); }));
   const json recording = recording_of(stage);
   EXPECT_EQ(recording.at("on"), false);
   EXPECT_NE(recording.at("failure").get<std::string>().find("No space left on device"), std::string::npos);

@@ -36,7 +36,7 @@ struct Reload : testing::Test {
   }
   /// Waits until the log has the text this often.
   bool comes_to_log(const std::string& text, std::size_t times) const {
-    return hil::comes_true([&] { return count_in_log(text) >= times; });
+    return hil::eventually([&] { return count_in_log(text) >= times; });
   }
   /// How often the log has the text.
   std::size_t count_in_log(const std::string& text) const {

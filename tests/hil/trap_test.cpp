@@ -119,7 +119,7 @@ TEST(Trap, ControlThreadOnSocketCanFaultsWithoutAllocatingLockingLoggingOrOpenin
   hil::LiveBench bench({"vcan0", "vcan0"});
   InProcess program;
   std::thread control([&] { program.run(seconds(1)); });
-  const bool watched = hil::comes_true([&] { return program.is_or_was_watched(); });
+  const bool watched = hil::eventually([&] { return program.is_or_was_watched(); });
   bench.twin->send(SIGKILL);
   control.join();
   ASSERT_TRUE(watched) << to_string(program.controller().axis(0).fault().cause);
