@@ -188,7 +188,8 @@ TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
   using boost::asio::local::stream_protocol;
   stream_protocol::acceptor acceptor(context, stream_protocol::endpoint(path("twin.sock")));
   const auto print = [&](const char* command, const std::string& answer) {
-    Process program({HYSTCAN_PROGRAM, "ctl", "--socket", path("twin.sock"), command});
+    Process program(
+        {HYSTCAN_PROGRAM, "ctl", "--socket", path("twin.sock"), "--timeout", support::patience_s(), command});
     stream_protocol::socket client = acceptor.accept();
     boost::asio::streambuf request;
     boost::asio::read_until(client, request, '\n');
@@ -319,7 +320,8 @@ TEST_F(Cli, DemoLeavesNoPlotThatGnuplotHasNotFinished) {
 TEST_F(Cli, DemoRemovesTheFilesOfTheRunThatASignalStops) {
   shipped.edit("piezo.toml", "cycles       = 10.0", "cycles       = 10000.0");
   Process program({HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", path("out")});
-  while (program.running() && !std::filesystem::exists(shipped / "out/average.csv")) continue;
+  ASSERT_TRUE(support::eventually(
+      [&] { return std::filesystem::exists(shipped / "out/average.csv") || !program.running(); }));
   program.send(SIGINT);
   EXPECT_EQ(program.wait(), failed);
   EXPECT_EQ(program.err(), "hystcan: stopped before the end of the comparison\n");

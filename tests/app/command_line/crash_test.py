@@ -31,6 +31,7 @@ import tempfile
 from collections import Counter, defaultdict
 
 SKIPPED = 77
+HANG_S = 300  # ends one run of a program that hangs; a run under strace takes seconds
 SCRATCH = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # a sync takes no time there
 SYNCS = {"fsync", "fdatasync", "close"}
 BY_DESCRIPTOR = {"write", "writev", "pwrite64", "sendfile", "copy_file_range", "ftruncate", "fchmod"} | SYNCS
@@ -218,7 +219,7 @@ class Trial:
 
         # Python ignores SIGXFSZ; so does the child then, and its write fails instead.
         done = subprocess.run(words, cwd=self.folder, capture_output=True, text=True, preexec_fn=limit, restore_signals=False,
-                              errors="replace", stdin=subprocess.DEVNULL, timeout=300)
+                              errors="replace", stdin=subprocess.DEVNULL, timeout=HANG_S)
         self.status, self.out, self.err = done.returncode, done.stdout, done.stderr
         self.files, self.temporaries = contents(self.folder), temporaries(self.folder)
 

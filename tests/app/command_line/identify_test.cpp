@@ -278,8 +278,7 @@ TEST_F(Identify, StopsAtCtrlCWithTheBestModelSoFar) {
   const Dataset record = with_noise(piezo_record(15000.0), 0.03, 1);
   write_record("large.csv", record);
   Process program = identify("large.csv");
-  ASSERT_TRUE(program.says("--output-unit")) << program.err();  // read; the next thing is to catch signals
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  ASSERT_TRUE(program.handles(SIGINT)) << program.err();
   program.send(SIGINT);
   ASSERT_EQ(program.wait(), done) << program.err();
   EXPECT_NE(program.out().find("the search was stopped early: this is the best model so far"),

@@ -46,6 +46,14 @@ class StandardOutput : public Cli {
     EXPECT_EQ(err_.find(line), err_.rfind("standard output") - 9) << arguments << err_;
   }
 
+  /// Each command that computes prints its result as text and as JSON. Which form has no reader, and which is
+  /// closed, changes with the command.
+  std::vector<std::string> half_of_results(std::size_t first) const {
+    std::vector<std::string> half;
+    for (std::size_t i = 0; i + 1 < results.size(); i += 2) half.push_back(results[i + (first + i / 2) % 2]);
+    return half;
+  }
+
   const std::vector<std::string> results{"identify loops.csv --output m.toml --overwrite",
                                          "identify loops.csv --output m.toml --overwrite --json",
                                          "validate piezo.model.toml loops.csv",
@@ -76,12 +84,12 @@ TEST_F(StandardOutput, OnAFullDiskEndsEveryCommandWithOneAndALine) {
 }
 
 TEST_F(StandardOutput, ThatIsClosedEndsEveryCommandWithOneAndALine) {
-  for (const auto* commands : {&results, &streams})
-    for (const std::string& command : *commands) fails_with_one_line(command, closed, "Bad file descriptor");
+  for (const auto& commands : {half_of_results(0), streams})
+    for (const std::string& command : commands) fails_with_one_line(command, closed, "Bad file descriptor");
 }
 
 TEST_F(StandardOutput, WithoutAReaderIsAnErrorForAResult) {
-  for (const std::string& command : results) {
+  for (const std::string& command : half_of_results(1)) {
     EXPECT_EQ(run(command, no_reader), failed) << command << err_;
     EXPECT_NE(err_.find(": cannot be written: Broken pipe\n"), std::string::npos) << command << err_;
   }
@@ -111,8 +119,8 @@ TEST_F(StandardOutput, ThatIsFullMakesCtlFail) {
   stream_protocol::acceptor acceptor(context, stream_protocol::endpoint(path("twin.sock")));
   for (const std::string option : {"", "--json "}) {
     Process program({"sh", "-c",
-                     std::string(HYSTCAN_PROGRAM) + " ctl " + option + "--socket " + path("twin.sock") +
-                         " remove > /dev/full"});
+                     std::string(HYSTCAN_PROGRAM) + " ctl " + option + "--timeout " + support::patience_s() +
+                         " --socket " + path("twin.sock") + " remove > /dev/full"});
     stream_protocol::socket client = acceptor.accept();
     boost::asio::streambuf request;
     boost::asio::read_until(client, request, '\n');

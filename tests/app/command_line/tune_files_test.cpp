@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/app/command_line/cli.h"
+#include "tests/support/long_run.h"
 
 namespace hystcan::tune_files_test {
 namespace {
@@ -146,6 +147,7 @@ TEST_F(TuneFiles, ProposesAndWritesForEachShippedConfiguration) {
   for (const auto& entry : std::filesystem::directory_iterator(shipped.folder())) {
     const std::string name = entry.path().filename().string();
     if (!name.ends_with(".toml") || read(name.c_str()).find("[[axis]]") == std::string::npos) continue;
+    if (!support::long_run() && name != "galfenol.toml" && name != "lab_amplifier.toml") continue;
     const json found = written(name.c_str());
     EXPECT_LE(found["proposed"]["predicted_rms_percent"], found["present"]["predicted_rms_percent"]) << name;
     EXPECT_LT(found["proposed"]["worst_margins"]["peak_sensitivity"], 1.75) << name;
