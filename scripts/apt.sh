@@ -26,5 +26,5 @@ apt_get() {
 report_lock() {
   local text
   text="packages: another package manager is at work; waiting for up to ten minutes: $(grep -m 1 '^E:' "$1")"
-  { echo "$text" >&3; } 2>/dev/null || echo "$text" >&2
+  echo "$text" >&"${HYSTCAN_STAGE_STDERR:-2}"
 }

@@ -1,5 +1,5 @@
 # Sourced: the stages of a script, one line each on standard error. The output of a stage is shown only if it fails; what it
-# writes to descriptor 3 is shown at once.
+# writes to the descriptor HYSTCAN_STAGE_STDERR is shown at once.
 # shellcheck shell=bash
 
 # stage NAME COMMAND...: runs COMMAND and prints its wall time and processor time; on failure it prints the end of the log
@@ -10,8 +10,10 @@ stage() {
   log=$(mktemp -t hystcan-stage.XXXXXX)
   local TIMEFORMAT='%0R s, processor %0U s + %0S s'
   exec 3>&2
+  export HYSTCAN_STAGE_STDERR=3
   spent=$({ time "$@" >"$log" 2>&1 </dev/null; } 2>&1) || status=$?
   exec 3>&-
+  unset HYSTCAN_STAGE_STDERR
   if ((status)); then
     tail -n 40 "$log" >&2
     echo "$name: failed with status $status after $spent; the whole log: $log" >&2
