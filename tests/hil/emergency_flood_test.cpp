@@ -11,7 +11,7 @@ namespace {
 
 TEST(EmergencyFlood, HasFewLinesInTheLogAndOneEntryInTheResults) {
   shows("S-143");
-  hil::LiveStage stage;
+  hil::QuickStage stage;
   stage.start({"--json"});
   ASSERT_TRUE(hil::shell("cangen vcan0 -I 081 -L 8 -D 0050010000000000 -g 1 -n 500"));
   const hil::json results = stage.bench.stop_and_report(1);  // of the fault

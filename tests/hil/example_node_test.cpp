@@ -27,8 +27,8 @@ struct ExampleNode : testing::Test {
   explicit ExampleNode(const char* us = "1000") : cycle_us(us) {}
   const char* cycle_us;
   LiveBench bench{{"vcan0", "vcan0"}, config_file, hil::Nodes::of_the_test};
-  Process x{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "1", "2", cycle_us}, "40")};
-  Process y{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4", cycle_us}, "40")};
+  Process x{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "1", "2", cycle_us})};
+  Process y{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4", cycle_us})};
 };
 
 // The stage of the example is a straight line within the loop of the model, which is 15 % of the stroke wide.
@@ -100,10 +100,8 @@ TEST(ExampleNodeOnCanFd, IsTrackedByTheControllerWithFramesThatSwitchTheBitRate)
     dbc << "BA_ \"VFrameFormat\" BO_ " << id << " 14;\n";
   dbc.close();
   LiveBench bench{{"vcan0", "vcan0"}, (files / "piezo.toml").string(), hil::Nodes::of_the_test};
-  Process x{
-      hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "1", "2", "1000", "fd", "24"}, "40")};
-  Process y{
-      hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4", "1000", "fd", "24"}, "40")};
+  Process x{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "1", "2", "1000", "fd", "24"})};
+  Process y{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4", "1000", "fd", "24"})};
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   for (const json& axis : json::parse(bench.controller->out()).at("axes")) {

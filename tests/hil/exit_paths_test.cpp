@@ -218,8 +218,8 @@ class OnTerminal {
 
 TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUp) {
   shows("S-061");
-  OnTerminal controller(hil::with_real_time_priority(
-      {HYSTCAN_PROGRAM, "controller", stage.config, "--interface", "vcan0"}, "50"));
+  OnTerminal controller(
+      hil::with_real_time_priority({HYSTCAN_PROGRAM, "controller", stage.config, "--interface", "vcan0"}));
   ASSERT_TRUE(controller.shows("x: tracking") && controller.shows("y: tracking")) << controller.screen();
   controller.hang_up();
   EXPECT_EQ(controller.status(), 0);
@@ -230,8 +230,7 @@ TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUp) {
 TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUpAndStdinStdoutStderrAreRedirected) {
   const std::string log = stage.folder() + "/log";
   OnTerminal controller(hil::with_real_time_priority(
-      {"sh", "-c", "exec " HYSTCAN_PROGRAM " controller " + stage.config + " </dev/null >" + log + " 2>&1"},
-      "50"));
+      {"sh", "-c", "exec " HYSTCAN_PROGRAM " controller " + stage.config + " </dev/null >" + log + " 2>&1"}));
   ASSERT_TRUE(hil::eventually([&] {
     return support::read_file(log).find("y: tracking") != std::string::npos;
   })) << support::read_file(log);

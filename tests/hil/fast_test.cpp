@@ -52,7 +52,7 @@ void run(controller::Controller& controller, boost::asio::io_context& context, c
 }
 
 void use_real_time_priority() {
-  const sched_param param{.sched_priority = 50};
+  const sched_param param{.sched_priority = hil::priority};
   EXPECT_EQ(pthread_setschedparam(pthread_self(), SCHED_FIFO, &param), 0);
 }
 

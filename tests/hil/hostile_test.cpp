@@ -5,13 +5,12 @@
 #include <string>
 #include <thread>
 
-#include "tests/hil/live_bench.h"
+#include "tests/hil/live_stage.h"
 #include "tests/support/shows.h"
 
 namespace hystcan::hostile_test {
 namespace {
 
-using hil::FreshVcan;
 using hil::json;
 using hil::LiveBench;
 using hil::milliseconds;
@@ -22,8 +21,8 @@ struct VcanHostile : testing::Test {
     bench.start_controller({"--json"});
     ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   }
-  FreshVcan fresh;
-  LiveBench bench{{"vcan0", "vcan0"}};
+  hil::QuickStage stage;
+  LiveBench& bench = stage.bench;
 };
 
 TEST_F(VcanHostile, TheLinkDownAndUpFaultsBothAxesWithItsCauseAndArmsNothing) {

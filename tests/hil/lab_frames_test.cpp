@@ -50,10 +50,10 @@ std::string from_hex(const std::string& digits) {
 struct VcanLabFrames : testing::Test {
   std::string config() const { return (folder / "lab_amplifier.toml").string(); }
 
-  /// The frames that candump received while the axis tracked the reference once.
-  Log one_pass() {
+  /// The frames that candump received while the axis tracked its reference.
+  Log frames_of_tracking() {
     LiveBench bench({"vcan0", "vcan0"}, config());
-    bench.start_controller({"--once", "--json"});
+    bench.start_controller({"--duration", "1.5", "--json"});
     EXPECT_EQ(bench.controller->wait(), 0) << bench.controller->err();
     const json result = json::parse(bench.controller->out());
     const json& axis = result.at("axes")[0];
@@ -84,7 +84,7 @@ const char* const setup_by_sdo =
 TEST_F(VcanLabFrames, TrackOnAClassicalInterfaceOnceTheirNodesAreSetUp) {
   FreshVcan::make(16);
   folder.edit("lab_amplifier.toml", "[axis.frames.command]", setup_by_sdo);
-  const Log log = one_pass();
+  const Log log = frames_of_tracking();
   const auto until_started = [&](const std::vector<std::string>& prefixes, const std::string& start) {
     Log found = with(log, prefixes);
     found.erase(std::ranges::find(found, start), found.end());
@@ -98,9 +98,9 @@ TEST_F(VcanLabFrames, TrackOnAClassicalInterfaceOnceTheirNodesAreSetUp) {
       (Log{"602#2F00210007000000", "582#6000210000000000", "602#4000210000000000", "582#4F00210007000000"}));
   EXPECT_EQ(count(log, "601#"), 2U) << "the node is set up only once";
 
-  EXPECT_GT(count(log, "18EF1001#"), 1000U) << "AmpSet";
-  EXPECT_GT(count(log, "18EE1002#"), 1000U) << "SensPos";
-  EXPECT_GT(count(log, "18EE1001#"), 100U) << "AmpGet, every tenth cycle";
+  EXPECT_GT(count(log, "18EF1001#"), 500U) << "AmpSet";
+  EXPECT_GT(count(log, "18EE1002#"), 500U) << "SensPos";
+  EXPECT_GT(count(log, "18EE1001#"), 50U) << "AmpGet, every tenth cycle";
   EXPECT_TRUE(with(log, {"201#", "181#", "182#", "00000201#"}).empty());
   ASSERT_EQ(crc8_h2f("123456789"), 0xDFU) << "the check value";
   for (const std::string& frame : with(log, {"18EF1001#"})) {
@@ -123,15 +123,15 @@ TEST_F(VcanLabFdFrames, AreRefusedByAClassicalInterfaceAndTrackOnOneThatTakesThe
       "interface vcan0 takes no CAN FD frames, expected one that does for AmpSet, SensPos; take it down "
       "and set: ip link set vcan0 mtu 72");
   EXPECT_TRUE(hil::shell("ip link set vcan0 down && ip link set vcan0 mtu 72 && ip link set vcan0 up"));
-  const Log log = one_pass();
+  const Log log = frames_of_tracking();
   for (const char* id : {"18EF1001##", "18EE1002##"}) {
     const Log frames = with(log, {id});
-    EXPECT_GT(frames.size(), 1000U) << id;
+    EXPECT_GT(frames.size(), 500U) << id;
     for (const std::string& frame : frames)
       ASSERT_EQ(frame.size(), 8U + 2U + 1U + 40U)
           << frame << ": 18 bytes are sent as 20, after a digit of flags";
   }
-  EXPECT_GT(count(log, "18EE1001#"), 100U) << "AmpGet has 4 bytes and stays classical";
+  EXPECT_GT(count(log, "18EE1001#"), 50U) << "AmpGet has 4 bytes and stays classical";
   EXPECT_EQ(count(log, "18EE1001##"), 0U);
 }
 

@@ -165,8 +165,8 @@ struct LiveStage {
   }
 };
 
-/// A stage at half the rate, for tests that show nothing about timing or tracking: an emulated processor pays
-/// for each cycle.
+/// A stage at half the rate, for tests that show nothing about timing: an emulated processor pays for each
+/// cycle.
 struct QuickStage : LiveStage {
   QuickStage() {
     files.edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 500.0");

@@ -14,7 +14,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/hil/lateness.h"
-#include "tests/hil/live_bench.h"
+#include "tests/hil/live_stage.h"
 #include "tests/support/rehearsed.h"
 #include "tests/support/shows.h"
 
@@ -74,7 +74,8 @@ TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
 
 /// What shows nothing of the kind of interface.
 struct VcanProcesses : testing::Test {
-  LiveBench bench{{"vcan0", "vcan0"}};
+  hil::QuickStage stage;
+  LiveBench& bench = stage.bench;
 };
 
 TEST_F(VcanProcesses, ControlCOnTheTwinLeavesTheAmplifierAtItsSafeValue) {

@@ -29,7 +29,7 @@ bool says_last(const Process& program, const std::string& reason) {
 TEST(Outputs, ThatCannotBeWrittenEndTheControllerWithOneAndALine) {
   QuickStage stage;
   for (const std::string redirection : {"> /dev/full", ">&-"}) {
-    Process controller = run(stage, "controller " + stage.config + " --duration 2", redirection);
+    Process controller = run(stage, "controller " + stage.config + " --duration 0.5", redirection);
     EXPECT_EQ(controller.wait(), 1);
     EXPECT_TRUE(
         says_last(controller, redirection == ">&-" ? "Bad file descriptor" : "No space left on device"))

@@ -48,6 +48,7 @@ void connect_once() {
 Tracked track(bool with_clients) {
   Tracked run;
   LiveStage stage;
+  stage.bench.controller_priority = hil::priority_over_nodes;
   const std::string log = stage.folder() + "/turnaround.log";
   stage.bench.candump = std::make_unique<Process>(
       std::vector<std::string>{"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 TEST(RecordedRun, IsMadeByThePythonExampleThatCommandsATwin) {
   const fs::path source = fs::path(HYSTCAN_SOURCE_DIR) / "python";
   if (!fs::exists(HYSTCAN_PYTHON_MODULE)) GTEST_SKIP() << "there is no Python package";
-  hil::LiveStage stage;
+  hil::QuickStage stage;
   stage.files.edit("piezo.toml", "[twin]\n", "[record]\ndir = \"" + stage.folder() + "/runs\"\n\n[twin]\n");
   stage.start({});
   const fs::path package = fs::path(stage.folder()) / "python" / "hystcan";

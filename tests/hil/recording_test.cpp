@@ -16,8 +16,8 @@ namespace hystcan::recording_test {
 namespace {
 
 using hil::json;
-using hil::LiveStage;
 using hil::milliseconds;
+using hil::QuickStage;
 using support::Process;
 
 std::string output_of(const std::vector<std::string>& words) {
@@ -28,21 +28,21 @@ std::string output_of(const std::vector<std::string>& words) {
   return process.out();
 }
 
-json recording_of(const LiveStage& stage) { return stage.status().at("recording"); }
+json recording_of(const QuickStage& stage) { return stage.status().at("recording"); }
 
 TEST(RecordedRun, OfAKilledControllerIsListedAndExported) {
-  LiveStage stage;
+  QuickStage stage;
   const std::string runs = stage.folder() + "/runs";
   stage.files.edit("piezo.toml", "[twin]\n", "[record]\nbus_log = true\n\n[twin]\n");
   stage.start({"--record", runs});
-  std::this_thread::sleep_for(milliseconds(2500));
+  std::this_thread::sleep_for(milliseconds(1500));
   stage.bench.controller->send(SIGKILL);
   stage.bench.controller->wait();
   const json listed = json::parse(output_of({"runs", runs, "--json"}));
   ASSERT_EQ(listed.size(), 1u);
   EXPECT_EQ(listed[0].at("state"), "not closed (killed)");
-  EXPECT_GT(listed[0].at("last_s").get<double>(), 2.0);
-  EXPECT_GT(listed[0].at("axes")[0].at("tracked_rows"), 1000);
+  EXPECT_GT(listed[0].at("last_s").get<double>(), 1.0);
+  EXPECT_GT(listed[0].at("axes")[0].at("tracked_rows"), 300);
   const std::string run = listed[0].at("run");
   const std::string csv = output_of({"export", run, "--axis", "x", "--signals", "position_um,state"});
   EXPECT_TRUE(csv.ends_with(",tracking\n"))
@@ -53,7 +53,7 @@ TEST(RecordedRun, OfAKilledControllerIsListedAndExported) {
 }
 
 TEST(RecordedRun, IsThereInHdf5WhenTheControllerHasEnded) {
-  LiveStage stage;
+  QuickStage stage;
   const std::string runs = stage.folder() + "/runs";
   stage.start({"--record", runs});
   std::this_thread::sleep_for(milliseconds(1500));
@@ -69,7 +69,7 @@ TEST(RecordedRun, IsThereInHdf5WhenTheControllerHasEnded) {
 TEST(IcountRecording, LosesAtMostASecondByAKill) {
   const char* asked = std::getenv("HYSTCAN_HIL_KILLS");
   const int rounds = asked == nullptr ? 2 : std::stoi(asked);
-  LiveStage stage;
+  QuickStage stage;
   std::mt19937 random(20261123);
   std::uniform_int_distribution<int> moment_ms(800, 1800);
   for (int round = 0; round < rounds; ++round) {
@@ -87,10 +87,10 @@ TEST(IcountRecording, LosesAtMostASecondByAKill) {
 }
 
 TEST(RecordedRun, EndsOnAFullDiskAndControlDoesNot) {
-  LiveStage stage;
+  QuickStage stage;
   const std::string runs = stage.folder() + "/runs";
   std::filesystem::create_directory(runs);
-  if (::mount("tmpfs", runs.c_str(), "tmpfs", 0, "size=2m") != 0)
+  if (::mount("tmpfs", runs.c_str(), "tmpfs", 0, "size=256k") != 0)
     GTEST_SKIP() << "a small tmpfs needs root: " << std::strerror(errno);
   stage.start({"--record", runs});
   EXPECT_TRUE(hil::eventually([&] { return recording_of(stage).contains("failure"); }));

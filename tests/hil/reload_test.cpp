@@ -12,14 +12,14 @@ namespace {
 
 using hil::between;
 using hil::json;
-using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
+using hil::QuickStage;
 using hil::series;
 
 struct Reload : testing::Test {
-  LiveStage stage;
+  QuickStage stage;
   std::string edited = "piezo.toml";
 
   /// Replaces the first occurrence in the file, which is that of x. As most editors do, it puts another file
@@ -67,7 +67,7 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreLoggedAsAD
     EXPECT_TRUE(stage.bench.controller->says(step.diff)) << step.diff << "\n"
                                                          << stage.bench.controller->err();
     changed_s.push_back(now_s());
-    std::this_thread::sleep_for(milliseconds(400));
+    std::this_thread::sleep_for(milliseconds(250));
   }
   std::this_thread::sleep_for(milliseconds(800));
   EXPECT_LT(std::abs(stage.axis_status(0).at("error_um").get<double>()), 0.5);
@@ -77,9 +77,9 @@ TEST_F(Reload, GainsStructureLimitsAndSetpointChangeWithoutAJumpAndAreLoggedAsAD
   // At whatever phase of the reference each was taken over: tests/closed_loop/reload_test.cpp tries all.
   const json log = stage.bench.decoded_with_series();
   const std::vector<OnWire> commands = series(log, "X", "AmpCommand");
-  const double usual_V = hil::largest_step(between(commands, tracking_s, changed_s.front() - 0.4));
+  const double usual_V = hil::largest_step(between(commands, tracking_s, changed_s.front() - 0.2));
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    const double step_V = hil::largest_step(between(commands, changed_s[i] - 0.3, changed_s[i] + 0.3));
+    const double step_V = hil::largest_step(between(commands, changed_s[i] - 0.2, changed_s[i] + 0.2));
     std::printf("%s: largest step of the drive %.3f V, before any change %.3f V\n", steps[i].diff, step_V,
                 usual_V);
     EXPECT_GT(step_V, 0.0);

@@ -42,9 +42,9 @@ TEST(StuckOutput, HidesNoFaultFromTheStatusAndTheBlackBoxAndTheControllerEnds) {
   QuickStage stage;
   const std::string file = stage.folder() + "/full";
   const FullPipe pipe(file);
-  const std::string command = std::string("exec ") + (geteuid() == 0 ? "chrt --fifo 50 " : "") +
-                              HYSTCAN_PROGRAM + " controller " + stage.config + " --interface vcan0 >" +
-                              file + " 2>&1";
+  const std::string command =
+      std::string("exec ") + (geteuid() == 0 ? "chrt --fifo " + std::to_string(hil::priority) + " " : "") +
+      HYSTCAN_PROGRAM + " controller " + stage.config + " --interface vcan0 >" + file + " 2>&1";
   stage.bench.controller = std::make_unique<Process>(std::vector<std::string>{"sh", "-c", command});
   ASSERT_TRUE(hil::eventually([&] { return stage.status().is_object(); }));
   ASSERT_TRUE(stage.reaches(0, "tracking"));

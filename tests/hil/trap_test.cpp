@@ -49,9 +49,9 @@ class InProcess {
   /// Runs until the axes track and one second more, in which Asio may still allocate; then it traps the
   /// thread for `watched`.
   void run(can::Duration watched) {
-    // As hil::with_real_time_priority does for a process: the twin's priority is 40.
-    constexpr sched_param before_the_twin{.sched_priority = 50};
-    if (geteuid() == 0) pthread_setschedparam(pthread_self(), SCHED_FIFO, &before_the_twin);
+    // As hil::with_real_time_priority does for a process.
+    constexpr sched_param as_the_twin{.sched_priority = hil::priority};
+    if (geteuid() == 0) pthread_setschedparam(pthread_self(), SCHED_FIFO, &as_the_twin);
     const can::Time start = scheduler_.now();
     std::unique_ptr<can::Timer> poll;
     poll = scheduler_.make_timer([&] {

@@ -170,6 +170,7 @@ std::vector<double> of_controller() {
   const std::string log = log_of("turnaround.log");
   {
     LiveBench bench({"vcan0", "vcan0"});
+    bench.controller_priority = hil::priority_over_nodes;
     bench.candump.reset();  // the echo has one candump beside it; the controller gets the same
     const Process candump({"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});
     bench.start_controller();
@@ -204,6 +205,7 @@ std::vector<double> latenesses() {
   const std::string csv = log_of("cycles.csv");
   {
     LiveBench bench({"vcan0", "vcan0"});
+    bench.controller_priority = hil::priority_over_nodes;
     bench.candump.reset();
     bench.start_controller({"--csv", csv});
     EXPECT_TRUE(bench.tracks()) << bench.controller->err();
