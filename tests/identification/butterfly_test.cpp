@@ -79,7 +79,7 @@ TEST(IdentifyButterfly, FindsASquare) {
   expect_found(butterfly(magnetisation(), {15.0, 0.0, 15.0}), "square");
 }
 
-TEST(IdentifyButterfly, FindsAMapThatIsNeitherEvenNorASquare) {
+TEST(LongIdentifyButterfly, FindsAMapThatIsNeitherEvenNorASquare) {
   expect_found(butterfly(magnetisation(), {14.0, 1.0, 14.0, -0.6, 0.9}), "order 4, not even");
 }
 

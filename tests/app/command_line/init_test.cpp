@@ -85,6 +85,7 @@ TEST_P(InitBesideHandWork, TracksWithinOnePointThreeTimesItsError) {
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--yes"}), done)
       << err;
   getrusage(RUSAGE_CHILDREN, &after);
+  EXPECT_NE(out.find("which nobody has stated (--sensor-delay)"), std::string::npos) << out;
   std::filesystem::copy_file(shipped / hand.plant().c_str(), shipped / "stage/x.plant.toml",
                              std::filesystem::copy_options::overwrite_existing);
   std::filesystem::copy_file(shipped / "stage/x.model.toml", shipped / hand.model().c_str(),
@@ -98,7 +99,14 @@ TEST_P(InitBesideHandWork, TracksWithinOnePointThreeTimesItsError) {
   EXPECT_LE(ours, 1.3 * theirs);
 }
 
-INSTANTIATE_TEST_SUITE_P(Stages, InitBesideHandWork, testing::Values(ByHand{"piezo"}, ByHand{"soft_stage"}),
+/// The stage with the lowest mode; in a long run the other one, too.
+std::vector<ByHand> tuned_by_hand() {
+  std::vector<ByHand> result{{"soft_stage"}};
+  if (support::long_run()) result.push_back({"piezo"});
+  return result;
+}
+
+INSTANTIATE_TEST_SUITE_P(Stages, InitBesideHandWork, testing::ValuesIn(tuned_by_hand()),
                          testing::PrintToStringParamName());
 
 /// From the first `key` to the end of its line.
@@ -136,23 +144,6 @@ TEST_F(Init, GivesAStiffStageALoopFarFromWhatItsStatedModeAllows) {
   EXPECT_EQ(check.wait(), done) << check.out();
 }
 
-TEST_F(Init, SaysWhatAnUnstatedSensorDelayDoesToTheTrueError) {
-  excite("piezo.toml", "loops.csv");
-  excite("piezo.toml", "step.csv", {"--signal", "step"});
-  const Words records{"--record", path("loops.csv"), "--step", path("step.csv"), "--yes"};
-  Words words{path("stage")};
-  words.insert(words.end(), records.begin(), records.end());
-  ASSERT_EQ(init(words), done) << err;
-  EXPECT_NE(out.find("which nobody has stated (--sensor-delay)"), std::string::npos) << out;
-  words.front() = path("told");
-  words.insert(words.end(), {"--sensor-delay", "50"});
-  ASSERT_EQ(init(words), done) << err;
-  EXPECT_EQ(out.find("nobody has stated"), std::string::npos) << out;
-  const config::Config told = config::load(shipped / "told/stage.toml");
-  EXPECT_EQ(told.axes[0].control.delays.sensor_delay, std::chrono::microseconds(50));
-  EXPECT_EQ(told.axes[0].twin.sensor.delay, std::chrono::microseconds(50));
-}
-
 TEST_F(Init, RefusesASensorDelayThatIsLongerThanTheDelayOfTheStep) {
   excite("piezo.toml", "loops.csv");
   excite("piezo.toml", "step.csv", {"--signal", "step"});
@@ -163,27 +154,24 @@ TEST_F(Init, RefusesASensorDelayThatIsLongerThanTheDelayOfTheStep) {
   EXPECT_FALSE(is_there("stage"));
 }
 
-TEST_F(Init, SaysWhichResonanceWasStatedWhereTheStepShowsAnotherOne) {
+TEST_F(Init, SaysWhatAStepHasShownBesideWhatWasStated) {
   excite("piezo.toml", "loops.csv");
   excite("piezo.toml", "step.csv", {"--signal", "step"});
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--resonance",
-                  "150", "--yes"}),
+                  "150", "--sensor-delay", "50", "--yes"}),
             done)
       << err;
   EXPECT_NE(out.find("where 150 Hz was stated"), std::string::npos) << out;
-}
-
-TEST_F(Init, SaysInTheConfigurationWhatAStepHasShown) {
-  excite("piezo.toml", "loops.csv");
-  excite("piezo.toml", "step.csv", {"--signal", "step"});
-  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--yes"}), done)
-      << err;
+  EXPECT_EQ(out.find("nobody has stated"), std::string::npos) << out;
   const std::string text = read("stage/stage.toml");
   EXPECT_EQ(text.find("no step was recorded"), std::string::npos) << text;
   for (const char* key : {"resonance_Hz", "damping_ratio"}) {
     const std::string line = line_from(text, key);
     EXPECT_NE(line.find("# from the step"), std::string::npos) << line;
   }
+  const config::Config stage = config::load(shipped / "stage/stage.toml");
+  EXPECT_EQ(stage.axes[0].control.delays.sensor_delay, std::chrono::microseconds(50));
+  EXPECT_EQ(stage.axes[0].twin.sensor.delay, std::chrono::microseconds(50));
 }
 
 TEST_F(Init, WithoutARecordLeadsThroughItsExcitations) {
@@ -240,11 +228,13 @@ TEST_P(InitOfABipolarStage, IsCompleteFromItsOwnRecords) {
   EXPECT_LT(percent(path("stage/stage.fast.toml")), 0.3);
 }
 
-/// A zero that is stated and one that is not; in a long run others, too.
+/// A zero that is not stated; in a long run others, too.
 std::vector<Zero> zeros() {
-  std::vector<Zero> result{{"TwelveUmOff", 12.0, false}, {"TwelveUmStated", 12.0, true}};
+  std::vector<Zero> result{{"TwelveUmOff", 12.0, false}};
   if (support::long_run())
-    result.insert(result.end(), {{"AtTheSafeDrive", 0.0, false}, {"AtTheLowestDrive", 8.57, false}});
+    result.insert(
+        result.end(),
+        {{"TwelveUmStated", 12.0, true}, {"AtTheSafeDrive", 0.0, false}, {"AtTheLowestDrive", 8.57, false}});
   return result;
 }
 
