@@ -15,11 +15,11 @@ using hil::json;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
-using hil::QuickStage;
+using hil::LiveStage;
 using hil::series;
 
 struct Reload : testing::Test {
-  QuickStage stage;
+  LiveStage stage;
   std::string edited = "piezo.toml";
 
   /// Replaces the first occurrence in the file, which is that of x. As most editors do, it puts another file
