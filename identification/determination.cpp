@@ -21,21 +21,22 @@ constexpr int evaluations_of_each = 30;
 // make up for it: both k, and the delay if there is one.
 class Valley {
  public:
-  Valley(const Problem& problem, const SearchResult& found, double Trial::*number,
+  Valley(const Problem& problem, const SearchResult& found, double Trial::*number, model::Interval allowed,
          const std::function<bool()>& go_on)
       : trial_(found.trial),
         number_(number),
+        allowed_(allowed),
         fit_(problem, found.shape, SeparableFit::coarse_scan),
         go_on_(go_on),
         largest_rms_(nearly_best * fit_.fit(trial_).rms) {}
 
-  // The last trial in this direction that is as good, to a quarter of the step. Not below zero.
+  // The last trial in this direction that is as good, to a quarter of the step.
   Trial farthest(double step) {
     Trial last = trial_;
     double beyond = 0.0;  // from the best value: not as good
     const auto try_at = [&](double from_best) {
       Trial next = last;
-      next.*number_ = std::max(0.0, trial_.*number_ + from_best);
+      next.*number_ = std::clamp(trial_.*number_ + from_best, allowed_.lo, allowed_.hi);
       if (!is_as_good(next)) return false;
       last = next;
       return true;
@@ -45,7 +46,7 @@ class Valley {
         beyond = way;
         break;
       }
-      if (last.*number_ == 0.0) break;
+      if (last.*number_ == allowed_.lo || last.*number_ == allowed_.hi) break;
     }
     while (beyond != 0.0 && go_on_()) {
       const double good = last.*number_ - trial_.*number_;
@@ -76,6 +77,7 @@ class Valley {
 
   Trial trial_;
   double Trial::*number_;
+  model::Interval allowed_;
   SeparableFit fit_;
   const std::function<bool()>& go_on_;
   double largest_rms_;
@@ -112,7 +114,7 @@ bool is_determined(model::Interval pace) {
 
 model::Interval creep_range(const Problem& problem, const SearchResult& found,
                             const std::function<bool()>& go_on) {
-  Valley valley(problem, found, &Trial::creep_per_decade, go_on);
+  Valley valley(problem, found, &Trial::creep_per_decade, {0.0, most_creep_per_decade}, go_on);
   const double step = 0.1 * found.trial.creep_per_decade;
   return {valley.farthest(-step).creep_per_decade, valley.farthest(step).creep_per_decade};
 }
@@ -124,7 +126,7 @@ std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult
   for (const Dataset& dataset : datasets)
     shortest_s = std::min(shortest_s, (dataset.time_s.back() - dataset.time_s.front()) /
                                           static_cast<double>(dataset.size() - 1));
-  Valley valley(problem, found, &Trial::delay_s, go_on);
+  Valley valley(problem, found, &Trial::delay_s, {0.0, std::numeric_limits<double>::infinity()}, go_on);
   const double step_s = std::max(0.1 * shortest_s, 0.05 * found.trial.delay_s);
   const Trial low = valley.farthest(-step_s), high = valley.farthest(step_s);
   SeparableFit fine(problem, found.shape, SeparableFit::fine_scan);

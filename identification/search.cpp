@@ -29,8 +29,6 @@ constexpr std::size_t usual_spline = 7;     // of those that are tried: 12 piece
 constexpr double worth_a_restart = 0.99;    // of the error before it
 constexpr double widest_k_span = 200.0;     // with steep parts this is of them, not of the thresholds
 
-constexpr double most_creep = 0.1;  // per decade
-
 using Kind = InitialMemory::Kind;
 
 class Searcher {
@@ -119,7 +117,7 @@ class Searcher {
     const double longest_delay_s = options_.longest_delay_s.value_or(infinity);
     if (trial.below < 0.0 || trial.above < 0.0 || trial.below > 3.0 || trial.above > 3.0 ||
         trial.delay_s < 0.0 || trial.delay_s > longest_delay_s || trial.creep_per_decade < 0.0 ||
-        trial.creep_per_decade > most_creep ||
+        trial.creep_per_decade > most_creep_per_decade ||
         std::min(trial.k_span_ascending, trial.k_span_descending) < -widest_k_span ||
         std::max(trial.k_span_ascending, trial.k_span_descending) > widest_k_span * steepness())
       return infinity;

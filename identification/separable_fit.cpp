@@ -1,6 +1,7 @@
 #include "identification/separable_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -31,6 +32,13 @@ double mean_gain_of_others(const Trial& trial, std::size_t dataset) {
   for (std::size_t i = 0; i < trial.memories.size(); ++i)
     if (i != dataset) sum += trial.gain(i);
   return sum / static_cast<double>(trial.memories.size() - 1);
+}
+
+// Some k is so negative that nothing is finite.
+Fitted nowhere() {
+  Fitted fitted;
+  fitted.rms = std::numeric_limits<double>::infinity();
+  return fitted;
 }
 
 }  // namespace
@@ -98,20 +106,54 @@ ValidCurves::Solution SeparableFit::solve(const NormalEquations& system, const T
                        problem_.observed.span());
 }
 
-Fitted SeparableFit::fit(const Trial& trial) {
+NormalEquations SeparableFit::whole(const Trial& trial) {
   const std::vector<NormalEquations> folds = systems(trial);
   NormalEquations all = folds.front();
   for (std::size_t i = 1; i < folds.size(); ++i) all += folds[i];
-  Fitted fitted;
-  if (!all.is_finite()) {
-    fitted.rms = std::numeric_limits<double>::infinity();
-    return fitted;
-  }
+  return all;
+}
+
+Fitted SeparableFit::fit(const Trial& trial) {
+  const NormalEquations all = whole(trial);
+  if (!all.is_finite()) return nowhere();
   const Eliminated system(all, curve_unknowns());
-  const ValidCurves::Solution solution = solve(system.rest(), trial);
+  return fitted(system, all.samples, solve(system.rest(), trial), trial);
+}
+
+// In each round the sum of squares may grow by a share: the curves of the round before are one of the
+// solutions, and their departure costs no more. The departure that is left gets its full weight in the next
+// round.
+Fitted SeparableFit::fit_and_choose(const Trial& trial) {
+  constexpr std::array shares{0.004, 0.004, 0.004, 0.008, 0.016, 0.032, 0.064};
+  constexpr std::size_t always = 3;
+  constexpr double plausible = 0.25;  // gap at the lower threshold, of the output's span
+  const auto is_virgin = [](const InitialMemory& of) { return of.kind == InitialMemory::Kind::virgin; };
+  const NormalEquations all = whole(trial);
+  if (std::ranges::any_of(trial.memories, is_virgin) || !all.is_finite()) return fit(trial);
+  const Eliminated system(all, curve_unknowns());
+  const CurveBasis basis(shape_, problem_.thresholds(trial));
+  const Eigen::MatrixXd departure = basis.departure();
+  const Eigen::VectorXd gap = 2.0 * basis.gap(0.0);
+  ValidCurves::Solution solution = solve(system.rest(), trial);
+  for (std::size_t round = 0; round < shares.size() && solution.valid; ++round) {
+    if (round >= always && gap.dot(solution.theta) < plausible * problem_.output_span) break;
+    const double free =
+        solution.theta.dot(departure * solution.theta) + problem_.output_span * problem_.output_span;
+    NormalEquations chosen = system.rest();
+    chosen.H += shares[round] * system.rest().residual_square(solution.theta) / free * departure;
+    const ValidCurves::Solution next = solve(chosen, trial);
+    if (!next.valid) break;
+    solution = next;
+  }
+  return fitted(system, all.samples, solution, trial);
+}
+
+Fitted SeparableFit::fitted(const Eliminated& system, double samples, const ValidCurves::Solution& solution,
+                            const Trial& trial) const {
+  Fitted fitted;
   fitted.parameters = curves_.basis().parameters(solution.theta, pace_of(trial, problem_.thresholds(trial)));
   fitted.parameters.symmetry = problem_.symmetry;
-  fitted.rms = std::sqrt(system.rest().residual_square(solution.theta) / all.samples);
+  fitted.rms = std::sqrt(system.rest().residual_square(solution.theta) / samples);
   fitted.valid = solution.valid;
   fitted.violation = solution.violation;
   const Eigen::VectorXd completed = system.completed(solution.theta);

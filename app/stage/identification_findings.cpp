@@ -201,6 +201,11 @@ class Findings {
               of_dataset(i), memory.bias);
       }
     }
+    if (std::ranges::none_of(identified_.memories, [](const InitialMemory& memory) {
+          return memory.kind == InitialMemory::Kind::virgin;
+        }))
+      say("no sample has an empty memory: the ascending reference curve is chosen, so that it begins at the "
+          "lower convergence point and bends least");
   }
 
   void report_order() {

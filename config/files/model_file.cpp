@@ -94,7 +94,7 @@ void visit(V& v, model::Dynamics& d) {
 
 template <class V>
 void visit(V& v, model::OutputCreep::Config& c) {
-  v.required("per_decade", c.per_decade, {.lo = -0.1, .hi = 0.1}, {.meaning = "share of the output"});
+  v.required("per_decade", c.per_decade, {.lo = -0.1, .hi = 0.2}, {.meaning = "share of the output"});
   v.required("from_s", c.from_s, positive);
   v.required("to_s", c.to_s, positive);
 }

@@ -55,6 +55,15 @@ std::vector<Dataset> two_rates(const OutputCreep& creep) {
   return {decaying_sines(2.0, 25, creep, 0.0, 1), decaying_sines(20.0, 5, creep, 1.5, 2)};
 }
 
+// Some relaxor ceramics creep that much. The range of creep ends where half of the output would come at once.
+TEST(IdentifyCreep, OfFifteenPercentADecadeIsFoundWithItsRange) {
+  const Identified found = identify(two_rates(OutputCreep({.per_decade = 0.15})), {});
+  ASSERT_TRUE(found.creep);
+  EXPECT_NEAR(found.creep->per_decade, 0.15, 0.005);
+  ASSERT_TRUE(found.creep_range);
+  EXPECT_LE(found.creep_range->hi, most_creep_per_decade);
+}
+
 TEST(IdentifyCreep, IsFoundFromTwoRatesADecadeApartWithDelayAndK) {
   const Identified found = identify(two_rates(OutputCreep({.per_decade = 0.02})), {});
   ASSERT_TRUE(found.creep);
