@@ -45,10 +45,6 @@ struct HysteresisParameters {
   }
   /// From L_0 to U_0.
   Interval output_range() const { return outputs(lower_point().level, upper_point().level); }
-  /// From the start of the ascending curve to the upper threshold point.
-  double stroke() const {
-    return outputs(ascending.value(input_range().lo), ascending.value(input_range().hi)).span();
-  }
 };
 
 /// Adds all parameters except the two k.

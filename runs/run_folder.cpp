@@ -105,10 +105,11 @@ RunInfo describe(const config::Config& config, const std::vector<config::Setting
                .axes = {},
                .settings = {}};
   for (const config::AxisConfig& axis : config.axes) {
-    info.axes.push_back({.name = axis.wire.name,
-                         .drive_unit = axis.wire.drive_unit,
-                         .stroke_um = axis.control.law.model.stroke(),
-                         .delay_s = axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz)});
+    info.axes.push_back(
+        {.name = axis.wire.name,
+         .drive_unit = axis.wire.drive_unit,
+         .stroke_um = controller::model_reach_um(axis.control.law.model, axis.control.gate).span(),
+         .delay_s = axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz)});
   }
   for (const config::Setting& setting : settings) info.settings.emplace_back(setting.path, setting.value);
   return info;

@@ -66,7 +66,7 @@ AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics st
   std::vector<std::string> kinds;
   for (const Segment& segment : axis.config().setpoint) kinds.push_back(to_string(segment.shape));
   return {.name = std::move(name),
-          .stroke_um = axis.config().law.model.stroke(),
+          .stroke_um = model_reach_um(axis.config().law.model, axis.config().gate).span(),
           .state = axis.state(),
           .fault = axis.fault(),
           .statistics = std::move(statistics),

@@ -96,13 +96,21 @@ struct Error {
   double true_percent = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// Of the stage: the reference covers 80 % of it.
+double travel_um(const rehearsal::Setup& setup) {
+  const Shape& shape = setup.controller.axes[0].axis.setpoint[0].shape;
+  const auto covers = [](const auto& of) { return of.high_um - of.low_um; };
+  const auto* triangle = std::get_if<controller::Triangle>(&shape);
+  return (triangle != nullptr ? covers(*triangle) : covers(std::get<controller::Sine>(shape))) / 0.8;
+}
+
 /// After the periods that settle, or that are learnt.
 Error track(const rehearsal::Setup& setup, double skipped_s) {
   const auto outcome = rehearsal::run_once(setup, skipped_s, [](const auto&) {});
   const controller::AxisOutcome& axis = outcome.axes[0];
   if (axis.fault.cause != controller::Cause::none) return {};
   const auto percent = [&](const controller::TrackingStatistics& of) {
-    return 100.0 * of.total().rms_um() / axis.stroke_um;
+    return 100.0 * of.total().rms_um() / travel_um(setup);
   };
   return {percent(axis.statistics), percent(outcome.true_errors[0])};
 }

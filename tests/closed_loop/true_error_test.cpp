@@ -32,7 +32,7 @@ struct Percent {
 Percent of_first_segment(const rehearsal::Setup& setup) {
   const auto outcome = rehearsal::run_once(setup, 0.1, ignore);
   EXPECT_EQ(outcome.axes[0].state, controller::AxisState::tracking);
-  const double share = 100.0 / outcome.axes[0].stroke_um;
+  constexpr double share = 100.0 / 30.0;
   return {share * outcome.axes[0].statistics.segments()[0].rms_um(),
           share * outcome.true_errors[0].segments()[0].rms_um()};
 }
