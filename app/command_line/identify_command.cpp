@@ -16,6 +16,7 @@
 #include "app/stage/dataset_input.h"
 #include "app/stage/identification_report.h"
 #include "app/stage/identification_result.h"
+#include "app/stage/model_words.h"
 #include "app/stage/option_check.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
@@ -43,9 +44,7 @@ struct IdentifyArguments {
   std::filesystem::path report;
   DatasetInput input;
   identification::IdentifyOptions asked;  ///< but for those that are words here
-  std::string order = "auto";
-  std::string creep = "auto";
-  std::string curves = "auto";
+  ModelWords model;
   bool dynamics = false;
   std::string symmetry = "auto";
   std::string thresholds = "auto";
@@ -57,10 +56,7 @@ struct IdentifyArguments {
 
 identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
   identification::IdentifyOptions asked = options.asked;
-  if (options.order != "auto") asked.shape = identification::CurveShape::polynomial(std::stoi(options.order));
-  asked.curves = *parse_word<identification::CurveChoice>(options.curves);
-  if (options.creep != "auto")
-    asked.creep_per_decade = options.creep == "none" ? 0.0 : std::stod(options.creep);
+  options.model.apply_to(asked);
   asked.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
@@ -217,25 +213,6 @@ int run_identify(const IdentifyArguments& options) {
   return done;
 }
 
-CLI::Validator creep_or_auto() {
-  return {[](const std::string& text) {
-            const bool is_number = text.find_first_not_of("0123456789.eE+-") == std::string::npos;
-            const bool sound =
-                text == "auto" || text == "none" || (is_number && CLI::Range(0.0, 0.1)(text).empty());
-            return sound ? std::string() : fmt::format("{}, expected auto, none or 0 to 0.1", text);
-          },
-          "CREEP"};
-}
-
-CLI::Validator order_or_auto() {
-  return {[](const std::string& text) {
-            const bool sound = text == "auto" || whole_number(1, identification::highest_order)(text).empty();
-            return sound ? std::string()
-                         : fmt::format("{}, expected auto or 1 to {}", text, identification::highest_order);
-          },
-          "ORDER"};
-}
-
 }  // namespace
 
 void add_identify(CLI::App& cli, int& status) {
@@ -251,12 +228,7 @@ void add_identify(CLI::App& cli, int& status) {
       command->add_option("--start", options->start,
                           "old model (TOML), recursive-memory: decides what the datasets do not determine");
   command->add_flag("--overwrite", options->overwrite, "replace model and memory if they exist");
-  command
-      ->add_option("--order", options->order,
-                   "order of polynomial reference curves, or auto: chosen by hold-out")
-      ->check(order_or_auto());
-  command->add_option("--curves", options->curves, "polynomials, splines, or the better of both (auto)")
-      ->check(one_of({"auto", "polynomial", "spline"}));
+  add_model_options(*command, options->model);
   CLI::Option* delay =
       command->add_option("--delay", options->asked.delay_s, "known delay of the output in seconds")
           ->check(not_negative_number());
@@ -265,12 +237,6 @@ void add_identify(CLI::App& cli, int& status) {
                    "longest delay that is searched, in seconds")
       ->check(not_negative_number())
       ->excludes(delay);
-  command
-      ->add_option(
-          "--creep", options->creep,
-          "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it "
-          "carries over")
-      ->check(creep_or_auto());
   command->add_flag("--common-zero", options->asked.common_zero,
                     "several datasets: their outputs have the same zero; if left out, each has its own");
   command->add_flag("--common-gain", options->asked.common_gain,

@@ -51,6 +51,7 @@ std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
       records[i].loop_files = {options.records[i]};
     if (!options.steps.empty()) records[i].step_file = options.steps[i];
     if (!options.unseen.empty()) records[i].unseen_file = options.unseen[i];
+    options.model.apply_to(records[i].model);
   }
   return records;
 }
@@ -74,7 +75,7 @@ int init(const InitOptions& options) {
   }
   if (options.carry_on) {
     stop_at_a_signal();
-    continue_stage(options.folder);
+    continue_stage(options.folder, options.model);
     return done;
   }
   return new_stage(options);
@@ -135,6 +136,7 @@ void add_init(CLI::App& cli, int& status) {
       ->add_option("--rate", options->input.layout.rate_Hz,
                    "sampling rate of the records in Hz, where they have no time or the number of the sample")
       ->check(positive_number());
+  add_model_options(*command, options->model);
   command->add_flag("--yes", options->yes, "take the defaults, ask nothing");
   CLI::Option* carry_on =
       command->add_flag("--continue", options->carry_on,

@@ -40,7 +40,7 @@ void stop_if_signalled() {
 
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
-  identification::IdentifyOptions asked;
+  identification::IdentifyOptions asked = records.model;
   asked.observed_thresholds = true;  // so that the start-up reaches both
   asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
     progress.update(++tries);
@@ -240,6 +240,15 @@ rehearsal::Outcome rehearsed(const config::Config& config, const twin::Config& t
                              [](const controller::CycleRecord&) { stop_if_signalled(); });
 }
 
+/// The true error of an axis, or why there is none.
+std::string true_error_text(const rehearsal::Outcome& outcome, std::size_t i) {
+  const controller::ErrorStatistics truth = outcome.true_errors[i].total();
+  for (const controller::AxisOutcome& axis : outcome.axes)  // the fault of one axis ends the run of all
+    if (axis.fault.cause != controller::Cause::none)
+      return fmt::format("a fault ({})", to_string(axis.fault.cause));
+  return truth.samples == 0 ? std::string("no sample") : fmt::format("{:.3g} um", truth.rms_um());
+}
+
 /// The true errors of each axis where the sensor has all of the unshared delay, or none.
 std::vector<std::string> ranges_of(const config::Config& config, const std::vector<TuningReport>& tuned) {
   std::vector<std::string> ranges(tuned.size());
@@ -251,10 +260,9 @@ std::vector<std::string> ranges_of(const config::Config& config, const std::vect
     if (tuned[i].unshared_s > 0.0)
       ranges[i] = fmt::format(
           "; {:.3g} ms are taken as the sensor's, which nobody has stated (--sensor-delay): "
-          "{:.3g} um if none are, {:.3g} "
-          "um if all {:.3g} ms are",
-          1e3 * config.axes[i].control.delays.sensor_s(), none.true_errors[i].total().rms_um(),
-          all.true_errors[i].total().rms_um(), 1e3 * tuned[i].unshared_s);
+          "{} if none are, {} if all {:.3g} ms are",
+          1e3 * config.axes[i].control.delays.sensor_s(), true_error_text(none, i), true_error_text(all, i),
+          1e3 * tuned[i].unshared_s);
   return ranges;
 }
 
@@ -273,15 +281,10 @@ std::vector<std::string> mode_ranges_of(const config::Config& config,
     return rehearsed(config, twin);
   };
   const rehearsal::Outcome lower = with_modes(1.0 - share), higher = with_modes(1.0 + share);
-  const auto error = [](const rehearsal::Outcome& outcome, std::size_t i) {
-    return outcome.axes[i].fault.cause == controller::Cause::none
-               ? fmt::format("{:.3g} um", outcome.true_errors[i].total().rms_um())
-               : fmt::format("a fault ({})", to_string(outcome.axes[i].fault.cause));
-  };
   for (std::size_t i = 0; i < tuned.size(); ++i)
     if (!tuned[i].plant.mode)
       ranges[i] = fmt::format("; {} with the mode, which no record shows, {:g} % lower, {} with it higher",
-                              error(lower, i), 100.0 * share, error(higher, i));
+                              true_error_text(lower, i), 100.0 * share, true_error_text(higher, i));
   return ranges;
 }
 
@@ -361,9 +364,13 @@ const Candidate* faster_of(const TuningReport& report) {
 std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned) {
   const rehearsal::Outcome outcome = rehearsed(config, twin_config(config));
   std::vector<std::string> lines;
-  for (const controller::AxisOutcome& axis : outcome.axes)
+  for (const controller::AxisOutcome& axis : outcome.axes) {
     if (axis.fault.cause != controller::Cause::none)
       throw RunError(fmt::format("the rehearsal ended: {}", describe(axis.name, axis.fault)));
+    if (axis.statistics.total().samples == 0)
+      throw RunError(
+          fmt::format("the rehearsal ended: axis {} tracked no sample of a settled reference", axis.name));
+  }
   const rehearsal::Outcome exact = rehearsed(config, with_exact_models(twin_config(config), config));
   const std::vector<std::string> ranges = ranges_of(config, tuned), modes = mode_ranges_of(config, tuned);
   for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
@@ -372,12 +379,11 @@ std::vector<std::string> rehearsal_of(const config::Config& config, const std::v
     lines.push_back(
         fmt::format("{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um", axis.name,
                     error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um));
-    lines.push_back(
-        fmt::format("{}: true error, of the stage itself: {:.3g} um, {:.3g} % with curves 3 % off the model, "
-                    "{:.3g} um if it is exact{}{}{}",
-                    axis.name, truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um,
-                    exact.true_errors[i].total().rms_um(), modes[i],
-                    floors_text(config, i, outcome.true_errors[i]), ranges[i]));
+    lines.push_back(fmt::format(
+        "{}: true error, of the stage itself: {:.3g} um, {:.3g} % with curves 3 % off the model, "
+        "{} if it is exact{}{}{}",
+        axis.name, truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um, true_error_text(exact, i),
+        modes[i], floors_text(config, i, outcome.true_errors[i]), ranges[i]));
   }
   return lines;
 }

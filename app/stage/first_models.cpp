@@ -36,7 +36,28 @@ ReferenceCurve off_by(const ReferenceCurve& curve, double share, bool alternatin
   return curve.with(c);
 }
 
-/// The ascending curve is off by `share`, the loop is wider by as much.
+double farthest_apart(const ReferenceCurve& a, const ReferenceCurve& b) {
+  constexpr int steps = 200;
+  double farthest = 0.0;
+  for (int i = 0; i <= steps; ++i) {
+    const double v = a.domain().lo + static_cast<double>(i) / steps * a.domain().span();
+    farthest = std::max(farthest, std::abs(a.value(v) - b.value(v)));
+  }
+  return farthest;
+}
+
+/// The curve moved towards `other`, by `distance` at most.
+ReferenceCurve moved(const ReferenceCurve& curve, const ReferenceCurve& other, double distance) {
+  const double whole = farthest_apart(curve, other);
+  if (!(whole > 0.0)) return curve;
+  std::vector<double> c = curve.coefficients();
+  for (std::size_t j = 0; j < c.size(); ++j)
+    c[j] += distance / whole * (other.coefficients()[j] - curve.coefficients()[j]);
+  return curve.with(c);
+}
+
+/// The ascending curve is off by `share` of the way from the middle of the range of outputs to its end, the
+/// loop is wider by as much.
 HysteresisParameters with_curves_off(const HysteresisParameters& given, double share, bool alternating) {
   HysteresisParameters p = given;
   if (p.output_map) {  // the curves are those of m, which its map is made for
@@ -45,7 +66,8 @@ HysteresisParameters with_curves_off(const HysteresisParameters& given, double s
     p.output_map.emplace(map, p.output_map->inner());
     return p;
   }
-  p.ascending = off_by(given.ascending, share, alternating);
+  p.ascending = moved(given.ascending, off_by(given.ascending, share, alternating),
+                      share * 0.5 * given.output_range().span());
   std::vector<double> descending = p.ascending.coefficients();
   const std::vector<double>&rising = given.ascending.coefficients(),
         &falling = given.descending.coefficients();

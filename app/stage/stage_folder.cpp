@@ -298,8 +298,13 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
   made.commit();
 }
 
-void continue_stage(const std::filesystem::path& folder) {
+void continue_stage(const std::filesystem::path& folder, const ModelWords& model) {
   const std::filesystem::path file = folder / first_config;
+  if (!std::filesystem::exists(file) && std::filesystem::exists(folder / stage_config))
+    throw Error(
+        fmt::format("{0}: was made with --record, so that there is nothing to take up; change {1} and try it "
+                    "with `hystcan demo --config {1}`, or make the folder again",
+                    folder.string(), shell_word(folder / stage_config)));
   if (!std::filesystem::exists(file))
     throw Error(fmt::format("{}: is not there, expected a folder of `hystcan init`", file.string()));
   Stage first(file, config::TomlEdit::of_file(file).text());
@@ -307,6 +312,7 @@ void continue_stage(const std::filesystem::path& folder) {
   std::vector<std::string> names{stage_config, fast_config};
   for (const config::AxisConfig& axis : first.config.axes) {
     records.push_back(records_beside(folder, axis));
+    model.apply_to(records.back().model);
     const controller::Gate::Config& gate = axis.control.gate;
     refuse_contradictions(records.back(), axis.wire.drive_unit, {gate.drive_min, gate.drive_max}, {});
     const std::string& name = axis.wire.name;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/stage/model_words.h"
 #include "app/stage/questions.h"
 #include "app/stage/stage_facts.h"
 #include "app/stage/stage_records.h"
@@ -21,6 +22,7 @@ struct InitOptions {
   bool carry_on = false;
   std::vector<std::filesystem::path> records{}, steps{}, unseen{};
   DatasetInput input{};
+  ModelWords model{};
   // What is known of the stage:
   std::vector<std::string> axes{};
   std::optional<std::string> drive_unit{}, interface {

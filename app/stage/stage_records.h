@@ -8,6 +8,7 @@
 
 #include "app/stage/dataset_input.h"
 #include "identification/dataset.h"
+#include "identification/search.h"
 #include "model/reference_curve.h"
 
 namespace hystcan::app {
@@ -18,6 +19,7 @@ struct AxisRecords {
   std::optional<std::filesystem::path> step_file{}, unseen_file{};  ///< small and fast; for the validation
   std::vector<identification::Dataset> loops{};
   std::optional<identification::Dataset> step{}, unseen{};
+  identification::IdentifyOptions model{};  ///< how the model of the loops is identified
 
   model::Interval drive() const;           ///< of the loops
   model::Interval travel_um() const;       ///< likewise

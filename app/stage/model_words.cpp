@@ -1,0 +1,57 @@
+#include "app/stage/model_words.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "app/stage/option_check.h"
+#include "base/words.h"
+
+namespace hystcan::app {
+namespace {
+
+CLI::Validator creep_or_auto() {
+  return {[](const std::string& text) {
+            const bool is_number = text.find_first_not_of("0123456789.eE+-") == std::string::npos;
+            const bool sound =
+                text == "auto" || text == "none" ||
+                (is_number && CLI::Range(0.0, identification::most_creep_per_decade)(text).empty());
+            return sound ? std::string()
+                         : fmt::format("{}, expected auto, none or 0 to {:g}", text,
+                                       identification::most_creep_per_decade);
+          },
+          "CREEP"};
+}
+
+CLI::Validator order_or_auto() {
+  return {[](const std::string& text) {
+            const bool sound = text == "auto" || whole_number(1, identification::highest_order)(text).empty();
+            return sound ? std::string()
+                         : fmt::format("{}, expected auto or 1 to {}", text, identification::highest_order);
+          },
+          "ORDER"};
+}
+
+}  // namespace
+
+void ModelWords::apply_to(identification::IdentifyOptions& asked) const {
+  if (order != "auto") asked.shape = identification::CurveShape::polynomial(std::stoi(order));
+  asked.curves = *parse_word<identification::CurveChoice>(curves);
+  if (creep != "auto") asked.creep_per_decade = creep == "none" ? 0.0 : std::stod(creep);
+}
+
+void add_model_options(CLI::App& command, ModelWords& words) {
+  command
+      .add_option("--order", words.order, "order of polynomial reference curves, or auto: chosen by hold-out")
+      ->check(order_or_auto());
+  command.add_option("--curves", words.curves, "polynomials, splines, or the better of both (auto)")
+      ->check(one_of({"auto", "polynomial", "spline"}));
+  command
+      .add_option(
+          "--creep", words.creep,
+          "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it "
+          "carries over")
+      ->check(creep_or_auto());
+}
+
+}  // namespace hystcan::app

@@ -1,0 +1,95 @@
+// `hystcan init` with records of stages that have another kind of hysteresis than the model (../stages).
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "config/files/model_file.h"
+#include "model/hysteresis_parameters.h"
+#include "tests/app/command_line/cli.h"
+
+namespace hystcan::foreign_stages_test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+const std::string records = HYSTCAN_SOURCE_DIR "/tests/app/stages/";
+
+struct ForeignStage {
+  const char* name;
+  double stroke_um;  ///< of the truth
+  Words facts;
+};
+void PrintTo(const ForeignStage& stage, std::ostream* stream) { *stream << stage.name; }
+
+class InitOfForeignStages : public Cli, public testing::WithParamInterface<ForeignStage> {};
+
+// Both records begin wiped, at the lowest drive: no row is on the curve of an empty memory. Where that curve
+// was free it began 32 and 162 um below the stage, and the twin of the rehearsal with it.
+TEST_P(InitOfForeignStages, EndsWithAPlausibleCurveAndStroke) {
+  Words words{HYSTCAN_PROGRAM, "init", path("stage"), "--record", records + GetParam().name + "_loops.csv",
+              "--yes"};
+  words.insert(words.end(), GetParam().facts.begin(), GetParam().facts.end());
+  Process init(words);
+  ASSERT_EQ(init.wait(), done) << init.err();
+  EXPECT_EQ(init.out().find(" 0 um"), std::string::npos) << init.out();
+  const model::HysteresisParameters found = config::load_model(shipped / "stage/x.model.toml");
+  const double stroke_um = GetParam().stroke_um;
+  EXPECT_NEAR(found.output_range().span(), stroke_um, 0.05 * stroke_um);
+  const double below_um = found.lower_point().level - found.ascending.value(found.input_range().lo);
+  EXPECT_GE(below_um, 0.0);
+  EXPECT_LT(below_um, 0.25 * stroke_um);
+  EXPECT_NE(read("stage/x.report/report.html").find("the ascending reference curve is chosen"),
+            std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(, InitOfForeignStages,
+                         testing::Values(ForeignStage{"quant60",
+                                                      58.5,
+                                                      {"--step", records + "quant60_step.csv", "--drive-min",
+                                                       "0", "--drive-max", "100", "--safe", "0", "--stroke",
+                                                       "60"}},
+                                         ForeignStage{"creep30",
+                                                      27.7,
+                                                      {"--drive-min", "-20", "--drive-max", "120", "--safe",
+                                                       "0", "--stroke", "28", "--resonance", "250"}}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST_F(Cli, InitTakesCurvesOrderAndCreepOfTheModel) {
+  Process init({HYSTCAN_PROGRAM,
+                "init",
+                path("stage"),
+                "--record",
+                records + "creep30_loops.csv",
+                "--drive-min",
+                "-20",
+                "--drive-max",
+                "120",
+                "--safe",
+                "0",
+                "--resonance",
+                "250",
+                "--order",
+                "3",
+                "--creep",
+                "0.03",
+                "--curves",
+                "polynomial",
+                "--yes"});
+  ASSERT_EQ(init.wait(), done) << init.err();
+  EXPECT_NE(init.out().find("x: hysteresis: order 3, "), std::string::npos) << init.out();
+  EXPECT_NE(read("stage/x.model.toml").find("per_decade   = 0.03"), std::string::npos);
+}
+
+TEST_F(Cli, InitContinueOfAFolderFromARecordSaysWhatToDo) {
+  std::filesystem::create_directory(shipped / "stage");
+  write("stage/stage.toml", "format = 1\n");
+  Process init({HYSTCAN_PROGRAM, "init", path("stage"), "--continue"});
+  EXPECT_EQ(init.wait(), bad_input);
+  EXPECT_NE(init.err().find("was made with --record"), std::string::npos) << init.err();
+  EXPECT_NE(init.err().find("hystcan demo --config"), std::string::npos) << init.err();
+}
+
+}  // namespace
+}  // namespace hystcan::foreign_stages_test
