@@ -88,8 +88,9 @@ TEST(Settings, AreThoseInForceAndSayWhatTheFileDoesNotHave) {
   EXPECT_TRUE(client.ask({{"do", "settings"}}).at("unsaved").empty());
 }
 
-// The integral must compensate the change of the gain. Without that, the drive would step by more than 0.2 V:
-// 0.45 um per um of the error that the model's 3 % leaves without an integral.
+// The integral must compensate the change of the gain. Without that, the drive would step by 0.45 V for each
+// um of the error that the model's 3 % leaves without an integral. How large that is depends on when the axis
+// was sent to rest, which this test does not decide: from 0.05 um on the step is seen.
 TEST(Set, OfAGainMovesTheDriveNoMoreThanTheNoise) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
@@ -100,7 +101,7 @@ TEST(Set, OfAGainMovesTheDriveNoMoreThanTheNoise) {
   rest_at(client, 24.0);
   pass(bench, 200);
   const json x = client.ask({{"do", "status"}}).at("axes")[0];
-  ASSERT_GT(std::abs(x.at("error_um").get<double>()), 0.1) << "else nothing is claimed";
+  ASSERT_GT(std::abs(x.at("error_um").get<double>()), 0.05) << "else nothing is claimed";
   const std::size_t first = bench.step_count(0);
   for (const double kp : {0.5, 0.0, 0.2}) {
     ASSERT_EQ(changes(client.ask(set("kp", kp))).size(), 1u);
