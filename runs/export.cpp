@@ -63,11 +63,18 @@ void describe_axis(const RunAxis& axis, Hdf5Writer& file) {
   file.set(group, "error_max_um", axis.max_um);
 }
 
+/// A run that ended before its first cycle, or a CSV that is a header alone, has none.
+const std::vector<RunAxis>& axes_in(const Run& run) {
+  if (run.info().axes.empty())
+    throw Error(fmt::format("{}: has no axes and no rows, expected those of a run", run.path().string()));
+  return run.info().axes;
+}
+
 }  // namespace
 
 std::size_t axis_of(const Run& run, const std::optional<std::string>& axis) {
+  const std::vector<RunAxis>& axes = axes_in(run);
   if (axis) return run.axis_index(*axis);
-  const std::vector<RunAxis>& axes = run.info().axes;
   if (axes.size() == 1) return 0;
   std::vector<std::string_view> names(axes.size());
   std::ranges::transform(axes, names.begin(), &RunAxis::name);
@@ -76,8 +83,8 @@ std::size_t axis_of(const Run& run, const std::optional<std::string>& axis) {
 }
 
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection) {
+  std::vector<std::size_t> all(axes_in(run).size());
   if (selection.axis) return {run.axis_index(*selection.axis)};
-  std::vector<std::size_t> all(run.info().axes.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   return all;
 }

@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
+#include "runs/export.h"
 
 namespace hystcan::app {
 namespace {
@@ -42,8 +43,9 @@ std::vector<RunFigures> read_all(const PlotArguments& options) {
   for (const std::filesystem::path& path : options.runs) {
     const runs::Run run(path);
     const std::string name = distinct_name(all, run);
-    for (std::size_t axis = 0; axis < run.info().axes.size(); ++axis) {
-      if (!options.axis.empty() && run.axis_index(options.axis) != axis) continue;
+    runs::Selection selection;
+    if (!options.axis.empty()) selection.axis = options.axis;
+    for (const std::size_t axis : runs::axes_of(run, selection)) {
       all.push_back(figures_of(run, axis, span));
       all.back().run = name;
     }

@@ -48,5 +48,13 @@ TEST_F(Export, RefusesWhatTheRunDoesNotHave) {
   EXPECT_THROW(csv(run, {.axis = "x", .signals = {}, .span = {.from_s = 5.0}}), Error);
 }
 
+TEST_F(Export, RefusesAHeaderAlone) {
+  const std::string cycles = text_of(record(1) / "cycles_0001.csv");
+  const std::filesystem::path alone = record(1).parent_path() / "alone.csv";
+  std::ofstream(alone) << cycles.substr(0, cycles.find('\n', cycles.find("time_s")) + 1);
+  EXPECT_THROW(axes_of(RecordedRun(alone), {}), Error);
+  EXPECT_THROW(axis_of(RecordedRun(alone), "x"), Error);
+}
+
 }  // namespace
 }  // namespace hystcan::runs::export_test

@@ -83,9 +83,12 @@ TEST_F(Plot, PrintsTheTableOfItsRuns) {
 }
 
 TEST_F(Plot, RefusesWhatTheRunDoesNotHave) {
+  const std::string cycles = support::read_file(csv("pi"));
+  write("header.csv", cycles.substr(0, cycles.find("\n", cycles.find("time_s")) + 1));
   for (const auto& [words, expected] : {std::pair(Words{csv("pi"), "--axis", "z"}, "no axis z"),
                                         std::pair(Words{csv("pi"), "--kind", "pie"}, "expected one of loops"),
                                         std::pair(Words{csv("pi"), "--from", "99"}, "does not track there"),
+                                        std::pair(Words{path("header.csv")}, "has no axes and no rows"),
                                         std::pair(Words{path("piezo.toml")}, "expected a run's folder")}) {
     Process program = plot(words);
     EXPECT_EQ(program.wait(), bad_input) << program.err();
