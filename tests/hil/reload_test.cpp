@@ -12,10 +12,10 @@ namespace {
 
 using hil::between;
 using hil::json;
+using hil::LiveStage;
 using hil::milliseconds;
 using hil::now_s;
 using hil::OnWire;
-using hil::LiveStage;
 using hil::series;
 
 struct Reload : testing::Test {

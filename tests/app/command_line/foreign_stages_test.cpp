@@ -79,7 +79,7 @@ TEST_F(Cli, InitTakesCurvesOrderAndCreepOfTheModel) {
                 "--yes"});
   ASSERT_EQ(init.wait(), done) << init.err();
   EXPECT_NE(init.out().find("x: hysteresis: order 3, "), std::string::npos) << init.out();
-  EXPECT_NE(read("stage/x.model.toml").find("per_decade   = 0.03"), std::string::npos);
+  EXPECT_NE(read("stage/x.model.toml").find("creeps by 3 % of its travel"), std::string::npos);
 }
 
 TEST_F(Cli, InitContinueOfAFolderFromARecordSaysWhatToDo) {
