@@ -91,7 +91,7 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
     trial.k_span_descending *= 0.95;
     fitted = fit.fit(trial);
   }
-  return fitted.valid ? fit.fit_and_choose(trial) : fitted;
+  return !fitted.valid || shows_ascending_curve(trial.memories) ? fitted : fit.fit_and_choose(trial);
 }
 
 // A zero of its own can be distinguished from the curves only where others have the same inputs: each dataset

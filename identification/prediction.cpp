@@ -38,6 +38,10 @@ model::Origin InitialMemory::origin() const {
   return model::Origin::lower_threshold;
 }
 
+bool shows_ascending_curve(const std::vector<InitialMemory>& memories) {
+  return std::ranges::find(memories, InitialMemory::Kind::virgin, &InitialMemory::kind) != memories.end();
+}
+
 std::vector<double> prehistory(const InitialMemory& memory, model::Interval thresholds, double first) {
   std::vector<double> inputs;
   if (memory.kind != InitialMemory::Kind::nested) return inputs;

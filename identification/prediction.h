@@ -34,6 +34,9 @@ struct InitialMemory {
   model::Origin origin() const;
 };
 
+/// Whether one of these datasets begins on the ascending reference curve. On all others no sample lies on it.
+bool shows_ascending_curve(const std::vector<InitialMemory>& memories);
+
 /// Inputs that lead from the origin to `first`, without `first`; empty if the memory is virgin.
 std::vector<double> prehistory(const InitialMemory& memory, model::Interval thresholds, double first);
 

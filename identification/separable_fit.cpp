@@ -34,6 +34,12 @@ double mean_gain_of_others(const Trial& trial, std::size_t dataset) {
   return sum / static_cast<double>(trial.memories.size() - 1);
 }
 
+NormalEquations sum_of(const std::vector<NormalEquations>& folds) {
+  NormalEquations all = folds.front();
+  for (std::size_t i = 1; i < folds.size(); ++i) all += folds[i];
+  return all;
+}
+
 // Some k is so negative that nothing is finite.
 Fitted nowhere() {
   Fitted fitted;
@@ -106,15 +112,8 @@ ValidCurves::Solution SeparableFit::solve(const NormalEquations& system, const T
                        problem_.observed.span());
 }
 
-NormalEquations SeparableFit::whole(const Trial& trial) {
-  const std::vector<NormalEquations> folds = systems(trial);
-  NormalEquations all = folds.front();
-  for (std::size_t i = 1; i < folds.size(); ++i) all += folds[i];
-  return all;
-}
-
 Fitted SeparableFit::fit(const Trial& trial) {
-  const NormalEquations all = whole(trial);
+  const NormalEquations all = sum_of(systems(trial));
   if (!all.is_finite()) return nowhere();
   const Eliminated system(all, curve_unknowns());
   return fitted(system, all.samples, solve(system.rest(), trial), trial);
@@ -127,9 +126,8 @@ Fitted SeparableFit::fit_and_choose(const Trial& trial) {
   constexpr std::array shares{0.004, 0.004, 0.004, 0.008, 0.016, 0.032, 0.064};
   constexpr std::size_t always = 3;
   constexpr double plausible = 0.25;  // gap at the lower threshold, of the output's span
-  const auto is_virgin = [](const InitialMemory& of) { return of.kind == InitialMemory::Kind::virgin; };
-  const NormalEquations all = whole(trial);
-  if (std::ranges::any_of(trial.memories, is_virgin) || !all.is_finite()) return fit(trial);
+  const NormalEquations all = sum_of(systems(trial));
+  if (!all.is_finite()) return nowhere();
   const Eliminated system(all, curve_unknowns());
   const CurveBasis basis(shape_, problem_.thresholds(trial));
   const Eigen::MatrixXd departure = basis.departure();
@@ -167,8 +165,7 @@ Fitted SeparableFit::fitted(const Eliminated& system, double samples, const Vali
 
 std::vector<LeftOut> SeparableFit::left_out(const Trial& trial) {
   std::vector<NormalEquations> folds = systems(trial);
-  NormalEquations all = folds.front();
-  for (std::size_t i = 1; i < folds.size(); ++i) all += folds[i];
+  const NormalEquations all = sum_of(folds);
   std::vector<LeftOut> parts;
   if (!all.is_finite()) return parts;
   for (std::size_t i = 1; i < folds.size(); ++i) {

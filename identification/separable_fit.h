@@ -80,9 +80,9 @@ class SeparableFit {
 
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);
-  /// The same. Where no dataset begins with an empty memory, no sample is on the ascending curve: it is
-  /// chosen to begin at L_0, and both bend least (CurveBasis::departure). The RMS error is 0.6 % larger at
-  /// most; 6.6 % where the curve would begin a quarter of the output's span below L_0.
+  /// The same where no sample is on the ascending curve (shows_ascending_curve): it is chosen to begin at
+  /// L_0, and both bend least (CurveBasis::departure). The RMS error is 0.6 % larger at most; 6.6 % where the
+  /// curve would begin a quarter of the output's span below L_0.
   Fitted fit_and_choose(const Trial& trial);
 
   /// Each fold except fold 0, with zero and drift of its own; the gain of a whole excerpt is the mean of the
@@ -93,7 +93,6 @@ class SeparableFit {
 
  private:
   std::vector<NormalEquations> systems(const Trial& trial);
-  NormalEquations whole(const Trial& trial);
   Fitted fitted(const Eliminated& system, double samples, const ValidCurves::Solution& solution,
                 const Trial& trial) const;
   void prepare(const Trial& trial);

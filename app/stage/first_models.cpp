@@ -37,12 +37,9 @@ ReferenceCurve off_by(const ReferenceCurve& curve, double share, bool alternatin
 }
 
 double farthest_apart(const ReferenceCurve& a, const ReferenceCurve& b) {
-  constexpr int steps = 200;
   double farthest = 0.0;
-  for (int i = 0; i <= steps; ++i) {
-    const double v = a.domain().lo + static_cast<double>(i) / steps * a.domain().span();
+  for (const double v : model::grid_of(a.domain(), {}, 200))
     farthest = std::max(farthest, std::abs(a.value(v) - b.value(v)));
-  }
   return farthest;
 }
 

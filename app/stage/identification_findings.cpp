@@ -201,9 +201,7 @@ class Findings {
               of_dataset(i), memory.bias);
       }
     }
-    if (std::ranges::none_of(identified_.memories, [](const InitialMemory& memory) {
-          return memory.kind == InitialMemory::Kind::virgin;
-        }))
+    if (!shows_ascending_curve(identified_.memories))
       say("no sample has an empty memory: the ascending reference curve is chosen, so that it begins at the "
           "lower convergence point and bends least");
   }
