@@ -43,18 +43,6 @@ struct Column {
   std::string failure;  ///< empty if every axis tracked without a fault
 };
 
-std::string failure_of(const rehearsal::Outcome& outcome) {
-  // The fault of one axis ends the run of all: it is why another has not tracked.
-  for (const auto& axis : outcome.axes)
-    if (axis.fault.cause != controller::Cause::none) return describe(axis.name, axis.fault);
-  for (const auto& axis : outcome.axes) {
-    if (axis.statistics.total().samples == 0)
-      return fmt::format("axis {} did not start to track its reference: {}", axis.name,
-                         to_string(axis.state));
-  }
-  return {};
-}
-
 /// Writes the two CSV files of one structure. They do not remain if the run is stopped.
 Column run_column(const rehearsal::Setup& setup, controller::Structure structure,
                   const std::vector<std::string>& axis_names, const std::filesystem::path& directory) {
@@ -72,7 +60,7 @@ Column run_column(const rehearsal::Setup& setup, controller::Structure structure
         [&](const auto& sampled) { truth.write(sampled); });
     for (const auto& lost : {csv.close(), truth.close()})
       if (lost) throw RunError(*lost);
-    std::string failure = failure_of(outcome);
+    std::string failure = failure_of(outcome.axes);
     return {structure, std::move(outcome), std::move(failure)};
   } catch (const std::exception&) {
     for (const auto& file : {log_file, truth_file}) std::filesystem::remove(file);

@@ -175,6 +175,19 @@ std::string describe(const controller::AxisOutcome& outcome) {
   return line;
 }
 
+// The fault of one axis ends the run of all: it is why another has not tracked.
+std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
+  for (const controller::AxisOutcome& axis : axes)
+    if (axis.fault.cause != controller::Cause::none) return describe(axis.name, axis.fault);
+  for (const controller::AxisOutcome& axis : axes) {
+    if (axis.statistics.total().samples > 0) continue;
+    if (axis.state == controller::AxisState::tracking)
+      return fmt::format("axis {} tracked no sample of a settled reference", axis.name);
+    return fmt::format("axis {} did not start to track its reference: {}", axis.name, to_string(axis.state));
+  }
+  return {};
+}
+
 std::string describe(const controller::Learning::Report& learning) {
   if (learning.periods == 0)
     return "nothing learnt: no period was without a limit of the drive and with all its samples";

@@ -46,5 +46,7 @@ std::string describe(const controller::AxisOutcome& outcome);
 /// rest the noise.
 std::vector<std::string> describe_segments(const controller::AxisOutcome& outcome);
 std::string describe(const std::string& axis, const controller::Fault& fault);
+/// Why a run has no errors to report: a fault, or an axis that tracked no sample. Empty where it has.
+std::string failure_of(const std::vector<controller::AxisOutcome>& axes);
 
 }  // namespace hystcan::app

@@ -364,13 +364,8 @@ const Candidate* faster_of(const TuningReport& report) {
 std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned) {
   const rehearsal::Outcome outcome = rehearsed(config, twin_config(config));
   std::vector<std::string> lines;
-  for (const controller::AxisOutcome& axis : outcome.axes) {
-    if (axis.fault.cause != controller::Cause::none)
-      throw RunError(fmt::format("the rehearsal ended: {}", describe(axis.name, axis.fault)));
-    if (axis.statistics.total().samples == 0)
-      throw RunError(
-          fmt::format("the rehearsal ended: axis {} tracked no sample of a settled reference", axis.name));
-  }
+  if (const std::string failure = failure_of(outcome.axes); !failure.empty())
+    throw RunError("the rehearsal ended: " + failure);
   const rehearsal::Outcome exact = rehearsed(config, with_exact_models(twin_config(config), config));
   const std::vector<std::string> ranges = ranges_of(config, tuned), modes = mode_ranges_of(config, tuned);
   for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
