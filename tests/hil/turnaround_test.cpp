@@ -122,7 +122,7 @@ class BareEcho {
  public:
   explicit BareEcho(void (*answer)()) : child_(fork()) {
     if (child_ != 0) return;
-    const sched_param fifo{.sched_priority = 50};
+    const sched_param fifo{.sched_priority = hil::priority_over_nodes};
     sched_setscheduler(0, SCHED_FIFO, &fifo);
     answer();
   }

@@ -16,6 +16,14 @@ using Words = std::vector<std::string>;
 
 const std::string records = HYSTCAN_SOURCE_DIR "/tests/app/stages/";
 
+const Words of_quant60{"--step",      records + "quant60_step.csv",
+                       "--drive-min", "0",
+                       "--drive-max", "100",
+                       "--safe",      "0",
+                       "--stroke",    "60"};
+const Words of_creep30{"--drive-min", "-20",      "--drive-max", "120",         "--safe",
+                       "0",           "--stroke", "28",          "--resonance", "250"};
+
 struct ForeignStage {
   const char* name;
   double stroke_um;  ///< of the truth
@@ -45,38 +53,15 @@ TEST_P(InitOfForeignStages, EndsWithAPlausibleCurveAndStroke) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, InitOfForeignStages,
-                         testing::Values(ForeignStage{"quant60",
-                                                      58.5,
-                                                      {"--step", records + "quant60_step.csv", "--drive-min",
-                                                       "0", "--drive-max", "100", "--safe", "0", "--stroke",
-                                                       "60"}},
-                                         ForeignStage{"creep30",
-                                                      27.7,
-                                                      {"--drive-min", "-20", "--drive-max", "120", "--safe",
-                                                       "0", "--stroke", "28", "--resonance", "250"}}),
+                         testing::Values(ForeignStage{"quant60", 58.5, of_quant60},
+                                         ForeignStage{"creep30", 27.7, of_creep30}),
                          [](const auto& test) { return test.param.name; });
 
 TEST_F(Cli, InitTakesCurvesOrderAndCreepOfTheModel) {
-  Process init({HYSTCAN_PROGRAM,
-                "init",
-                path("stage"),
-                "--record",
-                records + "creep30_loops.csv",
-                "--drive-min",
-                "-20",
-                "--drive-max",
-                "120",
-                "--safe",
-                "0",
-                "--resonance",
-                "250",
-                "--order",
-                "3",
-                "--creep",
-                "0.03",
-                "--curves",
-                "polynomial",
-                "--yes"});
+  Words words{HYSTCAN_PROGRAM, "init", path("stage"), "--record", records + "creep30_loops.csv"};
+  words.insert(words.end(), of_creep30.begin(), of_creep30.end());
+  words.insert(words.end(), {"--order", "3", "--creep", "0.03", "--curves", "polynomial", "--yes"});
+  Process init(words);
   ASSERT_EQ(init.wait(), done) << init.err();
   EXPECT_NE(init.out().find("x: hysteresis: order 3, "), std::string::npos) << init.out();
   EXPECT_NE(read("stage/x.model.toml").find("creeps by 3 % of its travel"), std::string::npos);

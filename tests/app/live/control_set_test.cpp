@@ -88,9 +88,9 @@ TEST(Settings, AreThoseInForceAndSayWhatTheFileDoesNotHave) {
   EXPECT_TRUE(client.ask({{"do", "settings"}}).at("unsaved").empty());
 }
 
-// The integral must compensate the change of the gain. Without that, the drive would step by 0.45 V for each
-// um of the error that the model's 3 % leaves without an integral. How large that is depends on when the axis
-// was sent to rest, which this test does not decide: from 0.05 um on the step is seen.
+// The integral must compensate the change of the gain. Without that, the drive would step by 0.45 um per um
+// of the error that the model's 3 % leaves without an integral: 2 V per um. How large that error is depends
+// on when the axis was sent to rest, which this test does not decide. At 0.05 um the step is 0.1 V.
 TEST(Set, OfAGainMovesTheDriveNoMoreThanTheNoise) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
