@@ -170,24 +170,6 @@ MatrixXd CurveBasis::regularisation() const {
   return R;
 }
 
-MatrixXd CurveBasis::departure() const {
-  constexpr Index steps = 16;
-  constexpr double share = 1e-3;
-  const VectorXd gap_below = 2.0 * gap(0.0);
-  MatrixXd Q = gap_below * gap_below.transpose();
-  MatrixXd at(size(), steps + 1);
-  for (Index i = 0; i <= steps; ++i)
-    values(thresholds_.lo + static_cast<double>(i) / steps * thresholds_.span(), at.col(i));
-  const MatrixXd bends =
-      (at.leftCols(steps - 1) - 2.0 * at.middleCols(1, steps - 1) + at.rightCols(steps - 1)) *
-      static_cast<double>(steps * steps);
-  for (const model::Direction direction : {model::Direction::ascending, model::Direction::descending}) {
-    const MatrixXd of_theta = rows(direction) * bends;
-    Q.noalias() += share / static_cast<double>(steps - 1) * of_theta * of_theta.transpose();
-  }
-  return Q;
-}
-
 model::ReferenceCurve CurveBasis::curve(const VectorXd& coefficients) const {
   std::vector<double> given(coefficients.begin(), coefficients.end());
   if (shape_.is_spline()) return {model::CubicSpline(shape_.knots, std::move(given)), thresholds_};

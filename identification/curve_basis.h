@@ -83,11 +83,6 @@ class CurveBasis {
   /// (polynomials) or straight (splines). In samples.
   Eigen::MatrixXd regularisation() const;
 
-  /// What is chosen where the samples leave curves free: the ascending curve begins at L_0, and both bend
-  /// least. theta' Q theta is the square of the gap at the lower threshold and a small share of the mean
-  /// square of both second derivatives, for inputs from 0 to 1; output units squared.
-  Eigen::MatrixXd departure() const;
-
   /// The model with the two curves of theta.
   model::HysteresisParameters parameters(const Eigen::VectorXd& theta, const Pace& pace) const;
 

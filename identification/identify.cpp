@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "base/text.h"
+#include "identification/ascending_choice.h"
 #include "identification/butterfly.h"
 #include "identification/determination.h"
 #include "identification/regression.h"
@@ -22,6 +23,8 @@ constexpr int most_pieces = 22;           // of a spline
 constexpr std::size_t finer_samples = 5;  // times those of the search, for its last steps
 constexpr double worth_creep = 0.97;      // of the score without it
 constexpr double shows_creep_s = 0.005;   // between samples: half of the shortest lag
+constexpr double unnoticed = 0.1;         // of the error: other curves, as long as they differ by less
+constexpr double rounding = 1e-9;         // of the outputs
 
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
   model::Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -91,7 +94,10 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
     trial.k_span_descending *= 0.95;
     fitted = fit.fit(trial);
   }
-  return !fitted.valid || shows_ascending_curve(trial.memories) ? fitted : fit.fit_and_choose(trial);
+  if (fitted.valid && !shows_ascending_curve(trial.memories))
+    fitted.parameters = with_ascending_from_lower(
+        fitted.parameters, unnoticed * fitted.rms + rounding * fitted.parameters.output_range().span());
+  return fitted;
 }
 
 // A zero of its own can be distinguished from the curves only where others have the same inputs: each dataset

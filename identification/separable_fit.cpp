@@ -119,33 +119,6 @@ Fitted SeparableFit::fit(const Trial& trial) {
   return fitted(system, all.samples, solve(system.rest(), trial), trial);
 }
 
-// In each round the sum of squares may grow by a share: the curves of the round before are one of the
-// solutions, and their departure costs no more. The departure that is left gets its full weight in the next
-// round.
-Fitted SeparableFit::fit_and_choose(const Trial& trial) {
-  constexpr std::array shares{0.004, 0.004, 0.004, 0.008, 0.016, 0.032, 0.064};
-  constexpr std::size_t always = 3;
-  constexpr double plausible = 0.25;  // gap at the lower threshold, of the output's span
-  const NormalEquations all = sum_of(systems(trial));
-  if (!all.is_finite()) return nowhere();
-  const Eliminated system(all, curve_unknowns());
-  const CurveBasis basis(shape_, problem_.thresholds(trial));
-  const Eigen::MatrixXd departure = basis.departure();
-  const Eigen::VectorXd gap = 2.0 * basis.gap(0.0);
-  ValidCurves::Solution solution = solve(system.rest(), trial);
-  for (std::size_t round = 0; round < shares.size() && solution.valid; ++round) {
-    if (round >= always && gap.dot(solution.theta) < plausible * problem_.output_span) break;
-    const double free =
-        solution.theta.dot(departure * solution.theta) + problem_.output_span * problem_.output_span;
-    NormalEquations chosen = system.rest();
-    chosen.H += shares[round] * system.rest().residual_square(solution.theta) / free * departure;
-    const ValidCurves::Solution next = solve(chosen, trial);
-    if (!next.valid) break;
-    solution = next;
-  }
-  return fitted(system, all.samples, solution, trial);
-}
-
 Fitted SeparableFit::fitted(const Eliminated& system, double samples, const ValidCurves::Solution& solution,
                             const Trial& trial) const {
   Fitted fitted;

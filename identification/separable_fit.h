@@ -80,10 +80,6 @@ class SeparableFit {
 
   /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
   Fitted fit(const Trial& trial);
-  /// The same where no sample is on the ascending curve (shows_ascending_curve): it is chosen to begin at
-  /// L_0, and both bend least (CurveBasis::departure). The RMS error is 0.6 % larger at most; 6.6 % where the
-  /// curve would begin a quarter of the output's span below L_0.
-  Fitted fit_and_choose(const Trial& trial);
 
   /// Each fold except fold 0, with zero and drift of its own; the gain of a whole excerpt is the mean of the
   /// others'. Empty if a k is so negative that nothing is finite.

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "identification/numerics/least_squares.h"
+#include "identification/numerics/least_distance.h"
 
 namespace hystcan::identification {
 namespace {
@@ -21,30 +21,51 @@ constexpr double least_slope = 2e-3;         // of the mean slope: flatter curve
 constexpr double least_branch = 1e-3;        // slope of a branch, of the mean slope
 constexpr std::ptrdiff_t most_cuts = 60;     // kept for the next problem
 constexpr int most_rounds = 60;
+constexpr std::ptrdiff_t most_rows = 40;  // of curves, kept for the next problem
+constexpr double nearly = 0.9;            // of a bound: met
 
 // Least squares with rows theta >= bounds, from the triangle R of H = R'R:
-//   R theta = R'^-1 g
+//   R theta = R'^-1 g + z,   |z| as short as the rows allow
 class WithinRows {
  public:
-  WithinRows(const NormalEquations& system, const CurveBasis& basis) : triangle_(system.g.size()) {
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(system.H + system.samples * basis.regularisation());
-    const Eigen::MatrixXd R = cholesky.matrixU();
-    const Eigen::VectorXd right = cholesky.matrixL().solve(system.g);
-    for (Eigen::Index i = 0; i < R.rows(); ++i) triangle_.add(R.row(i).transpose(), right[i]);
-    theta_ = cholesky.solve(system.g);
-  }
-  const Eigen::VectorXd& theta() const { return theta_; }
-  void solve(const std::vector<Eigen::VectorXd>& rows, const std::vector<double>& bounds) {
-    Eigen::MatrixXd G(static_cast<Eigen::Index>(rows.size()), theta_.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) G.row(static_cast<Eigen::Index>(i)) = rows[i].transpose();
-    const Eigen::Map<const Eigen::VectorXd> h(bounds.data(), static_cast<Eigen::Index>(bounds.size()));
-    theta_ = triangle_.solve_with_inequalities(G, h).x;
+  WithinRows(const NormalEquations& system, const CurveBasis& basis)
+      : cholesky_(system.H + system.samples * basis.regularisation()),
+        free_(cholesky_.matrixL().solve(system.g)),
+        shortest_(system.g.size()) {}
+  Eigen::VectorXd theta() const { return cholesky_.matrixU().solve(free_ + shortest_.z()); }
+  /// False: to rounding, no theta meets it and those before.
+  bool meet(const Eigen::VectorXd& row, double bound) {
+    const Eigen::VectorXd g = cholesky_.matrixL().solve(row);
+    return shortest_.meet(g, bound - g.dot(free_));
   }
 
  private:
-  LeastSquares triangle_;
-  Eigen::VectorXd theta_;
+  Eigen::LLT<Eigen::MatrixXd> cholesky_;
+  Eigen::VectorXd free_;
+  LeastDistance shortest_;
 };
+
+// A row of curves or branches, and the least value that it may have.
+struct Bound {
+  Eigen::VectorXd row;
+  double least;
+};
+
+// The best theta with these rows. The one that is farthest away, in its bound, is met first; each may put
+// others out of force.
+void meet(WithinRows& least_squares, const std::vector<Bound>& bounds) {
+  for (std::size_t exchanges = 10 * (bounds.size() + 1); exchanges > 0; --exchanges) {
+    const Eigen::VectorXd theta = least_squares.theta();
+    const Bound* worst = nullptr;
+    double lowest = nearly;
+    for (const Bound& bound : bounds)
+      if (const double share = bound.row.dot(theta) / bound.least; share < lowest) {
+        worst = &bound;
+        lowest = share;
+      }
+    if (worst == nullptr || !least_squares.meet(worst->row, worst->least)) return;
+  }
+}
 
 }  // namespace
 
@@ -78,25 +99,6 @@ void ValidCurves::use(model::Interval thresholds) {
     curves_.row(points_ + j) = basis_.row(Direction::descending, slopes);
     curves_.row(2 * points_ + j) = basis_.gap(t);
   }
-}
-
-// Adds the worst row of every stretch in which the rows are violated.
-bool ValidCurves::add_violated_curve_rows(const Eigen::VectorXd& theta, double bound,
-                                          std::vector<Eigen::VectorXd>& rows) const {
-  const Eigen::VectorXd excess = (curves_ * theta).array() - bound;
-  const std::size_t before = rows.size();
-  for (Eigen::Index kind = 0; kind < kinds; ++kind) {
-    Eigen::Index worst = -1;
-    for (Eigen::Index row = kind * points_; row < (kind + 1) * points_; ++row) {
-      const bool is_violated = excess[row] < -0.1 * bound;
-      if (is_violated && (worst < 0 || excess[row] < excess[worst])) worst = row;
-      if ((!is_violated || row + 1 == (kind + 1) * points_) && worst >= 0) {
-        rows.emplace_back(curves_.row(worst).transpose());
-        worst = -1;
-      }
-    }
-  }
-  return rows.size() > before;
 }
 
 void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
@@ -169,27 +171,25 @@ ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::I
   const double mean_slope = output_span / input_span;
   const double bound = least_slope * mean_slope * thresholds.span();
   if (std::ssize(cuts_) > most_cuts) cuts_.erase(cuts_.begin(), cuts_.end() - most_cuts);
-  std::vector<Eigen::VectorXd> curve_rows;
-  std::size_t cuts_used = 0;
+  if (std::ssize(rows_) > most_rows) rows_.erase(rows_.begin(), rows_.end() - most_rows);
   Solution solution;
-  for (int round = 0; round < most_rounds; ++round) {
+  std::vector<Bound> bounds;
+  for (const Eigen::Index row : rows_) bounds.push_back({curves_.row(row), bound});
+  std::size_t cuts_used = 0;
+  for (int round = 0; round < 4 * most_rounds; ++round) {
+    meet(least_squares, bounds);
     solution.theta = least_squares.theta();
-    if (!add_violated_curve_rows(solution.theta, bound, curve_rows)) {
-      solution.violation = violation(solution.theta, pace, mean_slope);
-      if (solution.violation == 0.0) break;
-      cuts_used = cuts_.size();
+    Eigen::Index lowest = 0;
+    if ((curves_ * solution.theta).minCoeff(&lowest) < nearly * bound &&
+        std::ranges::find(rows_, lowest) == rows_.end()) {
+      rows_.push_back(lowest);
+      bounds.push_back({curves_.row(lowest), bound});
+      continue;
     }
-    std::vector<Eigen::VectorXd> rows = curve_rows;
-    std::vector<double> bounds(rows.size(), bound);
-    for (std::size_t i = 0; i < cuts_used; ++i) {
-      rows.push_back(row_of(cuts_[i], pace));
-      bounds.push_back(least_branch * mean_slope);
-    }
-    try {
-      least_squares.solve(rows, bounds);
-    } catch (const std::invalid_argument&) {  // to rounding, no theta meets all inequalities
-      break;
-    }
+    solution.violation = violation(solution.theta, pace, mean_slope);
+    if (solution.violation == 0.0 || cuts_used == cuts_.size()) break;
+    for (; cuts_used < cuts_.size(); ++cuts_used)
+      bounds.push_back({row_of(cuts_[cuts_used], pace), least_branch * mean_slope});
   }
   separate_curves(solution.theta, bound);
   for (int round = 0; round < most_rounds; ++round) {

@@ -36,8 +36,6 @@ class ValidCurves {
   void separate_curves(Eigen::VectorXd& theta, double bound) const;
   void mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                      double least_rise) const;
-  bool add_violated_curve_rows(const Eigen::VectorXd& theta, double bound,
-                               std::vector<Eigen::VectorXd>& rows) const;
   void add_cuts(std::vector<model::DecreasingBranch> branches);
   Eigen::VectorXd row_of(const model::DecreasingBranch& cut, const Pace& pace) const;
 
@@ -46,6 +44,7 @@ class ValidCurves {
   std::size_t scan_steps_;
   Eigen::Index points_;     // size of the grid on which curves are checked
   Eigen::MatrixXd curves_;  // rows: slopes of both curves, for a span of 1, and their gap, on this grid
+  std::vector<Eigen::Index> rows_;  // of curves_, violated once: likely to be violated again
   // Branches that must increase at `input`, found so far: a cut that was violated once is likely to be
   // violated again. Of their inputs, 0 is the lower threshold and 1 the upper one.
   std::vector<model::DecreasingBranch> cuts_;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/text.h"
+#include "identification/ascending_choice.h"
 
 namespace hystcan::app {
 namespace {
@@ -201,9 +202,13 @@ class Findings {
               of_dataset(i), memory.bias);
       }
     }
-    if (!shows_ascending_curve(identified_.memories))
-      say("no sample has an empty memory: the ascending reference curve is chosen, so that it begins at the "
-          "lower convergence point and bends least");
+    if (shows_ascending_curve(identified_.memories)) return;
+    if (begins_at_lower_point(identified_.parameters))
+      say("no sample has an empty memory: the ascending reference curve is chosen: it is the branch that rises "
+          "from the lower convergence point");
+    else
+      say("no sample has an empty memory: the ascending reference curve is not measured near {:g} {}",
+          identified_.parameters.input_range().lo, unit());
   }
 
   void report_order() {

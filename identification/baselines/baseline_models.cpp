@@ -54,13 +54,33 @@ BaselineModel fit_preisach(const Samples& samples, std::size_t levels) {
   return {text_of("Preisach, ", levels, " levels"), cells + 2, std::move(fit.prediction)};
 }
 
+namespace {
+
+/// The ascending curve with as many coefficients as the descending one: a chosen one is longer
+/// (ascending_choice.h).
+model::HysteresisParameters of_one_order(model::HysteresisParameters p) {
+  std::vector<double> a = p.ascending.coefficients();
+  const std::size_t count = p.descending.coefficients().size();
+  if (p.ascending.basis() == model::Basis::spline || count < 2 || a.size() <= count) return p;
+  a.resize(count);
+  const double open = p.upper_point().level - p.ascending.with(a).value(p.input_range().hi);
+  a[0] += 0.5 * open;
+  a[1] += 0.5 * open;
+  p.ascending = p.ascending.with(a);
+  return p;
+}
+
+}  // namespace
+
 const std::vector<FitBaseline>& every_baseline() {
   using Parameters = model::HysteresisParameters;
   static const std::vector<FitBaseline> baselines{
       [](const Samples& samples, const Parameters& identified) {
-        return fit_average(samples, identified.ascending.coefficients().size() - 1);
+        return fit_average(samples, of_one_order(identified).ascending.coefficients().size() - 1);
       },
-      fit_linear_mapping,
+      [](const Samples& samples, const Parameters& identified) {
+        return fit_linear_mapping(samples, of_one_order(identified));
+      },
       [](const Samples& samples, const Parameters&) { return fit_prandtl_ishlinskii(samples, 9); },
       [](const Samples& samples, const Parameters&) { return fit_prandtl_ishlinskii(samples, 30); },
       [](const Samples& samples, const Parameters&) {

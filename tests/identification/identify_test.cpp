@@ -297,7 +297,7 @@ TEST(Identify, UsesTheRequestedOrder) {
     options.shape = CurveShape::polynomial(order);
     const Identified found = identify({dataset}, options);
     EXPECT_EQ(found.search.shape.order, order);
-    EXPECT_LE(std::ssize(found.parameters.ascending.coefficients()) - 1, order);
+    EXPECT_LE(std::ssize(found.parameters.descending.coefficients()) - 1, order);
     EXPECT_EQ(found.search.shapes.size(), 0U);
   }
 }
