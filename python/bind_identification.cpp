@@ -124,7 +124,7 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
   model.output_unit = identified->parameters.output_unit;
   model.lag = identified->lag();
   return {std::move(model), python_of(app::identification_json(*identified, said)),
-          app::identified_model_text(*identified, said)};
+          app::identified_model_text(*identified, datasets, said)};
 }
 
 void save_result(const Result& result, const std::filesystem::path& path) { write_file(path, result.text); }

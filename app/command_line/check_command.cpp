@@ -121,6 +121,8 @@ int check(const std::filesystem::path& file) {
     print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
     for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
       print("# axis {}: {}\n", axis.wire.name, finding);
+    for (const std::string& finding : config::findings_of_rate(axis, config.controller.rate_Hz))
+      print("# axis {}: {}\n", axis.wire.name, finding);
     for (const std::string& finding : config::findings_of_learning(axis, config.controller.rate_Hz))
       print("# axis {}: {}\n", axis.wire.name, finding);
     for (const std::string& loss : config::losses(axis.wire)) print("# axis {}: {}\n", axis.wire.name, loss);

@@ -19,6 +19,7 @@
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
+#include "app/stage/promise.h"
 #include "app/stage/shipped.h"
 #include "app/stage/tuning.h"
 #include "base/output_file.h"
@@ -137,7 +138,8 @@ void print_column(const config::Config& config, const Column& column,
           floors[i] ? fmt::format("  {:>9.3f}", 100.0 * *floors[i] / stroke_um) : "");
 }
 
-void print_table(const config::Config& config, const std::vector<Column>& columns) {
+void print_table(const config::Config& config, const std::vector<Column>& columns,
+                 const std::vector<Promise>& promises) {
   print_heading(config, columns.front().outcome.axes.front().stroke_um);
   const auto floors = floors_um(config);
   for (const Column& column : columns) print_column(config, column, floors);
@@ -148,10 +150,11 @@ void print_table(const config::Config& config, const std::vector<Column>& column
       for (const controller::AxisOutcome& outcome : column.outcome.axes)
         for (const std::string& line : describe_segments(outcome))
           print("{}: {}\n", to_string(configured), line);
+  for (const Promise& promise : promises) print("{}\n", text_of(promise));
 }
 
 void print_comparison_json(const config::Config& config, const std::vector<Column>& columns,
-                           double cycles_per_s) {
+                           const std::vector<Promise>& promises, double cycles_per_s) {
   const config::AxisConfig& axis = config.axes.front();
   nlohmann::json json{{"config", config.file.string()},
                       {"axis", axis.wire.name},
@@ -161,6 +164,7 @@ void print_comparison_json(const config::Config& config, const std::vector<Colum
                       {"damping_ratio", axis.twin.plant.mode.damping_ratio},
                       {"axis_cycles_per_s", cycles_per_s},
                       {"floors_um", nlohmann::json::array()},
+                      {"promise", promises.empty() ? nlohmann::json() : to_json(promises.front())},
                       {"columns", nlohmann::json::array()}};
   for (const std::optional<double>& floor_um : floors_um(config))
     json["floors_um"].push_back(floor_um ? nlohmann::json(*floor_um) : nlohmann::json());
@@ -190,10 +194,11 @@ int run_demo(const DemoArguments& options) {
     axis_cycles += static_cast<double>(column.outcome.counters.cycles * config.axes.size());
     virtual_s += column.outcome.virtual_s;
   }
+  const std::vector<Promise> promises = promises_of(config);
   if (options.json)
-    print_comparison_json(config, columns, axis_cycles / wall.count());
+    print_comparison_json(config, columns, promises, axis_cycles / wall.count());
   else
-    print_table(config, columns);
+    print_table(config, columns, promises);
 
   const config::AxisConfig& axis = config.axes.front();
   const double tracking_s =

@@ -190,7 +190,7 @@ int run_identify(const IdentifyArguments& options) {
   const Identified identified = identify(options, datasets, old);
   std::vector<std::string> said = findings(datasets, identified);
   if (old) said.push_back(finding_of_old(options.start, *old, datasets));
-  out.write(identified_model_text(identified, said));
+  out.write(identified_model_text(identified, datasets, said));
   out.commit();
   if (config) write_config(options, *config);
   if (!options.initial_memory.empty()) save_memory(options, datasets.front(), identified);

@@ -167,13 +167,15 @@ const Candidate& first_proposal(const TuningReport& report) {
   return cautious.has_run() ? cautious : report.proposed();
 }
 
+/// The present one has the gains of cautious_loop().
+bool is_cautious(const TuningReport& report, const Candidate& candidate) {
+  return &candidate == &report.candidates.back() || &candidate == &report.present();
+}
+
 std::string loop_line(const TuningReport& report) {
   const Candidate& first = first_proposal(report);
-  // The present one has the gains of cautious_loop().
-  const bool is_cautious = &first == &report.candidates.back() || &first == &report.present();
-  return fmt::format("loop: {}, {}", is_cautious ? "cautious" : first.name,
-                     loop_text(first, report.rule.resonance_percent)) +
-         (is_cautious
+  return fmt::format("loop: {}, {}", loop_name(report), loop_text(first, report.rule.resonance_percent)) +
+         (is_cautious(report, first)
               ? fmt::format("; margins of {:g} degrees and {:.2g} dB", report.cautious_rule.phase_margin_deg,
                             decibel(report.cautious_rule.gain_margin))
               : "; the cautious one does not track");
@@ -203,103 +205,48 @@ TuningReport tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& recor
 }
 
 void set_as_stated(Stage& stage, std::size_t i) {
-  const config::AxisConfig& axis = stage.config.axes[i];
-  const controller::Delays stated = axis.control.delays;
+  const controller::Delays stated = stage.config.axes[i].control.delays;
   const double rate_Hz = stage.config.controller.rate_Hz;
   controller::LoopConfig loop{.delays = stated, .cycle_s = 1.0 / rate_Hz};
   loop.pi = controller::unmeasured_gains(loop, stated_uncertainty(stated, rate_Hz));
   set_loop_of(stage, i, loop);
+}
+
+void print_as_stated(const config::AxisConfig& axis) {
   print_lines(
       axis.wire.name,
-      {dynamics_line(stated) + ": stated or assumed, not measured",
+      {dynamics_line(axis.control.delays) + ": stated or assumed, not measured",
        fmt::format("loop: integral alone, ki {:.4g} 1/s: an eighth of what is stable with these; a record of "
                    "small steps (--step) allows more",
-                   loop.pi.ki_per_s)});
+                   axis.control.law.pi.ki_per_s)});
 }
 
-/// The twin with all of the unshared delays in its sensors, or none of them.
-twin::Config with_delays_in_sensors(twin::Config twin, const std::vector<TuningReport>& tuned, bool all) {
-  for (std::size_t i = 0; i < tuned.size(); ++i)
-    if (tuned[i].unshared_s > 0.0) set_delay(twin.axes[i].axis, tuned[i].unshared_s, all);
-  return twin;
-}
-
-/// The twin with actuators that are as identified.
-twin::Config with_exact_models(twin::Config twin, const config::Config& config) {
-  for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    twin::Plant::Config& plant = twin.axes[i].axis.plant;
-    plant.hysteresis = config.axes[i].control.law.model;
-    plant.hysteresis_creep = config.axes[i].control.law.creep;
-    plant.creep.reset();
+/// How far the twin's actuator is off the model, as a share of half the range of its outputs: so far that it
+/// misses the records by as much as the model misses what was held out; a little at least, as another day has
+/// another model.
+double measured_share(const Identified& found, const AxisRecords& records) {
+  constexpr double tried = 0.01, least = 0.01, most = 0.1;
+  Identified other = found;
+  other.parameters = not_quite(found.parameters, tried);
+  double square = 0.0, samples = 0.0;
+  for (std::size_t i = 0; i < records.loops.size(); ++i) {
+    const std::vector<double> model = predict(found, records.loops, i),
+                              off = predict(other, records.loops, i);
+    for (std::size_t j = 0; j < model.size(); ++j) square += (off[j] - model[j]) * (off[j] - model[j]);
+    samples += static_cast<double>(model.size());
   }
-  return twin;
+  if (!(square > 0.0)) return least;
+  return std::clamp(tried * found.held_out_rms.value_or(found.overall.rms) / std::sqrt(square / samples),
+                    least, most);
 }
 
-rehearsal::Outcome rehearsed(const config::Config& config, const twin::Config& twin) {
-  return rehearsal::run_once(rehearsal_setup(config, twin), settle_s,
-                             [](const controller::CycleRecord&) { stop_if_signalled(); });
-}
-
-/// The true error of an axis, or why there is none.
-std::string true_error_text(const rehearsal::Outcome& outcome, std::size_t i) {
-  const controller::ErrorStatistics truth = outcome.true_errors[i].total();
-  for (const controller::AxisOutcome& axis : outcome.axes)  // the fault of one axis ends the run of all
-    if (axis.fault.cause != controller::Cause::none)
-      return fmt::format("a fault ({})", to_string(axis.fault.cause));
-  return truth.samples == 0 ? std::string("no sample") : fmt::format("{:.3g} um", truth.rms_um());
-}
-
-/// The true errors of each axis where the sensor has all of the unshared delay, or none.
-std::vector<std::string> ranges_of(const config::Config& config, const std::vector<TuningReport>& tuned) {
-  std::vector<std::string> ranges(tuned.size());
-  if (std::ranges::none_of(tuned, [](const TuningReport& of) { return of.unshared_s > 0.0; })) return ranges;
-  const twin::Config twin = twin_config(config);
-  const rehearsal::Outcome all = rehearsed(config, with_delays_in_sensors(twin, tuned, true)),
-                           none = rehearsed(config, with_delays_in_sensors(twin, tuned, false));
-  for (std::size_t i = 0; i < tuned.size(); ++i)
-    if (tuned[i].unshared_s > 0.0)
-      ranges[i] = fmt::format(
-          "; {:.3g} ms are taken as the sensor's, which nobody has stated (--sensor-delay): "
-          "{} if none are, {} if all {:.3g} ms are",
-          1e3 * config.axes[i].control.delays.sensor_s(), true_error_text(none, i), true_error_text(all, i),
-          1e3 * tuned[i].unshared_s);
-  return ranges;
-}
-
-/// The true errors of each axis where a mode that no record shows is as far from the stated one as that may
-/// be off.
-std::vector<std::string> mode_ranges_of(const config::Config& config,
-                                        const std::vector<TuningReport>& tuned) {
-  constexpr double share = 0.1;
-  std::vector<std::string> ranges(tuned.size());
-  if (std::ranges::all_of(tuned, [](const TuningReport& of) { return of.plant.mode.has_value(); }))
-    return ranges;
-  const auto with_modes = [&](double factor) {
-    twin::Config twin = twin_config(config);
-    for (std::size_t i = 0; i < tuned.size(); ++i)
-      if (!tuned[i].plant.mode) twin.axes[i].axis.plant.mode.natural_frequency_Hz *= factor;
-    return rehearsed(config, twin);
-  };
-  const rehearsal::Outcome lower = with_modes(1.0 - share), higher = with_modes(1.0 + share);
-  for (std::size_t i = 0; i < tuned.size(); ++i)
-    if (!tuned[i].plant.mode)
-      ranges[i] = fmt::format("; {} with the mode, which no record shows, {:g} % lower, {} with it higher",
-                              true_error_text(lower, i), 100.0 * share, true_error_text(higher, i));
-  return ranges;
-}
-
-/// True errors beside what no setpoints can avoid, where that is known.
-std::string floors_text(const config::Config& config, std::size_t i,
-                        const controller::TrackingStatistics& truth) {
-  const config::AxisConfig& axis = config.axes[i];
-  const auto floors = tracking_floors_um(axis.twin, axis.control.setpoint, 1.0 / config.controller.rate_Hz);
-  std::string text;
-  for (std::size_t j = 0; j < floors.size(); ++j)
-    if (floors[j])
-      text +=
-          fmt::format("; of its {} {:.3g} um, of which no setpoints avoid {:.3g}",
-                      to_string(axis.control.setpoint[j].shape), truth.segments()[j].rms_um(), *floors[j]);
-  return text;
+std::string plant_text(const Identified& found, const AxisRecords& records) {
+  const double share = measured_share(found, records);
+  return fmt::format(
+             "# The twin's actuator: the identified model with outputs off by {:.2g} % of half their range at "
+             "most.\n",
+             100.0 * share) +
+         config::model_text(not_quite(found.parameters, share), {});
 }
 
 }  // namespace
@@ -330,10 +277,8 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
   Identified found = identified_loops(records);
   stop_if_signalled();
   const std::vector<std::string> said = findings(records.loops, found);
-  write_file(folder / model_name(axis), identified_model_text(found, said));
-  write_file(folder / plant_name(axis),
-             "# The twin's actuator: the identified model with curves 3 % and k 20 % off.\n" +
-                 config::model_text(not_quite(found.parameters), {}));
+  write_file(folder / model_name(axis), identified_model_text(found, records.loops, said));
+  write_file(folder / plant_name(axis), plant_text(found, records));
   const auto undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
   stop_if_signalled();
   const double percent = 100.0 / found.output_span;
@@ -351,7 +296,23 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
 TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records) {
   if (records.step) return tuned_by_step(stage, i, records);
   set_as_stated(stage, i);
+  print_as_stated(stage.config.axes[i]);
   return {};
+}
+
+void set_cautious_loop(Stage& stage, std::size_t i, const AxisRecords& records) {
+  if (records.step)
+    set_dynamics(
+        stage, i,
+        measured_plant(records, stage.config.axes[i].control.delays, stage.config.controller.rate_Hz));
+  else
+    set_as_stated(stage, i);
+}
+
+std::string loop_name(const TuningReport& report) {
+  if (report.candidates.empty()) return "integral alone";
+  const Candidate& first = first_proposal(report);
+  return is_cautious(report, first) ? "cautious" : first.name;
 }
 
 const Candidate* faster_of(const TuningReport& report) {
@@ -361,26 +322,12 @@ const Candidate* faster_of(const TuningReport& report) {
   return fast.rms_percent() < worth_it * first_proposal(report).rms_percent() ? &fast : nullptr;
 }
 
-std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned) {
-  const rehearsal::Outcome outcome = rehearsed(config, twin_config(config));
-  std::vector<std::string> lines;
-  if (const std::string failure = failure_of(outcome.axes); !failure.empty())
-    throw RunError("the rehearsal ended: " + failure);
-  const rehearsal::Outcome exact = rehearsed(config, with_exact_models(twin_config(config), config));
-  const std::vector<std::string> ranges = ranges_of(config, tuned), modes = mode_ranges_of(config, tuned);
-  for (std::size_t i = 0; i < outcome.axes.size(); ++i) {
-    const controller::AxisOutcome& axis = outcome.axes[i];
-    const controller::ErrorStatistics error = axis.statistics.total(), truth = outcome.true_errors[i].total();
-    lines.push_back(
-        fmt::format("{}: rehearsal: RMS error {:.3g} um, {:.3g} % of {:.4g} um; at most {:.3g} um", axis.name,
-                    error.rms_um(), 100.0 * error.rms_um() / axis.stroke_um, axis.stroke_um, error.max_um));
-    lines.push_back(fmt::format(
-        "{}: true error, of the stage itself: {:.3g} um, {:.3g} % with curves 3 % off the model, "
-        "{} if it is exact{}{}{}",
-        axis.name, truth.rms_um(), 100.0 * truth.rms_um() / axis.stroke_um, true_error_text(exact, i),
-        modes[i], floors_text(config, i, outcome.true_errors[i]), ranges[i]));
-  }
-  return lines;
+std::vector<Promise> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned,
+                                  const std::vector<std::string>& loops) {
+  std::vector<Ground> grounds;
+  for (std::size_t i = 0; i < config.axes.size(); ++i)
+    grounds.push_back(ground_of(config, i, loops[i], doubt_of(tuned[i])));
+  return promises_of(rehearsal_setup(config), grounds);
 }
 
 }  // namespace hystcan::app

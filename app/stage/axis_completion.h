@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/stage/promise.h"
 #include "app/stage/stage_records.h"
 #include "app/stage/tuning_report.h"
 #include "config/schema/config.h"
@@ -55,12 +56,19 @@ identification::Identified identify_axis(const std::filesystem::path& folder, co
 /// from what they allow, and the report is empty.
 TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records);
 
+/// The cautious loop of axis i at the rate of the stage, with what a step record shows or what is stated.
+/// Prints nothing.
+void set_cautious_loop(Stage& stage, std::size_t i, const AxisRecords& records);
+
 /// What tracks better than the cautious loop that is set; null where nothing does.
 const Candidate* faster_of(const TuningReport& report);
 
-/// Runs the reference of every axis once with the twin, and again where the delay is the sensor's or is not,
-/// and where a mode that no record shows is another one. `tuned`: of each axis. Returns lines; throws
-/// RunError where an axis does not track.
-std::vector<std::string> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned);
+/// What the loop of the report is called that is written first.
+std::string loop_name(const TuningReport& report);
+
+/// Rehearses the reference of every axis. `tuned`, `loops`: of each axis. Throws RunError where an axis does
+/// not track.
+std::vector<Promise> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned,
+                                  const std::vector<std::string>& loops);
 
 }  // namespace hystcan::app

@@ -83,10 +83,11 @@ void move_k(HysteresisParameters& p, Direction direction, double factor) {
     k = std::clamp(k * factor, allowed->lo, allowed->hi);
 }
 
-std::optional<HysteresisParameters> valid(HysteresisParameters p) {
+std::optional<HysteresisParameters> valid(HysteresisParameters p, double k_factor) {
   try {
     model::check_curves(p);
-    for (const Direction direction : {Direction::ascending, Direction::descending}) move_k(p, direction, 1.2);
+    for (const Direction direction : {Direction::ascending, Direction::descending})
+      move_k(p, direction, k_factor);
     model::check_branches(p);
     return p;
   } catch (const std::invalid_argument&) {
@@ -113,10 +114,10 @@ HysteresisParameters usual_loop(const AxisFacts& axis) {
   return p;
 }
 
-HysteresisParameters not_quite(const HysteresisParameters& parameters) {
-  constexpr double share = 0.03;
+HysteresisParameters not_quite(const HysteresisParameters& parameters, double share) {
+  constexpr double share_of_k = 20.0 / 3.0;
   for (const bool alternating : {true, false})
-    if (auto p = valid(with_curves_off(parameters, share, alternating))) return *p;
+    if (auto p = valid(with_curves_off(parameters, share, alternating), 1.0 + share_of_k * share)) return *p;
   return parameters;
 }
 

@@ -24,8 +24,9 @@ model::HysteresisParameters straight_line(const AxisFacts& axis);
 /// A loop of 11 % of the travel, as piezo stacks have: the twin's model until there is a measured one.
 model::HysteresisParameters usual_loop(const AxisFacts& axis);
 
-/// The model with curves 3 % and k 20 % off, where it stays valid with that, so that a rehearsal shows what a
-/// controller makes of a model that is not quite true.
-model::HysteresisParameters not_quite(const model::HysteresisParameters& parameters);
+/// The model with outputs off by this share of half their range at most, and k by 20/3 of the share, where it
+/// stays valid with that, so that a rehearsal shows what a controller makes of a model that is not quite
+/// true.
+model::HysteresisParameters not_quite(const model::HysteresisParameters& parameters, double share);
 
 }  // namespace hystcan::app

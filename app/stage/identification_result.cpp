@@ -8,6 +8,7 @@
 
 #include "base/words.h"
 #include "config/files/model_file.h"
+#include "identification/misfit.h"
 #include "identification/regression.h"
 
 namespace hystcan::app {
@@ -42,7 +43,9 @@ nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics) {
 using identification::ErrorNorms;
 using identification::Identified;
 
-std::string identified_model_text(const Identified& identified, const std::vector<std::string>& findings) {
+std::string identified_model_text(const Identified& identified,
+                                  const std::vector<identification::Dataset>& datasets,
+                                  const std::vector<std::string>& findings) {
   const double percent = 100.0 / identified.output_span;
   std::size_t samples = 0;
   for (const auto& dataset : identified.datasets) samples += dataset.samples;
@@ -51,7 +54,8 @@ std::string identified_model_text(const Identified& identified, const std::vecto
   return text + config::model_text(
                     identified.parameters,
                     config::IdentifiedFrom{samples, identified.delay_s, identified.overall.rms * percent,
-                                           identified.overall.max * percent},
+                                           identified.overall.max * percent,
+                                           identification::misfit_of(identified, datasets)},
                     identified.dynamics, identified.creep);
 }
 

@@ -13,8 +13,9 @@
 
 namespace hystcan::app {
 
-/// The text of the model file, with the findings as comments.
+/// The text of the model file, with the findings as comments. `datasets`: it was identified from these.
 std::string identified_model_text(const identification::Identified& identified,
+                                  const std::vector<identification::Dataset>& datasets,
                                   const std::vector<std::string>& findings);
 /// Errors in percent of the output's span.
 nlohmann::json identification_json(const identification::Identified& identified,

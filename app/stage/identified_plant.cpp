@@ -116,7 +116,9 @@ Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
 /// Of a mode that is not shown: the stated one, or one within what is stated of it that explains the record
 /// significantly better, because the samples show its image.
 Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
-  constexpr double step = 0.02, damping_reach = 0.7;  // of the rate; of the logarithm of zeta
+  constexpr double step = 0.02;  // of the rate
+  constexpr double less_damping = 0.7,
+                   more_damping = 1.8;  // of its logarithm: most stages have more than is assumed
   const double log_f = std::log(stated.resonance_Hz),
                log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
   Found plain = with_any_delay(record, log_f, log_zeta);
@@ -136,10 +138,12 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
   for (Found& start : starts) {
     start.box.min()[log_frequency] = log_f + std::log1p(-stated_share);
     start.box.max()[log_frequency] = log_f + std::log1p(stated_share);
-    start.box.min()[log_damping] = log_zeta - damping_reach;
-    start.box.max()[log_damping] = log_zeta + damping_reach;
+    start.box.min()[log_damping] = log_zeta - less_damping;
+    start.box.max()[log_damping] = log_zeta + more_damping;
     start = record.improved(start.at, start.box);
-    if (start.sum_of_squares < best.sum_of_squares) best = start;
+    const bool rings_endlessly =
+        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // it fits the noise
+    if (!rings_endlessly && start.sum_of_squares < best.sum_of_squares) best = start;
   }
   return is_better(record, best, plain) ? best : plain;
 }
@@ -178,13 +182,21 @@ bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late
 Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
   const double cycle_s = chain.cycle_s();
   plant.late_s = later(plant.mode->delay_s, -stated.sensor_s() - interpolation_s(stated, cycle_s));
-  if (plant.late_s.hi < -0.1 * cycle_s)
-    refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
-           " ms, expected at most that of the record, ", rounded(1e3 * plant.mode->delay_s.value), " ms");
   const double late_s = keeps_lag(plant) ? stated.lag_s() : plant.late_s.value;
   const Found found =
       around_mode(chain, *plant.mode, std::max(late_s / cycle_s, least_late), keeps_lag(plant));
   return keeps_lag(plant) ? found : with_pure_delay(chain, found, stated);
+}
+
+/// The mode that is shown leaves less delay than is stated of the sensor alone. It may be the image of
+/// another one.
+bool contradicts_sensor(const IdentifiedPlant& plant, const ChainRecord& chain) {
+  return plant.late_s.hi < -0.1 * chain.cycle_s();
+}
+
+void refuse_sensor(const IdentifiedPlant& plant, const controller::Delays& stated) {
+  refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
+         " ms, expected at most that of the record, ", rounded(1e3 * plant.mode->delay_s.value), " ms");
 }
 
 /// The best chain. The mode that is shown counts only if it is the stated one, or excludes that.
@@ -192,10 +204,16 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
   Found found;
   if (plant.mode) {
     found = of_shown(plant, chain, stated);
-    if (is_as_stated(*plant.mode, stated.resonance_Hz)) return found;
+    if (is_as_stated(*plant.mode, stated.resonance_Hz)) {
+      if (contradicts_sensor(plant, chain)) refuse_sensor(plant, stated);
+      return found;
+    }
   }
   Found as_stated = with_pure_delay(chain, around_stated(chain, stated), stated);
-  if (plant.mode && excludes(chain, found, as_stated, stated)) return found;
+  if (plant.mode && excludes(chain, found, as_stated, stated)) {
+    if (contradicts_sensor(plant, chain)) refuse_sensor(plant, stated);
+    return found;
+  }
   if (plant.mode)
     plant.not_shown =
         fmt::format("the stated {:.4g} Hz with a delay explains the record as well as {:.4g} Hz",
@@ -225,6 +243,26 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
   plant.uncertainty.longer_s = {std::max(-reach_s, -late_s), reach_s};
 }
 
+/// Standard error of an unknown beside all others, whatever was known of them.
+double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unknown) {
+  constexpr double apart = 0.1;  // any: only the slopes at the point count
+  Found all = found;
+  all.box.min() = found.at.array() - apart;
+  all.box.max() = found.at.array() + apart;
+  const double error = chain.confidence(all).standard_error[unknown];
+  return std::isfinite(error) ? std::min(error, 1.0) : 1.0;
+}
+
+/// Of a mode that is not shown: within what is stated, or as its image in the samples tells.
+double mode_error(const ChainRecord& chain, const Found& found) {
+  constexpr double image = 0.005;  // at least: another damping looks alike
+  const double cycles = std::exp(found.at[log_frequency]) * chain.cycle_s();
+  if (found.box.min()[log_frequency] == found.box.max()[log_frequency] ||
+      controller::rings_between_samples(cycles))
+    return stated_mode_error;
+  return std::clamp(error_of(chain, found, log_frequency), image, stated_mode_error);
+}
+
 }  // namespace
 
 bool is_as_stated(const SecondOrderFit& shown, double stated_Hz) {
@@ -249,6 +287,8 @@ IdentifiedPlant identified_plant(const Dataset& record, const controller::Delays
       keeps_lag(plant) ? stated.amplifier_bandwidth_Hz : rounded(exact.amplifier_bandwidth_Hz);
   plant.delays.sensor_delay = std::chrono::round<std::chrono::microseconds>(exact.sensor_delay);
   plant.pure_s = at[pure_share] * at[late_cycles] * chain.cycle_s();
+  plant.share_error = error_of(chain, found, pure_share);
+  plant.mode_error = plant.mode ? 0.0 : mode_error(chain, found);
   plant.gain = chain.gain(at);
   if (plant.gain < 0.0) throw identification::OutputFalls();
   plant.residual_rms = chain.residual_rms(at);

@@ -20,6 +20,9 @@
 
 namespace hystcan::app {
 
+/// Standard error of a stated resonance, as a share of it: 19 of 20 are within 10 %.
+inline constexpr double stated_mode_error = 0.05;
+
 struct IdentifiedPlant {
   /// That of the chain, with the intervals of the fit; empty: not shown.
   std::optional<identification::SecondOrderFit> mode;
@@ -28,8 +31,11 @@ struct IdentifiedPlant {
   controller::Delays delays;  ///< the chain, without command delay
   controller::PlantUncertainty uncertainty;
   identification::Estimate
-      late_s;                 ///< beside the stated sensor, if it were a pure delay: lag and delay together
-  double pure_s = 0.0;        ///< of it, counted as the sensor's
+      late_s;                ///< beside the stated sensor, if it were a pure delay: lag and delay together
+  double pure_s = 0.0;       ///< of it, counted as the sensor's
+  double share_error = 0.0;  ///< standard error of that share, 0 to 1
+  /// Standard error of a resonance that is not shown, as a share of it; 0: it is shown.
+  double mode_error = stated_mode_error;
   double gain = 0.0;          ///< output units per drive unit
   double residual_rms = 0.0;  ///< output units
   double explained = 0.0;     ///< share of the output's variance around a straight line, 0 to 1

@@ -30,6 +30,7 @@ struct AxisFacts {
 struct StageFacts {
   config::Config config{};  ///< interface, rate, and the DBC where it lies now; no axes
   std::vector<AxisFacts> axes{};
+  bool rate_is_assumed = false;  ///< nobody has stated it
 };
 
 }  // namespace hystcan::app

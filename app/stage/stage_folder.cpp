@@ -15,6 +15,7 @@
 #include "app/stage/dynamics_text.h"
 #include "app/stage/first_stage.h"
 #include "app/stage/new_folder.h"
+#include "app/stage/rate_choice.h"
 #include "app/stage/shipped.h"
 #include "base/error.h"
 #include "base/output_file.h"
@@ -90,18 +91,35 @@ void print_findings(const config::Config& config) {
   for (const config::AxisConfig& axis : config.axes) {
     for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
       if (finding.starts_with("warning: ")) print(fmt::format("{}: {}\n", axis.wire.name, finding));
+    print_lines(axis.wire.name, config::findings_of_rate(axis, config.controller.rate_Hz));
     print_lines(axis.wire.name, config::losses(axis.wire));
   }
   for (const std::string& warning : config::setpoint_warnings(config))
     print(fmt::format("warning: {}\n", warning));
 }
 
+std::vector<std::string> loop_names(const std::vector<TuningReport>& tuned) {
+  std::vector<std::string> names;
+  for (const TuningReport& report : tuned) names.push_back(loop_name(report));
+  return names;
+}
+
+void print_promises(const std::vector<Promise>& promises) {
+  for (const Promise& promise : promises) {
+    print(text_of(promise) + '\n');
+    if (const std::string warning = warning_of(promise); !warning.empty()) print(warning + '\n');
+  }
+  flush_output();
+}
+
 /// The same stage with the faster loops, beside the cautious one.
 void rehearse_fast(const Stage& stage, const std::vector<TuningReport>& tuned) {
   const std::filesystem::path file = stage.file().parent_path() / fast_config;
   Stage fast(file, stage.text());
+  std::vector<std::string> loops = loop_names(tuned);
   for (std::size_t i = 0; i < tuned.size(); ++i)
     if (const Candidate* faster = faster_of(tuned[i])) {
+      loops[i] = faster->name;
       controller::LoopConfig loop = faster->loop;
       loop.delays = in_whole_microseconds(loop.delays);
       set_loop(fast.config.axes[i].control, loop);
@@ -109,7 +127,7 @@ void rehearse_fast(const Stage& stage, const std::vector<TuningReport>& tuned) {
   const std::string text = fast.text();
   const config::Config config = config::load_text(file, text);
   write_file(file, text);
-  print_lines(fast_config, rehearsal_of(config, tuned));
+  print_promises(rehearsal_of(config, tuned, loops));
 }
 
 /// Dynamics and loop of every axis, then all of them together.
@@ -121,7 +139,7 @@ void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records) {
   const config::Config config = config::load_text(stage.file(), text);  // checked
   write_file(stage.file(), text);
   print_findings(config);
-  print_lines({}, rehearsal_of(config, tuned));
+  print_promises(rehearsal_of(config, tuned, loop_names(tuned)));
   if (std::ranges::any_of(tuned, faster_of)) rehearse_fast(stage, tuned);
 }
 
@@ -273,6 +291,33 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
           limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um, before.position_max_um)});
 }
 
+/// Says which rate would be better. Takes it where nobody has stated one and the usual one rings a mode.
+void choose_rate(const std::filesystem::path& file, StageFacts& facts,
+                 const std::vector<AxisRecords>& records) {
+  const ConfigAtRate at_rate = [&](double rate_Hz) {
+    StageFacts other = facts;
+    other.config.controller.rate_Hz = rate_Hz;
+    Stage stage(file, config_text(other));
+    for (std::size_t i = 0; i < records.size(); ++i) set_cautious_loop(stage, i, records[i]);
+    return config::load_text(file, stage.text());
+  };
+  const double usual_Hz = facts.config.controller.rate_Hz;
+  const config::Config usual = at_rate(usual_Hz);
+  const std::vector<Promise> present = promises_of(usual);
+  const auto offer = better_rate(at_rate, usual_Hz, present);
+  if (!offer) return;
+  const bool rings = std::ranges::any_of(usual.axes, [&](const config::AxisConfig& axis) {
+    return !config::findings_of_rate(axis, usual_Hz).empty();
+  });
+  if (facts.rate_is_assumed && rings) facts.config.controller.rate_Hz = offer->rate_Hz;
+  const bool is_taken = facts.config.controller.rate_Hz == offer->rate_Hz;
+  const std::string end =
+      is_taken ? fmt::format(" at {:g} Hz, which rings the mode: taken as the cycle rate", usual_Hz)
+               : std::string(" (--cycle-rate)");
+  for (const std::string& text : texts_of(*offer, present)) print(text + end + '\n');
+  flush_output();
+}
+
 }  // namespace
 
 void make_stage(const std::filesystem::path& folder, StageFacts facts,
@@ -286,6 +331,7 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
       else
         write_measured_models(made.path(), facts.axes[i], records[i]);
     }
+    if (!records.empty()) choose_rate(made.path() / stage_config, facts, records);
     Stage stage(made.path() / (records.empty() ? first_config : stage_config), config_text(facts));
     if (records.empty()) {
       write_file(stage.file(), stage.text());

@@ -262,13 +262,16 @@ std::filesystem::path shipped_dbc(const std::string& drive_unit) {
   return shipped_file(drive_unit == "A" ? "galfenol.dbc" : "hystcan.dbc");
 }
 
+constexpr double usual_rate_Hz = 1000.0;
+
 void ask_about_the_bus(StageFacts& stage, const InitOptions& stated, Questions& questions) {
   stage.config.controller.rate_Hz =
       questions.number({"--cycle-rate", "Cycle rate", "Hz",
                         "samples and commands per second; the bus must carry four frames each"},
-                       stated.rate_Hz, 1000.0, [](double value) {
+                       stated.rate_Hz, usual_rate_Hz, [](double value) {
                          return unless(value >= 1.0 && value <= 10'000.0, "{:g}, expected 1 to 10000", value);
                        });
+  stage.rate_is_assumed = !stated.rate_Hz && stage.config.controller.rate_Hz == usual_rate_Hz;
   stage.config.bus.interface = questions.text(
       {"--interface", "CAN interface", "", "vcan0 to rehearse with the twin; it can be changed at any time"},
       stated.interface, "vcan0", [](const std::string& name) {

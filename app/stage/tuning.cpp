@@ -157,15 +157,23 @@ void predict_structures(Candidate& candidate, const config::Config& config, cons
         outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, plant), structure)).axes[0]));
 }
 
-/// Of the proposed loop, where the unshared delay is all the sensor's, or none of it is. Empty: a fault.
-std::optional<double> true_rms_um(const TuningReport& report, const config::Config& config,
-                                  const twin::Config& twin, bool is_the_sensors) {
-  rehearsal::Setup setup = setup_of(report.proposed(), config, twin, report.plant);
-  for (twin::WiredAxisConfig& axis : setup.twin.axes)
-    if (axis.wire.name == config.axes[0].wire.name) set_delay(axis.axis, report.unshared_s, is_the_sensors);
-  const rehearsal::Outcome outcome = outcome_of(setup);
-  if (outcome.axes[0].fault.cause != controller::Cause::none) return std::nullopt;
-  return outcome.true_errors[0].total().rms_um();
+/// The axis with a cautious loop for another rate, and a twin that is as the plant was found.
+config::Config at_rate(const TuningReport& report, config::Config config, double rate_Hz) {
+  config.controller.rate_Hz = rate_Hz;
+  controller::LoopConfig loop{.delays = report.plant.delays, .cycle_s = 1.0 / rate_Hz};
+  loop.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / rate_Hz));
+  loop.pi = controller::largest_gains(
+      loop, controller::widened(report.plant.uncertainty, report.rule.resonance_percent),
+      report.cautious_rule);
+  loop.delays = in_whole_microseconds(loop.delays);
+  config::AxisConfig& axis = config.axes[0];
+  set_loop(axis.control, loop);
+  axis.control.learning.reset();
+  controller::plan_feed_forward(axis.control, rate_Hz);
+  twin::Config twin = twin_config(config);
+  set_plant(twin, axis.wire.name, report.plant.delays, 1.0 / rate_Hz);
+  axis.twin = twin.axes.front().axis;
+  return config;
 }
 
 }  // namespace
@@ -262,11 +270,13 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin) {
   predict_structures(report.candidates[0], config, twin, report.plant);
   if (report.best > 0) predict_structures(report.candidates[report.best], config, twin, report.plant);
-  if (config.axes[0].control.delays.sensor_s() > 0.0) return;
-  report.unshared_s = report.plant.delays.lag_s() + report.plant.delays.sensor_s();
-  if (!(report.unshared_s > 0.0)) return;
-  report.all_the_sensors_um = true_rms_um(report, config, twin, true);
-  report.none_the_sensors_um = true_rms_um(report, config, twin, false);
+  if (config.axes[0].control.delays.sensor_s() == 0.0)
+    report.unshared_s = report.plant.delays.lag_s() + report.plant.delays.sensor_s();
+  report.promise = promises_of(setup_of(report.proposed(), config, twin, report.plant),
+                               {ground_of(config, 0, report.proposed().name, doubt_of(report))})
+                       .front();
+  report.offer = better_rate([&](double rate_Hz) { return at_rate(report, config, rate_Hz); }, report.rate_Hz,
+                             {*report.promise});
 }
 
 void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {

@@ -39,8 +39,7 @@ IdentifiedPlant plant_of_steps(const identification::Dataset& record, const conf
 void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
               const twin::Config& twin);
 
-/// Fills by_structure of the present and the proposed candidate, and the shares of the delay where the
-/// configuration does not state the sensor's. `report` is evaluated.
+/// Fills by_structure of the present and the proposed candidate, and the promise. `report` is evaluated.
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin);
 
 /// All of a delay becomes the sensor's, or the amplifier's lag.

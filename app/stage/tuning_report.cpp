@@ -94,22 +94,6 @@ std::string candidate_table(const TuningReport& report) {
              report.rule.resonance_percent, stroke_um(report));
 }
 
-/// How much the true error depends on what is not stated.
-std::string shares_line(const TuningReport& report) {
-  if (!(report.unshared_s > 0.0)) return {};
-  const auto percent = [&](std::optional<double> um) {
-    return um ? fmt::format("{:.3f} %", 100.0 * *um / stroke_um(report)) : std::string("a fault");
-  };
-  const auto counted = true_rms_percent(report.proposed());
-  return line(
-      "its true error",
-      fmt::format(
-          "{} as the delay is counted here, {} if none of it is the sensor's, {} if all is: its data sheet "
-          "tells (sensor_delay_us)",
-          counted ? fmt::format("{:.3f} %", *counted) : std::string("not known"),
-          percent(report.none_the_sensors_um), percent(report.all_the_sensors_um)));
-}
-
 /// Beside a proposal with less margin.
 std::string cautious_line(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
@@ -157,6 +141,13 @@ std::string prediction_table(const TuningReport& report) {
          prediction_row("proposed", report.proposed()) + "it rests on " + assumptions(report) + '\n';
 }
 
+std::string promise_lines(const TuningReport& report) {
+  if (!report.promise) return {};
+  std::string text = '\n' + text_of(*report.promise) + '\n';
+  if (report.offer) text += texts_of(*report.offer, {*report.promise}).front() + ", with a cautious loop\n";
+  return text;
+}
+
 std::string rules(const TuningReport& report) {
   return (report.only_cautious ? std::string() : describe(report.rule)) + describe(report.cautious_rule);
 }
@@ -166,10 +157,6 @@ config::AxisConfig axis_with(const Candidate& candidate) {
   config::AxisConfig axis;
   set_loop(axis.control, candidate.loop);
   return axis;
-}
-
-nlohmann::json or_null(std::optional<double> value) {
-  return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
 /// By the names in [axis.control.delays].
@@ -244,6 +231,14 @@ std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensit
   return best;
 }
 
+Doubt doubt_of(const TuningReport& report) {
+  Doubt doubt{.unshared_s = report.unshared_s,
+              .share_error = report.plant.share_error,
+              .mode_error = report.plant.mode_error};
+  if (report.unshared_s > 0.0) doubt.sensor_share = report.plant.delays.sensor_s() / report.unshared_s;
+  return doubt;
+}
+
 std::string describe(const TuningReport& report) {
   const controller::Excitation::Steps& s = report.steps;
   const controller::Delays& now = report.present().loop.delays;
@@ -259,8 +254,8 @@ std::string describe(const TuningReport& report) {
          line("configured", fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms",
                                         now.resonance_Hz, now.damping_ratio, now.amplifier_bandwidth_Hz,
                                         1e-3 * microseconds(now.command_delay))) +
-         rules(report) + '\n' + candidate_table(report) + choice(report) + shares_line(report) +
-         cautious_line(report) + '\n' + prediction_table(report);
+         rules(report) + '\n' + candidate_table(report) + choice(report) + cautious_line(report) + '\n' +
+         prediction_table(report) + promise_lines(report);
 }
 
 std::string fragment(const TuningReport& report) {
@@ -302,11 +297,11 @@ nlohmann::json to_json(const TuningReport& report) {
   for (const Candidate& candidate : report.candidates) json["candidates"].push_back(to_json(candidate));
   json["present"] = to_whole_json(report.present());
   json["proposed"] = to_whole_json(report.proposed());
-  json["true_rms_um_by_delay_share"] = nullptr;
-  if (report.unshared_s > 0.0)
-    json["true_rms_um_by_delay_share"] = {{"delay_us", 1e6 * report.unshared_s},
-                                          {"none_is_the_sensors", or_null(report.none_the_sensors_um)},
-                                          {"all_is_the_sensors", or_null(report.all_the_sensors_um)}};
+  json["promise"] = report.promise ? to_json(*report.promise) : nlohmann::json();
+  json["better_rate"] = nullptr;
+  if (report.offer)
+    json["better_rate"] = {{"rate_Hz", report.offer->rate_Hz},
+                           {"promise", to_json(report.offer->promises.front())}};
   json["prediction_rests_on"] = assumptions(report);
   return json;
 }

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "app/stage/identified_plant.h"
+#include "app/stage/promise.h"
+#include "app/stage/rate_choice.h"
 #include "controller/analysis/loop_design.h"
 #include "controller/control/law.h"
 #include "controller/control/statistics.h"
@@ -52,13 +54,16 @@ struct TuningReport {
   bool only_cautious = false;
   std::vector<Candidate> candidates;  ///< the present one is the first
   std::size_t best = 0;
-  double unshared_s = 0.0;  ///< of the measured delay; 0 where the configuration states the sensor's
-  /// True errors of the proposed loop where that is all the sensor's, or none of it is; empty: a fault.
-  std::optional<double> all_the_sensors_um{}, none_the_sensors_um{};
+  double unshared_s = 0.0;           ///< of the measured delay; 0 where the configuration states the sensor's
+  std::optional<Promise> promise{};  ///< of the proposed loop; none: it was not asked for
+  std::optional<RateOffer> offer{};  ///< another rate that would be better, with a cautious loop
 
   const Candidate& present() const { return candidates.front(); }
   const Candidate& proposed() const { return candidates[best]; }
 };
+
+/// What its experiment leaves open. A report without an experiment knows the mode as it is stated.
+Doubt doubt_of(const TuningReport& report);
 
 std::string describe(const TuningReport& report);
 /// The keys of [axis.control] to replace, each with its present value in a comment.

@@ -77,12 +77,20 @@ void visit(V& v, ModelTables& m) {
 }
 
 template <class V>
+void visit(V& v, identification::Misfit& misfit) {
+  v.required("speed", misfit.speed, positive, {.meaning = "input units per second", .digits = 4});
+  v.required("lowest", misfit.lowest, positive, {.meaning = "per input unit", .digits = 4});
+  v.numbers("rms", misfit.rms, {.meaning = "of each octave from there on, output units"});
+}
+
+template <class V>
 void visit(V& v, IdentifiedFrom& from) {
   v.required("samples", from.samples, {.lo = 1.0});
   v.required("delay_s", from.delay_s, not_negative, {.meaning = "of the output behind the input"});
   v.required("rms_percent", from.rms_percent, not_negative,
              {.meaning = "of the dataset's output span", .digits = 4});
   v.required("max_percent", from.max_percent, not_negative, {.digits = 4});
+  v.optional_table("misfit", from.misfit, [](V& sub, auto& value) { visit(sub, value); });
 }
 
 template <class V>
@@ -251,6 +259,15 @@ std::string model_text(const model::HysteresisParameters& parameters,
 identification::Lag load_lag(const std::filesystem::path& file) {
   const ModelTables raw = read_model(Document(file, {}, largest_model_file));
   return {raw.identified_from ? raw.identified_from->delay_s : 0.0, raw.dynamics, raw.creep};
+}
+
+std::optional<identification::Misfit> load_misfit(const std::filesystem::path& file) {
+  const ModelTables raw = read_model(Document(file, {}, largest_model_file));
+  std::optional<identification::Misfit> misfit;
+  if (raw.identified_from) misfit = raw.identified_from->misfit;
+  if (const auto factor = model::length_um(raw.output_unit); misfit && factor)
+    for (double& of : misfit->rms) of *= *factor;
+  return misfit;
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/document/format.h"
+#include "identification/misfit.h"
 #include "identification/prediction.h"
 #include "model/any_model.h"
 #include "model/dynamics.h"
@@ -35,6 +36,7 @@ struct IdentifiedFrom {
   double delay_s = 0.0;      ///< delay of the output after the input
   double rms_percent = 0.0;  ///< of the dataset's output span
   double max_percent = 0.0;
+  std::optional<identification::Misfit> misfit{};
 };
 
 /// The text of a model file. load_model() reads exactly the same parameters from it. `from`: none if it is
@@ -47,6 +49,10 @@ std::string model_text(const model::HysteresisParameters& parameters,
 /// The delay of [identification], the [dynamics] and the [creep] of a model file of any kind, as far as it
 /// has them. Throws Error.
 identification::Lag load_lag(const std::filesystem::path& file);
+
+/// What the model leaves of its records, in um where its outputs are lengths; none if the file does not say.
+/// Throws Error.
+std::optional<identification::Misfit> load_misfit(const std::filesystem::path& file);
 
 /// Reads a memory of `model` that was saved or written by hand. Throws Error. `Model`: one with branches.
 template <class Model>

@@ -50,6 +50,9 @@ inline constexpr double resonance_off_percent = 10.0;
 /// Margins for the stated plant, and the worst ones with its resonance off.
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz);
 
+/// Lines for `check`: a warning where the mode is near a multiple of the rate (controller/control/delays.h).
+std::vector<std::string> findings_of_rate(const AxisConfig& axis, double rate_Hz);
+
 /// Lines for `check`: margins, sensitivity, bandwidth; a line that begins with "warning: " where the margin
 /// is lost with the resonance off.
 std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz);

@@ -70,6 +70,16 @@ controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz) {
                            controller::around(axis.control.delays, resonance_off_percent));
 }
 
+std::vector<std::string> findings_of_rate(const AxisConfig& axis, double rate_Hz) {
+  const double resonance_Hz = axis.control.delays.resonance_Hz;
+  if (axis.control.delays.interpolated || !controller::rings_between_samples(resonance_Hz / rate_Hz))
+    return {};
+  return {fmt::format(
+      "warning: the mode of {:g} Hz is near {:g} times the cycle rate of {:g} Hz: setpoints that change "
+      "once a cycle ring it, and the samples do not show that; `hystcan tune` finds a better rate",
+      resonance_Hz, std::round(resonance_Hz / rate_Hz), rate_Hz)};
+}
+
 std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz) {
   const controller::JudgedLoop loop = judged_loop(axis, rate_Hz);
   if (const auto& [kp, ki_per_s] = axis.control.law.pi; kp == 0.0 && ki_per_s == 0.0)

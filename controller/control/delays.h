@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <cmath>
 #include <numbers>
 #include <optional>
 
@@ -57,6 +58,13 @@ struct Delays {
   /// Mean delay from the SYNC that a command answers to the sample that shows its effect.
   double to_sample_s(double cycle_s) const { return preview_s(cycle_s) + sensor_s(); }
 };
+
+/// True: held setpoints ring a mode of this many cycles of the loop, near 1, 2, ..., and the samples hardly
+/// show it.
+inline bool rings_between_samples(double cycles) {
+  constexpr double near = 0.15;
+  return cycles > 1.0 - near && std::abs(cycles - std::round(cycles)) < near;
+}
 
 /// The feed-forward for which a chain of these moments puts out r(t), to second order. It needs no
 /// derivative, because `reference(seconds from now)` is known ahead. With a cycle h

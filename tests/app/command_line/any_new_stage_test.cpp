@@ -1,6 +1,6 @@
-// `hystcan init` on stages for which it was not built (any_stage.h), from their own records. The delay of the
-// sensor is stated, as a data sheet states it. Then the twin that `init` has made is replaced by the stage
-// itself.
+// `hystcan init` on stages for which it was not built (any_stage.h), from their own records: what it promises
+// of its loops, and what comes with the stage itself in the place of the twin. The delay of every other
+// sensor is stated.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <regex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,29 +21,35 @@
 namespace hystcan::any_stage_test {
 namespace {
 
-/// A loop that `init` has proposed.
-struct Promise {
+/// A loop that `init` has proposed: its true error, in um.
+struct Promised {
   std::string of;
-  double least_um = 0.0,
-         most_um = 0.0;  ///< with the model exact, its curves 3 % off, and a mode that no record shows 10 %
-  double came_um = 0.0;
+  double promised = 0.0, least = 0.0, most = 0.0;
+  Errors came;
 
-  void add(double um) {
-    least_um = std::min(least_um, um);
-    most_um = std::max(most_um, um);
-  }
-  /// How far beside the promise it came, as a factor.
+  bool is_kept() const { return !came.faulted && least <= came.true_um && came.true_um <= most; }
+  double width() const { return most / least; }
   double miss() const {
-    const auto [lower, upper] = std::minmax(least_um, most_um);
-    return std::max({1.0, came_um / upper, lower / came_um});
+    return came.faulted ? std::numeric_limits<double>::infinity()
+                        : std::max(came.true_um / promised, promised / came.true_um);
   }
 };
 
-/// The number behind `words`, in the last line of a text that has them.
-double number_behind(const std::string& text, const std::string& words) {
-  const std::string behind = text.substr(text.rfind(words) + words.size());
-  return behind.starts_with("a fault") ? std::numeric_limits<double>::infinity() : std::stod(behind);
+/// The promises of a text, in their order.
+std::vector<Promised> promised(const std::string& text) {
+  static const std::regex line(
+      R"(promise x: ([0-9.e+-]+) um RMS true \(90 %: ([0-9.e+-]+) to ([0-9.e+-]+)\), [0-9.e+-]+ % of stroke; )");
+  std::vector<Promised> rows;
+  for (std::sregex_iterator found(text.begin(), text.end(), line), end; found != end; ++found)
+    rows.push_back({.of = {},
+                    .promised = std::stod((*found)[1]),
+                    .least = std::stod((*found)[2]),
+                    .most = std::stod((*found)[3]),
+                    .came = {}});
+  return rows;
 }
+
+constexpr double least_kept = 0.66, widest_median = 2.0;
 
 class AnyNewStage : public Cli {
  protected:
@@ -56,69 +63,73 @@ class AnyNewStage : public Cli {
     ASSERT_EQ(excited.wait(), done) << excited.err();
   }
 
-  /// The cautious loop and, where there is one, the fast one, on the stage itself.
-  std::vector<Promise> promises(unsigned seed) const {
+  /// The cautious loop and, where there is one, the fast one, on the stage itself. Empty: refused.
+  std::vector<Promised> rows(unsigned seed) const {
     Draw draw(seed);
     const Stage stage = drawn(draw);
     for (const char* made : {"loops.csv", "step.csv", "stage"}) std::filesystem::remove_all(shipped / made);
-    write("any.toml", configured(config::TomlEdit::of_file(shipped / "soft_stage.toml"), stage, draw));
+    config::TomlEdit edit = config::TomlEdit::of_file(shipped / "soft_stage.toml");
+    edit.set("axis[0].twin.model", "\"any.plant.toml\"");
+    edit.set("axis[0].control.position_min_um", "-40.0");  // nobody knows the memory of the first run
+    write("any.plant.toml", hysteresis(seed, draw));
+    write("any.toml", configured(std::move(edit), stage, draw));
     excite("loops.csv", {});
     excite("step.csv", {"--signal", "step"});
-    Process init =
-        run({"init", path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--resonance",
-             std::to_string(stage.mode_Hz * draw.off()), "--cycle-rate", std::to_string(stage.rate_Hz),
-             "--sensor-delay", std::to_string(stage.sensor_delay_us), "--yes"});
+    std::vector<std::string> words{"init",         path("stage"),
+                                   "--record",     path("loops.csv"),
+                                   "--step",       path("step.csv"),
+                                   "--resonance",  std::to_string(stage.mode_Hz * draw.off()),
+                                   "--drive-min",  "-20",
+                                   "--drive-max",  "120",
+                                   "--safe",       "0",
+                                   "--cycle-rate", std::to_string(stage.rate_Hz),
+                                   "--yes"};
+    if (seed / 3 % 2 == 0)
+      words.insert(words.end(), {"--sensor-delay", std::to_string(stage.sensor_delay_us)});
+    Process init = run(words);
     const int ended = init.wait();
     if (std::getenv("HYSTCAN_STAGE") != nullptr) std::printf("%s", init.out().c_str());
+    EXPECT_EQ(ended, done) << stage.text() << "\n" << init.err() << init.out();
     const twin::Config itself = config::twin_config(config::load(shipped / "any.toml"));
-    // A mode near a multiple of the rate: no setpoints move it without a fault, and `init` says so.
-    const bool can_be_moved = !faults(config::load(shipped / "any.toml"), itself);
-    std::vector<Promise> promises;
-    EXPECT_EQ(ended, can_be_moved || ended == done ? done : failed) << init.err() << init.out();
-    if (ended != done) return promises;
-    for (const char* file : {"stage/stage.toml", "stage/stage.fast.toml"}) {
-      if (!std::filesystem::exists(shipped / file)) continue;
-      const std::string name = std::filesystem::path(file).filename().string();
-      const std::string said = init.out();
-      const auto fast = said.find("stage.fast.toml: x: rehearsal");
-      const config::Config config = config::load(shipped / file);
-      const Errors came = errors_of(config, itself);
-      EXPECT_FALSE(came.faulted) << name;
-      EXPECT_FALSE(can_be_moved && faults(config, itself)) << name;
-      const std::string line = name == "stage.toml" ? said.substr(0, fast) : said;
-      Promise promise{stage.text() + ", " + name, number_behind(line, "with curves 3 % off the model, "),
-                      number_behind(line, "true error, of the stage itself: "), came.true_um};
-      if (line.find("which no record shows") != std::string::npos)
-        for (const char* words : {"um if it is exact; ", "10 % lower, "})
-          promise.add(number_behind(line, words));
-      promises.push_back(promise);
+    std::vector<Promised> all = promised(init.out());
+    if (ended != done) all.clear();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const char* file = i == 0 ? "stage/stage.toml" : "stage/stage.fast.toml";
+      all[i].of = stage.text() + (i == 0 ? "" : ", fast");
+      all[i].came = errors_of(config::load(shipped / file), itself);
     }
-    return promises;
+    return all;
   }
 };
 
 TEST_F(AnyNewStage, IsCompleteFromItsRecordsAndKeepsItsPromise) {
-  const auto [first, last] = seeds(2);
-  std::vector<Promise> all;
+  const auto [first, last] = seeds(3);
+  std::vector<Promised> all;
+  std::size_t refused = 0;
   for (unsigned seed = first; seed <= last; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    for (Promise& promise : promises(seed)) all.push_back(std::move(promise));
+    const std::vector<Promised> of_stage = rows(seed);
+    refused += of_stage.empty() ? 1 : 0;
+    all.insert(all.end(), of_stage.begin(), of_stage.end());
   }
   ASSERT_FALSE(all.empty());
-  std::vector<double> misses;
-  misses.reserve(all.size());
-  for (const Promise& promise : all) misses.push_back(promise.miss());
+  std::vector<double> widths, misses;
+  for (const Promised& row : all) {
+    widths.push_back(row.width());
+    misses.push_back(row.miss());
+  }
+  print_shares("width of the interval", widths);
   print_shares("true error and the promised one", misses);
-  std::ranges::sort(all, std::greater{}, &Promise::miss);
-  constexpr double within = 1.5;
-  const auto missed = std::ranges::count_if(all, [](const Promise& one) { return one.miss() > within; });
-  std::printf("promised within %g: all but %td of %zu; the ten that miss most:\n", within, missed,
-              all.size());
+  const auto kept = std::ranges::count_if(all, &Promised::is_kept);
+  std::printf("refused %zu of %u; %td of %zu promises kept; the ten that miss most:\n", refused,
+              last - first + 1, kept, all.size());
+  std::ranges::sort(all, std::greater{}, &Promised::miss);
   for (std::size_t i = 0; i < std::min<std::size_t>(10, all.size()); ++i)
-    std::printf("  %.2f  %s: true error %.4f um, promised %.4f to %.4f\n", all[i].miss(), all[i].of.c_str(),
-                all[i].came_um, all[i].least_um, all[i].most_um);
-  // The stage's own hysteresis misses the model in finer detail than curves that are 3 % off.
-  EXPECT_LE(missed, static_cast<std::ptrdiff_t>(all.size() / 6));
+    std::printf("  %.2f  %s: true error %.4f um, promised %.4f (%.4f to %.4f)\n", all[i].miss(),
+                all[i].of.c_str(), all[i].came.true_um, all[i].promised, all[i].least, all[i].most);
+  EXPECT_GE(static_cast<double>(kept), least_kept * static_cast<double>(all.size()));
+  std::ranges::sort(widths);
+  EXPECT_LE(widths[widths.size() / 2], widest_median);
 }
 
 }  // namespace

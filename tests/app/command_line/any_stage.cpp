@@ -18,7 +18,87 @@ std::string number(double value) {
   return text;
 }
 
+constexpr double lowest_V = -20.0, range_V = 140.0, stroke_um = 100.0;
+
+std::string list(const std::vector<double>& values) {
+  std::string text = "[";
+  for (const double value : values) text += number(value) + ", ";
+  return text + "]\n";
+}
+
+std::vector<double> scaled(std::vector<double> values, double factor) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+std::string model_of(const char* kind, const std::string& keys) {
+  return std::string("format = 1\n\n[hysteresis]\nkind = \"") + kind +
+         "\"\ninput_unit = \"V\"\noutput_unit = \"um\"\ninput_min = -20.0\ninput_max = 120.0\n" + keys;
+}
+
+/// A density that falls with the coercive drive and is tilted over the middle one, each relay 10 % off.
+std::string preisach(Draw& draw) {
+  constexpr int levels = 28;
+  constexpr double side = range_V / levels;
+  const double coercive = draw.between(12.0, 55.0), tilt = draw.between(-0.5, 0.5),
+               reversible = draw.between(0.2, 0.6);
+  std::vector<double> weights;
+  double sum = 0.0;
+  for (int i = 0; i < levels; ++i)
+    for (int j = 0; j <= i; ++j) {
+      const double c = 0.5 * side * (i - j) / coercive, m = (i + j + 1.0) / levels - 1.0;
+      const double cell = i == j ? 0.5 : 1.0;
+      weights.push_back(cell * std::exp(-c * c) * (1.0 + tilt * m) * draw.between(0.9, 1.1));
+      sum += weights.back();
+    }
+  return model_of("preisach",
+                  "offset = 0.0\ngain = " + number(stroke_um * reversible / range_V) +
+                      "\nweights = " + list(scaled(weights, stroke_um * (1.0 - reversible) / sum)));
+}
+
+std::string prandtl_ishlinskii(Draw& draw) {
+  const auto plays = static_cast<std::size_t>(draw.between(8.0, 25.0));
+  const double fall = draw.between(15.0, 60.0), reversible = draw.between(0.3, 0.6);
+  std::vector<double> thresholds, weights;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < plays; ++i) {
+    const double r = 0.5 * range_V * (static_cast<double>(i) + 0.5) / static_cast<double>(plays);
+    thresholds.push_back(r);
+    weights.push_back(std::exp(-r / fall) * draw.between(0.3, 1.7));
+    sum += weights.back() * (range_V - 2.0 * r);
+  }
+  weights = scaled(weights, stroke_um * (1.0 - reversible) / sum);
+  const double gain = stroke_um * reversible / range_V;
+  double lowest = gain * lowest_V;  // arrived at from above
+  for (std::size_t i = 0; i < plays; ++i) lowest += weights[i] * (lowest_V + thresholds[i]);
+  return model_of("prandtl-ishlinskii", "offset = " + number(-lowest) + "\ngain = " + number(gain) +
+                                            "\nthresholds = " + list(thresholds) +
+                                            "weights = " + list(weights));
+}
+
+/// Parabolas of the drive from 0 to 1, a s^2 + b s + c, with a bump of the third order.
+std::string recursive_memory(Draw& draw) {
+  const auto chebyshev = [](double a, double b, double c, double bump) {
+    return std::vector<double>{c + b / 2.0 + 3.0 * a / 8.0, b / 2.0 + a / 2.0, a / 8.0, bump};
+  };
+  const double bend = draw.between(0.0, 0.3), wide = draw.between(0.15, 0.45), open = draw.between(0.0, 0.06),
+               k = draw.between(2.0, 6.0) / range_V, bump = draw.between(-0.6, 0.6);
+  const auto curve = [&](double width, double opening) {
+    return chebyshev(stroke_um * (bend - width), stroke_um * (1.0 - bend + width - opening),
+                     stroke_um * opening, bump);
+  };
+  return model_of("recursive-memory", "basis = \"chebyshev\"\nascending = " + list(curve(0.0, 0.0)) +
+                                          "descending = " + list(curve(wide, open)) +
+                                          "k_ascending = " + number(k) +
+                                          "\nk_descending = " + number(k * draw.between(0.8, 1.2)) + "\n");
+}
+
 }  // namespace
+
+std::string hysteresis(unsigned kind, Draw& draw) {
+  if (kind % 3 == 0) return preisach(draw);
+  return kind % 3 == 1 ? prandtl_ishlinskii(draw) : recursive_memory(draw);
+}
 
 std::string Stage::text() const {
   char line[200];
@@ -31,12 +111,12 @@ std::string Stage::text() const {
 Stage drawn(Draw& draw) {
   Stage stage{};
   stage.rate_Hz = 500.0 * std::floor(1.0 + 3.0 * draw.part());
-  stage.mode_Hz = stage.rate_Hz * 0.1 * std::pow(20.0, draw.part());
+  stage.mode_Hz = stage.rate_Hz * 0.1 * std::pow(25.0, draw.part());
   stage.damping_ratio = 0.01 * std::pow(10.0, draw.part());
   stage.amplifier_Hz = 300.0 * std::pow(10.0, draw.part());
   stage.sensor_delay_us = std::max(0.0, std::round(600.0 * (2.0 * draw.part() - 1.0)));
   stage.noise_um = 0.0005 * std::pow(10.0, draw.part());
-  stage.creep_per_decade = 0.02 * draw.part();
+  stage.creep_per_decade = 0.03 * draw.part();
   return stage;
 }
 

@@ -18,7 +18,7 @@ TEST(RehearsalOfAStage, ThatTracksNoSampleHasNoFigures) {
   config.axes[0].control.setpoint = {{.shape = controller::Hold{.level_um = 10.0, .duration_s = 0.05}}};
   config.axes[0].control.repeat = false;
   try {
-    rehearsal_of(config, {TuningReport{}});
+    rehearsal_of(config, {TuningReport{}}, {"cautious"});
     ADD_FAILURE() << "figures of no sample";
   } catch (const RunError& error) {
     EXPECT_NE(std::string(error.what()).find("axis x tracked no sample"), std::string::npos) << error.what();

@@ -45,7 +45,7 @@ class MismatchOfShippedModels : public testing::TestWithParam<const char*> {};
 
 TEST_P(MismatchOfShippedModels, IsThreePercentOfTheCurvesAndTwentyOfK) {
   const auto file = std::filesystem::path(HYSTCAN_SOURCE_DIR) / "config" / GetParam();
-  const model::HysteresisParameters given = config::load_model(file), other = not_quite(given);
+  const model::HysteresisParameters given = config::load_model(file), other = not_quite(given, 0.03);
   EXPECT_NO_THROW(model::Hysteresis{other});
   const double hi = given.input_range().hi, lo = given.input_range().lo;
   double farthest = 0.0;

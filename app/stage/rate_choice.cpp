@@ -1,0 +1,99 @@
+#include "app/stage/rate_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "app/stage/tuning.h"
+#include "base/error.h"
+#include "config/schema/bus_plan.h"
+
+namespace hystcan::app {
+namespace {
+
+constexpr std::array rates_Hz{100.0,  125.0,  160.0,  200.0,  250.0,  315.0,  400.0,
+                              500.0,  625.0,  800.0,  1000.0, 1250.0, 1600.0, 2000.0,
+                              2500.0, 3150.0, 4000.0, 5000.0, 6250.0, 8000.0, 10'000.0};
+constexpr double farthest = 1.6;   // as a factor of the present rate
+constexpr double worth_it = 0.75;  // of what is promised now
+constexpr double nearly_as_good = 1.1;
+constexpr std::size_t rehearsed = 3;  // those with the least floor
+
+/// Mean square of the promises in strokes.
+double score(const std::vector<Promise>& promises) {
+  if (promises.empty()) return std::numeric_limits<double>::infinity();
+  double sum = 0.0;
+  for (const Promise& promise : promises) sum += promise.percent() * promise.percent();
+  return sum / static_cast<double>(promises.size());
+}
+
+/// Mean square of what no setpoints can avoid, in strokes.
+double floor_of(const config::Config& config) {
+  double sum = 0.0;
+  for (const config::AxisConfig& axis : config.axes) {
+    const double stroke_um = controller::model_reach_um(axis.control.law.model, axis.control.gate).span();
+    for (const auto& floor_um :
+         tracking_floors_um(axis.twin, axis.control.setpoint, 1.0 / config.controller.rate_Hz))
+      if (floor_um) sum += (*floor_um / stroke_um) * (*floor_um / stroke_um);
+  }
+  return sum;
+}
+
+struct Tried {
+  double rate_Hz;
+  double floor;
+};
+
+std::vector<Tried> candidates(const ConfigAtRate& at_rate, double present_Hz) {
+  config::Config config = at_rate(present_Hz);
+  config.controller.rate_Hz = std::min(farthest * present_Hz, config::rate_max_Hz);
+  const double fastest_Hz = config::fastest_rate_Hz(config);
+  std::vector<Tried> tried;
+  for (const double rate_Hz : rates_Hz) {
+    if (rate_Hz > fastest_Hz || rate_Hz < present_Hz / farthest || rate_Hz == present_Hz) continue;
+    config.controller.rate_Hz = rate_Hz;
+    tried.push_back({rate_Hz, floor_of(config)});
+  }
+  config.controller.rate_Hz = present_Hz;
+  std::erase_if(tried, [&, now = floor_of(config)](const Tried& of) { return of.floor > worth_it * now; });
+  std::ranges::sort(tried, {}, &Tried::floor);
+  tried.resize(std::min(tried.size(), rehearsed));
+  return tried;
+}
+
+}  // namespace
+
+std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, double present_Hz,
+                                     const std::vector<Promise>& present) {
+  std::vector<RateOffer> offers;
+  for (const Tried& tried : candidates(at_rate, present_Hz)) {
+    try {
+      offers.push_back({tried.rate_Hz, promises_of(at_rate(tried.rate_Hz))});
+    } catch (const Error&) {  // a file or a setpoint does not go with this rate
+      continue;
+    }
+  }
+  const double most = worth_it * worth_it * score(present);
+  double least = most;
+  for (const RateOffer& offer : offers) least = std::min(least, score(offer.promises));
+  std::erase_if(offers, [&](const RateOffer& offer) {
+    return !(score(offer.promises) < most) || score(offer.promises) > nearly_as_good * nearly_as_good * least;
+  });
+  if (offers.empty()) return std::nullopt;
+  return *std::ranges::min_element(offers, {}, &RateOffer::rate_Hz);
+}
+
+std::vector<std::string> texts_of(const RateOffer& offer, const std::vector<Promise>& present) {
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < offer.promises.size(); ++i)
+    texts.push_back(
+        fmt::format("{}: at {:g} Hz: {:.2g} um instead of {}", offer.promises[i].axis, offer.rate_Hz,
+                    offer.promises[i].rms_um,
+                    i < present.size() ? fmt::format("{:.2g}", present[i].rms_um) : std::string("a fault")));
+  return texts;
+}
+
+}  // namespace hystcan::app
