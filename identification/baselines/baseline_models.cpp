@@ -1,6 +1,7 @@
 #include "identification/baselines/baseline_models.h"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <utility>
 
 #include "base/text.h"
@@ -66,7 +67,13 @@ model::HysteresisParameters of_one_order(model::HysteresisParameters p) {
   const double open = p.upper_point().level - p.ascending.with(a).value(p.input_range().hi);
   a[0] += 0.5 * open;
   a[1] += 0.5 * open;
-  p.ascending = p.ascending.with(a);
+  const model::ReferenceCurve shorter = p.ascending.with(a);
+  const double rounding = 1e-9 * p.output_range().span();
+  const auto inside = [&](double v) {
+    return shorter.slope(v) > 0.0 && shorter.value(v) <= p.descending.value(v) + rounding;
+  };
+  p.ascending =
+      std::ranges::all_of(model::grid_of(p.input_range(), {}, 100), inside) ? shorter : p.descending;
   return p;
 }
 

@@ -10,7 +10,6 @@
 
 #include "base/text.h"
 #include "identification/numerics/decompositions.h"
-#include "identification/numerics/least_distance.h"
 
 namespace hystcan::identification {
 namespace {
@@ -148,6 +147,7 @@ class ActiveSet {
 
 constexpr double dependent_tolerance = 1e-12;
 constexpr double pull_to_zero = 1e-7;
+constexpr double too_far = 1e6;
 
 // The lengths of the columns; 1 if a column is zero.
 VectorXd scales(const MatrixXd& r) {
@@ -185,19 +185,33 @@ Inequalities normalised(const MatrixXd& g, const VectorXd& h) {
   return kept;
 }
 
-// Solves  min |z|, G z >= h, the farthest inequality first. One that is only rounding away is met.
-VectorXd least_distance(const Inequalities& all, double rounding) {
-  LeastDistance shortest(all.g.cols());
-  if (all.h.size() == 0) return shortest.z();
-  const double near = std::max(rounding, 1e-13 * all.h.maxCoeff());
-  // This limit is far above every need. Without it, rounding could exchange the same rows endlessly.
-  for (Index exchanges = 30 * (all.h.size() + 1); exchanges > 0; --exchanges) {
-    Index farthest = 0;
-    if (!((all.h - all.g * shortest.z()).maxCoeff(&farthest) > near)) break;
-    if (!shortest.meet(all.g.row(farthest), all.h[farthest]))
-      refuse("inequalities contradict each other, expected an x that meets all of them");
+// The inequalities with dual[i] > 0: row i of G and h_i.
+Inequalities active(const Inequalities& all, const VectorXd& dual) {
+  const Index count = (dual.array() > 0.0).count();
+  Inequalities some{MatrixXd(count, all.g.cols()), VectorXd(count)};
+  for (Index i = 0, place = 0; i < dual.size(); ++i) {
+    if (!(dual[i] > 0.0)) continue;
+    some.g.row(place) = all.g.row(i);
+    some.h[place++] = all.h[i];
   }
-  return shortest.z();
+  return some;
+}
+
+// Solves  min |z|, G z >= h.  h is divided by the distance of the farthest inequality, so that |z| is of
+// order one. If this distance is only rounding, z = 0 is the solution.
+VectorXd least_distance(const Inequalities& all, double rounding) {
+  const Index n = all.g.cols();
+  const double farthest = all.h.size() == 0 ? 0.0 : all.h.maxCoeff();
+  if (farthest <= rounding) return VectorXd::Zero(n);
+  MatrixXd dual(n + 1, all.g.rows());
+  dual << all.g.transpose(), all.h.transpose() / farthest;
+  const VectorXd last_unit = VectorXd::Unit(n + 1, n);
+  const VectorXd u = solve_nonnegative(dual, last_unit);
+  const double squared = (dual * u - last_unit).squaredNorm();  // 1 / (1 + |z|^2), z scaled
+  if (squared * too_far * too_far < 1.0)
+    refuse("inequalities contradict each other, expected an x that meets all of them");
+  const Inequalities tight = active(all, u);
+  return shortest_solution(tight.g, tight.h, dependent_tolerance);
 }
 
 }  // namespace

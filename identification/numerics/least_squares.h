@@ -13,7 +13,9 @@
 //
 //   min |z|,     G R^-1 z >= h - G R^-1 c
 //
-// (least_distance.h).
+// Its dual is a non-negative least squares problem. The inequalities that this finds active are then
+// solved as equations, so that they hold to rounding (magnified by the condition of R in the step back to
+// x).
 //
 // C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapters 23 and 27.
 #pragma once
@@ -78,7 +80,8 @@ class LeastSquares {
   /// `free`: unknowns that may have either sign.
   Fit solve_nonnegative(const std::vector<Eigen::Index>& free = {}) const;
   /// Solves with G x >= h. Throws std::invalid_argument if sizes do not match, if a number is not finite,
-  /// or if the inequalities contradict each other.
+  /// or if the inequalities contradict each other (or meet only 1e6 times as far away as the farthest one
+  /// of them).
   Fit solve_with_inequalities(const Eigen::MatrixXd& g, const Eigen::VectorXd& h) const;
 
  private:

@@ -49,7 +49,7 @@ std::vector<Promised> promised(const std::string& text) {
   return rows;
 }
 
-constexpr double least_kept = 0.66, widest_median = 2.0;
+constexpr double least_kept = 0.66, widest_median = 2.5;  // of few stages
 
 class AnyNewStage : public Cli {
  protected:

@@ -87,10 +87,10 @@ std::string recursive_memory(Draw& draw) {
     return chebyshev(stroke_um * (bend - width), stroke_um * (1.0 - bend + width - opening),
                      stroke_um * opening, bump);
   };
-  return model_of("recursive-memory", "basis = \"chebyshev\"\nascending = " + list(curve(0.0, 0.0)) +
-                                          "descending = " + list(curve(wide, open)) +
-                                          "k_ascending = " + number(k) +
-                                          "\nk_descending = " + number(k * draw.between(0.8, 1.2)) + "\n");
+  return model_of("recursive-memory",
+                  "basis = \"chebyshev\"\nascending = " + list(curve(0.0, 0.0)) +
+                      "descending = " + list(curve(wide, open)) + "k_ascending = " + number(k) +
+                      "\nk_descending = " + number(k * draw.between(0.8, 1.2)) + "\nsymmetry = \"none\"\n");
 }
 
 }  // namespace

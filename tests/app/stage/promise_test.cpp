@@ -13,7 +13,6 @@
 #include "app/stage/rate_choice.h"
 #include "config/schema/check.h"
 #include "config/schema/config.h"
-#include "tests/support/shipped.h"
 
 namespace hystcan::app::promise_test {
 namespace {
@@ -50,8 +49,7 @@ TEST(PromiseJson, HasTheNumbersInMicrometres) {
 
 /// The shipped piezo stage with one axis, a mode of this frequency and little damping, and an integral loop.
 config::Config piezo(double resonance_Hz, double rate_Hz = 1000.0) {
-  const support::ShippedCopy shipped;
-  config::Config config = config::load(shipped / "piezo.toml");
+  config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   config.axes.resize(1);
   config.controller.rate_Hz = rate_Hz;
   config::AxisConfig& axis = config.axes[0];
