@@ -31,7 +31,6 @@
 namespace hystcan::app {
 namespace {
 
-using identification::Dataset;
 using identification::Identified;
 
 void stop_if_signalled() {

@@ -100,6 +100,7 @@ void print_findings(const config::Config& config) {
 
 std::vector<std::string> loop_names(const std::vector<TuningReport>& tuned) {
   std::vector<std::string> names;
+  names.reserve(tuned.size());
   for (const TuningReport& report : tuned) names.push_back(loop_name(report));
   return names;
 }
