@@ -1,7 +1,6 @@
 #include "identification/separable_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
-#include <stdexcept>
 #include <utility>
 
 #include "identification/numerics/least_distance.h"

@@ -78,7 +78,7 @@ void write(const ValidateArguments& options, const Dataset& dataset, const Valid
     fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g},{:.17g}\n", dataset.time_s[i],
                    dataset.input[i], dataset.output[i], outcome.predicted[i]);
     out.write({line.data(), line.size()});
-    if (stop_signalled != 0) throw RunError("stopped, nothing is written");
+    throw_if_signalled();
   }
   out.commit();
 }

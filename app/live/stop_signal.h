@@ -4,6 +4,8 @@
 
 #include <csignal>
 
+#include "base/error.h"
+
 namespace hystcan::app {
 
 inline volatile std::sig_atomic_t stop_signalled = 0;
@@ -15,6 +17,11 @@ inline void stop_at_a_signal() {
   const auto before = std::signal(SIGHUP, SIG_IGN);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP})
     if (signal != SIGHUP || before != SIG_IGN) std::signal(signal, [](int) { stop_signalled = 1; });
+}
+
+/// Throws RunError.
+inline void throw_if_signalled() {
+  if (stop_signalled != 0) throw RunError("stopped, nothing is written");
 }
 
 /// After this call, SIGINT ends the process, also in a background job. For a command that waits for its

@@ -33,10 +33,6 @@ namespace {
 
 using identification::Identified;
 
-void stop_if_signalled() {
-  if (stop_signalled != 0) throw RunError("stopped, nothing is written");
-}
-
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
   identification::IdentifyOptions asked = records.model;
@@ -73,26 +69,6 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
                      100.0 * seen.all.max / seen.output_span);
 }
 
-/// What the record shows, as delays of the controller.
-IdentifiedPlant measured_plant(const AxisRecords& records, const controller::Delays& stated, double rate_Hz) {
-  try {
-    IdentifiedPlant plant = identified_plant(*records.step, stated);
-    plant.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / rate_Hz));
-    return plant;
-  } catch (const std::invalid_argument& error) {
-    throw Error(fmt::format("{}: {}", records.step_file->string(), error.what()));
-  }
-}
-
-/// Gains of a cautious loop, which is stable with the measured delays.
-controller::LoopConfig cautious_loop(const IdentifiedPlant& plant, double cycle_s) {
-  const controller::SensitivityRule rule;
-  const auto corners = controller::widened(plant.uncertainty, rule.resonance_percent);
-  controller::LoopConfig loop{.delays = plant.delays, .cycle_s = cycle_s};
-  loop.pi = controller::largest_gains(loop, corners, controller::CautiousRule{});
-  return loop;
-}
-
 /// The stated mode within what a statement is good for; above half the rate it may be anything from there up.
 controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated, double rate_Hz) {
   constexpr double percent = 10.0;
@@ -112,7 +88,9 @@ void set_loop_of(Stage& stage, std::size_t i, controller::LoopConfig loop) {
 /// The delays in [axis.control] and in [axis.twin], with the comments that are true of them then.
 void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
   const controller::Delays delays = in_whole_microseconds(plant.delays);
-  set_loop_of(stage, i, cautious_loop(plant, 1.0 / stage.config.controller.rate_Hz));
+  set_loop_of(stage, i,
+              cautious_loop(plant, stage.config.controller.rate_Hz,
+                            controller::SensitivityRule{}.resonance_percent, controller::CautiousRule{}));
   twin::AxisConfig& twin = stage.config.axes[i].twin;
   twin.plant.mode.natural_frequency_Hz = delays.resonance_Hz;
   twin.plant.mode.damping_ratio = delays.damping_ratio;
@@ -180,17 +158,17 @@ std::string loop_line(const TuningReport& report) {
               : "; the cautious one does not track");
 }
 
-TuningReport tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records) {
+TuningReport tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records,
+                           const IdentifiedPlant& plant) {
   const std::string name = stage.config.axes[i].wire.name;
   const controller::Delays stated = stage.config.axes[i].control.delays;
-  const IdentifiedPlant plant = measured_plant(records, stated, stage.config.controller.rate_Hz);
   set_dynamics(stage, i, plant);
   print_lines(name, {dynamics_line(records.step_file->filename().string(), plant, stated.resonance_Hz)});
   const config::Config config =
       chosen_axis_of(stage.config, {.config = stage.file(), .axis = name, .interface = {}, .rehearse = true});
   TuningReport report = tuning_of(config, usual_steps(config.axes[0].control.gate), false);
   evaluate(report, plant, config, twin_config(stage.config));
-  stop_if_signalled();
+  throw_if_signalled();
   if (stated.sensor_s() == 0.0) report.unshared_s = plant.delays.lag_s() + plant.delays.sensor_s();
   set_loop_of(stage, i, first_proposal(report).loop);
   print_lines(name, {loop_line(report)});
@@ -274,12 +252,12 @@ void print_lines(const std::string& of, const std::vector<std::string>& lines) {
 Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
                          const AxisRecords& records) {
   Identified found = identified_loops(records);
-  stop_if_signalled();
+  throw_if_signalled();
   const std::vector<std::string> said = findings(records.loops, found);
   write_file(folder / model_name(axis), identified_model_text(found, records.loops, said));
   write_file(folder / plant_name(axis), plant_text(found, records));
   const auto undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
-  stop_if_signalled();
+  throw_if_signalled();
   const double percent = 100.0 / found.output_span;
   print_lines(
       axis,
@@ -292,18 +270,26 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
   return found;
 }
 
-TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records) {
-  if (records.step) return tuned_by_step(stage, i, records);
+std::optional<IdentifiedPlant> shown_plant(const AxisRecords& records, const controller::Delays& stated) {
+  if (!records.step) return std::nullopt;
+  try {
+    return identified_plant(*records.step, stated);
+  } catch (const std::invalid_argument& error) {
+    throw Error(fmt::format("{}: {}", records.step_file->string(), error.what()));
+  }
+}
+
+TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records,
+                       const std::optional<IdentifiedPlant>& plant) {
+  if (plant) return tuned_by_step(stage, i, records, *plant);
   set_as_stated(stage, i);
   print_as_stated(stage.config.axes[i]);
   return {};
 }
 
-void set_cautious_loop(Stage& stage, std::size_t i, const AxisRecords& records) {
-  if (records.step)
-    set_dynamics(
-        stage, i,
-        measured_plant(records, stage.config.axes[i].control.delays, stage.config.controller.rate_Hz));
+void set_cautious_loop(Stage& stage, std::size_t i, const std::optional<IdentifiedPlant>& plant) {
+  if (plant)
+    set_dynamics(stage, i, *plant);
   else
     set_as_stated(stage, i);
 }

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,14 +52,17 @@ void print_lines(const std::string& of, const std::vector<std::string>& lines);
 identification::Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
                                          const AxisRecords& records);
 
-/// Finds dynamics and loop of axis i of the stage. With a step record the loop is the cautious one, where
-/// that tracks. Without one the dynamics are those that were stated, the loop is an integral one that is far
-/// from what they allow, and the report is empty.
-TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records);
+/// What the step record of an axis shows; none where there is no such record. Throws Error.
+std::optional<IdentifiedPlant> shown_plant(const AxisRecords& records, const controller::Delays& stated);
 
-/// The cautious loop of axis i at the rate of the stage, with what a step record shows or what is stated.
-/// Prints nothing.
-void set_cautious_loop(Stage& stage, std::size_t i, const AxisRecords& records);
+/// Finds the loop of axis i of the stage. With the plant that a step record shows it is the cautious one,
+/// where that tracks. Without one the dynamics are those that were stated, the loop is an integral one that
+/// is far from what they allow, and the report is empty.
+TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records,
+                       const std::optional<IdentifiedPlant>& plant);
+
+/// The cautious loop of axis i at the rate of the stage, for its plant or for what is stated. Prints nothing.
+void set_cautious_loop(Stage& stage, std::size_t i, const std::optional<IdentifiedPlant>& plant);
 
 /// What tracks better than the cautious loop that is set; null where nothing does.
 const Candidate* faster_of(const TuningReport& report);

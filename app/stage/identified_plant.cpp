@@ -188,15 +188,13 @@ Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controlle
   return keeps_lag(plant) ? found : with_pure_delay(chain, found, stated);
 }
 
-/// The mode that is shown leaves less delay than is stated of the sensor alone. It may be the image of
-/// another one.
-bool contradicts_sensor(const IdentifiedPlant& plant, const ChainRecord& chain) {
-  return plant.late_s.hi < -0.1 * chain.cycle_s();
-}
-
-void refuse_sensor(const IdentifiedPlant& plant, const controller::Delays& stated) {
-  refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
-         " ms, expected at most that of the record, ", rounded(1e3 * plant.mode->delay_s.value), " ms");
+/// Refuses a mode that leaves less delay than is stated of the sensor alone.
+Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainRecord& chain,
+               const controller::Delays& stated) {
+  if (plant.late_s.hi < -0.1 * chain.cycle_s())
+    refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
+           " ms, expected at most that of the record, ", rounded(1e3 * plant.mode->delay_s.value), " ms");
+  return found;
 }
 
 /// The best chain. The mode that is shown counts only if it is the stated one, or excludes that.
@@ -204,16 +202,10 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
   Found found;
   if (plant.mode) {
     found = of_shown(plant, chain, stated);
-    if (is_as_stated(*plant.mode, stated.resonance_Hz)) {
-      if (contradicts_sensor(plant, chain)) refuse_sensor(plant, stated);
-      return found;
-    }
+    if (is_as_stated(*plant.mode, stated.resonance_Hz)) return accepted(found, plant, chain, stated);
   }
   Found as_stated = with_pure_delay(chain, around_stated(chain, stated), stated);
-  if (plant.mode && excludes(chain, found, as_stated, stated)) {
-    if (contradicts_sensor(plant, chain)) refuse_sensor(plant, stated);
-    return found;
-  }
+  if (plant.mode && excludes(chain, found, as_stated, stated)) return accepted(found, plant, chain, stated);
   if (plant.mode)
     plant.not_shown =
         fmt::format("the stated {:.4g} Hz with a delay explains the record as well as {:.4g} Hz",

@@ -13,6 +13,7 @@
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
+#include "app/stage/dynamics_text.h"
 #include "app/stage/tuning.h"
 #include "base/error.h"
 #include "config/files/model_file.h"
@@ -34,11 +35,11 @@ struct ModeOff {
 constexpr std::array modes_off{ModeOff{-1.65, 1.3}, ModeOff{-0.8, 1.0 / 1.3}, ModeOff{0.8, 1.3},
                                ModeOff{1.65, 1.0 / 1.3}};
 
-// Of the interval: x, what else is known, and the delay that nobody has stated.
+// Of the interval: x, and all else.
 struct Factors {
-  double exact, rest, shared;
+  double exact, rest;
 };
-constexpr Factors at_least{0.9, 0.65, 0.2}, at_most{1.2, 1.5, 1.5};
+constexpr Factors at_least{0.9, 0.65}, at_most{1.2, 1.5};
 constexpr double unseen_mode = 1.2;  // more of both for x where no record shows the mode
 
 double square(double x) { return x * x; }
@@ -69,7 +70,7 @@ class Run {
     std::size_t cycles = 0;
   };
   void take(const controller::CycleRecord& cycle) {
-    if (stop_signalled != 0) throw RunError("stopped, nothing is written");
+    throw_if_signalled();
     if (cycle.report.state != controller::AxisState::tracking) return;
     Moved& moved = moved_[cycle.axis];
     if (moved.last) moved.distance += std::abs(cycle.report.drive - *moved.last);
@@ -136,8 +137,8 @@ double misfit_square(const Misfit& misfit, const Sensitivity& sensitivity, doubl
 /// 0.40, 1.1, 12: two digits, a zero at the end too.
 std::string two_digits(double value) {
   if (!(value > 0.0) || !std::isfinite(value)) return fmt::format("{:g}", value);
-  const double rounded = std::stod(fmt::format("{:.1e}", value));
-  return fmt::format("{:.{}f}", rounded, std::max(0, 1 - static_cast<int>(std::floor(std::log10(rounded)))));
+  const double shown = rounded(value, 2);
+  return fmt::format("{:.{}f}", shown, std::max(0, 1 - static_cast<int>(std::floor(std::log10(shown)))));
 }
 
 /// Gathers the parts of the error of each axis.
@@ -152,9 +153,6 @@ class Promises {
     if (!configured_.ended_well()) throw RunError("the rehearsal ended: " + configured_.failure());
   }
 
-  /// With an actuator that is exactly the model, where that tracks.
-  const Run& base() const { return exact_.ended_well() ? exact_ : configured_; }
-
   std::vector<Promise> all() {
     for (std::size_t i = 0; i < parts_.size(); ++i) add_actuator(i);
     add_modes();
@@ -166,9 +164,12 @@ class Promises {
 
  private:
   struct Parts {
-    std::vector<double> exact_um{};   ///< with each mode
-    double rest = 0.0, shared = 0.0;  ///< um^2
+    std::vector<double> exact_um{};  ///< with each mode
+    double rest = 0.0;               ///< um^2
   };
+
+  /// With an actuator that is exactly the model, where that tracks.
+  const Run& base() const { return exact_.ended_well() ? exact_ : configured_; }
 
   void add_actuator(std::size_t i) {
     const controller::AxisConfig& axis = setup_.controller.axes[i].axis;
@@ -188,19 +189,19 @@ class Promises {
         square(axis.law.creep->per_decade * base().outcome().axes[i].stroke_um * sensitivity(fundamental_Hz));
   }
 
-  bool knows_mode(std::size_t i) const { return grounds_[i].doubt.mode_error == 0.0; }
+  static bool knows_mode(const Ground& ground) { return ground.doubt.mode_error == 0.0; }
 
   void add_modes() {
-    if (std::ranges::all_of(grounds_, [](const Ground& of) { return of.doubt.mode_error == 0.0; })) return;
+    if (std::ranges::all_of(grounds_, knows_mode)) return;
     for (const ModeOff& off : modes_off) {
       const Run run(changed(setup_, [&](std::size_t i, twin::AxisConfig& stage) {
-        if (knows_mode(i)) return;
+        if (knows_mode(grounds_[i])) return;
         stage.plant.mode.natural_frequency_Hz *= 1.0 + off.errors * grounds_[i].doubt.mode_error;
         stage.plant.mode.damping_ratio *= off.damping;
       }));
       if (!run.ended_well()) continue;
       for (std::size_t i = 0; i < parts_.size(); ++i)
-        if (!knows_mode(i)) parts_[i].exact_um.push_back(run.true_um(i));
+        if (!knows_mode(grounds_[i])) parts_[i].exact_um.push_back(run.true_um(i));
     }
   }
 
@@ -231,14 +232,13 @@ class Promises {
     double mean = 0.0;
     for (const double um : parts.exact_um) mean += square(um) / static_cast<double>(parts.exact_um.size());
     const auto [least, most] = std::ranges::minmax(parts.exact_um);
-    const double unsure = knows_mode(i) ? 1.0 : unseen_mode;
+    const double unsure = knows_mode(grounds_[i]) ? 1.0 : unseen_mode;
     const auto end = [&](double exact_um, const Factors& factors) {
-      return std::sqrt(square(factors.exact * exact_um) + square(factors.rest) * parts.rest +
-                       square(factors.shared) * parts.shared);
+      return std::sqrt(square(factors.exact * exact_um) + square(factors.rest) * parts.rest);
     };
     return {.axis = setup_.controller.axes[i].wire.name,
             .loop = grounds_[i].loop,
-            .rms_um = std::sqrt(mean + parts.rest + parts.shared),
+            .rms_um = std::sqrt(mean + parts.rest),
             .least_um = end(least / unsure, at_least),
             .most_um = end(most * unsure, at_most),
             .stroke_um = base().outcome().axes[i].stroke_um,

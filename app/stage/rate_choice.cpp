@@ -14,9 +14,9 @@
 namespace hystcan::app {
 namespace {
 
-constexpr std::array rates_Hz{100.0,  125.0,  160.0,  200.0,  250.0,  315.0,  400.0,
-                              500.0,  625.0,  800.0,  1000.0, 1250.0, 1600.0, 2000.0,
-                              2500.0, 3150.0, 4000.0, 5000.0, 6250.0, 8000.0, 10'000.0};
+constexpr std::array every_rate_Hz{100.0,  125.0,  160.0,  200.0,  250.0,  315.0,  400.0,
+                                   500.0,  625.0,  800.0,  1000.0, 1250.0, 1600.0, 2000.0,
+                                   2500.0, 3150.0, 4000.0, 5000.0, 6250.0, 8000.0, 10'000.0};
 constexpr double farthest = 1.6;   // as a factor of the present rate
 constexpr double worth_it = 0.75;  // of what is promised now
 constexpr double nearly_as_good = 1.1;
@@ -47,31 +47,32 @@ struct Tried {
   double floor;
 };
 
-std::vector<Tried> candidates(const ConfigAtRate& at_rate, double present_Hz) {
-  config::Config config = at_rate(present_Hz);
-  config.controller.rate_Hz = std::min(farthest * present_Hz, config::rate_max_Hz);
-  const double fastest_Hz = config::fastest_rate_Hz(config);
-  std::vector<Tried> tried;
-  for (const double rate_Hz : rates_Hz) {
-    if (rate_Hz > fastest_Hz || rate_Hz < present_Hz / farthest || rate_Hz == present_Hz) continue;
-    config.controller.rate_Hz = rate_Hz;
-    tried.push_back({rate_Hz, floor_of(config)});
-  }
-  config.controller.rate_Hz = present_Hz;
-  std::erase_if(tried, [&, now = floor_of(config)](const Tried& of) { return of.floor > worth_it * now; });
-  std::ranges::sort(tried, {}, &Tried::floor);
-  tried.resize(std::min(tried.size(), rehearsed));
-  return tried;
-}
-
 }  // namespace
 
-std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, double present_Hz,
+std::vector<double> rates_to_try(const config::Config& config) {
+  const double present_Hz = config.controller.rate_Hz;
+  config::Config other = config;
+  other.controller.rate_Hz = std::min(farthest * present_Hz, config::rate_max_Hz);
+  const double fastest_Hz = config::fastest_rate_Hz(other), most = worth_it * floor_of(config);
+  std::vector<Tried> tried;
+  for (const double rate_Hz : every_rate_Hz) {
+    if (rate_Hz > fastest_Hz || rate_Hz < present_Hz / farthest || rate_Hz == present_Hz) continue;
+    other.controller.rate_Hz = rate_Hz;
+    if (const double floor = floor_of(other); floor <= most) tried.push_back({rate_Hz, floor});
+  }
+  std::ranges::sort(tried, {}, &Tried::floor);
+  tried.resize(std::min(tried.size(), rehearsed));
+  std::vector<double> rates_Hz(tried.size());
+  std::ranges::transform(tried, rates_Hz.begin(), &Tried::rate_Hz);
+  return rates_Hz;
+}
+
+std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, const std::vector<double>& rates_Hz,
                                      const std::vector<Promise>& present) {
   std::vector<RateOffer> offers;
-  for (const Tried& tried : candidates(at_rate, present_Hz)) {
+  for (const double rate_Hz : rates_Hz) {
     try {
-      offers.push_back({tried.rate_Hz, promises_of(at_rate(tried.rate_Hz))});
+      offers.push_back({rate_Hz, promises_of(at_rate(rate_Hz))});
     } catch (const Error&) {  // a file or a setpoint does not go with this rate
       continue;
     }

@@ -20,9 +20,13 @@ struct RateOffer {
 /// The same stage with loops for this rate, Hz.
 using ConfigAtRate = std::function<config::Config(double rate_Hz)>;
 
-/// A rate that the bus allows, near `present_Hz`, at which the axes are promised less by a quarter; none
-/// where there is none. The slowest of those that are nearly as good. `present`: what is promised now.
-std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, double present_Hz,
+/// Rates that the bus allows, near that of the configuration, whose setpoints can do better by a quarter: the
+/// best three.
+std::vector<double> rates_to_try(const config::Config& config);
+
+/// The one of these rates at which the axes are promised less by a quarter; none where there is none. The
+/// slowest of those that are nearly as good. `present`: what is promised now.
+std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, const std::vector<double>& rates_Hz,
                                      const std::vector<Promise>& present);
 
 /// "at 1250 Hz: 0.17 um instead of 1.4", of each axis.

@@ -131,11 +131,23 @@ void rehearse_fast(const Stage& stage, const std::vector<TuningReport>& tuned) {
   print_promises(rehearsal_of(config, tuned, loops));
 }
 
-/// Dynamics and loop of every axis, then all of them together.
-void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records) {
+using Plants = std::vector<std::optional<IdentifiedPlant>>;
+
+/// Of every axis, with the delays that the stage states.
+Plants shown_plants(const Stage& stage, const std::vector<AxisRecords>& records) {
+  Plants plants;
+  plants.reserve(records.size());
+  for (std::size_t i = 0; i < records.size(); ++i)
+    plants.push_back(shown_plant(records[i], stage.config.axes[i].control.delays));
+  return plants;
+}
+
+/// The loop of every axis, then all of them together.
+void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records, const Plants& plants) {
   std::vector<TuningReport> tuned;
   tuned.reserve(records.size());
-  for (std::size_t i = 0; i < records.size(); ++i) tuned.push_back(tune_axis(stage, i, records[i]));
+  for (std::size_t i = 0; i < records.size(); ++i)
+    tuned.push_back(tune_axis(stage, i, records[i], plants[i]));
   const std::string text = stage.text();
   const config::Config config = config::load_text(stage.file(), text);  // checked
   write_file(stage.file(), text);
@@ -147,9 +159,9 @@ void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records) {
 /// What was made is kept where only a rehearsal ends with a fault: `hystcan demo` shows it then.
 template <class Keep>
 void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std::vector<AxisRecords>& records,
-                   const Keep& keep) {
+                   const Plants& plants, const Keep& keep) {
   try {
-    tune_and_rehearse(stage, records);
+    tune_and_rehearse(stage, records, plants);
   } catch (const RunError& error) {
     if (stop_signalled != 0) throw;
     if (!std::filesystem::exists(stage.file())) write_file(stage.file(), stage.text());
@@ -293,19 +305,20 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
 }
 
 /// Says which rate would be better. Takes it where nobody has stated one and the usual one rings a mode.
-void choose_rate(const std::filesystem::path& file, StageFacts& facts,
-                 const std::vector<AxisRecords>& records) {
+void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Plants& plants) {
   const ConfigAtRate at_rate = [&](double rate_Hz) {
     StageFacts other = facts;
     other.config.controller.rate_Hz = rate_Hz;
     Stage stage(file, config_text(other));
-    for (std::size_t i = 0; i < records.size(); ++i) set_cautious_loop(stage, i, records[i]);
+    for (std::size_t i = 0; i < plants.size(); ++i) set_cautious_loop(stage, i, plants[i]);
     return config::load_text(file, stage.text());
   };
   const double usual_Hz = facts.config.controller.rate_Hz;
   const config::Config usual = at_rate(usual_Hz);
+  const std::vector<double> rates_Hz = rates_to_try(usual);
+  if (rates_Hz.empty()) return;
   const std::vector<Promise> present = promises_of(usual);
-  const auto offer = better_rate(at_rate, usual_Hz, present);
+  const auto offer = better_rate(at_rate, rates_Hz, present);
   if (!offer) return;
   const bool rings = std::ranges::any_of(usual.axes, [&](const config::AxisConfig& axis) {
     return !config::findings_of_rate(axis, usual_Hz).empty();
@@ -332,15 +345,18 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
       else
         write_measured_models(made.path(), facts.axes[i], records[i]);
     }
-    if (!records.empty()) choose_rate(made.path() / stage_config, facts, records);
-    Stage stage(made.path() / (records.empty() ? first_config : stage_config), config_text(facts));
+    const std::filesystem::path file = made.path() / (records.empty() ? first_config : stage_config);
+    Stage stage(file, config_text(facts));
     if (records.empty()) {
-      write_file(stage.file(), stage.text());
+      write_file(file, stage.text());
       print_excitations(folder, stage.config);
-    } else {
-      tuned_or_kept(stage, folder, records, [&] { made.commit(); });
-      print_ready(made.path(), folder);
+      return;
     }
+    const Plants plants = shown_plants(stage, records);
+    choose_rate(file, facts, plants);
+    stage = Stage(file, config_text(facts));
+    tuned_or_kept(stage, folder, records, plants, [&] { made.commit(); });
+    print_ready(made.path(), folder);
   });
   made.commit();
 }
@@ -377,7 +393,7 @@ void continue_stage(const std::filesystem::path& folder, const ModelWords& model
     fit_reference(axis, found.parameters);
   }
   Stage stage(folder / stage_config, first.text());
-  tuned_or_kept(stage, folder, records, [&] { made.keep(); });
+  tuned_or_kept(stage, folder, records, shown_plants(stage, records), [&] { made.keep(); });
   made.keep();
   print_ready(folder, folder);
 }

@@ -67,9 +67,7 @@ rehearsal::Setup setup_of(const Candidate& candidate, const config::Config& conf
 }
 
 rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
-  return rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) {
-    if (stop_signalled != 0) throw RunError("stopped, nothing is written");
-  });
+  return rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) { throw_if_signalled(); });
 }
 
 /// The present setting is compared with, however little margin it has.
@@ -160,11 +158,8 @@ void predict_structures(Candidate& candidate, const config::Config& config, cons
 /// The axis with a cautious loop for another rate, and a twin that is as the plant was found.
 config::Config at_rate(const TuningReport& report, config::Config config, double rate_Hz) {
   config.controller.rate_Hz = rate_Hz;
-  controller::LoopConfig loop{.delays = report.plant.delays, .cycle_s = 1.0 / rate_Hz};
-  loop.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / rate_Hz));
-  loop.pi = controller::largest_gains(
-      loop, controller::widened(report.plant.uncertainty, report.rule.resonance_percent),
-      report.cautious_rule);
+  controller::LoopConfig loop =
+      cautious_loop(report.plant, rate_Hz, report.rule.resonance_percent, report.cautious_rule);
   loop.delays = in_whole_microseconds(loop.delays);
   config::AxisConfig& axis = config.axes[0];
   set_loop(axis.control, loop);
@@ -249,6 +244,14 @@ IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& conf
   }
 }
 
+controller::LoopConfig cautious_loop(const IdentifiedPlant& plant, double rate_Hz, double resonance_percent,
+                                     const controller::CautiousRule& rule) {
+  controller::LoopConfig loop{.delays = plant.delays, .cycle_s = 1.0 / rate_Hz};
+  loop.delays.command_delay = std::chrono::nanoseconds(std::llround(1e9 / rate_Hz));
+  loop.pi = controller::largest_gains(loop, controller::widened(plant.uncertainty, resonance_percent), rule);
+  return loop;
+}
+
 void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
               const twin::Config& twin) {
   report.plant = plant;
@@ -275,8 +278,8 @@ void predict_further(TuningReport& report, const config::Config& config, const t
   report.promise = promises_of(setup_of(report.proposed(), config, twin, report.plant),
                                {ground_of(config, 0, report.proposed().name, doubt_of(report))})
                        .front();
-  report.offer = better_rate([&](double rate_Hz) { return at_rate(report, config, rate_Hz); }, report.rate_Hz,
-                             {*report.promise});
+  const ConfigAtRate other = [&](double rate_Hz) { return at_rate(report, config, rate_Hz); };
+  report.offer = better_rate(other, rates_to_try(other(report.rate_Hz)), {*report.promise});
 }
 
 void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {

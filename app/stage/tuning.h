@@ -32,6 +32,10 @@ TuningReport tuning_of(const config::Config& config, const controller::Excitatio
 /// The plant behind the record. Throws RunError where the record determines none.
 IdentifiedPlant plant_of_steps(const identification::Dataset& record, const config::Config& config);
 
+/// The largest gains by a cautious rule for a plant, at this rate, with the resonance wider by a share.
+controller::LoopConfig cautious_loop(const IdentifiedPlant& plant, double rate_Hz, double resonance_percent,
+                                     const controller::CautiousRule& rule);
+
 /// Rehearses the candidates for the plant and chooses one. The first candidate is the present setting; the
 /// others are designs by the rules of the report, each with the feed-forward that is predicted to be best.
 /// The twin gets the identified plant; a design that is not stable at all corners is not rehearsed. Throws

@@ -83,7 +83,7 @@ const std::vector<FitBaseline>& every_baseline() {
   using Parameters = model::HysteresisParameters;
   static const std::vector<FitBaseline> baselines{
       [](const Samples& samples, const Parameters& identified) {
-        return fit_average(samples, of_one_order(identified).ascending.coefficients().size() - 1);
+        return fit_average(samples, identified.descending.coefficients().size() - 1);
       },
       [](const Samples& samples, const Parameters& identified) {
         return fit_linear_mapping(samples, of_one_order(identified));

@@ -94,8 +94,9 @@ TEST(PromiseOfALoop, IsWiderWhereNoRecordShowsTheMode) {
 
 TEST(BetterRate, IsOfferedWhereHeldSetpointsRingTheMode) {
   const auto at_rate = [](double rate_Hz) { return piezo(977.0, rate_Hz); };
-  const std::vector<Promise> present = promises_of(at_rate(1000.0));
-  const auto offer = better_rate(at_rate, 1000.0, present);
+  const config::Config now = at_rate(1000.0);
+  const std::vector<Promise> present = promises_of(now);
+  const auto offer = better_rate(at_rate, rates_to_try(now), present);
   ASSERT_TRUE(offer.has_value());
   EXPECT_GT(offer->rate_Hz, 1100.0);
   ASSERT_EQ(present.size(), 1U);
