@@ -20,7 +20,7 @@ constexpr std::array every_rate_Hz{100.0,  125.0,  160.0,  200.0,  250.0,  315.0
 constexpr double farthest = 1.6;   // as a factor of the present rate
 constexpr double worth_it = 0.75;  // of what is promised now
 constexpr double nearly_as_good = 1.1;
-constexpr std::size_t rehearsed = 3;  // those with the least floor
+constexpr std::size_t most_rehearsed = 3;  // those with the least floor
 
 /// Mean square of the promises in strokes.
 double score(const std::vector<Promise>& promises) {
@@ -61,7 +61,7 @@ std::vector<double> rates_to_try(const config::Config& config) {
     if (const double floor = floor_of(other); floor <= most) tried.push_back({rate_Hz, floor});
   }
   std::ranges::sort(tried, {}, &Tried::floor);
-  tried.resize(std::min(tried.size(), rehearsed));
+  tried.resize(std::min(tried.size(), most_rehearsed));
   std::vector<double> rates_Hz(tried.size());
   std::ranges::transform(tried, rates_Hz.begin(), &Tried::rate_Hz);
   return rates_Hz;
