@@ -226,7 +226,7 @@ void AmplifierChannel::clear_fault() {
 }
 
 void AmplifierChannel::begin_to_enable() {
-  if (std::exchange(is_enabling_, true)) return;
+  if (relay_is_open_ || std::exchange(is_enabling_, true)) return;
   if (config_.enable_delay == can::Duration::zero()) return connect();
   relay_->expire_at(scheduler_.now() + config_.enable_delay);
 }
@@ -282,6 +282,12 @@ void AmplifierChannel::begin_internal_fault() {
   }
   trip(internal_fault, emergency_device_hardware);
   node_.report();
+}
+
+void AmplifierChannel::open_relay() {
+  relay_is_open_ = true;
+  if (state_ == can::AmpState::enabled) return enter(can::AmpState::ready), node_.report();
+  if (state_ == can::AmpState::ready) leave_drive(WatchdogAction::safe);
 }
 
 void AmplifierChannel::check_watchdog() {

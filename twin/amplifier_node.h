@@ -91,6 +91,9 @@ class AmplifierChannel {
   /// Trips for a cause within the amplifier; the fault cannot be cleared before the cause ends.
   void begin_internal_fault();
   void end_internal_fault() { has_internal_cause_ = false; }
+  /// Leaves Enable, and obeys none until the relay is released.
+  void open_relay();
+  void release_relay() { relay_is_open_ = false; }
 
  private:
   friend class AmplifierNode;
@@ -134,6 +137,7 @@ class AmplifierChannel {
   bool status_is_due_ = false;
   bool is_enabling_ = false;
   bool has_internal_cause_ = false;
+  bool relay_is_open_ = false;  ///< by a fault
 };
 
 }  // namespace hystcan::twin

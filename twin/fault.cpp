@@ -38,6 +38,7 @@ constexpr std::array<FaultTraits, fault_count> kinds{{
     {limited_output, "limited_output", FaultSite::amplifier, "drive units", 0.0, 0.0, 1e6},
     {sensor_gain, "sensor_gain", FaultSite::sensor, "times", -1.0, -1e3, 1e3},
     {sensor_offset, "sensor_offset", FaultSite::sensor, "um", 8.0, -1e6, 1e6},
+    {relay_opens, "relay_opens", FaultSite::amplifier},
 }};
 
 constexpr bool are_in_the_order_of_fault() {

@@ -44,8 +44,9 @@ enum class Fault : std::uint8_t {
   limited_output,     ///< the output goes no further from zero, and the amplifier says that it is enabled
   sensor_gain,        ///< the sample shows a multiple of the motion since the fault began
   sensor_offset,      ///< the sample is off by this much
+  relay_opens,        ///< the amplifier leaves Enable by itself; after the fault it obeys the next Enable
 };
-inline constexpr std::size_t fault_count = 25;
+inline constexpr std::size_t fault_count = 26;
 
 enum class Node : std::uint8_t { sensor, amplifier };
 constexpr auto words(Node) { return std::to_array<std::string_view>({"sensor", "amplifier"}); }

@@ -194,6 +194,9 @@ void FaultScheduler::begin(const FaultSpec& spec) {
     case Fault::amplifier_trip:
       axis.amplifier.begin_internal_fault();
       break;
+    case Fault::relay_opens:
+      axis.amplifier.open_relay();
+      break;
     case Fault::node_reboot:
       node.line().begin(spec.kind, spec.value);
       node.lose_power();
@@ -222,6 +225,9 @@ void FaultScheduler::release(const FaultSpec& spec) {
       break;
     case Fault::amplifier_trip:
       axis.amplifier.end_internal_fault();
+      break;
+    case Fault::relay_opens:
+      axis.amplifier.release_relay();
       break;
     case Fault::node_reboot:
     case Fault::bus_off:

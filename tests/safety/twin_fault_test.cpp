@@ -102,6 +102,7 @@ const std::vector<Row> rows{
     {Fault::sensor_gain, Node::sensor, half_s, -1, {Cause::following_error}, 100},
     {Fault::sensor_offset, Node::sensor, half_s, 8, {Cause::position_jumped}, 6},
     {Fault::sensor_offset, Node::sensor, brief, 8, {}, 0},
+    {Fault::relay_opens, Node::amplifier, brief, 0, {Cause::amplifier_not_enabled}, 2},
 };
 
 struct Case {

@@ -20,10 +20,8 @@ constexpr std::uint32_t command_id = can::receive_pdo_base + amplifier_node;
 constexpr std::uint32_t sample_id = can::transmit_pdo_base + sensor_node;
 
 // Byte positions of config/hystcan.dbc.
-constexpr std::size_t enable_byte = 4;
 constexpr std::size_t counter_byte = 6;
 constexpr std::size_t crc_byte = 7;
-constexpr std::uint8_t enable_bit = 0x01;
 
 /// The longest time that a frame takes which is destroyed at its first bit, at 1 Mbit/s.
 constexpr auto destroyed_frame = std::chrono::microseconds(1 + can::error_flags_max_bits +
@@ -99,6 +97,8 @@ std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
       return {of(Node::amplifier, Fault::amplifier_trip)};
     case Trouble::commands_lost:
       return {of(Node::amplifier, Fault::watchdog_trip)};
+    case Trouble::enable_lost:
+      return {of(Node::amplifier, Fault::relay_opens)};
     case Trouble::statuses_lost:
       return {of(Node::amplifier, Fault::no_reply)};
     default:
@@ -215,11 +215,9 @@ std::unique_ptr<can::Bus> FaultRig::listen(std::function<void(const can::Frame&)
 std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> filters) {
   auto node = bus_.attach(can::TransmitOrder::by_priority);
   const bool is_amplifier = std::ranges::any_of(filters, [](const auto& f) { return f.id == command_id; });
-  if (!is_amplifier)
-    return std::make_unique<HookedConnection>(std::move(node),
-                                              [this](can::Frame& frame) { return sensor_sends(frame); });
-  return std::make_unique<HookedConnection>(std::move(node), HookedConnection::Hook{},
-                                            [this](can::Frame& frame) { return amplifier_receives(frame); });
+  if (is_amplifier) return node;
+  return std::make_unique<HookedConnection>(std::move(node),
+                                            [this](can::Frame& frame) { return sensor_sends(frame); });
 }
 
 void FaultRig::note_fault(can::Time when) {
@@ -260,14 +258,6 @@ void FaultRig::displace(can::Frame& sample) {
   change_protected(sample, [&](can::Frame& frame) {
     put_value(frame, value_of(frame) + micrometres(offset_um_ + jump_um));
   });
-}
-
-bool FaultRig::amplifier_receives(can::Frame& frame) {
-  if (frame.id == command_id && is_on(Trouble::enable_lost))
-    change_protected(frame, [](can::Frame& command) {
-      command.data[enable_byte] = static_cast<std::uint8_t>(command.data[enable_byte] & ~enable_bit);
-    });
-  return true;
 }
 
 void FaultRig::begin(Trouble trouble) {

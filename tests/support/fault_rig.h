@@ -38,7 +38,7 @@ enum class Trouble : std::uint8_t {
   amplifier_reset,
   amplifier_trips,  ///< for a cause within it
   commands_lost,    ///< they do not reach the amplifier, whose watchdog trips
-  enable_lost,      ///< Enable does not reach the amplifier
+  enable_lost,      ///< the amplifier leaves Enable by itself
   bus_passive,
   bus_off,
   interface_down,
@@ -121,7 +121,6 @@ class FaultRig {
   void note_fault(can::Time when);
   bool sensor_sends(can::Frame& frame);
   void displace(can::Frame& sample);
-  bool amplifier_receives(can::Frame& frame);
   std::string_view run_until_answered(std::unique_ptr<controller::Request> request);
 
   config::Config config_;
