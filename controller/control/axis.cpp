@@ -217,7 +217,6 @@ void Axis::arm(const NodeHealth& health) {
   output_check_.restart(drive_);
   course_.restart(drive_);
   connected_ = false;
-  enabled_for_s_ = 0.0;
   withheld_for_s_.reset();
   ramp_ = config_.start_up != StartUp::wipe && memory_known_ ? ramp_in_.size() : 0;
   dwelt_s_ = 0.0;
@@ -225,7 +224,7 @@ void Axis::arm(const NodeHealth& health) {
 }
 
 AxisCommand Axis::initialise(const AxisInput& input) {
-  if (!is_connected(input)) {
+  if (!is_connected()) {
     report_.arming_blocks = ArmingBlock::enabled;
     follow_output(input.health.amplifier_output, input.dt_s);
     return {.drive = drive_, .enable = true};
@@ -252,10 +251,9 @@ AxisCommand Axis::initialise(const AxisInput& input) {
 
 // A relay or a soft start takes up to half a second from Enable to enabled. The output does not follow
 // meanwhile, so a ramp on the wire would be a step at the stage.
-bool Axis::is_connected(const AxisInput& input) {
-  connected_ |= input.health.amplifier_enabled &&
-                enabled_for_s_ >= std::chrono::duration<double>(config_.enable_delay).count();
-  enabled_for_s_ += input.dt_s;
+bool Axis::is_connected() {
+  connected_ |= supervisor_.enable_reported() &&
+                supervisor_.enabled_for_s() >= std::chrono::duration<double>(config_.enable_delay).count();
   return connected_;
 }
 

@@ -104,7 +104,7 @@ class Axis {
   AxisCommand wait(const AxisInput& input);
   void arm(const NodeHealth& health);
   AxisCommand initialise(const AxisInput& input);
-  bool is_connected(const AxisInput& input);
+  bool is_connected();
   void follow_output(double output, double dt_s);
   AxisCommand withhold(const AxisInput& input);
   AxisCommand hold_ready(const AxisInput& input);
@@ -133,7 +133,6 @@ class Axis {
   AxisReport report_;
   ClearAttempt clear_attempt_;
   double drive_ = 0.0;
-  double enabled_for_s_ = 0.0;
   std::optional<double> withheld_for_s_;  ///< of commands, while the amplifier's watchdog is tried
   std::size_t ramp_ = 0;                  ///< while initialising: index in ramp_in_ of the present target
   double dwelt_s_ = 0.0;
@@ -144,7 +143,7 @@ class Axis {
   AxisState state_ = AxisState::offline;
   bool stopping_ = false;
   bool is_falling_ = false;
-  bool connected_ = false;  ///< the amplifier has reported "enabled" since the axis was armed
+  bool connected_ = false;  ///< the amplifier's output follows the drive since the axis was armed
   bool watchdog_verified_ = false;
   bool memory_known_ = false;  ///< the model's memory agrees with the actuator's; false after a fault
 };

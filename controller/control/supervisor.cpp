@@ -64,9 +64,17 @@ Cause Supervisor::judge_health(const AxisInput& input) {
   if (!health.sensor_alive) return Cause::sensor_silent;
   if (!health.amplifier_alive) return Cause::amplifier_silent;
   if (!health.sensor_operational || !health.amplifier_operational) return Cause::node_not_operational;
-  if (enabled_for_s_ > config_.enable_timeout_s && !health.amplifier_enabled)
-    return Cause::amplifier_not_enabled;
+  if (has_lost_enable(health)) return Cause::amplifier_not_enabled;
   return is_status_too_old(health, config_.status_timeout) ? Cause::status_missing : Cause::none;
+}
+
+/// A status that is older than the first Enable reports the state before it.
+bool Supervisor::has_lost_enable(const NodeHealth& health) {
+  if (health.amplifier_enabled) {
+    enable_reported_ |= health.status_age_s <= enabled_for_s_;
+    return false;
+  }
+  return enable_reported_ || enabled_for_s_ > config_.enable_timeout_s;
 }
 
 Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input, const model::Interval& course_um) {

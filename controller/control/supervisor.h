@@ -8,6 +8,8 @@
 //              really moved is believed
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor
+//   enable     once the amplifier has reported "enabled", any other state is a fault; before that, it may take
+//              enable_timeout_s
 //   saturated  range, slew or the model's thresholds limit the drive for saturated_s without a break
 //
 // Where several things are wrong at once, the cause is the one that explains the most.
@@ -104,8 +106,13 @@ class Supervisor {
   /// the command by the safe one, or Cause::none.
   Cause judge(const AxisCommand& command, std::uint8_t limits, double dt_s);
 
+  /// The amplifier has reported "enabled" since Enable was first commanded.
+  bool enable_reported() const { return enable_reported_; }
+  double enabled_for_s() const { return enabled_for_s_; }  ///< by command
+
  private:
   Cause judge_health(const AxisInput& input);
+  bool has_lost_enable(const NodeHealth& health);
   Verdict judge_sample(const AxisInput& input, const model::Interval& course_um);
   Cause count_missing_sample(const AxisInput& input);
   Cause count_lost_sample(Cause cause);
@@ -126,6 +133,7 @@ class Supervisor {
   double travel_ = 0.0;  ///< of the drive, in cycles_unchanged_
   double last_drive_ = 0.0;
   double enabled_for_s_ = 0.0;
+  bool enable_reported_ = false;
   double saturated_for_s_ = 0.0;
   double passive_for_s_ = 0.0;
   unsigned not_invertible_ = 0;  ///< cycles in a row

@@ -2,7 +2,9 @@
 // controller reports the same causes as on the simulated bus (tests/safety/twin_fault_test.cpp).
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -48,6 +50,21 @@ TEST_F(TwinFaults, FaultTheAxisUntilTheyAreRemovedAndItIsCleared) {
     ASSERT_TRUE(stage.reaches(x, "offline"));
     ASSERT_EQ(stage.ctl({"enable", "x"}).status, 0);
     ASSERT_TRUE(stage.reaches(x, "tracking")) << fault;
+  }
+}
+
+/// In the first half second after Enable, when a ramp that goes on would be a step at the stage.
+TEST_F(TwinFaults, RelayThatBouncesAtAnyPhaseOfTheStartIsAFault) {
+  stage.start();
+  ASSERT_EQ(stage.ctl({"disable", "x"}).status, 0);
+  for (int phase = 0; phase < 20; ++phase) {
+    ASSERT_TRUE(stage.reaches(x, "offline")) << phase;
+    ASSERT_EQ(stage.ctl({"enable", "x"}).status, 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20 * phase));
+    inject({"relay_opens", "--axis", "x", "--duration", "0.002"});
+    ASSERT_TRUE(stage.reaches(x, "faulted")) << phase;
+    EXPECT_EQ(stage.axis_status(x).at("fault"), "amplifier not enabled") << phase;
+    ASSERT_EQ(stage.ctl({"clear", "x"}).status, 0);
   }
 }
 

@@ -106,7 +106,7 @@ class Fault : public testing::TestWithParam<Injection> {
   void track() {
     rig.start();
     ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
-    rig.run_for(milliseconds(725));  // enabled for long enough for the amplifier's state to be judged
+    rig.run_for(milliseconds(725));  // past the transition, on a slope of the sine
     ASSERT_LT(error_um(rig), 0.5);
   }
   void inject() {

@@ -115,5 +115,39 @@ TEST(TooSlowEnable, BeyondHalfASecondIsAFault) {
   EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
 }
 
+/// The relay opens for a cycle at any time after the amplifier has reported that it is enabled. The amplifier
+/// obeys the next Enable, so that a ramp that went on would be a step at the stage.
+class BouncingRelay : public testing::TestWithParam<controller::StartUp> {};
+
+TEST_P(BouncingRelay, IsAFaultWithinTwoCyclesInEveryPhaseOfTheStart) {
+  shows("S-031, S-122");
+  for (int phase_ms = 1; phase_ms < 500; phase_ms += 25) {
+    SCOPED_TRACE(phase_ms);
+    config::Config config = with({.delay_ms = 20, .soft_start_ms = 0});
+    config.axes[0].control.start_up = GetParam();
+    FaultRig rig(config);
+    rig.start();
+    const auto is_enabled = [&] { return rig.stage().amplifier.state() == can::AmpState::enabled; };
+    for (int i = 0; i < 2000 && !is_enabled(); ++i) rig.run_for(milliseconds(1));
+    rig.run_for(milliseconds(phase_ms + 1));
+    ASSERT_NE(rig.axis().state(), AxisState::faulted) << to_string(rig.axis().fault().cause);
+    const can::Time opened = rig.clock().now();
+    rig.begin(Trouble::enable_lost);
+    rig.run_for(milliseconds(1));
+    rig.end(Trouble::enable_lost);
+    ASSERT_TRUE(rig.reaches(AxisState::faulted, milliseconds(5)));
+    EXPECT_EQ(rig.axis().fault().cause, Cause::amplifier_not_enabled);
+    EXPECT_LE(rig.decided_at() - opened, milliseconds(2));
+    rig.run_for(milliseconds(50));
+    EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, BouncingRelay,
+                         testing::Values(controller::StartUp::wipe, controller::StartUp::assume),
+                         [](const auto& test) {
+                           return test.param == controller::StartUp::wipe ? "Wipe" : "Assume";
+                         });
+
 }  // namespace
 }  // namespace hystcan::support::slow_enable_test
