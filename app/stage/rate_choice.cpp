@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "app/stage/tuning.h"
 #include "base/error.h"
 #include "config/schema/bus_plan.h"
+#include "controller/analysis/feed_forward_design.h"
 
 namespace hystcan::app {
 namespace {
@@ -20,7 +22,7 @@ constexpr std::array every_rate_Hz{100.0,  125.0,  160.0,  200.0,  250.0,  315.0
 constexpr double farthest = 1.6;   // as a factor of the present rate
 constexpr double worth_it = 0.75;  // of what is promised now
 constexpr double nearly_as_good = 1.1;
-constexpr std::size_t most_rehearsed = 3;  // those with the least floor
+constexpr std::size_t most_rehearsed = 2;  // those with the least floor
 
 /// Mean square of the promises in strokes.
 double score(const std::vector<Promise>& promises) {
@@ -53,18 +55,39 @@ std::vector<double> rates_to_try(const config::Config& config) {
   const double present_Hz = config.controller.rate_Hz;
   config::Config other = config;
   other.controller.rate_Hz = std::min(farthest * present_Hz, config::rate_max_Hz);
-  const double fastest_Hz = config::fastest_rate_Hz(other), most = worth_it * floor_of(config);
+  const double fastest_Hz = config::fastest_rate_Hz(other), present_floor = floor_of(config);
   std::vector<Tried> tried;
+  std::optional<Tried> fastest;  // of those whose floor is hardly lower: the loop itself may gain
   for (const double rate_Hz : every_rate_Hz) {
     if (rate_Hz > fastest_Hz || rate_Hz < present_Hz / farthest || rate_Hz == present_Hz) continue;
     other.controller.rate_Hz = rate_Hz;
-    if (const double floor = floor_of(other); floor <= most) tried.push_back({rate_Hz, floor});
+    const double floor = floor_of(other);
+    if (floor <= worth_it * present_floor)
+      tried.push_back({rate_Hz, floor});
+    else if (rate_Hz > present_Hz && floor <= present_floor)
+      fastest = {rate_Hz, floor};
   }
   std::ranges::sort(tried, {}, &Tried::floor);
   tried.resize(std::min(tried.size(), most_rehearsed));
+  if (fastest) tried.push_back(*fastest);
   std::vector<double> rates_Hz(tried.size());
   std::ranges::transform(tried, rates_Hz.begin(), &Tried::rate_Hz);
   return rates_Hz;
+}
+
+std::vector<Promise> promises_with_best_feed_forward(config::Config config) {
+  std::vector<Promise> best;
+  for (const auto& [second_order, plant_inverse] :
+       {std::pair(false, false), std::pair(true, false), std::pair(false, true)}) {
+    for (config::AxisConfig& axis : config.axes) {
+      axis.control.delays.second_order = second_order;
+      axis.control.delays.plant_inverse = plant_inverse;
+      controller::plan_feed_forward(axis.control, config.controller.rate_Hz);
+    }
+    std::vector<Promise> tried = promises_of(config);
+    if (score(tried) < score(best)) best = std::move(tried);
+  }
+  return best;
 }
 
 std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, const std::vector<double>& rates_Hz,
@@ -72,7 +95,7 @@ std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, const std::vec
   std::vector<RateOffer> offers;
   for (const double rate_Hz : rates_Hz) {
     try {
-      offers.push_back({rate_Hz, promises_of(at_rate(rate_Hz))});
+      offers.push_back({rate_Hz, promises_with_best_feed_forward(at_rate(rate_Hz))});
     } catch (const Error&) {  // a file or a setpoint does not go with this rate
       continue;
     }

@@ -20,9 +20,12 @@ struct RateOffer {
 /// The same stage with loops for this rate, Hz.
 using ConfigAtRate = std::function<config::Config(double rate_Hz)>;
 
-/// Rates that the bus allows, near that of the configuration, whose setpoints can do better by a quarter: the
-/// best three.
+/// Rates that the bus allows, near that of the configuration: the best two whose setpoints can do better by a
+/// quarter, and the fastest of the others whose setpoints do no worse.
 std::vector<double> rates_to_try(const config::Config& config);
+
+/// The least that is promised with one of the three feed-forwards; empty: an axis does not track.
+std::vector<Promise> promises_with_best_feed_forward(config::Config config);
 
 /// The one of these rates at which the axes are promised less by a quarter; none where there is none. The
 /// slowest of those that are nearly as good. `present`: what is promised now.

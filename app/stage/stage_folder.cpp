@@ -317,7 +317,7 @@ void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Pla
   const config::Config usual = at_rate(usual_Hz);
   const std::vector<double> rates_Hz = rates_to_try(usual);
   if (rates_Hz.empty()) return;
-  const std::vector<Promise> present = promises_of(usual);
+  const std::vector<Promise> present = promises_with_best_feed_forward(usual);
   const auto offer = better_rate(at_rate, rates_Hz, present);
   if (!offer) return;
   const bool rings = std::ranges::any_of(usual.axes, [&](const config::AxisConfig& axis) {
