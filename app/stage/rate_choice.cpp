@@ -107,7 +107,9 @@ std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, const std::vec
     return !(score(offer.promises) < most) || score(offer.promises) > nearly_as_good * nearly_as_good * least;
   });
   if (offers.empty()) return std::nullopt;
-  return *std::ranges::min_element(offers, {}, &RateOffer::rate_Hz);
+  RateOffer best = *std::ranges::min_element(offers, {}, &RateOffer::rate_Hz);
+  best.share = std::sqrt(score(best.promises) / score(present));
+  return best;
 }
 
 std::vector<std::string> texts_of(const RateOffer& offer, const std::vector<Promise>& present) {

@@ -15,6 +15,7 @@ namespace hystcan::app {
 struct RateOffer {
   double rate_Hz = 0.0;
   std::vector<Promise> promises{};  ///< of each axis; empty: an axis does not track
+  double share = 1.0;               ///< of what is promised at the present rate
 };
 
 /// The same stage with loops for this rate, Hz.

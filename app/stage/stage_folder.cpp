@@ -304,7 +304,8 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
           limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um, before.position_max_um)});
 }
 
-/// Says which rate would be better. Takes it where nobody has stated one and the usual one rings a mode.
+/// Says which rate would be better. Takes it where nobody has stated one, if it halves the error or if the usual
+/// one rings a mode.
 void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Plants& plants) {
   const ConfigAtRate at_rate = [&](double rate_Hz) {
     StageFacts other = facts;
@@ -323,11 +324,11 @@ void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Pla
   const bool rings = std::ranges::any_of(usual.axes, [&](const config::AxisConfig& axis) {
     return !config::findings_of_rate(axis, usual_Hz).empty();
   });
-  if (facts.rate_is_assumed && rings) facts.config.controller.rate_Hz = offer->rate_Hz;
+  if (facts.rate_is_assumed && (rings || offer->share < 0.5))
+    facts.config.controller.rate_Hz = offer->rate_Hz;
   const bool is_taken = facts.config.controller.rate_Hz == offer->rate_Hz;
-  const std::string end =
-      is_taken ? fmt::format(" at {:g} Hz, which rings the mode: taken as the cycle rate", usual_Hz)
-               : std::string(" (--cycle-rate)");
+  const std::string end = is_taken ? fmt::format(" at {:g} Hz: taken as the cycle rate", usual_Hz)
+                                   : std::string(" (--cycle-rate)");
   for (const std::string& text : texts_of(*offer, present)) print(text + end + '\n');
   flush_output();
 }
