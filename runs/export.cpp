@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/input_file.h"
 #include "base/text.h"
+#include "config/files/csv.h"
 #include "controller/control/gate.h"
 #include "controller/cycle_record.h"
 #include "storage/hdf5.h"
@@ -53,6 +54,13 @@ void write_config(const Run& run, Hdf5Writer& file) {
     if (entry->is_regular_file())
       file.add_text("/config/" + entry->path().filename().string(),
                     read_regular_file(entry->path(), largest_config_file));
+}
+
+/// In a name of HDF5, a slash begins a group within the group, and a dot is the group itself.
+void require_group_name(const Run& run, const std::string& axis) {
+  if (axis.empty() || axis == "." || axis.find('/') != std::string::npos)
+    throw Error(fmt::format("{}: axis \"{}\" cannot be the name of a group of HDF5; export it as CSV",
+                            run.path().string(), axis));
 }
 
 void describe_axis(const RunAxis& axis, Hdf5Writer& file) {
@@ -121,9 +129,11 @@ std::uint64_t export_csv(const Run& run, const Selection& selection,
   const std::size_t axis = axis_of(run, selection.axis);
   const std::vector<std::string> names = signals_of(run, axis, selection);
   const std::vector<Signal> signals = run.signals(axis, names);
-  std::string text = fmt::format("# run {}, axis {}\n", run.name(), run.info().axes[axis].name);
+  std::string text = fmt::format("# run {}, axis {}\n", config::in_one_line(run.name()),
+                                 config::in_one_line(run.info().axes[axis].name));
   for (const Signal& signal : signals)
-    if (!signal.unit.empty()) text += fmt::format("# {}_unit = \"{}\"\n", signal.name, signal.unit);
+    if (!signal.unit.empty())
+      text += fmt::format("# {}_unit = \"{}\"\n", signal.name, config::in_one_line(signal.unit));
   text += fmt::format("{}\n", fmt::join(names, ","));
   std::uint64_t rows = 0;
   run.read_blocks({&axis, 1}, names, selection.span,
@@ -152,6 +162,7 @@ std::uint64_t export_hdf5(const Run& run, const Selection& selection, Hdf5Writer
   const std::vector<std::string> names = signals_of(run, axes.front(), selection);
   std::vector<std::size_t> tables(run.info().axes.size());
   for (const std::size_t axis : axes) {
+    require_group_name(run, run.info().axes[axis].name);
     std::vector<Signal> columns = run.signals(axis, names);
     for (Signal& column : columns)
       if (column.name == "limits") column.words.clear();  // its bits are a number, without an enumeration

@@ -9,6 +9,7 @@
 
 #include "can/dbc/text.h"
 #include "can/log/error_frame.h"
+#include "config/files/csv.h"
 
 namespace hystcan::app {
 namespace {
@@ -22,24 +23,8 @@ std::string time_text(std::chrono::microseconds time) {
   return fmt::format("{}.{:06}", time.count() / 1'000'000, time.count() % 1'000'000);
 }
 
-/// Replaces control characters, which would break a line in two.
-std::string in_one_line(std::string_view text) {
-  std::string result = can::dbc::to_utf8(text);
-  for (char& c : result)
-    if (static_cast<unsigned char>(c) < 0x20 || c == '\x7F') c = ' ';
-  return result;
-}
-
-std::string csv_field(std::string_view text) {
-  std::string field = in_one_line(text);
-  if (field.find_first_of(",\"") == std::string::npos) return field;
-  std::string quoted = "\"";
-  for (const char c : field) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
+std::string in_one_line(std::string_view text) { return config::in_one_line(can::dbc::to_utf8(text)); }
+std::string csv_field(std::string_view text) { return config::csv_field(can::dbc::to_utf8(text)); }
 
 /// The sign of nan has no meaning and is left out.
 std::string csv_number(double value) { return std::isnan(value) ? "nan" : fmt::format("{:.17g}", value); }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "config/files/csv.h"
 #include "controller/control/axis.h"
 
 namespace hystcan::app {
@@ -156,8 +157,8 @@ TableRow row_of(const RunFigures& run) {
   const auto ms = [](const std::optional<double>& time_s) {
     return time_s ? fmt::format("{:.1f}", 1e3 * *time_s) : "";
   };
-  TableRow row{run.run,
-               run.axis,
+  TableRow row{config::in_one_line(run.run),
+               config::in_one_line(run.axis),
                std::to_string(run.error.samples),
                fmt::format("{:.4f}", run.error.rms_um()),
                fmt::format("{:.4f}", run.error.max_um),
@@ -174,13 +175,53 @@ TableRow row_of(const RunFigures& run) {
   return row;
 }
 
-std::string latex_text(const std::string& text) {
+/// The text as the letters that it has: no command, no argument of the line above.
+std::string latex_text(std::string_view text) {
+  std::string escaped = text.starts_with('[') || text.starts_with('*') ? "{}" : "";
+  for (const char c : text) switch (c) {
+      case '\\':
+        escaped += "\\textbackslash{}";
+        break;
+      case '^':
+        escaped += "\\textasciicircum{}";
+        break;
+      case '~':
+        escaped += "\\textasciitilde{}";
+        break;
+      case '<':
+        escaped += "\\textless{}";
+        break;
+      case '>':
+        escaped += "\\textgreater{}";
+        break;
+      case '|':
+        escaped += "\\textbar{}";
+        break;
+      default:
+        if (std::string_view("_%&#${}").find(c) != std::string_view::npos) escaped += '\\';
+        escaped += c;
+    }
+  return escaped;
+}
+
+/// The text as the letters that it has: no HTML, no link, no further cell.
+std::string markdown_text(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
-    if (c == '_' || c == '%' || c == '&' || c == '#' || c == '$') escaped += '\\';
+    if (c == '<' || c == '&') {
+      escaped += c == '<' ? "&lt;" : "&amp;";
+      continue;
+    }
+    if (std::string_view("\\`*[]|!").find(c) != std::string_view::npos) escaped += '\\';
     escaped += c;
   }
   return escaped;
+}
+
+/// A spreadsheet computes a cell that begins with one of these letters, unless an apostrophe is before it.
+std::string spreadsheet_text(const std::string& text) {
+  return !text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos ? "'" + text
+                                                                                                : text;
 }
 
 std::string latex(const std::vector<TableRow>& rows) {
@@ -196,7 +237,9 @@ std::string latex(const std::vector<TableRow>& rows) {
 std::string markdown(const std::vector<TableRow>& rows) {
   std::string text;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    text += fmt::format("| {} |\n", fmt::join(rows[i], " | "));
+    TableRow cells;
+    for (const std::string& cell : rows[i]) cells.push_back(i == 0 ? cell : markdown_text(cell));
+    text += fmt::format("| {} |\n", fmt::join(cells, " | "));
     if (i > 0) continue;
     text += "|---|---|";
     for (std::size_t column = 2; column < heading.size(); ++column) text += "---:|";
@@ -284,7 +327,10 @@ std::string run_table(const std::vector<RunFigures>& runs, std::string_view form
   if (format == "latex") return latex(rows);
   if (format == "markdown") return markdown(rows);
   std::string text;
-  for (const TableRow& row : rows) text += fmt::format("{}\n", fmt::join(row, ","));
+  for (TableRow& row : rows) {
+    for (std::string* name : {&row[0], &row[1]}) *name = config::csv_field(spreadsheet_text(*name));
+    text += fmt::format("{}\n", fmt::join(row, ","));
+  }
   return text;
 }
 

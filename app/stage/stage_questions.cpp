@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -17,6 +16,7 @@
 #include "app/stage/shipped.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
+#include "config/schema/check.h"
 #include "identification/dynamics/second_order_fit.h"
 
 namespace hystcan::app {
@@ -26,12 +26,12 @@ using model::Interval;
 
 void require_names(const std::vector<std::string>& axes) {
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    const bool plain = !axes[i].empty() && std::ranges::all_of(axes[i], [](unsigned char c) {
-      return std::isalnum(c) != 0 || c == '_' || c == '-';
-    });
-    if (!plain)
+    // A dot would take the place of the one before "first" and "model" in the names of files.
+    if (!config::is_axis_name(axes[i]) || axes[i].find('.') != std::string::npos)
       throw Error(
-          fmt::format("--axis is '{}', expected letters, digits, _ and -: files are named for it", axes[i]));
+          fmt::format("--axis is '{}', expected letters, digits, _ and -: 1 to 64 of them, files are "
+                      "named for it",
+                      axes[i]));
     if (std::find(axes.begin(), axes.begin() + static_cast<std::ptrdiff_t>(i), axes[i]) !=
         axes.begin() + static_cast<std::ptrdiff_t>(i))
       throw Error(fmt::format("--axis {} is there twice, expected two names", axes[i]));

@@ -99,6 +99,24 @@ std::optional<double> csv_number(std::string_view text, bool decimal_comma) {
   return value;
 }
 
+std::string in_one_line(std::string_view text) {
+  std::string line(text);
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < 0x20 || c == '\x7F') c = ' ';
+  return line;
+}
+
+std::string csv_field(std::string_view text) {
+  const std::string field = in_one_line(text);
+  if (field.find_first_of(",\"") == std::string::npos) return field;
+  std::string quoted = "\"";
+  for (const char c : field) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
 std::string shortened(std::string_view text) {
   constexpr std::size_t most = 60;
   return text.size() <= most ? std::string(text) : fmt::format("{}...", text.substr(0, most));

@@ -39,6 +39,11 @@ void split_fields(std::string_view line, char separator, std::vector<std::string
 /// one.
 std::optional<double> csv_number(std::string_view text, bool decimal_comma);
 
+/// The text with a space for each control character, which would end the line or steer the terminal.
+std::string in_one_line(std::string_view text);
+/// The text in one line, as a field of a CSV (RFC 4180): in quotes if it needs them, its own quotes doubled.
+std::string csv_field(std::string_view text);
+
 /// For a message: the beginning of a long text.
 std::string shortened(std::string_view text);
 /// For a message: the first of many names.

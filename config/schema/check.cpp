@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "can/bus.h"
+#include "config/files/csv.h"
 #include "config/schema/bus_plan.h"
 #include "config/schema/frames.h"
 #include "controller/reference/shape.h"
@@ -215,8 +216,9 @@ void check_names(const Document& document, const Config& config) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     const std::string& name = config.axes[i].wire.name;
     const std::string path = fmt::format("axis[{}].name", i);
-    if (name.find_first_of(",\"\n\r'") != std::string::npos)
-      document.fail_at(path, "the name has a comma, quote or line end, expected a plain word");
+    if (!is_axis_name(name))
+      document.fail_at(
+          path, fmt::format("name is \"{}\", expected {}", in_one_line(shortened(name)), expected_axis_name));
     if (!taken.insert(name).second)
       document.fail_at(path, fmt::format("the name {} is taken, expected one of its own", name));
   }
@@ -270,6 +272,16 @@ void check_faults(const Document& document, const Config& config) {
 }
 
 }  // namespace
+
+bool is_axis_name(std::string_view name) {
+  constexpr std::size_t longest = 64;
+  const auto fits = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '.' || c == '-';
+  };
+  return !name.empty() && name.size() <= longest && name != "." && name != ".." &&
+         std::ranges::all_of(name, fits);
+}
 
 void check_agreement(const Document& document, const Config& config) {
   check_interface_name(document, config.bus.interface);

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/document/document.h"
@@ -12,6 +13,11 @@
 #include "controller/analysis/loop_design.h"
 
 namespace hystcan::config {
+
+/// True if an axis can have this name, for which state files, columns and groups of HDF5 are named.
+bool is_axis_name(std::string_view name);
+inline constexpr const char* expected_axis_name =
+    "letters (A to Z, a to z), digits, _, . and -: 1 to 64 of them, not . or .. alone";
 
 /// All checks of this file: node ids, DBC, units, ranges, delays, the timing of the bus.
 void check_agreement(const Document& document, const Config& config);

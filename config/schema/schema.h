@@ -363,7 +363,8 @@ void visit(V& v, can::SdoWrite& write) {
 
 template <class V>
 void visit(V& v, AxisConfig& axis) {
-  v.required("name", axis.wire.name, any, {"name of the axis in logs and CSV files, its own"});
+  v.required("name", axis.wire.name, any,
+             {"name of the axis in logs and files, its own: letters, digits, `_`, `.` and `-`"});
   v.optional("message_prefix", axis.wire.message_prefix, any,
              {"of the standard messages, see below", "required without `[axis.frames]`"});
   v.required("drive_unit", axis.wire.drive_unit, any, {"unit of the drive, as in the model file"});

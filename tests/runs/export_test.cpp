@@ -8,6 +8,17 @@
 namespace hystcan::runs::export_test {
 namespace {
 
+/// Takes everything and writes nothing.
+class NoHdf5 final : public storage::Hdf5Writer {
+ public:
+  std::size_t add_table(const std::string&, const std::vector<storage::Column>&, bool) override { return 0; }
+  void append(std::size_t, std::span<const std::vector<double>>) override {}
+  void set(const std::string&, const std::string&, const std::string&) override {}
+  void set(const std::string&, const std::string&, double) override {}
+  void add_text(const std::string&, const std::string&) override {}
+  void close() override {}
+};
+
 class Export : public ScratchRuns {
  protected:
   std::filesystem::path record(std::uint64_t cycles) {
@@ -54,6 +65,19 @@ TEST_F(Export, RefusesAHeaderAlone) {
   std::ofstream(alone) << cycles.substr(0, cycles.find('\n', cycles.find("time_s")) + 1);
   EXPECT_THROW(axes_of(RecordedRun(alone), {}), Error);
   EXPECT_THROW(axis_of(RecordedRun(alone), "x"), Error);
+}
+
+TEST_F(Export, RefusesANameThatIsNoGroupOfHdf5) {
+  config.axes[0].wire.name = "a/b";
+  const auto run = record(3);
+  NoHdf5 file;
+  EXPECT_THROW(export_hdf5(RecordedRun(run), {}, file), Error);
+}
+
+TEST_F(Export, KeepsForeignTextInTheLineOfItsComment) {
+  config.axes[0].wire.drive_unit = "V\n=1+1";
+  const std::string text = csv(record(3), {.axis = "x", .signals = {"drive"}, .span = {}});
+  EXPECT_NE(text.find("# drive_unit = \"V =1+1\"\ntime_s,drive\n"), std::string::npos) << text;
 }
 
 }  // namespace

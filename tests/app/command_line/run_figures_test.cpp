@@ -124,5 +124,23 @@ TEST(RunTable, IsMarkdownOrLatex) {
   EXPECT_NE(latex.find("run\\_1 & x & 100"), std::string::npos) << latex;
 }
 
+/// A run folder of somebody else has names that no configuration accepts.
+TEST_F(FiguresOfARun, PutNamesAsPlainTextIntoEveryTable) {
+  RunFigures run = figures();
+  const auto row = [&](const char* axis, const char* format) {
+    run.run = "pi";
+    run.axis = axis;
+    const std::string table = run_table({run}, format);
+    const std::size_t at = table.find("pi");
+    return table.substr(at, table.find('\n', at) - at);
+  };
+  EXPECT_TRUE(row("\\input{a}^~", "latex")
+                  .starts_with("pi & \\textbackslash{}input\\{a\\}\\textasciicircum{}\\textasciitilde{} & "));
+  EXPECT_TRUE(row("<img src=a onerror=b>|[c](d)", "markdown")
+                  .starts_with("pi | &lt;img src=a onerror=b>\\|\\[c\\](d) | "));
+  EXPECT_TRUE(row("=1+1", "csv").starts_with("pi,'=1+1,"));
+  EXPECT_TRUE(row("a\"b,c\nd", "csv").starts_with("pi,\"a\"\"b,c d\","));
+}
+
 }  // namespace
 }  // namespace hystcan::app::run_figures_test
