@@ -80,5 +80,11 @@ TEST_F(Export, KeepsForeignTextInTheLineOfItsComment) {
   EXPECT_NE(text.find("# drive_unit = \"V =1+1\"\ntime_s,drive\n"), std::string::npos) << text;
 }
 
+TEST_F(Export, EndsWithASentenceForARunThatHasNoAxes) {
+  config.axes.clear();
+  NoHdf5 file;
+  EXPECT_THROW(export_hdf5(RecordedRun(record(0)), {}, file), Error);
+}
+
 }  // namespace
 }  // namespace hystcan::runs::export_test
