@@ -260,6 +260,7 @@ class HttpServer::Listener {
     accept();
   }
   std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+  std::size_t sessions_kept() const { return requests_.size(); }
 
  private:
   void accept() {
@@ -283,12 +284,17 @@ class HttpServer::Listener {
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(boost::asio::socket_base::send_buffer_size(send_buffer), ignored);
     const auto session = std::make_shared<HttpSession>(std::move(socket), page_, open_);
+    forget_ended();
     requests_.push_back(session);
     session->read();
   }
+  /// A weak pointer keeps the memory of the session to which it leads.
+  void forget_ended() {
+    std::erase_if(requests_, [](const auto& request) { return request.expired(); });
+  }
   /// Strangers who hold all places do not keep an operator out.
   bool make_room() {
-    std::erase_if(requests_, [](const auto& request) { return request.expired(); });
+    forget_ended();
     if (requests_.empty()) return page_.make_room();
     requests_.front().lock()->close();
     requests_.pop_front();
@@ -318,5 +324,6 @@ HttpServer::HttpServer(boost::asio::io_context& context, const std::string& addr
 HttpServer::~HttpServer() = default;
 
 std::uint16_t HttpServer::port() const { return listener_->port(); }
+std::size_t HttpServer::sessions_kept() const { return listener_->sessions_kept(); }
 
 }  // namespace hystcan::app

@@ -61,6 +61,8 @@ class HttpServer {
   HttpServer& operator=(const HttpServer&) = delete;
 
   std::uint16_t port() const;
+  /// HTTP sessions in memory, those included that ended since the last connection.
+  std::size_t sessions_kept() const;
 
  private:
   class Listener;

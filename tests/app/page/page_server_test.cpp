@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <boost/asio/post.hpp>
+#include <future>
 #include <memory>
 #include <thread>
 
@@ -206,6 +208,18 @@ TEST_F(PageServer, CutsAClientOffThatDoesNotReadAndServesTheOther) {
   do page_counters = alive->next("status").at("page");
   while (page_counters.at("clients") != 1);
   EXPECT_EQ(page_counters.at("cut_off"), 1);
+}
+
+TEST_F(PageServer, KeepsNothingOfConnectionsThatHaveEnded) {
+  for (int i = 0; i < 2000; ++i) {
+    const WebPeer silent(server_->port());
+    if (i % 100 == 0) {
+      EXPECT_EQ(status_of("GET /metrics HTTP/1.1"), 200);
+    }
+  }
+  std::promise<std::size_t> kept;
+  boost::asio::post(context_, [&] { kept.set_value(server_->sessions_kept()); });
+  EXPECT_LE(kept.get_future().get(), 33U) << "32 that may be open, and the newest";
 }
 
 TEST_F(PageServer, GivesTheOldestPlaceOfAStrangerToTheNext) {
