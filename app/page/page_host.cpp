@@ -62,8 +62,13 @@ PageHost::PageHost(PageOptions options, const PageListening& listening, const st
         "scripts/packages test && cmake --preset release && cmake --build --preset release");
   require_intended(listening, options.source);
   options.exposed = !is_loopback(address_);
+  const char* const option = options.source == "demo" ? "--page" : "--listen";
   service_ = std::make_unique<PageService>(context_, std::move(options), PageAccess(listening.names, token));
-  server_ = std::make_unique<HttpServer>(context_, address_, listening.port, *service_);
+  try {
+    server_ = std::make_unique<HttpServer>(context_, address_, listening.port, *service_);
+  } catch (const RunError& error) {
+    throw RunError(fmt::format("{}; name another address with {}", error.what(), option));
+  }
 }
 
 std::string PageHost::url() const {

@@ -2,9 +2,10 @@
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import http from 'node:http';
+import { dirname } from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { startDemo } from './support.mjs';
+import { copyOfConfig, startDemo } from './support.mjs';
 
 let demo;
 before(async () => {
@@ -35,6 +36,15 @@ const upgrade = {
   'Sec-WebSocket-Key': 'dGhlIHNhbXBsZSBub25jZQ==',
 };
 const own = () => `127.0.0.1:${demo.port}`;
+
+test('A busy address names the option that changes it', () => {
+  const config = copyOfConfig();
+  for (const [words, option] of [[['demo', '--page', own()], '--page'], [['page', config, '--listen', own()], '--listen']]) {
+    const { status, stderr } = spawnSync(process.env.HYSTCAN, words, { cwd: dirname(config), encoding: 'utf8' });
+    assert.equal(status, 1, stderr);
+    assert.ok(stderr.includes(`${own()}: Address already in use; name another address with ${option}\n`), stderr);
+  }
+});
 
 test('A foreign Host gets 421', async () => {
   assert.equal((await ask('/', { headers: { Host: 'example.org' } })).status, 421);
