@@ -14,6 +14,7 @@
 #include "base/threads.h"
 #include "can/log/candump.h"
 #include "can/socketcan/bus_monitor.h"
+#include "config/files/csv.h"
 #include "controller/cycle_record.h"
 #include "controller/telemetry.h"
 #include "runs/run_info.h"
@@ -164,8 +165,8 @@ void RunWriter::add(const controller::CycleRecord& record) {
 void RunWriter::add(const config::Change& change) {
   const std::scoped_lock lock(mutex_);
   if (changes_.size() < most_waiting)
-    changes_ +=
-        fmt::format("{},{},\"{}\",\"{}\"\n", iso_text(utc_now_()), change.path, change.from, change.to);
+    changes_ += fmt::format("{},{},{},{}\n", iso_text(utc_now_()), change.path,
+                            config::csv_field(change.from), config::csv_field(change.to));
 }
 
 void RunWriter::end() {

@@ -128,12 +128,18 @@ TEST_F(Recording, HandsEachCompletePartOnInOrder) {
   EXPECT_EQ(part.info().rows, 1000u);
 }
 
-TEST_F(Recording, KeepsTheChangesOfSettings) {
+TEST_F(Recording, QuotesTheChangesOfSettingsAsCsv) {
   Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
-  recorder.add(std::vector<config::Change>{{"axis[0].control.kp", "0.0", "0.1"}});
+  recorder.add(std::vector<config::Change>{{"axis[0].control.kp", "0.0", "0.1"},
+                                           {"axis[0].control.structure", R"("pi")", R"("inverse+pi")"},
+                                           {"axis[0].control.notch", "[1, 2]", ""}});
   recorder.finish();
-  EXPECT_NE(text_of(run / "changes.csv").find("Z,axis[0].control.kp,\"0.0\",\"0.1\"\n"), std::string::npos);
+  const std::string changes = text_of(run / "changes.csv");
+  for (const char* row :
+       {"Z,axis[0].control.kp,0.0,0.1\n", R"(Z,axis[0].control.structure,"""pi""","""inverse+pi""")",
+        R"(Z,axis[0].control.notch,"[1, 2]",)"})
+    EXPECT_NE(changes.find(row), std::string::npos) << changes;
 }
 
 TEST_F(Recording, RefusesASecondRunAndCanBeginAgainAfterTheEnd) {
