@@ -47,15 +47,21 @@ std::set<std::filesystem::path> files_named_by(const RunInfo& info,
   return files;
 }
 
+/// 0 of a symbolic link: the file to which it leads is not the folder's, and stays when the link is removed.
+std::uintmax_t bytes_of(const Path& file) {
+  std::error_code gone;
+  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file, gone))) return 0;
+  const std::uintmax_t size = std::filesystem::file_size(file, gone);
+  return gone ? 0 : size;
+}
+
 std::uintmax_t bytes_below(const Path& folder) {
   std::uintmax_t bytes = 0;
   std::error_code error;
+  if (std::filesystem::is_symlink(folder, error)) return 0;
   std::filesystem::recursive_directory_iterator entry(folder, error);
-  for (; !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error)) {
-    std::error_code gone;
-    const std::uintmax_t size = entry->is_regular_file(gone) ? entry->file_size(gone) : 0;
-    if (!gone) bytes += size;
-  }
+  for (; !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
+    bytes += bytes_of(entry->path());
   return bytes;
 }
 
@@ -72,7 +78,8 @@ bool had_a_fault(const Path& run) {
 std::vector<Path> dispensable(const Path& folder, const Path& current) {
   std::vector<Path> runs = runs_in(folder);
   std::erase_if(runs, [&](const Path& run) {
-    return run.filename() == current.filename() || exists(run / "keep") || is_being_recorded(run);
+    return run.filename() == current.filename() || is_symlink(run) || exists(run / "keep") ||
+           is_being_recorded(run);
   });
   std::stable_partition(runs.begin(), runs.end(), [](const Path& run) { return !had_a_fault(run); });
   return runs;
@@ -202,7 +209,7 @@ LimitOutcome keep_limit(const Path& folder, const Path& current, std::uintmax_t 
   for (const Path& part : dispensable_parts(current)) {
     if (outcome.bytes <= most_bytes) return outcome;
     for (const Path& file : {part, hdf5_of(part)}) {
-      const std::uintmax_t size = std::filesystem::file_size(file, ignored);
+      const std::uintmax_t size = bytes_of(file);
       if (std::filesystem::remove(file, ignored)) outcome.bytes -= std::min(outcome.bytes, size);
     }
     outcome.removed.push_back(current.filename().string() + "/" + part.stem().string());

@@ -53,6 +53,18 @@ TEST_F(FolderLimit, NeverRemovesWhatIsToBeKeptOrRecordedOrNoRun) {
   EXPECT_TRUE(exists(config.record.folder / "run_of_mine" / "thesis.txt"));
 }
 
+TEST_F(FolderLimit, CountsNothingToWhichALinkLeads) {
+  const auto current = add("run_2");
+  std::ofstream(folder / "large") << std::string(2'000'000, '\n');
+  std::filesystem::create_symlink(folder / "large", current / "link");
+  std::filesystem::create_directories(folder / "elsewhere");
+  std::filesystem::rename(add("run_1"), folder / "elsewhere/run_1");
+  std::filesystem::create_directory_symlink(folder / "elsewhere/run_1", config.record.folder / "run_1");
+  EXPECT_LT(bytes_of_runs(config.record.folder), 1'100'000U);
+  EXPECT_TRUE(keep(current, 1'500'000).removed.empty());
+  EXPECT_TRUE(keep(current, 1000).removed.empty()) << "to remove a link gives no room";
+}
+
 TEST_F(FolderLimit, RemovesTheOldestPartsOfTheRunUnderWayLast) {
   add("run_1");
   const auto current = add("run_2");
