@@ -9,14 +9,22 @@
 #include <system_error>
 
 #include "base/error.h"
-#include "base/output_file.h"
 
 namespace hystcan::app {
 namespace {
 
+/// Names the folder that refuses the new one: the deepest of its parents that is there. `path`: as it was
+/// given.
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
-  throw RunError(
-      fmt::format("{}: cannot be made: {}", path.string(), std::generic_category().message(error)));
+  std::error_code ignored;
+  std::filesystem::path present = (path.has_filename() ? path : path.parent_path()).parent_path();
+  while (present.has_relative_path() && !std::filesystem::exists(present, ignored))
+    present = present.parent_path();
+  if (present.empty()) present = ".";
+  if (!std::filesystem::is_directory(present, ignored))
+    throw Error(fmt::format("{}: {} is not a folder, expected one", path.string(), present.string()));
+  throw RunError(fmt::format("{}: cannot be made in the folder {}: {}", path.string(), present.string(),
+                             std::generic_category().message(error)));
 }
 
 /// Without a slash at its end, which would make its parent the folder itself.
@@ -34,15 +42,19 @@ void require_new(const std::filesystem::path& path) {
   if (!std::filesystem::exists(status)) return;
   if (!std::filesystem::is_directory(status))
     throw Error(fmt::format("{}: is there already, expected a new folder", path.string()));
-  if (!std::filesystem::is_empty(path, error) || error)
+  const bool is_empty = std::filesystem::is_empty(path, error);
+  if (error) throw RunError(fmt::format("{}: cannot be read: {}", path.string(), error.message()));
+  if (!is_empty)
     throw Error(
         fmt::format("{}: is not empty, expected a new folder; nothing is overwritten", path.string()));
 }
 
-NewFolder::NewFolder(const std::filesystem::path& path) {
+NewFolder::NewFolder(const std::filesystem::path& path) : given_(path) {
   require_new(path);
   path_ = named(path);
-  create_folder(path_.parent_path());
+  std::error_code error;
+  std::filesystem::create_directories(path_.parent_path(), error);
+  if (error) fail(path, error.value());
   std::string name = (path_.parent_path() / ("." + path_.filename().string() + ".XXXXXX")).string();
   if (mkdtemp(name.data()) == nullptr) fail(path, errno);
   temporary_ = name;
@@ -59,7 +71,7 @@ void NewFolder::commit() {
   std::error_code error;  // an empty folder of this name is replaced
   std::filesystem::permissions(temporary_, static_cast<std::filesystem::perms>(0777 & ~mask), error);
   std::filesystem::rename(temporary_, path_, error);
-  if (error) fail(path_, error.value());
+  if (error) fail(given_, error.value());
   temporary_.clear();
 }
 

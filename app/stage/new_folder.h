@@ -22,7 +22,7 @@ class NewFolder {
   void commit();
 
  private:
-  std::filesystem::path path_, temporary_;
+  std::filesystem::path given_, path_, temporary_;
 };
 
 /// Throws Error if the path is there and is not an empty folder.

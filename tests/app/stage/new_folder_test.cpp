@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <exception>
 #include <fstream>
+#include <string>
 
 #include "base/error.h"
 #include "tests/support/scratch.h"
@@ -50,6 +52,25 @@ TEST(NewFolder, OverwritesNothing) {
   EXPECT_THROW(NewFolder(above / "stage"), Error);
   EXPECT_THROW(NewFolder(above / "file"), Error);
   EXPECT_THROW(NewFolder(""), Error);
+}
+
+std::string refusal(const std::filesystem::path& path) {
+  try {
+    NewFolder folder(path);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(NewFolder, NamesTheGivenPathAndTheFolderThatRefusesIt) {
+  const support::ScratchFolder above;
+  std::ofstream(above / "file") << "text";
+  // Nobody can make a folder in /proc, not even root.
+  EXPECT_TRUE(refusal("/proc/stage").starts_with("/proc/stage: cannot be made in the folder /proc: "));
+  EXPECT_TRUE(refusal("/proc/a/stage/").starts_with("/proc/a/stage/: cannot be made in the folder /proc: "));
+  const std::string file = (above / "file").string();
+  EXPECT_EQ(refusal(above / "file/a"), file + "/a: " + file + " is not a folder, expected one");
 }
 
 }  // namespace
