@@ -262,12 +262,14 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
                                                                 : report.rule.peak_sensitivity);
   if (report.proposed().has_run()) return;
   const Candidate& last = report.candidates.back();
-  const std::string ended =
-      last.predicted ? describe(report.axis, last.predicted->fault) : "it is not stable";
+  const std::string ended = last.predicted ? failure_of({*last.predicted}) : "it is not stable";
+  const bool is_short = last.predicted && last.predicted->fault.cause == controller::Cause::none &&
+                        last.predicted->state == controller::AxisState::tracking;
   throw RunError(fmt::format(
-      "no candidate tracks the configured reference in the rehearsal, {}: {}. Look at this limit and at "
-      "[axis.twin]; `hystcan demo` shows the run, without the limit of the following error",
-      last.name, ended));
+      "no candidate tracks the configured reference in the rehearsal, {}: {}. {}", last.name, ended,
+      is_short ? "[[axis.control.setpoint]] ends before an error can be measured: let it last longer"
+               : "Look at this limit and at [axis.twin]; `hystcan demo` shows the run, without the limit of "
+                 "the following error"));
 }
 
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin) {

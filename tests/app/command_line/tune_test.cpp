@@ -251,6 +251,23 @@ TEST_F(Tune, TakesASmallerAmplitudeByItselfWhereTheTwinComesNearALimit) {
       << program.err();
 }
 
+TEST_F(Tune, PrintsThatASetpointEndsBeforeAnErrorCanBeMeasured) {
+  std::string text = read("piezo.toml");
+  const std::size_t setpoint = text.find("[[axis.control.setpoint]]");
+  text.replace(setpoint, text.find("[axis.twin]") - setpoint,
+               "[[axis.control.setpoint]]\nkind = \"hold\"\nlevel_um = 10.0\nduration_s = 0.001\n"
+               "transition_s = 0.2\n\n");
+  write("piezo.toml", text);
+  Process program = tune();
+  EXPECT_EQ(program.wait(), failed);
+  EXPECT_NE(
+      program.err().find("axis x tracked no sample of a settled reference. [[axis.control.setpoint]] ends "
+                         "before an error can be measured: let it last longer"),
+      std::string::npos)
+      << program.err();
+  EXPECT_FALSE(written());
+}
+
 TEST_F(Tune, WritesNothingAfterAFault) {
   shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 12.0");
   shipped.edit("piezo.toml", "cycles       = 10.0", "cycles       = 1.0");
