@@ -158,6 +158,14 @@ test('The window shows the last seconds that were chosen', async () => {
   assert.equal(await page.inputValue('#window-seconds'), '1');
 });
 
+test('The Bode plot goes up to the peak of a resonance', async () => {
+  const ranges = await page.evaluate(async () => {
+    const { rangeAbove } = await import('/curve_chart.js');
+    return [rangeAbove(-60, -80, 34), rangeAbove(-60, -20, -5)];
+  });
+  assert.deepEqual(ranges, [[-60, 36], [-20, 2]]);
+});
+
 test('Nothing went wrong meanwhile', () => {
   assert.deepEqual(page.problems, []);
 });

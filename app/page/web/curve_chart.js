@@ -15,9 +15,9 @@ export class CurveChart extends Chart {
     this.steps = steps;
   }
 
-  /** `curves`: list of {label, values, colour, dash}; `yRange` cuts the range where the values go further. */
-  show(frequency_Hz, curves, yRange) {
-    this.yRange = yRange;
+  /** `curves`: list of {label, values, colour, dash}; values below `lowest` are cut off. */
+  show(frequency_Hz, curves, lowest) {
+    this.lowest = lowest;
     const data = [
       frequency_Hz,
       ...curves.map(({ values }) =>
@@ -42,9 +42,9 @@ export class CurveChart extends Chart {
     const axis = { ...colours(), labelSize: 16, labelGap: 0 };
     const log = { splits: logMarks, filter: (_, splits) => splits, values: logWords };
     const range = (_, low, high) =>
-      this.yRange
-        ? [Math.max(low, this.yRange[0]), Math.min(high + 2, Math.max(this.yRange[1], 0))]
-        : uPlot.rangeNum(low, high, 0.1, true);
+      this.lowest === undefined
+        ? uPlot.rangeNum(low, high, 0.1, true)
+        : rangeAbove(this.lowest, low, high);
     this.uplot = new uPlot(
       {
         ...this.size,
@@ -75,6 +75,9 @@ export class CurveChart extends Chart {
     );
   }
 }
+
+/** The range of values that go from `low` to `high`: not below `lowest`, and up to the highest peak. */
+export const rangeAbove = (lowest, low, high) => [Math.max(low, lowest), Math.max(high, 0) + 2];
 
 /** 1, 2, ... 9, 10, 20, ... within the scale. */
 function logMarks(_, __, min, max) {

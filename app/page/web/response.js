@@ -139,7 +139,7 @@ export class ResponseView {
         { label: 'sensitivity', values: answer.sensitivity_dB, colour: 1, dash: 1 },
         { label: 'closed loop', values: answer.closed_dB, colour: 2, dash: 2 },
       ],
-      [-60, 20],
+      -60,
     );
     this.phase.show(answer.frequency_Hz, [{ label: 'loop', values: answer.loop_deg, colour: 0, dash: 0 }]);
     setText(byId('bode-text'), marginsInWords(axis, answer));
