@@ -452,6 +452,7 @@ void Controller::record(std::size_t index) {
               .axis = index,
               .report = wired.axis.report(),
               .amplifier_output = wired.amplifier.output(),
+              .amplifier_output_age_s = wired.amplifier.output_age_s(cycle_.sync_sent),
               .phases = phases,
               .counters = counters_,
               .event = wired.take_event()});

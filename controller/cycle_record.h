@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -45,6 +46,7 @@ struct CycleRecord {
   std::size_t axis = 0;
   AxisReport report;
   double amplifier_output = 0.0;  ///< last received status, drive units
+  double amplifier_output_age_s = std::numeric_limits<double>::quiet_NaN();  ///< at `time_s`; NaN: no status
   CyclePhases phases{};
   CycleCounters counters{};  ///< of the controller, at the time of the record
   std::optional<NodeEvent> event{};

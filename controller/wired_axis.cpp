@@ -1,6 +1,8 @@
 #include "controller/wired_axis.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -122,6 +124,11 @@ void AmplifierLink::on_bus_loss(can::BusState state) {
 bool AmplifierLink::put(const std::optional<AxisCommand>& command, std::uint8_t sync_counter) {
   moves_ |= command && command->enable && decode_.has_value();
   return commands_.put(place_, command, sync_counter);
+}
+
+double AmplifierLink::output_age_s(can::Time at) const {
+  if (!decode_ || is_first_status_) return std::numeric_limits<double>::quiet_NaN();
+  return std::max(0.0, can::seconds(at - status_heard_));
 }
 
 void AmplifierLink::take_health(can::Time now, can::BusState bus, AxisInput& input) {

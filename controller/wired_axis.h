@@ -80,6 +80,8 @@ class AmplifierLink : public RemoteNode {
   /// What is known for the next step. Each event since the last step counts once.
   void take_health(can::Time now, can::BusState bus, AxisInput& input);
   double output() const { return status_.output; }  ///< of the last status, drive units
+  /// Age of the last status at this time; NaN if none has arrived.
+  double output_age_s(can::Time at) const;
   CommandFrame& commands() const { return commands_; }
   /// Empty: the amplifier sends no status.
   const std::optional<can::Decoder<can::AmpStatus>>& decoder() const { return decode_; }

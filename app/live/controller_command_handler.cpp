@@ -53,6 +53,7 @@ json to_json(const std::string& name, const controller::CycleRecord& record) {
             {"position_um", report.position_um},
             {"drive", report.drive},
             {"amplifier_output", record.amplifier_output},
+            {"amplifier_output_age_s", record.amplifier_output_age_s},
             {"limits", controller::limits_to_string(report.limits)},
             {"sample_missing", report.sample_missing}};
   if (!report.arming_blocks.empty()) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 
 #include "config/schema/config.h"
 #include "controller/wired_axis.h"
@@ -70,6 +71,14 @@ TEST_F(Amplifier, RestsAtItsSafeValueWhereItReportsNoOutput) {
   lone.hear_status({.state = can::AmpState::ready});
   EXPECT_EQ(lone.wired.amplifier.output(), 5.0);
   EXPECT_FALSE(lone.health().amplifier_enabled);
+}
+
+TEST_F(Amplifier, GivesTheAgeOfItsOutputFromTheFirstStatusOn) {
+  support::LoneAxis lone = axis();
+  const can::Time later(std::chrono::milliseconds(8));
+  EXPECT_TRUE(std::isnan(lone.wired.amplifier.output_age_s(later)));
+  lone.hear_status({.output = 50.0});
+  EXPECT_EQ(lone.wired.amplifier.output_age_s(later), 0.008);
 }
 
 TEST_F(Amplifier, IsEnabledWhereItReportsNoState) {

@@ -11,7 +11,11 @@ const axisRows = [
   ['Error, RMS', (_, __, { rms_um }) => quantity(rms_um, 'um')],
   ['Error, peak', (_, __, { peak_um }) => quantity(peak_um, 'um')],
   ['Drive', ({ drive }, unit) => quantity(drive, unit)],
-  ['Amplifier output', ({ amplifier_output }, unit) => quantity(amplifier_output, unit)],
+  [
+    'Amplifier output', // of the amplifier's last status, which does not come in each cycle
+    ({ amplifier_output: output, amplifier_output_age_s: age_s }, unit) =>
+      quantity(output, unit) + (Number.isFinite(age_s) ? `, ${plain(1000 * age_s, 0)}\u00a0ms\u00a0old` : ''),
+  ],
   ['Limited by', ({ limits }) => (limits === undefined ? '-' : limits || 'nothing')],
   [
     'Goal',
