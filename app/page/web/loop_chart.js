@@ -5,9 +5,8 @@ import { Chart, SteadyRange, colours, legendKey, linear } from './chart.js';
 import { element } from './dom.js';
 import { compact, plain } from './format.js';
 import { dashes, line as lineColour } from './theme.js';
-import { rowsBetween } from './trace.js';
+import { gap_s, rowsBetween, valueBetween } from './trace.js';
 
-const gap_s = 0.3; // rows that are farther apart are not joined
 const leastStep_px = 1.5; // a path leaves out points that are nearer than this to the last one,
 const turn_px = 0.3; // but not one where it turns back by more than this
 const shades = 10; // steps of the fading
@@ -254,16 +253,6 @@ class LoopPoints {
     this.drive = new Float64Array(2 * number);
     this.position = new Float64Array(2 * number);
   }
-}
-
-/** The value at a time at or after the row `before` and before the next one; NaN where there is none. */
-function valueBetween({ time, values, mask, end }, before, at_s) {
-  const from = before & mask;
-  if (time[from] === at_s) return values[from];
-  const to = (before + 1) & mask;
-  const apart_s = time[to] - time[from];
-  if (before + 1 >= end || time[from] > at_s || !(apart_s > 0 && apart_s < gap_s)) return NaN;
-  return values[from] + ((values[to] - values[from]) * (at_s - time[from])) / apart_s;
 }
 
 /**

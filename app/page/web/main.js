@@ -23,6 +23,7 @@ const slow_ms = 200; // between two updates of texts
 
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/socket`);
 let twinShift_s = 0;
+let isShiftFound = false; // before: the newest rows count as those of one time
 const streams = { controller: null, twin: null, twinShift_s: () => twinShift_s };
 const derived = {
   error_um: { unit: 'um', value: (columns, at) => columns.get('reference_um')[at] - columns.get('position_um')[at] },
@@ -208,7 +209,11 @@ function frame(now_ms) {
   }
   if (now_ms - twinAt_ms > 2000 && streams.twin && streams.controller) {
     twinAt_ms = now_ms;
-    twinShift_s = shiftOfTwin(streams.controller, streams.twin) ?? twinShift_s;
+    const found_s = shiftOfTwin(streams.controller, streams.twin);
+    const apart_s = streams.controller.newest_s - streams.twin.newest_s;
+    if (found_s !== null) twinShift_s = found_s;
+    else if (!isShiftFound && Number.isFinite(apart_s)) twinShift_s = apart_s;
+    isShiftFound ||= found_s !== null;
   }
   requestAnimationFrame(frame);
 }

@@ -6,10 +6,10 @@
 
 import uPlot from './uPlot.esm.js';
 import { Chart, SteadyRange, colours, legendKey, linear } from './chart.js';
-import { element } from './dom.js';
+import { element, setText } from './dom.js';
 import { compact, plain } from './format.js';
 import { dashes, line as lineColour, palette } from './theme.js';
-import { extent, pathOf, valueAt } from './trace.js';
+import { extent, newestTogether, pathOf, valueAt } from './trace.js';
 
 const digitsOf = { um: 4, V: 2, A: 3, s: 4, us: 0 };
 const leastDrag_px = 8;
@@ -60,16 +60,19 @@ export class TimeChart extends Chart {
     });
   }
 
-  /** The newest values into the legend and the label for screen readers. */
+  /** The newest values of one instant into the legend and the label for screen readers; an older value with its age. */
   showValues() {
-    const values = this.lines.map(({ trace }) => valueOfNewest(trace()));
-    this.lines.forEach(({ unit }, at) => {
-      const text = plain(values[at], digitsOf[unit] ?? 3);
-      if (this.values[at].textContent !== text) this.values[at].textContent = text;
-    });
-    const spoken = this.lines.map(
-      ({ label, unit }, at) => `${label} ${plain(values[at], digitsOf[unit] ?? 3)} ${unit}`,
+    const values = newestTogether(
+      this.lines.map(({ trace }) => trace()),
+      (at) => this.lines[at].unit === '',
     );
+    const texts = values.map(({ value }, at) => plain(value, digitsOf[this.lines[at].unit] ?? 3));
+    const ages = values.map(({ age_s }) => (age_s > 0 ? `, ${plain(age_s, 1)} s old` : ''));
+    texts.forEach((text, at) => {
+      setText(this.values[at], text);
+      setText(this.ages[at], ages[at]);
+    });
+    const spoken = this.lines.map(({ label, unit }, at) => `${label} ${texts[at]} ${unit}${ages[at]}`);
     this.plot.setAttribute('aria-label', `${this.title}: ${spoken.join(', ')}`);
   }
 
@@ -82,6 +85,7 @@ export class TimeChart extends Chart {
 
   legendKeys() {
     this.values = this.lines.map(() => element('output', { class: 'value', text: '-' }));
+    this.ages = this.lines.map(() => element('span', { class: 'warn' }));
     return this.lines.map((line, at) =>
       legendKey(
         colourOf(line),
@@ -90,6 +94,7 @@ export class TimeChart extends Chart {
         line.label,
         this.values[at],
         element('span', { class: 'unit', text: line.unit }),
+        this.ages[at],
       ),
     );
   }
@@ -208,8 +213,4 @@ function marks(min, max, step) {
   const made = [];
   for (let mark = Math.ceil(min / step) * step; mark <= max + step * 1e-6; mark += step) made.push(mark);
   return made;
-}
-
-function valueOfNewest(trace) {
-  return trace && trace.end > trace.first ? trace.values[(trace.end - 1) & trace.mask] : NaN;
 }

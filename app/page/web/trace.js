@@ -3,7 +3,7 @@
 // A trace is {time, values, mask, first, end, shift_s}: row k, first <= k < end, is at `k & mask`; `shift_s` is
 // added to its time. For plain arrays the mask is -1. A value that is NaN is a gap; so are times that are far apart.
 
-const gap_s = 0.3;
+export const gap_s = 0.3; // rows that are farther apart are not joined
 
 export const traceOfArrays = (time, values, shift_s = 0) => ({
   time,
@@ -45,6 +45,45 @@ export function valueAt(trace, time_s) {
     if (away < distance) [best, distance] = [values[row & mask], away];
   }
   return best;
+}
+
+/** The value at a time at or after the row `before` and before the next one; NaN where there is none. */
+export function valueBetween({ time, values, mask, end }, before, at_s) {
+  const from = before & mask;
+  if (time[from] === at_s) return values[from];
+  const to = (before + 1) & mask;
+  const apart_s = time[to] - time[from];
+  if (before + 1 >= end || time[from] > at_s || !(apart_s > 0 && apart_s < gap_s)) return NaN;
+  return values[from] + ((values[to] - values[from]) * (at_s - time[from])) / apart_s;
+}
+
+/**
+ * The newest values of traces, all of one instant: the latest that each trace has reached. A trace that ends longer before
+ * the others than a gap has its last value instead. `isWhole(at)`: the values of this trace are whole numbers, without
+ * any between the rows. List of {value, age_s}: age_s is 0 at the common instant.
+ */
+export function newestTogether(traces, isWhole = () => false) {
+  const ends_s = traces.map(endOf);
+  const newest_s = Math.max(...ends_s);
+  const isCurrent = (end_s) => newest_s - end_s <= gap_s;
+  const instant_s = Math.min(...ends_s.filter(isCurrent));
+  return traces.map((trace, at) => {
+    if (ends_s[at] === -Infinity) return { value: NaN, age_s: 0 };
+    if (!isCurrent(ends_s[at])) return { value: trace.values[(trace.end - 1) & trace.mask], age_s: newest_s - ends_s[at] };
+    return { value: (isWhole(at) ? valueAt : valueDuring)(trace, instant_s), age_s: 0 };
+  });
+}
+
+const endOf = (trace) =>
+  trace && trace.end > trace.first ? trace.time[(trace.end - 1) & trace.mask] + trace.shift_s : -Infinity;
+
+/** The value at a time up to the last row, interpolated between the rows. */
+function valueDuring(trace, time_s) {
+  const last_s = trace.time[(trace.end - 1) & trace.mask];
+  const at_s = Math.min(time_s - trace.shift_s, last_s); // rounding may carry it beyond
+  const after = rowAt(trace, at_s);
+  const isAtRow = trace.time[after & trace.mask] === at_s;
+  return valueBetween(trace, isAtRow ? after : Math.max(after - 1, trace.first), at_s);
 }
 
 /** The rows between two times, with one more at each side: [begin, end). */
