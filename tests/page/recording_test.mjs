@@ -23,18 +23,24 @@ test('Record writes a run beside the controller and tells where', async () => {
   await until('rows on the disk', async () => hasRows.test(await words()));
   const run = /recording (\S+):/.exec(await words())[1];
   assert.equal(await page.textContent('#record'), 'End recording');
-  const { text, box, frame } = await page.evaluate(() => {
+  const { text, box, lines, frame } = await page.evaluate(() => {
     const words = document.getElementById('recording');
     const { right } = words.getBoundingClientRect();
     const column = document.querySelector('.states').getBoundingClientRect();
     return {
       text: words.title,
       box: { isWithin: right <= column.right && words.scrollWidth <= words.clientWidth },
+      lines: [...words.querySelectorAll('.piece')].map((piece) => {
+        const text = document.createRange();
+        text.selectNodeContents(piece);
+        return text.getClientRects().length; // a rectangle for each line
+      }),
       frame: getComputedStyle(document.getElementById('record').closest('fieldset')).borderTopWidth,
     };
   });
   assert.equal(text, run, 'the whole path is in the title');
   assert.ok(box.isWithin, 'the path is cut off');
+  assert.ok(lines.length > 2 && lines.every((number) => number === 1), `a name of the path is broken: ${lines}`);
   assert.equal(frame, '0px');
   await page.click('#record');
   await until('the end', async () => (await words()).startsWith(`recorded ${run}: `));

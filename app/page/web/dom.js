@@ -20,6 +20,14 @@ export function setText(target, text) {
   if (target.textContent !== text) target.textContent = text;
 }
 
+/** As setText(). A path in the text breaks behind its slashes; a name in it breaks only if it is longer than a line. */
+export function setTextWithPath(target, text) {
+  if (target.textContent === text) return;
+  const pieces = (word) =>
+    word.includes('/') ? word.split(/(?<=\/)/).map((piece) => element('span', { class: 'piece', text: piece })) : [word];
+  target.replaceChildren(...text.split(/(\s+)/).flatMap(pieces));
+}
+
 export function setOptions(select, options) {
   const chosen = select.value;
   select.replaceChildren(...options.map(([value, text]) => element('option', { value, text })));

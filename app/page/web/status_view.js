@@ -1,6 +1,6 @@
 // The states of the axes, the bus, the counters, the timing and the recording, from the messages `status`.
 
-import { byId, element, fillTable, setText } from './dom.js';
+import { byId, element, fillTable, setText, setTextWithPath } from './dom.js';
 import { clock, count, plain, quantity } from './format.js';
 
 /** The rows of the table of axes: a name and the text from the axis's status and its drive unit. */
@@ -228,7 +228,7 @@ export class Recording {
     const recording = controller?.recording;
     this.isOn = recording?.on ?? false;
     setText(byId('record'), this.isOn ? 'End recording' : 'Record');
-    if (!this.answer) setText(byId('recording'), recordingText(recording));
+    if (!this.answer) setTextWithPath(byId('recording'), recordingText(recording));
     byId('recording').title = recording?.run ?? '';
     byId('recording').dataset.state = recording?.failure ? 'failed' : this.isOn ? 'on' : 'off';
   }
@@ -237,7 +237,7 @@ export class Recording {
     const answer = await this.connection.ask({ do: 'command', command: { do: 'record', on: !this.isOn } });
     if (answer.ok) return;
     this.answer = answer.error;
-    setText(byId('recording'), answer.error);
+    setTextWithPath(byId('recording'), answer.error);
     setTimeout(() => (this.answer = undefined), 5000);
   }
 }
