@@ -147,7 +147,6 @@ const Examples& examples() {
       {"record", {"hystcan record config/piezo.toml --output run.log"}},
       {"replay", {"hystcan replay run.log --interface vcan0"}},
       {"monitor", {"hystcan monitor config/piezo.toml"}},
-      {"migrate", {"hystcan migrate stage.toml stage.model.toml", "hystcan migrate stage.toml --write"}},
       {"decode", {"hystcan decode run.log --dbc config/hystcan.dbc"}},
       {"runs", {"hystcan runs hystcan-runs"}},
       {"export",
@@ -194,7 +193,7 @@ void add_commands(CLI::App& cli, int& status) {
        {add_demo,     add_init,     add_controller, add_twin,     add_excite,  add_identify,
         add_validate, add_dynamics, add_tune,       add_simulate, add_check,   add_doctor,
         add_ctl,      add_status,   add_page,       add_record,   add_replay,  add_monitor,
-        add_decode,   add_runs,     add_plot,       add_export,   add_migrate, add_completion})
+        add_decode,   add_runs,     add_plot,       add_export,   add_completion})
     add(cli, status);
   refuse_empty_values(cli);
   add_examples(cli);

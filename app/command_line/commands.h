@@ -36,7 +36,6 @@ void add_excite(CLI::App& cli, int& status);
 void add_export(CLI::App& cli, int& status);
 void add_identify(CLI::App& cli, int& status);
 void add_init(CLI::App& cli, int& status);
-void add_migrate(CLI::App& cli, int& status);
 void add_monitor(CLI::App& cli, int& status);
 void add_page(CLI::App& cli, int& status);
 void add_plot(CLI::App& cli, int& status);

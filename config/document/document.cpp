@@ -47,11 +47,8 @@ Document::Document(std::filesystem::path file, const std::vector<Setting>& overr
 }
 
 void Document::take_format() {
-  format_of(root_, file_.string());
+  require_known_format(root_, file_.string());
   root_.erase("format");
-  for (const FormerKey& key : former_keys(root_))
-    fail_at(key.path, fmt::format("{} {}; `hystcan migrate {} --write` comments it out", key.path, key.now,
-                                  file_.string()));
 }
 
 /// Creates missing tables on the path to the key, but no elements of a list.

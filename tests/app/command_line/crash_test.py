@@ -60,7 +60,6 @@ class Case:
 
 def cases(hystcan, written_files):
     piezo = "piezo.toml"
-    yield Case("migrate --write", [hystcan, "migrate", "--write", "old.toml", "old.model.toml"])
     loops = [hystcan, "simulate", "piezo.plant.toml", "--input", "turns.csv", "--output", "loops.csv", "--quasi-static"]
     units = ["--input-unit", "V", "--output-unit", "um"]
     save = [written_files, "save", piezo, "axis[0].control.kp"]
@@ -112,7 +111,7 @@ def cases(hystcan, written_files):
 
 
 def prepare(folder, config):
-    """A stage with a place for each file that a controller writes, and files of an older format."""
+    """A stage with a place for each file that a controller writes."""
     for file in ["piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"]:
         shutil.copy(config / file, folder)
     text = (folder / "piezo.toml").read_text()
@@ -124,8 +123,6 @@ def prepare(folder, config):
     assert long_triangle in text
     (folder / "short.toml").write_text(text.replace(long_triangle, "frequency_Hz = 20.0\ncycles = 1.0"))
     (folder / "boxes").mkdir()
-    for new, old in [("piezo.toml", "old.toml"), ("piezo.model.toml", "old.model.toml")]:
-        (folder / old).write_text((folder / new).read_text().replace("format = 1\n", "", 1))
     turns = [drive for low, high in [(0, 100), (0, 100), (20, 80), (30, 60), (0, 50)]
              for drive in [*range(low, high), *range(high, low, -1)]]
     for name, drives in [("former.csv", turns[:20]), ("turns.csv", turns[::4]), ("drive.csv", 4 * turns)]:
