@@ -144,8 +144,6 @@ const Examples& examples() {
       {"ctl remove", {"hystcan ctl remove no_reply --axis x"}},
       {"page", {"hystcan page config/piezo.toml"}},
       {"status", {"hystcan status", "hystcan status --watch --interface can0"}},
-      {"record", {"hystcan record config/piezo.toml --output run.log"}},
-      {"replay", {"hystcan replay run.log --interface vcan0"}},
       {"monitor", {"hystcan monitor config/piezo.toml"}},
       {"decode", {"hystcan decode run.log --dbc config/hystcan.dbc"}},
       {"runs", {"hystcan runs hystcan-runs"}},
@@ -192,7 +190,7 @@ void add_commands(CLI::App& cli, int& status) {
   for (const AddCommand add :
        {add_demo,     add_init,     add_controller, add_twin,     add_excite,  add_identify,
         add_validate, add_dynamics, add_tune,       add_simulate, add_check,   add_doctor,
-        add_ctl,      add_status,   add_page,       add_record,   add_replay,  add_monitor,
+        add_ctl,      add_status,   add_page,       add_monitor,
         add_decode,   add_runs,     add_plot,       add_export,   add_completion})
     add(cli, status);
   refuse_empty_values(cli);

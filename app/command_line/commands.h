@@ -39,8 +39,6 @@ void add_init(CLI::App& cli, int& status);
 void add_monitor(CLI::App& cli, int& status);
 void add_page(CLI::App& cli, int& status);
 void add_plot(CLI::App& cli, int& status);
-void add_record(CLI::App& cli, int& status);
-void add_replay(CLI::App& cli, int& status);
 void add_runs(CLI::App& cli, int& status);
 void add_simulate(CLI::App& cli, int& status);
 void add_status(CLI::App& cli, int& status);

@@ -11,7 +11,7 @@ namespace hystcan::app {
 inline volatile std::sig_atomic_t stop_signalled = 0;
 
 /// After this call, Ctrl-C, SIGTERM and SIGHUP only set stop_signalled. A shell without job control starts a
-/// background job (`hystcan record ... &` in a script) with SIGINT ignored; `kill -INT` ends it all the same.
+/// background job (`hystcan excite ... &` in a script) with SIGINT ignored; `kill -INT` ends it all the same.
 /// SIGHUP stays ignored if it is, as under nohup.
 inline void stop_at_a_signal() {
   const auto before = std::signal(SIGHUP, SIG_IGN);

@@ -54,7 +54,6 @@ const std::vector<Command> commands{
     {{"excite", "piezo.toml", "--output", "out.csv", "--signal", "step", "--cycles", "1", "--rehearse"},
      {"piezo.toml", "piezo.plant.toml", "hystcan.dbc"},
      {done, failed}},
-    {{"replay", "bus.log", "--interface", "hystcan-none"}, {"bus.log"}, {failed}},
     {{"monitor", "piezo.toml", "--interface", "hystcan-none"}, {"piezo.toml", "hystcan.dbc"}, {failed}},
     {{"controller", "piezo.toml", "--interface", "hystcan-none"},
      {"piezo.toml", "piezo.model.toml"},

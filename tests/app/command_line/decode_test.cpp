@@ -1,4 +1,4 @@
-// hystcan decode, and the errors of record and replay without a bus.
+// hystcan decode, and the errors of monitor without a bus.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -194,25 +194,11 @@ TEST_F(Decode, ReportsAFullDisk) {
   EXPECT_NE(program.err().find("standard output: cannot be written"), std::string::npos) << program.err();
 }
 
-TEST_F(Decode, RecordAndMonitorWithoutABusAreBadUsage) {
-  for (const char* command : {"record", "monitor"}) {
-    std::vector<std::string> words{HYSTCAN_PROGRAM, command};
-    if (std::string(command) == "record") words.insert(words.end(), {"--output", path("new.log")});
-    Process program(words);
-    EXPECT_EQ(program.wait(), bad_input);
-    EXPECT_NE(program.err().find("expected a configuration or --interface"), std::string::npos)
-        << program.err();
-  }
-}
-
-TEST_F(Decode, ReplayRefusesABadLogOrFilterBeforeItSends) {
-  write("bad.log", "(1.500000) vcan0 101#0\n");
-  Process bad({HYSTCAN_PROGRAM, "replay", path("bad.log")});
-  EXPECT_EQ(bad.wait(), bad_input);
-  EXPECT_NE(bad.err().find("bad.log:1:23"), std::string::npos) << bad.err();
-  Process filter({HYSTCAN_PROGRAM, "replay", path("bad.log"), "--filter", "1234"});
-  EXPECT_EQ(filter.wait(), bad_input);
-  EXPECT_NE(filter.err().find("'1234', expected an identifier"), std::string::npos) << filter.err();
+TEST_F(Decode, MonitorWithoutABusIsBadUsage) {
+  Process program({HYSTCAN_PROGRAM, "monitor"});
+  EXPECT_EQ(program.wait(), bad_input);
+  EXPECT_NE(program.err().find("expected a configuration or --interface"), std::string::npos)
+      << program.err();
 }
 
 TEST_F(Decode, ReadsAPipeThatIsNamedAsAFile) {
@@ -233,20 +219,6 @@ TEST_F(Decode, RefusesADeviceWithoutLinesAndAPipeWithoutAWriter) {
   EXPECT_EQ(pipe.wait(), bad_input);
   EXPECT_NE(pipe.err().find("cannot be read: it is a pipe to which nobody writes"), std::string::npos)
       << pipe.err();
-}
-
-TEST_F(Decode, ReplayRefusesAPipeAndALogWithAGapOfYears) {
-  ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
-  Process pipe({HYSTCAN_PROGRAM, "replay", path("fifo")});
-  EXPECT_EQ(pipe.wait(), bad_input);
-  EXPECT_NE(pipe.err().find("it is a pipe or a device, expected a file, or - for standard input"),
-            std::string::npos)
-      << pipe.err();
-  write("gap.log", "(0.000000) v 001#\n(9223372036853.999999) v 001#\n");
-  Process gap({HYSTCAN_PROGRAM, "replay", path("gap.log")});
-  EXPECT_EQ(gap.wait(), bad_input);
-  EXPECT_NE(gap.err().find("gap.log:2:1: the frame is due 9.22e+12 s after the first one"), std::string::npos)
-      << gap.err();
 }
 
 }  // namespace

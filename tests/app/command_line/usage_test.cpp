@@ -196,15 +196,7 @@ TEST_F(Limits, ALogWithoutFramesIsRefused) {
   for (const char* log : {"empty.log", "comment.log"}) {
     const std::string message = "hystcan: " + path(log) + ": no frames, expected a log of candump -L\n";
     EXPECT_EQ(refusal_of({"decode", path(log), "--dbc", path("hystcan.dbc")}), message);
-    EXPECT_EQ(refusal_of({"replay", path(log)}), message);
   }
-}
-
-TEST_F(Limits, ALogWhoseTimeStepsBackIsNotReplayed) {
-  write("two.log", "(10.000000) vcan0 123#00\n(9.500000) vcan1 123#00\n(8.250000) vcan0 123#01\n");
-  EXPECT_EQ(
-      refusal_of({"replay", path("two.log")}),
-      "hystcan: " + path("two.log") + ":3:1: the time steps back by 1.750000 s, expected at most 1 s\n");
 }
 
 TEST_F(Limits, ASimulationRefusesATimeThatRunsBackwards) {
