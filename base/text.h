@@ -4,9 +4,11 @@
 #include <charconv>
 #include <cstdint>
 #include <iterator>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
 
 namespace hystcan {
@@ -23,6 +25,18 @@ template <class Number>
 void append_shortest(std::string& text, Number value) {
   char digits[32];
   text.append(std::begin(digits), std::to_chars(std::begin(digits), std::end(digits), value).ptr);
+}
+
+/// Reads the whole text, which may begin with a plus sign, as a number. Returns none if the text is no
+/// number, or one that `Number` cannot hold.
+template <class Number>
+std::optional<Number> parsed_number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  Number value{};
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, value);
+  if (error != std::errc() || end != last) return std::nullopt;
+  return value;
 }
 
 /// A measured number in a sentence, with four digits.

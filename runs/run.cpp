@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <limits>
 #include <string_view>
@@ -54,13 +53,6 @@ std::optional<double> bits_of(std::string_view text, const std::vector<std::stri
     text.remove_prefix(std::min(text.size(), name.size() + 1));
   }
   return bits;
-}
-
-std::optional<double> number_of(std::string_view text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
 }
 
 }  // namespace
@@ -289,7 +281,7 @@ double CycleReader::value(const Wanted& wanted) const {
     case Kind::whole:
     case Kind::number:
     case Kind::axis:
-      value = text.empty() ? std::numeric_limits<double>::quiet_NaN() : number_of(text);
+      value = text.empty() ? std::numeric_limits<double>::quiet_NaN() : parsed_number<double>(text);
       break;
   }
   if (!value)

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "config/files/csv.h"
 #include "controller/control/axis.h"
 
@@ -71,10 +72,15 @@ double drive_delay_s(const runs::RunAxis& axis, double rate_Hz) {
 }
 
 /// in_position.tolerance_um; 0 where it was not configured.
-double tolerance_of(const runs::RunInfo& info, std::size_t axis) {
+double tolerance_of(const runs::Run& run, std::size_t axis) {
   const std::string key = fmt::format("axis[{}].control.in_position.tolerance_um", axis);
-  const auto found = std::ranges::find(info.settings, key, [](const auto& setting) { return setting.first; });
-  return found == info.settings.end() ? 0.0 : std::stod(found->second);
+  const auto& settings = run.info().settings;
+  const auto found = std::ranges::find(settings, key, [](const auto& setting) { return setting.first; });
+  if (found == settings.end()) return 0.0;
+  const auto value = parsed_number<double>(found->second);
+  if (!value)
+    throw Error(fmt::format("{}: {} is '{}', expected a number", run.path().string(), key, found->second));
+  return *value;
 }
 
 /// Takes the cycles of an axis in order.
@@ -305,7 +311,7 @@ RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSp
                      .step = {},
                      .step_rows = {}};
   const std::vector<std::string> names = columns_of(run, axis);
-  Gatherer gatherer(figures, names, rate_Hz, tolerance_of(run.info(), axis));
+  Gatherer gatherer(figures, names, rate_Hz, tolerance_of(run, axis));
   run.read_blocks({&axis, 1}, names, span, [&](std::size_t, std::span<const std::vector<double>> columns) {
     for (std::size_t i = 0; i < columns.front().size(); ++i) gatherer.take(columns, i);
   });

@@ -129,7 +129,9 @@ double microseconds(std::chrono::nanoseconds duration) {
   return std::chrono::duration<double, std::micro>(duration).count();
 }
 
-double rounded(double value, int digits) { return std::stod(fmt::format("{:.{}g}", value, digits)); }
+double rounded(double value, int digits) {
+  return parsed_number<double>(fmt::format("{:.{}g}", value, digits)).value_or(value);
+}
 
 std::string as_comment(const std::string& text) {
   std::string commented = "# ";

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/stage/option_check.h"
+#include "base/text.h"
 #include "base/words.h"
 
 namespace hystcan::app {
@@ -12,10 +13,8 @@ namespace {
 
 CLI::Validator creep_or_auto() {
   return {[](const std::string& text) {
-            const bool is_number = text.find_first_not_of("0123456789.eE+-") == std::string::npos;
-            const bool sound =
-                text == "auto" || text == "none" ||
-                (is_number && CLI::Range(0.0, identification::most_creep_per_decade)(text).empty());
+            const bool sound = text == "auto" || text == "none" ||
+                               number_between(0.0, identification::most_creep_per_decade)(text).empty();
             return sound ? std::string()
                          : fmt::format("{}, expected auto, none or 0 to {:g}", text,
                                        identification::most_creep_per_decade);
@@ -35,9 +34,9 @@ CLI::Validator order_or_auto() {
 }  // namespace
 
 void ModelWords::apply_to(identification::IdentifyOptions& asked) const {
-  if (order != "auto") asked.shape = identification::CurveShape::polynomial(std::stoi(order));
+  if (order != "auto") asked.shape = identification::CurveShape::polynomial(*parsed_number<int>(order));
   asked.curves = *parse_word<identification::CurveChoice>(curves);
-  if (creep != "auto") asked.creep_per_decade = creep == "none" ? 0.0 : std::stod(creep);
+  if (creep != "auto") asked.creep_per_decade = creep == "none" ? 0.0 : *parsed_number<double>(creep);
 }
 
 void add_model_options(CLI::App& command, ModelWords& words) {

@@ -4,27 +4,14 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <optional>
 #include <string_view>
 
+#include "base/text.h"
 #include "can/bus.h"
 
 namespace hystcan::app {
 namespace {
-
-/// The whole text as a number, which is finite.
-template <class Number>
-std::optional<Number> number_in(std::string_view text) {
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  if constexpr (std::is_floating_point_v<Number>)
-    if (!std::isfinite(value)) return std::nullopt;
-  return value;
-}
 
 /// `type`: what the help shows behind the type of the option.
 CLI::Validator expecting(std::string expected, auto is_sound, const char* type = "") {
@@ -38,8 +25,8 @@ CLI::Validator number_that(std::string expected, auto is_in_range, const char* t
   return expecting(
       std::move(expected),
       [is_in_range](const std::string& text) {
-        const auto value = number_in<double>(text);
-        return value && is_in_range(*value);
+        const auto value = parsed_number<double>(text);
+        return value && std::isfinite(*value) && is_in_range(*value);
       },
       type);
 }
@@ -70,7 +57,7 @@ CLI::Validator positive_seconds() {
 
 CLI::Validator whole_number(std::uint64_t lo, std::uint64_t hi) {
   return expecting(fmt::format("a whole number from {} to {}", lo, hi), [lo, hi](const std::string& text) {
-    const auto value = number_in<std::uint64_t>(text);
+    const auto value = parsed_number<std::uint64_t>(text);
     return value && *value >= lo && *value <= hi;
   });
 }

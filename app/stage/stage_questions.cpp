@@ -122,15 +122,17 @@ class AxisQuestions {
                  return unless(!least || value <= *least, "{:g}, but the record goes down to {:g} {}", value,
                                least.value_or(0.0), unit_);
                });
-    gate.drive_max =
-        number({"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"},
-               stated_.drive_max, most, {}, drive_max_, [&](double value) {
-                 if (auto wrong = if_too_large(value)) return wrong;
-                 if (most && value < *most)
-                   return unless(false, "{:g}, but the record goes up to {:g} {}", value, *most, unit_);
-                 return unless(value > gate.drive_min, "{:g}, expected more than the lowest drive, {:g}",
-                               value, gate.drive_min);
-               });
+    gate.drive_max = number(
+        {"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"}, stated_.drive_max,
+        most, {}, drive_max_, [&](double value) {
+          if (auto wrong = if_too_large(value)) return wrong;
+          if (most && value < *most)
+            return unless(false, "{:g}, but the record goes up to {:g} {}", value, *most, unit_);
+          if (value <= gate.drive_min)
+            return unless(false, "{:g}, expected more than the lowest drive, {:g}", value, gate.drive_min);
+          return unless(value - gate.drive_min >= 1e-6,
+                        "{:g}, expected at least 1e-6 above the lowest drive, {:g}", value, gate.drive_min);
+        });
     const double nearest_zero = std::min(std::max(0.0, gate.drive_min), gate.drive_max);
     gate.safe_drive =
         number({"--safe", "Safe drive", unit_, "every run ends there, also after a fault"},
@@ -146,7 +148,7 @@ class AxisQuestions {
       return;
     }
     const double stroke = number({"--stroke", "Stroke", "um", "the way between lowest and highest drive"},
-                                 stated_.stroke_um, {}, {}, stroke_um_, more_than_zero_);
+                                 stated_.stroke_um, {}, {}, stroke_um_, a_millionth_to_1e9_);
     const controller::Gate::Config& gate = axis.config.control.gate;
     const double below = stroke * (gate.safe_drive - gate.drive_min) / (gate.drive_max - gate.drive_min);
     const double at_safe =
@@ -191,11 +193,11 @@ class AxisQuestions {
   double known_or_asked(const Question& question, std::optional<double> shown,
                         const std::vector<double>& stated, std::optional<double> usual,
                         std::optional<double>& answer) {
-    return shown ? *shown : number(question, stated, {}, usual, answer, more_than_zero_);
+    return shown ? *shown : number(question, stated, {}, usual, answer, a_millionth_to_1e9_);
   }
 
-  const Questions::Check<double> more_than_zero_ = [](double value) {
-    return unless(value > 0.0, "{:g}, expected more than 0", value);
+  const Questions::Check<double> a_millionth_to_1e9_ = [](double value) {
+    return unless(value >= 1e-6 && value <= 1e9, "{:g}, expected 1e-6 to 1e9", value);
   };
   const InitOptions& stated_;
   const std::vector<AxisRecords>& records_;

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -91,12 +90,7 @@ std::optional<double> csv_number(std::string_view text, bool decimal_comma) {
     std::ranges::replace(with_point, ',', '.');
     text = with_point;
   }
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  double value = 0.0;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, value);
-  if (error != std::errc() || end != last) return std::nullopt;
-  return value;
+  return parsed_number<double>(text);
 }
 
 std::string in_one_line(std::string_view text) {

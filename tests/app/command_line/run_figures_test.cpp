@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
+#include "base/error.h"
+#include "runs/run_info.h"
 #include "tests/runs/scratch_runs.h"
 
 namespace hystcan::app::run_figures_test {
@@ -53,6 +56,24 @@ TEST_F(FiguresOfARun, HaveADriveThatIsEarlierByTheKnownDelayOfTheChain) {
   const std::vector<PlotRow> rows = of.rows.rows();
   for (std::size_t i = 4; i < rows.size(); ++i)
     EXPECT_NEAR(rows[i].drive, 250.0 * (rows[i].time_s - delay_s), 1e-9);
+}
+
+TEST_F(FiguresOfARun, NameASettingThatIsNoNumber) {
+  runs::Recorder recorder = make();
+  const std::filesystem::path run = recorder.start();
+  recorder.add(tracked(1));
+  recorder.finish();
+  runs::RunInfo info = runs::read_run_info(run);
+  for (auto& [key, value] : info.settings)
+    if (key == "axis[0].control.in_position.tolerance_um") value = "1e999";
+  runs::write_run_info(run, info);
+  try {
+    figures_of(runs::RecordedRun(run), 0, {});
+    ADD_FAILURE() << "1e999 is taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()),
+              run.string() + ": axis[0].control.in_position.tolerance_um is '1e999', expected a number");
+  }
 }
 
 TEST_F(FiguresOfARun, HaveTheStepThatTheControllerHasSeen) {

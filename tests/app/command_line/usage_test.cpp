@@ -206,6 +206,17 @@ TEST_F(Limits, ASimulationRefusesATimeThatRunsBackwards) {
             "hystcan: " + path("back.csv") + ":4: time_s is 1 after 2, expected time to increase\n");
 }
 
+TEST_F(Limits, ANumberThatADoubleCannotHoldOrThatIsSubnormalIsRefusedWithItsOption) {
+  EXPECT_EQ(refusal_of({"identify", "a", "--output", "b", "--creep", "1e-400"}),
+            "hystcan identify: --creep: 1e-400, expected auto, none or 0 to 0.16\n");
+  EXPECT_EQ(refusal_of({"init", path("st"), "--yes", "--drive-min", "0", "--drive-max", "100", "--resonance",
+                        "300", "--stroke", "1e-308"}),
+            "hystcan: --stroke: 1e-308, expected 1e-6 to 1e9\n");
+  EXPECT_EQ(refusal_of({"init", path("st"), "--yes", "--drive-min", "0", "--drive-max", "1e-308", "--stroke",
+                        "30", "--resonance", "300"}),
+            "hystcan: --drive-max: 1e-308, expected at least 1e-6 above the lowest drive, 0\n");
+}
+
 TEST_F(Limits, AFolderThatCannotBeMadeIsNamedInAPlainSentence) {
   EXPECT_EQ(refusal_of({"demo", "--config", path("piezo.toml"), "--output", path("piezo.toml")}),
             "hystcan: " + path("piezo.toml") + ": is not a folder, expected one for the output\n");
