@@ -8,6 +8,7 @@
 #include <cmath>
 #include <istream>
 #include <limits>
+#include <string_view>
 
 #include "base/error.h"
 #include "base/standard_streams.h"
@@ -22,8 +23,17 @@ std::string without_spaces_around(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
+/// "1,234": the comma may be a decimal comma, or separate the thousands.
+bool has_ambiguous_comma(std::string_view text) {
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos) return false;
+  const std::size_t end = text.find_first_not_of("0123456789", comma + 1);
+  return std::min(end, text.size()) - comma - 1 == 3;
+}
+
 /// "60.5", "60,5", "60 um", "0.31 kHz" where Hz are asked for.
 std::optional<double> parsed(std::string text, const std::string& unit) {
+  if (has_ambiguous_comma(text)) return std::nullopt;
   if (text.find('.') == std::string::npos && std::ranges::count(text, ',') == 1)
     std::ranges::replace(text, ',', '.');
   double value = 0.0;
@@ -32,6 +42,14 @@ std::optional<double> parsed(std::string text, const std::string& unit) {
   const std::string given = without_spaces_around({end, static_cast<const char*>(text.data() + text.size())});
   const auto step = can::decimal_step(given.empty() ? unit : given, unit);
   return step ? std::optional(step->to_ours(value)) : std::nullopt;
+}
+
+std::string refusal_of_number(const std::string& text, const std::string& unit) {
+  if (has_ambiguous_comma(text))
+    return fmt::format(
+        "'{}' has a comma before three digits: write a decimal point, or the thousands without a comma",
+        text);
+  return fmt::format("'{}' is no number, expected one{}", text, unit.empty() ? "" : " in " + unit);
 }
 
 template <class T>
@@ -87,9 +105,8 @@ double Questions::number(const Question& question, const std::optional<double>& 
   if (asks_) ++asked_;
   while (const auto line = answer(question, usual ? fmt::format("{}", *usual) : "")) {
     const std::optional<double> value = line->empty() ? usual : parsed(*line, question.unit);
-    const auto wrong = value ? objection(check, *value)
-                             : unless(false, "'{}' is no number, expected one{}", *line,
-                                      question.unit.empty() ? "" : " in " + question.unit);
+    const auto wrong =
+        value ? objection(check, *value) : std::optional(refusal_of_number(*line, question.unit));
     if (!wrong) {
       accept(*line);
       return *value;

@@ -48,6 +48,19 @@ TEST(Questions, UnderstandCommasAndUnits) {
   EXPECT_EQ(questions.number({"--x", "X", "um", ""}, {}, {}), 2.0);
 }
 
+TEST(Questions, AreAskedAgainWhereACommaMaySeparateThousands) {
+  std::istringstream answers("1,234\n1,500 Hz\n-2,000\n1,2345\n");
+  testing::internal::CaptureStderr();
+  Questions questions(answers, true);
+  EXPECT_EQ(questions.number({"--x", "X", "Hz", ""}, {}, {}), 1.2345);
+  const std::string shown = testing::internal::GetCapturedStderr();
+  for (const char* typed : {"1,234", "1,500 Hz", "-2,000"})
+    EXPECT_NE(
+        shown.find("'" + std::string(typed) + "' has a comma before three digits: write a decimal point"),
+        std::string::npos)
+        << shown;
+}
+
 TEST(Questions, HaveAUnitAReasonAnOptionAndADefault) {
   std::istringstream answers("\n");
   testing::internal::CaptureStderr();
