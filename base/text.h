@@ -46,6 +46,13 @@ inline std::string rounded(double value) {
           std::to_chars(std::begin(digits), std::end(digits), value, std::chars_format::general, 4).ptr};
 }
 
+/// TOML allows no control character but in an escape, and a terminal obeys them.
+constexpr bool has_control_character(std::string_view text) {
+  for (const char c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return true;
+  return false;
+}
+
 /// Joins words and numbers into one text. Each number has the digits that restore its bits.
 template <class... Parts>
 std::string text_of(const Parts&... parts) {

@@ -9,6 +9,7 @@
 #include "app/stage/identification_report.h"
 #include "app/stage/identification_result.h"
 #include "base/output_file.h"
+#include "base/text.h"
 #include "base/words.h"
 #include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
@@ -22,6 +23,10 @@ using identification::Dataset;
 
 Dataset dataset_of(const Array& t, const Array& u, const Array& y, const std::string& input_unit,
                    const std::string& output_unit) {
+  for (const auto& [name, unit] :
+       {std::pair("input_unit", input_unit), std::pair("output_unit", output_unit)})
+    if (has_control_character(unit))
+      throw py::value_error(fmt::format("{} has a control character, expected text of one line", name));
   Dataset dataset{.input_unit = input_unit,
                   .output_unit = output_unit,
                   .time_s = vector_of(t, "t"),

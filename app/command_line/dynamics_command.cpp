@@ -24,6 +24,8 @@
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
+#include "can/dbc/text.h"
+#include "config/document/toml_text.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
@@ -180,7 +182,8 @@ std::string fragment(const IdentifiedDynamics& identified, const controller::Del
   if (found.sensor_delay != configured.sensor_delay)
     notes["axis.control.delays.sensor_delay_us"] = "; a pure delay beside the lag";
   return "# Second-order dynamics of one axis: these keys replace those of its [axis.control].\n#\n" +
-         as_comment(comment) + control_fragment(before, axis != nullptr, after, notes);
+         config::toml_comment(can::dbc::to_utf8(comment)) +
+         control_fragment(before, axis != nullptr, after, notes);
 }
 
 nlohmann::json to_json(const IdentifiedDynamics& identified) {

@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
+#include "can/dbc/text.h"
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
 #include "controller/control/axis.h"
@@ -153,6 +154,10 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
     unit = of.assumed;
     note("hystcan: {}: {} is not given, {} assumed\n", file.string(), of.option, of.assumed);
   }
+  if (has_control_character(unit))
+    throw Error(fmt::format("{}: {} has a control character, expected text of one line", file.string(),
+                            asked.empty() ? of.name : of.option));
+  unit = can::dbc::to_utf8(unit);
 }
 
 Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {

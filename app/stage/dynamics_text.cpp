@@ -133,16 +133,6 @@ double rounded(double value, int digits) {
   return parsed_number<double>(fmt::format("{:.{}g}", value, digits)).value_or(value);
 }
 
-std::string as_comment(const std::string& text) {
-  std::string commented = "# ";
-  for (const char c : text) {
-    commented += c;
-    if (c == '\n') commented += "# ";
-  }
-  commented.resize(commented.size() - 2);
-  return commented;
-}
-
 nlohmann::json to_json(const Margins& margins) {
   return {{"stable", margins.stable},
           {"phase_margin_deg", margins.phase_margin_deg},

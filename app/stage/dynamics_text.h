@@ -37,8 +37,6 @@ double microseconds(std::chrono::nanoseconds duration);
 
 /// The value to so many significant digits.
 double rounded(double value, int digits = 5);
-/// Puts `# ` before each line.
-std::string as_comment(const std::string& text);
 
 nlohmann::json to_json(const controller::Margins& margins);
 nlohmann::json to_json(const std::optional<controller::Notch::Config>& notch);

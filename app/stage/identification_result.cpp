@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "base/words.h"
+#include "can/dbc/text.h"
+#include "config/document/toml_text.h"
 #include "config/files/model_file.h"
 #include "identification/misfit.h"
 #include "identification/regression.h"
@@ -50,7 +52,8 @@ std::string identified_model_text(const Identified& identified,
   std::size_t samples = 0;
   for (const auto& dataset : identified.datasets) samples += dataset.samples;
   std::string text = "# Identified by hystcan identify.\n";
-  for (const std::string& finding : findings) text += "# - " + finding + "\n";
+  for (const std::string& finding : findings)
+    text += config::toml_comment(can::dbc::to_utf8("- " + finding + "\n"));
   return text + config::model_text(
                     identified.parameters,
                     config::IdentifiedFrom{samples, identified.delay_s, identified.overall.rms * percent,

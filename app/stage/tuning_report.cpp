@@ -11,6 +11,8 @@
 #include "app/stage/config_edit.h"
 #include "app/stage/dynamics_text.h"
 #include "base/text.h"
+#include "can/dbc/text.h"
+#include "config/document/toml_text.h"
 #include "config/schema/settings.h"
 
 namespace hystcan::app {
@@ -271,11 +273,12 @@ std::string fragment(const TuningReport& report) {
         fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s());
   if (after.control.delays.sensor_delay != before.control.delays.sensor_delay)
     notes["axis.control.delays.sensor_delay_us"] = "; a pure delay beside the lag";
-  return fmt::format(
-             "# Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "
-             "[axis.control].\n#\n",
-             report.axis, report.config) +
-         as_comment(describe(report)) + control_fragment(before, true, after, notes);
+  const auto comment = [](const std::string& text) { return config::toml_comment(can::dbc::to_utf8(text)); };
+  return comment(fmt::format(
+             "Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "
+             "[axis.control].\n",
+             report.axis, report.config)) +
+         "#\n" + comment(describe(report)) + control_fragment(before, true, after, notes);
 }
 
 nlohmann::json to_json(const TuningReport& report) {

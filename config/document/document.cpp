@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/input_file.h"
+#include "base/text.h"
 #include "config/document/closest.h"
 #include "config/document/format.h"
 #include "config/document/toml_text.h"
@@ -231,7 +232,7 @@ std::string Reader::read_string(const toml::node& node, std::string_view key) co
   const auto value = node.value_exact<std::string>();
   if (!value) wrong_type(node, key, "a string");
   if (value->empty()) document_.fail(node.source(), fmt::format("{} is empty, expected text", key));
-  if (std::ranges::any_of(*value, [](unsigned char c) { return c < 0x20 || c == 0x7F; }))
+  if (has_control_character(*value))
     document_.fail(node.source(), fmt::format("{} has a control character, expected text of one line", key));
   return *value;
 }

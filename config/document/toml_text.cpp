@@ -125,6 +125,16 @@ std::string toml_string(std::string_view text) {
   return result + '"';
 }
 
+std::string toml_comment(std::string_view lines) {
+  std::string comment = "# ";
+  for (const char c : lines) {
+    comment += c != '\n' && has_control_character({&c, 1}) ? ' ' : c;
+    if (c == '\n') comment += "# ";
+  }
+  comment.resize(comment.size() - 2);
+  return comment;
+}
+
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin) {
   if (const std::string_view other = refusal_of_encoding(text); !other.empty())
     throw Error(fmt::format("{}:1:1: {}", name, other));

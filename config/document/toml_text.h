@@ -21,6 +21,10 @@ std::optional<std::string> find_refusal(std::string_view text);
 /// The text as a string of TOML, in quotes: a reader gets the same text back.
 std::string toml_string(std::string_view text);
 
+/// Each line of the text, which is UTF-8 and ends with a line end, as a comment. It has a space for each
+/// control character.
+std::string toml_comment(std::string_view lines);
+
 /// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their
 /// path; no path if it is empty.
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin = {});

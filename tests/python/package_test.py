@@ -205,6 +205,11 @@ class Identification(Scratch):
         with self.assertRaises(hystcan.Error):
             hystcan.identify(t, u, numpy.zeros(100))
 
+    def test_a_unit_with_a_control_character_is_refused(self):
+        t = numpy.arange(100.0)
+        with self.assertRaisesRegex(ValueError, "input_unit has a control character"):
+            hystcan.identify(t, t, t, input_unit="V\n[creep]")
+
 
 class Rehearsals(Scratch):
     def test_a_rehearsal_is_what_the_demo_does(self):

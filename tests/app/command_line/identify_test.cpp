@@ -266,6 +266,14 @@ TEST_F(Identify, RefusesADatasetWhoseUnitDiffersFromTheCommandLine) {
                  "A.csv: the file says input_unit = \"A\", expected \"V\"");
 }
 
+TEST_F(Identify, RefusesAUnitWithAControlCharacter) {
+  write_record("esc.csv", piezo_record(10.0), "# input_unit = V\x1b[31m\n");
+  expect_refused(identify("esc.csv"), "esc.csv: input_unit has a control character");
+  write_record("plain.csv", piezo_record(10.0));
+  expect_refused(run({path("plain.csv"), "--output", path("found.toml"), "--output-unit", "um\n[creep]"}),
+                 "plain.csv: --output-unit has a control character");
+}
+
 TEST_F(Identify, NamesTheDatasetThatIsUnfitForIdentification) {
   Dataset record = piezo_record(10.0);
   std::ranges::fill(record.output, 5.0);

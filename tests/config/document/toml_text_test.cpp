@@ -122,6 +122,13 @@ TEST_F(HostileFile, ThatIsAPipeInTheNameOfASetpointIsRefusedAtOnce) {
             path("path.csv") + ": cannot be read: it is a pipe or a device, expected a CSV file");
 }
 
+TEST(TomlComment, OfAnyTextIsAcceptedAsAComment) {
+  EXPECT_EQ(toml_comment("1/V\n[creep]\n"), "# 1/V\n# [creep]\n");
+  const std::string comment = toml_comment("a\x1b[31m\tb\x7f \u00b5V\r\n");
+  EXPECT_EQ(comment, "# a [31m b  \u00b5V \n");
+  EXPECT_TRUE(parse_toml(comment + "a = 1\n", "text").contains("a"));
+}
+
 // A configuration shows its strings to the library a second time, in its echo.
 // settings() reads the configuration again from what a Writer has printed of it.
 TEST_F(HostileFile, WithADeepKeyInAStringIsNotReadAsThatKey) {
