@@ -8,6 +8,7 @@
 #include <deque>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "base/standard_streams.h"
@@ -49,6 +50,9 @@ class LogSink::Queue {
     lines_.push_back(std::move(line));
     changed_.notify_all();
   }
+
+  /// Writes the line from the thread that logs: the system has none for the queue.
+  void write_at_once(std::string_view line) const { write_within(descriptor_, line, write_slice); }
 
   /// Returns when all is written, or when nothing was written for `reader_timeout`.
   void wait_until_written() {
@@ -118,8 +122,17 @@ LogSink::~LogSink() {
     thread_.detach();  // it hangs in write()
 }
 
+bool LogSink::has_thread() {
+  if (thread_.joinable()) return true;
+  try {
+    thread_ = std::thread([queue = queue_] { queue->run(); });
+    return true;
+  } catch (const std::system_error&) {
+    return false;
+  }
+}
+
 void LogSink::sink_it_(const spdlog::details::log_msg& message) {
-  if (!thread_.joinable()) thread_ = std::thread([queue = queue_] { queue->run(); });
   spdlog::memory_buf_t text;
   formatter_->format(message, text);
   std::string line = printable({text.data(), text.size()});
@@ -127,7 +140,10 @@ void LogSink::sink_it_(const spdlog::details::log_msg& message) {
     line.insert(message.color_range_end, "\033[m");
     line.insert(message.color_range_start, colour_of(message.level));
   }
-  queue_->add(std::move(line));
+  if (has_thread())
+    queue_->add(std::move(line));
+  else
+    queue_->write_at_once(line);
 }
 
 void LogSink::flush_() { queue_->wait_until_written(); }

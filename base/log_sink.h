@@ -34,6 +34,9 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
  private:
   class Queue;
 
+  /// Starts the thread of the queue if it does not run. False if the system has no further thread.
+  bool has_thread();
+
   std::shared_ptr<Queue> queue_;  ///< shared with the thread, which outlives the sink if it hangs in write()
   std::thread thread_;            ///< starts with the first line
   bool coloured_;

@@ -20,15 +20,27 @@ inline void yield_to_the_control_thread() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
 }
 
-/// A thread that no signal reaches.
+/// Blocks all signals for the calling thread, and for the threads that it starts.
+class BlockedSignals {
+ public:
+  BlockedSignals() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  ~BlockedSignals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  BlockedSignals(const BlockedSignals&) = delete;
+  BlockedSignals& operator=(const BlockedSignals&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
+/// A thread that no signal reaches. Throws std::system_error if the system has no further thread.
 template <class Work>
 std::thread thread_without_signals(Work work) {
-  sigset_t all, before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  std::thread thread(std::move(work));
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return thread;
+  const BlockedSignals blocked;
+  return std::thread(std::move(work));
 }
 
 }  // namespace hystcan

@@ -14,6 +14,7 @@
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -65,9 +66,18 @@ class BoundedQueue {
   bool abandoned_ = false;
 };
 
+/// Does the work of run_pipeline() in the calling thread alone.
+template <class Block, class Read, class Compute, class Write>
+void run_in_sequence(Read& read, Compute& compute, Write& write) {
+  for (Block block; read(block);) {
+    compute(block);
+    write(block);
+  }
+}
+
 /// `read(Block&)` fills a block and returns false at the end; `compute(Block&)` and `write(const Block&)` get
 /// each block once, in order. What one of them throws ends all. It is thrown here; of several, that of the
-/// earliest block.
+/// earliest block. Where the system has no further thread, the calling thread does everything.
 template <class Block, class Read, class Compute, class Write>
 void run_pipeline(Read read, Compute compute, Write write) {
   constexpr std::size_t depth = 4;  // blocks between two threads
@@ -86,8 +96,15 @@ void run_pipeline(Read read, Compute compute, Write write) {
     from.abandon();
     to.finish();
   };
-  std::thread computing = thread_without_signals([&] { take_all(filled, computed, compute_error, compute); });
-  std::thread writing = thread_without_signals([&] { take_all(computed, empty, write_error, write); });
+  std::thread computing, writing;
+  try {
+    computing = thread_without_signals([&] { take_all(filled, computed, compute_error, compute); });
+    writing = thread_without_signals([&] { take_all(computed, empty, write_error, write); });
+  } catch (const std::system_error&) {
+    filled.finish();
+    if (computing.joinable()) computing.join();
+    return run_in_sequence<Block>(read, compute, write);
+  }
   for (std::size_t i = 0; i < 2 * depth; ++i) empty.push(Block{});
   try {
     for (std::optional<Block> block = empty.pop(); block && read(*block); block = empty.pop())

@@ -42,6 +42,13 @@ TEST(ErrorText, MissingMemoryIsNamedAsSuch) {
   EXPECT_EQ(text_of_thrown([] { std::string().reserve(std::string().max_size() + 1); }), expected);
 }
 
+TEST(ErrorText, AThreadThatCannotBeStartedNamesTheLimit) {
+  EXPECT_EQ(text_of_thrown([] {
+              throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
+            }),
+            "no further thread can be started: raise the limit of processes (ulimit -u)");
+}
+
 TEST(ErrorText, AMistakeOfTheProgramAsksForAReport) {
   EXPECT_TRUE(
       text_of_thrown([] { (void)std::vector<int>().at(1); }).starts_with("a mistake in hystcan itself ("));

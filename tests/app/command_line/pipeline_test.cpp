@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <pthread.h>
 #include <stdexcept>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <vector>
 
 namespace hystcan::app {
@@ -49,6 +52,36 @@ TEST(Pipeline, PassesEachBlockOnceAndInOrder) {
       [&](const Numbered& block) { written.push_back(block.doubled); });
   ASSERT_EQ(written.size(), static_cast<std::size_t>(many));
   for (int i = 0; i < many; ++i) ASSERT_EQ(written[static_cast<std::size_t>(i)], 2 * (i + 1));
+}
+
+/// While it lives, the system has no room for the stack of a new thread.
+class NoFurtherThread {
+ public:
+  NoFurtherThread() {
+    pthread_getattr_default_np(&before_);
+    pthread_attr_t huge;
+    pthread_attr_init(&huge);
+    pthread_attr_setstacksize(&huge, std::size_t{1} << 50U);
+    pthread_setattr_default_np(&huge);
+    pthread_attr_destroy(&huge);
+  }
+  ~NoFurtherThread() { pthread_setattr_default_np(&before_); }
+  NoFurtherThread(const NoFurtherThread&) = delete;
+  NoFurtherThread& operator=(const NoFurtherThread&) = delete;
+
+ private:
+  pthread_attr_t before_{};
+};
+
+TEST(Pipeline, DoesItsWorkWhereTheSystemHasNoFurtherThread) {
+  const NoFurtherThread none;
+  ASSERT_THROW(std::thread([] {}).join(), std::system_error);
+  int sum = 0;
+  run_pipeline<Numbered>(
+      Source{}, [](Numbered& block) { block.doubled = 2 * block.number; },
+      [&](const Numbered& block) { sum += block.doubled; });
+  EXPECT_EQ(sum, many * (many + 1));
+  EXPECT_EQ(error_of(-1, 500, -1), "compute");
 }
 
 TEST(Pipeline, EndsWithTheErrorOfAnyStage) {
