@@ -198,6 +198,13 @@ void check_limits(const Dataset& dataset) {
   }
 }
 
+bool moves_one_way(const Dataset& dataset) {
+  constexpr double least_turn = 0.02;  // of the input's range
+  if (dataset.size() < least_samples) return false;
+  const double span = range_of(dataset.input).span();
+  return span > 0.0 && turning_points(dataset, least_turn * span).empty();
+}
+
 void check_identifiable(const Dataset& dataset, model::Symmetry symmetry) {
   if (dataset.size() < least_samples) refuse(dataset.size(), " samples, expected at least ", least_samples);
   const Dataset seen = symmetry == model::Symmetry::even ? folded(dataset) : dataset;

@@ -52,6 +52,10 @@ struct OutputFalls : std::invalid_argument {
             "the output falls when the input rises, expected it to rise: change the sign of the output") {}
 };
 
+/// Whether the input only rises or only falls, so that the dataset has no loop. False for a dataset that
+/// check_identifiable() refuses for its length or its constant input.
+bool moves_one_way(const Dataset& dataset);
+
 /// Throws std::invalid_argument if nothing can be identified: fewer than `least_samples`, a constant input or
 /// output, an output that falls when the input rises, loops that run clockwise.
 void check_identifiable(const Dataset& dataset, model::Symmetry symmetry);

@@ -351,6 +351,10 @@ Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions&
   const IdentifyDatasets curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
     return Identification(given, asked).run();
   };
+  std::ranges::for_each(datasets, check_limits);
+  if (!datasets.empty() && std::ranges::all_of(datasets, moves_one_way))
+    refuse(
+        "the input only rises or only falls: the record has no loop; expected an input with turning points");
   if (options.output == ShapeOfOutput::butterfly) return identify_butterfly(datasets, options, curves);
   const bool may_be = options.output == ShapeOfOutput::automatic && !datasets.empty() &&
                       std::ranges::all_of(datasets, passes_valley);

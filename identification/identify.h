@@ -65,8 +65,9 @@ void measure_span(Identified& identified, const std::vector<Dataset>& datasets,
 std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
                             std::size_t i);
 
-/// Throws std::invalid_argument with the reason if nothing can be identified (characterisation.h), if the
-/// output does not follow the input, or if the samples cannot determine curves of the requested order.
+/// Throws std::invalid_argument with the reason if nothing can be identified (characterisation.h), if no
+/// dataset has a turning point, if the output does not follow the input, or if the samples cannot determine
+/// curves of the requested order.
 Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options);
 
 }  // namespace hystcan::identification

@@ -34,6 +34,24 @@ TEST(IdentifyRefuses, TenSamples) {
   expect_refused({dataset}, {}, "10 samples, expected at least 20");
 }
 
+TEST(IdentifyRefuses, ARampWithoutATurningPointAsARecordWithoutALoop) {
+  Dataset rising{.input_unit = "V", .output_unit = "um", .time_s = {}, .input = {}, .output = {}};
+  for (int i = 0; i < 28; ++i) {
+    rising.time_s.push_back(0.1 * i);
+    rising.input.push_back(-100.0 + 200.0 / 27.0 * i);
+    rising.output.push_back(1e-3 * rising.input.back() * rising.input.back());
+  }
+  Dataset falling = rising;
+  for (double& v : falling.input) v = -v;
+  const std::string words = "the input only rises or only falls: the record has no loop";
+  for (const ShapeOfOutput output :
+       {ShapeOfOutput::automatic, ShapeOfOutput::even, ShapeOfOutput::butterfly, ShapeOfOutput::none}) {
+    IdentifyOptions options;
+    options.output = output;
+    expect_refused({rising, falling}, options, words);
+  }
+}
+
 TEST(IdentifyRefuses, AConstantInput) {
   Dataset dataset = sound();
   std::ranges::fill(dataset.input, 7.0);
