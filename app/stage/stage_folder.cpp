@@ -186,6 +186,17 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
                       fast));
 }
 
+/// Of records that hystcan has not made on the bus.
+void print_positions(const StageFacts& facts, const std::vector<AxisRecords>& records) {
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const model::Interval travel_um = records[i].travel_um();
+    print(
+        fmt::format("{}: the sensor node must send the micrometres of the record, {:.4g} to {:.4g} um: with "
+                    "another zero or scale, its limits and its model are wrong\n",
+                    facts.axes[i].config.wire.name, travel_um.lo, travel_um.hi));
+  }
+}
+
 void print_excitations(const std::filesystem::path& folder, const config::Config& config) {
   const std::string file = shell_word(folder / first_config);
   print(fmt::format(
@@ -357,6 +368,7 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
     choose_rate(file, facts, plants);
     stage = Stage(file, config_text(facts));
     tuned_or_kept(stage, folder, records, plants, [&] { made.commit(); });
+    print_positions(facts, records);
     print_ready(made.path(), folder);
   });
   made.commit();

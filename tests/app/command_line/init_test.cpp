@@ -133,6 +133,13 @@ TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
   }
 }
 
+TEST_F(Init, OfARecordSaysThatTheSensorNodeMustSendTheMicrometresOfTheRecord) {
+  excite("piezo.toml", "loops.csv");
+  ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--yes"}), done) << err;
+  EXPECT_NE(out.find("x: the sensor node must send the micrometres of the record, "), std::string::npos)
+      << out;
+}
+
 // A stack with its first mode at 3.1 kHz, at 1 kHz.
 TEST_F(Init, GivesAStiffStageALoopFarFromWhatItsStatedModeAllows) {
   excite("piezo.toml", "loops.csv");
