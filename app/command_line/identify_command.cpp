@@ -183,7 +183,7 @@ int run_identify(const IdentifyArguments& options) {
     const identification::Lag lag = config::load_lag(options.start);
     old = {config::load_model(options.start), lag.delay_s, lag.creep};
     input.input_unit = old->parameters.input_unit;
-    input.output_unit = old->parameters.output_unit;
+    input.model_output_unit = old->parameters.output_unit;
   }
   const std::vector<Dataset> datasets = load_datasets(options.data, input);
   stop_at_a_signal();

@@ -121,7 +121,7 @@ int run_validate(const ValidateArguments& options) {
   const model::Hysteresis model(config::load_model(options.model));
   DatasetInput input = options.input;
   input.input_unit = model.parameters().input_unit;
-  input.output_unit = model.parameters().output_unit;
+  input.model_output_unit = model.parameters().output_unit;
   const Dataset dataset = load_datasets({options.data}, input).front();
   const Validation outcome = predict(options, model, dataset);
   if (!options.output.empty()) write(options, dataset, outcome);

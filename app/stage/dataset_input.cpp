@@ -19,6 +19,7 @@
 #include "config/files/dataset_file.h"
 #include "config/schema/config.h"
 #include "controller/control/axis.h"
+#include "model/any_model.h"
 #include "runs/export.h"
 #include "runs/run.h"
 
@@ -160,6 +161,16 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
   unit = can::dbc::to_utf8(unit);
 }
 
+/// Throws Error if the model's unit is another quantity.
+void convert_output(Dataset& dataset, const std::string& unit, const std::filesystem::path& file) {
+  const auto from_um = model::length_um(dataset.output_unit), to_um = model::length_um(unit);
+  if (!from_um || !to_um)
+    return require_unit(file, unit_of_output.name, dataset.output_unit, unit, ", the model's");
+  if (*from_um != *to_um)
+    for (double& value : dataset.output) value *= *from_um / *to_um;
+  dataset.output_unit = unit;
+}
+
 Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
   Dataset dataset = load_noting(file, input.layout);
   keep_interval(dataset, span_of(input));
@@ -181,7 +192,14 @@ Dataset load_run(const std::filesystem::path& run, const DatasetInput& input) {
 Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
   Dataset dataset = is_recorded_run(file) ? load_run(file, input) : load_csv(file, input);
   settle(dataset.input_unit, input.input_unit, unit_of_input, file);
+  if (dataset.output_unit.empty() && input.output_unit.empty() && !input.model_output_unit.empty()) {
+    dataset.output_unit = input.model_output_unit;
+    if (input.model_output_unit != unit_of_output.assumed)
+      note("hystcan: {}: the unit of the output is not stated, {} assumed, the model's\n", file.string(),
+           input.model_output_unit);
+  }
   settle(dataset.output_unit, input.output_unit, unit_of_output, file);
+  if (!input.model_output_unit.empty()) convert_output(dataset, input.model_output_unit, file);
   return dataset;
 }
 

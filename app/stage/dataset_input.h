@@ -32,6 +32,7 @@ struct DatasetInput {
   std::optional<double> from_s, to_s;
   std::string axis;  ///< of recorded runs; empty: the only one
   std::string input_unit, output_unit;
+  std::string model_output_unit;  ///< the outputs are converted to this length; empty: as they are
   config::DatasetLayout layout;
 };
 
@@ -67,8 +68,9 @@ identification::Dataset load_run(const std::filesystem::path& run, const std::st
 identification::Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout);
 
 /// A recorded run is read by load_run(). The unit is the one that the dataset states, else the option's, else
-/// V or um with a note on standard error. Throws Error if --from lies after --to, with the name of the file
-/// if no row is left, if dataset and option have different units, or if the units of two files differ.
+/// that of the model, else V or um with a note on standard error. Throws Error if --from lies after --to,
+/// with the name of the file if no row is left, if dataset and option have different units, if the output is
+/// not a length like the model's, or if the units of two files differ.
 std::vector<identification::Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
                                                    const DatasetInput& input);
 

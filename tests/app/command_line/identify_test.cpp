@@ -274,6 +274,25 @@ TEST_F(Identify, RefusesAUnitWithAControlCharacter) {
                  "plain.csv: --output-unit has a control character");
 }
 
+TEST_F(Identify, ConvertsARecordInMicrometresToTheNanometresOfTheOldModel) {
+  Dataset record = piezo_record(20.0);
+  write_record("um.csv", record, "# input_unit = V\n# output_unit = um\n");
+  for (double& value : record.output) value *= 1e3;
+  write_record("nm.csv", record, "# input_unit = V\n# output_unit = nm\n");
+  const auto identify_to = [&](const char* output, const std::vector<std::string>& words) {
+    std::vector<std::string> all{"--json", "--order", "3", "--output", path(output)};
+    all.insert(all.end(), words.begin(), words.end());
+    Process program = run(all);
+    EXPECT_EQ(program.wait(), done) << program.err();
+    return nlohmann::json::parse(program.out());
+  };
+  identify_to("old.toml", {path("nm.csv")});
+  const auto from_nm = identify_to("from_nm.toml", {path("nm.csv"), "--start", path("old.toml")});
+  const auto from_um = identify_to("from_um.toml", {path("um.csv"), "--start", path("old.toml")});
+  EXPECT_NEAR(from_um["rms_percent"].get<double>(), from_nm["rms_percent"].get<double>(), 1e-3);
+  EXPECT_NE(read("from_um.toml").find("output_unit  = \"nm\""), std::string::npos);
+}
+
 TEST_F(Identify, NamesTheDatasetThatIsUnfitForIdentification) {
   Dataset record = piezo_record(10.0);
   std::ranges::fill(record.output, 5.0);
