@@ -75,7 +75,7 @@ struct amplifier {
   int received_counter;      // of the last accepted command; -1: none yet
   uint64_t cycle_us;         // from SYNC to SYNC, as set in the controller
   uint64_t sync_us;          // when the last SYNC arrived
-  uint64_t former_sync_us;   // and the one before it
+  uint64_t former_sync_us;   // and the one before it; 0: it was not received since the boot-up
   uint64_t deadline_ms;      // of the next command with Enable
   bool is_enabling;          // the relay is closing
   uint64_t relay_closed_ms;  // while is_enabling
@@ -272,8 +272,8 @@ static bool is_stale(const struct amplifier* amplifier, uint8_t flags, uint8_t n
   const int syncs_since = (last_sync - named + SYNC_COUNTER_MAX) % SYNC_COUNTER_MAX;
   if (syncs_since > 1) return true;
   if ((flags & (COMMAND_ENABLE | COMMAND_CLEAR_FAULT)) == 0) return false;  // it switches off
-  return now_us() - (syncs_since == 0 ? amplifier->sync_us : amplifier->former_sync_us) >
-         2 * amplifier->cycle_us;
+  const uint64_t named_us = syncs_since == 0 ? amplifier->sync_us : amplifier->former_sync_us;
+  return named_us == 0 || now_us() - named_us > 2 * amplifier->cycle_us;
 }
 
 // "What an amplifier node does", the table of Enable and ClearFault. The command is accepted.
@@ -301,7 +301,9 @@ static void on_command(struct amplifier* amplifier, const uint8_t* data) {
 }
 
 static void on_sync(struct amplifier* amplifier, uint8_t sync) {
-  if (sync != amplifier->node.last_sync) amplifier->former_sync_us = amplifier->sync_us;
+  const uint8_t last_sync = amplifier->node.last_sync;
+  const bool follows = last_sync != 0 && sync == last_sync % SYNC_COUNTER_MAX + 1;
+  if (sync != last_sync) amplifier->former_sync_us = follows ? amplifier->sync_us : 0;
   amplifier->sync_us = now_us();
   amplifier->node.last_sync = sync;
   if (amplifier->state == ENABLED) write_output(amplifier, amplifier->setpoint);

@@ -82,7 +82,8 @@ void AmplifierNode::on_command(const can::Frame& frame, can::Time received) {
 }
 
 void AmplifierNode::on_sync(std::uint8_t counter, can::Time received) {
-  if (counter != last_sync_) former_sync_at_ = last_sync_at_;
+  const bool follows = last_sync_ != 0 && counter == can::next_sync_counter(last_sync_);
+  if (counter != last_sync_) former_sync_at_ = follows ? std::optional(last_sync_at_) : std::nullopt;
   last_sync_at_ = received;
   last_sync_ = counter;
   for (AmplifierChannel* channel : channels_) channel->on_sync(received);
@@ -123,8 +124,9 @@ bool AmplifierNode::is_stale(const can::AmpCommand& command, can::Time received)
   if (last_sync_ == 0 || !can::is_sync_counter(command.sync_counter)) return true;
   const int syncs_since = can::syncs_after(command.sync_counter, last_sync_);
   if (syncs_since > 1) return true;
-  const bool switches_off = !command.enable && !command.clear_fault;
-  return !switches_off && received - (syncs_since == 0 ? last_sync_at_ : former_sync_at_) > 2 * cycle_;
+  if (!command.enable && !command.clear_fault) return false;  // it switches off
+  const std::optional<can::Time> named_at = syncs_since == 0 ? last_sync_at_ : former_sync_at_;
+  return !named_at || received - *named_at > 2 * cycle_;
 }
 
 // Where commands stop, the watchdogs of all axes trip at one time: this is one event.

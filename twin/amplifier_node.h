@@ -67,7 +67,7 @@ class AmplifierNode final : public BusNode {
   std::vector<std::uint16_t> emergencies_;  ///< codes, to be sent
   std::uint8_t last_sync_ = 0;
   can::Time last_sync_at_{};
-  can::Time former_sync_at_{};  ///< of the SYNC before it
+  std::optional<can::Time> former_sync_at_;  ///< of the SYNC before it; empty if that SYNC was not received
 };
 
 /// The amplifier of one axis. It drives its plant only while its node is operational and it is enabled and

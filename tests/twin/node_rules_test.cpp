@@ -302,6 +302,23 @@ TEST_F(AgeOfACommand, IsTwoCyclesAtMostHoweverLongNoOtherSyncCame) {
   EXPECT_TRUE(takes_command_at(521'200, 10));
 }
 
+TEST_F(AgeOfACommand, ThatNamesASyncThatWasNeverReceivedIsTooGreatButItSwitchesOff) {
+  sync_at(0, 7);
+  sync_at(1000, 9);
+  EXPECT_FALSE(takes_command_at(1300, 8)) << "SYNC 8 was lost";
+  EXPECT_TRUE(takes_command_at(2300, 9));
+  EXPECT_EQ(amplifier().state(), AmpState::enabled);
+  send({.setpoint = 0.0, .enable = false, .sync_counter = 8});
+  EXPECT_EQ(amplifier().state(), AmpState::ready);
+  sync_at(5000, 10);
+  run(microseconds(100));
+  for (const NmtCommand command : {NmtCommand::reset_node, NmtCommand::start})
+    tester_->send(can::nmt_frame({command, 1}));
+  sync_at(6000, 11);
+  EXPECT_FALSE(takes_command_at(6300, 10)) << "SYNC 10 came before the boot-up";
+  EXPECT_TRUE(takes_command_at(7300, 11));
+}
+
 TEST_F(AgeOfACommand, IsTwoCyclesToTheNanosecond) {
   shows("S-116");
   const auto witness = bus_.attach();
