@@ -119,6 +119,17 @@ TEST_F(SharedNode, KeepsItsErrorRegisterUntilNoAxisIsFaulted) {
 
 // ---- what each axis has for itself
 
+TEST_F(SharedNode, AnOldCommandFrameSwitchesOffTheAxisWithoutEnableAndIsIgnoredByTheOther) {
+  drive(60.0, 20.0);
+  sync();
+  run(milliseconds(3));
+  command({can::AmpCommand{.setpoint = 50.0, .enable = true}, can::AmpCommand{}});
+  run(milliseconds(1));
+  EXPECT_EQ(amplifier(x).setpoint(), 60.0);
+  EXPECT_EQ(amplifier(x).state(), AmpState::enabled);
+  EXPECT_EQ(amplifier(y).state(), AmpState::ready);
+}
+
 TEST_F(SharedNode, TripsTheWatchdogOfEachAxisWhereTheCommandStaysAway) {
   drive(60.0, 20.0);
   heard_.clear();
