@@ -188,10 +188,9 @@ void add_examples(CLI::App& cli) {
 
 void add_commands(CLI::App& cli, int& status) {
   for (const AddCommand add :
-       {add_demo,     add_init,     add_controller, add_twin,     add_excite,  add_identify,
-        add_validate, add_dynamics, add_tune,       add_simulate, add_check,   add_doctor,
-        add_ctl,      add_status,   add_page,       add_monitor,
-        add_decode,   add_runs,     add_plot,       add_export,   add_completion})
+       {add_demo,     add_init,    add_controller, add_twin,  add_excite, add_identify, add_validate,
+        add_dynamics, add_tune,    add_simulate,   add_check, add_doctor, add_ctl,      add_status,
+        add_page,     add_monitor, add_decode,     add_runs,  add_plot,   add_export,   add_completion})
     add(cli, status);
   refuse_empty_values(cli);
   add_examples(cli);
