@@ -315,8 +315,8 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
           limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um, before.position_max_um)});
 }
 
-/// Says which rate would be better. Takes it where nobody has stated one, if it halves the error or if the usual
-/// one rings a mode.
+/// Says which rate would be better. Takes it where nobody has stated one, if it halves the error or if the
+/// usual one rings a mode.
 void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Plants& plants) {
   const ConfigAtRate at_rate = [&](double rate_Hz) {
     StageFacts other = facts;

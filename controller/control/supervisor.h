@@ -8,8 +8,8 @@
 //              really moved is believed
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor
-//   enable     once the amplifier has reported "enabled", any other state is a fault; before that, it may take
-//              enable_timeout_s
+//   enable     once the amplifier has reported "enabled", any other state is a fault; before that, it may
+//              take enable_timeout_s
 //   saturated  range, slew or the model's thresholds limit the drive for saturated_s without a break
 //
 // Where several things are wrong at once, the cause is the one that explains the most.
