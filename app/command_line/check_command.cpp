@@ -137,6 +137,7 @@ int check(const std::filesystem::path& file) {
         counted(config.database.messages.size(), "message"), config.bus.dbc.string());
   for (const config::AxisConfig& axis : config.axes) show_mismatch(axis);
   for (const std::string& warning : config::setpoint_warnings(config)) print("# warning: {}\n", warning);
+  for (const std::string& warning : config::supervision_warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config::protection_warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config::format_warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config::command_warnings(config)) print("# warning: {}\n", warning);

@@ -257,6 +257,7 @@ int rehearse(const config::Config& config, const ControllerArguments& options) {
              fmt::format("twin: {} {}", twin::describe(fault), begins ? "begins" : "ends"));
   });
   spdlog::set_pattern("[%n] [%^%l%$] %v");
+  for (const std::string& warning : config::supervision_warnings(config)) spdlog::warn(warning);
   for (const std::string& warning : config::setpoint_warnings(config)) spdlog::warn(warning);
 
   stop_at_a_signal();
@@ -311,6 +312,7 @@ int run_controller(ControllerArguments options) {
   controller.listen_to(control->requests());
   spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops", counted(config.axes.size(), "axis", "axes"),
                config.controller.rate_Hz, config.bus.interface);
+  for (const std::string& warning : config::supervision_warnings(config)) spdlog::warn(warning);
   for (const std::string& warning : config::setpoint_warnings(config)) spdlog::warn(warning);
   become_realtime(config);
   const bool was_enabled = run_to_the_end(loop, controller, *control, recorder, options,

@@ -94,6 +94,8 @@ void print_findings(const config::Config& config) {
     print_lines(axis.wire.name, config::findings_of_rate(axis, config.controller.rate_Hz));
     print_lines(axis.wire.name, config::losses(axis.wire));
   }
+  for (const std::string& warning : config::supervision_warnings(config))
+    print(fmt::format("warning: {}\n", warning));
   for (const std::string& warning : config::setpoint_warnings(config))
     print(fmt::format("warning: {}\n", warning));
 }

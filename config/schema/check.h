@@ -63,6 +63,10 @@ std::vector<std::string> findings_of_rate(const AxisConfig& axis, double rate_Hz
 /// is lost with the resonance off.
 std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz);
 
+/// One line for each supervision of an axis with feedback that is off: its limit is 0, or so wide that a
+/// plausible position never exceeds it.
+std::vector<std::string> supervision_warnings(const Config& config);
+
 /// Lines for `check`: what the learning learns of each segment, up to which frequency, and how fast.
 std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rate_Hz);
 

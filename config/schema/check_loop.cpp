@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "controller/analysis/feed_forward_design.h"
@@ -96,6 +97,30 @@ std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz
                                 loop.worst.peak_sensitivity > too_sensitive ? "warning: little margin " : "",
                                 resonance_off_percent, text_of(loop.worst)));
   return lines;
+}
+
+std::vector<std::string> supervision_warnings(const Config& config) {
+  using enum controller::Cause;
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  std::vector<std::string> warnings;
+  for (const AxisConfig& axis : config.axes) {
+    if (!controller::feeds_back(axis.control.law.structure)) continue;
+    const auto warn_if_off = [&](const char* key, double limit, double widest, controller::Cause cause) {
+      if (limit <= 0.0 || limit >= widest)
+        warnings.push_back(fmt::format("axis {}: {} is {:g}, so that `{}` is never detected", axis.wire.name,
+                                       key, limit, controller::to_string(cause)));
+    };
+    const controller::Supervisor::Config& limits = axis.control.supervision;
+    const double plausible_um = limits.position_max_um - limits.position_min_um;
+    warn_if_off("position_jump_um", limits.position_jump_um, plausible_um, position_jumped);
+    warn_if_off("following_error_um", axis.control.following_error.error_um, plausible_um, following_error);
+    warn_if_off("frozen_cycles", limits.frozen_cycles, infinite, position_frozen);
+    warn_if_off("saturated_s", limits.saturated_s, infinite, saturated);
+    warn_if_off("bus_passive_s", limits.bus_passive_s, infinite, bus_passive);
+    if (can::message_map<can::AmpStatus>(axis.wire))
+      warn_if_off("status_timeout_ms", 1e3 * can::seconds(limits.status_timeout), infinite, status_missing);
+  }
+  return warnings;
 }
 
 std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rate_Hz) {

@@ -51,6 +51,7 @@ class FirstConfiguration : public testing::TestWithParam<Stage> {
 TEST_P(FirstConfiguration, IsReadAndWarnsOfNothing) {
   const config::Config config = config::load(folder / "stage.toml");
   EXPECT_EQ(config::setpoint_warnings(config), std::vector<std::string>());
+  EXPECT_EQ(config::supervision_warnings(config), std::vector<std::string>());
   for (const std::string& finding : config::findings_of_loop(config.axes[0], config.controller.rate_Hz))
     EXPECT_FALSE(finding.starts_with("warning")) << finding;
 }

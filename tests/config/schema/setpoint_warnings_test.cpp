@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "config/schema/config.h"
 
 namespace hystcan::config::setpoint_warnings_test {
@@ -23,6 +25,40 @@ TEST(SetpointWarnings, AreNotMadeForShippedConfigurations) {
     const auto found = warnings(file);
     EXPECT_TRUE(found.empty()) << file << ": " << found.front();
   }
+}
+
+TEST(SupervisionWarnings, AreNotMadeForAnyShippedConfiguration) {
+  std::size_t configurations = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR "/config")) {
+    const std::filesystem::path& file = entry.path();
+    if (file.extension() != ".toml" || file.stem().has_extension()) continue;  // x.model.toml
+    ++configurations;
+    for (const std::string& warning : supervision_warnings(load(file)))
+      ADD_FAILURE() << file << ": " << warning;
+  }
+  EXPECT_GE(configurations, 9U);
+}
+
+TEST(SupervisionWarnings, NameEverySupervisionThatIsOffWhereTheAxisHasFeedback) {
+  const auto found = [](const char* structure) {
+    return supervision_warnings(
+        load(HYSTCAN_SOURCE_DIR "/config/piezo.toml", {{"axis[0].control.structure", structure},
+                                                       {"axis[0].control.position_jump_um", "0.0"},
+                                                       {"axis[0].control.following_error_um", "37.0"},
+                                                       {"axis[0].control.frozen_cycles", "0"},
+                                                       {"axis[0].control.saturated_s", "0.0"},
+                                                       {"axis[0].control.bus_passive_s", "0.0"},
+                                                       {"axis[0].control.status_timeout_ms", "0.0"}}));
+  };
+  const std::vector<std::string> expected{
+      "axis x: position_jump_um is 0, so that `position jumped` is never detected",
+      "axis x: following_error_um is 37, so that `following error` is never detected",
+      "axis x: frozen_cycles is 0, so that `position frozen` is never detected",
+      "axis x: saturated_s is 0, so that `saturated` is never detected",
+      "axis x: bus_passive_s is 0, so that `bus passive` is never detected",
+      "axis x: status_timeout_ms is 0, so that `status missing` is never detected"};
+  EXPECT_EQ(found("\"inverse+pi\""), expected);
+  EXPECT_TRUE(found("\"inverse\"").empty());
 }
 
 TEST(SetpointWarnings, NameADriveThatMayGoFarBeyondModelAndTwin) {
