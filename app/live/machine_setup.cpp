@@ -11,10 +11,10 @@ namespace hystcan::app {
 void check_interface(const config::Config& config, const std::string& interface) {
   const can::Interface found = can::require_can_interface(interface);
   can::require_able_to_send(interface, found);
+  can::require_bit_rate(interface, found, config.bus.rates());
   can::require_able_to_carry_fd(interface, found, config::fd_messages(config), config.bus.rates());
   spdlog::info(can::describe(interface, found));
-  for (const std::string& doubt : can::find_doubts(interface, found, config.bus.bitrate_bit_per_s))
-    spdlog::warn(doubt);
+  for (const std::string& doubt : can::find_doubts(interface, found)) spdlog::warn(doubt);
 }
 
 void become_realtime(const config::Config& config) {

@@ -207,6 +207,14 @@ void require_able_to_send(const std::string& name, const Interface& interface) {
                  " type can listen-only off");
 }
 
+void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates) {
+  if (!interface.bitrate_bit_per_s || *interface.bitrate_bit_per_s == rates.nominal_bit_per_s) return;
+  throw RunError(fmt::format(
+      "interface {0} has a bit rate of {1} bit/s, expected {2} bit/s; take it down and set: ip link set {0} "
+      "type can bitrate {2}, or correct bitrate_bit_per_s",
+      name, *interface.bitrate_bit_per_s, rates.nominal_bit_per_s));
+}
+
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
                               const std::vector<std::string>& messages, const BitRates& rates) {
   if (messages.empty()) return;
@@ -258,13 +266,8 @@ std::string describe(const std::string& name, const Interface& interface) {
                             interface.transmit_queue_frames);
 }
 
-std::vector<std::string> find_doubts(const std::string& name, const Interface& interface,
-                                     double bitrate_bit_per_s) {
+std::vector<std::string> find_doubts(const std::string& name, const Interface& interface) {
   std::vector<std::string> doubts;
-  const auto real_bit_per_s = interface.bitrate_bit_per_s;
-  if (real_bit_per_s && *real_bit_per_s != bitrate_bit_per_s)
-    doubts.push_back(fmt::format("{} runs at {:g} bit/s, expected {:g} by the configuration", name,
-                                 static_cast<double>(*real_bit_per_s), bitrate_bit_per_s));
   if (interface.restart_ms == 0U)
     doubts.push_back(fmt::format(
         "{} has restart-ms 0: bus-off lasts until a user runs ip link set {} type can restart", name, name));

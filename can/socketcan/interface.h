@@ -44,6 +44,10 @@ Interface require_can_interface(const std::string& name);
 /// Throws RunError, with the remedy, if the interface is listen-only.
 void require_able_to_send(const std::string& name, const Interface& interface);
 
+/// Throws RunError, with the remedy, if the interface has another nominal bit rate than the configured one: a
+/// node with a wrong bit rate disturbs every frame of the others.
+void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates);
+
 /// Throws RunError, with the remedy, if `messages`, names of the DBC that need CAN FD, is not empty and the
 /// interface takes no CAN FD frames or has another data bit rate than the configured one.
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
@@ -55,10 +59,8 @@ Refusal refusal_of(const Interface& now, const Interface& before);
 /// One line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.
 std::string describe(const std::string& name, const Interface& interface);
 
-/// Settings with which a node runs, but not as intended: another bit rate than the configured one, no restart
-/// after bus-off.
-std::vector<std::string> find_doubts(const std::string& name, const Interface& interface,
-                                     double bitrate_bit_per_s);
+/// Settings with which a node runs, but not as intended, such as no restart after bus-off.
+std::vector<std::string> find_doubts(const std::string& name, const Interface& interface);
 
 // Parses RTM_NEWLINK, the kernel's description of an interface (rtnetlink(7), linux/can/netlink.h).
 

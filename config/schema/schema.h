@@ -16,7 +16,7 @@ void visit(V& v, BusConfig& bus) {
   v.required("interface", bus.interface, any,
              {"CAN interface of `controller` and `twin`; `--interface` overrides it"});
   v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000},
-             {"bit rate of the simulated bus and of the check below"});
+             {"bit rate of the interface, of the simulated bus and of the check below"});
   v.optional(
       "data_bitrate_bit_per_s", bus.data_bitrate_bit_per_s, {.lo = 0, .hi = 8'000'000},
       {"bit rate of the data phase of CAN FD, on the interface and on the simulated bus; 0: frames of CAN "
