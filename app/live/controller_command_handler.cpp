@@ -233,14 +233,21 @@ void ControllerCommandHandler::undo(const json&, const Answer& answer) {
 }
 
 void ControllerCommandHandler::settings(const json&, const Answer& answer) {
+  const std::string file = std::filesystem::absolute(live_.file()).string();
   json list = json::array();
   for (const config::Setting& setting : live_.settings())
     list.push_back({{"key", setting.path}, {"value", setting.value}});
-  answer({{"ok", true},
-          {"file", std::filesystem::absolute(live_.file()).string()},
-          {"settings", list},
-          {"unsaved", to_json(config::changes(config::settings(live_.file()), live_.settings()))},
-          {"undo", live_.single_settings()}});
+  try {
+    answer({{"ok", true},
+            {"file", file},
+            {"settings", list},
+            {"unsaved", to_json(config::changes(config::settings(live_.file()), live_.settings()))},
+            {"undo", live_.single_settings()}});
+  } catch (const Error& error) {  // the file has been changed and is invalid
+    json refused = refusal(error.what());
+    refused["file"] = file;
+    answer(refused);
+  }
 }
 
 void ControllerCommandHandler::reload(const Answer& answer) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/input_file.h"
 #include "base/output_file.h"
 #include "config/document/toml_edit.h"
 #include "config/document/toml_text.h"
@@ -140,6 +141,19 @@ std::map<std::string, Segments> changed_lists(const toml::table& root, std::vect
   return lists;
 }
 
+/// The text with the list in the brackets of one value, [{...}, {...}], and its segments added and removed.
+std::string with_inline_segments(const std::string& text, const std::string& name, const std::string& list,
+                                 std::size_t size, const Segments& segments) {
+  config::TomlEdit edit(text, name);
+  std::vector<std::string> kept;
+  for (std::size_t i = 0; i < size; ++i)
+    if (!segments.contains(i)) kept.push_back(edit.text_of(fmt::format("{}[{}]", list, i)));
+  for (const auto& [index, keys] : segments)
+    if (!keys.empty()) kept.push_back(fmt::format("{{ {} }}", fmt::join(keys, ", ")));
+  edit.set(list, fmt::format("[{}]", fmt::join(kept, ", ")));
+  return edit.text();
+}
+
 /// The text with the segments that `unsaved` adds, behind the last one of their axis, and with `# ` before
 /// the lines of those that it removes. What it tells of them is taken out of `unsaved`.
 std::string with_segments(const std::string& text, const std::string& name,
@@ -149,6 +163,10 @@ std::string with_segments(const std::string& text, const std::string& name,
   for (const auto& [list, segments] : lists) {
     const toml::table root = config::parse_toml(edited, name);
     const toml::array& there = *root.at_path(list).as_array();
+    if (there[0].as_table()->is_inline()) {
+      edited = with_inline_segments(edited, name, list, there.size(), segments);
+      continue;
+    }
     std::vector<std::string> lines = lines_of(edited);
     std::vector<std::string> added;
     for (const auto& [index, keys] : segments) {
@@ -165,6 +183,15 @@ std::string with_segments(const std::string& text, const std::string& name,
     edited = fmt::format("{}{}", fmt::join(lines, "\n"), edited.ends_with('\n') ? "\n" : "");
   }
   return edited;
+}
+
+/// The file need not be TOML: an undo replaces one that somebody has broken.
+std::string text_of_file(const std::filesystem::path& file) {
+  try {
+    return read_regular_file(file, config::largest_configuration);
+  } catch (const FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}", file.string(), error.what()));
+  }
 }
 
 }  // namespace
@@ -199,6 +226,12 @@ ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::
   config::TomlEdit edit(with_segments(before, file.string(), further), file.string());
   for (const config::Change& change : further)
     change.to.empty() ? edit.comment_out(change.path) : edit.set(change.path, change.to);
+  try {
+    (void)config::load_text(file, edit.text());
+  } catch (const Error& error) {
+    throw Error(
+        fmt::format("nothing is saved, because the file could not be read any more: {}", error.what()));
+  }
   return config_save(before, edit.text());
 }
 
@@ -211,8 +244,7 @@ ConfigSave undo_of(const std::filesystem::path& file) {
   if (!std::filesystem::exists(kept))
     throw Error(fmt::format("there is no {}, so there is no save to undo", kept.string()));
   (void)config::load(kept);
-  ConfigSave undo =
-      config_save(config::TomlEdit::of_file(file).text(), config::TomlEdit::of_file(kept).text());
+  ConfigSave undo = config_save(text_of_file(file), text_of_file(kept));
   undo.undoes = true;
   return undo;
 }

@@ -21,14 +21,15 @@ struct ConfigSave {
 
 /// From the text of a file as it is to another one.
 ConfigSave config_save(const std::string& before, const std::string& text);
-/// `unsaved`: from the file to what is in force. Throws Error where the file has no place for a key.
+/// `unsaved`: from the file to what is in force. Throws Error where the file has no place for a key, or
+/// could not be read with them.
 ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::Change>& unsaved);
 
 /// FILE.before-save beside the file; a link is followed.
 std::filesystem::path kept_beside(const std::filesystem::path& file);
 
-/// The file as it was before the last save. Throws Error if there is none, or if it is no longer
-/// valid.
+/// The file as it was before the last save. Throws Error if there is none, or if it is no longer valid. The
+/// present file need not be valid.
 ConfigSave undo_of(const std::filesystem::path& file);
 
 /// Replaces the file and keeps its former text. Throws RunError if that cannot be kept; nothing is saved

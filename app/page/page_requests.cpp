@@ -153,12 +153,14 @@ void PageRequests::require_the_same_file(const json& settings) const {
                             of_controller.string(), options_.config.string()));
 }
 
-void PageRequests::with_settings(const Asked& asked, std::function<void(const json& settings)> work) {
+void PageRequests::with_settings(const Asked& asked, std::function<void(const json& settings)> work,
+                                 bool needs_valid_file) {
   const bool waits =
-      queue_.add(asked.client, [this, asked, work = std::move(work)](const RequestQueue::Done& done) {
-        role_.read_settings([this, asked, work, done](const json& answer) {
+      queue_.add(asked.client, [=, this, work = std::move(work)](const RequestQueue::Done& done) {
+        role_.read_settings([=, this](const json& answer) {
           try {
-            answer.value("ok", false) ? work(answer) : reply(asked, answer);
+            const bool names_file = !needs_valid_file && answer.contains("file");
+            answer.value("ok", false) || names_file ? work(answer) : reply(asked, answer);
           } catch (const std::exception& error) {
             refuse(asked, error_text(error));
           }
@@ -264,36 +266,41 @@ void PageRequests::save(PageClient&, const Asked& asked, const json& request) {
 }
 
 void PageRequests::undo_save(PageClient&, const Asked& asked, const json& request) {
-  reply_or_write(asked, request, [this](const json&) { return undo_of(options_.config); });
+  reply_or_write(
+      asked, request, [this](const json&) { return undo_of(options_.config); }, false);
 }
 
 void PageRequests::reply_or_write(const Asked& asked, const json& request,
-                                  std::function<ConfigSave(const json& settings)> make) {
+                                  std::function<ConfigSave(const json& settings)> make,
+                                  bool needs_valid_file) {
   const std::string digest = request.contains("digest") ? text_of(request, "digest") : "";
-  with_settings(asked, [this, asked, digest, make = std::move(make)](const json& answer) {
-    require_the_same_file(answer);
-    const ConfigSave save = make(answer);
-    json body{{"ok", true}, {"kept", kept_beside(options_.config).filename().string()}};
-    if (digest.empty()) {
-      body.update({{"diff", save.diff}, {"digest", save.digest}});
-      return reply(asked, std::move(body));
-    }
-    if (digest != save.digest)
-      return refuse(asked,
-                    "the file or the settings have changed since the difference was shown: look again");
-    write_save(options_.config, save);
-    const std::string done =
-        fmt::format("{} {}", save.undoes ? "undo save of" : "save", options_.config.filename().string());
-    spdlog::info("page {}: {}", asked.client, done);
-    events_.add_act(asked.client, "info", done);
-    if (!save.undoes) return reply(asked, std::move(body));
-    // The controller takes the restored file over; if it does not, `not_applied` says why.
-    role_.command(asked.client, {{"do", "reload"}},
-                  [this, asked, body = std::move(body)](const json& reloaded) mutable {
-                    if (!reloaded.value("ok", false)) body["not_applied"] = reloaded.value("error", "");
-                    reply(asked, std::move(body));
-                  });
-  });
+  with_settings(
+      asked,
+      [this, asked, digest, make = std::move(make)](const json& answer) {
+        require_the_same_file(answer);
+        const ConfigSave save = make(answer);
+        json body{{"ok", true}, {"kept", kept_beside(options_.config).filename().string()}};
+        if (digest.empty()) {
+          body.update({{"diff", save.diff}, {"digest", save.digest}});
+          return reply(asked, std::move(body));
+        }
+        if (digest != save.digest)
+          return refuse(asked,
+                        "the file or the settings have changed since the difference was shown: look again");
+        write_save(options_.config, save);
+        const std::string done =
+            fmt::format("{} {}", save.undoes ? "undo save of" : "save", options_.config.filename().string());
+        spdlog::info("page {}: {}", asked.client, done);
+        events_.add_act(asked.client, "info", done);
+        if (!save.undoes) return reply(asked, std::move(body));
+        // The controller takes the restored file over; if it does not, `not_applied` says why.
+        role_.command(asked.client, {{"do", "reload"}},
+                      [this, asked, body = std::move(body)](const json& reloaded) mutable {
+                        if (!reloaded.value("ok", false)) body["not_applied"] = reloaded.value("error", "");
+                        reply(asked, std::move(body));
+                      });
+      },
+      needs_valid_file);
 }
 
 bool RequestQueue::add(std::uint64_t client, Work work) {

@@ -166,6 +166,12 @@ TomlEdit::Place TomlEdit::find(const std::string& path) const {
   return place;
 }
 
+std::string TomlEdit::text_of(const std::string& path) const {
+  const toml::source_region at = find(path).deepest().source();
+  const std::size_t from = offset_of(at.begin);
+  return text_.substr(from, offset_of(at.end) - from);
+}
+
 void TomlEdit::replace_value(const toml::source_region& at, const std::string& value) {
   const std::size_t from = offset_of(at.begin), to = offset_of(at.end);
   std::size_t comment = to;

@@ -39,6 +39,8 @@ class TomlEdit {
   void set_comment(const std::string& path, const std::string& comment);
 
   const std::string& text() const { return text_; }
+  /// The text of the value at a path that exists: "{ kind = 'hold' }".
+  std::string text_of(const std::string& path) const;
 
  private:
   struct Place;

@@ -42,10 +42,12 @@ TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
   const support::ShippedCopy files;
   const std::vector<config::Change> unsaved{{"axis[0].control.kp", "0", "0.25"},
                                             {"axis[0].control.notch.frequency_Hz", "", "480.0"},
-                                            {"axis[0].control.ki_per_s", "409", ""}};
+                                            {"axis[0].control.notch.depth", "", "0.1"},
+                                            {"axis[0].control.notch.width", "", "0.5"},
+                                            {"axis[0].control.wipe_dwell_s", "0.1", ""}};
   const ConfigSave save = save_of(files / "piezo.toml", unsaved);
   EXPECT_NE(save.text.find("kp                 = 0.25"), std::string::npos);
-  EXPECT_NE(save.diff.find("+ # ki_per_s           = 409.0"), std::string::npos) << save.diff;
+  EXPECT_NE(save.diff.find("+ # wipe_dwell_s       = 0.1"), std::string::npos) << save.diff;
   EXPECT_NE(save.diff.find("+ frequency_Hz = 480.0"), std::string::npos) << save.diff;
   EXPECT_EQ(support::read_file(files / "piezo.toml").find("0.25"), std::string::npos)
       << "nothing is written yet";
@@ -90,6 +92,51 @@ TEST(ConfigSave, PutsTheLinesOfARemovedSegmentIntoComments) {
   const ConfigSave save = save_of(files / "piezo.toml", unsaved);
   EXPECT_NE(save.diff.find("+ # [[axis.control.setpoint]]"), std::string::npos) << save.diff;
   EXPECT_EQ(loaded(files, save.text).axes[0].control.setpoint.size(), 1u);
+}
+
+/// piezo.toml, whose axis x has its setpoints in one line.
+void write_inline_setpoints(const support::ShippedCopy& files) {
+  std::string text = support::read_file(files / "piezo.toml");
+  const auto first = text.find("[[axis.control.setpoint]]"), end = text.find("[axis.twin]");
+  text.erase(first, end - first);
+  const auto in_position = text.find("[axis.control.in_position]");
+  const auto repeat = text.rfind("repeat             = true\n", in_position);
+  text.insert(repeat,
+              "setpoint = [{kind = 'hold', level_um = 10.0, duration_s = 1.0, transition_s = 0.2}, "
+              "{ kind = 'hold', level_um = 20.000, duration_s = 1.0, transition_s = 0.2 }]  # two\n");
+  std::ofstream(files / "piezo.toml") << text;
+}
+
+TEST(ConfigSave, RemovesAndAddsSegmentsOfASetpointInOneLine) {
+  const support::ShippedCopy files;
+  write_inline_setpoints(files);
+  const ConfigSave removed =
+      save_of(files / "piezo.toml",
+              segment_changes(1, {{"kind", ""}, {"level_um", ""}, {"duration_s", ""}, {"transition_s", ""}}));
+  EXPECT_NE(removed.text.find("setpoint = [{kind = 'hold', level_um = 10.0, duration_s = 1.0, transition_s = "
+                              "0.2}]"),
+            std::string::npos)
+      << removed.diff;
+  const ConfigSave added = save_of(
+      files / "piezo.toml",
+      segment_changes(
+          2, {{"kind", "'hold'"}, {"level_um", "5.0"}, {"duration_s", "1.0"}, {"transition_s", "0.2"}}));
+  const config::Config config = loaded(files, added.text);
+  ASSERT_EQ(config.axes[0].control.setpoint.size(), 3u);
+  EXPECT_EQ(std::get<controller::Hold>(config.axes[0].control.setpoint[2].shape).level_um, 5.0);
+  EXPECT_NE(added.text.find("level_um = 20.000"), std::string::npos) << "the others keep their text";
+}
+
+TEST(ConfigSave, RefusesAFileThatCouldNotBeReadAnyMore) {
+  const support::ShippedCopy files;
+  try {
+    (void)save_of(files / "piezo.toml", {{"axis[0].control.ki_per_s", "409", ""}});
+    FAIL();
+  } catch (const Error& error) {
+    const std::string text = error.what();
+    EXPECT_TRUE(text.starts_with("nothing is saved, because the file could not be read any more: ")) << text;
+    EXPECT_NE(text.find("ki_per_s"), std::string::npos) << text;
+  }
 }
 
 class FakeInterface : public testing::Test {

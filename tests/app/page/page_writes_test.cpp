@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 #include "app/page/page_events.h"
@@ -118,6 +119,21 @@ TEST_F(PageServer, TellsAPageThatComesLaterOfASaveAndOfItsUndo) {
   const auto later = page();
   EXPECT_EQ(event_with(*later, "save").at("text"), "save piezo.toml");
   EXPECT_EQ(event_with(*later, "save").at("text"), "undo save of piezo.toml");
+}
+
+TEST_F(PageServer, UndoesASaveWhereSomebodyHasBrokenTheFileSince) {
+  const auto file = bench_.files() / "piezo.toml";
+  const std::string former = support::read_file(file);
+  const auto peer = writer();
+  EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
+  EXPECT_TRUE(is_ok(confirm(*peer, "save")));
+  for (const char* broken : {"format = 1\n", "this is no TOML ["}) {
+    std::ofstream(file) << broken;
+    EXPECT_FALSE(is_ok(peer->ask({{"do", "settings"}})));
+    std::ofstream(bench_.files() / "piezo.toml.before-save") << former;
+    EXPECT_TRUE(is_ok(confirm(*peer, "undo_save")));
+    EXPECT_EQ(support::read_file(file), former);
+  }
 }
 
 TEST_F(PageServer, TakesASettingBackAlsoAfterItsSave) {
