@@ -29,6 +29,7 @@ void discard_output() {
 
 void prepare_standard_streams() {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   // open() takes the lowest number that is free. Standard output is open for reading only: a write to it
   // fails.
   for (const auto& [stream, mode] :

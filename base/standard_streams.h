@@ -16,7 +16,8 @@ namespace hystcan {
 
 /// Call it first in `main`. A standard stream that is closed gets an open descriptor, so that no file of a
 /// command gets its number: what is written to standard output then fails, as on a closed one. A pipe without
-/// a reader is an error of the write and does not end the process (SIGPIPE).
+/// a reader, or a file that has reached the limit of its size, is an error of the write and does not end the
+/// process (SIGPIPE, SIGXFSZ).
 void prepare_standard_streams();
 
 /// Without the control characters with which a name from a file or from the bus could command a terminal: as

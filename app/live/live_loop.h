@@ -33,10 +33,16 @@ class LiveLoop {
     };
   }
 
-  /// Runs until stop(). Calls `on_signal` at every Ctrl-C, SIGTERM, Ctrl-\\ and SIGHUP.
+  /// Runs until stop(). Calls `on_signal` at every Ctrl-C, SIGTERM, Ctrl-\\, SIGHUP and SIGXCPU, the limit of
+  /// the processor time. Ignores every other signal that would end or stop the process and reports no error
+  /// of the program: timers, SIGUSR1, a background job that uses its terminal.
   void run(std::function<void(int signal)> on_signal) {
     on_signal_ = std::move(on_signal);
-    for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP}) signals_.add(signal);
+    for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP, SIGXCPU}) signals_.add(signal);
+    for (const int signal :
+         {SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGIO, SIGPWR, SIGSTKFLT, SIGTTIN, SIGTTOU})
+      std::signal(signal, SIG_IGN);
+    for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) std::signal(signal, SIG_IGN);
     await_signal();
     context_.run();
   }

@@ -84,8 +84,8 @@ void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealth
         leave_terminal();
       else if (signal == SIGHUP && run.reload)
         return run.reload();
-      if (stopping) return loop.stop();
-      stop();
+      if (!stopping) return stop();
+      if (signal != SIGXCPU) loop.stop();  // the kernel repeats SIGXCPU each second
     });
   } catch (...) {
     controller.send_safe_commands();

@@ -43,7 +43,7 @@ std::optional<std::string> run_gnuplot(const fs::path& directory, const std::str
   const pid_t child = fork();
   if (child < 0) return std::generic_category().message(errno);
   if (child == 0) {
-    std::signal(SIGPIPE, SIG_DFL);   // this program ignores it
+    for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_DFL);  // this program ignores them
     setenv("LC_ALL", "C.UTF-8", 1);  // the encoding of the scripts, whatever the user's
     if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", ("./" + script).c_str(), nullptr);
     _exit(127);

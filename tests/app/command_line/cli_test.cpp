@@ -269,6 +269,15 @@ TEST_F(Cli, ControllerRehearsesWithTheFaultsOfTheTwinAndSaysTheSameEachTime) {
   EXPECT_EQ(read("first.csv"), read("second.csv"));
 }
 
+TEST_F(Cli, ControllerRunsOnWhereItsFileReachesTheLargestSize) {
+  Process program({"sh", "-c",
+                   std::string("ulimit -f 8; exec " HYSTCAN_PROGRAM " controller ") + path("piezo.toml") +
+                       " --rehearse --csv " + path("run.csv")});
+  EXPECT_EQ(program.wait(), failed) << program.err();
+  EXPECT_NE(program.out().find("RMS"), std::string::npos) << program.out();
+  EXPECT_NE(program.err().find("File too large"), std::string::npos) << program.err();
+}
+
 /// Virtual time would pass without end, and nobody would see it.
 TEST_F(Cli, ARehearsalWhoseAxisNeverStartsEndsAndSaysWhatItWaitedFor) {
   shipped.edit("soft_stage.toml", "[[axis]]",

@@ -143,7 +143,28 @@ TEST_P(EndingSignal, RampsDown) {
   expect_ramped_down();
   EXPECT_EQ(reloads_, 0);
 }
-INSTANTIATE_TEST_SUITE_P(Signals, EndingSignal, testing::Values(SIGINT, SIGTERM, SIGQUIT));
+INSTANTIATE_TEST_SUITE_P(Signals, EndingSignal, testing::Values(SIGINT, SIGTERM, SIGQUIT, SIGXCPU));
+
+TEST_F(LiveStage, RunsOnAtSignalsThatNobodySendsOnPurpose) {
+  on_turn_ = [this, raised = false]() mutable {
+    if (raised || !all_are(AxisState::tracking)) return;
+    raised = true;
+    for (const int signal : {SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGIO, SIGPWR, SIGSTKFLT, SIGTTIN,
+                             SIGTTOU, SIGRTMIN, SIGRTMAX, SIGURG, SIGWINCH, SIGCHLD})
+      raise(signal);
+  };
+  run(until([this] { return turns_ >= 1000 && output_V(0) > 20.0; }));
+  expect_ramped_down();
+}
+
+TEST_F(LiveStage, RampsDownToTheEndWhereTheProcessorTimeIsExceededAgain) {
+  on_turn_ = [this] {
+    if (all_are(AxisState::tracking) && output_V(0) > 20.0) raise(SIGXCPU);
+    if (stops_ == 1) raise(SIGXCPU);
+  };
+  run(for_ever());
+  expect_ramped_down();
+}
 
 TEST_F(LiveStage, IsReadAgainAtAHangUpAndRunsOn) {
   shows("S-064");
