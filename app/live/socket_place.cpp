@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <optional>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -71,7 +72,11 @@ std::filesystem::path temporary_folder(const SocketPlaces& places) {
 /// The folder that the environment names, or the one of the login.
 std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
-    if (const char* folder = std::getenv(variable); folder != nullptr && *folder != '\0') return folder;
+    if (const char* folders = std::getenv(variable); folders != nullptr && *folders != '\0') {
+      const std::string_view given = folders;
+      const bool may_be_several = variable == std::string_view("RUNTIME_DIRECTORY");  // "/run/a:/run/b"
+      return given.substr(0, may_be_several ? given.find(':') : std::string_view::npos);
+    }
   if (!reason_against(runtime_folder(places), places.user)) return runtime_folder(places);
   return std::nullopt;
 }

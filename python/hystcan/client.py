@@ -23,7 +23,7 @@ def _is_of_this_user(folder: str) -> bool:
 
 
 def _default_socket(interface: str) -> pathlib.Path:
-    given = os.environ.get("RUNTIME_DIRECTORY") or os.environ.get("XDG_RUNTIME_DIR")
+    given = os.environ.get("RUNTIME_DIRECTORY", "").split(":")[0] or os.environ.get("XDG_RUNTIME_DIR")
     of_user = filter(_is_of_this_user, (f"/run/user/{os.getuid()}", f"/tmp/hystcan-{os.getuid()}"))
     for folder in (given, *of_user, "/run/hystcan"):
         if folder and os.path.exists(path := os.path.join(folder, f"hystcan-{interface}.sock")):

@@ -78,6 +78,11 @@ TEST_F(SocketPlace, IsTheFolderThatTheEnvironmentNames) {
   EXPECT_EQ(default_socket("can0", places), "/of/service/hystcan-can0.sock");
 }
 
+TEST_F(SocketPlace, IsTheFirstOfSeveralFoldersOfAService) {
+  setenv("RUNTIME_DIRECTORY", "/of/service:/of/service/too", 1);
+  EXPECT_EQ(default_socket("can0", places), "/of/service/hystcan-can0.sock");
+}
+
 TEST_F(SocketPlace, IsTheRuntimeFolderOfTheUserIfThereIsOne) {
   make(places.runtime / uid, 0700);
   EXPECT_EQ(default_socket("vcan0", places), in_runtime);
