@@ -77,11 +77,9 @@ bool CommandFrame::is_safe_one_on_its_way() {
   return false;
 }
 
-/// The counter of the message goes on with the frames that are handed over. The amplifier compares the
-/// counter of a foreign command with that of ours.
+/// The counter of the message goes on with the frames that are handed over.
 void CommandFrame::hand_over(Composed composed, can::Bus& bus) {
   protector_.seal(composed.frame);
-  foreign_.note(composed.frame);
   if (bus.send(composed.frame) && echoes_) queued_ = composed;
 }
 

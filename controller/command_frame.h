@@ -35,8 +35,12 @@ class CommandFrame {
   const std::vector<std::size_t>& axes() const { return axes_; }
   std::uint32_t id() const { return next_.frame.id; }
   bool extended() const { return next_.frame.extended; }
-  /// True for a sound command on the bus: it comes from another controller.
-  bool is_sound(const can::Frame& frame) { return !foreign_.check(frame); }
+  /// True for a sound command on the bus: it comes from another controller. Its counter does not matter: the
+  /// amplifier may receive it before our own command with the same counter, and then rejects ours.
+  bool is_sound(const can::Frame& frame) {
+    return foreign_.check(frame).value_or(can::Rejection::repeated_counter) ==
+           can::Rejection::repeated_counter;
+  }
 
   /// Of a bus that reports no echo, no frame ever waits.
   void begin_to_count_echoes() { echoes_ = true; }

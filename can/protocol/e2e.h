@@ -105,9 +105,6 @@ class E2eChecker {
   /// Empty: the frame is accepted. The checks run in the order of `Rejection`; the first failure counts.
   std::optional<Rejection> check(const Frame& frame);
 
-  /// A frame of another sender that the receivers have too: one that repeats its counter is not accepted.
-  void note(const Frame& frame) { repeats(frame); }
-
   std::uint64_t rejected(Rejection cause) const { return rejected_[static_cast<std::size_t>(cause)]; }
   std::uint64_t accepted() const { return accepted_; }
 
