@@ -57,7 +57,8 @@ bool Axis::clear() {
 
 void Axis::trip(Cause cause, double time_s) {
   const bool may_fall = state_ == AxisState::faulted ? is_falling_ : is_driving();
-  is_falling_ = may_fall && config_.fault_ramp_per_s > 0.0 && leaves_the_drive_in_hand(cause);
+  if (!is_falling_) fall_per_s_ = config_.fault_ramp_per_s;
+  is_falling_ = may_fall && fall_per_s_ > 0.0 && leaves_the_drive_in_hand(cause);
   if (state_ == AxisState::faulted) return;
   state_ = AxisState::faulted;
   fault_ = {cause, time_s};
@@ -340,12 +341,12 @@ AxisCommand Axis::park(const AxisInput& input) {
 /// After a fault. It ends at once where bus or amplifier may not obey any more.
 AxisCommand Axis::fall(const AxisInput& input) {
   const double safe_drive = config_.gate.safe_drive;
-  output_check_.step(drive_, config_.fault_ramp_per_s, input);
+  output_check_.step(drive_, fall_per_s_, input);
   is_falling_ = is_falling_ && drive_ != safe_drive && obeys_commands(input.health) &&
                 !is_status_too_old(input.health, config_.supervision.status_timeout) &&
                 !output_differs_too_long();
   if (!is_falling_) return safe();
-  drive_ = closer_to(safe_drive, config_.fault_ramp_per_s * input.cycle_s, input.dt_s);
+  drive_ = closer_to(safe_drive, fall_per_s_ * input.cycle_s, input.dt_s);
   return {.drive = drive_, .enable = true};
 }
 

@@ -143,7 +143,8 @@ class Axis {
   AxisState state_ = AxisState::offline;
   bool stopping_ = false;
   bool is_falling_ = false;
-  bool connected_ = false;  ///< the amplifier's output follows the drive since the axis was armed
+  double fall_per_s_ = 0.0;  ///< fault_ramp_per_s when the ramp began
+  bool connected_ = false;   ///< the amplifier's output follows the drive since the axis was armed
   bool watchdog_verified_ = false;
   bool memory_known_ = false;  ///< the model's memory agrees with the actuator's; false after a fault
 };

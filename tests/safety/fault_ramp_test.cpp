@@ -60,6 +60,19 @@ TEST(FaultRamp, LowersTheDriveAtItsSlewAndSwitchesOffAtTheSafeDrive) {
   EXPECT_NEAR(cycles, axis.before, 1.5);
 }
 
+TEST(FaultRamp, KeepsItsRateWhenTheConfigurationChangesMeanwhile) {
+  Faulted axis(with_ramp());
+  for (const double other_per_s : {1.0, 0.0}) {
+    AxisConfig other = with_ramp();
+    other.fault_ramp_per_s = other_per_s;
+    controller::AxisTuning tuning(other, false);
+    ASSERT_FALSE(axis.stage.axis.retune(tuning));
+    const double last = axis.stage.command.drive;
+    axis.stage.cycle(lose_the_sensor);
+    EXPECT_NEAR(last - axis.stage.command.drive, 1.0, 1e-9) << other_per_s;
+  }
+}
+
 TEST(FaultRamp, MayBeSlow) {
   AxisConfig slow = with_ramp();
   slow.fault_ramp_per_s = 0.5;
