@@ -33,8 +33,8 @@ Config defaults_of(const Config& config) {
   return defaults;
 }
 
-/// Keys that a running axis cannot exchange.
-constexpr std::array foundations{std::string_view("model")};
+/// Keys that a running axis cannot exchange. The frames of the commands get the safe drive at the start.
+bool is_foundation(std::string_view key) { return key == "model" || key.starts_with("safe_drive_"); }
 
 /// The keys that have a value.
 std::vector<Setting> keys_of(Config config, Writer::Layout layout) {
@@ -137,7 +137,7 @@ Effect effect_of(std::string_view path) {
   constexpr std::string_view control = "control.";
   if (!path.starts_with(control)) return Effect::after_restart;
   path.remove_prefix(control.size());
-  return std::ranges::find(foundations, path) == foundations.end() ? Effect::at_once : Effect::after_restart;
+  return is_foundation(path) ? Effect::after_restart : Effect::at_once;
 }
 
 std::vector<Change> changes(const std::vector<Setting>& before, const std::vector<Setting>& after) {

@@ -116,6 +116,7 @@ TEST(EffectOf, SeparatesTunableKeysFromThoseThatNeedARestart) {
                                      {"axis[0].control.setpoint[3].low_um", Effect::at_once},
                                      {"axis[0].control.position_max_um", Effect::at_once},
                                      {"axis[0].control.model", Effect::after_restart},
+                                     {"axis[0].control.safe_drive_V", Effect::after_restart},
                                      {"axis[0].name", Effect::after_restart},
                                      {"axis[0].frames.sample.crc", Effect::after_restart},
                                      {"axis[0].live_setpoint", Effect::after_restart},
