@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 
 #include "can/socketcan/socketcan_bus.h"
@@ -208,7 +209,10 @@ void require_able_to_send(const std::string& name, const Interface& interface) {
 }
 
 void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates) {
-  if (!interface.bitrate_bit_per_s || *interface.bitrate_bit_per_s == rates.nominal_bit_per_s) return;
+  constexpr double rounding = 0.01;  // the kernel reports what the adapter's clock divides into
+  if (!interface.bitrate_bit_per_s) return;
+  const double off = static_cast<double>(*interface.bitrate_bit_per_s) / rates.nominal_bit_per_s - 1.0;
+  if (std::abs(off) <= rounding) return;
   throw RunError(fmt::format(
       "interface {0} has a bit rate of {1} bit/s, expected {2} bit/s; take it down and set: ip link set {0} "
       "type can bitrate {2}, or correct bitrate_bit_per_s",

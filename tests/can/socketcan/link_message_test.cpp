@@ -223,6 +223,7 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItsBitRateIsNotTheConfiguredOne) {
             "interface can0 has a bit rate of 1000000 bit/s, expected 500000 bit/s; take it down and set: ip "
             "link set can0 type can bitrate 500000, or correct bitrate_bit_per_s");
   EXPECT_EQ(refusal(sound(), 1'000'000), "");
+  EXPECT_EQ(refusal(sound(), 995'000), "") << "a clock that the rate does not divide";
   EXPECT_EQ(refusal(Interface{}, 500'000), "") << "it has no bit rate";
 }
 
