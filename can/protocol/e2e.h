@@ -8,7 +8,7 @@
 //   | 8H2F, AUTOSAR                | 0x2F   | 0xFF   | 0xFF   | 0xDF                       |
 //   | CRC-16, as AUTOSAR profile 5 | 0x1021 | 0xFFFF | 0x0000 | 0x29B1                     |
 //
-// How many bit errors each of them finds in which length: docs/protocol/frames.md, scripts/crc_distance.
+// How many bit errors each of them finds in which length: docs/protocol/frames.md.
 //
 // The data id is one of three:
 //

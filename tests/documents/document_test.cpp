@@ -258,8 +258,8 @@ std::string rows_of(const CLI::App& command, const std::string& before) {
   return rows;
 }
 
-TEST(ProtocolDocument, HasTheTableOfTheScriptCrcDistance) {
-  support::Process script({(source / "scripts/crc_distance").string()});
+TEST(ProtocolDocument, HasTheTableOfCrcDistance) {
+  support::Process script({(source / "tests/documents/crc_distance").string()});
   ASSERT_EQ(script.wait(), 0) << script.err();
   EXPECT_NE(support::read_file(source / "docs/protocol/frames.md").find("\n\n" + script.out() + "\n"),
             std::string::npos)
