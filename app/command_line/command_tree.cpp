@@ -118,8 +118,9 @@ const Examples& examples() {
        {"hystcan identify loops.csv --output stage.model.toml --report report",
         "hystcan identify loops.csv --output x.model.toml --for stage.toml --axis x --write new.toml"}},
       {"validate", {"hystcan validate stage.model.toml other.csv --estimate-from 0.5"}},
-      {"dynamics", {"hystcan dynamics step.csv --output dynamics.toml"}},
-      {"tune", {"hystcan tune config/piezo.toml --axis x --rehearse"}},
+      {"tune",
+       {"hystcan tune config/piezo.toml --axis x --rehearse",
+        "hystcan tune config/piezo.toml --record step.csv"}},
       {"simulate",
        {"hystcan simulate config/piezo.model.toml --input drive.csv --output position.csv",
         "hystcan simulate config/piezo.model.toml --inverse --input wanted.h5 --output drive.h5"}},
@@ -188,9 +189,9 @@ void add_examples(CLI::App& cli) {
 
 void add_commands(CLI::App& cli, int& status) {
   for (const AddCommand add :
-       {add_demo,     add_init,    add_controller, add_twin,  add_excite, add_identify, add_validate,
-        add_dynamics, add_tune,    add_simulate,   add_check, add_doctor, add_ctl,      add_status,
-        add_page,     add_monitor, add_decode,     add_runs,  add_plot,   add_export,   add_completion})
+       {add_demo,    add_init,     add_controller, add_twin,   add_excite, add_identify,  add_validate,
+        add_tune,    add_simulate, add_check,      add_doctor, add_ctl,    add_status,    add_page,
+        add_monitor, add_decode,   add_runs,       add_plot,   add_export, add_completion})
     add(cli, status);
   refuse_empty_values(cli);
   add_examples(cli);

@@ -31,7 +31,6 @@ void add_ctl(CLI::App& cli, int& status);
 void add_decode(CLI::App& cli, int& status);
 void add_demo(CLI::App& cli, int& status);
 void add_doctor(CLI::App& cli, int& status);
-void add_dynamics(CLI::App& cli, int& status);
 void add_excite(CLI::App& cli, int& status);
 void add_export(CLI::App& cli, int& status);
 void add_identify(CLI::App& cli, int& status);

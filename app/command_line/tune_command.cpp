@@ -7,13 +7,16 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/command_line/commands.h"
 #include "app/live/report.h"
+#include "app/stage/axis_completion.h"
 #include "app/stage/config_edit.h"
 #include "app/stage/open_loop.h"
 #include "app/stage/option_check.h"
+#include "app/stage/stage_records.h"
 #include "app/stage/tuning.h"
 #include "app/stage/tuning_report.h"
 #include "base/output_file.h"
@@ -32,6 +35,8 @@ struct TuneArguments {
   OpenLoopOptions run;
   std::filesystem::path output = "tuning.toml";
   std::filesystem::path written, picture, table;  ///< empty: not asked for
+  std::filesystem::path record;                   ///< empty: an experiment makes one
+  config::DatasetLayout layout{};                 ///< of the record
   std::optional<double> centre, amplitude;
   double period_s = 0.4;
   unsigned cycles = 5;
@@ -43,9 +48,9 @@ struct TuneArguments {
 };
 
 Excitation::Steps steps(const TuneArguments& options, const controller::Gate::Config& gate) {
-  const Excitation::Steps usual = usual_steps(gate);
-  return {.centre = options.centre.value_or(usual.centre),
-          .amplitude = options.amplitude.value_or(usual.amplitude),
+  const double range = gate.drive_max - gate.drive_min;
+  return {.centre = options.centre.value_or(gate.drive_min + range / 2.0),
+          .amplitude = options.amplitude.value_or(0.01 * range),
           .period_s = options.period_s,
           .cycles = options.cycles};
 }
@@ -68,8 +73,10 @@ Excitation::Steps chosen_steps(const TuneArguments& options, const config::Confi
 struct AskedFiles {
   AskedFiles(const TuneArguments& options, const config::Config& loaded) {
     refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
+    for (const auto& file : {options.output, options.table, options.picture})
+      refuse_to_overwrite(file, options.record);
     if (!options.written.empty()) {
-      refuse_to_write_into(options.written, loaded, options.output);
+      refuse_to_write_into(options.written, loaded, options.output, options.record);
       written.emplace(options.written);
     }
     if (!options.table.empty()) {
@@ -91,17 +98,44 @@ void put(std::optional<OutputFile>& file, const std::string& text) {
   file->commit();
 }
 
+/// What the proposal rests on.
+struct Measured {
+  Dataset record;
+  IdentifiedPlant plant;
+};
+
+Measured measured_before(const TuneArguments& options, const config::Config& config, TuningReport& report) {
+  AxisRecords records{.loop_files = {}, .step_file = options.record};
+  DatasetInput input;
+  input.axis = report.axis;
+  input.input_unit = report.drive_unit;
+  input.layout = options.layout;
+  load(records, input);
+  report.record = options.record.filename().string();
+  return {*records.step, *shown_plant(records, config.axes[0].control.delays)};
+}
+
+Measured measured_now(const TuneArguments& options, const config::Config& config, const twin::Config& twin,
+                      TuningReport& report) {
+  report.steps = chosen_steps(options, config, twin);
+  report.rehearsed = options.run.rehearse;
+  Dataset record = measured_steps(config, twin, options.run, report.steps);
+  IdentifiedPlant plant = plant_of_steps(record, config);
+  return {std::move(record), std::move(plant)};
+}
+
 int tune(const TuneArguments& options) {
   const config::Config loaded = config::load(options.run.config);
   AskedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);  // whole, as the bus has all its nodes
-  TuningReport report = tuning_of(config, chosen_steps(options, config, twin), options.run.rehearse);
+  TuningReport report = tuning_of(config);
   report.rule = options.sensitivity;
   report.cautious_rule = cautious_rule(options);
   report.only_cautious = options.cautious;
-  const Dataset record = measured_steps(config, twin, options.run, report.steps);
-  evaluate(report, plant_of_steps(record, config), config, twin);
+  const auto& [record, plant] = options.record.empty() ? measured_now(options, config, twin, report)
+                                                       : measured_before(options, config, report);
+  evaluate(report, plant, config, twin);
   predict_further(report, config, twin);
   put(files.fragment, fragment(report));
   if (files.table) put(files.table, response_table(report, record));
@@ -129,6 +163,11 @@ void add_tune(CLI::App& cli, int& status) {
   command->add_option("--response", options->table,
                       "frequency response to write: measured, model, loops (CSV)");
   command->add_option("--plot", options->picture, "picture of it to draw with gnuplot (.svg, .png)");
+  CLI::Option* record = command->add_option(
+      "--record", options->record,
+      "record of small steps or a chirp (CSV: time_s,input,output, evenly sampled) instead of an experiment");
+  add_column_options(*command, options->layout);
+  for (const char* of_record : {"--columns", "--output-scale"}) command->get_option(of_record)->needs(record);
   command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max")
       ->check(finite_number());
   command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min")
@@ -164,6 +203,9 @@ void add_tune(CLI::App& cli, int& status) {
       ->needs(cautious);
   command->add_flag("--json", options->json, "print the result as JSON");
   add_open_loop_options(*command, options->run);
+  for (const char* of_experiment :
+       {"--centre", "--amplitude", "--period", "--cycles", "--interface", "--clear-faults", "--rehearse"})
+    record->excludes(command->get_option(of_experiment));
   command->callback([options, &status] { status = tune(*options); });
 }
 

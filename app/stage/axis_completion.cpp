@@ -166,7 +166,7 @@ TuningReport tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& recor
   print_lines(name, {dynamics_line(records.step_file->filename().string(), plant, stated.resonance_Hz)});
   const config::Config config =
       chosen_axis_of(stage.config, {.config = stage.file(), .axis = name, .interface = {}, .rehearse = true});
-  TuningReport report = tuning_of(config, usual_steps(config.axes[0].control.gate), false);
+  TuningReport report = tuning_of(config);
   evaluate(report, plant, config, twin_config(stage.config));
   throw_if_signalled();
   if (stated.sensor_s() == 0.0) report.unshared_s = plant.delays.lag_s() + plant.delays.sensor_s();

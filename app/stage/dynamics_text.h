@@ -1,5 +1,4 @@
-// An identified mode, a loop and a fragment of a configuration as text, TOML and JSON, for `dynamics` and
-// `tune`.
+// An identified mode, a loop and a fragment of a configuration as text, TOML and JSON, for `tune`.
 #pragma once
 
 #include <chrono>

@@ -173,11 +173,6 @@ config::Config at_rate(const TuningReport& report, config::Config config, double
 
 }  // namespace
 
-Excitation::Steps usual_steps(const controller::Gate::Config& gate) {
-  const double range = gate.drive_max - gate.drive_min;
-  return {.centre = gate.drive_min + range / 2.0, .amplitude = 0.01 * range, .period_s = 0.4, .cycles = 5};
-}
-
 Excitation::Steps with_safe_amplitude(const Excitation::Steps& steps, const config::Config& config,
                                       const twin::Config& twin) {
   const auto with = [&](double amplitude) {
@@ -218,15 +213,13 @@ Dataset measured_steps(const config::Config& config, const twin::Config& twin, c
   return record;
 }
 
-TuningReport tuning_of(const config::Config& config, const Excitation::Steps& steps, bool rehearsed) {
+TuningReport tuning_of(const config::Config& config) {
   const config::AxisConfig& axis = config.axes[0];
   TuningReport report;
   report.config = config.file.filename().string();
   report.axis = axis.wire.name;
   report.drive_unit = axis.wire.drive_unit;
   report.actuator = axis.twin_model.string();
-  report.rehearsed = rehearsed;
-  report.steps = steps;
   report.rate_Hz = config.controller.rate_Hz;
   return report;
 }

@@ -12,9 +12,6 @@
 
 namespace hystcan::app {
 
-/// Up and down around the middle of the range of the drive by 1 % of it, five times.
-controller::Excitation::Steps usual_steps(const controller::Gate::Config& gate);
-
 /// The steps with a smaller amplitude where the twin comes near a limit (amplitude_with_margin), which is
 /// noted. `config` has one axis.
 controller::Excitation::Steps with_safe_amplitude(const controller::Excitation::Steps& steps,
@@ -25,9 +22,8 @@ identification::Dataset measured_steps(const config::Config& config, const twin:
                                        const OpenLoopOptions& run,
                                        const controller::Excitation::Steps& steps);
 
-/// What is known of the experiment before it is evaluated, with the usual rules: no plant and no candidates.
-TuningReport tuning_of(const config::Config& config, const controller::Excitation::Steps& steps,
-                       bool rehearsed);
+/// What is known before a record is evaluated, with the usual rules: no plant and no candidates.
+TuningReport tuning_of(const config::Config& config);
 
 /// The plant behind the record. Throws RunError where the record determines none.
 IdentifiedPlant plant_of_steps(const identification::Dataset& record, const config::Config& config);

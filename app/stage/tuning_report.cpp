@@ -154,6 +154,25 @@ std::string rules(const TuningReport& report) {
   return (report.only_cautious ? std::string() : describe(report.rule)) + describe(report.cautious_rule);
 }
 
+std::string experiment_line(const TuningReport& report) {
+  const controller::Excitation::Steps& s = report.steps;
+  return line(
+      "experiment",
+      fmt::format("axis {} of {}, {}: {} of {:g} {} about {:g} {}, {:g} s each, "
+                  "{} at {:g} Hz{}",
+                  report.axis, report.config, report.rehearsed ? "rehearsed with its twin" : "on the bus",
+                  counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit, s.centre,
+                  report.drive_unit, s.period_s, counted(report.plant.rows, "row"), report.rate_Hz,
+                  left_out_text(report.plant)));
+}
+
+std::string record_line(const TuningReport& report) {
+  return line("dataset",
+              fmt::format("{}: {} at {:.6g} Hz{}; for axis {} of {} at {:g} Hz", report.record,
+                          counted(report.plant.rows, "row"), 1.0 / report.plant.cycle_s,
+                          left_out_text(report.plant), report.axis, report.config, report.rate_Hz));
+}
+
 /// An axis with the loop of a candidate, and without anything else.
 config::AxisConfig axis_with(const Candidate& candidate) {
   config::AxisConfig axis;
@@ -242,16 +261,8 @@ Doubt doubt_of(const TuningReport& report) {
 }
 
 std::string describe(const TuningReport& report) {
-  const controller::Excitation::Steps& s = report.steps;
   const controller::Delays& now = report.present().loop.delays;
-  return line("experiment",
-              fmt::format("axis {} of {}, {}: {} of {:g} {} about {:g} {}, {:g} s each, "
-                          "{} at {:g} Hz{}",
-                          report.axis, report.config,
-                          report.rehearsed ? "rehearsed with its twin" : "on the bus",
-                          counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit, s.centre,
-                          report.drive_unit, s.period_s, counted(report.plant.rows, "row"), report.rate_Hz,
-                          left_out_text(report.plant))) +
+  return (report.record.empty() ? experiment_line(report) : record_line(report)) +
          describe(report.plant, now, report.drive_unit, "um") +
          line("configured", fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms",
                                         now.resonance_Hz, now.damping_ratio, now.amplifier_bandwidth_Hz,
@@ -285,13 +296,17 @@ nlohmann::json to_json(const TuningReport& report) {
   nlohmann::json json = to_json(report.plant);
   json["config"] = report.config;
   json["axis"] = report.axis;
-  json["rehearsed"] = report.rehearsed;
   json["rate_Hz"] = report.rate_Hz;
   json["drive_unit"] = report.drive_unit;
-  json["steps"] = {{"centre", report.steps.centre},
-                   {"amplitude", report.steps.amplitude},
-                   {"period_s", report.steps.period_s},
-                   {"cycles", report.steps.cycles}};
+  if (report.record.empty()) {
+    json["rehearsed"] = report.rehearsed;
+    json["steps"] = {{"centre", report.steps.centre},
+                     {"amplitude", report.steps.amplitude},
+                     {"period_s", report.steps.period_s},
+                     {"cycles", report.steps.cycles}};
+  } else {
+    json["record"] = report.record;
+  }
   json["rule"] = {{"phase_margin_deg", report.cautious_rule.phase_margin_deg},
                   {"gain_margin_dB", decibel(report.cautious_rule.gain_margin)},
                   {"resonance_percent", report.rule.resonance_percent}};

@@ -45,6 +45,7 @@ struct TuningReport {
   std::string axis;
   std::string drive_unit;
   std::string actuator;  ///< the model file of the twin
+  std::string record;    ///< the file's name, without its folder; empty: an experiment with these steps
   bool rehearsed = false;
   controller::Excitation::Steps steps;
   double rate_Hz = 0.0;

@@ -48,7 +48,7 @@ std::complex<double> response_of(const PlantRecursion::Config& held_plant, doubl
 ///   h = (1 - e^{-sT}) / (sT) held,  h^2 interpolated
 std::complex<double> response_between_samples(const Delays& delays, double cycle_s, double frequency_Hz);
 
-// The loop as it is closed in the samples, everywhere the same: tune, dynamics, check, ctl and reload judge
+// The loop as it is closed in the samples, everywhere the same: tune, check, ctl and reload judge
 // by it.
 //
 //   L(z) = PI(z) F(z) P(z),   P(z) = N(z) G(z),   z = e^{i theta},  0 < theta <= pi

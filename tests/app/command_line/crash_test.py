@@ -99,9 +99,6 @@ def cases(hystcan, written_files):
                before=[loops], quick=False)
     yield Case("tune", [hystcan, "tune", piezo, "--axis", "x", "--rehearse", "--output", "tuning.toml", "--write", "tuned.toml",
                         "--response", "response.csv"], quick=False)
-    dynamics = [hystcan, "dynamics", "step.csv", "--output", "response.csv", "--config", piezo, "--write"]
-    yield Case("dynamics", [*dynamics, "faster.toml"], again=[*dynamics, "again.toml"],
-               before=[[hystcan, "excite", piezo, "--rehearse", "--signal", "step", "--output", "step.csv"]], quick=False)
     yield Case("plot", [hystcan, "plot", "cycles.csv", "--axis", "x", "--kind", "tracking", "--format", "svg",
                         "--output", "plots"],
                before=[[*rehearse, "cycles.csv"]],

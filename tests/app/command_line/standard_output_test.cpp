@@ -59,8 +59,6 @@ class StandardOutput : public Cli {
                                          "identify loops.csv --output m.toml --overwrite --json",
                                          "validate piezo.model.toml loops.csv",
                                          "validate piezo.model.toml loops.csv --json",
-                                         "dynamics steps.csv --output f.toml",
-                                         "dynamics steps.csv --output f.toml --json",
                                          "tune piezo.toml --rehearse",
                                          "tune piezo.toml --rehearse --json",
                                          "demo --config piezo.toml --output out",
@@ -104,8 +102,8 @@ TEST_F(StandardOutput, WithoutAReaderEndsAStreamQuietlyWithZero) {
 }
 
 TEST_F(StandardOutput, ThatIsClosedLeavesTheOutputFilesAsTheyAre) {
-  EXPECT_EQ(run("dynamics steps.csv --output closed.toml", closed), failed);
-  EXPECT_EQ(run("dynamics steps.csv --output open.toml", "> /dev/null"), done);
+  EXPECT_EQ(run("tune piezo.toml --record steps.csv --output closed.toml", closed), failed);
+  EXPECT_EQ(run("tune piezo.toml --record steps.csv --output open.toml", "> /dev/null"), done);
   EXPECT_EQ(read("closed.toml"), read("open.toml"));
 }
 

@@ -1,4 +1,4 @@
-// What `hystcan tune` and `hystcan dynamics` write: whole configurations, tables, pictures.
+// What `hystcan tune` writes: whole configurations, tables, pictures.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
