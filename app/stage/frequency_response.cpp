@@ -29,6 +29,8 @@ controller::Delays without_commands(controller::Delays delays) {
   return delays;
 }
 
+double angle(double frequency_Hz, double cycle_s) { return 2.0 * std::numbers::pi * frequency_Hz * cycle_s; }
+
 /// With the plant that was found.
 controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) {
   controller::LoopConfig loop = of.loop;
@@ -36,8 +38,8 @@ controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) 
   return loop;
 }
 
-/// What belongs to a frequency, with its memory of the frequency before: the plant, and the loops present and
-/// proposed.
+/// What belongs to a frequency, with its memory of the frequency before: the plant at the rate of the record,
+/// and the loops present and proposed at theirs.
 class Curves {
  public:
   explicit Curves(const TuningReport& of)
@@ -46,16 +48,13 @@ class Curves {
         before_(loop_of(of, of.present())),
         after_(loop_of(of, of.proposed())) {}
 
-  double theta(double frequency_Hz) const {
-    return 2.0 * std::numbers::pi * frequency_Hz * of_.plant.cycle_s;
-  }
-
   struct Values {
     Complex model, before, after;
     double model_deg, before_deg, after_deg;
   };
-  Values at(double theta) {
-    Values v{.model = controller::response_of(model_, theta),
+  Values at(double frequency_Hz) {
+    const double theta = angle(frequency_Hz, after_.config().cycle_s);
+    Values v{.model = controller::response_of(model_, angle(frequency_Hz, of_.plant.cycle_s)),
              .before = before_(of_.present().loop.pi, theta),
              .after = after_(of_.proposed().loop.pi, theta),
              .model_deg = 0.0,
@@ -84,9 +83,10 @@ double phase_deg(const Complex& measured, const Curves::Values& v) {
 std::string curves_of(const TuningReport& report) {
   fmt::memory_buffer text;
   Curves curves(report);
-  for (const double theta : controller::frequencies_for(loop_of(report, report.proposed()), 0.3)) {
-    const double frequency_Hz = theta / (2.0 * std::numbers::pi * report.plant.cycle_s);
-    const Curves::Values v = curves.at(theta);
+  const controller::LoopConfig loop = loop_of(report, report.proposed());
+  for (const double theta : controller::frequencies_for(loop, 0.3)) {
+    const double frequency_Hz = theta / angle(1.0, loop.cycle_s);
+    const Curves::Values v = curves.at(frequency_Hz);
     fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g}\n",
                    frequency_Hz, decibel(std::abs(v.model)), v.model_deg, decibel(std::abs(v.before)),
                    decibel(std::abs(v.after)), decibel(sensitivity(v.before)), decibel(sensitivity(v.after)));
@@ -99,7 +99,7 @@ std::string points_of(const TuningReport& report, const identification::Dataset&
   Curves curves(report);
   for (const identification::ResponsePoint& point : identification::empirical_response(record)) {
     const Complex measured = point.response / report.plant.gain;
-    const Curves::Values v = curves.at(curves.theta(point.frequency_Hz));
+    const Curves::Values v = curves.at(point.frequency_Hz);
     fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.4f}\n", point.frequency_Hz,
                    decibel(std::abs(measured)), phase_deg(measured, v), point.coherence);
   }
@@ -137,7 +137,7 @@ std::string response_table(const TuningReport& report, const identification::Dat
       "before_phase_deg,after_gain,after_phase_deg,before_sensitivity,after_sensitivity\n");
   Curves curves(report);
   for (const identification::ResponsePoint& point : identification::empirical_response(record)) {
-    const Curves::Values v = curves.at(curves.theta(point.frequency_Hz));
+    const Curves::Values v = curves.at(point.frequency_Hz);
     const Complex measured = point.response / report.plant.gain;
     fmt::format_to(std::back_inserter(text),
                    "{:.7g},{:.6g},{:.6g},{:.4f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",

@@ -1,5 +1,6 @@
 // `hystcan tune --record`: the dynamics from a record of small steps, and what it refuses.
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -38,9 +39,8 @@ class TuneRecord : public Cli {
     EXPECT_NE(program.err().find(words), std::string::npos) << program.err();
     EXPECT_FALSE(std::filesystem::exists(shipped / "fragment.toml"));
   }
-  /// Steps of 2 V up and down around 50 V every 0.1 s at 1 kHz; a mode of 180 Hz and 0.06 with a delay of
-  /// 0.4 ms.
-  void write_steps(const char* name, double noise_um, double move_V = 2.0) const {
+  /// Steps of 2 V up and down around 50 V every 100 rows; a mode of 180 Hz and 0.06 with a delay of 0.4 ms.
+  void write_steps(const char* name, double noise_um, double move_V = 2.0, double rate_Hz = 1000.0) const {
     std::mt19937_64 random(11);
     std::normal_distribution<double> noise(0.0, noise_um);
     const double omega = 2.0 * pi * 180.0, zeta = 0.06, root = std::sqrt(1.0 - zeta * zeta);
@@ -55,9 +55,9 @@ class TuneRecord : public Cli {
     for (int n = 0; n < 800; ++n) {
       double position = 0.0;
       for (int step = 100; step < n; step += 100)
-        position += (step % 200 == 0 ? -1.0 : 1.0) * move_V * response((n - step) * 1e-3 - 0.4e-3);
+        position += (step % 200 == 0 ? -1.0 : 1.0) * move_V * response((n - step) / rate_Hz - 0.4e-3);
       const double drive = 50.0 + (n >= 100 && (n / 100) % 2 == 1 ? move_V : 0.0);
-      out << n * 1e-3 << ',' << drive << ',' << 15.0 + 0.3 * position + noise(random) << '\n';
+      out << n / rate_Hz << ',' << drive << ',' << 15.0 + 0.3 * position + noise(random) << '\n';
     }
   }
 };
@@ -121,6 +121,21 @@ TEST_F(TuneRecord, AcceptsRowsThatAreLeftOut) {
   const json found = found_in("some.csv");
   EXPECT_EQ(found["left_out"], 8);
   EXPECT_NEAR(found["natural_frequency_Hz"]["value"], 180.0, 0.5);
+}
+
+// Far below the mode the present loop is an integrator, ki / s, whatever the rate of the record is.
+TEST_F(TuneRecord, TabulatesTheLoopAtTheRateOfTheCycles) {
+  write_steps("fast.csv", 0.002, 2.0, 2000.0);
+  const double ki_per_s = found_in("fast.csv", {"--response", path("r.csv")})["present"]["ki_per_s"];
+  std::istringstream rows(read("r.csv"));
+  std::string row;
+  double frequency_Hz = 0.0;
+  while (frequency_Hz < 15.0 && std::getline(rows, row)) frequency_Hz = std::strtod(row.c_str(), nullptr);
+  ASSERT_LT(frequency_Hz, 30.0);
+  std::string before_gain;
+  std::istringstream cells(row);
+  for (int column = 0; column < 7; ++column) std::getline(cells, before_gain, ',');
+  EXPECT_NEAR(std::stod(before_gain) * 2.0 * pi * frequency_Hz / ki_per_s, 1.0, 0.05);
 }
 
 TEST_F(TuneRecord, RefusesARecordWithoutInformationAndWritesNothing) {
