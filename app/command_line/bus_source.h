@@ -39,6 +39,9 @@ BusSource find_bus(const BusOptions& options);
 /// Throws Error if the log cannot be read. It may be a pipe.
 std::unique_ptr<std::istream> open_can_log(const std::filesystem::path& path);
 
+/// What is said of a log that a crash has cut.
+inline constexpr const char* last_line_left_out =
+    "the last line has no line end and may be incomplete: left out";
 /// Throws Error if a log had no frames, which is then no log or a recording of nothing.
 void require_frames(const std::string& name, std::uint64_t frames);
 

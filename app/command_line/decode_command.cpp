@@ -34,6 +34,7 @@ void decode(std::istream& stream, const std::string& name, const DecodeArguments
     if (at_once) flush_output();
   }
   flush_output();
+  if (reader.is_cut()) note("{}: {}\n", name, last_line_left_out);
   require_frames(name, text.frames() + text.error_frames());
   const std::uint64_t lost = text.lost() + reader.dropped();
   note("{}: {}, {} of them not in {}; {}", name, counted(text.frames(), "frame"), text.unknown(),

@@ -136,10 +136,11 @@ class Line {
     Frame& frame = logged.frame;
     const std::size_t mark = at_;
     if (take('#')) {
-      if (frame.kind == FrameKind::error) refuse(mark, "the data of an error frame");
-      frame.kind = FrameKind::fd;
       if (!is_hex(peek())) refuse(at_, "the flags of an FD frame, one hexadecimal digit");
-      frame.fd_flags = static_cast<std::uint8_t>(hex_value(text_[at_++]));
+      const auto flags = static_cast<std::uint8_t>(hex_value(text_[at_++]));
+      if (frame.kind == FrameKind::error) return bytes(frame, classical_bytes);  // python-can on a CAN FD bus
+      frame.kind = FrameKind::fd;
+      frame.fd_flags = flags;
       bytes(frame, frame.data.size());
     } else if (take('R')) {
       if (frame.kind == FrameKind::error) refuse(mark, "the data of an error frame");
@@ -211,6 +212,37 @@ std::optional<std::uint64_t> drops_counted_by(std::string_view line) {
   return drops;
 }
 
+/// What another program has written, by its first line; empty if it may be a log of candump.
+std::string_view other_log(std::string_view text) {
+  if (text.starts_with("date ") || text.starts_with("base hex") || text.starts_with("base dec"))
+    return "found a log of Vector (ASC), expected one of candump -L: `asc2log -I FILE -O LOG` converts it";
+  if (text.starts_with("LOGG"))
+    return "found a log of Vector (BLF), expected one of candump -L: `can_logconvert FILE LOG.log` of python-can "
+           "converts it";
+  if (text.starts_with(";$FILEVERSION"))
+    return "found a log of PEAK (TRC), expected one of candump -L: `can_logconvert FILE LOG.log` of python-can "
+           "converts it";
+  if (text.starts_with("MDF     "))
+    return "found a log of ASAM (MF4), expected one of candump -L: `can_logconvert FILE LOG.log` of python-can "
+           "converts it";
+  return {};
+}
+
+/// True if zeros fill the rest of the stream, as a file system leaves them when the power fails.
+bool ends_in_zeros(std::istream& stream, std::string_view line) {
+  const std::size_t zero = line.find('\0');
+  if (zero == std::string_view::npos || line.find_first_not_of('\0', zero) != std::string_view::npos)
+    return false;
+  if (stream.eof()) return true;
+  constexpr std::size_t most = 1 << 20;  // /dev/zero has no end
+  stream.clear();
+  for (std::size_t n = 0; n < most; ++n) {
+    const int c = stream.get();
+    if (c != '\0') return c == std::istream::traits_type::eof();
+  }
+  return false;
+}
+
 void append_hex(std::string& text, std::uint32_t value, int digits) {
   for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4)
     text += "0123456789ABCDEF"[value >> shift & 0xFU];
@@ -233,7 +265,16 @@ std::optional<LoggedFrame> CandumpReader::next() {
     if (line_ == 1)
       if (const std::string_view other = refusal_of_encoding({buffer.data(), size}); !other.empty())
         throw Error(fmt::format("{}:1:1: {}", name_, other));
-    if (stream_.fail()) refuse(size, "a longer line", "at most " + std::to_string(size) + " characters");
+    if (line_ == 1)
+      if (const std::string_view other = other_log({buffer.data(), size}); !other.empty())
+        throw Error(fmt::format("{}:1:1: {}", name_, other));
+    const bool is_longer = stream_.fail();
+    const bool is_last_without_end = line_ > 1 && stream_.eof() && !stream_.bad();
+    if (is_last_without_end || ends_in_zeros(stream_, {buffer.data(), size})) {
+      is_cut_ = true;
+      return std::nullopt;
+    }
+    if (is_longer) refuse(size, "a longer line", "at most " + std::to_string(size) + " characters");
     std::string_view text(buffer.data(), size);
     if (line_ == 1) text = without_byte_order_mark(text);
     if (text.ends_with('\r')) text.remove_suffix(1);

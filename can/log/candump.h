@@ -13,6 +13,7 @@
 //   - several blanks before the interface, and dots between bytes
 //   - a DLC above 8 of a classical frame (`_9`), which it drops like canplayer
 //   - comments (`#` in column 1), which it skips like canplayer
+//   - error frames of a CAN FD bus as python-can writes them (`20000080##0`)
 //   - the lines of `candump -d` between frames (`DROPCOUNT: ...`)
 #pragma once
 
@@ -51,9 +52,12 @@ class CandumpReader {
   /// `stream` must outlive the reader. Messages call the file `name`.
   CandumpReader(std::istream& stream, std::string name) : stream_(stream), name_(std::move(name)) {}
 
-  /// Empty at the end of the log. Throws Error: `FILE:LINE:COLUMN: found what, expected what`.
+  /// Empty at the end of the log, and at a last line behind others without its end: a crash has cut it.
+  /// Throws Error: `FILE:LINE:COLUMN: found what, expected what`.
   std::optional<LoggedFrame> next();
 
+  /// True if next() has left out the last line, which may be incomplete.
+  bool is_cut() const { return is_cut_; }
   /// The line of the last frame, counted from 1.
   std::size_t line() const { return line_; }
   /// The number of frames that `candump -d` has reported as lost so far.
@@ -64,6 +68,7 @@ class CandumpReader {
   std::string name_;
   std::size_t line_ = 0;
   std::uint64_t dropped_ = 0;
+  bool is_cut_ = false;
 };
 
 /// A frame that reports that the recorder has lost `lost` frames before it (24 bits; a larger number

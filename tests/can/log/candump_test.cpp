@@ -71,6 +71,37 @@ TEST(Candump, ReadsTheClassesOfAnErrorFrameWithoutTheErrorFlag) {
   EXPECT_FALSE(logged.frame.extended);
 }
 
+TEST(Candump, ReadsAnErrorFrameOfPythonCanOnAnFdBus) {
+  const LoggedFrame logged = only_frame_of("(1795852801.200000) can0 20000080##0");
+  EXPECT_EQ(logged.frame.kind, FrameKind::error);
+  EXPECT_EQ(logged.frame.id, 0x80U);
+}
+
+TEST(Candump, LeavesOutALastLineThatACrashHasCut) {
+  const std::string whole = "(1.000000) can0 123#1122\n";
+  for (const std::string& rest : {std::string("(1.1000"), std::string("(1.100000) can0 123#11"),
+                                  "(1.10" + std::string(9, '\0'), std::string(5000, '\0')}) {
+    std::istringstream stream(whole + rest);
+    CandumpReader reader(stream, "log");
+    EXPECT_TRUE(reader.next());
+    EXPECT_FALSE(reader.is_cut());
+    EXPECT_FALSE(reader.next()) << rest;
+    EXPECT_TRUE(reader.is_cut());
+  }
+}
+
+TEST(Candump, RefusesZerosWithoutAnEnd) {
+  EXPECT_NE(refusal_of(std::string(std::size_t{2} << 20U, '\0')).find("a longer line"), std::string::npos);
+}
+
+TEST(Candump, NamesTheConverterOfAnotherLog) {
+  EXPECT_EQ(refusal_of("date Mon Nov 23 09:00:00.000 am 2026\nbase hex  timestamps absolute\n"),
+            "log:1:1: found a log of Vector (ASC), expected one of candump -L: `asc2log -I FILE -O LOG` "
+            "converts it");
+  EXPECT_NE(refusal_of(";$FILEVERSION=1.1\n").find("can_logconvert"), std::string::npos);
+  EXPECT_NE(refusal_of(std::string("LOGG\x90\0\0\0", 8)).find("can_logconvert"), std::string::npos);
+}
+
 TEST(Candump, ReadsBitRateSwitchAndErrorStateOfAnFdFrameAndWritesThemAgain) {
   for (const auto& [line, flags] : {std::pair("(0000000001.000000) can0 123##1AA", +fd_bit_rate_switch),
                                     std::pair("(0000000001.000000) can0 123##2AA", +fd_error_state),
@@ -103,7 +134,7 @@ TEST(Candump, CountsTheFramesThatCandumpReportsAsDropped) {
 TEST(Candump, RefusesALineWithThePlaceAndTheExpectedText) {
   const std::pair<const char*, const char*> cases[] = {
       {"nonsense", "log:1:1: found 'n', expected '(' and the time of a frame"},
-      {"(1.000000) can0 123#\n(x", "log:2:2: found 'x', expected the time in seconds since 1970"},
+      {"(1.000000) can0 123#\n(x\n", "log:2:2: found 'x', expected the time in seconds since 1970"},
       {"(-1.000000) can0 123#", "log:1:2: found '-', expected the time"},
       {"(99999999999999999999.000000) can0 123#", "log:1:2: found '9', expected the time"},
       {"(1.00000) can0 123#", "log:1:4: found '0', expected six digits"},
