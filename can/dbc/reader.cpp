@@ -35,6 +35,15 @@ double real(std::string_view token, const std::string& what) {
   return *number;
 }
 
+/// Takes the rest of a section; false if a text in it has no end, or if the section has none.
+bool ends_in_semicolon(Cursor& cursor) {
+  try {
+    return cursor.take_until_semicolon();
+  } catch (const ParseError&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 std::string cited(std::string_view token) {
@@ -97,7 +106,7 @@ bool Reader::section() {
   if (found != std::end(known)) {
     cursor_.take_word();
     if (found->keyword != "SG_") in_message_ = found->keyword == "BO_";
-    (this->*found->read)();
+    read_section(found->keyword, found->read);
     return true;
   }
   if (is_section(word) || looks_like_section(word)) {
@@ -108,6 +117,25 @@ bool Reader::section() {
     return true;
   }
   return stray();
+}
+
+/// Of comments and of most definitions nothing is kept: a malformed one is skipped with a warning.
+void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) {
+  Cursor start = cursor_;
+  try {
+    (this->*read_one)();
+  } catch (const ParseError& error) {
+    Cursor rest = start;
+    const bool ends = (keyword == "CM_" || keyword == "BA_DEF_") && ends_in_semicolon(rest);
+    const std::string_view text(start.place(),
+                                static_cast<std::size_t>(ends ? rest.place() - start.place() : 0));
+    if (!ends || text.size() > longest_text || text.find(frame_format) != std::string_view::npos ||
+        text.find(bit_rate_switch) != std::string_view::npos)
+      throw;
+    note({error.where, 1}, "found " + error.found + ", expected " + error.expected + ": this " +
+                               std::string(keyword) + " is skipped");
+    cursor_ = rest;
+  }
 }
 
 /// Skips an extra ';' and a comment of a programmer; the format has no such comments.

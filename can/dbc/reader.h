@@ -17,6 +17,8 @@ namespace hystcan::can::dbc {
 
 inline constexpr const char* message_id = "the identifier of a message";
 inline constexpr const char* signal_name = "the name of a signal";
+inline constexpr const char* frame_format = "VFrameFormat";  ///< an attribute that is kept
+inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< another one
 inline constexpr const char* quoted_text = "a text in quotes";
 
 /// What one section says of several objects is copied to each: a comment of an identifier that several
@@ -39,7 +41,8 @@ std::string cited(std::string_view token);
 /// messages or signals have the same identifier or name, the section applies to all of them.
 ///
 /// Nothing is kept of comments, receivers, relations (BA_REL_) and most attributes: their syntax, and that
-/// their objects and attributes exist, is checked.
+/// their objects and attributes exist, is checked. A malformed comment or definition of such an attribute
+/// (CM_, BA_DEF_) gives a warning and is skipped.
 class Reader {
  public:
   explicit Reader(std::string_view text) : cursor_(text) {}
@@ -84,6 +87,7 @@ class Reader {
   using Ranges = std::vector<Multiplexing::Range>;
 
   bool section();
+  void read_section(std::string_view keyword, void (Reader::*read_one)());
   bool stray();
   void need_semicolon();
   void note(std::string_view at, std::string what);

@@ -11,8 +11,6 @@ namespace hystcan::can::dbc {
 namespace {
 
 constexpr const char* attribute_name = "the name of an attribute in quotes";
-constexpr const char* frame_format = "VFrameFormat";
-constexpr const char* bit_rate_switch = "CANFD_BRS";
 
 std::size_t bytes_of(const std::map<std::int64_t, std::string>& names) {
   std::size_t bytes = 0;

@@ -156,6 +156,20 @@ TEST(DbcTolerance, ReadsNewSymbolsOnOneLineAndAnEmptyList) {
   EXPECT_EQ(read("NS_ :\nCM_ BU_ B \"of no node\";\n").warnings, Warnings{"lab.dbc:2:9: there is no node B"});
 }
 
+TEST(DbcTolerance, SkipsMalformedCommentsAndDefinitionsOfWhichNothingIsKept) {
+  const Database database = read(
+      "BU_: A B\nBO_ 257 Cmd: 8 A\n SG_ U : 0|16@1+ (0.01,0) [0|100] \"V\" B\n"
+      "CM_ 257 \"without its kind; BO_\";\nBA_DEF_ BO_ \"Sendable\" BOOL False True;\nVAL_ 257 U 0 \"off\" ;\n");
+  EXPECT_EQ(
+      database.warnings,
+      (Warnings{"lab.dbc:4:5: found '257', expected BO_, SG_, BU_, EV_ or a comment in quotes: this CM_ is "
+                "skipped",
+                "lab.dbc:5:24: found 'BOOL', expected INT, HEX, FLOAT, STRING or ENUM: this BA_DEF_ is "
+                "skipped"}));
+  EXPECT_EQ(database.find("Cmd")->find("U")->values.at(0), "off");
+  EXPECT_THROW(read(message("BA_DEF_ BO_ \"VFrameFormat\" BOOL False True;\n")), Error) << "it is kept";
+}
+
 TEST(DbcTolerance, WarnsOfAMissingSemicolon) {
   const Database database = read(message(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A") +
                                  "VAL_ 385 S 1 \"on\"0 \"off\"\nCM_ \"x\";VAL_ 385 S 2 \"on\";");
