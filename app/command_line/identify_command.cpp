@@ -158,7 +158,8 @@ void check_outputs(const IdentifyArguments& options) {
     for (const auto& output : {options.output, options.initial_memory})
       refuse_to_overwrite_any_of(output, file);
   for (const auto& output : {options.output, options.initial_memory})
-    refuse_to_overwrite(output, options.start);
+    for (const auto& input : {options.start, options.input.layout.output_from})
+      refuse_to_overwrite(output, input);
   for (const auto& output : {options.output, options.initial_memory})
     refuse_to_replace(output, options.overwrite);
   if (!options.initial_memory.empty()) refuse_to_share(options.output, options.initial_memory);

@@ -36,6 +36,9 @@ std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
         fmt::format("{} is there {} times, expected one for each of {} axes", option, files.size(), axes));
   };
   require_one_each("--record", options.records);
+  if (options.records.size() > 1 && !options.input.layout.output_from.empty())
+    throw Error(fmt::format("--output-from is {}, expected one --record, not {}",
+                            options.input.layout.output_from.string(), options.records.size()));
   require_one_each("--step", options.steps);
   require_one_each("--unseen", options.unseen);
   if (options.records.empty()) {

@@ -172,7 +172,10 @@ void convert_output(Dataset& dataset, const std::string& unit, const std::filesy
 }
 
 Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
-  Dataset dataset = load_noting(file, input.layout);
+  config::DatasetLayout layout = input.layout;
+  layout.from_s = input.from_s;
+  layout.to_s = input.to_s;
+  Dataset dataset = load_noting(file, layout);
   keep_interval(dataset, span_of(input));
   if (dataset.size() == 0)
     throw Error(fmt::format("{}: no rows{}, expected a dataset", file.string(),
@@ -183,7 +186,7 @@ Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
 /// The columns, rate and units of a run are known.
 Dataset load_run(const std::filesystem::path& run, const DatasetInput& input) {
   const config::DatasetLayout& layout = input.layout;
-  if (!layout.columns.empty() || layout.rate_Hz || layout.output_scale)
+  if (!layout.columns.empty() || layout.rate_Hz || layout.output_scale || !layout.output_from.empty())
     throw Error(
         fmt::format("{}: a recorded run, expected no --columns, --rate and --output-scale", run.string()));
   return app::load_run(run, input.axis, span_of(input));
@@ -247,8 +250,7 @@ Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayo
   config::DatasetFile loaded = config::load_dataset(file, layout);
   if (!loaded.taken.empty())
     note("hystcan: {}: {} (--columns says otherwise)\n", file.string(), loaded.taken);
-  if (loaded.last_row_left_out)
-    note("hystcan: {}: the last row has no line end and may be incomplete: left out\n", file.string());
+  for (const std::string& said : loaded.notes) note("hystcan: {}: {}\n", file.string(), said);
   return std::move(loaded.dataset);
 }
 
@@ -263,10 +265,11 @@ void add_column_options(CLI::App& command, config::DatasetLayout& layout) {
   command.add_option(
       "--columns", layout.columns,
       "the columns of time, input and output, by name or number: t,V,x; if left out, by likeness");
+  command.add_option("--output-from", layout.output_from,
+                     "file of the output, if each channel has a file of its own");
   command
-      .add_option(
-          "--output-scale", layout.output_scale,
-          "um of one unit of the output column, where it is no length: 12.5 for a sensor of 12.5 um/V")
+      .add_option("--output-scale", layout.output_scale,
+                  "um per V of the output column, where it is no length: 12.5 for a sensor of 12.5 um/V")
       ->check(finite_number());
 }
 
@@ -281,6 +284,7 @@ void add_layout_options(CLI::App& command, DatasetInput& input) {
 void add_interval_options(CLI::App& command, DatasetInput& input) {
   command.add_option("--from", input.from_s, "leave out the rows before this time_s")->check(finite_number());
   command.add_option("--to", input.to_s, "leave out the rows after this time_s")->check(finite_number());
+  input.layout.has_interval_options = true;
 }
 
 void add_dataset_options(CLI::App& command, DatasetInput& input) {
@@ -295,6 +299,9 @@ void add_dataset_options(CLI::App& command, DatasetInput& input) {
 std::vector<Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
                                    const DatasetInput& input) {
   span_of(input);
+  if (files.size() > 1 && !input.layout.output_from.empty())
+    throw Error(fmt::format("--output-from is {}, expected one file with the input, not {}",
+                            input.layout.output_from.string(), files.size()));
   std::vector<Dataset> datasets;
   for (const auto& file : files) {
     datasets.push_back(load(file, input));

@@ -70,6 +70,9 @@ void load(AxisRecords& records, const DatasetInput& input) {
   for (std::size_t i = 0; i < records.loops.size(); ++i)
     records.loops[i] = in_um(std::move(records.loops[i]), records.loop_files[i]);
   const auto load_one = [&](const std::filesystem::path& file) {
+    if (!input.layout.output_from.empty())
+      throw Error(fmt::format("--output-from is {}, expected one record of loops and no other",
+                              input.layout.output_from.string()));
     return in_um(load_datasets({file}, input).front(), file);
   };
   if (records.step_file) records.step = load_one(*records.step_file);

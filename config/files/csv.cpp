@@ -111,6 +111,12 @@ std::string csv_field(std::string_view text) {
   return quoted + '"';
 }
 
+std::string comment_in(const std::vector<std::string>& comments, std::string_view name) {
+  for (const std::string& line : comments)
+    if (const std::string_view text = named_in_comment(line, name); !text.empty()) return std::string(text);
+  return {};
+}
+
 std::string shortened(std::string_view text) {
   constexpr std::size_t most = 60;
   return text.size() <= most ? std::string(text) : fmt::format("{}...", text.substr(0, most));
@@ -173,11 +179,7 @@ bool CsvLines::read_line() {
   return true;
 }
 
-std::string CsvLines::comment(std::string_view name) const {
-  for (const std::string& line : comments_)
-    if (const std::string_view text = named_in_comment(line, name); !text.empty()) return std::string(text);
-  return {};
-}
+std::string CsvLines::comment(std::string_view name) const { return comment_in(comments_, name); }
 
 void CsvLines::fail(std::string_view at, const std::string& what) const {
   fail_in_column(static_cast<std::size_t>(at.data() - line_.data()), what);

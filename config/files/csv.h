@@ -43,6 +43,8 @@ std::optional<double> csv_number(std::string_view text, bool decimal_comma);
 std::string in_one_line(std::string_view text);
 /// The text in one line, as a field of a CSV (RFC 4180): in quotes if it needs them, its own quotes doubled.
 std::string csv_field(std::string_view text);
+/// The TEXT of the first comment `# NAME = TEXT`, without quotes; empty if there is none.
+std::string comment_in(const std::vector<std::string>& comments, std::string_view name);
 
 /// For a message: the beginning of a long text.
 std::string shortened(std::string_view text);

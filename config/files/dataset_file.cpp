@@ -4,281 +4,41 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
+#include "base/text.h"
+#include "config/files/csv.h"
+#include "config/files/dataset_columns.h"
 #include "config/files/lab_csv.h"
+#include "config/files/record_words.h"
 
 namespace hystcan::config {
 namespace {
 
-constexpr std::array<std::string_view, 3> column_meanings{"time", "input", "output"};
-
-struct DatasetColumns {
-  std::vector<std::size_t>
-      selected;  ///< time, input, output; without time if rate_Hz is given and no column is one
-  std::array<std::string, 3> titles;    ///< time, input, output
-  double seconds = 1.0;                 ///< of one unit of time, or of one sample where a rate is stated
-  std::optional<double> time_unit_s{};  ///< where the column states a unit
-  double input_scale = 1.0, output_scale = 1.0;
-  std::string input_unit, output_unit;  ///< empty: unknown
-  bool by_likeness = false;             ///< else the names are time_s, input, output, or the user's
-
-  bool has_time() const { return selected.size() == 3; }
-};
-
-using Words = std::span<const std::string_view>;
-
-constexpr std::array<std::string_view, 3> usual_names{"time_s", "input", "output"};
-
-// Whole names, in lower case, the likeliest first.
-constexpr std::array<std::string_view, 11> time_words{"time",  "t", "zeit", "timestamp", "elapsed",  "sample",
-                                                      "index", "n", "#",    "nr",        "messpunkt"};
-constexpr std::array<std::string_view, 19> input_words{
-    "input",       "drive",         "voltage",        "u",        "v",       "volt",  "current",
-    "i",           "command",       "setpoint",       "h",        "field",   "strom", "excitation",
-    "ansteuerung", "piezospannung", "steuerspannung", "sollwert", "spannung"};
-constexpr std::array<std::string_view, 18> output_words{
-    "output",         "position", "pos",        "x", "y",          "displacement", "disp",    "stroke",
-    "sensor",         "strain",   "elongation", "b", "deflection", "measured",     "istwert", "wegsensor",
-    "sensorspannung", "weg"};
-constexpr Words sample_words = Words(time_words).subspan(5);
-constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
-
-constexpr std::array<std::string_view, 6> time_units{"s", "ms", "us", "ns", "min", "h"};
-constexpr std::array<std::string_view, 5> input_units{"V", "mV", "kV", "A", "mA"};
-constexpr std::array<std::string_view, 4> output_units{"nm", "um", "mm", "m"};
-constexpr std::array<Words, 3> usual_units{time_units, input_units, output_units};
-
-struct Scale {
-  std::string_view unit, base;
-  double factor;
-};
-constexpr std::array<Scale, 9> scales{{{"ms", "s", 1e-3},
-                                       {"us", "s", 1e-6},
-                                       {"ns", "s", 1e-9},
-                                       {"min", "s", 60.0},
-                                       {"h", "s", 3600.0},
-                                       {"mV", "V", 1e-3},
-                                       {"kV", "V", 1e3},
-                                       {"mA", "A", 1e-3},
-                                       {"s", "s", 1.0}}};
-
-bool has(Words list, std::string_view word) { return std::ranges::find(list, word) != list.end(); }
-
-/// How likely a column has this meaning; 0: it has not.
-int likeness(const CsvColumn& column, std::size_t meaning) {
-  const std::string name = lower_case(column.name);
-  int points = 0;
-  if (has(usual_words[meaning], name)) points = 4;
-  for (const std::string_view word : usual_words[meaning])
-    if (points == 0 && word.size() > 2 && name.find(word) != std::string::npos) points = 2;
-  if (has(usual_units[meaning], column.unit)) points += 3;
-  for (std::size_t other = 0; other < usual_units.size(); ++other)
-    if (other != meaning && has(usual_units[other], column.unit)) points -= 2;
-  return std::max(points, 0);
-}
-
-/// With the unit, where it is not a part of the title.
-std::string title_with_unit(const CsvColumn& column) {
-  const bool is_part = column.title.find(column.unit) != std::string::npos;
-  return is_part ? column.title : fmt::format("{} [{}]", column.title, column.unit);
-}
-
-std::vector<std::string> titles_of(const std::vector<CsvColumn>& columns) {
-  std::vector<std::string> titles(columns.size());
-  std::ranges::transform(columns, titles.begin(), title_with_unit);
-  return titles;
-}
-
-class Choice {
- public:
-  Choice(const LabCsvReader& reader, const DatasetLayout& layout) : reader_(reader), layout_(layout) {}
-
-  DatasetColumns made() {
-    if (!layout_.columns.empty())
-      by_user();
-    else if (!by_usual_names())
-      by_likeness();
-    require_known_time();
-    settle_units();
-    return std::move(choice_);
-  }
-
- private:
-  const std::vector<CsvColumn>& columns() const { return reader_.columns(); }
-  std::string listed_columns() const { return listed(titles_of(columns())); }
-
-  void take(std::size_t meaning, std::size_t column) {
-    choice_.selected.push_back(column);
-    choice_.titles[meaning] = columns()[column].title;
-    units_[meaning] = columns()[column].unit;
-  }
-
-  bool by_usual_names() {
-    std::vector<std::size_t> found;
-    for (const std::string_view name : usual_names) {
-      const auto at = std::ranges::find(columns(), name, &CsvColumn::title);
-      if (at == columns().end()) return false;
-      found.push_back(static_cast<std::size_t>(at - columns().begin()));
-    }
-    for (std::size_t meaning = 0; meaning < found.size(); ++meaning) take(meaning, found[meaning]);
-    return true;
-  }
-
-  void by_user() {
-    std::vector<std::string> named;
-    for (std::size_t begin = 0; begin <= layout_.columns.size();) {
-      const std::size_t end = std::min(layout_.columns.find(',', begin), layout_.columns.size());
-      named.emplace_back(trimmed(std::string_view(layout_.columns).substr(begin, end - begin)));
-      begin = end + 1;
-    }
-    const std::size_t first = named.size() == 2 && layout_.rate_Hz ? 1 : 0;  // without time
-    if (named.size() + first != 3)
-      throw Error(fmt::format("--columns is {}, expected three names, of time, input and output{}",
-                              layout_.columns, first == 0 ? "; with --rate the time may be left out" : ""));
-    for (std::size_t i = 0; i < named.size(); ++i) take(i + first, named_column(named[i]));
-    if (takes_a_column_twice())
-      throw Error(fmt::format("--columns is {}: one column for two meanings, expected as many columns",
-                              layout_.columns));
-  }
-
-  std::size_t named_column(const std::string& name) const {
-    for (const std::string CsvColumn::*part : {&CsvColumn::title, &CsvColumn::name})
-      if (const auto at = std::ranges::find(columns(), name, part); at != columns().end())
-        return static_cast<std::size_t>(at - columns().begin());
-    std::size_t number = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
-    if (error == std::errc() && end == name.data() + name.size() && number >= 1 && number <= columns().size())
-      return number - 1;
-    reader_.fail_at_header(fmt::format("no column {}, expected one of {}, or a number from 1 to {}", name,
-                                       listed_columns(), columns().size()));
-  }
-
-  void by_likeness() {
-    if (!reader_.has_header())
-      reader_.fail_at_header(
-          fmt::format("no header row, expected column names, or --columns with the numbers of time, "
-                      "input and output, 1 to {}",
-                      columns().size()));
-    choice_.by_likeness = true;
-    for (std::size_t meaning = 0; meaning < column_meanings.size(); ++meaning) {
-      const auto [column, is_alone] = likeliest(meaning);
-      if (!column && meaning == 0 && layout_.rate_Hz) continue;
-      if (!column || !is_alone)
-        reader_.fail_at_header(
-            fmt::format("{} column is the {} among {}, expected time_s, input, output, or --columns "
-                        "TIME,INPUT,OUTPUT",
-                        column ? "more than one" : "no", column_meanings[meaning], listed_columns()));
-      take(meaning, *column);
-    }
-    if (takes_a_column_twice())
-      reader_.fail_at_header(fmt::format(
-          "one column for two meanings among {}, expected --columns TIME,INPUT,OUTPUT", listed_columns()));
-  }
-
-  bool takes_a_column_twice() const {
-    std::vector<std::size_t> sorted = choice_.selected;
-    std::ranges::sort(sorted);
-    return std::ranges::adjacent_find(sorted) != sorted.end();
-  }
-
-  /// Its index, and whether no other column is as likely.
-  std::pair<std::optional<std::size_t>, bool> likeliest(std::size_t meaning) const {
-    std::optional<std::size_t> column;
-    bool is_alone = true;
-    int most = 0;
-    for (std::size_t i = 0; i < columns().size(); ++i) {
-      const int points = likeness(columns()[i], meaning);
-      if (points == 0 || points < most) continue;
-      is_alone = points > most;
-      column = i;
-      most = points;
-    }
-    return {column, is_alone};
-  }
-
-  /// A wrong guess would be wrong by a thousand, and every figure of a result would look right.
-  void require_known_time() const {
-    if (!choice_.has_time()) return;
-    const CsvColumn& time = columns()[choice_.selected[0]];
-    const bool has_words = time.unit.empty() && time.name.find(" in ") != std::string::npos;
-    if (has_words || (!time.unit.empty() && !has(time_units, time.unit)))
-      reader_.fail_at_header(fmt::format("the unit of {} is not known, expected one of {}",
-                                         shortened(time.title), fmt::join(time_units, ", ")));
-    if (choice_.by_likeness && !layout_.rate_Hz && time.unit.empty() &&
-        has(sample_words, lower_case(time.name)))
-      reader_.fail_at_header(fmt::format(
-          "{} is the number of the sample, expected --rate, the samples per second", shortened(time.title)));
-  }
-
-  void settle_units() {
-    const auto scale = [](const std::string& unit) {
-      const auto at = std::ranges::find(scales, unit, &Scale::unit);
-      return at == scales.end() ? Scale{unit, unit, 1.0} : *at;
-    };
-    choice_.seconds = scale(units_[0]).factor;
-    if (!units_[0].empty()) choice_.time_unit_s = choice_.seconds;
-    choice_.input_unit = scale(units_[1]).base;
-    choice_.input_scale = scale(units_[1]).factor;
-    choice_.output_unit = units_[2];
-    if (layout_.output_scale && has(output_units, units_[2]))
-      reader_.fail_at_header(fmt::format("{} is a length in {}, expected no --output-scale",
-                                         shortened(choice_.titles[2]), units_[2]));
-    if (layout_.output_scale) {
-      choice_.output_scale = *layout_.output_scale;
-      choice_.output_unit = "um";
-    }
-    if (layout_.rate_Hz) choice_.seconds = 1.0 / *layout_.rate_Hz;
-  }
-
-  const LabCsvReader& reader_;
-  const DatasetLayout& layout_;
-  DatasetColumns choice_;
-  std::array<std::string, 3> units_;
-};
-
-/// Throws Error at the header if a column is missing or if two are alike.
-DatasetColumns dataset_columns(const LabCsvReader& reader, const DatasetLayout& layout) {
-  return Choice(reader, layout).made();
-}
-
-std::string taken_by_likeness(const LabCsvReader& reader, const DatasetColumns& columns) {
-  if (!columns.by_likeness) return {};
-  std::string text;
-  const std::size_t first = columns.has_time() ? 0 : 1;
-  for (std::size_t i = 0; i < columns.selected.size(); ++i) {
-    const CsvColumn& column = reader.columns()[columns.selected[i]];
-    text += fmt::format("{}{} from {}{}", i == 0 ? "" : ", ", column_meanings[i + first], column.title,
-                        column.unit.empty() ? "" : fmt::format(" in {}", column.unit));
-  }
-  return text;
-}
-
-/// Unit of a comment, else of the header.
-std::string unit_of(const LabCsvReader& reader, const char* name, const std::string& in_header) {
+/// Unit of a comment, else of the header, as a multiple of its base.
+std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* name,
+                                       const std::string& in_header, double header_scale) {
   const std::string in_comment = reader.comment(name);
-  return in_comment.empty() ? in_header : in_comment;
+  if (in_comment.empty()) return {in_header, header_scale};
+  const UnitWord* unit = find_unit(in_comment);
+  if (unit == nullptr) return {in_comment, 1.0};
+  return {std::string(unit->base), unit->factor};
 }
 
-/// Seconds of one unit of the time column beside a stated rate: it is the number of the sample, or it agrees.
-double seconds_beside_rate(const LabCsvReader& reader, const DatasetColumns& columns, double rate_Hz,
-                           const std::string& origin, double step) {
-  const double unit_s = columns.time_unit_s.value_or(1.0);
-  if (!columns.time_unit_s && step == std::round(step)) return 1.0 / rate_Hz;
-  constexpr double rounded = 0.2;  // 0.0003 s at 3 kHz; agrees_with_rate() looks at all rows
-  if (std::abs(unit_s * step * rate_Hz - 1.0) < rounded) return unit_s;
-  throw Error(fmt::format("{}:{}: {} increases by {} s, expected {} s at {}, or the number of the sample",
-                          reader.file().string(), reader.line_number(), columns.titles[0], unit_s * step,
-                          1.0 / rate_Hz, origin));
-}
+/// Counts of a clock since 1970, in 2008 to 2036. No clock that counts from its start in another unit shows
+/// them with steps as small, within three weeks.
+struct Epoch {
+  double first, last, longest_step, unit_s;
+  const char* name;
+};
+constexpr std::array<Epoch, 3> epochs{{{1.2e12, 2.1e12, 1e3, 1e-3, "milliseconds"},
+                                       {1.2e15, 2.1e15, 1e6, 1e-6, "microseconds"},
+                                       {1.2e18, 2.1e18, 1e9, 1e-9, "nanoseconds"}}};
 
 /// Times that are rounded agree on average.
 bool agrees_with_rate(const std::vector<double>& time_s, double rate_Hz) {
@@ -288,60 +48,235 @@ bool agrees_with_rate(const std::vector<double>& time_s, double rate_Hz) {
          std::abs(mean_s * rate_Hz - 1.0) < tolerance;
 }
 
+/// Reads the rows of one file.
+class RowLoader {
+ public:
+  RowLoader(LabCsvReader& reader, const DatasetColumns& columns, const DatasetLayout& layout,
+            std::size_t most_rows)
+      : reader_(reader),
+        columns_(columns),
+        layout_(layout),
+        most_rows_(most_rows),
+        seconds_(columns.seconds) {
+    if (layout.rate_Hz) {
+      rate_Hz_ = *layout.rate_Hz;
+      origin_of_rate_ = fmt::format("--rate {}", rate_Hz_);
+    } else if (reader.rate()) {
+      rate_Hz_ = reader.rate()->rate_Hz;
+      origin_of_rate_ = fmt::format("\"{}\" (--rate says otherwise)", shortened(reader.rate()->line));
+      if (!columns.time_unit_s) seconds_ = 1.0 / rate_Hz_;
+    }
+    reader_.select(columns.selected, columns.has_time);
+    if (reader_.has_clock()) seconds_ = 1.0;
+  }
+
+  DatasetFile load() {
+    settle_units();
+    settle_time();
+    read_rows();
+    require_agreement();
+    std::vector<std::string> notes = reader_.notes();
+    loaded_.notes.insert(loaded_.notes.end(), notes.begin(), notes.end());
+    return std::move(loaded_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(fmt::format("{}:{}: {}", reader_.file().string(), reader_.line_number(), what));
+  }
+
+  std::string without_time() const {
+    return fmt::format("--columns {}{} reads the file without it", columns_without_time(columns_),
+                       layout_.rate_Hz ? "" : " --rate HZ");
+  }
+
+  void settle_units() {
+    const auto [input_unit, input_scale] =
+        unit_of(reader_, "input_unit", columns_.input_unit, columns_.input_scale);
+    loaded_.dataset.input_unit = input_unit;
+    input_scale_ = input_scale;
+    const auto [output_unit, output_scale] =
+        unit_of(reader_, "output_unit", columns_.output_unit, columns_.output_scale);
+    loaded_.dataset.output_unit = output_unit;
+    output_scale_ = output_scale;
+    if (!layout_.output_scale || reader_.comment("output_unit").empty()) return;
+    const UnitWord* unit = find_unit(output_unit);
+    if (unit != nullptr && unit->meaning == ColumnMeaning::output)
+      reader_.fail_at_header(
+          fmt::format("the file says output_unit = \"{}\", expected no --output-scale", output_unit));
+    loaded_.dataset.output_unit = "um";
+    output_scale_ *= *layout_.output_scale;
+  }
+
+  /// From the first two rows.
+  void settle_time() {
+    std::vector<double> row, times;
+    while (times.size() < 2 && reader_.read(row))
+      if (!reader_.is_damaged()) times.push_back(row[0]);
+    if (!columns_.has_time) {
+      constexpr double same = 1e-6;
+      if (times.size() == 2 && !layout_.rate_Hz && std::abs((times[1] - times[0]) * rate_Hz_ - 1.0) < same)
+        reader_.fail_at_header(
+            fmt::format("{} is the time, expected --columns TIME,INPUT,OUTPUT, or --output-from FILE",
+                        columns_.titles[1]));
+    } else if (times.size() == 2) {
+      if (!reader_.has_clock() && rate_Hz_ > 0.0)
+        seconds_ = seconds_beside_rate(times[1] - times[0]);
+      else if (!reader_.has_clock() && !columns_.time_unit_s)
+        settle_epoch(times[0], times[1] - times[0]);
+    }
+    reader_.rewind();
+  }
+
+  void settle_epoch(double first, double step) {
+    for (const Epoch& epoch : epochs)
+      if (first >= epoch.first && first < epoch.last && step > 0.0 && step <= epoch.longest_step) {
+        seconds_ = epoch.unit_s;
+        origin_ = first;
+        loaded_.notes.push_back(fmt::format("{} is taken as {} since 1970, and counts from the first row",
+                                            columns_.titles[0], epoch.name));
+      }
+  }
+
+  /// Seconds of one unit of the time column beside a stated rate: the number of the sample, or it agrees.
+  double seconds_beside_rate(double step) const {
+    const double unit_s = columns_.time_unit_s.value_or(1.0);
+    if (!columns_.time_unit_s && step == std::round(step) && step > 0.0) return 1.0 / rate_Hz_;
+    constexpr double rounded = 0.2;  // 0.0003 s at 3 kHz; agrees_with_rate() looks at all rows
+    if (std::abs(unit_s * step * rate_Hz_ - 1.0) < rounded) return unit_s;
+    fail(fmt::format("{} increases by {} s, expected {} s at {}, or the number of the sample; {}",
+                     columns_.titles[0], unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));
+  }
+
+  void read_rows() {
+    std::vector<double> row;
+    const identification::Dataset& dataset = loaded_.dataset;
+    bool has_begun = false;
+    for (std::size_t n = 0; reader_.read(row); ++n) {
+      const double t = columns_.has_time ? row[0] : static_cast<double>(n);
+      const double time_s = seconds_ * (t - origin_);
+      if (!has_begun && layout_.from_s && !(time_s >= *layout_.from_s)) continue;
+      if (layout_.to_s && time_s > *layout_.to_s) return;
+      has_begun = true;
+      if (reader_.is_damaged()) fail_at_damage();
+      require_increase(time_s);
+      if (dataset.size() == most_rows_)
+        throw Error(fmt::format("{}:{}:1: one more row, expected at most {} rows", reader_.file().string(),
+                                reader_.line_number(), most_rows_));
+      add(time_s, row);
+      if (layout_.to_s && time_s >= *layout_.to_s) return;
+    }
+  }
+
+  void require_increase(double time_s) const {
+    const std::vector<double>& times_s = loaded_.dataset.time_s;
+    if (times_s.empty() || time_s > times_s.back()) return;
+    std::string advice;
+    if (time_s == times_s.back())
+      advice = fmt::format(": if it is rounded, {}", without_time());
+    else if (layout_.has_interval_options)
+      advice = fmt::format(": --to {} keeps the rows before", times_s.back());
+    fail(fmt::format("{} is {} after {}, expected time to increase{}", columns_.titles[0],
+                     time_s / seconds_ + origin_, times_s.back() / seconds_ + origin_, advice));
+  }
+
+  void add(double time_s, const std::vector<double>& row) {
+    const std::size_t first = columns_.has_time ? 1 : 0;
+    identification::Dataset& dataset = loaded_.dataset;
+    dataset.time_s.push_back(time_s);
+    dataset.input.push_back(input_scale_ * row[first]);
+    dataset.output.push_back(output_scale_ * row[first + 1]);
+    for (const double value : {time_s, dataset.input.back(), dataset.output.back()})
+      if (!(std::abs(value) <= identification::largest_value))
+        fail(fmt::format("a value is {}, expected at most {} in magnitude{}", value,
+                         identification::largest_value,
+                         value == time_s ? fmt::format(": {}", without_time()) : ""));
+    if (!columns_.has_output_time) return;
+    const double step_s = dataset.size() > 1 ? time_s - dataset.time_s[dataset.size() - 2] : 0.0;
+    const double output_time_s = seconds_ * (row.back() - origin_);
+    constexpr double same = 1e-3;  // of a step
+    if (dataset.size() > 1 && !(std::abs(output_time_s - time_s) <= same * step_s))
+      fail(fmt::format("the input is of {} s and the output of {} s, expected both at the same time", time_s,
+                       output_time_s));
+  }
+
+  [[noreturn]] void fail_at_damage() {
+    if (!layout_.has_interval_options) reader_.fail_at_damage();
+    if (!loaded_.dataset.time_s.empty())
+      reader_.fail_at_damage(fmt::format("; --to {} ends before it", loaded_.dataset.time_s.back()));
+    LabCsvReader later = reader_;
+    std::vector<double> row;
+    for (std::size_t n = 1; later.read(row); ++n)
+      if (!later.is_damaged() && columns_.has_time)
+        reader_.fail_at_damage(fmt::format("; --from {} begins behind it", seconds_ * (row[0] - origin_)));
+    reader_.fail_at_damage();
+  }
+
+  void require_agreement() const {
+    const std::vector<double>& time_s = loaded_.dataset.time_s;
+    const bool counts_samples = seconds_ == 1.0 / rate_Hz_;
+    if (rate_Hz_ > 0.0 && !counts_samples && columns_.has_time && time_s.size() > 1 &&
+        !agrees_with_rate(time_s, rate_Hz_))
+      throw Error(fmt::format("{}: {} contradicts the rate, expected {} s from row to row at {}",
+                              reader_.file().string(), columns_.titles[0], 1.0 / rate_Hz_, origin_of_rate_));
+  }
+
+  LabCsvReader& reader_;
+  const DatasetColumns& columns_;
+  const DatasetLayout& layout_;
+  std::size_t most_rows_;
+  double seconds_;
+  double origin_ = 0.0;   ///< of the time column
+  double rate_Hz_ = 0.0;  ///< 0: none is stated
+  std::string origin_of_rate_;
+  double input_scale_ = 1.0, output_scale_ = 1.0;
+  DatasetFile loaded_;
+};
+
+DatasetFile load_channel(const std::filesystem::path& file, const DatasetLayout& layout,
+                         std::size_t most_rows, ColumnMeaning channel) {
+  LabCsvReader reader(file, most_rows);
+  const DatasetColumns columns = channel_columns(reader, layout, channel);
+  return RowLoader(reader, columns, layout, most_rows).load();
+}
+
+/// Two files that an instrument has written of one measurement.
+DatasetFile load_two_files(const std::filesystem::path& file, const DatasetLayout& layout,
+                           std::size_t most_rows) {
+  DatasetFile loaded = load_channel(file, layout, most_rows, ColumnMeaning::input);
+  DatasetFile other = load_channel(layout.output_from, layout, most_rows, ColumnMeaning::output);
+  identification::Dataset& dataset = loaded.dataset;
+  const std::string place = layout.output_from.string();
+  if (other.dataset.size() != dataset.size())
+    throw Error(fmt::format("{}: {}, expected {} as in {}", place, counted(other.dataset.size(), "row"),
+                            dataset.size(), file.string()));
+  for (std::size_t i = 1; i < dataset.size(); ++i) {
+    constexpr double same = 1e-3;  // of a step
+    const double step_s = dataset.time_s[i] - dataset.time_s[i - 1];
+    if (!(std::abs(other.dataset.time_s[i] - dataset.time_s[i]) <= same * step_s))
+      throw Error(fmt::format("{}: row {} is of {} s, expected {} s as in {}", place, i + 1,
+                              other.dataset.time_s[i], dataset.time_s[i], file.string()));
+  }
+  dataset.output = std::move(other.dataset.output);
+  dataset.output_unit = std::move(other.dataset.output_unit);
+  for (const std::string& said : other.notes) loaded.notes.push_back(fmt::format("{}: {}", place, said));
+  return loaded;
+}
+
 }  // namespace
 
 DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& stated,
                          std::size_t most_rows) {
-  LabCsvReader reader(file);
+  if (!stated.output_from.empty()) return load_two_files(file, stated, most_rows);
+  LabCsvReader reader(file, most_rows);
   DatasetLayout layout = stated;
-  std::string origin_of_rate = layout.rate_Hz ? fmt::format("--rate {}", *layout.rate_Hz) : "";
-  if (!layout.rate_Hz && reader.rate()) {
-    layout.rate_Hz = reader.rate()->rate_Hz;
-    origin_of_rate = fmt::format("\"{}\" (--rate says otherwise)", shortened(reader.rate()->line));
-  }
+  if (!layout.rate_Hz && reader.rate()) layout.rate_Hz = reader.rate()->rate_Hz;
   const DatasetColumns columns = dataset_columns(reader, layout);
-  reader.select(columns.selected);
-  DatasetFile loaded;
+  DatasetFile loaded = RowLoader(reader, columns, stated, most_rows).load();
   loaded.taken = taken_by_likeness(reader, columns);
   if (!stated.rate_Hz && reader.rate() && !columns.time_unit_s)
     loaded.taken += fmt::format("{}{:g} Hz from \"{}\"", loaded.taken.empty() ? "" : ", ",
                                 reader.rate()->rate_Hz, shortened(reader.rate()->line));
-  identification::Dataset& dataset = loaded.dataset;
-  dataset.input_unit = unit_of(reader, "input_unit", columns.input_unit);
-  dataset.output_unit =
-      layout.output_scale ? columns.output_unit : unit_of(reader, "output_unit", columns.output_unit);
-  const std::size_t first = columns.has_time() ? 1 : 0;
-  double seconds = columns.seconds;
-  std::vector<double> row;
-  while (reader.next(row)) {
-    const double t = columns.has_time() ? row[0] : static_cast<double>(dataset.size());
-    if (layout.rate_Hz && columns.has_time() && dataset.size() == 1) {
-      const double before = dataset.time_s.front() / seconds;
-      seconds = seconds_beside_rate(reader, columns, *layout.rate_Hz, origin_of_rate, t - before);
-      dataset.time_s.front() = seconds * before;
-    }
-    const double time_s = seconds * t;
-    if (!dataset.time_s.empty() && time_s <= dataset.time_s.back())
-      throw Error(fmt::format("{}:{}: {} is {} after {}, expected time to increase", file.string(),
-                              reader.line_number(), columns.titles[0], t, dataset.time_s.back() / seconds));
-    if (dataset.size() == most_rows)
-      throw Error(fmt::format("{}:{}:1: one more row, expected at most {} rows", file.string(),
-                              reader.line_number(), most_rows));
-    loaded.last_row_left_out = reader.ends_in_mid_line();
-    if (loaded.last_row_left_out) break;
-    dataset.time_s.push_back(time_s);
-    dataset.input.push_back(columns.input_scale * row[first]);
-    dataset.output.push_back(columns.output_scale * row[first + 1]);
-    for (const double value : {time_s, dataset.input.back(), dataset.output.back()})
-      if (!(std::abs(value) <= identification::largest_value))
-        throw Error(fmt::format("{}:{}: a value is {}, expected at most {} in magnitude", file.string(),
-                                reader.line_number(), value, identification::largest_value));
-  }
-  const bool counts_samples = layout.rate_Hz && seconds == 1.0 / *layout.rate_Hz;
-  if (layout.rate_Hz && !counts_samples && dataset.size() > 1 &&
-      !agrees_with_rate(dataset.time_s, *layout.rate_Hz))
-    throw Error(fmt::format("{}: {} contradicts the rate, expected {} s from row to row at {}", file.string(),
-                            columns.titles[0], 1.0 / *layout.rate_Hz, origin_of_rate));
   return loaded;
 }
 

@@ -3,236 +3,237 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
-#include <iterator>
-#include <optional>
-#include <set>
+#include <cmath>
 #include <utility>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "config/files/csv.h"
 
 namespace hystcan::config {
 namespace {
 
-constexpr std::size_t most_header_lines = 1000;
-constexpr std::array<std::string_view, 18> known_units{"s", "ms", "us", "ns", "min", "h",  "V", "mV", "kV",
-                                                       "A", "mA", "Hz", "nm", "um",  "mm", "m", "%",  "T"};
+/// A shorter block with the shape of the record, above names, is a part of the head.
+constexpr std::size_t longest_block_of_head = 9;
 
-std::string without_quotes(std::string_view text) {
-  if (text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front())
-    text = text.substr(1, text.size() - 2);
-  return std::string(trimmed(text));
+/// True if a field in which the record has no numbers has a text.
+bool has_label(const std::vector<std::string_view>& fields, const RowShape& shape) {
+  for (std::size_t i = 0; i < shape.width() && i < fields.size(); ++i)
+    if (!shape.numbers[i] && !fields[i].empty() && !is_value(fields[i])) return true;
+  return false;
 }
 
-/// Both letters that are written for a millionth, in UTF-8 or Latin 1, as u.
-std::string with_u(std::string text) {
-  for (const std::string_view micro : {"\xC2\xB5", "\xCE\xBC", "\xB5"})
-    for (std::size_t at = text.find(micro); at != std::string::npos; at = text.find(micro))
-      text.replace(at, micro.size(), "u");
-  return text;
-}
-
-bool is_known(std::string_view unit) { return std::ranges::find(known_units, unit) != known_units.end(); }
-
-/// Of a line of units: "V", "(V)", or nothing.
-std::optional<std::string> only_unit(std::string_view field) {
-  if (field.empty()) return std::string();
-  const CsvColumn column = csv_column(field);
-  if (column.name.empty()) return column.unit;
-  std::string text = with_u(column.title);
-  if (!is_known(text)) return std::nullopt;
-  return text;
-}
-
-constexpr std::array<std::string_view, 8> rate_words{"abtastrate",    "abtastfrequenz",     "sampling rate",
-                                                     "sample rate",   "sampling frequency", "samplerate",
-                                                     "sampling_rate", "sample_rate"};
-constexpr std::array<std::pair<std::string_view, double>, 8> rate_units{{{"", 1.0},
-                                                                         {"hz", 1.0},
-                                                                         {"1/s", 1.0},
-                                                                         {"s/s", 1.0},
-                                                                         {"sa/s", 1.0},
-                                                                         {"samples/s", 1.0},
-                                                                         {"khz", 1e3},
-                                                                         {"ks/s", 1e3}}};
-
-/// Without blanks, separators and brackets at both ends.
-std::string_view without_marks(std::string_view text) {
-  constexpr std::string_view marks = "# \t:=;,\"()[]";
-  const auto begin = text.find_first_not_of(marks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(marks) - begin + 1);
+bool may_begin_a_decimal(std::string_view digits) {
+  return digits.size() > 1 && digits.front() == '0' &&
+         digits.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 }  // namespace
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  return lower;
+LabCsvReader::LabCsvReader(std::filesystem::path file, std::size_t most_rows)
+    : text_(std::move(file), most_rows + most_head_lines), shape_(find_row_shape(text_)) {
+  find_rows();
+  if (shape_.width() > most_columns)
+    text_.fail(first_, {}, fmt::format("{} columns, expected at most {}", shape_.width(), most_columns));
+  find_foot();
+  find_signs();
+  line_ = first_;
 }
 
-CsvColumn csv_column(std::string_view title) {
-  CsvColumn column{.title = without_quotes(title), .name = {}, .unit = {}};
-  const std::string text = with_u(column.title);
-  column.name = text;
-  for (const auto& [open, close] : {std::pair{'(', ')'}, std::pair{'[', ']'}, std::pair{'<', '>'}})
-    if (const auto at = text.find_last_of(open); at != std::string::npos && text.back() == close) {
-      column.name = trimmed(std::string_view(text).substr(0, at));
-      column.unit = trimmed(std::string_view(text).substr(at + 1, text.size() - at - 2));
-      return column;
-    }
-  for (const std::string_view mark : {" in ", "/", "_"})
-    if (const auto at = text.rfind(mark); at != std::string::npos && at > 0)
-      if (const std::string unit(trimmed(std::string_view(text).substr(at + mark.size()))); is_known(unit)) {
-        column.name = trimmed(std::string_view(text).substr(0, at));
-        column.unit = unit;
-        return column;
-      }
-  return column;
-}
-
-std::optional<StatedRate> stated_rate(std::string_view line) {
-  const std::string lower = lower_case(without_marks(line));
-  const auto word =
-      std::ranges::find_if(rate_words, [&](std::string_view of) { return lower.starts_with(of); });
-  if (word == rate_words.end()) return std::nullopt;
-  const std::string_view rest = std::string_view(lower).substr(word->size());
-  const std::size_t begin = std::min(rest.find_first_of("0123456789"), rest.size());
-  const std::size_t end = std::min(rest.find_first_not_of("0123456789.,e", begin), rest.size());
-  const std::string_view number = without_marks(rest.substr(begin, end - begin));
-  std::string unit(without_marks(rest.substr(0, begin)));  // Abtastrate [Hz]: 5000
-  unit += without_marks(rest.substr(end));
-  const auto known = std::ranges::find(rate_units, unit, &std::pair<std::string_view, double>::first);
-  const auto value = csv_number(number, true);
-  if (!value || known == rate_units.end()) return std::nullopt;
-  const std::size_t point = number.find_first_of(".,");
-  if (point != std::string_view::npos && number.size() - point == 4)
-    return std::nullopt;  // five, or thousands
-  const double rate_Hz = *value * known->second;
-  if (!(rate_Hz > 0.0)) return std::nullopt;
-  return StatedRate{rate_Hz, std::string(trimmed(line))};
-}
-
-LabCsvReader::LabCsvReader(std::filesystem::path file) : lines_(std::move(file)) { find_header(); }
-
-LabCsvReader::Likeness LabCsvReader::row_likeness(std::string_view line, char separator) {
-  split_fields(line, separator, fields_);
-  std::size_t numbers = 0, texts = 0;
-  for (const std::string_view field : fields_) {
-    if (csv_number(field, separator != ','))
-      ++numbers;
-    else if (!field.empty())
-      ++texts;
-  }
-  return numbers < 2 || numbers < texts ? Likeness::none : texts > 0 ? Likeness::some : Likeness::full;
-}
-
-// A line of numbers is the first row if the line before has as many fields, or if the next line is one, too.
-void LabCsvReader::find_header() {
-  std::vector<CsvLines::Kept> before, rows;
-  std::size_t fields = 0;
-  const auto fields_of = [&](const CsvLines::Kept& line) {
-    split_fields(line.text, separator_, fields_);
-    return fields_.size();
-  };
-  while (lines_.next()) {
-    CsvLines::Kept line = lines_.kept();
-    if (before.size() > most_header_lines)
-      lines_.fail(fmt::format("no rows of numbers in the first {} lines, expected a header and rows below it",
-                              most_header_lines));
-    if (!rows.empty()) {
-      if (before.empty() ||
-          (row_likeness(line.text, separator_) != Likeness::none && fields_.size() == fields)) {
-        rows.push_back(std::move(line));
-        break;
-      }
-      before.push_back(std::move(rows.front()));
-      rows.clear();
-    }
-    Likeness alike = Likeness::none;
-    for (const char separator : {';', '\t', ',', ' '}) {
-      alike = row_likeness(line.text, separator);
-      separator_ = separator;
-      if (alike != Likeness::none) break;
-    }
-    fields = fields_.size();
-    if (alike == Likeness::none) {
-      before.push_back(std::move(line));
-      continue;
-    }
-    rows.push_back(std::move(line));
-    if (alike == Likeness::full && !before.empty() && fields_of(before.back()) == fields) break;
-  }
-  lines_.end_comments();
-  if (before.empty() && rows.empty()) lines_.fail("no header row, expected column names");
-  if (rows.empty()) {  // rows that cannot be read, or none
+// The shape of a text without rows is that of its first line.
+void LabCsvReader::find_rows() {
+  TextLine line;
+  std::vector<TextLine> head;
+  if (shape_.rows == 0) {
+    if (!text_.next_content(line)) text_.fail(line, {}, "no header row, expected column names");
     for (const char separator : {' ', ',', '\t', ';'})
-      if (before.front().text.find(separator) != std::string::npos) separator_ = separator;
-    rows.assign(std::make_move_iterator(before.begin() + 1), std::make_move_iterator(before.end()));
-    before.resize(1);
-    fields = fields_of(before.front());
+      if (line.text.find(separator) != std::string_view::npos) shape_.separator = separator;
+    split_fields(line.text, shape_.separator, fields_);
+    if (fields_.size() > 1 && fields_.back().empty()) fields_.pop_back();
+    shape_.numbers.assign(fields_.size(), false);
+    first_ = line;
+    head.push_back(line);
   } else {
-    fields = fields_of(rows.front());
+    std::size_t rows = 0, labelled = 0;
+    bool has_header = false;
+    for (TextLine before = line; text_.next(line); before = line) {
+      split_fields(line.text, shape_.separator, fields_);
+      if (!line.is_comment() && has_shape(fields_, shape_)) {
+        if (rows++ == 0) first_ = before;
+        if (has_label(fields_, shape_)) ++labelled;
+      }
+      if (rows > longest_block_of_head || rows == shape_.rows) break;
+      if (line.is_comment() || !has_texts(fields_, shape_)) continue;
+      const bool is_of_head = labelled == rows || !has_header;  // settings, or numbers without names
+      if (rows > 0 && is_of_head && rows * 10 < shape_.rows) rows = labelled = 0;
+      has_header = true;
+    }
+    for (TextLine above; above.number < first_.number && text_.next(above);) head.push_back(above);
   }
-  if (fields > most_columns)
-    lines_.fail(fmt::format("{} columns, expected at most {}", fields, most_columns));
-  std::vector<StatedRate> rates;
-  for (const std::string& comment : lines_.comments())
-    if (auto rate = stated_rate(comment)) rates.push_back(std::move(*rate));
-  for (const CsvLines::Kept& line : before)
-    if (auto rate = stated_rate(line.text)) rates.push_back(std::move(*rate));
-  if (!rates.empty() &&
-      std::ranges::all_of(rates, [&](const StatedRate& one) { return one.rate_Hz == rates.front().rate_Hz; }))
-    rate_ = rates.front();
-  read_names(before, fields);
-  for (CsvLines::Kept& row : rows) lines_.put_back(std::move(row));
+  head_ = read_head(head, shape_, settings_beside());
 }
 
-void LabCsvReader::read_names(const std::vector<CsvLines::Kept>& before, std::size_t fields) {
-  const auto fits = [&](std::size_t i) {
-    split_fields(before[i].text, separator_, fields_);
-    return fields_.size() == fields || fields_.size() + 1 == fields;
-  };
-  std::optional<std::size_t> header;
-  if (!before.empty() && (fits(before.size() - 1) || before.size() == 1)) header = before.size() - 1;
-  std::vector<std::string> units;
-  if (header && *header > 0 && fits(*header - 1)) {
-    split_fields(before[*header].text, separator_, fields_);
-    for (const std::string_view field : fields_)
-      if (const std::optional<std::string> unit = only_unit(field)) units.push_back(*unit);
-    if (units.size() == fields_.size())
-      --*header;
-    else
-      units.clear();
+/// Some instruments write their settings to the left of the first rows.
+std::vector<TextLine> LabCsvReader::settings_beside() {
+  constexpr std::size_t looked_at = 100;
+  std::vector<TextLine> beside;
+  TextLine line = first_;
+  for (std::size_t n = 0; n < looked_at && text_.next_content(line); ++n) {
+    split_fields(line.text, shape_.separator, fields_);
+    if (!shape_.numbers.front() && !fields_.front().empty() && !is_value(fields_.front()))
+      beside.push_back(line);
   }
-  if (header) {
-    split_fields(before[*header].text, separator_, fields_);
-    header_line_ = before[*header].number;
-    has_header_ = true;
-    for (const std::string_view field : fields_) columns_.push_back(csv_column(field));
-  }
-  for (std::size_t i = columns_.size(); i < fields && !has_header_; ++i)
-    columns_.push_back({std::to_string(i + 1), std::to_string(i + 1), ""});
-  for (std::size_t i = 0; i < std::min(units.size(), columns_.size()); ++i) columns_[i].unit = units[i];
-  std::set<std::string_view> names;
-  for (const CsvColumn& column : columns_)
-    if (!column.title.empty() && !names.insert(column.title).second)
-      fail_at_header(fmt::format("column {} occurs twice, expected each name once", shortened(column.title)));
+  return beside;
 }
 
-void LabCsvReader::fail_at_header(const std::string& what) const {
-  throw Error(fmt::format("{}:{}:1: {}", lines_.file().string(), header_line_, what));
+void LabCsvReader::find_foot() {
+  const std::string_view all = text_.text();
+  end_ = all.size();
+  if (shape_.rows == 0) return;
+  while (end_ > first_.next) {
+    const std::size_t before = all.substr(0, end_ - 1).rfind('\n');
+    const std::size_t begin = before == std::string_view::npos ? 0 : before + 1;
+    if (begin < first_.next) return;
+    TextLine line{.next = begin};
+    text_.next(line);
+    split_fields(line.text, shape_.separator, fields_);
+    if (!line.is_blank() && !line.is_comment()) {
+      if (has_value_of(fields_, shape_)) return;
+      has_foot_ = true;
+    }
+    end_ = begin;
+  }
+}
+
+void LabCsvReader::find_signs() {
+  const std::string_view rows = text_.text().substr(first_.next, end_ - std::min(end_, first_.next));
+  const bool has_point = rows.find('.') != std::string_view::npos;
+  const bool has_comma = rows.find(',') != std::string_view::npos;
+  if (shape_.separator == ',' && rows.find('"') == std::string_view::npos) {
+    if (!has_point) refuse_split_decimals();
+    return;
+  }
+  if (!has_point && !has_comma) return;
+  SignSurvey survey;
+  const bool is_enough = shape_.separator != ',' && has_point != has_comma;
+  for (TextLine line = first_; text_.next_content(line) && line.begin < end_;) {
+    split_fields(line.text, shape_.separator, fields_);
+    for (std::size_t i = 0; i < fields_.size(); ++i)
+      survey.add(fields_[i], line.number,
+                 static_cast<std::size_t>(fields_[i].data() - text_.text().data()) - line.begin + 1, i);
+    if (is_enough && survey.has_decimal(has_comma ? ',' : '.')) break;
+  }
+  if (const auto contradiction = survey.contradiction())
+    throw Error(fmt::format("{}: {}", file().string(), *contradiction));
+  signs_ = survey.found();
+}
+
+/// 0,0100,2,25: where commas separate, a decimal comma makes two fields of a number.
+void LabCsvReader::refuse_split_decimals() const {
+  constexpr std::size_t looked_at = 100;
+  std::vector<std::string_view> fields;
+  TextLine line = first_;
+  for (std::size_t n = 0; n < looked_at && text_.next_content(line) && line.begin < end_; ++n) {
+    split_fields(line.text, ',', fields);
+    const bool is_twice = head_.has_names && fields.size() == 2 * head_.columns.size();
+    const auto digits = std::ranges::find_if(fields, may_begin_a_decimal);
+    if (!is_twice && digits == fields.end()) continue;
+    text_.fail(line, digits == fields.end() ? fields.front() : *digits,
+               "decimal commas between commas, expected semicolons between the fields or quotes around the "
+               "numbers");
+  }
+}
+
+void LabCsvReader::select(std::vector<std::size_t> columns, bool first_is_time) {
+  selected_ = std::move(columns);
+  has_clock_ = false;
+  if (!first_is_time || selected_.empty()) return;
+  TextLine line = first_;
+  while (text_.next_content(line) && line.begin < end_) {
+    split_fields(line.text, shape_.separator, fields_);
+    if (selected_[0] >= fields_.size() || !is_value(fields_[selected_[0]])) continue;
+    has_clock_ = clock_time(fields_[selected_[0]]).has_value();
+    return;
+  }
+}
+
+std::vector<std::size_t> LabCsvReader::value_columns() const {
+  std::vector<std::size_t> columns;
+  for (std::size_t i = 0; i < shape_.width(); ++i)
+    if (shape_.numbers[i]) columns.push_back(i);
+  return columns;
+}
+
+void LabCsvReader::rewind() {
+  line_ = first_;
+  clock_ = {};
+}
+
+void LabCsvReader::damage(std::string_view at, std::string what) {
+  if (!damage_) damage_ = Damage{at, std::move(what)};
+}
+
+double LabCsvReader::value(std::size_t i) {
+  const std::size_t column = selected_[i];
+  const std::string& stated = columns()[column].title;
+  const auto title = [&] { return stated.empty() ? fmt::format("column {}", column + 1) : stated; };
+  const std::string_view field =
+      column < fields_.size() ? fields_[column] : line_.text.substr(line_.text.size());
+  if (has_clock_ && i == 0) {
+    if (const auto seconds = clock_.seconds(field)) return *seconds;
+    damage(field, fmt::format("{} is \"{}\", expected a time of day after the one before", title(),
+                              shortened(field)));
+    return std::nan("");
+  }
+  const std::optional<double> value = signs_.number(field);
+  if (value && std::isfinite(*value)) return *value;
+  if (field.empty())
+    damage(field, fmt::format("{} is empty, expected a number", title()));
+  else
+    damage(field, fmt::format("{} is \"{}\", expected a finite number", title(), shortened(field)));
+  return std::nan("");
+}
+
+bool LabCsvReader::read(std::vector<double>& row) {
+  damage_.reset();
+  is_at_end_ = !text_.next_content(line_) || line_.begin >= end_;
+  leaves_out_last_ = !is_at_end_ && line_.ends_the_file;
+  is_at_end_ = is_at_end_ || leaves_out_last_;
+  if (is_at_end_) return false;
+  split_fields(line_.text, shape_.separator, fields_);
+  if (!fits_width(fields_, shape_))
+    damage(line_.text.substr(0, 0),
+           fmt::format("the row has {}, expected {} as in {}", counted(fields_.size(), "field"),
+                       shape_.width(), head_.has_names ? "the header" : "the other rows"));
+  row.resize(selected_.size());
+  for (std::size_t i = 0; i < selected_.size(); ++i) row[i] = value(i);
+  return true;
+}
+
+void LabCsvReader::fail_at_damage(const std::string& advice) const {
+  text_.fail(line_, damage_->at, damage_->what + advice);
 }
 
 bool LabCsvReader::next(std::vector<double>& row) {
-  if (!lines_.next()) return false;
-  split_fields(lines_.text(), separator_, fields_);
-  if (fields_.size() == columns_.size() + 1 && fields_.back().empty()) fields_.pop_back();
-  require_width(lines_, fields_.size(), columns_.size(), separator_);
-  row.resize(selected_.size());
-  for (std::size_t i = 0; i < selected_.size(); ++i)
-    row[i] = finite_number(lines_, fields_[selected_[i]], columns_[selected_[i]].title, separator_);
-  return true;
+  const bool is_row = read(row);
+  if (is_row && is_damaged()) fail_at_damage();
+  return is_row;
+}
+
+std::string LabCsvReader::comment(std::string_view name) const { return comment_in(head_.comments, name); }
+
+std::vector<std::string> LabCsvReader::notes() const {
+  std::vector<std::string> notes;
+  if (!signs_.note.empty()) notes.push_back(signs_.note);
+  if (leaves_out_last_) notes.emplace_back("the last row has no line end and may be incomplete: left out");
+  if (is_at_end_ && text_.zeros() > 0)
+    notes.push_back(fmt::format("{} at the end left out", counted(text_.zeros(), "zero byte")));
+  if (is_at_end_ && has_foot_) notes.emplace_back("the text below the rows is left out");
+  return notes;
+}
+
+void LabCsvReader::fail_at_header(const std::string& what) const {
+  throw Error(fmt::format("{}:{}:1: {}", file().string(), head_.line, what));
 }
 
 }  // namespace hystcan::config

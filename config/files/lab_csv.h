@@ -1,82 +1,96 @@
-// Reads CSV as laboratories write it. The header is found by the numbers below it:
+// Reads records as laboratories and their instruments write them: CSV, or columns between blanks.
 //
-//   - separators: semicolon, tab, comma or blanks; decimal commas unless commas separate
-//   - lines of text before the header (instrument, date) are passed over, as are `#` lines
-//   - a sampling rate stated above the header is found: `Abtastrate: 5000 Hz`, `# sample rate = 5 kHz`,
-//     `Sampling rate;5000`
-//   - names may be quoted and have their unit beside them: `drive (V)`, `x [um]`, `time_s`; a line of units
-//     may follow
-//   - without a header the columns are named 1, 2, 3 ...
+//   head   all lines above the rows: settings of the instrument, names, units (record_head.h)
+//   rows   lines with the most frequent shape (row_shape.h), from the first one on
+//   foot   lines of text below the last row
+//
+// The separator (semicolon, tab, comma, bar, blanks), the decimal sign and the thousands sign are decided
+// once for the whole file. A row is judged when it is read and no sooner: what a caller does not use can be
+// damaged.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "config/files/csv.h"
+#include "config/files/clock_time.h"
+#include "config/files/number_signs.h"
+#include "config/files/record_head.h"
+#include "config/files/record_text.h"
+#include "config/files/row_shape.h"
 
 namespace hystcan::config {
 
-struct CsvColumn {
-  std::string title;  ///< as in the file, without quotes
-  std::string name;   ///< without the unit
-  std::string unit;   ///< as in the file; empty: none
-};
-
-/// A name and the unit in parentheses or brackets behind it, or behind an underscore or a slash if it is a
-/// known one.
-CsvColumn csv_column(std::string_view title);
-
-std::string lower_case(std::string_view text);  ///< of letters in ASCII
-
-struct StatedRate {
-  double rate_Hz = 0.0;
-  std::string line;  ///< as in the file
-};
-/// The sampling rate that a line states, if it is one of these; none where a point may separate thousands
-/// (5.000 Hz).
-std::optional<StatedRate> stated_rate(std::string_view line);
-
 class LabCsvReader {
  public:
-  /// Throws Error if the file cannot be read, or if no numbers are found in it.
-  explicit LabCsvReader(std::filesystem::path file);
+  static constexpr std::size_t most_head_lines = 100'000;
 
-  const std::filesystem::path& file() const { return lines_.file(); }
-  const std::vector<CsvColumn>& columns() const { return columns_; }
-  bool has_header() const { return has_header_; }
-  /// The columns of next(), as indices of columns().
-  void select(std::vector<std::size_t> columns) { selected_ = std::move(columns); }
+  /// Throws Error if the file cannot be read, or if its numbers contradict each other in their signs.
+  explicit LabCsvReader(std::filesystem::path file,
+                        std::size_t most_rows = std::numeric_limits<std::size_t>::max() - most_head_lines);
 
-  /// Returns false at the end of the file. Throws Error at an empty field, at a row of the wrong length, and
-  /// at a value that is not a finite number.
+  const std::filesystem::path& file() const { return text_.file(); }
+  const std::vector<CsvColumn>& columns() const { return head_.columns; }
+  /// Those that have numbers in most rows.
+  std::vector<std::size_t> value_columns() const;
+  bool has_header() const { return head_.has_names; }
+  /// The columns of next(), as indices of columns(). If `first_is_time`, the first one can be times of day,
+  /// which become seconds since the first one.
+  void select(std::vector<std::size_t> columns, bool first_is_time = false);
+  bool has_clock() const { return has_clock_; }
+
+  /// Goes back to the first row.
+  void rewind();
+  /// False at the end of the file, and at a last line without its end, which may be incomplete. A number that
+  /// cannot be read is NaN; then is_damaged().
+  bool read(std::vector<double>& row);
+  bool is_damaged() const { return damage_.has_value(); }
+  /// Throws Error with the place of the damage and `advice`.
+  [[noreturn]] void fail_at_damage(const std::string& advice = "") const;
+  /// Like read(), but throws Error at an empty field, at a row of the wrong length, and at a value that is
+  /// not a finite number.
   bool next(std::vector<double>& row);
 
-  /// The one above the header; none where two differ.
-  const std::optional<StatedRate>& rate() const { return rate_; }
-  std::string comment(std::string_view name) const { return lines_.comment(name); }
-  /// True if the last row that was read ends the file without a line end: it may be incomplete.
-  bool ends_in_mid_line() const { return lines_.end_in_mid_line(); }
-  std::size_t line_number() const { return lines_.number(); }
+  /// The one in the head; none where two differ.
+  const std::optional<StatedRate>& rate() const { return head_.rate; }
+  /// The TEXT of a line `# NAME = TEXT` in the head.
+  std::string comment(std::string_view name) const;
+  /// What was assumed or left out, a sentence each.
+  std::vector<std::string> notes() const;
+  std::size_t line_number() const { return line_.number; }
   /// At the header, for a message about it.
   [[noreturn]] void fail_at_header(const std::string& what) const;
 
  private:
-  void find_header();
-  void read_names(const std::vector<CsvLines::Kept>& before, std::size_t fields);
-  enum class Likeness { none, some, full };  // of a line to a row: numbers among text, or nothing but numbers
-  Likeness row_likeness(std::string_view line, char separator);
+  struct Damage {
+    std::string_view at;
+    std::string what;
+  };
+  void find_rows();
+  std::vector<TextLine> settings_beside();
+  void find_foot();
+  void find_signs();
+  void refuse_split_decimals() const;
+  void damage(std::string_view at, std::string what);
+  double value(std::size_t i);
 
-  CsvLines lines_;
-  std::vector<CsvColumn> columns_;
-  bool has_header_ = false;
-  std::optional<StatedRate> rate_;
-  std::size_t header_line_ = 1;
-  char separator_ = ',';
+  RecordText text_;
+  RowShape shape_;
+  RecordHead head_;
+  NumberSigns signs_;
   std::vector<std::size_t> selected_;
   std::vector<std::string_view> fields_;
+  TextLine first_;       ///< the line before the first row
+  std::size_t end_ = 0;  ///< of the rows, in the text
+  TextLine line_;        ///< the present one
+  std::optional<Damage> damage_;
+  bool has_clock_ = false;
+  ClockColumn clock_;
+  bool leaves_out_last_ = false, has_foot_ = false, is_at_end_ = false;
 };
 
 }  // namespace hystcan::config

@@ -157,7 +157,7 @@ TEST(LabCsvColumns, OfRoundedTimesAgreeWithTheRateAboveThem) {
 TEST(LabCsvColumns, OfTimeContradictTheRateAboveThem) {
   EXPECT_EQ(refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
             ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate says "
-            "otherwise), or the number of the sample");
+            "otherwise), or the number of the sample; --columns 2,3 --rate HZ reads the file without it");
 }
 
 TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
@@ -168,9 +168,11 @@ TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(time_s[i], expected[i], 1e-12) << text;
   }
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.001,3,4\n", {.rate_Hz = 5000.0}),
-            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or the number of the sample");
+            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or the number of the sample; "
+            "--columns 2,3 reads the file without it");
   EXPECT_EQ(refusal("t (ms),V,x\n0,1,2\n1,3,4\n", {.rate_Hz = 5000.0}),
-            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or the number of the sample");
+            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or the number of the sample; "
+            "--columns 2,3 reads the file without it");
 }
 
 TEST(LabCsvColumns, OfAVoltageBecomeALengthByAScale) {
@@ -180,8 +182,8 @@ TEST(LabCsvColumns, OfAVoltageBecomeALengthByAScale) {
 }
 
 TEST(LabCsvRefusal, IsOfATimeThatCanOnlyBeGuessed) {
-  EXPECT_EQ(refusal("Timestamp (msec),V,x\n0,1,2\n1,3,4\n"),
-            ":1:1: the unit of Timestamp (msec) is not known, expected one of s, ms, us, ns, min, h");
+  EXPECT_EQ(refusal("Timestamp (ticks),V,x\n0,1,2\n1,3,4\n"),
+            ":1:1: the unit of Timestamp (ticks) is not known, expected one of s, ms, us, ns, min, h");
   EXPECT_EQ(refusal("Zeit in Millisekunden;Spannung;Weg\n0;1;2\n1;3;4\n"),
             ":1:1: the unit of Zeit in Millisekunden is not known, expected one of s, ms, us, ns, min, h");
   EXPECT_EQ(refusal("Index,V,x\n0,1,2\n1,3,4\n"),
@@ -199,10 +201,13 @@ TEST(LabCsvRefusal, SaysWhichColumnsThereAreAndWhatIsMissing) {
   EXPECT_EQ(
       refusal("t,V1 (V),V2 (V),x\n0,1,2,3\n1,2,3,4\n"),
       ":1:1: more than one column is the input among t, V1 (V), V2 (V), x, expected time_s, input, output, "
-      "or --columns TIME,INPUT,OUTPUT");
+      "or --columns TIME,INPUT,OUTPUT by names or numbers from 1 to 4");
   EXPECT_EQ(refusal("t,V\n0,1\n1,2\n"),
-            ":1:1: no column is the output among t, V, expected time_s, input, output, or --columns "
-            "TIME,INPUT,OUTPUT");
+            ":1:1: two columns of numbers, expected time, input and output: --output-from FILE reads the "
+            "output from another file, and --rate a file without time");
+  EXPECT_EQ(refusal("t,V,z\n0,1,2\n1,2,3\n"),
+            ":1:1: no column is the output among t, V, z, expected time_s, input, output, or --columns "
+            "TIME,INPUT,OUTPUT by names or numbers from 1 to 3");
   EXPECT_EQ(
       refusal("0,1,2\n1,2,3\n"),
       ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, "
@@ -217,8 +222,145 @@ TEST(LabCsvRefusal, HasThePlaceOfABadRow) {
   EXPECT_EQ(refusal("Lab 3\nt;V;x\n0;1;2\n1;2\n"), ":4:1: the row has 2 fields, expected 3 as in the header");
   EXPECT_EQ(refusal("t;V;x\n0;1;2\n1;abc;3\n"), ":3:3: V is \"abc\", expected a finite number");
   EXPECT_EQ(refusal("t;V;x\n0;1;2\n1;;3\n"), ":3:3: V is empty, expected a number");
-  EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.5,1,2\n0.5,1,2\n"), ":4: t is 0.5 after 0.5, expected time to increase");
-  EXPECT_EQ(refusal("t,V,t\n0,1,2\n1,1,2\n"), ":1:1: column t occurs twice, expected each name once");
+  EXPECT_EQ(
+      refusal("t,V,x\n0,1,2\n0.5,1,2\n0.5,1,2\n"),
+      ":4: t is 0.5 after 0.5, expected time to increase: if it is rounded, --columns 2,3 --rate HZ reads "
+      "the file without it");
+  EXPECT_EQ(refusal("t,V,t\n0,1,2\n1,1,2\n"),
+            ":1:1: column t occurs twice, expected each name once, or --columns with numbers from 1 to 3");
+}
+
+TEST(LabCsvColumns, OfMillivoltsBecomeALengthByAScalePerVolt) {
+  EXPECT_EQ(load("t,drive (V),sensor (mV)\n0,1,2000\n1,3,-4000\n", {.output_scale = 12.5}).dataset.output,
+            (std::vector<double>{25.0, -50.0}));
+}
+
+TEST(LabCsvColumns, HaveTheUnitsOfTheSettingsAboveThem) {
+  const DatasetFile file = load(
+      "Horizontal Units,ms,,Horizontal Units,ms\nVertical Units,V,,Vertical Units,mV\n"
+      "TIME,CH1,,TIME,CH2\n0,1,,0,2000\n1,2,,1,3000\n",
+      {.columns = "1,2,5", .output_scale = 10.0});
+  EXPECT_EQ(file.dataset.output, (std::vector<double>{20.0, 30.0}));
+  EXPECT_EQ(file.dataset.time_s, (std::vector<double>{0.0, 0.001}));
+}
+
+TEST(LabCsvColumns, TakeTheIntervalOfTheInstrument) {
+  for (const char* head :
+       {"Sample Interval,2e-4\nNr,V,x\n", "Delta_X,0.0002,0.0002\nNr,V,x\n",
+        "# SAMPLE_TIME: 0.2 ms\nNr,V,x\n", "Sample Interval,CH1:0.0002 CH2:0.0002\nNr,V,x\n"})
+    EXPECT_NEAR(load(head + std::string("0,1,2\n1,3,4\n")).dataset.time_s[1], 0.0002, 1e-12) << head;
+  EXPECT_NEAR(load("X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-3.0,2e-4\n0,1,2,,\n1,3,4,,\n",
+                   {.columns = "1,2,3"})
+                  .dataset.time_s[1],
+              0.0002, 1e-12);
+}
+
+TEST(LabCsvSigns, AreDecidedOnceForTheWholeFile) {
+  EXPECT_EQ(
+      refusal("t;V;x\n0,5;1;2.000\n0,6;1;31.250\n"),
+      ": 2.000 (2:7) and 0,5 (2:1) cannot be read with the same signs, expected one decimal sign and no "
+      "thousands separators");
+  EXPECT_EQ(refusal("t\tV\tx\n0.5\t1,5\t2\n"),
+            ": 0.5 (2:1) and 1,5 (2:5) cannot be read with the same signs, expected one decimal sign and no "
+            "thousands separators");
+  EXPECT_EQ(load("t;V;x\n0,5;1;1.002.000,5\n0,6;1;31.250\n").dataset.output,
+            (std::vector<double>{1002000.5, 31250.0}));
+  EXPECT_EQ(load("t;V;x\n0,5;1;2.000\n0,6;1;31\n").dataset.output, (std::vector<double>{2000.0, 31.0}));
+  EXPECT_EQ(load("t;V;x\n1;1,500;2\n2;1,250;3\n").notes,
+            (std::vector<std::string>{
+                "1,500 (2:3): the comma is taken as the decimal sign, though it can separate thousands"}));
+  EXPECT_EQ(refusal("t;V;x\n1;1.500;2\n2;500;3\n"),
+            ": 1.500 (2:3): its point can be decimal or separate thousands, expected one decimal sign and no "
+            "thousands separators");
+  EXPECT_EQ(
+      refusal("t,V,x\n0,0100,1,5,2,25\n0,0200,1,5,2,25\n", {.columns = "2,4,6"}),
+      ":2:3: decimal commas between commas, expected semicolons between the fields or quotes around the "
+      "numbers");
+}
+
+TEST(LabCsvHead, IsNotTakenForRows) {
+  const std::string head =
+      "Samples\t600\t600\nY_Unit_Label\tVolts\tmicrons\nX_Dimension\tTime\tTime\nX0\t0.0\t0.0\n"
+      "Delta_X\t0.010000\t0.010000\n***End_of_Header***\t\t\nX_Value\tVoltage\tPosition\tComment\n";
+  std::string rows, timed;
+  for (int n = 0; n < 100; ++n) {
+    const std::string row = "\t" + std::to_string(n) + ".5\t" + std::to_string(n + 1) + ".25\n";
+    rows += row;
+    timed += std::to_string(0.01 * n) + row;
+  }
+  for (const std::string& text : {head + rows, head + timed}) {
+    const DatasetFile file = load(text, {.columns = "2,3", .rate_Hz = 100.0});
+    EXPECT_EQ(file.dataset.size(), 100U);
+    EXPECT_EQ(file.dataset.output.front(), 1.25);
+    EXPECT_EQ(load(text).dataset.time_s.back(), 0.99);
+    EXPECT_EQ(load(text).dataset.output_unit, "um");
+  }
+  std::string paused = "t,V,x\n0,1,2\n1,2,3\npause,pause,pause\n";
+  for (int n = 2; n < 100; ++n) paused += std::to_string(n) + ",1,2\n";
+  EXPECT_EQ(refusal(paused), ":4:1: t is \"pause\", expected a finite number") << "these rows are no head";
+}
+
+TEST(LabCsvColumns, HaveTheUnitsAboveTheirNames) {
+  const DatasetFile file = load("ms,V,nm\nTime,Drive,Position\n0,1,2\n1,2,3\n");
+  EXPECT_EQ(file.dataset.time_s, (std::vector<double>{0.0, 0.001}));
+  EXPECT_EQ(file.dataset.output_unit, "nm");
+}
+
+TEST(LabCsvColumns, HaveAUnitEachWhereTimeIsNoColumn) {
+  const DatasetFile file = load(
+      "\"TraceName\",\"CH1\",\"CH2\"\n\"VUnit\",\"V\",\"mV\"\n\"SampleRate\",100,100\n"
+      "\"BlockSize\",600\n1.5,2000\n2.5,3000\n3.5,4000\n",
+      {.columns = "1,2", .output_scale = 10.0});
+  EXPECT_EQ(file.dataset.output, (std::vector<double>{20.0, 30.0, 40.0}));
+  EXPECT_EQ(file.dataset.time_s, (std::vector<double>{0.0, 0.01, 0.02}));
+}
+
+TEST(LabCsvColumns, MayBeginWithAnIndexWithoutAName) {
+  EXPECT_EQ(load(",t,V,x\n0,0.5,1,2\n1,0.6,2,3\n").dataset.time_s, (std::vector<double>{0.5, 0.6}));
+}
+
+TEST(LabCsvColumns, HaveAUnitBehindABlank) {
+  EXPECT_EQ(load("Zeit ms;Kanal A;Weg nm\n0;1,5;2\n10;2,5;3\n", {.columns = "1,2,3"}).dataset.time_s,
+            (std::vector<double>{0.0, 0.01}));
+}
+
+TEST(LabCsvSigns, HaveApostrophesAndNarrowBlanksBetweenThousands) {
+  EXPECT_EQ(load("t;V;x\n0.5;1;1'002.5\n0.6;1;31'250\n").dataset.output,
+            (std::vector<double>{1002.5, 31250.0}));
+  EXPECT_EQ(load("t;V;x\n0,5;1;1\xE2\x80\xAF"
+                 "002,5\n0,6;1;\xE2\x88\x92"
+                 "7,5\n")
+                .dataset.output,
+            (std::vector<double>{1002.5, -7.5}));
+}
+
+TEST(LabCsvRefusal, IsOfAnOutputThatIsATime) {
+  EXPECT_EQ(refusal("Time,Drive,Time,Sensor\ns,V,s,V\n0,1,0,2\n1,2,1,3\n", {.columns = "1,2,3"}),
+            ":1:1: Time is a time in s, expected the output: --columns names it");
+}
+
+TEST(LabCsvRefusal, IsOfAnInputThatIsAPosition) {
+  EXPECT_EQ(
+      refusal("Time (s),Setpoint (um),Position (um)\n0,1,2\n1,2,3\n"),
+      ":1:1: Setpoint (um) is a position in um, expected the drive of the actuator in V or A as the input: "
+      "--columns names it");
+}
+
+TEST(LabCsvRefusal, NamesTheKindOfAFileThatIsNoText) {
+  EXPECT_EQ(refusal("PK\x03\x04 zip"),
+            ":1:1: this is an Excel file or another archive, expected text: save it as CSV");
+}
+
+TEST(LabCsvRows, EndBeforeZerosThatAPowerFailureLeaves) {
+  const DatasetFile file = load(std::string("t,V,x\n0,1,2\n1,2,3\n2,3") + std::string(5000, '\0'));
+  EXPECT_EQ(file.dataset.output, (std::vector<double>{2.0, 3.0}));
+  EXPECT_EQ(file.notes.size(), 2U);
+}
+
+TEST(LabCsvRows, ThatAreCutAwayAreNotJudged) {
+  const std::string text = "t,V,x\noff,off,off\n0,nan,\n1,2,3\n2,3,4\n3,,5\nshut down\n0,1,2\n";
+  EXPECT_EQ(load(text, {.from_s = 1.0, .to_s = 2.0}).dataset.output, (std::vector<double>{3.0, 4.0}));
+  EXPECT_EQ(load(text, {.from_s = 1.0, .to_s = 2.5}).dataset.output, (std::vector<double>{3.0, 4.0}));
 }
 
 }  // namespace

@@ -1,0 +1,76 @@
+#include "config/files/clock_time.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <utility>
+
+#include "config/files/csv.h"
+#include "config/files/record_words.h"
+
+namespace hystcan::config {
+namespace {
+
+constexpr double day_s = 86'400.0;
+
+/// One or two digits before `end`, removed from the text together with it. None if there are others.
+std::optional<double> leading(std::string_view& text, char end) {
+  const std::size_t size = text.find(end);
+  if (size == 0 || size > 2 || !std::all_of(text.data(), text.data() + size, is_digit)) return std::nullopt;
+  double value = 0.0;
+  for (const char c : text.substr(0, size)) value = 10.0 * value + (c - '0');
+  text.remove_prefix(size + 1);
+  return value;
+}
+
+}  // namespace
+
+bool is_date(std::string_view text) {
+  if (text.size() < 6 || text.size() > 10 || !is_digit(text.front()) || !is_digit(text.back())) return false;
+  for (const char mark : {'-', '.', '/'})
+    if (std::ranges::count(text, mark) == 2)
+      return std::ranges::all_of(text, [mark](char c) { return is_digit(c) || c == mark; });
+  return false;
+}
+
+std::optional<ClockTime> clock_time(std::string_view text) {
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
+    text = trimmed(text.substr(1, text.size() - 2));
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos || colon == 0) return std::nullopt;
+  ClockTime time;
+  if (const std::size_t before = text.find_last_of(" T", colon); before != std::string_view::npos) {
+    time.date = trimmed(text.substr(0, before));
+    if (!is_date(time.date)) return std::nullopt;
+    text.remove_prefix(before + 1);
+  }
+  const std::optional<double> hours = leading(text, ':');
+  const std::optional<double> minutes = hours ? leading(text, ':') : std::nullopt;
+  if (!minutes || text.empty() || !is_digit(text.front())) return std::nullopt;
+  const std::size_t end = std::min(text.size(), text.find_first_not_of("0123456789.,"));
+  const std::optional<double> seconds = csv_number(text.substr(0, end), true);
+  const std::string zone = lower_case(trimmed(text.substr(end)));
+  const bool is_zone = zone == "z" || zone.starts_with('+') || zone.starts_with('-');
+  if (!seconds || (!zone.empty() && !is_zone && zone != "am" && zone != "pm")) return std::nullopt;
+  if (*hours >= 24.0 || *minutes >= 60.0 || *seconds >= 61.0) return std::nullopt;
+  double hour = *hours;
+  if (zone == "am" && hour == 12.0) hour = 0.0;
+  if (zone == "pm" && hour < 12.0) hour += 12.0;
+  time.s = 3600.0 * hour + 60.0 * *minutes + *seconds;
+  return time;
+}
+
+std::optional<double> ClockColumn::seconds(std::string_view text) {
+  const std::optional<ClockTime> time = clock_time(text);
+  if (!time) return std::nullopt;
+  const bool other_date = first_s_ && date_ != time->date;
+  const bool next_day = first_s_ && time->s < before_s_ - 0.5 * day_s && (other_date || time->date.empty());
+  if (other_date && !next_day) return std::nullopt;
+  if (next_day) midnight_s_ += day_s;
+  if (!first_s_) first_s_ = time->s;
+  if (date_ != time->date) date_ = time->date;
+  before_s_ = time->s;
+  return midnight_s_ + time->s - *first_s_;
+}
+
+}  // namespace hystcan::config

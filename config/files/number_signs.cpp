@@ -1,0 +1,244 @@
+#include "config/files/number_signs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "config/files/csv.h"
+#include "config/files/record_words.h"
+
+namespace hystcan::config {
+namespace {
+
+constexpr char signs[2] = {'.', ','};
+
+std::string_view unquoted(std::string_view text) {
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
+    return trimmed(text.substr(1, text.size() - 2));
+  return text;
+}
+
+/// A number in its parts: sign, digits with the signs between them, exponent.
+struct Parts {
+  bool is_negative = false;
+  std::string digits{};  ///< digits, points and commas
+  std::string_view exponent{};
+};
+
+/// Of an apostrophe or a narrow blank in front of a group of three digits; 0: there is none.
+std::size_t length_of_mark(std::string_view text) {
+  for (const std::string_view mark : {"'", "\xE2\x80\x99", "\xC2\xA0", "\xE2\x80\xAF", "\xE2\x80\x89"}) {
+    if (!text.starts_with(mark)) continue;
+    const std::string_view group = text.substr(mark.size());
+    const bool is_group = group.size() >= 3 && std::all_of(group.begin(), group.begin() + 3, is_digit) &&
+                          (group.size() == 3 || !is_digit(group[3]));
+    return is_group ? mark.size() : 0;
+  }
+  return 0;
+}
+
+/// True if a number may have other marks than digits, signs and points.
+bool has_other_marks(std::string_view text) {
+  return std::ranges::any_of(text, [](char c) { return c == '\'' || static_cast<unsigned char>(c) >= 0x80; });
+}
+
+/// Other marks of thousands and the minus of typesetters are replaced: they can be nothing else.
+std::optional<Parts> parts_of(std::string_view text) {
+  text = unquoted(text);
+  Parts parts;
+  if (text.starts_with('+') || text.starts_with('-')) {
+    parts.is_negative = text.front() == '-';
+    text.remove_prefix(1);
+  } else if (text.starts_with("\xE2\x88\x92")) {
+    parts.is_negative = true;
+    text.remove_prefix(3);
+  }
+  std::size_t i = 0;
+  while (i < text.size()) {
+    if (is_digit(text[i]) || text[i] == '.' || text[i] == ',')
+      parts.digits += text[i++];
+    else if (const std::size_t mark = length_of_mark(text.substr(i));
+             mark > 0 && i > 0 && is_digit(text[i - 1]))
+      i += mark;
+    else
+      break;
+  }
+  if (parts.digits.find_first_of("0123456789") == std::string::npos || parts.digits.back() == ',')
+    return std::nullopt;
+  text.remove_prefix(i);
+  if (text.empty()) return parts;
+  if (text.front() != 'e' && text.front() != 'E') return std::nullopt;
+  parts.exponent = text;
+  text.remove_prefix(1);
+  if (text.starts_with('+') || text.starts_with('-')) text.remove_prefix(1);
+  if (text.empty() || !std::ranges::all_of(text, is_digit)) return std::nullopt;
+  return parts;
+}
+
+/// Whether this sign separates groups of three digits: 1.234.567
+bool is_grouped(std::string_view digits, char sign) {
+  const std::size_t first = digits.find(sign);
+  if (first == 0 || first > 3 || digits.front() == '0') return false;
+  for (std::size_t at = first; at != std::string_view::npos;) {
+    const std::size_t next = digits.find(sign, at + 1);
+    const std::string_view group =
+        digits.substr(at + 1, next == std::string_view::npos ? next : next - at - 1);
+    if (group.size() != 3 || !std::ranges::all_of(group, is_digit)) return false;
+    at = next;
+  }
+  return true;
+}
+
+/// What a number says of the signs of its file.
+struct Evidence {
+  bool is_number = false;
+  std::optional<char> decimal{}, thousands{}, either{};
+};
+
+Evidence evidence_of(const Parts& parts) {
+  const std::string_view digits = parts.digits;
+  const auto points = std::ranges::count(digits, '.'), commas = std::ranges::count(digits, ',');
+  if (points == 0 && commas == 0) return {.is_number = true};
+  if (points > 0 && commas > 0) {
+    const char last = digits[digits.find_last_of(".,")], other = last == '.' ? ',' : '.';
+    const bool fits = std::min(points, commas) >= 1 && (last == '.' ? points : commas) == 1 &&
+                      is_grouped(digits.substr(0, digits.rfind(last)), other);
+    if (!fits) return {};
+    return {.is_number = true, .decimal = last, .thousands = other};
+  }
+  const char sign = points > 0 ? '.' : ',';
+  const bool grouped = parts.exponent.empty() && is_grouped(digits, sign);
+  if (points + commas > 1) return {.is_number = grouped, .thousands = sign};
+  if (grouped) return {.is_number = true, .either = sign};
+  return {.is_number = true, .decimal = sign};
+}
+
+std::optional<double> from_text(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  double value = 0.0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, value);
+  if (error != std::errc() || end != last) return std::nullopt;
+  return value;
+}
+
+void keep_first(std::optional<NumberPlace>& kept, const NumberPlace& place) {
+  if (!kept) kept = place;
+}
+
+}  // namespace
+
+std::string NumberPlace::said() const { return fmt::format("{} ({}:{})", text, line, column); }
+
+std::optional<double> NumberSigns::number(std::string_view text) const {
+  text = unquoted(text);
+  if (decimal == '.' && thousands == '\0') {
+    if (const auto value = from_text(text)) return value;
+    if (!has_other_marks(text)) return std::nullopt;
+  }
+  char buffer[64];
+  if (decimal == ',' && thousands == '\0' && text.size() <= sizeof buffer && !has_other_marks(text)) {
+    if (text.find('.') != std::string_view::npos) return std::nullopt;
+    std::ranges::replace_copy(text, buffer, ',', '.');
+    return from_text({buffer, text.size()});
+  }
+  const std::optional<Parts> parts = parts_of(text);
+  if (!parts) return from_text(text);  // nan
+  const Evidence evidence = evidence_of(*parts);
+  if (!evidence.is_number) return std::nullopt;
+  std::string plain = parts->is_negative ? "-" : "";
+  for (const char c : parts->digits) {
+    if (is_digit(c))
+      plain += c;
+    else if (c == decimal)
+      plain += '.';
+    else if (c != thousands)
+      return std::nullopt;
+  }
+  // A thousands sign has to group, and a decimal sign stands once.
+  if (evidence.thousands && *evidence.thousands != thousands) return std::nullopt;
+  if (evidence.decimal && *evidence.decimal != decimal) return std::nullopt;
+  return from_text(plain.append(parts->exponent));
+}
+
+bool is_number_like(std::string_view text) {
+  text = unquoted(text);
+  if (text.empty()) return false;
+  if (const auto parts = parts_of(text)) return evidence_of(*parts).is_number;
+  return from_text(text).has_value();
+}
+
+void SignSurvey::add(std::string_view text, std::size_t line, std::size_t column, std::size_t field) {
+  const std::optional<Parts> parts = parts_of(text);
+  if (!parts) return;
+  const Evidence evidence = evidence_of(*parts);
+  if (!evidence.is_number) return;
+  Column& of = columns_[field];
+  if (parts->digits.find_first_of(".,") == std::string::npos && parts->exponent.empty())
+    (parts->digits.size() <= 3 ? of.has_small : of.has_large) = true;
+  if (!evidence.decimal && !evidence.thousands && !evidence.either) return;
+  const NumberPlace place{line, column, shortened(unquoted(text))};
+  if (evidence.decimal) keep_first(sides_[*evidence.decimal == ','].decimal, place);
+  if (evidence.thousands) keep_first(sides_[*evidence.thousands == ','].thousands, place);
+  if (!evidence.either) return;
+  keep_first(sides_[*evidence.either == ','].either, place);
+  of.has_either[*evidence.either == ','] = true;
+}
+
+/// Whether each number that can be either has whole numbers below 1000 beside it, and none above.
+bool SignSurvey::separates_thousands(std::size_t side) const {
+  return std::ranges::all_of(columns_, [&](const auto& each) {
+    const Column& column = each.second;
+    return !column.has_either[side] || (column.has_small && !column.has_large);
+  });
+}
+
+std::optional<std::string> SignSurvey::contradiction() const {
+  constexpr const char* advice = "expected one decimal sign and no thousands separators";
+  const auto both = [&](const NumberPlace& one, const NumberPlace& other) {
+    return fmt::format("{} and {} cannot be read with the same signs, {}", one.said(), other.said(), advice);
+  };
+  const auto& [point, comma] = sides_;
+  if (point.decimal && comma.decimal) return both(*point.decimal, *comma.decimal);
+  if (point.thousands && comma.thousands) return both(*point.thousands, *comma.thousands);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Side &side = sides_[i], &other = sides_[1 - i];
+    if (side.decimal && side.thousands) return both(*side.decimal, *side.thousands);
+    const std::optional<NumberPlace>& decides = other.decimal ? other.decimal : side.thousands;
+    if (side.either && decides && !side.thousands && !separates_thousands(i))
+      return both(*side.either, *decides);
+    if (!side.either || side.decimal || side.thousands || other.decimal || other.thousands) continue;
+    if (other.either) return both(*point.either, *comma.either);
+    const bool is_mixed = std::ranges::any_of(columns_, [&](const auto& each) {
+      return each.second.has_either[i] && each.second.has_small && !each.second.has_large;
+    });
+    if (is_mixed)
+      return fmt::format("{}: its {} can be decimal or separate thousands, {}", side.either->said(),
+                         i == 0 ? "point" : "comma", advice);
+  }
+  return std::nullopt;
+}
+
+NumberSigns SignSurvey::found() const {
+  const auto& [point, comma] = sides_;
+  NumberSigns found;
+  const bool is_comma =
+      comma.decimal || point.thousands || (comma.either && !point.decimal && !comma.thousands);
+  found.decimal = signs[is_comma];
+  const Side &decimal = sides_[is_comma], &other = sides_[!is_comma];
+  if (other.thousands || other.either) found.thousands = signs[!is_comma];
+  if (found.thousands != '\0')
+    found.note =
+        fmt::format("{}: the {} separates thousands",
+                    (other.thousands ? other.thousands : other.either)->said(), is_comma ? "point" : "comma");
+  else if (decimal.either && !decimal.decimal)
+    found.note = fmt::format("{}: the {} is taken as the decimal sign, though it can separate thousands",
+                             decimal.either->said(), is_comma ? "comma" : "point");
+  return found;
+}
+
+}  // namespace hystcan::config

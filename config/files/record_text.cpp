@@ -1,0 +1,123 @@
+#include "config/files/record_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <istream>
+#include <memory>
+#include <utility>
+
+#include "base/error.h"
+#include "base/input_file.h"
+#include "base/text.h"
+#include "config/files/csv.h"
+
+namespace hystcan::config {
+namespace {
+
+struct Kind {
+  std::string_view begin;
+  std::string_view found;
+};
+/// Files of other programs, by their first bytes.
+constexpr std::array<Kind, 9> other_kinds{{{"PK\x03\x04", "an Excel file or another archive"},
+                                           {"\xD0\xCF\x11\xE0", "an old Excel file"},
+                                           {"\x89HDF", "an HDF5 or MATLAB file"},
+                                           {"MATLAB 5.0", "a MATLAB file"},
+                                           {"TDSm", "a TDMS file of LabVIEW"},
+                                           {"PAR1", "a Parquet file"},
+                                           {"\x93NUMPY", "a file of numpy.save"},
+                                           {"\x1F\x8B", "a compressed file"},
+                                           {"%PDF", "a PDF"}}};
+
+std::unique_ptr<std::istream> open_record(const std::filesystem::path& file) {
+  try {
+    return open_input(file);
+  } catch (const FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
+  }
+}
+
+}  // namespace
+
+bool TextLine::is_blank() const { return trimmed(text).empty(); }
+bool TextLine::is_comment() const { return trimmed(text).starts_with('#'); }
+
+RecordText::RecordText(std::filesystem::path file, std::size_t most_lines) : file_(std::move(file)) {
+  read(most_lines);
+  const std::size_t last = text_.find_last_not_of('\0');
+  const std::size_t size = last == std::string::npos ? 0 : last + 1;
+  zeros_ = text_.size() - size;
+  text_.resize(size);
+}
+
+void RecordText::read(std::size_t most_lines) {
+  const std::unique_ptr<std::istream> stream = open_record(file_);
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(file_, unknown);
+  const bool is_regular = !unknown && size > 0;
+  const std::size_t block = is_regular ? std::min<std::uintmax_t>(size + 1, 1U << 20U) : 1U << 16U;
+  if (is_regular) text_.reserve(std::min<std::uintmax_t>(size + block, std::uintmax_t{1} << 32U));
+  std::size_t lines = 0, line_begin = 0;
+  while (true) {
+    const std::size_t begin = text_.size();
+    text_.resize(begin + block);
+    stream->read(text_.data() + begin, static_cast<std::streamsize>(block));
+    text_.resize(begin + static_cast<std::size_t>(stream->gcount()));
+    if (stream->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), lines + 1));
+    if (text_.size() == begin) return;
+    if (begin == 0) refuse_other_kinds();
+    lines += static_cast<std::size_t>(
+        std::count(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.end(), '\n'));
+    if (lines > most_lines)
+      throw Error(
+          fmt::format("{}:{}:1: one more line, expected at most {}", file_.string(), lines, most_lines));
+    // No more of a long line is read than is needed to refuse it.
+    const std::size_t end = text_.rfind('\n');
+    if (end != std::string::npos && end >= begin) line_begin = end + 1;
+    if (text_.size() - line_begin > longest_csv_line)
+      throw Error(fmt::format("{}:{}:{}: a longer line, expected at most {} bytes", file_.string(), lines + 1,
+                              longest_csv_line + 1, longest_csv_line));
+  }
+}
+
+void RecordText::refuse_other_kinds() const {
+  const std::string where = file_.string() + ":1:1: ";
+  for (const Kind& kind : other_kinds)
+    if (text_.starts_with(kind.begin))
+      throw Error(fmt::format("{}this is {}, expected text: save it as CSV", where, kind.found));
+  if (const std::string_view other = refusal_of_encoding(text_); !other.empty())
+    throw Error(where + std::string(other));
+}
+
+bool RecordText::next(TextLine& line) const {
+  if (line.next >= text_.size()) return false;
+  line.begin = line.next;
+  const std::size_t end = text_.find('\n', line.begin);
+  line.ends_the_file = end == std::string::npos;
+  line.next = line.ends_the_file ? text_.size() : end + 1;
+  line.text = std::string_view(text_).substr(line.begin, end - line.begin);
+  if (line.text.ends_with('\r')) line.text.remove_suffix(1);
+  if (++line.number == 1) line.text = without_byte_order_mark(line.text);
+  return true;
+}
+
+bool RecordText::next_content(TextLine& line) const {
+  while (next(line)) {
+    const std::size_t first = line.text.find_first_not_of(" \t");
+    if (first != std::string_view::npos && line.text[first] != '#') return true;
+  }
+  return false;
+}
+
+void RecordText::fail(const TextLine& line, std::string_view at, const std::string& what) const {
+  const std::size_t column =
+      at.data() >= text_.data() + line.begin && at.data() <= text_.data() + text_.size()
+          ? static_cast<std::size_t>(at.data() - text_.data()) - line.begin
+          : 0;
+  throw Error(
+      fmt::format("{}:{}:{}: {}", file_.string(), std::max<std::size_t>(line.number, 1), column + 1, what));
+}
+
+}  // namespace hystcan::config

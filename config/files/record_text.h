@@ -1,0 +1,49 @@
+// The text of a measured record in memory, line by line.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace hystcan::config {
+
+struct TextLine {
+  std::string_view text{};     ///< without its end
+  std::size_t number = 0;      ///< from 1; 0: before the first line
+  std::size_t begin = 0;       ///< in the text
+  std::size_t next = 0;        ///< where the next line begins
+  bool ends_the_file = false;  ///< it has no line end: it may be incomplete
+
+  bool is_blank() const;
+  bool is_comment() const;  ///< begins with #
+};
+
+class RecordText {
+ public:
+  /// The file may be a pipe (base/input_file.h). Throws Error if it cannot be read, if it is no text in
+  /// UTF-8, if a line is longer than longest_csv_line, or if it has more than `most_lines`.
+  RecordText(std::filesystem::path file, std::size_t most_lines);
+
+  const std::filesystem::path& file() const { return file_; }
+  std::string_view text() const { return text_; }
+  /// Zeros at the end that were left out: a file system writes them when the power fails.
+  std::size_t zeros() const { return zeros_; }
+  /// Goes from a line to the next one, at first from TextLine{}. False at the end.
+  bool next(TextLine& line) const;
+  /// Like next(), without blank lines and comments.
+  bool next_content(TextLine& line) const;
+
+  /// Throws Error with the place; `at` points into the line.
+  [[noreturn]] void fail(const TextLine& line, std::string_view at, const std::string& what) const;
+
+ private:
+  void read(std::size_t most_lines);
+  void refuse_other_kinds() const;
+
+  std::filesystem::path file_;
+  std::string text_;
+  std::size_t zeros_ = 0;
+};
+
+}  // namespace hystcan::config

@@ -1,0 +1,146 @@
+#include "config/files/record_words.h"
+
+#include <algorithm>
+#include <cctype>
+#include <span>
+#include <utility>
+
+namespace hystcan::config {
+namespace {
+
+using Words = std::span<const std::string_view>;
+
+constexpr auto of_time = ColumnMeaning::time, of_input = ColumnMeaning::input,
+               of_output = ColumnMeaning::output;
+
+constexpr std::array<UnitWord, 23> unit_words{
+    {{"s", "s", 1.0, of_time, " sec secs second seconds sekunde sekunden "},
+     {"ms", "s", 1e-3, of_time, " msec msecs millisecond milliseconds "},
+     {"us", "s", 1e-6, of_time, " usec usecs microsecond microseconds "},
+     {"ns", "s", 1e-9, of_time, " nsec nsecs nanosecond nanoseconds "},
+     {"min", "s", 60.0, of_time, " minute minutes minuten "},
+     {"h", "s", 3600.0, of_time, " hour hours "},
+     {"V", "V", 1.0, of_input, " volt volts "},
+     {"mV", "V", 1e-3, of_input, " millivolt millivolts "},
+     {"uV", "V", 1e-6, of_input, " microvolt microvolts "},
+     {"kV", "V", 1e3, of_input, " kilovolt kilovolts "},
+     {"A", "A", 1.0, of_input, " amp amps ampere amperes "},
+     {"mA", "A", 1e-3, of_input, " milliamp milliamps milliampere milliamperes "},
+     {"nm", "nm", 1.0, of_output, " nanometer nanometers nanometre nanometres "},
+     {"um", "um", 1.0, of_output,
+      " micron microns micrometer micrometers micrometre micrometres mikrometer "},
+     {"mm", "mm", 1.0, of_output, " millimeter millimeters millimetre millimetres "},
+     {"m", "m", 1.0, of_output, " meter meters metre metres "},
+     {"Hz", "Hz", 1.0, std::nullopt, " hertz "},
+     {"kHz", "Hz", 1e3, std::nullopt, " kilohertz "},
+     {"%", "%", 1.0, std::nullopt, " percent "},
+     {"T", "T", 1.0, std::nullopt, " tesla "},
+     {"K", "K", 1.0, std::nullopt, " kelvin "},
+     {"N", "N", 1.0, std::nullopt, " newton "},
+     {"deg", "deg", 1.0, std::nullopt, " degree degrees "}}};
+
+// Whole names, in lower case, the likeliest first.
+constexpr std::array<std::string_view, 13> time_words{
+    "time",  "t", "zeit", "timestamp", "elapsed",   "seconds", "sample",
+    "index", "n", "#",    "nr",        "messpunkt", "sequence"};
+constexpr Words sample_words = Words(time_words).subspan(6);
+constexpr std::array<std::string_view, 19> input_words{
+    "input",       "drive",         "voltage",        "u",        "v",       "volt",  "current",
+    "i",           "command",       "setpoint",       "h",        "field",   "strom", "excitation",
+    "ansteuerung", "piezospannung", "steuerspannung", "sollwert", "spannung"};
+constexpr std::array<std::string_view, 18> output_words{
+    "output",         "position", "pos",        "x", "y",          "displacement", "disp",    "stroke",
+    "sensor",         "strain",   "elongation", "b", "deflection", "measured",     "istwert", "wegsensor",
+    "sensorspannung", "weg"};
+constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
+
+// No word begins with one that stands before it.
+constexpr std::array<std::pair<std::string_view, RecordSetting>, 29> setting_words{
+    {{"abtastrate", RecordSetting::rate_Hz},
+     {"abtastfrequenz", RecordSetting::rate_Hz},
+     {"sampling rate", RecordSetting::rate_Hz},
+     {"sample rate", RecordSetting::rate_Hz},
+     {"sampling frequency", RecordSetting::rate_Hz},
+     {"sample frequency", RecordSetting::rate_Hz},
+     {"samplerate", RecordSetting::rate_Hz},
+     {"sampling_rate", RecordSetting::rate_Hz},
+     {"sample_rate", RecordSetting::rate_Hz},
+     {"sample interval", RecordSetting::interval_s},
+     {"sampling interval", RecordSetting::interval_s},
+     {"sample_interval", RecordSetting::interval_s},
+     {"sample time", RecordSetting::interval_s},
+     {"sample_time", RecordSetting::interval_s},
+     {"sampling time", RecordSetting::interval_s},
+     {"sample period", RecordSetting::interval_s},
+     {"sampling period", RecordSetting::interval_s},
+     {"increment", RecordSetting::interval_s},
+     {"x increment", RecordSetting::interval_s},
+     {"xincrement", RecordSetting::interval_s},
+     {"delta_x", RecordSetting::interval_s},
+     {"delta x", RecordSetting::interval_s},
+     {"abtastintervall", RecordSetting::interval_s},
+     {"horizontal units", RecordSetting::time_unit},
+     {"vertical units", RecordSetting::value_unit},
+     {"y_unit_label", RecordSetting::value_unit},
+     {"y units", RecordSetting::value_unit},
+     {"vunit", RecordSetting::value_unit},
+     {"hunit", RecordSetting::time_unit}}};
+
+bool has(Words list, std::string_view word) { return std::ranges::find(list, word) != list.end(); }
+
+bool has_word(const UnitWord& unit, std::string_view lower) {
+  return lower.size() > 2 && unit.others.find(" " + std::string(lower) + " ") != std::string_view::npos;
+}
+
+}  // namespace
+
+const UnitWord* find_unit(std::string_view text) {
+  const std::string plain = with_u(text);
+  if (const auto symbol = std::ranges::find(unit_words, plain, &UnitWord::symbol); symbol != unit_words.end())
+    return &*symbol;
+  const std::string lower = lower_case(plain);
+  if (lower.find(' ') != std::string::npos) return nullptr;
+  const auto word =
+      std::ranges::find_if(unit_words, [&](const UnitWord& unit) { return has_word(unit, lower); });
+  return word == unit_words.end() ? nullptr : &*word;
+}
+
+std::string listed_units(ColumnMeaning meaning) {
+  std::string list;
+  for (const UnitWord& unit : unit_words)
+    if (unit.meaning == meaning) list.append(list.empty() ? "" : ", ").append(unit.symbol);
+  return list;
+}
+
+int name_likeness(std::string_view name, ColumnMeaning meaning) {
+  const Words words = usual_words[static_cast<std::size_t>(meaning)];
+  if (has(words, name)) return 4;
+  const auto is_part = [&](std::string_view word) {
+    return word.size() > 2 && name.find(word) != std::string_view::npos;
+  };
+  return std::ranges::any_of(words, is_part) ? 2 : 0;
+}
+
+bool counts_samples(std::string_view name) { return has(sample_words, name); }
+
+std::optional<FoundSetting> find_setting(std::string_view text) {
+  for (const auto& [words, setting] : setting_words)
+    if (text.starts_with(words)) return FoundSetting{setting, words.size()};
+  return std::nullopt;
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower;
+}
+
+std::string with_u(std::string_view text) {
+  std::string plain(text);
+  for (const std::string_view micro : {"\xC2\xB5", "\xCE\xBC", "\xB5"})
+    for (std::size_t at = plain.find(micro); at != std::string::npos; at = plain.find(micro))
+      plain.replace(at, micro.size(), "u");
+  return plain;
+}
+
+}  // namespace hystcan::config
