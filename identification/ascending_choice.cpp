@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -127,7 +128,9 @@ HysteresisParameters with_ascending_from_lower(const HysteresisParameters& param
 
 bool begins_at_lower_point(const HysteresisParameters& parameters) {
   constexpr double rounding = 1e-9;  // of the outputs
-  return std::abs(gap(parameters)) <= rounding * parameters.output_range().span();
+  const Interval levels = parameters.output_range();
+  constexpr double last_digits = 8.0 * std::numeric_limits<double>::epsilon();
+  return std::abs(gap(parameters)) <= rounding * levels.span() + last_digits * std::abs(levels.hi);
 }
 
 }  // namespace hystcan::identification

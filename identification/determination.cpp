@@ -7,6 +7,7 @@
 #include "identification/butterfly.h"
 #include "identification/identify.h"
 #include "identification/numerics/nonlinear_fit.h"
+#include "identification/output_reference.h"
 #include "identification/quasi_static.h"
 #include "identification/regression.h"
 #include "identification/unknowns.h"
@@ -182,6 +183,8 @@ Landscape landscape(const std::vector<Dataset>& datasets, const Identified& iden
   Landscape map;
   map.k_ascending = grid(identified.parameters.k_ascending);
   map.k_descending = grid(identified.parameters.k_descending);
+  const bool one_zero = std::ranges::all_of(identified.offsets, [](double zero) { return zero == 0.0; });
+  move_outputs(seen, reference_outputs(seen, one_zero), -1.0);
   Trial trial = identified.search.trial;
   for (const double descending : map.k_descending) {
     map.rms.emplace_back();

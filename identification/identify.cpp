@@ -11,6 +11,7 @@
 #include "identification/ascending_choice.h"
 #include "identification/butterfly.h"
 #include "identification/determination.h"
+#include "identification/output_reference.h"
 #include "identification/regression.h"
 #include "identification/shape_choice.h"
 
@@ -302,6 +303,31 @@ Identified better_of(const Identified& plain, Identified butterfly) {
 
 }  // namespace
 
+Identified identify_near_zero(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
+  const IdentifyDatasets curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
+    return Identification(given, asked).run();
+  };
+  if (options.output == ShapeOfOutput::butterfly) return identify_butterfly(datasets, options, curves);
+  const bool may_be = options.output == ShapeOfOutput::automatic && !datasets.empty() &&
+                      std::ranges::all_of(datasets, passes_valley);
+  if (!may_be) return curves(datasets, options);
+  std::exception_ptr reason;  // of the first that finds nothing
+  const auto or_nothing = [&reason](const auto& find) -> std::optional<Identified> {
+    try {
+      return find();
+    } catch (const std::invalid_argument&) {
+      if (!reason) reason = std::current_exception();
+      return std::nullopt;
+    }
+  };
+  const auto plain = or_nothing([&] { return curves(datasets, options); });
+  if (plain && plain->stopped) return *plain;
+  const auto butterfly = or_nothing([&] { return identify_butterfly(datasets, options, curves); });
+  if (plain && butterfly) return better_of(*plain, *butterfly);
+  if (!plain && !butterfly) std::rethrow_exception(reason);
+  return plain ? *plain : *butterfly;
+}
+
 std::size_t Identified::parameter_count() const {
   const Trial& trial = search.trial;
   const auto curves = 2 * static_cast<std::size_t>(search.shape.coefficients()) - 1;
@@ -347,33 +373,22 @@ void judge(Identified& identified, const std::vector<Dataset>& datasets) {
   identified.overall.rms = std::sqrt(square / static_cast<double>(samples_of(datasets)));
 }
 
-Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
-  const IdentifyDatasets curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
-    return Identification(given, asked).run();
-  };
+Identified identify(const std::vector<Dataset>& datasets, IdentifyOptions options) {
   std::ranges::for_each(datasets, check_limits);
   if (!datasets.empty() && std::ranges::all_of(datasets, moves_one_way))
     refuse(
         "the input only rises or only falls: the record has no loop; expected an input with turning points");
-  if (options.output == ShapeOfOutput::butterfly) return identify_butterfly(datasets, options, curves);
-  const bool may_be = options.output == ShapeOfOutput::automatic && !datasets.empty() &&
-                      std::ranges::all_of(datasets, passes_valley);
-  if (!may_be) return curves(datasets, options);
-  std::exception_ptr reason;  // of the first that finds nothing
-  const auto or_nothing = [&reason](const auto& find) -> std::optional<Identified> {
-    try {
-      return find();
-    } catch (const std::invalid_argument&) {
-      if (!reason) reason = std::current_exception();
-      return std::nullopt;
-    }
-  };
-  const auto plain = or_nothing([&] { return curves(datasets, options); });
-  if (plain && plain->stopped) return *plain;
-  const auto butterfly = or_nothing([&] { return identify_butterfly(datasets, options, curves); });
-  if (plain && butterfly) return better_of(*plain, *butterfly);
-  if (!plain && !butterfly) std::rethrow_exception(reason);
-  return plain ? *plain : *butterfly;
+  const bool one_zero = options.common_zero && datasets.size() > 1;
+  const std::vector<double> references = reference_outputs(datasets, one_zero);
+  if (std::ranges::all_of(references, [](double reference) { return reference == 0.0; }))
+    return identify_near_zero(datasets, options);
+  // A gain about a common zero that is far away would move the zero.
+  options.common_gain = options.common_gain || one_zero;
+  std::vector<Dataset> near_zero = datasets;
+  move_outputs(near_zero, references, -1.0);
+  Identified found = identify_near_zero(near_zero, options);
+  move_outputs(found, references);
+  return found;
 }
 
 }  // namespace hystcan::identification

@@ -67,7 +67,8 @@ std::vector<double> predict(const Identified& identified, const std::vector<Data
 
 /// Throws std::invalid_argument with the reason if nothing can be identified (characterisation.h), if no
 /// dataset has a turning point, if the output does not follow the input, or if the samples cannot determine
-/// curves of the requested order.
-Identified identify(const std::vector<Dataset>& datasets, const IdentifyOptions& options);
+/// curves of the requested order. An offset of the outputs moves the curves and changes nothing else
+/// (output_reference.h).
+Identified identify(const std::vector<Dataset>& datasets, IdentifyOptions options);
 
 }  // namespace hystcan::identification

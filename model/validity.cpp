@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -88,9 +89,13 @@ void check_increasing(const ReferenceCurve& curve, const char* name, const Units
   }
 }
 
+// Of a curve that lies far from zero.
+double rounding_of(double level) { return 8.0 * std::numeric_limits<double>::epsilon() * std::abs(level); }
+
 void check_meeting(const HysteresisParameters& p) {
   const Interval& range = p.ascending.domain();
-  const double tolerance = 1e-9 * (p.ascending.value(range.hi) - p.ascending.value(range.lo));
+  const double highest = p.ascending.value(range.hi), lowest = p.ascending.value(range.lo);
+  const double tolerance = 1e-9 * (highest - lowest) + rounding_of(highest);
   const double gap = p.descending.value(range.hi) - p.ascending.value(range.hi);
   if (std::abs(gap) > tolerance)
     refuse("descending curve lies ", gap, " ", p.output_unit, " above the ascending curve at ", range.hi, " ",

@@ -29,7 +29,7 @@ namespace hystcan::model {
 
 /// Throws std::invalid_argument with the defect, its place and the expected value: intervals that differ; a k
 /// that is not finite or below -300 per input range; an input map that does not increase; a curve that
-/// decreases; curves that cross or do not meet at the upper threshold (to 1e-9 of the output span).
+/// decreases; curves that cross or do not meet at the upper threshold (to 1e-9 of the output span, rounded).
 void check_curves(const HysteresisParameters& parameters);
 
 /// Throws std::invalid_argument if there is an input map that does not increase. check_curves() does this

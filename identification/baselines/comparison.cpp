@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "identification/baselines/baseline_models.h"
 #include "identification/butterfly.h"
+#include "identification/output_reference.h"
 #include "identification/quasi_static.h"
 #include "identification/regression.h"
 
@@ -162,6 +163,9 @@ class Comparing {
     identified_.creep.reset();
     for (auto* own : {&identified_.offsets, &identified_.drifts}) std::ranges::fill(*own, 0.0);
     std::ranges::fill(identified_.gains, 1.0);
+    const std::vector<double> references = reference_outputs(datasets_, true);
+    move_outputs(datasets_, references, -1.0);
+    move_outputs(identified_, references, -1.0);
   }
 
   Comparison run() {
