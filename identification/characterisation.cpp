@@ -14,15 +14,6 @@
 namespace hystcan::identification {
 namespace {
 
-// White noise of standard deviation s has second differences of standard deviation s sqrt(6). The median of
-// |x| of a normal x is 0.6745 times its standard deviation.
-double noise_of(const std::vector<double>& output) {
-  std::vector<double> second_differences;
-  for (std::size_t i = 2; i < output.size(); ++i)
-    second_differences.push_back(std::abs(output[i] - 2.0 * output[i - 1] + output[i - 2]));
-  return second_differences.empty() ? 0.0 : median(std::move(second_differences)) / 0.6745 / std::sqrt(6.0);
-}
-
 // The interpolated output at `input` in one half cycle; none if the half cycle does not reach it.
 std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, double input) {
   const double way = half.to > half.from ? 1.0 : -1.0;
@@ -112,6 +103,15 @@ double lead(const Dataset& dataset) {
 }
 
 }  // namespace
+
+// White noise of standard deviation s has second differences of standard deviation s sqrt(6). The median of
+// |x| of a normal x is 0.6745 times its standard deviation.
+double noise_of(const std::vector<double>& values) {
+  std::vector<double> second_differences;
+  for (std::size_t i = 2; i < values.size(); ++i)
+    second_differences.push_back(std::abs(values[i] - 2.0 * values[i - 1] + values[i - 2]));
+  return second_differences.empty() ? 0.0 : median(std::move(second_differences)) / 0.6745 / std::sqrt(6.0);
+}
 
 Characterisation characterise(const Dataset& dataset, model::Interval observed) {
   Characterisation found;

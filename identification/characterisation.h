@@ -26,6 +26,9 @@ struct Characterisation {
   double rate_spread = 1.0;             ///< speed of the fastest half cycle / speed of the slowest one
 };
 
+/// Standard deviation of white noise from sample to sample, from second differences; 0 of fewer than 3.
+double noise_of(const std::vector<double>& values);
+
 /// `observed`: range of the inputs that occur. If symmetry is even, the inputs are folded.
 Characterisation characterise(const Dataset& dataset, model::Interval observed);
 
