@@ -120,6 +120,29 @@ model::Interval creep_range(const Problem& problem, const SearchResult& found,
   return {valley.farthest(-step).creep_per_decade, valley.farthest(step).creep_per_decade};
 }
 
+std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const SearchResult& found,
+                                                   const std::function<bool()>& go_on) {
+  SeparableFit fit(problem, found.shape, SeparableFit::coarse_scan);
+  GainsInstead instead{.gains = {}, .rms = 0.0, .rms_with_creep = fit.fit(found.trial).rms};
+  Trial trial = found.trial;
+  trial.creep_per_decade = 0.0;
+  std::vector<Unknown> moved = both_k(trial);
+  if (trial.delay_s > 0.0) moved.push_back(delay_of(trial, trial.delay_s));
+  for (std::size_t i = 1; i < trial.memories.size(); ++i) moved.push_back(gain_of(i, trial.gain(i)));
+  const auto cost = [&](const Eigen::VectorXd& x) {
+    const Trial there = moved_to(x, moved, trial);
+    const Fitted fitted = there.delay_s < 0.0 ? Fitted{} : fit.fit(there);
+    return fitted.valid ? fitted.rms : 10.0 * problem.output_span;
+  };
+  const Eigen::VectorXd start = numbers_of(moved, &Unknown::start);
+  const Minimum best = minimise(cost, start, Eigen::VectorXd::Constant(start.size(), 0.2), 1e-4,
+                                2 * evaluations_of_each * static_cast<int>(moved.size()), go_on);
+  trial = moved_to(best.x, moved, trial);
+  instead.rms = best.value;
+  for (std::size_t i = 0; i < trial.memories.size(); ++i) instead.gains.push_back(trial.gain(i));
+  return best.value <= nearly_best * instead.rms_with_creep ? std::optional(instead) : std::nullopt;
+}
+
 std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult& found,
                                       const std::vector<Dataset>& datasets,
                                       const std::function<bool()>& go_on) {
@@ -160,6 +183,8 @@ Landscape landscape(const std::vector<Dataset>& datasets, const Identified& iden
   const std::vector<Dataset> still = identified.dynamics ? without_dynamics(datasets, identified) : datasets;
   for (const Dataset& dataset : identified.parameters.output_map ? linearised(still, identified) : still)
     seen.push_back(identified.parameters.symmetry == model::Symmetry::even ? folded(dataset) : dataset);
+  const bool one_zero = std::ranges::all_of(identified.offsets, [](double zero) { return zero == 0.0; });
+  move_outputs(seen, reference_outputs(seen, one_zero), -1.0);
   Problem problem;
   problem.observed = identified.observed;
   problem.symmetry = identified.parameters.symmetry;
@@ -183,8 +208,6 @@ Landscape landscape(const std::vector<Dataset>& datasets, const Identified& iden
   Landscape map;
   map.k_ascending = grid(identified.parameters.k_ascending);
   map.k_descending = grid(identified.parameters.k_descending);
-  const bool one_zero = std::ranges::all_of(identified.offsets, [](double zero) { return zero == 0.0; });
-  move_outputs(seen, reference_outputs(seen, one_zero), -1.0);
   Trial trial = identified.search.trial;
   for (const double descending : map.k_descending) {
     map.rms.emplace_back();

@@ -24,6 +24,15 @@ bool is_determined(model::Interval pace);
 model::Interval creep_range(const Problem& problem, const SearchResult& found,
                             const std::function<bool()>& go_on);
 
+/// Sessions at several rates whose gains differ (another amplifier or sensor) look like creep.
+struct GainsInstead {
+  std::vector<double> gains;  ///< of each dataset's output; that of the first is 1
+  double rms = 0.0, rms_with_creep = 0.0;
+};
+/// The best gains without creep, if their error is within a tenth of the error with the creep found.
+std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const SearchResult& found,
+                                                   const std::function<bool()>& go_on);
+
 /// A record at one rate hardly tells the delay from the width of the loops: with another delay, other curves
 /// and other k do nearly as well, but predict faster inputs differently.
 struct DelayRange {

@@ -160,6 +160,8 @@ class Identification {
       result_.delay_range = delay_range(problem_, result_.search, datasets(), options_.go_on);
     if (result_.creep && !options_.creep_per_decade && options_.go_on())
       result_.creep_range = creep_range(problem_, result_.search, options_.go_on);
+    if (result_.creep && given_.size() > 1 && !options_.common_gain && options_.go_on())
+      result_.gains_instead = gains_instead_of_creep(problem_, result_.search, options_.go_on);
     if (problem_.whole_excerpts && options_.go_on())
       result_.left_out = SeparableFit(problem_, result_.search.shape, SeparableFit::coarse_scan)
                              .left_out(result_.search.trial);
@@ -301,8 +303,6 @@ Identified better_of(const Identified& plain, Identified butterfly) {
   return butterfly;
 }
 
-}  // namespace
-
 Identified identify_near_zero(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
   const IdentifyDatasets curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
     return Identification(given, asked).run();
@@ -327,6 +327,8 @@ Identified identify_near_zero(const std::vector<Dataset>& datasets, const Identi
   if (!plain && !butterfly) std::rethrow_exception(reason);
   return plain ? *plain : *butterfly;
 }
+
+}  // namespace
 
 std::size_t Identified::parameter_count() const {
   const Trial& trial = search.trial;

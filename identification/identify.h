@@ -39,6 +39,7 @@ struct Identified {
   model::Interval pace_ascending, pace_descending;  ///< determination.h
   std::optional<model::Interval> creep_range;       ///< per decade; none: it was given, or there is none
   std::optional<SearchResult> other;                ///< with creep if the result has none, without if it has
+  std::optional<GainsInstead> gains_instead;        ///< of the creep; none: they miss more, or are given
   std::vector<LeftOut> left_out;          ///< each dataset, predicted by the others; empty: only one
   std::optional<DelayRange> delay_range;  ///< none: the delay was given, or no delay can be determined
   bool stopped = false;                   ///< go_on stopped the search; this is the best so far

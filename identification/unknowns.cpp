@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace hystcan::identification {
 namespace {
@@ -41,6 +42,15 @@ Unknown delay_of(const Trial& trial, double unit_s) {
           [unit_s](Trial& moved, double x) { moved.delay_s = x * unit_s; }};
 }
 
+Unknown gain_of(std::size_t dataset, double start) {
+  constexpr double unit = 0.1;
+  return {"gain of dataset " + std::to_string(dataset + 1), std::log(start) / unit, 0.2,
+          [dataset](Trial& trial, double x) {
+            trial.gains.resize(trial.memories.size(), 1.0);
+            trial.gains[dataset] = std::exp(unit * std::clamp(x, -5.0, 5.0));
+          }};
+}
+
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,
                                 const IdentifyOptions& options) {
   std::vector<Unknown> candidates;
@@ -62,11 +72,7 @@ std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& 
     candidates.push_back(
         {"upper threshold", std::log(0.05), 0.7, [](Trial& moved, double x) { moved.above = std::exp(x); }});
   for (std::size_t i = 1; !options.common_gain && i < trial.memories.size(); ++i)
-    if (const std::string what = "gain of dataset " + std::to_string(i + 1); !is_used(what))
-      candidates.push_back({what, 0.0, 0.2, [i](Trial& moved, double x) {
-                              moved.gains.resize(moved.memories.size(), 1.0);
-                              moved.gains[i] = std::exp(0.1 * std::clamp(x, -5.0, 5.0));
-                            }});
+    if (Unknown gain = gain_of(i, 1.0); !is_used(gain.what)) candidates.push_back(std::move(gain));
   if (!is_used("delay") && !options.delay_s && problem.sample_time_s > 0.0)
     candidates.push_back({"delay", 1.0, 1.0,
                           [dt = problem.sample_time_s](Trial& moved, double x) { moved.delay_s = x * dt; }});

@@ -30,6 +30,8 @@ std::vector<Unknown> both_k(const Trial& trial);
 Unknown bias_of(std::size_t dataset, double start);
 /// The delay, in `unit_s`.
 Unknown delay_of(const Trial& trial, double unit_s);
+/// The gain of a dataset against the first one.
+Unknown gain_of(std::size_t dataset, double start);
 /// What can be searched beside `used`.
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,
                                 const IdentifyOptions& options);

@@ -131,6 +131,7 @@ class Findings {
               : std::string(),
           100.0 * (response.amplitude_at(0.1) / response.amplitude_at(10.0) - 1.0));
     }
+    report_gains_instead();
     if (!identified_.other || identified_.other->trial.creep_per_decade == 0.0) return;
     const SearchResult& other = *identified_.other;
     const auto error = [&](const SearchResult& result) {
@@ -144,6 +145,17 @@ class Findings {
             ? std::string()
             : ": at one rate, creep hardly differs from a delay and a wider loop; add a record at "
               "another rate, or give --creep");
+  }
+
+  void report_gains_instead() {
+    if (!identified_.gains_instead) return;
+    const GainsInstead& instead = *identified_.gains_instead;
+    std::string gains;
+    for (std::size_t i = 1; i < datasets_.size(); ++i)
+      gains += fmt::format("{}{:.5g} for dataset {}", i > 1 ? ", " : "", instead.gains[i], i + 1);
+    say("this creep may be a gain between the sessions (amplifier, sensor): without creep, a gain of {} explains as much, "
+        "error {:.3g} instead of {:.3g} % RMS; record all rates in one session, or give --creep",
+        gains, instead.rms * percent_, instead.rms_with_creep * percent_);
   }
 
   void report_left_out() {

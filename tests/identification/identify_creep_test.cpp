@@ -64,6 +64,25 @@ TEST(IdentifyCreep, OfFifteenPercentADecadeIsFoundWithItsRange) {
   EXPECT_LE(found.creep_range->hi, most_creep_per_decade);
 }
 
+// Without a gain of its own, the faster session looks as if the slower one crept.
+TEST(IdentifyCreep, IsDoubtedWhereAGainOfASessionExplainsAsMuch) {
+  std::vector<Dataset> sessions = two_rates(OutputCreep());
+  for (double& x : sessions[0].output) x *= 1.01;
+  const Identified found = identify(sessions, {});
+  ASSERT_TRUE(found.creep);
+  ASSERT_TRUE(found.gains_instead);
+  std::printf("creep %.2f %% a decade (0), or a gain of %.4f (0.9901)\n", 100.0 * found.creep->per_decade,
+              found.gains_instead->gains[1]);
+  EXPECT_NEAR(found.gains_instead->gains[1], 1.0 / 1.01, 1e-3);
+  EXPECT_LT(found.gains_instead->rms, 1.1 * found.gains_instead->rms_with_creep);
+}
+
+TEST(IdentifyCreep, IsNotDoubtedWhereNoGainExplainsIt) {
+  const Identified found = identify(two_rates(OutputCreep({.per_decade = 0.02})), {});
+  ASSERT_TRUE(found.creep);
+  EXPECT_FALSE(found.gains_instead);
+}
+
 TEST(IdentifyCreep, IsFoundFromTwoRatesADecadeApartWithDelayAndK) {
   const Identified found = identify(two_rates(OutputCreep({.per_decade = 0.02})), {});
   ASSERT_TRUE(found.creep);
