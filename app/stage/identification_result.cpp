@@ -77,7 +77,7 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
          {"repeatability_percent", optional(identified.datasets[i].repeatability)},
          {"rms_percent", identified.misses[i].rms * percent},
          {"max_percent", identified.misses[i].max * percent},
-         {"left_out_rms_percent", identified.left_out.empty()
+         {"left_out_rms_percent", identified.left_out.empty() || identified.left_out[i].samples == 0.0
                                       ? nlohmann::json()
                                       : nlohmann::json(identified.left_out[i].rms() * percent)},
          {"offset", identified.offsets[i]},
