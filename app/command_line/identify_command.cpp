@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,7 @@
 #include "app/stage/identification_result.h"
 #include "app/stage/model_words.h"
 #include "app/stage/option_check.h"
+#include "app/stage/record_doubts.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "base/terminal.h"
@@ -186,10 +188,16 @@ int run_identify(const IdentifyArguments& options) {
     input.input_unit = old->parameters.input_unit;
     input.model_output_unit = old->parameters.output_unit;
   }
-  const std::vector<Dataset> datasets = load_datasets(options.data, input);
+  std::vector<Dataset> datasets = load_datasets(options.data, input);
+  refuse_same_rows(options.data, datasets);
+  std::vector<std::string> doubts;
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    for (const RecordDoubt& doubt : leave_out_suspects(options.data[i], datasets[i]))
+      doubts.push_back(doubt.text());
   stop_at_a_signal();
   const Identified identified = identify(options, datasets, old);
-  std::vector<std::string> said = findings(datasets, identified);
+  std::vector<std::string> said = doubts;
+  std::ranges::move(findings(datasets, identified), std::back_inserter(said));
   if (old) said.push_back(finding_of_old(options.start, *old, datasets));
   out.write(identified_model_text(identified, datasets, said));
   out.commit();

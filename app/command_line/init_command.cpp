@@ -62,7 +62,7 @@ std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
 int new_stage(const InitOptions& options) {
   require_new(options.folder);
   std::vector<AxisRecords> records = records_by_axis(options);
-  for (AxisRecords& of_axis : records) load(of_axis, options.input);
+  for (AxisRecords& of_axis : records) load(of_axis, options.input, options.accept);
   Questions questions(std::cin, !options.yes && isatty(STDIN_FILENO) != 0);
   const StageFacts stage = ask_about(options, records, questions);
   for (const AxisFacts& axis : stage.axes) print("{}", table_of(axis));
@@ -78,7 +78,7 @@ int init(const InitOptions& options) {
   }
   if (options.carry_on) {
     stop_at_a_signal();
-    continue_stage(options.folder, options.model);
+    continue_stage(options.folder, options.model, options.accept);
     return done;
   }
   return new_stage(options);
@@ -141,6 +141,8 @@ void add_init(CLI::App& cli, int& status) {
       ->check(positive_number());
   add_model_options(*command, options->model);
   command->add_flag("--yes", options->yes, "take the defaults, ask nothing");
+  command->add_flag("--accept", options->accept,
+                    "take records with drop-outs, which are left out, or with a sensor at its end");
   CLI::Option* carry_on =
       command->add_flag("--continue", options->carry_on,
                         "take up the records that `hystcan excite` has left in DIR, as first told");

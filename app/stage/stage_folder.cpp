@@ -239,7 +239,7 @@ void write_measured_models(const std::filesystem::path& folder, AxisFacts& axis,
   axis.config.twin.sensor.noise_um_rms = std::max(found.datasets.front().noise, 1e-6 * axis.travel_um.span());
 }
 
-AxisRecords records_beside(const std::filesystem::path& folder, const config::AxisConfig& axis) {
+AxisRecords records_beside(const std::filesystem::path& folder, const config::AxisConfig& axis, bool accept) {
   const auto named = [&](const char* what) { return folder / (axis.wire.name + "." + what + ".csv"); };
   const auto if_there = [](std::filesystem::path file) {
     return std::filesystem::exists(file) ? std::optional(std::move(file)) : std::nullopt;
@@ -255,7 +255,7 @@ AxisRecords records_beside(const std::filesystem::path& folder, const config::Ax
   DatasetInput input;
   input.input_unit = axis.wire.drive_unit;
   input.output_unit = "um";
-  load(records, input);
+  load(records, input, accept);
   return records;
 }
 
@@ -376,7 +376,7 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
   made.commit();
 }
 
-void continue_stage(const std::filesystem::path& folder, const ModelWords& model) {
+void continue_stage(const std::filesystem::path& folder, const ModelWords& model, bool accept) {
   const std::filesystem::path file = folder / first_config;
   if (!std::filesystem::exists(file) && std::filesystem::exists(folder / stage_config))
     throw Error(
@@ -389,7 +389,7 @@ void continue_stage(const std::filesystem::path& folder, const ModelWords& model
   std::vector<AxisRecords> records;
   std::vector<std::string> names{stage_config, fast_config};
   for (const config::AxisConfig& axis : first.config.axes) {
-    records.push_back(records_beside(folder, axis));
+    records.push_back(records_beside(folder, axis, accept));
     model.apply_to(records.back().model);
     const controller::Gate::Config& gate = axis.control.gate;
     refuse_contradictions(records.back(), axis.wire.drive_unit, {gate.drive_min, gate.drive_max}, {});

@@ -19,8 +19,8 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
                 const std::vector<AxisRecords>& records);
 
 /// The records are AXIS.loops.csv and, if they are there, AXIS.slow.csv, AXIS.unseen.csv and AXIS.step.csv.
-/// Overwrites nothing, and leaves nothing if it fails. Throws like make_stage().
-void continue_stage(const std::filesystem::path& folder, const ModelWords& model);
+/// Overwrites nothing, and leaves nothing if it fails. Throws like make_stage() and load() (stage_records.h).
+void continue_stage(const std::filesystem::path& folder, const ModelWords& model, bool accept);
 
 /// `preset`: the name of a shipped configuration, without .toml. Throws Error if there is none.
 void copy_preset(const std::string& preset, const std::filesystem::path& folder);

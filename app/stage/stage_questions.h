@@ -20,6 +20,7 @@ struct InitOptions {
   std::string preset{};
   bool yes = false;
   bool carry_on = false;
+  bool accept = false;  ///< records that show what is not of the stage
   std::vector<std::filesystem::path> records{}, steps{}, unseen{};
   DatasetInput input{};
   ModelWords model{};

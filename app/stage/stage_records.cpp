@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <string>
 
+#include "app/stage/record_doubts.h"
 #include "base/error.h"
+#include "base/standard_streams.h"
 #include "model/any_model.h"
 
 namespace hystcan::app {
@@ -54,6 +56,29 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
     throw Error(fmt::format("{}: the drive is in {}, expected {}", file.string(), dataset.input_unit, unit));
 }
 
+/// The limits of a bench come from its records.
+void judge_record(const std::filesystem::path& file, Dataset& dataset, bool accept) {
+  for (const RecordDoubt& doubt : leave_out_suspects(file, dataset)) {
+    if (!accept)
+      throw Error(doubt.fact + ", and limits come from the record; record it again, or --accept it");
+    note("hystcan: {}\n", doubt.text());
+  }
+}
+
+void judge_records(AxisRecords& records, bool accept) {
+  std::vector<std::filesystem::path> files = records.loop_files;
+  std::vector<Dataset> datasets = records.loops;
+  if (records.unseen) {
+    files.push_back(*records.unseen_file);
+    datasets.push_back(*records.unseen);
+  }
+  refuse_same_rows(files, datasets);
+  for (std::size_t i = 0; i < records.loops.size(); ++i)
+    judge_record(records.loop_files[i], records.loops[i], accept);
+  if (records.step) judge_record(*records.step_file, *records.step, accept);
+  if (records.unseen) judge_record(*records.unseen_file, *records.unseen, accept);
+}
+
 }  // namespace
 
 Interval AxisRecords::drive() const { return extremes(loops, &Dataset::input); }
@@ -65,7 +90,7 @@ std::vector<std::string> AxisRecords::names() const {
   return names;
 }
 
-void load(AxisRecords& records, const DatasetInput& input) {
+void load(AxisRecords& records, const DatasetInput& input, bool accept) {
   records.loops = load_datasets(records.loop_files, input);
   for (std::size_t i = 0; i < records.loops.size(); ++i)
     records.loops[i] = in_um(std::move(records.loops[i]), records.loop_files[i]);
@@ -77,6 +102,7 @@ void load(AxisRecords& records, const DatasetInput& input) {
   };
   if (records.step_file) records.step = load_one(*records.step_file);
   if (records.unseen_file) records.unseen = load_one(*records.unseen_file);
+  judge_records(records, accept);
 }
 
 void refuse_contradictions(const AxisRecords& records, const std::string& drive_unit, const Interval& drive,

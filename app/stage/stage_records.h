@@ -26,8 +26,10 @@ struct AxisRecords {
   std::vector<std::string> names() const;  ///< of the files of the loops, without folders
 };
 
-/// Reads the files. Throws Error with the name of the file, also where the output is no length.
-void load(AxisRecords& records, const DatasetInput& input);
+/// Reads the files. Throws Error with the name of the file: where the output is no length, if two files have
+/// the same rows, and if a record shows what is not of the stage (record_doubts.h). `accept`: doubts are
+/// noted on standard error instead, and rows that no stage makes are left out.
+void load(AxisRecords& records, const DatasetInput& input, bool accept);
 
 /// Throws Error where a record contradicts what is known: another unit, a drive beyond its range, a
 /// stroke that is not `stroke_um`.

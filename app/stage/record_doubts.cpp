@@ -1,0 +1,68 @@
+#include "app/stage/record_doubts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "identification/suspect_rows.h"
+
+namespace hystcan::app {
+namespace {
+
+using identification::Dataset;
+using identification::SensorEnd;
+using identification::SuspectRow;
+
+std::string text_of_row(const SuspectRow& suspect, const Dataset& dataset) {
+  return fmt::format("{} {:.6g} {} instead of about {:.6g} in row {} ({:.6g} s)",
+                     suspect.of_input ? "input" : "output", suspect.value,
+                     suspect.of_input ? dataset.input_unit : dataset.output_unit, suspect.usual,
+                     suspect.row + 1, dataset.time_s[suspect.row]);
+}
+
+std::string text_of_rows(const std::vector<SuspectRow>& suspects, const Dataset& dataset) {
+  constexpr std::size_t most_named = 4;
+  std::string rows;
+  for (std::size_t i = 0; i < std::min(suspects.size(), most_named); ++i)
+    rows += (i > 0 ? ", " : "") + text_of_row(suspects[i], dataset);
+  if (suspects.size() > most_named) rows += fmt::format(" and {} more", suspects.size() - most_named);
+  return rows + ": no stage moves like this";
+}
+
+std::string text_of_end(const SensorEnd& end, const Dataset& dataset) {
+  return fmt::format(
+      "the output stands at {:.6g} {}, its {}, in {} ({:.2g} % of all) while the input moves: the sensor or "
+      "its recorder ends there",
+      end.value, dataset.output_unit, end.is_upper ? "highest" : "lowest", counted(end.rows, "row"),
+      100.0 * static_cast<double>(end.rows) / static_cast<double>(dataset.size()));
+}
+
+}  // namespace
+
+std::vector<RecordDoubt> leave_out_suspects(const std::filesystem::path& file, Dataset& dataset) {
+  std::vector<RecordDoubt> doubts;
+  const std::vector<SuspectRow> suspects = identification::suspect_rows(dataset);
+  if (!suspects.empty()) {
+    doubts.push_back({fmt::format("{}: {}", file.string(), text_of_rows(suspects, dataset)),
+                      suspects.size() > 1 ? "these rows are left out" : "this row is left out"});
+    dataset = identification::without_rows(dataset, suspects);
+  }
+  for (const SensorEnd& end : identification::sensor_ends(dataset))
+    doubts.push_back({fmt::format("{}: {}", file.string(), text_of_end(end, dataset)),
+                      "the model takes that for the end of the stage"});
+  return doubts;
+}
+
+void refuse_same_rows(const std::vector<std::filesystem::path>& files, const std::vector<Dataset>& datasets) {
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (identification::has_same_rows(datasets[i], datasets[j]))
+        throw Error(fmt::format(
+            "{}: has the same rows as {}, which are one session and not two; leave one of them out",
+            files[i].string(), files[j].string()));
+}
+
+}  // namespace hystcan::app
