@@ -110,7 +110,7 @@ Measured measured_before(const TuneArguments& options, const config::Config& con
   input.axis = report.axis;
   input.input_unit = report.drive_unit;
   input.layout = options.layout;
-  load(records, input);
+  load(records, input, true);  // no limit of the stage comes from it
   report.record = options.record.filename().string();
   return {*records.step, *shown_plant(records, config.axes[0].control.delays)};
 }
