@@ -167,7 +167,8 @@ void add_tune(CLI::App& cli, int& status) {
       "--record", options->record,
       "record of small steps or a chirp (CSV: time_s,input,output, evenly sampled) instead of an experiment");
   add_column_options(*command, options->layout);
-  for (const char* of_record : {"--columns", "--output-scale"}) command->get_option(of_record)->needs(record);
+  for (const char* of_record : {"--columns", "--output-from", "--output-scale"})
+    command->get_option(of_record)->needs(record);
   command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max")
       ->check(finite_number());
   command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min")
