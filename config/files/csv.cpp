@@ -101,7 +101,7 @@ std::string in_one_line(std::string_view text) {
 }
 
 std::string csv_field(std::string_view text) {
-  const std::string field = in_one_line(text);
+  std::string field = in_one_line(text);
   if (field.find_first_of(",\"") == std::string::npos) return field;
   std::string quoted = "\"";
   for (const char c : field) {
