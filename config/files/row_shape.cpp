@@ -102,7 +102,7 @@ RowShape find_row_shape(const RecordText& text) {
   const std::string_view all = text.text();
   if (all.size() > whole_bytes) {
     const auto line_behind = [&](std::size_t at) { return std::min(all.size(), all.find('\n', at) + 1); };
-    const RowShape shape =
+    RowShape shape =
         shape_among(text, {0, line_behind(all.size() / 2), line_behind(all.size() / 4 * 3)}, sampled_lines);
     if (shape.rows >= sampled_lines) return shape;
   }
