@@ -34,8 +34,7 @@ bool is_date(std::string_view text) {
 }
 
 std::optional<ClockTime> clock_time(std::string_view text) {
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
-    text = trimmed(text.substr(1, text.size() - 2));
+  text = unquoted(text);
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos || colon == 0) return std::nullopt;
   ClockTime time;

@@ -81,9 +81,14 @@ void split_fields(std::string_view line, char separator, std::vector<std::string
   }
 }
 
-std::optional<double> csv_number(std::string_view text, bool decimal_comma) {
+std::string_view unquoted(std::string_view text) {
   if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
-    text = trimmed(text.substr(1, text.size() - 2));
+    return trimmed(text.substr(1, text.size() - 2));
+  return text;
+}
+
+std::optional<double> csv_number(std::string_view text, bool decimal_comma) {
+  text = unquoted(text);
   std::string with_point;
   if (decimal_comma && text.find(',') != std::string_view::npos) {
     with_point = text;

@@ -35,6 +35,9 @@ std::string_view trimmed(std::string_view text);
 /// blanks and tabs.
 void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields);
 
+/// Without double quotes around it, and without blanks within them.
+std::string_view unquoted(std::string_view text);
+
 /// A number, also not a finite one; quotes around it are left out. None if the text is none, or has more than
 /// one.
 std::optional<double> csv_number(std::string_view text, bool decimal_comma);

@@ -48,6 +48,12 @@ bool agrees_with_rate(const std::vector<double>& time_s, double rate_Hz) {
          std::abs(mean_s * rate_Hz - 1.0) < tolerance;
 }
 
+/// Whether two channels were read at one time: nearer than a thousandth of the step before them.
+bool is_one_time(double one_s, double other_s, double step_s) {
+  constexpr double same = 1e-3;
+  return std::abs(other_s - one_s) <= same * step_s;
+}
+
 /// Reads the rows of one file.
 class RowLoader {
  public:
@@ -194,8 +200,7 @@ class RowLoader {
     if (!columns_.has_output_time) return;
     const double step_s = dataset.size() > 1 ? time_s - dataset.time_s[dataset.size() - 2] : 0.0;
     const double output_time_s = seconds_ * (row.back() - origin_);
-    constexpr double same = 1e-3;  // of a step
-    if (dataset.size() > 1 && !(std::abs(output_time_s - time_s) <= same * step_s))
+    if (dataset.size() > 1 && !is_one_time(time_s, output_time_s, step_s))
       fail(fmt::format("the input is of {} s and the output of {} s, expected both at the same time", time_s,
                        output_time_s));
   }
@@ -251,9 +256,8 @@ DatasetFile load_two_files(const std::filesystem::path& file, const DatasetLayou
     throw Error(fmt::format("{}: {}, expected {} as in {}", place, counted(other.dataset.size(), "row"),
                             dataset.size(), file.string()));
   for (std::size_t i = 1; i < dataset.size(); ++i) {
-    constexpr double same = 1e-3;  // of a step
     const double step_s = dataset.time_s[i] - dataset.time_s[i - 1];
-    if (!(std::abs(other.dataset.time_s[i] - dataset.time_s[i]) <= same * step_s))
+    if (!is_one_time(dataset.time_s[i], other.dataset.time_s[i], step_s))
       throw Error(fmt::format("{}: row {} is of {} s, expected {} s as in {}", place, i + 1,
                               other.dataset.time_s[i], dataset.time_s[i], file.string()));
   }

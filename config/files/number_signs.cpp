@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
+#include "base/text.h"
 #include "config/files/csv.h"
 #include "config/files/record_words.h"
 
@@ -15,12 +15,6 @@ namespace hystcan::config {
 namespace {
 
 constexpr char signs[2] = {'.', ','};
-
-std::string_view unquoted(std::string_view text) {
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
-    return trimmed(text.substr(1, text.size() - 2));
-  return text;
-}
 
 /// A number in its parts: sign, digits with the signs between them, exponent.
 struct Parts {
@@ -117,15 +111,6 @@ Evidence evidence_of(const Parts& parts) {
   return {.is_number = true, .decimal = sign};
 }
 
-std::optional<double> from_text(std::string_view text) {
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  double value = 0.0;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, value);
-  if (error != std::errc() || end != last) return std::nullopt;
-  return value;
-}
-
 void keep_first(std::optional<NumberPlace>& kept, const NumberPlace& place) {
   if (!kept) kept = place;
 }
@@ -137,17 +122,17 @@ std::string NumberPlace::said() const { return fmt::format("{} ({}:{})", text, l
 std::optional<double> NumberSigns::number(std::string_view text) const {
   text = unquoted(text);
   if (decimal == '.' && thousands == '\0') {
-    if (const auto value = from_text(text)) return value;
+    if (const auto value = parsed_number<double>(text)) return value;
     if (!has_other_marks(text)) return std::nullopt;
   }
   char buffer[64];
   if (decimal == ',' && thousands == '\0' && text.size() <= sizeof buffer && !has_other_marks(text)) {
     if (text.find('.') != std::string_view::npos) return std::nullopt;
     std::ranges::replace_copy(text, buffer, ',', '.');
-    return from_text({buffer, text.size()});
+    return parsed_number<double>({buffer, text.size()});
   }
   const std::optional<Parts> parts = parts_of(text);
-  if (!parts) return from_text(text);  // nan
+  if (!parts) return parsed_number<double>(text);  // nan
   const Evidence evidence = evidence_of(*parts);
   if (!evidence.is_number) return std::nullopt;
   std::string plain = parts->is_negative ? "-" : "";
@@ -162,14 +147,14 @@ std::optional<double> NumberSigns::number(std::string_view text) const {
   // A thousands sign has to group, and a decimal sign stands once.
   if (evidence.thousands && *evidence.thousands != thousands) return std::nullopt;
   if (evidence.decimal && *evidence.decimal != decimal) return std::nullopt;
-  return from_text(plain.append(parts->exponent));
+  return parsed_number<double>(plain.append(parts->exponent));
 }
 
 bool is_number_like(std::string_view text) {
   text = unquoted(text);
   if (text.empty()) return false;
   if (const auto parts = parts_of(text)) return evidence_of(*parts).is_number;
-  return from_text(text).has_value();
+  return parsed_number<double>(text).has_value();
 }
 
 void SignSurvey::add(std::string_view text, std::size_t line, std::size_t column, std::size_t field) {
