@@ -288,8 +288,9 @@ void AmplifierChannel::begin_internal_fault() {
 
 void AmplifierChannel::open_relay() {
   relay_is_open_ = true;
-  if (state_ == can::AmpState::enabled) return enter(can::AmpState::ready), node_.report();
-  if (state_ == can::AmpState::ready) leave_drive(WatchdogAction::safe);
+  if (state_ != can::AmpState::enabled && state_ != can::AmpState::ready) return;
+  enter(can::AmpState::ready);
+  node_.report();
 }
 
 void AmplifierChannel::check_watchdog() {

@@ -212,19 +212,24 @@ std::optional<std::uint64_t> drops_counted_by(std::string_view line) {
   return drops;
 }
 
-/// What another program has written, by its first line; empty if it may be a log of candump.
-std::string_view other_log(std::string_view text) {
-  if (text.starts_with("date ") || text.starts_with("base hex") || text.starts_with("base dec"))
-    return "found a log of Vector (ASC), expected one of candump -L: `asc2log -I FILE -O LOG` converts it";
-  if (text.starts_with("LOGG"))
-    return "found a log of Vector (BLF), expected one of candump -L: `can_logconvert FILE LOG.log` of python-can "
-           "converts it";
-  if (text.starts_with(";$FILEVERSION"))
-    return "found a log of PEAK (TRC), expected one of candump -L: `can_logconvert FILE LOG.log` of python-can "
-           "converts it";
-  if (text.starts_with("MDF     "))
-    return "found a log of ASAM (MF4), expected one of candump -L: `can_logconvert FILE LOG.log` of python-can "
-           "converts it";
+/// A log of another program, by its first line.
+struct OtherLog {
+  std::string_view begin, kind, converter;
+};
+constexpr std::string_view of_vector = "`asc2log -I FILE -O LOG`",
+                           of_python = "`can_logconvert FILE LOG.log` of python-can";
+constexpr OtherLog other_logs[] = {
+    {"date ", "Vector (ASC)", of_vector},       {"base hex", "Vector (ASC)", of_vector},
+    {"base dec", "Vector (ASC)", of_vector},    {"LOGG", "Vector (BLF)", of_python},
+    {";$FILEVERSION", "PEAK (TRC)", of_python}, {"MDF     ", "ASAM (MF4)", of_python}};
+
+/// What the first line shows of a file that is no log of candump; empty if it may be one.
+std::string refusal_of_file(std::string_view text) {
+  if (const std::string_view other = refusal_of_encoding(text); !other.empty()) return std::string(other);
+  for (const OtherLog& log : other_logs)
+    if (text.starts_with(log.begin))
+      return fmt::format("found a log of {}, expected one of candump -L: {} converts it", log.kind,
+                         log.converter);
   return {};
 }
 
@@ -263,10 +268,7 @@ std::optional<LoggedFrame> CandumpReader::next() {
     if (stream_.bad()) throw Error(name_ + ": cannot be read");
     if (!stream_.eof() && !stream_.fail()) --size;  // the end of the line is counted too
     if (line_ == 1)
-      if (const std::string_view other = refusal_of_encoding({buffer.data(), size}); !other.empty())
-        throw Error(fmt::format("{}:1:1: {}", name_, other));
-    if (line_ == 1)
-      if (const std::string_view other = other_log({buffer.data(), size}); !other.empty())
+      if (const std::string other = refusal_of_file({buffer.data(), size}); !other.empty())
         throw Error(fmt::format("{}:1:1: {}", name_, other));
     const bool is_longer = stream_.fail();
     const bool is_last_without_end = line_ > 1 && stream_.eof() && !stream_.bad();
