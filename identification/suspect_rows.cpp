@@ -44,6 +44,12 @@ std::span<const double> window(const std::vector<double>& values, std::size_t ro
   return std::span(values).subspan(first, std::min(values.size(), row + half_window + 1) - first);
 }
 
+std::vector<bool> marked(const std::vector<SuspectRow>& suspects, std::size_t rows) {
+  std::vector<bool> is_suspect(rows, false);
+  for (const SuspectRow& suspect : suspects) is_suspect[suspect.row] = true;
+  return is_suspect;
+}
+
 /// `allowed`: further limit of the distance at a row.
 std::vector<SuspectRow> suspects_of(const std::vector<double>& values,
                                     const std::function<double(std::size_t)>& allowed) {
@@ -64,8 +70,7 @@ std::vector<SuspectRow> suspects_of(const std::vector<double>& values,
   }
   if (suspects.empty()) return suspects;
   std::vector<double> steps;
-  std::vector<bool> is_suspect(values.size(), false);
-  for (const SuspectRow& suspect : suspects) is_suspect[suspect.row] = true;
+  const std::vector<bool> is_suspect = marked(suspects, values.size());
   for (std::size_t i = 1; i < values.size(); ++i)
     if (!is_suspect[i] && !is_suspect[i - 1]) steps.push_back(std::abs(values[i] - values[i - 1]));
   if (steps.size() <= ignored_large_steps) return {};
@@ -99,8 +104,7 @@ bool is_followed(const Dataset& dataset, const SuspectRow& glitch) {
 void leave_jumps_at_ends(std::vector<SuspectRow>& suspects, const Dataset& dataset) {
   const std::vector<double>& input = dataset.input;
   model::Interval others{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  std::vector<bool> is_suspect(input.size(), false);
-  for (const SuspectRow& suspect : suspects) is_suspect[suspect.row] = true;
+  const std::vector<bool> is_suspect = marked(suspects, input.size());
   for (std::size_t i = 0; i < input.size(); ++i)
     if (!is_suspect[i]) others = {std::min(others.lo, input[i]), std::max(others.hi, input[i])};
   std::size_t first = 0, last = input.size();  // without the suspects that touch the ends
@@ -234,7 +238,11 @@ bool has_same_rows(const Dataset& a, const Dataset& b) {
   const auto elapsed_s = [](const Dataset& of, std::size_t from, std::size_t to) {
     return of.time_s[to] - of.time_s[from];
   };
+  // Records begin with a rest, in which every shift fits: its highest input decides at once.
+  const auto highest =
+      static_cast<std::size_t>(std::ranges::max_element(shorter.input) - shorter.input.begin());
   for (std::size_t first = 0; first + shorter.size() <= longer.size(); ++first) {
+    if (std::abs(longer.input[first + highest] - shorter.input[highest]) > near_in) continue;
     std::size_t i = 0;
     while (i < shorter.size() && std::abs(longer.input[first + i] - shorter.input[i]) <= near_in &&
            std::abs(longer.output[first + i] - shorter.output[i]) <= near_out &&

@@ -190,13 +190,12 @@ int run_identify(const IdentifyArguments& options) {
   }
   std::vector<Dataset> datasets = load_datasets(options.data, input);
   refuse_same_rows(options.data, datasets);
-  std::vector<std::string> doubts;
+  std::vector<std::string> said;
   for (std::size_t i = 0; i < datasets.size(); ++i)
     for (const RecordDoubt& doubt : leave_out_suspects(options.data[i], datasets[i]))
-      doubts.push_back(doubt.text());
+      said.push_back(doubt.text());
   stop_at_a_signal();
   const Identified identified = identify(options, datasets, old);
-  std::vector<std::string> said = doubts;
   std::ranges::move(findings(datasets, identified), std::back_inserter(said));
   if (old) said.push_back(finding_of_old(options.start, *old, datasets));
   out.write(identified_model_text(identified, datasets, said));

@@ -56,13 +56,17 @@ std::vector<RecordDoubt> leave_out_suspects(const std::filesystem::path& file, D
   return doubts;
 }
 
+void refuse_same_rows(const std::filesystem::path& file, const Dataset& dataset,
+                      const std::filesystem::path& other_file, const Dataset& other) {
+  if (identification::has_same_rows(dataset, other))
+    throw Error(
+        fmt::format("{}: has the same rows as {}, which are one session and not two; leave one of them out",
+                    file.string(), other_file.string()));
+}
+
 void refuse_same_rows(const std::vector<std::filesystem::path>& files, const std::vector<Dataset>& datasets) {
   for (std::size_t i = 0; i < datasets.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (identification::has_same_rows(datasets[i], datasets[j]))
-        throw Error(fmt::format(
-            "{}: has the same rows as {}, which are one session and not two; leave one of them out",
-            files[i].string(), files[j].string()));
+    for (std::size_t j = 0; j < i; ++j) refuse_same_rows(files[i], datasets[i], files[j], datasets[j]);
 }
 
 }  // namespace hystcan::app

@@ -22,7 +22,10 @@ struct RecordDoubt {
 std::vector<RecordDoubt> leave_out_suspects(const std::filesystem::path& file,
                                             identification::Dataset& dataset);
 
-/// Throws Error if the rows of one dataset are those of another one, or a part of them.
+/// Throws Error if the rows of a dataset are those of another one, or a part of them.
+void refuse_same_rows(const std::filesystem::path& file, const identification::Dataset& dataset,
+                      const std::filesystem::path& other_file, const identification::Dataset& other);
+/// Likewise of any two datasets.
 void refuse_same_rows(const std::vector<std::filesystem::path>& files,
                       const std::vector<identification::Dataset>& datasets);
 

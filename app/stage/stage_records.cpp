@@ -66,13 +66,9 @@ void judge_record(const std::filesystem::path& file, Dataset& dataset, bool acce
 }
 
 void judge_records(AxisRecords& records, bool accept) {
-  std::vector<std::filesystem::path> files = records.loop_files;
-  std::vector<Dataset> datasets = records.loops;
-  if (records.unseen) {
-    files.push_back(*records.unseen_file);
-    datasets.push_back(*records.unseen);
-  }
-  refuse_same_rows(files, datasets);
+  refuse_same_rows(records.loop_files, records.loops);
+  for (std::size_t i = 0; records.unseen && i < records.loops.size(); ++i)
+    refuse_same_rows(*records.unseen_file, *records.unseen, records.loop_files[i], records.loops[i]);
   for (std::size_t i = 0; i < records.loops.size(); ++i)
     judge_record(records.loop_files[i], records.loops[i], accept);
   if (records.step) judge_record(*records.step_file, *records.step, accept);
