@@ -77,8 +77,7 @@ std::vector<double> rates_to_try(const config::Config& config) {
 
 std::vector<Promise> promises_with_best_feed_forward(config::Config config) {
   std::vector<Promise> best;
-  for (const auto& [second_order, plant_inverse] :
-       {std::pair(false, false), std::pair(true, false), std::pair(false, true)}) {
+  for (const auto& [second_order, plant_inverse] : feed_forwards) {
     for (config::AxisConfig& axis : config.axes) {
       axis.control.delays.second_order = second_order;
       axis.control.delays.plant_inverse = plant_inverse;

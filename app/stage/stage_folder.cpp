@@ -334,9 +334,8 @@ void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Pla
   const std::vector<Promise> present = promises_with_best_feed_forward(usual);
   const auto offer = better_rate(at_rate, rates_Hz, present);
   if (!offer) return;
-  const bool rings = std::ranges::any_of(usual.axes, [&](const config::AxisConfig& axis) {
-    return !config::findings_of_rate(axis, usual_Hz).empty();
-  });
+  const bool rings = std::ranges::any_of(
+      usual.axes, [&](const config::AxisConfig& axis) { return config::rings_at(axis, usual_Hz); });
   if (facts.rate_is_assumed && (rings || offer->share < 0.5))
     facts.config.controller.rate_Hz = offer->rate_Hz;
   const bool is_taken = facts.config.controller.rate_Hz == offer->rate_Hz;

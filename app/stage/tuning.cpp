@@ -113,8 +113,7 @@ class Rehearsed {
   /// With the feed-forward that tracks best.
   Candidate design(const char* name, controller::LoopConfig loop) const {
     Candidate best = predicted(name, loop);
-    for (const auto& [second_order, plant_inverse] :
-         {std::pair(false, false), std::pair(true, false), std::pair(false, true)}) {
+    for (const auto& [second_order, plant_inverse] : feed_forwards) {
       const controller::Delays& tried = best.loop.delays;
       if (second_order == tried.second_order && plant_inverse == tried.plant_inverse) continue;
       loop.delays.second_order = second_order;

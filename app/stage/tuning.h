@@ -2,7 +2,9 @@
 // rehearsed.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "app/stage/open_loop.h"
@@ -11,6 +13,10 @@
 #include "identification/dataset.h"
 
 namespace hystcan::app {
+
+/// What Delays::second_order and plant_inverse can be: the mean delay, the second order, the inverse.
+inline constexpr std::array<std::pair<bool, bool>, 3> feed_forwards{
+    {{false, false}, {true, false}, {false, true}}};
 
 /// The steps with a smaller amplitude where the twin comes near a limit (amplitude_with_margin), which is
 /// noted. `config` has one axis.

@@ -56,6 +56,9 @@ inline constexpr double resonance_off_percent = 10.0;
 /// Margins for the stated plant, and the worst ones with its resonance off.
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz);
 
+/// The mode is so near a multiple of the rate that held setpoints ring it (controller/control/delays.h).
+bool rings_at(const AxisConfig& axis, double rate_Hz);
+
 /// Lines for `check`: a warning where the mode is near a multiple of the rate (controller/control/delays.h).
 std::vector<std::string> findings_of_rate(const AxisConfig& axis, double rate_Hz);
 

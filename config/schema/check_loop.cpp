@@ -71,10 +71,14 @@ controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz) {
                            controller::around(axis.control.delays, resonance_off_percent));
 }
 
+bool rings_at(const AxisConfig& axis, double rate_Hz) {
+  const controller::Delays& delays = axis.control.delays;
+  return !delays.interpolated && controller::rings_between_samples(delays.resonance_Hz / rate_Hz);
+}
+
 std::vector<std::string> findings_of_rate(const AxisConfig& axis, double rate_Hz) {
+  if (!rings_at(axis, rate_Hz)) return {};
   const double resonance_Hz = axis.control.delays.resonance_Hz;
-  if (axis.control.delays.interpolated || !controller::rings_between_samples(resonance_Hz / rate_Hz))
-    return {};
   return {fmt::format(
       "warning: the mode of {:g} Hz is near {:g} times the cycle rate of {:g} Hz: setpoints that change "
       "once a cycle ring it, and the samples do not show that; `hystcan tune` finds a better rate",
