@@ -406,7 +406,7 @@ TEST(SymptomPages, QuoteWhatTheBrowserShowsWithoutAController) {
   const fs::path web = HYSTCAN_SOURCE_DIR "/app/page/web";
   for (const auto& [words, file] : {std::pair{"connected, no controller", "main.js"},
                                     std::pair{"no answer of the controller", "status_view.js"}}) {
-    EXPECT_NE(page_of("empty-page").find(words), std::string::npos) << words;
+    EXPECT_NE(support::read_file(documents / "troubleshooting.md").find(words), std::string::npos) << words;
     EXPECT_NE(support::read_file(web / file).find(words), std::string::npos) << words;
   }
 }
