@@ -28,7 +28,7 @@ double ms(can::Duration time) { return 1e3 * can::seconds(time); }
 
 struct Injection {
   Trouble trouble;
-  const char* promise;  ///< of docs/safety.md, "How soon"
+  const char* promise;  ///< of docs/safety.md, "Faults"
   Cause cause;
   double decided_within_ms;
   bool bus_carries = true;  ///< commands reach the amplifier; if not, its watchdog acts
