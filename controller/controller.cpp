@@ -321,9 +321,9 @@ void Controller::run_background_tasks() {
 void Controller::answer_next_request() {
   Request* request = requests_ == nullptr ? nullptr : requests_->next();
   if (request == nullptr) return;
-  request->refused_because = carry_out(*request, axes_);
+  request->refusal = carry_out(*request, axes_);
   request->cycle = counters_.cycles;
-  asked_to_stop_ |= request->kind == Request::Kind::stop && !request->refused_because;
+  asked_to_stop_ |= request->kind == Request::Kind::stop && !request->refusal;
   requests_->answer(request);
 }
 

@@ -104,11 +104,11 @@ void SetpointReceiver::on_frame(const can::Frame& frame, Axis& axis) {
     ++counters_.unknown_mode;
     return;
   }
-  const LiveSetpoint became =
+  const std::optional<Refusal> refusal =
       setpoint->mode == can::setpoint_mode::go_to ? axis.go_to(setpoint->position_um) : axis.resume();
-  if (became == LiveSetpoint::taken) ++counters_.taken;
-  if (became == LiveSetpoint::not_tracking) ++counters_.not_tracking;
-  if (became == LiveSetpoint::out_of_range) ++counters_.out_of_range;
+  if (!refusal) ++counters_.taken;
+  if (refusal == Refusal::not_tracking) ++counters_.not_tracking;
+  if (refusal == Refusal::position_out_of_range) ++counters_.out_of_range;
 }
 
 }  // namespace hystcan::controller

@@ -8,38 +8,23 @@ namespace {
 constexpr std::size_t request_capacity = 64;
 using RequestRing = boost::lockfree::spsc_queue<Request*, boost::lockfree::capacity<request_capacity>>;
 
-using Refusal = std::optional<std::string_view>;
-
-Refusal refusal_of(LiveSetpoint became) {
-  switch (became) {
-    case LiveSetpoint::taken:
-      return std::nullopt;
-    case LiveSetpoint::not_tracking:
-      return "the axis does not track a reference";
-    case LiveSetpoint::out_of_range:
-      break;
-  }
-  return "the position is outside position_min_um..position_max_um, or of what the model reaches";
-}
-
-Refusal enable(Axis& axis) {
-  if (axis.state() == AxisState::faulted) return "the axis is faulted: clear the fault first";
-  if (axis.state() != AxisState::offline) return enabled_already;
+std::optional<Refusal> enable(Axis& axis) {
+  if (axis.state() == AxisState::faulted) return Refusal::faulted;
+  if (axis.state() != AxisState::offline) return Refusal::enabled_already;
   axis.start(false);
   return std::nullopt;
 }
 
-Refusal disable(Axis& axis) {
-  if (axis.state() == AxisState::faulted || axis.state() == AxisState::offline)
-    return "the axis is not enabled";
+std::optional<Refusal> disable(Axis& axis) {
+  if (axis.state() == AxisState::faulted || axis.state() == AxisState::offline) return Refusal::not_enabled;
   axis.stop();
   return std::nullopt;
 }
 
 /// A node whose set-up failed is set up once more.
-Refusal clear(WiredAxis& wired) {
-  if (wired.axis.is_falling()) return "the drive still ramps to its safe value";
-  if (!wired.axis.clear()) return no_fault_to_clear;
+std::optional<Refusal> clear(WiredAxis& wired) {
+  if (wired.axis.is_falling()) return Refusal::still_ramping;
+  if (!wired.axis.clear()) return Refusal::no_fault_to_clear;
   for (RemoteNode* node : wired.nodes()) node->retry_setup();
   return std::nullopt;
 }
@@ -81,8 +66,8 @@ Request* RequestLink::next() {
 
 void RequestLink::answer(Request* request) { rings_->answers.push(request); }
 
-Refusal carry_out(Request& request, WiredAxes& axes) {
-  if (request.axis >= axes.size()) return "there is no such axis";
+std::optional<Refusal> carry_out(Request& request, WiredAxes& axes) {
+  if (request.axis >= axes.size()) return Refusal::no_such_axis;
   WiredAxis& wired = *axes[request.axis];
   Axis& axis = wired.axis;
   switch (request.kind) {
@@ -93,9 +78,9 @@ Refusal carry_out(Request& request, WiredAxes& axes) {
     case Request::Kind::clear:
       return clear(wired);
     case Request::Kind::go_to:
-      return refusal_of(axis.go_to(request.position_um));
+      return axis.go_to(request.position_um);
     case Request::Kind::resume:
-      return refusal_of(axis.resume());
+      return axis.resume();
     case Request::Kind::retune:
       return axis.retune(*request.tuning);
     case Request::Kind::revert:
@@ -104,9 +89,9 @@ Refusal carry_out(Request& request, WiredAxes& axes) {
       return std::nullopt;
     case Request::Kind::stop:
       for (const auto& each : axes) each->axis.stop();
-      return std::nullopt;
+      break;
   }
-  return "not a request";
+  return std::nullopt;
 }
 
 }  // namespace hystcan::controller

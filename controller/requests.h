@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "controller/control/axis.h"
 #include "controller/wired_axis.h"
@@ -29,13 +28,9 @@ struct Request {
   std::size_t axis = 0;
   double position_um = 0.0;
   std::unique_ptr<AxisTuning> tuning{};
-  std::optional<std::string_view> refused_because{};  ///< the answer
-  std::uint64_t cycle = 0;                            ///< the last cycle before the request took effect
+  std::optional<Refusal> refusal{};  ///< the answer
+  std::uint64_t cycle = 0;           ///< the last cycle before the request took effect
 };
-
-/// Why a request is refused of an axis that is already as it asks.
-inline constexpr std::string_view enabled_already = "the axis is enabled already";
-inline constexpr std::string_view no_fault_to_clear = "there is no fault to clear";
 
 /// One thread requests, one other thread (the control thread) answers.
 class RequestLink {
@@ -61,7 +56,7 @@ class RequestLink {
   std::size_t unanswered_ = 0;  ///< of the requesting thread
 };
 
-/// Carries a request out, on the control thread, between two cycles. Returns why it is refused.
-std::optional<std::string_view> carry_out(Request& request, WiredAxes& axes);
+/// Carries a request out, on the control thread, between two cycles.
+std::optional<Refusal> carry_out(Request& request, WiredAxes& axes);
 
 }  // namespace hystcan::controller

@@ -211,8 +211,8 @@ void VirtualStage::ask_all(std::vector<std::unique_ptr<controller::Request>> req
   while (open > 0 && time_s() < deadline_s) {
     loop_->run_for(duration_of(1.0 / config_.controller.rate_Hz));
     for (auto answer = requests_.take_answer(); answer; answer = requests_.take_answer(), --open)
-      if (answer->refused_because)
-        refusals.push_back(fmt::format("{}: {}", axes().at(answer->axis), *answer->refused_because));
+      if (answer->refusal)
+        refusals.push_back(fmt::format("{}: {}", axes().at(answer->axis), to_string(*answer->refusal)));
   }
   if (open > 0) refusals.emplace_back("no answer: the controller is not running yet, or it has ended");
   if (!refusals.empty()) throw Error(fmt::format("{}", fmt::join(refusals, "; ")));

@@ -200,6 +200,18 @@ std::vector<std::size_t> ControllerCommandHandler::axes_of(const json& command) 
   return all;
 }
 
+std::vector<std::string> ControllerCommandHandler::texts_of(const Outcome& outcome) {
+  std::vector<std::string> texts;
+  for (const auto& [axis, why] : outcome) texts.push_back(fmt::format("{}: {}", axis, to_string(why)));
+  return texts;
+}
+
+json ControllerCommandHandler::refusal_of(const Outcome& outcome) {
+  json refused = refusal(fmt::format("{}", fmt::join(texts_of(outcome), "; ")));
+  for (const auto& [axis, why] : outcome) refused["refusals"][axis] = controller::name_of(why);
+  return refused;
+}
+
 void ControllerCommandHandler::act(const json& command, Answer answer) {
   const Request::Kind kind = acts().at(text_of(command, "do"));
   const double position_um = kind == Request::Kind::go_to ? number_of(command, "position_um") : 0.0;
@@ -213,11 +225,11 @@ void ControllerCommandHandler::act(const json& command, Answer answer) {
   }
   const std::size_t asked = requests.size();
   ask_all(std::move(requests), [asked, answer = std::move(answer)](const Outcome& outcome) {
-    const auto& [refusals, needless] = outcome;
-    if (needless == asked || needless < refusals.size())
-      return answer(refusal(fmt::format("{}", fmt::join(refusals, "; "))));
+    const auto needless =
+        static_cast<std::size_t>(std::ranges::count_if(outcome, controller::is_needless, &Refused::why));
+    if (needless == asked || needless < outcome.size()) return answer(refusal_of(outcome));
     json done{{"ok", true}};
-    if (needless > 0) done["nothing_to_do"] = refusals;
+    if (needless > 0) done["nothing_to_do"] = texts_of(outcome);
     answer(done);
   });
 }
@@ -269,11 +281,11 @@ void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, Answer answe
   auto requests = std::move(prepared.requests);
   const auto shared = std::make_shared<LiveConfig::Prepared>(std::move(prepared));
   ask_all(std::move(requests), [this, shared, answer = std::move(answer)](const Outcome& outcome) {
-    if (!outcome.refusals.empty()) {
-      const std::string reason = fmt::format("{}", fmt::join(outcome.refusals, "; "));
-      spdlog::error("configuration not applied: {}", reason);
+    if (!outcome.empty()) {
+      const json refused = refusal_of(outcome);
+      spdlog::error("configuration not applied: {}", refused.at("error").get<std::string>());
       live_.mark_uncertain(*shared);
-      return answer(refusal(reason));
+      return answer(refused);
     }
     live_.accept(*shared);
     outlets_.recorder.add(shared->at_once);
@@ -295,11 +307,7 @@ void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> req
   const auto close_one = [this, round](Request& request) {
     std::uint64_t& last_before = last_before_act_.at(request.axis);
     last_before = std::max(last_before, request.cycle);
-    if (const auto& reason = request.refused_because) {
-      round->outcome.refusals.push_back(fmt::format("{}: {}", live_.axis_names().at(request.axis), *reason));
-      if (*reason == controller::enabled_already || *reason == controller::no_fault_to_clear)
-        ++round->outcome.needless;
-    }
+    if (request.refusal) round->outcome.push_back({live_.axis_names().at(request.axis), *request.refusal});
     if (--round->open == 0) round->done(round->outcome);
   };
   for (auto& request : requests) {
@@ -307,7 +315,7 @@ void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> req
     if (requests_.ask(std::move(request))) {
       pending_.emplace(asked, close_one);
     } else {
-      Request refused{.axis = asked->axis, .refused_because = "too many requests at once"};
+      Request refused{.axis = asked->axis, .refusal = controller::Refusal::too_many_requests};
       close_one(refused);
     }
   }

@@ -53,12 +53,15 @@ class ControllerCommandHandler final : public CommandHandler {
   void record(const nlohmann::json& command, const Answer& answer);
 
   void apply(LiveConfig::Prepared prepared, Answer answer);
-  struct Outcome {
-    std::vector<std::string> refusals;
-    std::size_t needless = 0;  ///< of these: of axes that are already as asked for
+  struct Refused {
+    std::string axis;
+    controller::Refusal why;
   };
+  using Outcome = std::vector<Refused>;  ///< empty if every axis has carried out its request
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
                std::function<void(const Outcome&)> done);
+  static std::vector<std::string> texts_of(const Outcome& outcome);
+  static nlohmann::json refusal_of(const Outcome& outcome);
   std::vector<std::size_t> axes_of(const nlohmann::json& command) const;
   void arm();
   void poll();

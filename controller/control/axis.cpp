@@ -69,27 +69,27 @@ ClosedLoop* Axis::loop_for_live_setpoints() {
   return state_ == AxisState::tracking && !stopping_ ? closed_loop() : nullptr;
 }
 
-LiveSetpoint Axis::go_to(double position_um) {
+std::optional<Refusal> Axis::go_to(double position_um) {
   ClosedLoop* loop = loop_for_live_setpoints();
-  if (loop == nullptr) return LiveSetpoint::not_tracking;
+  if (loop == nullptr) return Refusal::not_tracking;
   // With NaN the comparison is false: the position is out of range.
-  if (!(position_um >= reach_.lo && position_um <= reach_.hi)) return LiveSetpoint::out_of_range;
+  if (!(position_um >= reach_.lo && position_um <= reach_.hi)) return Refusal::position_out_of_range;
   loop->go_to(now_s_ - tracking_since_s_, position_um);
-  return LiveSetpoint::taken;
+  return std::nullopt;
 }
 
-LiveSetpoint Axis::resume() {
+std::optional<Refusal> Axis::resume() {
   ClosedLoop* loop = loop_for_live_setpoints();
-  if (loop == nullptr) return LiveSetpoint::not_tracking;
+  if (loop == nullptr) return Refusal::not_tracking;
   loop->resume(now_s_ - tracking_since_s_);
-  return LiveSetpoint::taken;
+  return std::nullopt;
 }
 
-std::optional<std::string_view> Axis::retune(AxisTuning& tuning) {
-  if (!closed_loop_) return "the axis runs in open loop";
+std::optional<Refusal> Axis::retune(AxisTuning& tuning) {
+  if (!closed_loop_) return Refusal::open_loop;
   const Gate::Config& gate = tuning.config.gate;
   if (is_driving() && (drive_ < gate.drive_min || drive_ > gate.drive_max))
-    return "the present drive is outside the new drive_min..drive_max";
+    return Refusal::drive_out_of_range;
   std::swap(config_, tuning.config);
   reach_ = reach_of(config_);
   supervisor_.retune(supervision_of(config_));

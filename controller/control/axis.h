@@ -15,9 +15,7 @@
 //                 drive ramps to the safe one where that is configured and the cause leaves the drive in hand
 #pragma once
 
-#include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "controller/control/arming.h"
@@ -27,6 +25,7 @@
 #include "controller/control/loop.h"
 #include "controller/control/oscillation.h"
 #include "controller/control/plausibility.h"
+#include "controller/control/refusal.h"
 #include "controller/control/supervisor.h"
 
 namespace hystcan::controller {
@@ -39,9 +38,6 @@ struct AxisTuning {
   std::optional<Trajectory> reference;
   std::optional<Learning> learning;
 };
-
-/// Result of a live setpoint.
-enum class LiveSetpoint : std::uint8_t { taken, not_tracking, out_of_range };
 
 class Axis {
  public:
@@ -61,13 +57,13 @@ class Axis {
   /// Live setpoint: moves smoothly to this position and stays there. Refused where the axis does not track a
   /// reference, where the position is outside position_min_um..position_max_um, or where it is beyond what
   /// the model reaches at its thresholds. Allocates nothing.
-  LiveSetpoint go_to(double position_um);
+  std::optional<Refusal> go_to(double position_um);
   /// Ends a live setpoint: follows the configured reference again.
-  LiveSetpoint resume();
+  std::optional<Refusal> resume();
 
   /// Called between two cycles: changes everything but the model, and leaves the former configuration in
-  /// `tuning`. Returns the reason of a refusal, which changes nothing.
-  std::optional<std::string_view> retune(AxisTuning& tuning);
+  /// `tuning`.
+  std::optional<Refusal> retune(AxisTuning& tuning);
 
   /// The law whose memory is to be saved after a clean stop. Null: the memory is unknown, or there is none.
   const ControlLaw* law_to_save() const;

@@ -40,7 +40,7 @@ class Scan : public testing::Test {
     request->axis = i;
     ASSERT_TRUE(requests_.ask(std::move(request)));
     loop_->run_for(milliseconds(2));
-    EXPECT_EQ(requests_.take_answer()->refused_because, std::nullopt);
+    EXPECT_EQ(requests_.take_answer()->refusal, std::nullopt);
   }
   /// Its sensor says nothing for a while.
   void silence(std::size_t i) {

@@ -67,7 +67,7 @@ class Tracking {
     run_for_ms(2);
     const auto answer = requests_.take_answer();
     ASSERT_NE(answer, nullptr);
-    ASSERT_EQ(answer->refused_because, std::nullopt);
+    ASSERT_EQ(answer->refusal, std::nullopt);
   }
   void run_for_ms(int ms) { rehearsal_->run_for(milliseconds(ms)); }
   const controller::Axis& axis() const { return rehearsal_->controller().axis(0); }
@@ -264,7 +264,7 @@ TEST(RequestToGoElsewhere, LeavesTheReferenceOfTheSamplesThatAreUnderWay) {
       loop.run_for(milliseconds(500));
       const auto answer = requests.take_answer();
       ASSERT_NE(answer, nullptr);
-      EXPECT_EQ(answer->refused_because, std::nullopt);
+      EXPECT_EQ(answer->refusal, std::nullopt);
     }
     ASSERT_GT(references_um.size(), 1000u);
     EXPECT_LT(support::largest_step(references_um), 1.5 * 0.48) << phase_ms;

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "controller/analysis/learning_design.h"
 #include "tests/support/rehearsed.h"
@@ -17,6 +16,7 @@ namespace {
 
 using controller::AxisState;
 using controller::Cause;
+using controller::Refusal;
 using std::chrono::milliseconds;
 using Kind = controller::Request::Kind;
 
@@ -32,8 +32,7 @@ class RequestToAnAxis : public testing::Test {
   }
   void run(int ms) { rehearsal_->run_for(milliseconds(ms)); }
   const controller::Axis& axis() const { return rehearsal_->controller().axis(0); }
-  /// Why it is refused; empty: it is carried out.
-  std::optional<std::string_view> ask(Kind kind, std::size_t axis = 0) {
+  std::optional<Refusal> ask(Kind kind, std::size_t axis = 0) {
     auto request = std::make_unique<controller::Request>();
     request->kind = kind;
     request->axis = axis;
@@ -41,7 +40,7 @@ class RequestToAnAxis : public testing::Test {
     run(2);
     const auto answer = requests_.take_answer();
     EXPECT_TRUE(answer);
-    return answer ? answer->refused_because : "no answer";
+    return answer ? answer->refusal : std::nullopt;
   }
   void lose_samples(int ms) {
     twin::FaultSpec silent = twin::fault_spec(twin::Fault::no_reply, "x");
@@ -59,13 +58,13 @@ class RequestToAnAxis : public testing::Test {
 
 TEST_F(RequestToAnAxis, ThatThereIsNotIsRefused) {
   begin();
-  EXPECT_EQ(ask(Kind::enable, 2), "there is no such axis");
-  EXPECT_EQ(ask(Kind::enable, 1), "the axis is enabled already");
+  EXPECT_EQ(ask(Kind::enable, 2), Refusal::no_such_axis);
+  EXPECT_EQ(ask(Kind::enable, 1), Refusal::enabled_already);
 }
 
 TEST_F(RequestToAnAxis, ToBeEnabledNeedsAnAxisThatIsOffline) {
   begin();
-  EXPECT_EQ(ask(Kind::enable), "the axis is enabled already");
+  EXPECT_EQ(ask(Kind::enable), Refusal::enabled_already);
   EXPECT_EQ(ask(Kind::disable), std::nullopt);
   run(1000);
   ASSERT_EQ(axis().state(), AxisState::offline);
@@ -74,7 +73,7 @@ TEST_F(RequestToAnAxis, ToBeEnabledNeedsAnAxisThatIsOffline) {
   run(1500);
   lose_samples(20);
   ASSERT_EQ(axis().state(), AxisState::faulted);
-  EXPECT_EQ(ask(Kind::enable), "the axis is faulted: clear the fault first");
+  EXPECT_EQ(ask(Kind::enable), Refusal::faulted);
 }
 
 TEST_F(RequestToAnAxis, ToBeDisabledNeedsAnAxisThatIsEnabled) {
@@ -82,12 +81,12 @@ TEST_F(RequestToAnAxis, ToBeDisabledNeedsAnAxisThatIsEnabled) {
   EXPECT_EQ(ask(Kind::disable), std::nullopt);
   run(1000);
   ASSERT_EQ(axis().state(), AxisState::offline);
-  EXPECT_EQ(ask(Kind::disable), "the axis is not enabled");
+  EXPECT_EQ(ask(Kind::disable), Refusal::not_enabled);
   ASSERT_EQ(ask(Kind::enable), std::nullopt);
   run(1500);
   lose_samples(20);
   ASSERT_EQ(axis().state(), AxisState::faulted);
-  EXPECT_EQ(ask(Kind::disable), "the axis is not enabled");
+  EXPECT_EQ(ask(Kind::disable), Refusal::not_enabled);
 }
 
 TEST_F(RequestToAnAxis, ToClearAFaultIsRefusedWhileTheDriveRampsDown) {
@@ -96,10 +95,10 @@ TEST_F(RequestToAnAxis, ToClearAFaultIsRefusedWhileTheDriveRampsDown) {
   lose_samples(20);
   ASSERT_EQ(axis().fault().cause, Cause::sample_missing);
   ASSERT_TRUE(axis().is_falling());
-  EXPECT_EQ(ask(Kind::clear), "the drive still ramps to its safe value");
+  EXPECT_EQ(ask(Kind::clear), Refusal::still_ramping);
   run(6000);
   EXPECT_EQ(ask(Kind::clear), std::nullopt);
-  EXPECT_EQ(ask(Kind::clear), "there is no fault to clear");
+  EXPECT_EQ(ask(Kind::clear), Refusal::no_fault_to_clear);
 }
 
 TEST_F(RequestToAnAxis, ToBeEnabledDoesNotClearAFaultThatTheAmplifierHasLatched) {

@@ -49,7 +49,7 @@ class Start : public testing::Test {
     request->axis = i;
     ASSERT_TRUE(requests_.ask(std::move(request)));
     loop_->run_for(milliseconds(2));
-    EXPECT_EQ(requests_.take_answer()->refused_because, std::nullopt);
+    EXPECT_EQ(requests_.take_answer()->refusal, std::nullopt);
   }
 
   void fault_and_arm_again(std::size_t i) {
@@ -145,9 +145,9 @@ TEST_F(Start, OfAnAxisThatIsArmedAgainKeepsTheBeginningOfItsReference) {
   ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
   undisturbed.run_for(loop_->clock().now() - undisturbed.clock().now());
   for (rehearsal::Rehearsal* loop : {loop_.get(), &undisturbed}) {
-    EXPECT_EQ(loop->controller().axis(1).go_to(12.0), controller::LiveSetpoint::taken);
+    EXPECT_EQ(loop->controller().axis(1).go_to(12.0), std::nullopt);
     loop->run_for(milliseconds(317));
-    EXPECT_EQ(loop->controller().axis(1).resume(), controller::LiveSetpoint::taken);
+    EXPECT_EQ(loop->controller().axis(1).resume(), std::nullopt);
     loop->run_for(milliseconds(500));
   }
   ASSERT_NO_FATAL_FAILURE(fault_and_arm_again(1));

@@ -148,7 +148,7 @@ TEST(ControlThread, AllocatesNothingToCarryOutARequest) {
     EXPECT_EQ(caught.heap_calls, 0u) << static_cast<int>(kind);
     const auto answer = requests.take_answer();
     ASSERT_NE(answer, nullptr);
-    EXPECT_EQ(answer->refused_because, std::nullopt);
+    EXPECT_EQ(answer->refusal, std::nullopt);
   }
   EXPECT_EQ(loop.controller().axis(0).state(), AxisState::tracking);
 }

@@ -34,7 +34,7 @@ class ControlThread {
               continue;
             }
             request->cycle = ++answered_;
-            if (request->axis % 3 == 0) request->refused_because = "a multiple of three";
+            if (request->axis % 3 == 0) request->refusal = Refusal::not_enabled;
             link.answer(request);
           }
         }) {}
@@ -63,7 +63,7 @@ RC_GTEST_PROP(RequestLink, AnswersEveryRequestOnceAndInOrder, ()) {
     if (!request) return false;
     RC_ASSERT(request->axis == answered);
     RC_ASSERT(request->position_um == 0.5 * static_cast<double>(answered));
-    RC_ASSERT(request->refused_because.has_value() == (answered % 3 == 0));
+    RC_ASSERT(request->refusal.has_value() == (answered % 3 == 0));
     ++answered;
     RC_ASSERT(request->cycle == answered);
     return true;

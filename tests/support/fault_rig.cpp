@@ -369,7 +369,8 @@ std::string_view FaultRig::run_until_answered(std::unique_ptr<controller::Reques
   if (!requests_.ask(std::move(request))) return "too many requests are unanswered";
   for (int cycle = 0; cycle < 100; ++cycle) {
     run_for(milliseconds(1));
-    if (const auto answer = requests_.take_answer()) return answer->refused_because.value_or("");
+    if (const auto answer = requests_.take_answer())
+      return answer->refusal ? to_string(*answer->refusal) : "";
   }
   return "no answer";
 }

@@ -165,13 +165,11 @@ export class Steering {
     return grouped;
   }
 
-  /** The refusal of a position, with the limits in force beside the names of their keys. */
+  /** The refusal of a position that is out of range, with the limits in force. */
   #withLimits(answer, axis) {
+    if (!Object.values(answer.answer?.refusals ?? {}).includes('position_out_of_range')) return answer;
     const value = (key) => this.values?.get(`axis[${axis}].control.${key}`) ?? '?';
-    const limits = `(${value('position_min_um')}..${value('position_max_um')} um)`;
-    return answer.ok
-      ? answer
-      : { ...answer, error: answer.error.replace('position_min_um..position_max_um', `$& ${limits}`) };
+    return { ...answer, error: `${answer.error} (${value('position_min_um')}..${value('position_max_um')} um)` };
   }
 
   #settingField(axis, name, about) {

@@ -107,6 +107,7 @@ TEST(ControlSocket, SwitchesAnAxisOffAndOnAgain) {
   ASSERT_TRUE(bench.axis_is(1, AxisState::tracking));
   Client client = bench.client();
   EXPECT_TRUE(says(client.ask(command("enable", "y")), "enabled already"));
+  EXPECT_EQ(client.ask(command("enable", "y")).at("refusals"), (json{{"y", "enabled_already"}}));
   EXPECT_TRUE(says(client.ask(command("clear", "y")), "no fault to clear"));
   ASSERT_TRUE(is_ok(client.ask(command("disable", "y"))));
   ASSERT_TRUE(bench.axis_is(1, AxisState::offline));

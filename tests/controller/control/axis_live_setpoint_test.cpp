@@ -12,8 +12,6 @@
 namespace hystcan::controller::axis_live_setpoint_test {
 namespace {
 
-using enum LiveSetpoint;
-
 /// The model reaches 1.5 um, coming down to 0 V, and 30 um at 100 V.
 IdealStage tracking_stage(const AxisConfig& config = support::piezo_axis()) {
   IdealStage stage(config);
@@ -27,11 +25,11 @@ TEST(AxisLiveSetpoint, MayBeWhatTheModelReachesAndNothingBeyond) {
   const double lowest_um = model.descending.value(0.0);
   const double highest_um = model.ascending.value(100.0);
   IdealStage stage = tracking_stage();
-  EXPECT_EQ(stage.axis.go_to(lowest_um), taken);
-  EXPECT_EQ(stage.axis.go_to(highest_um), taken);
-  EXPECT_EQ(stage.axis.go_to(lowest_um - 1e-9), out_of_range);
-  EXPECT_EQ(stage.axis.go_to(highest_um + 1e-9), out_of_range);
-  EXPECT_EQ(stage.axis.go_to(std::numeric_limits<double>::quiet_NaN()), out_of_range);
+  EXPECT_EQ(stage.axis.go_to(lowest_um), std::nullopt);
+  EXPECT_EQ(stage.axis.go_to(highest_um), std::nullopt);
+  EXPECT_EQ(stage.axis.go_to(lowest_um - 1e-9), Refusal::position_out_of_range);
+  EXPECT_EQ(stage.axis.go_to(highest_um + 1e-9), Refusal::position_out_of_range);
+  EXPECT_EQ(stage.axis.go_to(std::numeric_limits<double>::quiet_NaN()), Refusal::position_out_of_range);
 }
 
 TEST(AxisLiveSetpoint, MayOnlyBeAPlausiblePosition) {
@@ -42,30 +40,30 @@ TEST(AxisLiveSetpoint, MayOnlyBeAPlausiblePosition) {
   AxisTuning tuning(config, false);
   IdealStage stage = tracking_stage();
   ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
-  EXPECT_EQ(stage.axis.go_to(1.75), taken);
-  EXPECT_EQ(stage.axis.go_to(29.0), taken);
-  EXPECT_EQ(stage.axis.go_to(1.74), out_of_range);
-  EXPECT_EQ(stage.axis.go_to(29.01), out_of_range);
+  EXPECT_EQ(stage.axis.go_to(1.75), std::nullopt);
+  EXPECT_EQ(stage.axis.go_to(29.0), std::nullopt);
+  EXPECT_EQ(stage.axis.go_to(1.74), Refusal::position_out_of_range);
+  EXPECT_EQ(stage.axis.go_to(29.01), Refusal::position_out_of_range);
 }
 
 TEST(AxisLiveSetpoint, IsRefusedWhereTheAxisDoesNotTrackAReference) {
   IdealStage stage;
-  EXPECT_EQ(stage.axis.go_to(15.0), not_tracking);
-  EXPECT_EQ(stage.axis.resume(), not_tracking);
+  EXPECT_EQ(stage.axis.go_to(15.0), Refusal::not_tracking);
+  EXPECT_EQ(stage.axis.resume(), Refusal::not_tracking);
   ASSERT_TRUE(stage.tracks());
   stage.cycle();
-  EXPECT_EQ(stage.axis.go_to(15.0), taken);
-  EXPECT_EQ(stage.axis.resume(), taken);
+  EXPECT_EQ(stage.axis.go_to(15.0), std::nullopt);
+  EXPECT_EQ(stage.axis.resume(), std::nullopt);
   stage.axis.stop();
-  EXPECT_EQ(stage.axis.go_to(15.0), not_tracking) << "it is about to ramp down";
-  EXPECT_EQ(stage.axis.resume(), not_tracking);
+  EXPECT_EQ(stage.axis.go_to(15.0), Refusal::not_tracking) << "it is about to ramp down";
+  EXPECT_EQ(stage.axis.resume(), Refusal::not_tracking);
 }
 
 TEST(AxisLiveSetpoint, IsRefusedInOpenLoop) {
   IdealStage stage(support::excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0}));
   ASSERT_TRUE(stage.tracks());
-  EXPECT_EQ(stage.axis.go_to(15.0), not_tracking);
-  EXPECT_EQ(stage.axis.resume(), not_tracking);
+  EXPECT_EQ(stage.axis.go_to(15.0), Refusal::not_tracking);
+  EXPECT_EQ(stage.axis.resume(), Refusal::not_tracking);
 }
 
 /// The largest change of the reference from cycle to cycle.
@@ -87,16 +85,16 @@ AxisConfig limited() {
 
 TEST(AxisLiveSetpoint, IsReachedFromThePresentReferenceWithinTheLimits) {
   IdealStage stage = tracking_stage(limited());
-  ASSERT_EQ(stage.axis.go_to(20.0), taken);
+  ASSERT_EQ(stage.axis.go_to(20.0), std::nullopt);
   EXPECT_LE(largest_step_um(stage, 120), 100.0 * cycle_s * (1 + 1e-9));
   EXPECT_EQ(stage.axis.report().reference_um, 20.0);
 }
 
 TEST(AxisLiveSetpoint, IsLeftForTheConfiguredReferenceWithinTheLimits) {
   IdealStage stage = tracking_stage(limited());
-  ASSERT_EQ(stage.axis.go_to(20.0), taken);
+  ASSERT_EQ(stage.axis.go_to(20.0), std::nullopt);
   for (int i = 0; i < 200; ++i) stage.cycle();
-  ASSERT_EQ(stage.axis.resume(), taken);
+  ASSERT_EQ(stage.axis.resume(), std::nullopt);
   EXPECT_LE(largest_step_um(stage, 120), 100.0 * cycle_s * (1 + 1e-9));
   EXPECT_EQ(stage.axis.report().reference_um, 15.0);
 }

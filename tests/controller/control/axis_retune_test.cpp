@@ -163,7 +163,7 @@ TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
   narrow.law.pi.kp = 0.4;
   AxisTuning tuning(narrow, true);
   Axis untouched = stage.axis;
-  EXPECT_EQ(stage.axis.retune(tuning), "the present drive is outside the new drive_min..drive_max");
+  EXPECT_EQ(stage.axis.retune(tuning), Refusal::drive_out_of_range);
   EXPECT_EQ(stage.axis.config().gate.drive_max, 100.0);
   EXPECT_EQ(tuning.config.gate.drive_max, 60.0) << "a refused tuning is unchanged";
   for (int i = 0; i < 100; ++i) {
@@ -195,7 +195,7 @@ TEST(AxisRetune, IsRefusedIfTheDriveIsBelowTheNewRange) {
   ASSERT_TRUE(stage.reaches(AxisState::ready));
   config.gate.drive_min = 1.0;
   AxisTuning tuning(config, false);
-  EXPECT_EQ(stage.axis.retune(tuning), "the present drive is outside the new drive_min..drive_max");
+  EXPECT_EQ(stage.axis.retune(tuning), Refusal::drive_out_of_range);
 }
 
 TEST(AxisRetune, ChangesTheSupervision) {
@@ -285,7 +285,7 @@ TEST(AxisRetune, ChangesTheOscillationThatMeansAnUnstableLoop) {
 TEST(AxisRetune, IsRefusedInOpenLoop) {
   IdealStage stage(support::excited_piezo(Excitation::Hysteresis{.low = 20.0, .high = 60.0}));
   AxisTuning tuning(support::piezo_axis(), false);
-  EXPECT_EQ(stage.axis.retune(tuning), "the axis runs in open loop");
+  EXPECT_EQ(stage.axis.retune(tuning), Refusal::open_loop);
 }
 
 /// Feed-forward alone, and a stage without delay: at rest only a wrong memory causes an error. While it is
