@@ -119,10 +119,10 @@ int check(const std::filesystem::path& file) {
       print("# axis {}: the inverse makes up for creep: {:g} % in each decade of time from {:g} to {:g} s\n",
             axis.wire.name, 100.0 * creep->per_decade, creep->from_s, creep->to_s);
     print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
-    for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
-      print("# axis {}: {}\n", axis.wire.name, finding);
-    for (const std::string& finding : config::findings_of_rate(axis, config.controller.rate_Hz))
-      print("# axis {}: {}\n", axis.wire.name, finding);
+    for (const config::Finding& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
+      print("# axis {}: {}\n", axis.wire.name, line_of(finding));
+    for (const config::Finding& finding : config::findings_of_rate(axis, config.controller.rate_Hz))
+      print("# axis {}: {}\n", axis.wire.name, line_of(finding));
     for (const std::string& finding : config::findings_of_learning(axis, config.controller.rate_Hz))
       print("# axis {}: {}\n", axis.wire.name, finding);
     for (const std::string& loss : config::losses(axis.wire)) print("# axis {}: {}\n", axis.wire.name, loss);

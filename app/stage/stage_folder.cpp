@@ -89,9 +89,11 @@ class NewFiles {
 /// What `hystcan check` warns of.
 void print_findings(const config::Config& config) {
   for (const config::AxisConfig& axis : config.axes) {
-    for (const std::string& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
-      if (finding.starts_with("warning: ")) print(fmt::format("{}: {}\n", axis.wire.name, finding));
-    print_lines(axis.wire.name, config::findings_of_rate(axis, config.controller.rate_Hz));
+    std::vector<config::Finding> findings = config::findings_of_loop(axis, config.controller.rate_Hz);
+    std::ranges::move(config::findings_of_rate(axis, config.controller.rate_Hz),
+                      std::back_inserter(findings));
+    for (const config::Finding& finding : findings)
+      if (finding.is_warning) print(fmt::format("{}: {}\n", axis.wire.name, line_of(finding)));
     print_lines(axis.wire.name, config::losses(axis.wire));
   }
   for (const std::string& warning : config::supervision_warnings(config))

@@ -59,12 +59,18 @@ controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz);
 /// The mode is so near a multiple of the rate that held setpoints ring it (controller/control/delays.h).
 bool rings_at(const AxisConfig& axis, double rate_Hz);
 
-/// Lines for `check`: a warning where the mode is near a multiple of the rate (controller/control/delays.h).
-std::vector<std::string> findings_of_rate(const AxisConfig& axis, double rate_Hz);
+struct Finding {
+  bool is_warning = false;
+  std::string text;
+};
+/// The line of the finding: "warning: " before the text of a warning.
+std::string line_of(const Finding& finding);
 
-/// Lines for `check`: margins, sensitivity, bandwidth; a line that begins with "warning: " where the margin
-/// is lost with the resonance off.
-std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz);
+/// Warns if the mode is near a multiple of the rate (controller/control/delays.h).
+std::vector<Finding> findings_of_rate(const AxisConfig& axis, double rate_Hz);
+
+/// Margins, sensitivity, bandwidth; a warning if the margin is lost with the resonance off.
+std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz);
 
 /// One line for each supervision of an axis with feedback that is off: its limit is 0, or so wide that a
 /// plausible position never exceeds it.

@@ -76,31 +76,38 @@ bool rings_at(const AxisConfig& axis, double rate_Hz) {
   return !delays.interpolated && controller::rings_between_samples(delays.resonance_Hz / rate_Hz);
 }
 
-std::vector<std::string> findings_of_rate(const AxisConfig& axis, double rate_Hz) {
-  if (!rings_at(axis, rate_Hz)) return {};
-  const double resonance_Hz = axis.control.delays.resonance_Hz;
-  return {fmt::format(
-      "warning: the mode of {:g} Hz is near {:g} times the cycle rate of {:g} Hz: setpoints that change "
-      "once a cycle ring it, and the samples do not show that; `hystcan tune` finds a better rate",
-      resonance_Hz, std::round(resonance_Hz / rate_Hz), rate_Hz)};
+std::string line_of(const Finding& finding) {
+  return finding.is_warning ? "warning: " + finding.text : finding.text;
 }
 
-std::vector<std::string> findings_of_loop(const AxisConfig& axis, double rate_Hz) {
+std::vector<Finding> findings_of_rate(const AxisConfig& axis, double rate_Hz) {
+  if (!rings_at(axis, rate_Hz)) return {};
+  const double resonance_Hz = axis.control.delays.resonance_Hz;
+  return {
+      {true, fmt::format(
+                 "the mode of {:g} Hz is near {:g} times the cycle rate of {:g} Hz: setpoints that change "
+                 "once a cycle ring it, and the samples do not show that; `hystcan tune` finds a better rate",
+                 resonance_Hz, std::round(resonance_Hz / rate_Hz), rate_Hz)}};
+}
+
+std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz) {
   const controller::JudgedLoop loop = judged_loop(axis, rate_Hz);
   if (const auto& [kp, ki_per_s] = axis.control.law.pi; kp == 0.0 && ki_per_s == 0.0)
-    return {"kp and ki_per_s are 0: there is no loop to judge"};
-  std::vector<std::string> lines{fmt::format("the loop is stable: {}; bandwidth {:.3g} Hz",
-                                             text_of(loop.margins), loop.margins.bandwidth_Hz)};
+    return {{false, "kp and ki_per_s are 0: there is no loop to judge"}};
+  std::vector<Finding> findings{{false, fmt::format("the loop is stable: {}; bandwidth {:.3g} Hz",
+                                                    text_of(loop.margins), loop.margins.bandwidth_Hz)}};
   if (!loop.worst.stable)
-    lines.push_back(
-        fmt::format("warning: with the resonance {:g} % off the loop is unstable: lower ki_per_s, or set a "
-                    "notch; `hystcan tune` finds both",
-                    resonance_off_percent));
-  else
-    lines.push_back(fmt::format("{}with the resonance {:g} % off: {}",
-                                loop.worst.peak_sensitivity > too_sensitive ? "warning: little margin " : "",
-                                resonance_off_percent, text_of(loop.worst)));
-  return lines;
+    findings.push_back(
+        {true, fmt::format("with the resonance {:g} % off the loop is unstable: lower ki_per_s, or set a "
+                           "notch; `hystcan tune` finds both",
+                           resonance_off_percent)});
+  else {
+    const bool has_little_margin = loop.worst.peak_sensitivity > too_sensitive;
+    findings.push_back({has_little_margin, fmt::format("{}with the resonance {:g} % off: {}",
+                                                       has_little_margin ? "little margin " : "",
+                                                       resonance_off_percent, text_of(loop.worst))});
+  }
+  return findings;
 }
 
 std::vector<std::string> supervision_warnings(const Config& config) {

@@ -52,8 +52,8 @@ TEST_P(FirstConfiguration, IsReadAndWarnsOfNothing) {
   const config::Config config = config::load(folder / "stage.toml");
   EXPECT_EQ(config::setpoint_warnings(config), std::vector<std::string>());
   EXPECT_EQ(config::supervision_warnings(config), std::vector<std::string>());
-  for (const std::string& finding : config::findings_of_loop(config.axes[0], config.controller.rate_Hz))
-    EXPECT_FALSE(finding.starts_with("warning")) << finding;
+  for (const config::Finding& finding : config::findings_of_loop(config.axes[0], config.controller.rate_Hz))
+    EXPECT_FALSE(finding.is_warning) << finding.text;
 }
 
 TEST_P(FirstConfiguration, TracksTheTwinWithoutAFault) {
