@@ -297,9 +297,11 @@ Identified better_of(const Identified& plain, Identified butterfly) {
   const double before = held_out ? *plain.held_out_rms : plain.overall.rms;
   const double after = held_out ? *butterfly.held_out_rms : butterfly.overall.rms;
   if (!(after < worth_a_map * before)) return plain;
-  butterfly.search.steps.insert(
-      butterfly.search.steps.begin(),
-      {"output map", plain.overall.rms, butterfly.overall.rms, plain.held_out_rms, butterfly.held_out_rms});
+  butterfly.search.steps.insert(butterfly.search.steps.begin(), {{Quantity::Kind::output_map},
+                                                                 plain.overall.rms,
+                                                                 butterfly.overall.rms,
+                                                                 plain.held_out_rms,
+                                                                 butterfly.held_out_rms});
   return butterfly;
 }
 

@@ -82,7 +82,8 @@ void leave_out_old_model(Identified& identified, const std::vector<Dataset>& dat
   identified.search.trial.memories.resize(count);
   if (!identified.search.trial.gains.empty()) identified.search.trial.gains.resize(count);
   for (Step& step : identified.search.steps)
-    if (step.what == "gain of dataset " + std::to_string(count + 1)) step.what = "gain of the old model";
+    if (step.quantity == Quantity{Quantity::Kind::gain, count})
+      step.quantity = {Quantity::Kind::gain_of_old_model};
   judge(identified, datasets);
   measure_span(identified, datasets);
 }

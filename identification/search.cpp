@@ -238,7 +238,7 @@ class Searcher {
 
   bool add_unknown(const std::vector<Unknown>& unknowns, double c) {
     const Trial trial = at_start(unknowns);
-    Step taken{unknowns.back().what, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
+    Step taken{unknowns.back().quantity, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
                fit_->held_out(trial)};
     if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before) {
       result_.refused.push_back(std::move(taken));
@@ -344,7 +344,8 @@ class Searcher {
     choose_shape(splines);
     finish();
     const ShapeScore after = scored();
-    result_.steps.push_back({"an input map", before.rms, after.rms, before.held_out, after.held_out});
+    result_.steps.push_back(
+        {{Quantity::Kind::input_map}, before.rms, after.rms, before.held_out, after.held_out});
     if (score(after) > worth_an_input_map * score(before)) take(plain);
   }
 
@@ -360,7 +361,7 @@ class Searcher {
   // not, one common k is used.
   void try_one_k() {
     std::vector<Unknown> unknowns(unknowns_.begin() + 1, unknowns_.end());
-    unknowns[0] = {"k", unknowns_[1].start, 0.2, [](Trial& trial, double x) {
+    unknowns[0] = {{Quantity::Kind::common_k}, unknowns_[1].start, 0.2, [](Trial& trial, double x) {
                      trial.k_span_ascending = trial.k_span_descending = std::sinh(x);
                    }};
     for (Unknown& unknown : unknowns) unknown.step = 0.2;

@@ -13,13 +13,14 @@
 #include <string_view>
 #include <vector>
 
+#include "identification/quantity.h"
 #include "identification/separable_fit.h"
 
 namespace hystcan::identification {
 
 /// One parameter that the search added, with the errors before and after, in output units.
 struct Step {
-  std::string what;  ///< "delay", "creep", "lower threshold", "initial memory", "gain"
+  Quantity quantity;
   double rms_before = 0.0, rms_after = 0.0;
   std::optional<double> held_out_before, held_out_after;
 };

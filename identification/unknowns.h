@@ -4,16 +4,16 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <functional>
-#include <string>
 #include <vector>
 
+#include "identification/quantity.h"
 #include "identification/search.h"
 
 namespace hystcan::identification {
 
 /// One of them, on a scale where a step of one is reasonable.
 struct Unknown {
-  std::string what;
+  Quantity quantity;
   double start = 0.0;
   double step = 0.5;
   std::function<void(Trial&, double)> set;

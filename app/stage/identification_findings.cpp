@@ -96,8 +96,8 @@ class Findings {
 
   void report_steps() {
     for (const Step& step : identified_.search.steps)
-      say("{} was needed: error {:.3g} -> {:.3g} % RMS{}", step.what, step.rms_before * percent_,
-          step.rms_after * percent_,
+      say("{} was needed: error {:.3g} -> {:.3g} % RMS{}", to_string(step.quantity),
+          step.rms_before * percent_, step.rms_after * percent_,
           step.held_out_after ? fmt::format(", of {} {:.3g} -> {:.3g} %", held_out(),
                                             *step.held_out_before * percent_, *step.held_out_after * percent_)
                               : std::string());

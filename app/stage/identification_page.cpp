@@ -94,9 +94,9 @@ std::string structures_of(const IdentificationReport& report) {
                        : "all, without creep";
   };
   for (const identification::Step& step : search.steps)
-    row(step.what, step.rms_after, step.held_out_after, true);
+    row(to_string(step.quantity), step.rms_after, step.held_out_after, true);
   for (const identification::Step& step : search.refused)
-    row(step.what, step.rms_after, step.held_out_after, false);
+    row(to_string(step.quantity), step.rms_after, step.held_out_after, false);
   for (const identification::ShapeScore& tried : search.shapes)
     row(tried.shape.text(), tried.rms, tried.held_out, tried.shape.text() == search.shape.text());
   if (const auto& other = identified.other) {

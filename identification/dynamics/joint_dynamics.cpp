@@ -219,9 +219,11 @@ class JointDynamics {
     for (std::size_t i = 0; i < datasets_.size(); ++i)
       best.datasets[i] = characterise(datasets_[i], best.observed);
     best.output_span = before.output_span;
-    best.search.steps.insert(best.search.steps.begin(),
-                             {"a mode with a delay", before.overall.rms, best.overall.rms,
-                              before.held_out_rms, best.held_out_rms});
+    best.search.steps.insert(best.search.steps.begin(), {{Quantity::Kind::mode},
+                                                         before.overall.rms,
+                                                         best.overall.rms,
+                                                         before.held_out_rms,
+                                                         best.held_out_rms});
     return best;
   }
 
