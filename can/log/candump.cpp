@@ -33,7 +33,8 @@ int hex_value(char digit) {
 
 bool is_hex(char c) { return hex_value(c) >= 0; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_word(char c) { return c > ' ' && c != '\x7F'; }
+/// Printable ASCII but a blank; char may be signed or not.
+bool is_word(char c) { return c > ' ' && c < '\x7F'; }
 
 /// The first error in a line; `at` counts from 0.
 struct LineError {
@@ -192,7 +193,7 @@ class Line {
 std::string quoted(std::string_view line, std::size_t at) {
   if (at >= line.size()) return "the end of the line";
   const char c = line[at];
-  if (c > ' ' && c != '\x7F') return std::string("'") + c + "'";
+  if (is_word(c)) return std::string("'") + c + "'";
   if (c == ' ') return "a blank";
   std::array<char, 16> text{};
   std::snprintf(text.data(), text.size(), "byte 0x%02X", static_cast<unsigned char>(c));
