@@ -15,7 +15,6 @@
 #include <thread>
 
 #include "base/error.h"
-#include "storage/hdf5.h"
 
 namespace hystcan::python {
 
@@ -94,8 +93,6 @@ void bind_errors(py::module_& module) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const Error& refused) {
-      PyErr_SetString(error.ptr(), refused.what());
-    } catch (const storage::Hdf5Error& refused) {
       PyErr_SetString(error.ptr(), refused.what());
     } catch (const std::invalid_argument& refused) {
       PyErr_SetString(error.ptr(), refused.what());

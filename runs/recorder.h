@@ -5,13 +5,9 @@
 // folder, and finish().
 #pragma once
 
-#include <sys/types.h>
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "can/bus_health_log.h"
@@ -22,8 +18,8 @@ namespace hystcan::runs {
 
 class Recorder {
  public:
-  /// `info`: of every run (describe()). `on_part` may be empty.
-  Recorder(const config::Config& config, RunInfo info, RunWriter::Sink sink, RunWriter::OnPart on_part = {},
+  /// `info`: of every run (describe()).
+  Recorder(const config::Config& config, RunInfo info, RunWriter::Sink sink,
            UtcNow utc_now = std::chrono::system_clock::now);
   ~Recorder() { finish(); }
   Recorder(const Recorder&) = delete;
@@ -49,34 +45,9 @@ class Recorder {
   config::Config config_;
   RunInfo info_;
   RunWriter::Sink sink_;
-  RunWriter::OnPart on_part_;
   UtcNow utc_now_;
   mutable std::mutex mutex_;
   std::shared_ptr<RunWriter> writer_;  ///< of the present or the last run
-};
-
-// Makes HDF5 of the finished CSVs of a run, each in a process of its own: a controller neither waits for it
-// nor holds its memory. The process has the low priority of the thread that starts it, and goes on if the
-// controller ends.
-
-class PartConverter {
- public:
-  using Sink = can::BusHealthLog::Sink;
-
-  /// `program`: hystcan, whose `export` is called.
-  PartConverter(std::filesystem::path program, Sink sink)
-      : program_(std::move(program)), sink_(std::move(sink)) {}
-
-  /// Returns at once.
-  void convert(const std::filesystem::path& part);
-
- private:
-  void warn(const std::filesystem::path& part);
-  bool has_ended(pid_t child, const std::filesystem::path& part);
-
-  std::filesystem::path program_;
-  Sink sink_;
-  std::vector<std::pair<pid_t, std::filesystem::path>> children_;  ///< with the parts that they convert
 };
 
 }  // namespace hystcan::runs

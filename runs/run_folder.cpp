@@ -174,8 +174,6 @@ std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run) {
   return parts;
 }
 
-std::filesystem::path hdf5_of(std::filesystem::path part) { return part.replace_extension(".h5"); }
-
 std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> runs;
   std::error_code error;
@@ -208,10 +206,8 @@ LimitOutcome keep_limit(const Path& folder, const Path& current, std::uintmax_t 
   }
   for (const Path& part : dispensable_parts(current)) {
     if (outcome.bytes <= most_bytes) return outcome;
-    for (const Path& file : {part, hdf5_of(part)}) {
-      const std::uintmax_t size = bytes_of(file);
-      if (std::filesystem::remove(file, ignored)) outcome.bytes -= std::min(outcome.bytes, size);
-    }
+    const std::uintmax_t size = bytes_of(part);
+    if (std::filesystem::remove(part, ignored)) outcome.bytes -= std::min(outcome.bytes, size);
     outcome.removed.push_back(current.filename().string() + "/" + part.stem().string());
   }
   outcome.is_kept = outcome.bytes <= most_bytes;

@@ -39,9 +39,6 @@ std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run);
 /// The file of part `number`, from 1: part_name("cycles", 1, ".csv").
 std::string part_name(const char* what, unsigned number, const char* ending);
 
-/// The name of the HDF5 file beside a CSV: cycles_0001.h5.
-std::filesystem::path hdf5_of(std::filesystem::path part);
-
 /// Names of the folders of runs in `folder`, oldest first. Throws Error if it cannot be read.
 std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder);
 

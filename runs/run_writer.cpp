@@ -121,11 +121,9 @@ BusLog::~BusLog() {
   thread_.join();
 }
 
-RunWriter::RunWriter(const config::Config& config, const RunInfo& info, Sink sink, OnPart on_part,
-                     UtcNow utc_now)
+RunWriter::RunWriter(const config::Config& config, const RunInfo& info, Sink sink, UtcNow utc_now)
     : config_(config.record),
       sink_(std::move(sink)),
-      on_part_(std::move(on_part)),
       utc_now_(std::move(utc_now)),
       axis_names_(names_of(info)),
       run_(make_run_folder(std::filesystem::absolute(config_.folder), config.file,
@@ -265,7 +263,6 @@ void RunWriter::close_part() {
   if (const std::error_code error = part_->close(); error)
     throw std::system_error(error, part_->path().string());
   closed_bytes_ += part_->written_bytes();
-  if (on_part_) on_part_(part_->path());
 }
 
 void RunWriter::keep_limit() {

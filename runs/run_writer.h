@@ -9,7 +9,6 @@
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -31,8 +30,6 @@ class BusLog;  ///< of run_writer.cpp
 class RunWriter {
  public:
   using Sink = can::BusHealthLog::Sink;
-  /// Gets each CSV when it is complete, on the thread that writes; must not wait.
-  using OnPart = std::function<void(const std::filesystem::path& part)>;
   /// Rows that wait for the disk, bytes.
   static constexpr std::size_t most_waiting = 16 << 20;
 
@@ -47,7 +44,7 @@ class RunWriter {
 
   /// Makes the folder and the first part. Throws std::system_error, std::filesystem::filesystem_error or
   /// RunError.
-  RunWriter(const config::Config& config, const RunInfo& info, Sink sink, OnPart on_part, UtcNow utc_now);
+  RunWriter(const config::Config& config, const RunInfo& info, Sink sink, UtcNow utc_now);
   ~RunWriter();
   RunWriter(const RunWriter&) = delete;
   RunWriter& operator=(const RunWriter&) = delete;
@@ -77,7 +74,6 @@ class RunWriter {
 
   config::RecordConfig config_;
   Sink sink_;
-  OnPart on_part_;
   UtcNow utc_now_;
   std::vector<std::string> axis_names_;
   std::filesystem::path run_;

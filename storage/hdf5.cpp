@@ -1,75 +1,56 @@
 #include "storage/hdf5.h"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <string>
+#include <nlohmann/json.hpp>
 #include <utility>
-#include <vector>
 
 namespace hystcan::storage {
-namespace {
 
-constexpr const char* module_name = "hystcan_hdf5.so";
+using nlohmann::json;
 
-using Loaded = std::pair<const Hdf5Library*, std::string>;  ///< null with the reason why there is none
+Hdf5Writer::Hdf5Writer(std::filesystem::path file)
+    : path_(std::move(file)), python_("hdf5", {"write", path_.string()}, hdf5_package) {}
 
-/// Beside the program where it was built, in PREFIX/lib/hystcan where it is installed; the same for the
-/// Python module.
-std::vector<std::filesystem::path> places() {
-  std::vector<std::filesystem::path> places;
-  std::error_code ignored;
-  if (const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored); !ignored)
-    for (const char* place : {".", "../lib/hystcan"}) places.push_back(program.parent_path() / place);
-  Dl_info binary{};
-  if (::dladdr(reinterpret_cast<const void*>(&has_hdf5), &binary) != 0 && binary.dli_fname != nullptr)
-    for (const char* place : {"../..", "../../../hystcan"})
-      places.push_back(std::filesystem::path(binary.dli_fname).parent_path() / place);
-  return places;
+std::size_t Hdf5Writer::add_table(const std::string& group, const std::vector<Column>& columns,
+                                  bool is_deflated) {
+  json described = json::array();
+  for (const Column& column : columns) described.push_back({column.name, column.unit, column.words});
+  send({"table", group, std::move(described), is_deflated});
+  return tables_++;
 }
 
-/// Empty if it is nowhere.
-std::filesystem::path module_file() {
-  std::error_code ignored;
-  for (const std::filesystem::path& place : places())
-    if (auto file = (place / module_name).lexically_normal(); std::filesystem::exists(file, ignored))
-      return file;
-  return {};
+void Hdf5Writer::append(std::size_t table, std::span<const std::vector<double>> columns) {
+  if (columns.front().empty()) return;
+  send({"rows", table, columns.front().size()});
+  for (const std::vector<double>& column : columns)
+    send_bytes({reinterpret_cast<const char*>(column.data()), column.size() * sizeof(double)});
 }
 
-Loaded load() {
-  const std::filesystem::path file = module_file();
-  if (file.empty()) return {nullptr, std::string("there is no ") + module_name};
-  void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  void* const entry = module == nullptr ? nullptr : ::dlsym(module, "hystcan_hdf5");
-  if (entry != nullptr) return {reinterpret_cast<Hdf5Entry*>(entry)(), ""};
-  const char* const why = ::dlerror();
-  return {nullptr, why == nullptr ? file.string() : why};
+void Hdf5Writer::set(const std::string& object, const std::string& name, const std::string& text) {
+  send({"set", object, name, text});
+}
+void Hdf5Writer::set(const std::string& object, const std::string& name, double value) {
+  send({"set", object, name, value});
 }
 
-const Loaded& loaded() {
-  static const Loaded once = load();
-  return once;
+void Hdf5Writer::add_text(const std::string& path, const std::string& text) {
+  send({"text", path, text.size()});
+  send_bytes(text);
 }
 
-const Hdf5Library& library_for(const std::filesystem::path& file) {
-  if (loaded().first == nullptr)
-    throw Hdf5Error(
-        fmt::format("{}: HDF5 is not at hand: {}; install libhdf5-dev and build again, or use CSV",
-                    file.string(), loaded().second));
-  return *loaded().first;
+void Hdf5Writer::close() {
+  send(json::array({"end"}));
+  if (const auto failure = python_.finish()) throw Hdf5Error(fmt::format("{}: {}", path_.string(), *failure));
 }
 
-}  // namespace
-
-bool has_hdf5() { return !module_file().empty(); }
-
-std::unique_ptr<Hdf5Writer> create_hdf5(const std::filesystem::path& file) {
-  return library_for(file).create(file);
+void Hdf5Writer::send(const json& message) {
+  send_bytes(message.dump(-1, ' ', false, json::error_handler_t::replace) + '\n');
 }
 
-std::unique_ptr<Hdf5Reader> open_hdf5(const std::filesystem::path& file) {
-  return library_for(file).open(file);
+void Hdf5Writer::send_bytes(std::string_view bytes) {
+  if (python_.write(bytes)) return;
+  throw Hdf5Error(fmt::format("{}: {}", path_.string(), python_.finish().value_or("Python has ended")));
 }
 
 }  // namespace hystcan::storage

@@ -37,9 +37,9 @@ std::uint64_t write_csv(const runs::Run& run, const ExportArguments& options) {
 
 std::uint64_t write_hdf5(const runs::Run& run, const ExportArguments& options) {
   OutputFile file(options.output);
-  const auto hdf5 = storage::create_hdf5(file.written());
-  const std::uint64_t rows = runs::export_hdf5(run, options.selection, *hdf5);
-  hdf5->close();
+  storage::Hdf5Writer hdf5(file.written());
+  const std::uint64_t rows = runs::export_hdf5(run, options.selection, hdf5);
+  hdf5.close();
   file.commit();
   return rows;
 }

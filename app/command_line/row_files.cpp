@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/output_file.h"
+#include "base/python_module.h"
 #include "base/text.h"
 #include "config/files/csv.h"
 #include "storage/hdf5.h"
@@ -63,29 +64,20 @@ class CsvRows final : public RowInput {
   std::vector<double> row_;
 };
 
-/// What the library of HDF5 refuses in an input is bad input.
-template <class Call>
-auto as_bad_input(Call call) {
-  try {
-    return call();
-  } catch (const storage::Hdf5Error& error) {
-    throw Error(error.what());
-  }
-}
-
+/// What h5py reads (python/hystcan/hdf5.py).
 class Hdf5Rows final : public RowInput {
  public:
   Hdf5Rows(const std::filesystem::path& file, std::string column)
       : file_(file),
         column_(std::move(column)),
-        reader_(as_bad_input([&] { return storage::open_hdf5(file); })) {
-    as_bad_input([&] {
-      timed_ = reader_->has("time_s");
-      rows_ = reader_->rows(column_);
-      if (timed_ && reader_->rows("time_s") != rows_)
-        throw storage::Hdf5Error(fmt::format("{}: time_s has {} values and {} has {}, expected as many",
-                                             file_.string(), reader_->rows("time_s"), column_, rows_));
-    });
+        python_("hdf5", {"read", file.string(), column_, fmt::format("{}", SampleBlock::most)},
+                storage::hdf5_package) {
+    std::vector<double> sizes(3);
+    read(sizes);
+    rows_ = static_cast<std::uint64_t>(sizes[0]);
+    timed_ = sizes[1] != 0.0;
+    unit_.resize(static_cast<std::size_t>(sizes[2]));
+    if (!python_.read(unit_)) fail();
   }
 
   bool next(SampleBlock& block) override {
@@ -93,10 +85,8 @@ class Hdf5Rows final : public RowInput {
     block.given.resize(count);
     block.time_s.resize(count);
     if (count == 0) return false;
-    as_bad_input([&] {
-      reader_->read(column_, read_, block.given);
-      if (timed_) reader_->read("time_s", read_, block.time_s);
-    });
+    read(block.given);
+    if (timed_) read(block.time_s);
     for (std::size_t i = 0; i < count; ++i) {
       if (!timed_) block.time_s[i] = static_cast<double>(read_ + i);
       require(std::isfinite(block.given[i]), column_, i, block.given[i], "a finite number");
@@ -106,12 +96,18 @@ class Hdf5Rows final : public RowInput {
     read_ += count;
     return true;
   }
-  std::string unit() const override { return reader_->text(column_, "unit").value_or(""); }
+  std::string unit() const override { return unit_; }
   bool timed() const override { return timed_; }
   std::uint64_t done() const override { return read_; }
   std::uint64_t size() const override { return rows_; }
 
  private:
+  void read(std::vector<double>& values) {
+    if (!python_.read({reinterpret_cast<char*>(values.data()), values.size() * sizeof(double)})) fail();
+  }
+  [[noreturn]] void fail() {
+    throw Error(fmt::format("{}: {}", file_.string(), python_.finish().value_or("ends too early")));
+  }
   void require(bool is_right, const std::string& column, std::size_t i, double value,
                const char* expected) const {
     if (!is_right)
@@ -121,8 +117,9 @@ class Hdf5Rows final : public RowInput {
 
   std::filesystem::path file_;
   std::string column_;
-  std::unique_ptr<storage::Hdf5Reader> reader_;
+  PythonModule python_;
   bool timed_ = false;
+  std::string unit_;
   std::uint64_t rows_ = 0;
   std::uint64_t read_ = 0;
   double previous_s_ = -std::numeric_limits<double>::infinity();
@@ -157,23 +154,31 @@ class Hdf5RowOutput final : public RowOutput {
  public:
   Hdf5RowOutput(const std::filesystem::path& file, const std::string& input_unit,
                 const std::string& output_unit)
-      : file_(file), writer_(storage::create_hdf5(file_.written())) {
-    table_ = writer_->add_table(
+      : file_(file), writer_(file_.written()), columns_(3) {
+    table_ = writer_.add_table(
         "/", {{"time_s", "s", {}}, {"input", input_unit, {}}, {"output", output_unit, {}}}, false);
   }
 
   void write(const SampleBlock& block) override {
-    columns_ = {block.time_s, block.input, block.output};
-    writer_->append(table_, columns_);
+    const std::array from{&block.time_s, &block.input, &block.output};
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      columns_[i].insert(columns_[i].end(), from.at(i)->begin(), from.at(i)->end());
+    if (columns_.front().size() >= storage::Hdf5Writer::chunk_rows) append();
   }
   void commit() override {
-    writer_->close();
+    append();
+    writer_.close();
     file_.commit();
   }
 
  private:
+  void append() {
+    writer_.append(table_, columns_);
+    for (std::vector<double>& column : columns_) column.clear();
+  }
+
   OutputFile file_;
-  std::unique_ptr<storage::Hdf5Writer> writer_;
+  storage::Hdf5Writer writer_;
   std::size_t table_;
   std::vector<std::vector<double>> columns_;
 };

@@ -54,7 +54,6 @@ struct RecordConfig {
   std::filesystem::path folder = "hystcan-runs";  ///< of the runs; relative to the working directory
   bool at_start = false;                          ///< else from a command on
   bool bus_log = false;
-  bool hdf5 = true;                                ///< beside each CSV that is complete
   double part_MB = 256.0;                          ///< of a CSV, then the next part begins
   can::Duration part_time{std::chrono::hours(1)};  ///< likewise
   double limit_GB = 20.0;                          ///< of the folder

@@ -394,7 +394,6 @@ void visit(V& v, RecordConfig& r) {
   v.optional("at_start", r.at_start, any,
              {"record from the start on; otherwise from `ctl record on`, or from the page"});
   v.optional("bus_log", r.bus_log, any, {"keep the traffic of the interface too, in candump format"});
-  v.optional("hdf5", r.hdf5, any, {"make an HDF5 file of each CSV when it is complete"});
   v.optional("part_MB", r.part_MB, {.lo = 1.0, .hi = 1e5},
              {"a CSV of this size ends, and the next part begins"});
   v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6}, {"likewise at this age"});

@@ -52,40 +52,6 @@ TEST(RecordedRun, OfAKilledControllerIsListedAndExported) {
   EXPECT_TRUE(bus_log.ends_with("\n"));
 }
 
-TEST(RecordedRun, IsThereInHdf5WhenTheControllerHasEnded) {
-  QuickStage stage;
-  const std::string runs = stage.folder() + "/runs";
-  stage.start({"--record", runs});
-  std::this_thread::sleep_for(milliseconds(1500));
-  EXPECT_EQ(stage.ctl({"stop"}).status, 0);
-  EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
-  const json listed = json::parse(output_of({"runs", runs, "--json"}));
-  const std::string file = listed[0].at("run").get<std::string>() + "/cycles_0001.h5";
-  EXPECT_TRUE(hil::eventually([&] { return support::read_file(file).starts_with("\x89HDF"); }));
-}
-
-/// At two random moments; HYSTCAN_HIL_KILLS asks for more. The clock is the guest's, which counts
-/// instructions.
-TEST(IcountRecording, LosesAtMostASecondByAKill) {
-  const char* asked = std::getenv("HYSTCAN_HIL_KILLS");
-  const int rounds = asked == nullptr ? 2 : std::stoi(asked);
-  QuickStage stage;
-  std::mt19937 random(20261123);
-  std::uniform_int_distribution<int> moment_ms(800, 1800);
-  for (int round = 0; round < rounds; ++round) {
-    const std::string runs = stage.folder() + "/runs" + std::to_string(round);
-    Process controller({HYSTCAN_PROGRAM, "controller", stage.config, "--record", runs});
-    ASSERT_TRUE(controller.says("recording to"));
-    std::this_thread::sleep_for(milliseconds(moment_ms(random)));
-    const json before = json::parse(stage.ctl({"--json", "status"}).out);
-    controller.send(SIGKILL);
-    controller.wait();
-    const json listed = json::parse(output_of({"runs", runs, "--json"}));
-    ASSERT_EQ(listed.size(), 1u);
-    EXPECT_GT(listed[0].at("last_s").get<double>(), before.at("time_s").get<double>() - 1.0);
-  }
-}
-
 TEST(RecordedRun, EndsOnAFullDiskAndControlDoesNot) {
   QuickStage stage;
   const std::string runs = stage.folder() + "/runs";

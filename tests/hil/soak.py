@@ -106,7 +106,7 @@ class Bench:
         # The disk is the guest's memory. The controller's own is locked, as on a bench: all that it has counts.
         self.text = text.replace("[controller]\n", f'[controller]\ncontrol_socket = "{folder}/ctl.sock"\n'
                                  f'black_box_dir = "{folder}"\nblack_box_files = 5\n') \
-            + "\n[record]\npart_MB = 16\nlimit_GB = 0.1\nhdf5 = false\n\n[controller.realtime]\nlock_memory = true\n"
+            + "\n[record]\npart_MB = 16\nlimit_GB = 0.1\n\n[controller.realtime]\nlock_memory = true\n"
         self.write(self.text)
         self.twin = Program("twin", [hystcan, "twin", self.config, "--socket", f"{folder}/twin.sock"], 40)
         self.twin.says(": amplifier node")

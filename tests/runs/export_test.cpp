@@ -3,21 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "storage/hdf5.h"
 #include "tests/runs/scratch_runs.h"
 
 namespace hystcan::runs::export_test {
 namespace {
-
-/// Takes everything and writes nothing.
-class NoHdf5 final : public storage::Hdf5Writer {
- public:
-  std::size_t add_table(const std::string&, const std::vector<storage::Column>&, bool) override { return 0; }
-  void append(std::size_t, std::span<const std::vector<double>>) override {}
-  void set(const std::string&, const std::string&, const std::string&) override {}
-  void set(const std::string&, const std::string&, double) override {}
-  void add_text(const std::string&, const std::string&) override {}
-  void close() override {}
-};
 
 class Export : public ScratchRuns {
  protected:
@@ -70,7 +60,7 @@ TEST_F(Export, RefusesAHeaderAlone) {
 TEST_F(Export, RefusesANameThatIsNoGroupOfHdf5) {
   config.axes[0].wire.name = "a/b";
   const auto run = record(3);
-  NoHdf5 file;
+  storage::Hdf5Writer file("/dev/null");
   EXPECT_THROW(export_hdf5(RecordedRun(run), {}, file), Error);
 }
 
@@ -82,7 +72,7 @@ TEST_F(Export, KeepsForeignTextInTheLineOfItsComment) {
 
 TEST_F(Export, EndsWithASentenceForARunThatHasNoAxes) {
   config.axes.clear();
-  NoHdf5 file;
+  storage::Hdf5Writer file("/dev/null");
   EXPECT_THROW(export_hdf5(RecordedRun(record(0)), {}, file), Error);
 }
 

@@ -92,6 +92,28 @@ class Hdf5(unittest.TestCase):
             self.assertEqual(made["output"].attrs["unit"], "um")
             self.assertTrue(numpy.isfinite(made["output"]).all())
 
+    def refused_export(self, environment, before=""):
+        (self.folder / "no_h5py").write_text('#!/bin/sh\nexec /usr/bin/python3 -S "$@"\n')
+        (self.folder / "no_h5py").chmod(0o755)
+        run = self.killed_run(0.1)
+        result = subprocess.run(["sh", "-c", f"{before} exec '{HYSTCAN}' export '{run}' --output run.h5"], text=True,
+                                cwd=self.folder, env=environment, capture_output=True, check=False)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertEqual([file.name for file in self.folder.glob("run.h5*")], [])
+        hystcan("export", run, "--axis", "axis0", "--output", "run.csv", folder=self.folder)
+        return result.stderr
+
+    def test_without_python_the_package_is_named_and_csv_is_exported(self):
+        self.assertIn("cannot be started: No such file or directory; install python3-h5py\n",
+                      self.refused_export({"HYSTCAN_PYTHON": "/nonexistent"}))
+
+    def test_without_h5py_the_package_is_named_and_csv_is_exported(self):
+        self.assertIn("h5py is missing; install python3-h5py, or use CSV\n",
+                      self.refused_export({"HYSTCAN_PYTHON": str(self.folder / "no_h5py")}))
+
+    def test_a_full_disk_leaves_no_file(self):
+        self.assertIn("cannot be written: File too large\n", self.refused_export({}, "ulimit -f 16;"))
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

@@ -112,19 +112,15 @@ TEST_F(Recording, BeginsTheNextPartWhenOneIsFull) {
   for (std::size_t i = 0; i < 3000; ++i) ASSERT_EQ(cycles[0][i], static_cast<double>(i + 1));
 }
 
-TEST_F(Recording, HandsEachCompletePartOnInOrder) {
+TEST_F(Recording, DescribesAPartByItsRun) {
   config.record.part_MB = 0.05;
-  std::vector<std::filesystem::path> complete;
-  Recorder recorder(
-      config, describe(config, {}, "test"), [](can::BusHealthLog::Level, const std::string&) {},
-      [&](const std::filesystem::path& part) { complete.push_back(part); });
+  Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
   for (std::uint64_t cycle = 1; cycle <= 1000; ++cycle) recorder.add(tracked(cycle));
   ASSERT_TRUE(support::eventually([&] { return parts_of(run).size() >= 2; }));
   recorder.finish();
-  EXPECT_EQ(complete, parts_of(run));
-  const RecordedRun part(complete.front());
-  EXPECT_EQ(part.info().axes.front().drive_unit, "V") << "a part is described by its run";
+  const RecordedRun part(parts_of(run).front());
+  EXPECT_EQ(part.info().axes.front().drive_unit, "V");
   EXPECT_EQ(part.info().rows, 1000u);
 }
 
