@@ -59,8 +59,9 @@ pid_t spawned(const std::vector<std::string>& words, int stream, int messages) {
 fs::path python_file(std::string_view name) {
   std::error_code none;
   const fs::path program = fs::read_symlink("/proc/self/exe", none).parent_path();
+  if (auto installed = installed_file(program.parent_path(), name); !installed.empty()) return installed;
   const fs::path of_the_tree = (program / "../../python/hystcan" / name).lexically_normal();
-  return fs::exists(of_the_tree, none) ? of_the_tree : installed_file(program.parent_path(), name);
+  return fs::exists(of_the_tree, none) ? of_the_tree : fs::path{};
 }
 
 PythonModule::PythonModule(std::string_view name, std::vector<std::string> arguments,
