@@ -14,11 +14,11 @@
 
 #include "app/command_line/commands.h"
 #include "app/command_line/demo_page.h"
-#include "app/command_line/run_plots.h"
 #include "app/command_line/truth_log.h"
 #include "app/live/rehearsal_setup.h"
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
+#include "app/stage/pictures.h"
 #include "app/stage/promise.h"
 #include "app/stage/shipped.h"
 #include "app/stage/tuning.h"
@@ -203,15 +203,21 @@ int run_demo(const DemoArguments& options) {
   const config::AxisConfig& axis = config.axes.front();
   const double tracking_s =
       columns.front().outcome.virtual_s - controller::reference_of(axis.control).length_s();
-  const auto undrawn = draw({.directory = options.output,
-                             .title = config.file.stem().string() + ", axis " + axis.wire.name,
-                             .axis = axis.wire.name,
-                             .drive_unit = axis.wire.drive_unit,
-                             .stroke_um = columns.front().outcome.axes.front().stroke_um,
-                             .delay_cycles = config.controller.rate_Hz *
-                                             axis.control.delays.to_sample_s(1.0 / config.controller.rate_Hz),
-                             .from_s = tracking_s + axis.control.setpoint.front().transition_s,
-                             .to_s = tracking_s + axis.control.setpoint.front().transition_s + 0.3});
+  const double rate_Hz = config.controller.rate_Hz;
+  const double begin_s = tracking_s + axis.control.setpoint.front().transition_s;
+  const auto undrawn =
+      draw_pictures(options.output / "pictures.json",
+                    {{.kind = "demo",
+                      .data = {"average.csv", "pi.csv", "average+pi.csv", "inverse+pi.csv"},
+                      .to = {"demo.svg", "demo.png"},
+                      .size = {.width_mm = 240.0, .height_mm = 190.0},
+                      .facts = {{"title", config.file.stem().string() + ", axis " + axis.wire.name},
+                                {"axis", axis.wire.name},
+                                {"drive_unit", axis.wire.drive_unit},
+                                {"stroke_um", columns.front().outcome.axes.front().stroke_um},
+                                {"delay_cycles", rate_Hz * axis.control.delays.to_sample_s(1.0 / rate_Hz)},
+                                {"from_s", begin_s},
+                                {"to_s", begin_s + 0.3}}}});
   note("{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
        virtual_s, wall.count(), axis_cycles / wall.count());
   note("{}: {}\n", options.output.string(),

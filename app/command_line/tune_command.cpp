@@ -162,7 +162,7 @@ void add_tune(CLI::App& cli, int& status) {
                       "copy of CONFIG to write, with the proposal in it; beside CONFIG (TOML)");
   command->add_option("--response", options->table,
                       "frequency response to write: measured, model, loops (CSV)");
-  command->add_option("--plot", options->picture, "picture of it to draw with gnuplot (.svg, .png)");
+  command->add_option("--plot", options->picture, "picture of it to draw with matplotlib (.svg, .png)");
   CLI::Option* record = command->add_option(
       "--record", options->record,
       "record of small steps or a chirp (CSV: time_s,input,output, evenly sampled) instead of an experiment");

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <iterator>
 #include <numbers>
 
 #include "app/stage/dynamics_text.h"
-#include "app/stage/gnuplot.h"
+#include "app/stage/pictures.h"
 #include "app/stage/tuning_report.h"
 #include "base/error.h"
+#include "base/output_file.h"
 #include "controller/analysis/linear_loop.h"
 #include "identification/dynamics/empirical_response.h"
 
@@ -80,72 +80,40 @@ double phase_deg(const Complex& measured, const Curves::Values& v) {
   return v.model_deg + degrees(std::arg(measured / v.model));
 }
 
+/// What is computed at a frequency, as the last fields of a row.
+std::string fields_of(const Curves::Values& v) {
+  return fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", std::abs(v.model),
+                     v.model_deg, std::abs(v.before), v.before_deg, std::abs(v.after), v.after_deg,
+                     sensitivity(v.before), sensitivity(v.after));
+}
+
+/// Rows between the measured frequencies, which have no measured values.
 std::string curves_of(const TuningReport& report) {
-  fmt::memory_buffer text;
+  std::string rows;
   Curves curves(report);
   const controller::LoopConfig loop = loop_of(report, report.proposed());
   for (const double theta : controller::frequencies_for(loop, 0.3)) {
     const double frequency_Hz = theta / angle(1.0, loop.cycle_s);
-    const Curves::Values v = curves.at(frequency_Hz);
-    fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g}\n",
-                   frequency_Hz, decibel(std::abs(v.model)), v.model_deg, decibel(std::abs(v.before)),
-                   decibel(std::abs(v.after)), decibel(sensitivity(v.before)), decibel(sensitivity(v.after)));
+    rows += fmt::format("{:.7g},,,,", frequency_Hz) + fields_of(curves.at(frequency_Hz));
   }
-  return fmt::to_string(text);
+  return rows;
 }
-
-std::string points_of(const TuningReport& report, const identification::Dataset& record) {
-  fmt::memory_buffer text;
-  Curves curves(report);
-  for (const identification::ResponsePoint& point : identification::empirical_response(record)) {
-    const Complex measured = point.response / report.plant.gain;
-    const Curves::Values v = curves.at(point.frequency_Hz);
-    fmt::format_to(std::back_inserter(text), "{:.7g} {:.5g} {:.5g} {:.4f}\n", point.frequency_Hz,
-                   decibel(std::abs(measured)), phase_deg(measured, v), point.coherence);
-  }
-  return fmt::to_string(text);
-}
-
-constexpr const char* panels = R"(
-set multiplot layout 3,1 title title_text
-set logscale x
-set xrange [0.5:*]
-set border 3 lw 0.6
-set tics nomirror out scale 0.6
-set grid lw 0.4 lc rgb '#dddddd'
-set key outside right
-set cbrange [0:1]
-set palette defined (0 '#d0d0d0', 1 '#0072b2')
-set cblabel 'coherence'
-set ylabel 'plant, gain [dB]'
-plot $measured using 1:2:4 with points pt 7 ps 0.4 palette title 'measured', $curves using 1:2 with lines lc rgb '#d55e00' title 'model'
-set ylabel 'plant, phase [deg]'
-plot $measured using 1:3:4 with points pt 7 ps 0.4 palette title 'measured', $curves using 1:3 with lines lc rgb '#d55e00' title 'model'
-set ylabel 'loop, gain [dB]'
-set xlabel 'frequency [Hz]'
-plot $curves using 1:4 with lines lc rgb '#7f7f7f' title 'L before', $curves using 1:5 with lines lc rgb '#0072b2' title 'L after', $curves using 1:6 with lines dt 2 lc rgb '#7f7f7f' title '1/(1+L) before', $curves using 1:7 with lines dt 2 lc rgb '#0072b2' title '1/(1+L) after'
-unset multiplot
-)";
 
 }  // namespace
 
 std::string response_table(const TuningReport& report, const identification::Dataset& record) {
-  fmt::memory_buffer text;
-  fmt::format_to(
-      std::back_inserter(text),
+  std::string rows =
       "frequency_Hz,measured_gain,measured_phase_deg,coherence,model_gain,model_phase_deg,before_gain,"
-      "before_phase_deg,after_gain,after_phase_deg,before_sensitivity,after_sensitivity\n");
+      "before_phase_deg,after_gain,after_phase_deg,before_sensitivity,after_sensitivity\n";
   Curves curves(report);
   for (const identification::ResponsePoint& point : identification::empirical_response(record)) {
     const Curves::Values v = curves.at(point.frequency_Hz);
     const Complex measured = point.response / report.plant.gain;
-    fmt::format_to(std::back_inserter(text),
-                   "{:.7g},{:.6g},{:.6g},{:.4f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n",
-                   point.frequency_Hz, std::abs(measured), phase_deg(measured, v), point.coherence,
-                   std::abs(v.model), v.model_deg, std::abs(v.before), v.before_deg, std::abs(v.after),
-                   v.after_deg, sensitivity(v.before), sensitivity(v.after));
+    rows += fmt::format("{:.7g},{:.6g},{:.6g},{:.4f},", point.frequency_Hz, std::abs(measured),
+                        phase_deg(measured, v), point.coherence) +
+            fields_of(v);
   }
-  return fmt::to_string(text);
+  return rows;
 }
 
 void require_picture(const std::filesystem::path& picture) {
@@ -155,20 +123,16 @@ void require_picture(const std::filesystem::path& picture) {
 
 std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,
                                          const std::filesystem::path& picture) {
-  const bool is_png = picture.extension() == ".png";
-  const std::string title =
-      fmt::format("axis {} of {}: {}", report.axis, report.config, report.proposed().name);
-  const std::string script =
-      fmt::format(
-          "set terminal {} size 900,1000\nset output {}\ntitle_text = {}\n$measured << EOD\n{}EOD\n$curves "
-          "<< EOD\n{}EOD\n",
-          is_png ? "pngcairo enhanced" : "svg enhanced", gnuplot_file(picture.filename().string()),
-          gnuplot_text(title), points_of(report, record), curves_of(report)) +
-      panels;
-  const std::filesystem::path folder = picture.parent_path();
-  std::filesystem::path name = picture.filename();
-  return draw_with_gnuplot(folder.empty() ? "." : folder, name.replace_extension(".gnuplot").string(),
-                           {is_png ? "png" : "svg"}, script);
+  std::filesystem::path data = picture, list = picture;
+  data.replace_extension(".data.csv");
+  list.replace_extension(".json");
+  write_file(data, response_table(report, record) + curves_of(report));
+  return draw_pictures(list, {{.kind = "response",
+                               .data = {data.filename().string()},
+                               .to = {picture.filename().string()},
+                               .size = {.width_mm = 190.0, .height_mm = 210.0},
+                               .facts = {{"title", fmt::format("axis {} of {}: {}", report.axis,
+                                                               report.config, report.proposed().name)}}}});
 }
 
 }  // namespace hystcan::app

@@ -315,15 +315,16 @@ std::string datasets_of(const IdentificationReport& report) {
 
 std::string pictures_of(const std::filesystem::path& directory, const IdentificationReport& report) {
   std::string part;
-  for (const Picture& picture : pictures()) {
+  for (const ReportPicture& picture : report_pictures()) {
     part += fmt::format("<h2>{}</h2>\n", picture.title);
     if (std::filesystem::exists(directory / (picture.name + ".svg")))
       part +=
           fmt::format("<figure><img src=\"{0}.svg\" alt=\"{1}\">\n<figcaption>{2}</figcaption></figure>\n",
                       picture.name, picture.title, picture.explanation);
-    else if (std::filesystem::exists(directory / (picture.name + ".gp")))
-      part += fmt::format("<p>No picture: {}. To draw it: <code>gnuplot {}.gp</code> in this folder.</p>\n",
-                          escaped(report.undrawn.value_or("")), picture.name);
+    else if (report.undrawn)
+      part += fmt::format(
+          "<p>No picture: {}. To draw it: <code>python3 -m hystcan.plot pictures.json</code> here.</p>\n",
+          escaped(*report.undrawn));
     else
       part += "<p>No picture: stopped before it was made.</p>\n";
   }

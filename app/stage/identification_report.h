@@ -1,10 +1,10 @@
-// The report of an identification: a folder with one page, its plots, the numbers of the plots, and the
-// scripts with which gnuplot draws them. Values are in output units unless they are percentages.
+// The report of an identification: a folder with one page, its plots, the numbers of the plots, and the list
+// of the plots (pictures.h). Values are in output units unless they are percentages.
 //   residual = measured - model
 //
 //   record.csv      time_s,input,output,predicted,residual,record
 //   curves.csv      input,ascending,descending
-//   landscape.csv   k_ascending,k_descending,rms; an empty line follows each row of the map, for gnuplot
+//   landscape.csv   k_ascending,k_descending,rms; an empty line follows each row of the map
 //   comparison.csv  model,parameters and the model's errors in percent of the output's span
 #pragma once
 
@@ -27,12 +27,12 @@ inline constexpr std::size_t most_plotted = 20000;
 /// The number of samples for which one row of record.csv stands.
 std::size_t samples_per_row(const std::vector<identification::Dataset>& datasets);
 
-struct Picture {
-  std::string name;  ///< name.gp draws name.svg
+struct ReportPicture {
+  std::string name;  ///< name.svg
   std::string title;
   std::string explanation;
 };
-const std::vector<Picture>& pictures();
+const std::vector<ReportPicture>& report_pictures();
 
 struct IdentificationReport {
   const std::vector<identification::Dataset>& datasets;

@@ -395,8 +395,8 @@ void continue_stage(const std::filesystem::path& folder, const ModelWords& model
     const controller::Gate::Config& gate = axis.control.gate;
     refuse_contradictions(records.back(), axis.wire.drive_unit, {gate.drive_min, gate.drive_max}, {});
     const std::string& name = axis.wire.name;
-    for (const std::string& made :
-         {model_name(name), plant_name(name), name + ".report", name + ".bode.svg", name + ".bode.gnuplot"})
+    for (const std::string& made : {model_name(name), plant_name(name), name + ".report", name + ".bode.svg",
+                                    name + ".bode.data.csv", name + ".bode.json"})
       names.push_back(made);
   }
   NewFiles made(folder, names);

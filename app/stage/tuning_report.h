@@ -75,8 +75,8 @@ nlohmann::json to_json(const TuningReport& report);
 /// those of the loops from -90 on without a leap.
 std::string response_table(const TuningReport& report, const identification::Dataset& record);
 
-/// Draws `picture` (.svg or .png) with gnuplot, whose script remains beside it as .gnuplot. Returns why there
-/// is no picture, if there is none.
+/// Draws `picture` (.svg or .png). Its data remain beside it: the response_table() with rows of the curves
+/// after it (.data.csv), and the list (.json, pictures.h). Returns why there is no picture, if there is none.
 std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,
                                          const std::filesystem::path& picture);
 

@@ -39,8 +39,8 @@ BY_PATH = {"openat", "rename", "renameat", "renameat2", "link", "linkat", "unlin
            "chmod", "fchmodat"}
 BETWEEN = ["part", "begun", "no run yet", "absent"]
 WORDS = {"EIO": "Input/output error", "ENOSPC": "No space left on device|is the disk full",
-         "EFBIG": "File too large|Input/output error|is the disk full"}  # of a copy that is cut, of gnuplot
-WHOLE_SVG = rb"(?s)<\?xml.*</svg>\s*"  # gnuplot ends it with an empty line
+         "EFBIG": "File too large|Input/output error|is the disk full"}  # of a copy that is cut
+WHOLE_SVG = rb"(?s)<\?xml.*</svg>\s*"
 WHOLE_REPORT = WHOLE_SVG + rb"|(?s:<!.*</html>\n)"  # the page says which pictures could not be drawn
 TEMPORARY = re.compile(r"\.[A-Za-z0-9]{6}$")
 
@@ -321,7 +321,7 @@ class Test:
         if trial.status != -signal.SIGKILL:
             if trial.status not in [0, 1] or not self.case.left:
                 self.complain(fault, f"exit status {trial.status}: {trial.err[-300:]}")
-            return  # it hit gnuplot, which the command runs
+            return  # it hit Python, which the command runs
         self.judge(trial, fault, file, killed=True)
         self.seen[file]["kills"] += 1
         again = subprocess.run([str(word) for word in self.case.again or self.case.command], cwd=trial.folder,
