@@ -134,7 +134,9 @@ std::string PythonModule::last_message() const {
   std::string_view text(block.data(), static_cast<std::size_t>(std::max<ssize_t>(0, size)));
   while (text.ends_with('\n')) text.remove_suffix(1);
   text.remove_prefix(text.rfind('\n') + 1);
-  return text.empty() ? "Python ended without a message" : std::string(text);
+  // A write that failed may have ended Python within a library, or its message had no room.
+  return text.empty() ? "Python ended without a message: Input/output error; is the disk full?"
+                      : std::string(text);
 }
 
 }  // namespace hystcan

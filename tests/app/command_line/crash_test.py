@@ -87,8 +87,9 @@ def cases(hystcan, written_files):
     yield Case("export", [hystcan, "export", "cycles.csv", "--axis", "x", "--output", "signals.csv"],
                before=[[*rehearse, "cycles.csv"]])
     yield Case("export --hdf5", [hystcan, "export", "cycles.csv", "--output", "signals.h5"],
-               before=[[*rehearse, "cycles.csv"]], quick=False)
-    yield Case("simulate, HDF5", [hystcan, "simulate", "piezo.model.toml", "--input", "drive.csv", "--output", "position.h5"])
+               before=[[*rehearse, "cycles.csv"]], left=["signals.h5"], quick=False)
+    yield Case("simulate, HDF5", [hystcan, "simulate", "piezo.model.toml", "--input", "drive.csv", "--output", "position.h5"],
+               left=["position.h5"])
     identify = [hystcan, "identify", "loops.csv", "--output", "new.model.toml", "--initial-memory", "memory.toml",
                 "--order", "3", "--overwrite", *units, "--for", piezo, "--axis", "x", "--write"]
     yield Case("identify", [*identify, "identified.toml"], again=[*identify, "again.toml"], before=[loops], quick=False)
