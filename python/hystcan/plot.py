@@ -11,6 +11,7 @@ import json
 import os
 import pathlib
 import sys
+import textwrap
 
 try:
     import matplotlib  # type: ignore[import]
@@ -59,8 +60,9 @@ def plain(text):
 def key_above(ax, rows=1):
     """The key above the plot, off the data; one entry a row where they have no room side by side."""
     handles, labels = ax.get_legend_handles_labels()
-    room = ax.figure.get_figwidth() * 72 * ax.get_position().width / 4  # characters
-    columns = -(-len(labels) // rows) if sum(len(label) + 7 for label in labels) < room * rows else 1
+    width_pt = ax.figure.get_figwidth() * 72 * ax.get_position().width
+    columns = -(-len(labels) // rows) if 4 * sum(len(label) + 7 for label in labels) < width_pt * rows else 1
+    labels = [textwrap.fill(label, max(12, int((width_pt - 30) / 4.6))) for label in labels]
     ax.legend(handles, labels, loc="lower left", bbox_to_anchor=(0, 1), ncol=max(1, columns), handlelength=2.5,
               borderaxespad=0.2)
 
