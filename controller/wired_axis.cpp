@@ -77,6 +77,7 @@ AmplifierLink::AmplifierLink(const can::AxisWire& wire, const Axis& axis, can::D
     decode_.emplace(std::move(*layout));
   else
     status_at_first_ = status_ = assumed;
+  reports_output_ = decode_ && map->carries("output");
   flags_report_fault_ = map && (!map->carries("state") || map->states.fault.empty());
 }
 
@@ -145,7 +146,7 @@ void AmplifierLink::take_health(can::Time now, can::BusState bus, AxisInput& inp
   health.amplifier_enabled = !std::exchange(not_enabled_seen_, false) && is_enabled;
   health.amplifier_fault = std::exchange(fault_seen_, false) || status_.state == can::AmpState::fault;
   health.amplifier_output = status_.output;
-  health.output_reported = decode_.has_value();
+  health.output_reported = reports_output_;
   health.amplifier_moves = moves_;
   health.status_age_s = decode_ ? can::seconds(now - status_heard_) : 0.0;
   health.amplifier_ready = (is_enabled || status_.state == can::AmpState::ready) &&

@@ -94,6 +94,7 @@ class AmplifierLink : public RemoteNode {
   CommandFrame& commands_;
   std::size_t place_;
   std::optional<can::Decoder<can::AmpStatus>> decode_;
+  bool reports_output_ = false;      ///< The status carries the output.
   bool flags_report_fault_ = false;  ///< The state field alone does not report a fault.
   can::AmpStatus status_at_first_;   ///< What holds before a status comes, or where none ever comes.
   can::AmpStatus status_;            ///< The last one received.

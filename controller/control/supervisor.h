@@ -40,7 +40,7 @@ struct NodeHealth {
   bool amplifier_enabled = false;  ///< last status: enabled
   bool amplifier_fault = false;    ///< last status: fault
   double amplifier_output = 0.0;   ///< last status, drive units
-  bool output_reported = false;    ///< the amplifier sends statuses
+  bool output_reported = false;    ///< the amplifier sends statuses with its output
   bool amplifier_moves = false;    ///< switched off, and its output is not yet reported at rest
   double status_age_s = 0.0;       ///< of the last status; 0 where the amplifier sends none
 };

@@ -65,10 +65,12 @@ TEST_F(Amplifier, IsInFaultByItsFaultFieldWhereThereIsNoState) {
 }
 
 TEST_F(Amplifier, RestsAtItsSafeValueWhereItReportsNoOutput) {
+  EXPECT_TRUE(axis().health().output_reported);
   setup_.controller.axes[0].axis.gate.safe_drive = 5.0;
   frames().status->signals.erase("output");
   support::LoneAxis lone = axis();
   lone.hear_status({.state = can::AmpState::ready});
+  EXPECT_FALSE(lone.health().output_reported) << "its output would differ from every drive";
   EXPECT_EQ(lone.wired.amplifier.output(), 5.0);
   EXPECT_FALSE(lone.health().amplifier_enabled);
 }
