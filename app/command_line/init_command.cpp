@@ -14,7 +14,6 @@
 #include "app/command_line/commands.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/dataset_input.h"
-#include "app/stage/frame_roles.h"
 #include "app/stage/new_folder.h"
 #include "app/stage/option_check.h"
 #include "app/stage/stage_folder.h"
@@ -65,7 +64,6 @@ int new_stage(const InitOptions& options) {
   for (AxisRecords& of_axis : records) load(of_axis, options.input, options.accept);
   Questions questions(std::cin, !options.yes && isatty(STDIN_FILENO) != 0);
   const StageFacts stage = ask_about(options, records, questions);
-  for (const AxisFacts& axis : stage.axes) print("{}", table_of(axis));
   stop_at_a_signal();
   make_stage(options.folder, stage, records);
   return done;
@@ -103,10 +101,16 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   number("--sensor-delay", facts.sensor_delay_us, "us from the position to its sample (0: not known)");
   command.add_option("--interface", facts.interface, "CAN interface (vcan0)")->check(interface_name());
   command.add_option("--dbc", facts.dbc, "DBC with the lab's own frames; the standard frames if left out");
+  const auto role = [&](const char* name, const char* key, const char* what) {
+    command.add_option(name, facts.roles[key], what)->type_name("MSG.SIG")->allow_extra_args(false);
+  };
+  role("--setpoint", "command.setpoint",
+       "signal of a lab's DBC that commands the drive; one for all axes, or again for each");
+  role("--position", "sample.position", "signal with the measured position");
+  role("--enable", "command.enable", "signal that switches the amplifier on, or none");
   command
-      .add_option("--enable", facts.enable,
-                  "signal of a lab's command that switches the amplifier on, or none; "
-                  "one for all axes, or again for each")
+      .add_option("--role", facts.further_roles,
+                  "a further signal of the lab's frames: status.state=MSG.SIG; again for each")
       ->allow_extra_args(false);
   command.add_option("--nodes", facts.nodes, "node ids of amplifier and sensor, axis by axis: 1,2")
       ->check(whole_number(1, 127))
@@ -150,6 +154,7 @@ void add_init(CLI::App& cli, int& status) {
       ->excludes(carry_on);
   command->callback([options, &status] {
     if (options->axes.empty()) options->axes = {"x"};
+    for (const std::string& role : options->further_roles) add_role(options->roles, role);
     status = init(*options);
   });
 }

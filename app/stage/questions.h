@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
+
 namespace hystcan::app {
 
 struct Question {
@@ -23,6 +25,17 @@ struct Question {
 template <class... Args>
 std::optional<std::string> unless(bool is_sound, fmt::format_string<Args...> format, Args&&... args) {
   return is_sound ? std::nullopt : std::optional(fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// The value of axis i, of an option that has one for all axes or one for each; none if it has none.
+template <class Value>
+std::optional<Value> of_axis(const char* option, const std::vector<Value>& values, std::size_t i,
+                             std::size_t axes) {
+  if (values.empty()) return std::nullopt;
+  if (values.size() != 1 && values.size() != axes)
+    throw Error(fmt::format("{} has {} values, expected one, or one for each of {} axes", option,
+                            values.size(), axes));
+  return values.size() == 1 ? values.front() : values[i];
 }
 
 class Questions {

@@ -11,8 +11,8 @@
 #include <system_error>
 #include <utility>
 
-#include "app/stage/frame_roles.h"
 #include "app/stage/identified_plant.h"
+#include "app/stage/lab_frames.h"
 #include "app/stage/shipped.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
@@ -36,17 +36,6 @@ void require_names(const std::vector<std::string>& axes) {
         axes.begin() + static_cast<std::ptrdiff_t>(i))
       throw Error(fmt::format("--axis {} is there twice, expected two names", axes[i]));
   }
-}
-
-/// The value of axis i; none if the option has none.
-template <class Value>
-std::optional<Value> of_axis(const char* option, const std::vector<Value>& values, std::size_t i,
-                             std::size_t axes) {
-  if (values.empty()) return std::nullopt;
-  if (values.size() != 1 && values.size() != axes)
-    throw Error(fmt::format("{} has {} values, expected one, or one for each of {} axes", option,
-                            values.size(), axes));
-  return values.size() == 1 ? values.front() : values[i];
 }
 
 /// Asks about an axis; what was answered for the first one holds for the others.
@@ -296,36 +285,6 @@ void ask_about_the_bus(StageFacts& stage, const InitOptions& stated, Questions& 
   stage.config.bus.dbc = dbc == own && !std::filesystem::exists(dbc) ? shipped : std::filesystem::path(dbc);
 }
 
-/// A command without it never switches the amplifier off. A DBC with another name for it must not lead to
-/// that unnoticed.
-void ask_for_enable(AxisFacts& facts, const std::optional<std::string>& stated, Questions& questions) {
-  const std::string& axis = facts.config.wire.name;
-  if (!facts.config.wire.frames) {
-    if (stated)
-      throw Error(
-          fmt::format("--enable: axis {} has the standard frames, which have their own enable", axis));
-    return;
-  }
-  if (!stated && !asks_for_enable(facts)) return;
-  const std::string choice = fmt::format("{}{}{}", fmt::join(facts.enable_candidates, ", "),
-                                         facts.enable_candidates.empty() ? "" : ", ", no_enable);
-  const std::string& message = facts.config.wire.frames->command.message;
-  const std::string answer = questions.text(
-      {"--enable", "Enable of axis " + axis, "",
-       fmt::format("the signal of {} that switches the amplifier on: {}", message, choice)},
-      stated, {}, [&](const std::string& signal) {
-        const bool is_known = signal == no_enable || std::ranges::count(facts.enable_candidates, signal) != 0;
-        return unless(is_known, "'{}', expected a signal of {} for axis {}: {}", signal, message, axis,
-                      choice);
-      });
-  if (answer.empty())
-    throw Error(
-        fmt::format("--enable missing: no name says which signal of {} switches the amplifier of axis {} on, "
-                    "expected one of: {}",
-                    message, axis, choice));
-  state_enable(facts, answer);
-}
-
 StageFacts asked_from_the_first(const InitOptions& stated, const std::vector<AxisRecords>& records,
                                 Questions& questions) {
   questions.begin();
@@ -335,10 +294,7 @@ StageFacts asked_from_the_first(const InitOptions& stated, const std::vector<Axi
   for (std::size_t i = 0; i < stated.axes.size(); ++i) stage.axes.push_back(axes.ask(i));
   ask_about_the_bus(stage, stated, questions);
   questions.require_all();
-  const std::filesystem::path& dbc = stage.config.bus.dbc;
-  stage.axes = propose_roles(can::load_dbc(dbc), std::move(stage.axes), dbc.string());
-  for (std::size_t i = 0; i < stage.axes.size(); ++i)
-    ask_for_enable(stage.axes[i], of_axis("--enable", stated.enable, i, stated.axes.size()), questions);
+  find_frames(stage, stated.roles, questions);
   number_nodes(stage, stated, questions);
   return stage;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/stage/lab_frames.h"
 #include "app/stage/model_words.h"
 #include "app/stage/questions.h"
 #include "app/stage/stage_facts.h"
@@ -28,7 +29,8 @@ struct InitOptions {
   std::vector<std::string> axes{};
   std::optional<std::string> drive_unit{}, interface {
   }, dbc{};
-  std::vector<std::string> enable{};  ///< signals of the lab's commands, or `none`
+  StatedRoles roles{};                       ///< of the lab's own signals
+  std::vector<std::string> further_roles{};  ///< "status.state=MSG.SIG", to be added to `roles`
   std::vector<double> drive_min{}, drive_max{}, safe_drive{}, stroke_um{}, sensor_at_safe_um{},
       resonance_Hz{}, damping_ratio{}, sensor_delay_us{};
   std::vector<int> nodes{};  ///< amplifier and sensor of the first axis, of the second one ...

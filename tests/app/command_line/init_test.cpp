@@ -284,14 +284,14 @@ TEST_F(Init, OfSeveralAxesTakesARecordOfEach) {
   EXPECT_TRUE(is_there("stage/y.model.toml"));
 }
 
-TEST_F(Init, OfALabsDbcShowsTheRolesAndWhatIsLost) {
+TEST_F(Init, OfALabsDbcShowsWhatIsLost) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--dbc",
-                  path("lab_amplifier.dbc"), "--yes"}),
+                  path("lab_amplifier.dbc"), "--setpoint", "AmpSet.Volt", "--enable", "AmpSet.On",
+                  "--position", "SensPos.Pos", "--role", "status.state=AmpGet.St", "--role",
+                  "status.states=0/16/32/64,65", "--yes"}),
             done)
       << err;
-  EXPECT_NE(out.find("command.setpoint       AmpSet               Volt"), std::string::npos) << out;
-  EXPECT_NE(out.find("not found: sample.sync_counter"), std::string::npos) << out;
   EXPECT_NE(out.find("x: sample: no SyncCounter:"), std::string::npos) << out;
 }
 
@@ -301,31 +301,12 @@ TEST_F(Init, OfAnAmplifierThatReportsNothingRuns) {
         "BO_ 257 PZT_Sollwert: 4 PC\n SG_ Spannung : 0|16@1- (0.01,0) [0|0] \"V\" Verst\n\n"
         "BO_ 258 Wegsensor: 4 Sensor\n SG_ Weg : 0|24@1- (1,0) [0|0] \"nm\" PC\n");
   ASSERT_EQ(init({path("stage"), "--drive-min", "0", "--drive-max", "100", "--stroke", "30", "--resonance",
-                  "400", "--dbc", path("bare.dbc"), "--yes"}),
+                  "400", "--dbc", path("bare.dbc"), "--setpoint", "PZT_Sollwert.Spannung", "--position",
+                  "Wegsensor.Weg", "--yes"}),
             done)
       << err;
   excite("stage/first.toml", "stage/x.loops.csv", {"--period", "1", "--levels", "3"});
   EXPECT_EQ(init({path("stage"), "--continue"}), done) << err;
-}
-
-/// An amplifier whose enable has a name that says nothing.
-std::string dbc_with_a_gate() {
-  return "VERSION \"\"\n\nBU_: PC Amp Sensor\n\n"
-         "BO_ 257 Set: 4 PC\n SG_ Volt : 0|16@1- (0.01,0) [0|0] \"V\" Amp\n"
-         " SG_ Gate : 16|1@1+ (1,0) [0|1] \"\" Amp\n\n"
-         "BO_ 258 Sens: 4 Sensor\n SG_ Pos : 0|24@1- (1,0) [0|0] \"nm\" PC\n";
-}
-
-TEST_F(Init, TakesTheEnableThatIsStated) {
-  write("gate.dbc", dbc_with_a_gate());
-  for (const auto& [enable, folder] : {std::pair{"Gate", "gate"}, std::pair{"none", "none"}}) {
-    ASSERT_EQ(init({path(folder), "--drive-min", "0", "--drive-max", "100", "--stroke", "30", "--resonance",
-                    "400", "--dbc", path("gate.dbc"), "--enable", enable, "--yes"}),
-              done)
-        << err;
-    const config::Config config = config::load(path((std::string(folder) + "/first.toml").c_str()));
-    EXPECT_EQ(config.axes.at(0).wire.frames->command.carries("enable"), enable == std::string("Gate"));
-  }
 }
 
 TEST_F(Init, CopiesAShippedConfigurationWithAllThatItNames) {
@@ -348,7 +329,6 @@ class InitRefuses : public Init, public testing::WithParamInterface<Contradictio
 
 TEST_P(InitRefuses, BeforeAnythingIsWritten) {
   write("loops.csv", "time_s,input,output\n");
-  write("gate.dbc", dbc_with_a_gate());
   excite("piezo.toml", "loops.csv", {"--period", "1", "--levels", "1", "--cycles", "1"});
   std::ifstream rows(shipped / "loops.csv");
   std::ofstream falling(shipped / "falling.csv");
@@ -399,17 +379,14 @@ INSTANTIATE_TEST_SUITE_P(
         Contradiction{"ASafeDriveOutside",
                       {"--record", "loops.csv", "--safe", "-10", "--resonance", "500", "--yes"},
                       "--safe: -10, expected 0 to 100"},
-        Contradiction{"ACommandWhoseEnableNoNameTells",
-                      {"--record", "loops.csv", "--resonance", "500", "--dbc", "gate.dbc", "--yes"},
-                      "--enable missing: no name says which signal of Set switches the amplifier of axis x "
-                      "on, expected one of: Gate, none"},
-        Contradiction{"AnEnableThatTheCommandDoesNotHave",
-                      {"--record", "loops.csv", "--resonance", "500", "--dbc", "lab_amplifier.dbc",
-                       "--enable", "Gate", "--yes"},
-                      "--enable: 'Gate', expected a signal of AmpSet for axis x: On, none"},
+        Contradiction{
+            "AFrameWhosePositionNobodyStates",
+            {"--record", "loops.csv", "--resonance", "500", "--dbc", "lab_amplifier.dbc", "--setpoint",
+             "AmpSet.Volt", "--enable", "AmpSet.On", "--yes"},
+            "--position missing: Measured position in um (axis x), expected one of: SensPos.Pos [nm]"},
         Contradiction{"AnEnableOfTheStandardFrames",
                       {"--record", "loops.csv", "--resonance", "500", "--enable", "Enable", "--yes"},
-                      "--enable: axis x has the standard frames"},
+                      "it has the standard frames, expected no signal for command.enable"},
         Contradiction{"ADbcThatIsNone",
                       {"--record", "loops.csv", "--resonance", "500", "--dbc", "loops.csv", "--yes"},
                       "loops.csv:1"}),

@@ -1,0 +1,309 @@
+#include "app/stage/lab_frames.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <strings.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "base/words.h"
+#include "can/protocol/protocol.h"
+#include "config/schema/frames.h"
+
+namespace hystcan::app {
+namespace {
+
+using can::Message;
+using can::MessageMap;
+using can::Quantity;
+using can::Signal;
+
+enum class FramePart : std::uint8_t { command, sample, status };
+constexpr auto words(FramePart) { return std::to_array<std::string_view>({"command", "sample", "status"}); }
+
+struct Role {
+  FramePart part;
+  const char* name;
+  const char* what;
+  Quantity quantity = Quantity::number;
+  const char* own_option = nullptr;  ///< else --role PART.NAME
+
+  std::string key() const { return fmt::format("{}.{}", word_of(part), name); }
+  std::string option() const { return own_option != nullptr ? own_option : "--role " + key(); }
+  bool is(std::string_view other) const { return name == other; }
+};
+
+/// In the order of the questions.
+constexpr Role all_roles[] = {
+    {FramePart::command, "setpoint", "Commanded drive", Quantity::drive, "--setpoint"},
+    {FramePart::command, "enable", "Switch that enables the amplifier", Quantity::number, "--enable"},
+    {FramePart::command, "clear_fault", "Bit that clears a fault"},
+    {FramePart::command, "sync_counter", "Counter of the SYNC in a command"},
+    {FramePart::command, "counter", "Frame counter of a command"},
+    {FramePart::command, "crc", "CRC of a command"},
+    {FramePart::sample, "position", "Measured position", Quantity::position, "--position"},
+    {FramePart::sample, "status", "Status of the sensor, 0 if good"},
+    {FramePart::sample, "sync_counter", "Counter of the SYNC in a sample"},
+    {FramePart::sample, "counter", "Frame counter of a sample"},
+    {FramePart::sample, "crc", "CRC of a sample"},
+    {FramePart::status, "output", "Measured output of the amplifier", Quantity::drive},
+    {FramePart::status, "state", "State of the amplifier"},
+    {FramePart::status, "fault", "Fault of the amplifier, 0 if none"},
+    {FramePart::status, "counter", "Frame counter of a status"},
+    {FramePart::status, "crc", "CRC of a status"}};
+
+constexpr std::string_view states_key = "status.states";
+/// Stated in the place of a signal: the frames have none for this role.
+constexpr std::string_view no_signal = "none";
+
+/// Reads 0/16/32/64,65: off, ready, enabled and fault; a list may be empty, except for ready and enabled.
+std::optional<can::StateValues> parsed_states(std::string_view text) {
+  can::StateValues states{{}, {}, {}, {}};
+  std::vector<std::int64_t>* const lists[] = {&states.off, &states.ready, &states.enabled, &states.fault};
+  std::size_t list = 0;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of(",/"), text.size());
+    const auto raw = parsed_number<std::int64_t>(text.substr(0, end));
+    if (raw) lists[list]->push_back(*raw);
+    if (!raw && end != 0) return std::nullopt;
+    if (end < text.size() && text[end] == '/' && ++list == std::size(lists)) return std::nullopt;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  if (list != 3 || states.ready.empty() || states.enabled.empty()) return std::nullopt;
+  return states;
+}
+
+/// Up to 12 of them.
+std::string list_of(const std::vector<std::string>& signals) {
+  const std::size_t shown = std::min<std::size_t>(signals.size(), 12);
+  return fmt::format("{}{}", fmt::join(std::span(signals).first(shown), ", "),
+                     shown < signals.size() ? fmt::format(" and {} more", signals.size() - shown) : "");
+}
+
+/// Asks for the lab's frames of one axis.
+class FrameQuestions {
+ public:
+  FrameQuestions(const StageFacts& stage, const can::Database& database, const StatedRoles& stated,
+                 std::size_t axis, Questions& questions)
+      : stage_(stage), database_(database), stated_(stated), axis_(axis), questions_(questions) {}
+
+  can::AxisFrames ask() {
+    for (const Role& role : all_roles) ask_for(role);
+    for (const FramePart part : every<FramePart>()) protect(part);
+    std::optional<MessageMap> status;
+    if (!map_of(FramePart::status).message.empty()) status = map_of(FramePart::status);
+    return {.command = map_of(FramePart::command), .status = status, .sample = map_of(FramePart::sample)};
+  }
+
+ private:
+  MessageMap& map_of(FramePart part) { return maps_[static_cast<std::size_t>(part)]; }
+  const can::AxisWire& wire() const { return stage_.axes[axis_].config.wire; }
+
+  std::optional<std::string> stated(const std::string& key, const std::string& option) const {
+    const auto found = stated_.find(key);
+    if (found == stated_.end()) return std::nullopt;
+    return of_axis(option.c_str(), found->second, axis_, stage_.axes.size());
+  }
+
+  void ask_for(const Role& role) {
+    MessageMap& map = map_of(role.part);
+    const std::string unit = unit_of(role);
+    const bool is_needed = config::must_be_carried(role.name);
+    const std::vector<std::string> found = candidates(role);
+    const std::optional<std::string> known = stated(role.key(), role.option());
+    const bool is_asked = !found.empty() && (!map.message.empty() || !unit.empty()) &&
+                          (!role.is("crc") || map.carries("counter"));
+    if (!known && !is_needed && !is_asked) return;
+    const std::string list = list_of(found) + (is_needed ? "" : found.empty() ? "none" : ", none");
+    const std::string what =
+        fmt::format("{}{} (axis {})", role.what, unit.empty() ? "" : " in " + unit, wire().name);
+    const std::string answer = questions_.text(
+        {role.option(), what, "", list}, known,
+        is_needed || role.is("enable") ? std::nullopt : std::optional(std::string(no_signal)),
+        [&](const std::string& signal) {
+          const auto is_it = [&](const std::string& one) {
+            return one == signal || one.starts_with(signal + " [");
+          };
+          return unless((!is_needed && signal == no_signal) || std::ranges::any_of(found, is_it),
+                        "'{}', expected for axis {} one of: {}", signal, wire().name, list);
+        });
+    if (answer.empty())
+      throw Error(
+          fmt::format("{} missing: {}, expected {}", role.option(), what,
+                      found.empty() ? "a signal, but the DBC has none that may be it" : "one of: " + list));
+    if (answer == no_signal) return;
+    const std::size_t dot = answer.find('.');
+    map.message = answer.substr(0, dot);
+    map.signals[role.name] = answer.substr(dot + 1);
+    if (role.is("state")) ask_for_states(map);
+  }
+
+  /// "V", "um", or empty for a number.
+  std::string unit_of(const Role& role) const {
+    if (role.quantity == Quantity::number) return {};
+    return role.quantity == Quantity::drive ? wire().drive_unit : "um";
+  }
+
+  /// "AmpSet.Volt [mV]": the free signals of the part's message or, before it is known, of all messages that
+  /// are no other part.
+  std::vector<std::string> candidates(const Role& role) {
+    const MessageMap& map = map_of(role.part);
+    std::vector<std::string> found;
+    for (const Message& message : database_.messages) {
+      const bool is_other = map.message.empty()
+                                ? std::ranges::count(maps_, message.name, &MessageMap::message) > 0
+                                : message.name != map.message;
+      for (const Signal& signal : message.signals)
+        if (!is_other && may_have(role, signal) &&
+            std::ranges::none_of(map.signals, [&](const auto& used) { return used.second == signal.name; }))
+          found.push_back(fmt::format("{}.{}{}", message.name, signal.name,
+                                      signal.unit.empty() ? "" : " [" + signal.unit + "]"));
+    }
+    return found;
+  }
+
+  /// True: the signal is in every frame, and its unit fits.
+  bool may_have(const Role& role, const Signal& signal) const {
+    if (!can::is_decodable(signal) || signal.multiplexing.present_at) return false;
+    if (role.quantity == Quantity::number) return signal.unit.empty() || signal.length == 1;
+    return !signal.unit.empty() && can::decimal_step(signal.unit, unit_of(role)).has_value();
+  }
+
+  const Signal& declared(const MessageMap& map, std::string_view role) const {
+    return can::find_signal(can::find_message(database_, map), map.signals.find(role)->second);
+  }
+
+  void ask_for_states(MessageMap& map) {
+    std::vector<std::string> names;
+    for (const auto& [raw, name] : declared(map, "state").values)
+      names.push_back(fmt::format("{} {}", raw, name));
+    const Question question{
+        fmt::format("--role {}", states_key), "Raw values of off/ready/enabled/fault", "",
+        fmt::format("as 0/16/32/64,65; in the DBC: {}", names.empty() ? "no names" : list_of(names))};
+    const std::string answer = questions_.text(
+        question, stated(std::string(states_key), question.option), {}, [](const std::string& text) {
+          return unless(parsed_states(text).has_value(), "'{}', expected raw values as 0/16/32/64,65", text);
+        });
+    if (answer.empty())
+      throw Error(fmt::format("{} missing: {}, {}", question.option, question.what, question.why));
+    map.states = *parsed_states(answer);
+  }
+
+  /// Moves counter and CRC from the roles to the protection of the message.
+  void protect(FramePart part) {
+    MessageMap& map = map_of(part);
+    map.integrity = can::Integrity::none;
+    if (map.carries("crc") && !map.carries("counter"))
+      throw Error(
+          fmt::format("--role {0}.counter missing: without it {0}.crc is not checked", word_of(part)));
+    if (map.carries("crc")) {
+      map.integrity = can::Integrity::counter_crc;
+      map.data_id.kind = can::DataId::Kind::none;
+      if (declared(map, "crc").length == 16) map.polynomial = can::Crc::crc16;
+      map.crc = map.signals.extract("crc").mapped();
+    } else if (map.carries("counter")) {
+      map.integrity = can::Integrity::counter;
+    }
+    if (map.carries("counter")) map.counter = map.signals.extract("counter").mapped();
+  }
+
+  const StageFacts& stage_;
+  const can::Database& database_;
+  const StatedRoles& stated_;
+  std::size_t axis_;
+  Questions& questions_;
+  std::array<MessageMap, words(FramePart{}).size()> maps_{};
+};
+
+/// The prefixes P of PAmpCommand, PAmpStatus, PSensorSample.
+std::vector<std::string> standard_prefixes(const can::Database& database) {
+  std::vector<std::string> found;
+  for (const Message& message : database.messages) {
+    if (!message.name.ends_with(can::AmpCommand::name)) continue;
+    const std::string prefix = message.name.substr(0, message.name.size() - can::AmpCommand::name.size());
+    const auto has = [&](std::string_view name) {
+      return database.find(prefix + std::string(name)) != nullptr;
+    };
+    if (has(can::AmpStatus::name) && has(can::SensorSample::name)) found.push_back(prefix);
+  }
+  return found;
+}
+
+/// 0: its identifier does not say it.
+std::uint8_t node_of(const Message& message) {
+  const std::int64_t node = std::int64_t{message.id} - can::transmit_pdo_base;
+  return message.extended || node < 1 || node > 127 ? std::uint8_t{0} : static_cast<std::uint8_t>(node);
+}
+
+void take_standard_frames(can::AxisWire& wire, const can::Database& database, const std::string& prefix,
+                          const std::string& file) {
+  const Message& command = *database.find(prefix + std::string(can::AmpCommand::name));
+  if (const Signal* setpoint = command.find("Setpoint");
+      setpoint != nullptr && !can::decimal_step(setpoint->unit, wire.drive_unit))
+    throw Error(fmt::format("{}: the setpoint of {} is in {}, expected {} (--unit)", file, command.name,
+                            setpoint->unit, wire.drive_unit));
+  wire.message_prefix = prefix;
+  wire.amplifier_node = node_of(*database.find(prefix + std::string(can::AmpStatus::name)));
+  wire.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
+}
+
+/// The prefix that is the axis's name, else the next one that is not yet taken.
+std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
+  auto found = std::ranges::find_if(
+      left, [&](const std::string& prefix) { return strcasecmp(prefix.c_str(), axis.c_str()) == 0; });
+  if (found == left.end()) found = left.begin();
+  std::string prefix = *found;
+  left.erase(found);
+  return prefix;
+}
+
+/// True: the axes have the standard frames of the database.
+bool have_standard_frames(StageFacts& stage, const can::Database& database) {
+  std::vector<std::string> prefixes = standard_prefixes(database);
+  if (prefixes.empty()) return false;
+  const std::string file = stage.config.bus.dbc.string();
+  if (prefixes.size() < stage.axes.size())
+    throw Error(fmt::format("{}: it has the standard frames of {} ({}), expected those of {} axes", file,
+                            counted(prefixes.size(), "axis", "axes"), fmt::join(prefixes, ", "),
+                            stage.axes.size()));
+  for (AxisFacts& axis : stage.axes) {
+    can::AxisWire& wire = axis.config.wire;
+    take_standard_frames(wire, database, prefix_of(wire.name, prefixes), file);
+  }
+  return true;
+}
+
+}  // namespace
+
+void add_role(StatedRoles& roles, const std::string& text) {
+  const std::string key = text.substr(0, text.find('='));
+  std::vector<std::string> keys{std::string(states_key)};
+  for (const Role& role : all_roles)
+    if (role.own_option == nullptr) keys.push_back(role.key());
+  if (key.size() == text.size() || std::ranges::count(keys, key) == 0)
+    throw Error(
+        fmt::format("--role: '{}', expected MSG.SIG behind one of: {}=", text, fmt::join(keys, "=, ")));
+  roles[key].push_back(text.substr(key.size() + 1));
+}
+
+void find_frames(StageFacts& stage, const StatedRoles& stated, Questions& questions) {
+  const can::Database database = can::load_dbc(stage.config.bus.dbc);
+  if (have_standard_frames(stage, database)) {
+    for (const auto& [key, signals] : stated)
+      if (!signals.empty())
+        throw Error(fmt::format("{}: it has the standard frames, expected no signal for {}",
+                                stage.config.bus.dbc.string(), key));
+    return;
+  }
+  for (std::size_t i = 0; i < stage.axes.size(); ++i)
+    stage.axes[i].config.wire.frames = FrameQuestions(stage, database, stated, i, questions).ask();
+}
+
+}  // namespace hystcan::app
