@@ -206,6 +206,7 @@ TEST_F(NodeRules, AnAmplifierSendsOnlyTheBootUpAtAResetOfTheNode) {
   frames_.clear();
   nmt(NmtCommand::reset_node, 1);
   EXPECT_EQ(sent_by_amplifier(), (std::vector<std::uint32_t>{0x701}));
+  EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
 TEST_F(NodeRules, AnAmplifierThatIsSwitchedOffReportsItAndThenThatItsOutputRests) {

@@ -37,18 +37,6 @@ TEST_F(TwinOnBus, AnswersEverySyncWithOneSampleOnceStarted) {
   EXPECT_EQ(heard_[0x182], 250);
 }
 
-TEST_F(TwinOnBus, ReportsStatusAtEveryTenthSyncAndAtEveryChange) {
-  shows("S-145");
-  start_nodes();
-  const int at_start = heard_[0x181];
-  EXPECT_EQ(status_->state, AmpState::ready);
-  drive(10.0, 1);
-  EXPECT_EQ(heard_[0x181], at_start + 1) << "the change to enabled is reported";
-  EXPECT_EQ(status_->state, AmpState::enabled);
-  drive(10.0, 20);
-  EXPECT_EQ(heard_[0x181], at_start + 3);
-}
-
 TEST_F(TwinOnBus, AppliesASetpointAtTheNextSync) {
   shows("S-083");
   start_nodes();
@@ -58,62 +46,6 @@ TEST_F(TwinOnBus, AppliesASetpointAtTheNextSync) {
   EXPECT_EQ(output(), 0.0);
   sync();
   EXPECT_NEAR(output(), 50.0, 1e-3);
-}
-
-TEST_F(TwinOnBus, GoesToTheSafeValueAndLatchesTheFaultWhereCommandsStop) {
-  start_nodes();
-  drive(50.0, 20);
-  run(milliseconds(19));
-  EXPECT_EQ(status_->state, AmpState::enabled);
-  run(milliseconds(2));
-  EXPECT_EQ(status_->state, AmpState::fault);
-  EXPECT_EQ(status_->fault, can::amp_fault::command_timeout);
-  EXPECT_EQ(emergencies_, std::vector<int>{0x8130});
-  EXPECT_NEAR(output(), 0.0, 1e-3);
-
-  drive(50.0, 20);
-  EXPECT_EQ(status_->state, AmpState::fault) << "latched: commands alone do not clear it";
-  EXPECT_NEAR(output(), 0.0, 1e-3);
-}
-
-TEST_F(TwinOnBus, ClearsAFaultOnlyOnCommand) {
-  start_nodes();
-  drive(50.0, 5);
-  run(milliseconds(50));
-  sync();
-  command(0.0, false, true);
-  run(milliseconds(1));
-  EXPECT_EQ(status_->state, AmpState::ready);
-  EXPECT_EQ(status_->fault, 0);
-  EXPECT_EQ(emergencies_, (std::vector<int>{0x8130, 0x0000}));
-  drive(50.0, 20);
-  EXPECT_EQ(status_->state, AmpState::enabled);
-}
-
-TEST_F(TwinOnBus, TripsOnASetpointBeyondItsRange) {
-  start_nodes();
-  drive(50.0, 5);
-  sync();
-  command(121.0, true);
-  run(milliseconds(1));
-  EXPECT_EQ(status_->state, AmpState::fault);
-  EXPECT_EQ(status_->fault, can::amp_fault::setpoint_out_of_range);
-}
-
-TEST_F(TwinOnBus, IgnoresCommandsOlderThanOneSync) {
-  shows("S-115");
-  start_nodes();
-  drive(10.0, 5);
-  const std::uint8_t old = counter_;
-  sync();
-  run(milliseconds(1));
-  sync();
-  run(milliseconds(1));
-  tester_->send(*encode_command_({.setpoint = 90.0, .enable = true, .sync_counter = old}));
-  run(milliseconds(1));
-  sync();
-  run(milliseconds(1));
-  EXPECT_NEAR(output(), 10.0, 1e-3);
 }
 
 TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndExecutesNone) {
@@ -147,16 +79,6 @@ TEST_F(TwinOnBus, IsSafeWhereNmtStopsIt) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
-TEST_F(TwinOnBus, BootsUpAgainAfterAReset) {
-  start_nodes();
-  drive(50.0, 20);
-  amplifier_heartbeats_.clear();
-  tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 0}));
-  run(milliseconds(1));
-  EXPECT_EQ(amplifier_heartbeats_, std::vector<int>{0x00});
-  EXPECT_NEAR(output(), 0.0, 1e-3);
-}
-
 TEST_F(TwinOnBus, ResetsItsObjectsAtAReset) {
   constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
   tester_->send(can::sdo_request(
@@ -174,15 +96,6 @@ TEST_F(TwinOnBus, ResetsItsObjectsAtAReset) {
   tester_->send(can::nmt_frame({can::NmtCommand::reset_node, 1}));
   run(milliseconds(1));
   EXPECT_FALSE(objects.object(object));
-}
-
-TEST_F(TwinOnBus, ShutDownLeavesTheOutputAtTheSafeValueAndReportsIt) {
-  start_nodes();
-  drive(50.0, 20);
-  twin_.shut_down();
-  run(milliseconds(1));
-  EXPECT_EQ(status_->state, AmpState::off);
-  EXPECT_NEAR(status_->output, 0.0, 1e-6);
 }
 
 }  // namespace
