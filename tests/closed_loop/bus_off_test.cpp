@@ -61,20 +61,6 @@ struct ControllerOffTheBus : testing::Test {
   std::optional<controller::Controller> controller;
 };
 
-TEST_F(ControllerOffTheBus, FaultsEveryAxisWithinACycleAndArmsNothingAfterTheRestart) {
-  ASSERT_TRUE(tracks());
-  connection->pretend(BusState::bus_off);
-  run_for(milliseconds(2));
-  EXPECT_TRUE(all_are(AxisState::faulted));
-  EXPECT_EQ(controller->axis(0).fault().cause, Cause::bus_off);
-  EXPECT_EQ(controller->axis(1).fault().cause, Cause::bus_off);
-  run_for(milliseconds(100));
-  connection->pretend(BusState::active);
-  run_for(milliseconds(1000));
-  EXPECT_TRUE(all_are(AxisState::faulted)) << "a restart of the bus arms nothing";
-  EXPECT_TRUE(amplifiers_are_off());
-}
-
 TEST_F(ControllerOffTheBus, FaultsAlsoWhenTheBusOffIsShorterThanACycle) {
   shows("S-164");
   ASSERT_TRUE(tracks());
@@ -84,17 +70,6 @@ TEST_F(ControllerOffTheBus, FaultsAlsoWhenTheBusOffIsShorterThanACycle) {
   EXPECT_TRUE(all_are(AxisState::faulted));
   EXPECT_EQ(controller->axis(0).fault().cause, Cause::bus_off);
   EXPECT_TRUE(amplifiers_are_off()) << "the safe command goes out as soon as the bus carries it";
-}
-
-TEST_F(ControllerOffTheBus, FaultsWithItsOwnCauseWhenTheInterfaceGoesDown) {
-  shows("S-165");
-  ASSERT_TRUE(tracks());
-  connection->pretend(BusState::down);
-  run_for(milliseconds(2));
-  EXPECT_EQ(controller->axis(0).fault().cause, Cause::interface_down);
-  connection->pretend(BusState::active);
-  run_for(milliseconds(1000));
-  EXPECT_TRUE(all_are(AxisState::faulted));
 }
 
 TEST_F(ControllerOffTheBus, KeepsTrackingWhileTheBusIsInWarningOrPassive) {

@@ -200,23 +200,6 @@ TEST(LiveSetpoint, IsRefusedAndCountedWhenItCannotBeFollowed) {
             "0 live setpoints taken, refused: 1 not tracking, 1 out of range, 1 unknown mode");
 }
 
-// The model of config/piezo.model.toml reaches from 1.5 um, when it comes down to its lower threshold, to
-// 30 um at its upper one.
-TEST(LiveSetpoint, IsRefusedOutsideTheRangeOfTheModel) {
-  ObservedLoop loop;
-  loop.track();
-  can::Encoder<can::Setpoint> encode(*shipped().database.find("XSetpoint"));
-  const auto refused = [&](double position_um) {
-    const std::uint64_t before = loop.counters().out_of_range;
-    loop.send(*encode({.position_um = position_um, .mode = can::setpoint_mode::go_to}));
-    return loop.counters().out_of_range != before;
-  };
-  EXPECT_TRUE(refused(1.4));
-  EXPECT_FALSE(refused(1.6));
-  EXPECT_FALSE(refused(29.9));
-  EXPECT_TRUE(refused(30.1));
-}
-
 TEST(LiveSetpoint, IsRejectedWithItsCauseWhenDamagedOrRepeated) {
   ObservedLoop loop;
   loop.track();

@@ -4,8 +4,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <ostream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "config/schema/config.h"
@@ -113,68 +113,49 @@ TEST_F(SharedBus, IsListenedToForAHeartbeatPeriodBeforeTheFirstSync) {
   EXPECT_LT(syncs.front(), can::Time(config.controller.heartbeat_period + milliseconds(1)));
 }
 
-TEST_F(SharedBus, AForeignSyncFaultsEveryAxisWithinACycle) {
+struct ForeignFrame {
+  const char* name;
+  can::Frame (*made)(const can::Database& database);
+  const char* text;  ///< in the log
+
+  friend void PrintTo(const ForeignFrame& frame, std::ostream* out) { *out << frame.name; }
+};
+
+struct AnotherController : SharedBus, testing::WithParamInterface<ForeignFrame> {};
+
+TEST_P(AnotherController, FaultsEveryAxisByItsFrameWhichIsNamed) {
   shows("S-154");
   track();
-  send(can::sync_frame(7));
+  send(GetParam().made(config.database));
   expect_faulted(loop);
-  rehearsal.run_for(milliseconds(5));
-  EXPECT_TRUE(amplifiers_are_off());
+  EXPECT_EQ(events, (std::vector<std::string>{GetParam().text, GetParam().text}));
 }
 
-TEST_F(SharedBus, AForeignSyncWithoutACounterDoesTheSame) {
-  shows("S-154");
-  track();
-  send({.id = can::sync_id, .length = 0});
-  expect_faulted(loop);
-}
-
-TEST_F(SharedBus, AForeignHeartbeatOfTheControllersNodeFaultsEveryAxis) {
-  shows("S-154");
-  track();
-  send(can::heartbeat_frame(config.controller.node, can::NmtState::operational));
-  expect_faulted(loop);
-}
-
-TEST_F(SharedBus, AForeignCommandFaultsEveryAxis) {
-  shows("S-154");
-  track();
-  can::Encoder<can::AmpCommand> encode(*config.database.find("YAmpCommand"));
-  send(*encode({.setpoint = 20.0, .enable = true, .sync_counter = 1}));
-  expect_faulted(loop);
-}
-
-TEST_F(SharedBus, AForeignAxisStatusFaultsEveryAxis) {
-  shows("S-154");
-  track();
-  send({.id = 0x283, .length = 8});  // no CRC: it does not count
-  EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
-  can::Encoder<can::ControllerStatus> encode(*config.database.find("YControllerStatus"));
-  send(*encode({.state = 1}));
-  expect_faulted(loop);
-}
-
-TEST_F(SharedBus, TheFrameOfAnotherControllerIsNamedOnEveryAxis) {
-  track();
-  can::Encoder<can::AmpCommand> command(*config.database.find("YAmpCommand"));
-  can::Encoder<can::ControllerStatus> status(*config.database.find("XControllerStatus"));
-  const std::vector<std::pair<can::Frame, std::string>> frames{
-      {can::sync_frame(7), "another node sends SYNC (0x080)"},
-      {can::heartbeat_frame(127, can::NmtState::operational),
-       "another node sends the heartbeat of this controller (0x77F)"},
-      {*command({.setpoint = 20.0, .enable = true, .sync_counter = 1}),
-       "another node sends a command to an amplifier (0x203)"},
-      {*status({.state = 1}), "another node sends a controller's status of an axis (0x281)"}};
-  for (const auto& [frame, text] : frames) {
-    events.clear();
-    send(frame);
-    EXPECT_EQ(events, (std::vector<std::string>{text, text}));
-    for (std::size_t i = 0; i < loop.axis_count(); ++i) {
-      loop.axis(i).clear();
-      loop.axis(i).start(false);
-    }
-  }
-}
+using Database = can::Database;
+INSTANTIATE_TEST_SUITE_P(
+    Sends, AnotherController,
+    testing::Values(ForeignFrame{"Sync", [](const Database&) { return can::sync_frame(7); },
+                                 "another node sends SYNC (0x080)"},
+                    ForeignFrame{"SyncWithoutACounter",
+                                 [](const Database&) { return can::Frame{.id = can::sync_id, .length = 0}; },
+                                 "another node sends SYNC (0x080)"},
+                    ForeignFrame{
+                        "Heartbeat",
+                        [](const Database&) { return can::heartbeat_frame(127, can::NmtState::operational); },
+                        "another node sends the heartbeat of this controller (0x77F)"},
+                    ForeignFrame{"Command",
+                                 [](const Database& database) {
+                                   return *can::Encoder<can::AmpCommand>(*database.find("YAmpCommand"))(
+                                       {.setpoint = 20.0, .enable = true, .sync_counter = 1});
+                                 },
+                                 "another node sends a command to an amplifier (0x203)"},
+                    ForeignFrame{"Status",
+                                 [](const Database& database) {
+                                   return *can::Encoder<can::ControllerStatus>(
+                                       *database.find("XControllerStatus"))({.state = 1});
+                                 },
+                                 "another node sends a controller's status of an axis (0x281)"}),
+    [](const auto& test) { return test.param.name; });
 
 TEST_F(SharedBus, AnotherControllerThatGoesOnIsNamedOnceOnEveryAxis) {
   track();
@@ -191,6 +172,7 @@ TEST_F(SharedBus, AMalformedForeignSyncHeartbeatOrCommandDoesNotDisturbTracking)
   send({.id = 0x77F, .length = 1, .data = {0x11}});  // no state of CiA 301
   send({.id = 0x77F, .length = 2, .data = {0x05}});
   send({.id = 0x203, .length = 8});  // no CRC
+  send({.id = 0x283, .length = 8});
   send({.id = 0x201, .extended = true, .length = 8});
   EXPECT_EQ(loop.axis(0).state(), AxisState::tracking);
   EXPECT_EQ(loop.axis(1).state(), AxisState::tracking);
