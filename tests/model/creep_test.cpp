@@ -1,4 +1,5 @@
 #include "model/creep.h"
+#include "tests/support/refusal.h"
 
 #include <gtest/gtest.h>
 
@@ -20,12 +21,7 @@ double crept(const Creep::Operators& config, double t) {
 }
 
 std::string refusal_of(const Creep::Operators& config, double dt_s) {
-  try {
-    const Creep step(config, dt_s);
-    return "none";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
+  return support::refusal_of<std::invalid_argument>([&] { const Creep step(config, dt_s); });
 }
 
 TEST(Creep, FollowsTheClosedFormUpToOneThresholdBelowTheInput) {

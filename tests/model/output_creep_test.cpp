@@ -16,6 +16,7 @@
 #include "model/hysteresis_operator.h"
 #include "tests/model/models.h"
 #include "tests/model/saved_text.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::model::output_creep_test {
 namespace {
@@ -176,12 +177,9 @@ struct Refused {
 class OutputCreepConfig : public testing::TestWithParam<Refused> {};
 
 TEST_P(OutputCreepConfig, IsRefusedWithWhatIsWrong) {
-  try {
-    const OutputCreep creep(GetParam().config);
-    FAIL() << "was taken";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), GetParam().message);
-  }
+  const std::string refusal =
+      support::refusal_of<std::invalid_argument>([&] { const OutputCreep creep(GetParam().config); });
+  EXPECT_EQ(refusal, GetParam().message);
 }
 
 INSTANTIATE_TEST_SUITE_P(

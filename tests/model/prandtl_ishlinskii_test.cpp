@@ -12,6 +12,7 @@
 
 #include "tests/model/plays.h"
 #include "tests/model/saved_text.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::model::prandtl_ishlinskii_test {
 namespace {
@@ -26,21 +27,12 @@ PrandtlIshlinskiiParameters stage() {
 }
 
 std::string refusal_of(const PrandtlIshlinskiiParameters& parameters) {
-  try {
-    const PrandtlIshlinskii model(parameters);
-    return "none";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
+  return support::refusal_of<std::invalid_argument>([&] { const PrandtlIshlinskii model(parameters); });
 }
 
 std::string refusal_of(double input, const std::vector<double>& plays) {
-  try {
-    PrandtlIshlinskii(stage()).restore(input, plays);
-    return "none";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
+  return support::refusal_of<std::invalid_argument>(
+      [&] { PrandtlIshlinskii(stage()).restore(input, plays); });
 }
 
 // Computed by hand: each play stays until the input drags it.
@@ -169,7 +161,7 @@ TEST(PrandtlIshlinskii, NamesTheParameterThatItRefuses) {
     change(p);
     return refusal_of(p);
   };
-  EXPECT_EQ(refusal([](auto&) {}), "none");
+  EXPECT_EQ(refusal([](auto&) {}), "accepted");
   EXPECT_EQ(refusal([](auto& p) {
               p.input_range = {5.0, 5.0};
             }),
@@ -190,7 +182,7 @@ TEST(PrandtlIshlinskii, RefusesASlopeThatIsOnlyRounding) {
   PrandtlIshlinskiiParameters p = stage();
   p.gain = 0.1;
   p.weights = {0.2, -0.3, 1.0};
-  EXPECT_NE(refusal_of(p), "none");
+  EXPECT_NE(refusal_of(p), "accepted");
 }
 
 TEST(PrandtlIshlinskii, RefusesAStartOutsideItsRange) {
@@ -200,7 +192,7 @@ TEST(PrandtlIshlinskii, RefusesAStartOutsideItsRange) {
 }
 
 TEST(PrandtlIshlinskii, RefusesToRestoreAMemoryOfAnotherModel) {
-  EXPECT_EQ(refusal_of(50.0, {45.0, 35.0, 20.0}), "none");
+  EXPECT_EQ(refusal_of(50.0, {45.0, 35.0, 20.0}), "accepted");
   EXPECT_EQ(refusal_of(50.0, {45.0, 35.0}), "2 plays, expected 3");
   EXPECT_EQ(refusal_of(50.0, {45.0, nan, 20.0}), "plays[1] = nan, expected within 10 of 45");
   EXPECT_EQ(refusal_of(50.0, {45.0, 35.0, infinity}), "plays[2] = inf, expected within 15 of 35");

@@ -10,6 +10,7 @@
 
 #include "model/hysteresis_operator.h"
 #include "tests/model/models.h"
+#include "tests/support/refusal.h"
 #include "tests/support/relays.h"
 
 namespace hystcan::model::preisach_test {
@@ -100,15 +101,10 @@ TEST(Preisach, RoundTripIsExact) {
 
 TEST(Preisach, RefusesAnInvalidGridOfWeights) {
   const auto refusal = [](const PreisachParameters& p) -> std::string {
-    try {
-      Preisach{p};
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "";
+    return support::refusal_of<std::invalid_argument>([&] { Preisach{p}; });
   };
   const PreisachParameters good{"V", "um", {0.0, 1.0}, 0.0, 0.0, {1.0, 0.5, 0.5}};
-  EXPECT_EQ(refusal(good), "");
+  EXPECT_EQ(refusal(good), "accepted");
   PreisachParameters bad = good;
   bad.weights.pop_back();
   EXPECT_NE(refusal(bad).find("2 weights, expected N (N + 1) / 2"), std::string::npos);

@@ -10,6 +10,7 @@
 
 #include "can/protocol/protocol.h"
 #include "can/sim/sim_bus.h"
+#include "tests/support/refusal.h"
 #include "tests/twin/twin_bench.h"
 #include "twin/twin.h"
 
@@ -367,12 +368,7 @@ TEST(FaultAtRunTime, BeginsNowCanBeReplacedAndCanBeRemoved) {
 TEST(FaultAtRunTime, IsRefusedWithTheReasonWhereItIsImpossible) {
   TwinRun run(one_axis());
   const auto refusal_of = [&](const FaultSpec& asked) -> std::string {
-    try {
-      run.twin.faults().inject(asked);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "accepted";
+    return support::refusal_of<std::invalid_argument>([&] { run.twin.faults().inject(asked); });
   };
   FaultSpec other_axis = spec(Fault::late, {}, seconds(1));
   other_axis.axis = "z";

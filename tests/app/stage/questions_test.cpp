@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::app::questions_test {
 namespace {
@@ -78,12 +79,9 @@ TEST(Questions, AreNotAskedWhereTheOptionSaysIt) {
 
 TEST(Questions, RefuseAStatedValueByTheNameOfItsOption) {
   std::istringstream answers;
-  try {
-    Questions(answers, true).number(highest, -1.0, {}, more_than_zero);
-    FAIL() << "it was taken";
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "--drive-max: expected more than 0");
-  }
+  const std::string refusal =
+      support::refusal_of([&] { Questions(answers, true).number(highest, -1.0, {}, more_than_zero); });
+  EXPECT_EQ(refusal, "--drive-max: expected more than 0");
 }
 
 TEST(Questions, ThatNobodyAnswersNameAllOptionsAtOnce) {
@@ -92,12 +90,8 @@ TEST(Questions, ThatNobodyAnswersNameAllOptionsAtOnce) {
   EXPECT_TRUE(std::isnan(questions.number(highest, {}, {})));
   EXPECT_EQ(questions.number({"--safe", "Safe drive", "V", ""}, {}, 0.0), 0.0);
   EXPECT_EQ(questions.text({"--dbc", "DBC", "", ""}, {}, {}), "");
-  try {
-    questions.require_all();
-    FAIL() << "nothing is missing";
-  } catch (const Error& error) {
-    EXPECT_EQ(std::string(error.what()).substr(0, 27), "--drive-max, --dbc missing:");
-  }
+  const std::string refusal = support::refusal_of([&] { questions.require_all(); });
+  EXPECT_EQ(refusal.substr(0, 27), "--drive-max, --dbc missing:");
 }
 
 TEST(Questions, GoBackByOneWhereTheAnswerIsLess) {

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "tests/support/refusal.h"
 #include "tests/support/scratch.h"
 
 namespace hystcan::config::csv_test {
@@ -138,12 +139,7 @@ TEST_F(Csv, ShortensALongTextInAMessage) {
 
 TEST_F(Csv, RefusesADeviceAndAFolderInOneLine) {
   const auto refusal_of = [](const char* file) -> std::string {
-    try {
-      const CsvReader csv(file, {"input"});
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "accepted";
+    return support::refusal_of([&] { const CsvReader csv(file, {"input"}); });
   };
   EXPECT_EQ(refusal_of("/dev/zero"), "/dev/zero:1:1048577: a longer line, expected at most 1048576 bytes");
   EXPECT_EQ(refusal_of("/"), "/: cannot be read: Is a directory, expected a CSV file");

@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "config/schema/config.h"
+#include "tests/support/refusal.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::config::instruments_test {
@@ -16,12 +17,7 @@ constexpr const char* galfenol = HYSTCAN_SOURCE_DIR "/config/galfenol.toml";
 Setting of_twin(const std::string& key, const std::string& value) { return {"axis[0].twin." + key, value}; }
 
 std::string refusal_of(const char* file, const std::vector<Setting>& settings) {
-  try {
-    load(file, settings);
-    return "none";
-  } catch (const Error& error) {
-    return error.what();
-  }
+  return support::refusal_of([&] { load(file, settings); });
 }
 
 TEST(Instruments, AreIdealByDefault) {
