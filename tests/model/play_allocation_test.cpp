@@ -12,12 +12,6 @@
 namespace hystcan::model::play_allocation_test {
 namespace {
 
-TEST(PlayAllocation, IsCountedByTheReplacedOperatorNew) {
-  const std::uint64_t before = support::allocations_so_far();
-  const Creep::State state = Creep::settled(logarithmic_creep(0.01, 0.1, 1000.0), 0.0);
-  EXPECT_GT(support::allocations_so_far(), before);
-}
-
 TEST(PlayAllocation, NeverHappensInForwardInverseAdvanceOrSave) {
   const PrandtlIshlinskii model({"V", "um", {0.0, 100.0}, 1.5, 0.2, {5.0, 15.0, 30.0}, {0.05, -0.01, 0.06}});
   PlayState state = model.virgin(0.0);

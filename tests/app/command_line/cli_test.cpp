@@ -17,23 +17,6 @@
 namespace hystcan::cli_test {
 namespace {
 
-TEST_F(Cli, WithoutASubcommandIsBadUsage) {
-  Process program({HYSTCAN_PROGRAM});
-  EXPECT_EQ(program.wait(), bad_input);
-}
-
-TEST_F(Cli, HelpNamesEverySubcommand) {
-  Process program({HYSTCAN_PROGRAM, "--help"});
-  EXPECT_EQ(program.wait(), done);
-  for (const char* name : {"demo", "controller", "twin", "excite", "simulate", "check"})
-    EXPECT_NE(program.out().find(name), std::string::npos) << name;
-}
-
-TEST_F(Cli, AnUnknownOptionIsBadUsage) {
-  Process program({HYSTCAN_PROGRAM, "check", "--frobnicate"});
-  EXPECT_EQ(program.wait(), bad_input);
-}
-
 TEST_F(Cli, ADurationMustBeATime) {
   for (const char* duration : {"0", "-1", "nan", "inf", "1e300", "soon"}) {
     Process program({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--duration", duration});
@@ -176,13 +159,6 @@ TEST_F(Cli, RefusesAnInterfaceThatIsNotCan) {
       << error;
 }
 
-TEST_F(Cli, CtlRefusesHealAndListsItsCommands) {
-  Process program({HYSTCAN_PROGRAM, "ctl", "heal"});
-  EXPECT_EQ(program.wait(), bad_input);
-  EXPECT_EQ(program.out(), "");
-  EXPECT_NE(program.err().find("heal"), std::string::npos) << program.err();
-}
-
 TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
   boost::asio::io_context context;
   using boost::asio::local::stream_protocol;
@@ -230,12 +206,6 @@ TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPlotAndCsv) {
   EXPECT_TRUE(json.at("floors_um").at(1).is_null()) << "the staircase does not repeat";
   for (const char* file : {"out/demo.svg", "out/demo.png", "out/inverse+pi.csv", "out/inverse+pi.truth.csv"})
     EXPECT_GT(std::filesystem::file_size(shipped / file), 10'000u) << file;
-}
-
-TEST_F(Cli, DemoRunsTheGalfenolStageToo) {
-  Process program({HYSTCAN_PROGRAM, "demo", "--config", path("galfenol.toml"), "--output", path("out")});
-  EXPECT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.out().find("inverse+pi"), std::string::npos);
 }
 
 TEST_F(Cli, ControllerWritesNoFileBeforeTheBusIsOpen) {

@@ -400,13 +400,6 @@ TEST_F(Identify, TakesTheCreepThatIsGiven) {
     EXPECT_EQ(identify("loops.csv", {"--creep", refused, "--overwrite"}).wait(), bad_input) << refused;
 }
 
-TEST_F(Identify, RefusesDynamicsOfUnevenSamples) {
-  Dataset record = fast_record();
-  record.time_s[100] += 2e-4;
-  write_record("uneven.csv", record);
-  expect_refused(identify("uneven.csv", {"--dynamics"}), "uneven.csv: dataset 1: time_s of row");
-}
-
 TEST_F(Identify, RefusesADatasetOfAFewRowsAndLeavesNoFolder) {
   write_record("record.csv", piezo_record(10.0));
   write("one.csv", "time_s,input,output\n0,1,2\n");

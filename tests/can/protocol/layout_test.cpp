@@ -248,13 +248,5 @@ TEST(StateValues, ReadsTheMoreSevereStateIfOneValueMeansTwo) {
   EXPECT_EQ(table.raw(AmpState::fault), 0);
 }
 
-TEST(WireLength, IsTheNextLengthOfCanFd) {
-  EXPECT_EQ(wire_length(8), 8);
-  EXPECT_EQ(wire_length(9), 12);
-  EXPECT_EQ(wire_length(20), 20);
-  EXPECT_EQ(wire_length(33), 48);
-  EXPECT_EQ(wire_length(64), 64);
-}
-
 }  // namespace
 }  // namespace hystcan::can::layout_test
