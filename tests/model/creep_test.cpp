@@ -1,5 +1,4 @@
 #include "model/creep.h"
-#include "tests/support/refusal.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,8 @@
 #include <ostream>
 #include <stdexcept>
 #include <string>
+
+#include "tests/support/refusal.h"
 
 namespace hystcan::model::creep_test {
 namespace {

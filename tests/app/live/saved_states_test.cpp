@@ -10,6 +10,7 @@
 #include <functional>
 
 #include "rehearsal/rehearsal.h"
+#include "tests/support/refusal.h"
 #include "tests/support/rehearsed.h"
 #include "tests/support/shipped.h"
 
@@ -69,12 +70,8 @@ std::string memory_text(const model::Hysteresis& model, const model::HysteresisS
 }
 
 void expect_refused(const StoppedStage& stage, std::string_view reason) {
-  try {
-    const SavedStates states(stage.load());
-    FAIL() << "expected: " << reason;
-  } catch (const Error& error) {
-    EXPECT_NE(std::string_view(error.what()).find(reason), std::string_view::npos) << error.what();
-  }
+  const std::string refusal = support::refusal_of([&] { const SavedStates states(stage.load()); });
+  EXPECT_NE(std::string_view(refusal).find(reason), std::string_view::npos) << refusal;
 }
 
 TEST(SavedStates, AreReadBackExactly) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/can/dbc/refusal.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::can::database_test {
 namespace {
@@ -215,12 +216,7 @@ TEST(DbcError, CountsLinesWithAnyLineEnd) {
 
 TEST(DbcError, NamesTheReasonWhyAFileCannotBeRead) {
   const auto refused = [](const std::filesystem::path& file) -> std::string {
-    try {
-      load_dbc(file);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "accepted";
+    return support::refusal_of([&] { load_dbc(file); });
   };
   EXPECT_EQ(refused("/absent/x.dbc"), "/absent/x.dbc: cannot be read: No such file or directory");
   EXPECT_EQ(refused(HYSTCAN_SOURCE_DIR "/config"),

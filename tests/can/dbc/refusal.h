@@ -4,16 +4,12 @@
 #include <string>
 
 #include "can/dbc/database.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::can::dbc_refusal {
 
 inline std::string refusal(const std::string& text) {
-  try {
-    parse_dbc(text, "lab.dbc");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
+  return support::refusal_of([&] { parse_dbc(text, "lab.dbc"); });
 }
 
 }  // namespace hystcan::can::dbc_refusal

@@ -9,6 +9,8 @@
 
 #include <sstream>
 
+#include "tests/support/refusal.h"
+
 namespace hystcan::can::candump_test {
 namespace {
 
@@ -26,12 +28,9 @@ LoggedFrame only_frame_of(const std::string& text) {
 std::string refusal_of(const std::string& text) {
   std::istringstream stream(text);
   CandumpReader reader(stream, "log");
-  try {
+  return support::refusal_of([&] {
     while (reader.next()) continue;
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "accepted";
+  });
 }
 
 TEST(Candump, ReadsAndWritesEveryKindOfFrameAsCandumpDoes) {
