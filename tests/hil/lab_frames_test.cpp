@@ -1,8 +1,7 @@
-// A laboratory's own frames between the two processes: 29-bit identifiers, nodes set up by SDO, CAN FD.
+// A laboratory's own frames between the two processes: 29-bit identifiers, nodes set up by SDO.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -14,7 +13,6 @@ namespace {
 using hil::FreshVcan;
 using hil::json;
 using hil::LiveBench;
-using hil::Process;
 
 using Log = std::vector<std::string>;
 
@@ -29,23 +27,6 @@ Log with(const Log& log, const std::vector<std::string>& prefixes) {
 }
 
 std::size_t count(const Log& log, const std::string& prefix) { return with(log, {prefix}).size(); }
-
-/// CRC-8H2F of AUTOSAR's specification of CRC routines, computed bit by bit.
-unsigned crc8_h2f(const std::string& bytes) {
-  unsigned crc = 0xFF;
-  for (const char byte : bytes) {
-    crc ^= static_cast<std::uint8_t>(byte);
-    for (int bit = 0; bit < 8; ++bit) crc = ((crc & 0x80U) != 0 ? (crc << 1U) ^ 0x2FU : crc << 1U) & 0xFFU;
-  }
-  return crc ^ 0xFFU;
-}
-
-std::string from_hex(const std::string& digits) {
-  std::string bytes;
-  for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
-    bytes.push_back(static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16)));
-  return bytes;
-}
 
 struct VcanLabFrames : testing::Test {
   std::string config() const { return (folder / "lab_amplifier.toml").string(); }
@@ -63,15 +44,6 @@ struct VcanLabFrames : testing::Test {
     for (const auto& [cause, frames] : axis.at("rejected_samples").items()) EXPECT_EQ(frames, 0) << cause;
     return bench.frames();
   }
-  /// Twin and controller both end at once with this message.
-  void both_refuse(const std::string& message) {
-    for (const char* command : {"twin", "controller"}) {
-      Process process({HYSTCAN_PROGRAM, command, config(), "--interface", "vcan0"});
-      EXPECT_EQ(process.wait(), 1) << command;
-      EXPECT_NE(process.err().find(message), std::string::npos) << process.err();
-    }
-  }
-
   support::ShippedCopy folder;
   FreshVcan fresh;
 };
@@ -102,37 +74,6 @@ TEST_F(VcanLabFrames, TrackOnAClassicalInterfaceOnceTheirNodesAreSetUp) {
   EXPECT_GT(count(log, "18EE1002#"), 500U) << "SensPos";
   EXPECT_GT(count(log, "18EE1001#"), 50U) << "AmpGet, every tenth cycle";
   EXPECT_TRUE(with(log, {"201#", "181#", "182#", "00000201#"}).empty());
-  ASSERT_EQ(crc8_h2f("123456789"), 0xDFU) << "the check value";
-  for (const std::string& frame : with(log, {"18EF1001#"})) {
-    const std::string payload = from_hex(frame.substr(9));
-    ASSERT_EQ(payload.size(), 4U) << frame;
-    ASSERT_EQ(crc8_h2f("\xA1\x10" + payload.substr(1)), static_cast<std::uint8_t>(payload[0])) << frame;
-  }
-}
-
-struct VcanLabFdFrames : VcanLabFrames {
-  void SetUp() override {
-    folder.edit("lab_amplifier.dbc", "AmpSet: 4 Host", "AmpSet: 18 Host");
-    folder.edit("lab_amplifier.dbc", "SensPos: 4 Sensor", "SensPos: 18 Sensor");
-  }
-};
-
-TEST_F(VcanLabFdFrames, AreRefusedByAClassicalInterfaceAndTrackOnOneThatTakesThem) {
-  FreshVcan::make(16);
-  both_refuse(
-      "interface vcan0 takes no CAN FD frames, expected one that does for AmpSet, SensPos; take it down "
-      "and set: ip link set vcan0 mtu 72");
-  EXPECT_TRUE(hil::shell("ip link set vcan0 down && ip link set vcan0 mtu 72 && ip link set vcan0 up"));
-  const Log log = frames_of_tracking();
-  for (const char* id : {"18EF1001##", "18EE1002##"}) {
-    const Log frames = with(log, {id});
-    EXPECT_GT(frames.size(), 500U) << id;
-    for (const std::string& frame : frames)
-      ASSERT_EQ(frame.size(), 8U + 2U + 1U + 40U)
-          << frame << ": 18 bytes are sent as 20, after a digit of flags";
-  }
-  EXPECT_GT(count(log, "18EE1001#"), 50U) << "AmpGet has 4 bytes and stays classical";
-  EXPECT_EQ(count(log, "18EE1001##"), 0U);
 }
 
 }  // namespace

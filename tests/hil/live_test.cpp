@@ -33,9 +33,6 @@ class Live : public testing::TestWithParam<Wire> {
   LiveBench bench{GetParam()};
 };
 
-constexpr int fault_state = 3;
-constexpr int off_state = 0;
-
 json printed_by_decode_py(const std::string& log) {
   const std::string file = (std::filesystem::path(testing::TempDir()) / "candump.log").string();
   std::ofstream(file) << log;
@@ -72,74 +69,21 @@ TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
       << "one sample for each SYNC after the node is started";
 }
 
-/// What shows nothing of the kind of interface.
-struct VcanProcesses : testing::Test {
-  hil::QuickStage stage;
-  LiveBench& bench = stage.bench;
-};
-
-TEST_F(VcanProcesses, ControlCOnTheTwinLeavesTheAmplifierAtItsSafeValue) {
-  bench.start_controller();
-  ASSERT_TRUE(bench.tracks()) << bench.controller->err();
-  bench.twin->send(SIGINT);
-  EXPECT_EQ(bench.twin->wait(), 0) << bench.twin->err();
-  EXPECT_NE(bench.twin->err().find("x: amplifier off, at its safe value 0.000"), std::string::npos);
-  const json log = bench.decoded();
-  EXPECT_EQ(log.at("last_status").at("state"), off_state);
-  EXPECT_NEAR(log.at("last_status").at("output"), 0.0, 1e-6);
-}
-
-TEST_F(VcanProcesses, KillingTheTwinFaultsTheControllerWithItsCause) {
-  bench.start_controller();
-  ASSERT_TRUE(bench.tracks()) << bench.controller->err();
-  bench.twin->send(SIGKILL);
-  EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();
-  EXPECT_TRUE(bench.controller->says("y: faulted")) << bench.controller->err();
-  EXPECT_TRUE(bench.controller->running()) << "the faulted controller keeps sending the safe command";
-  bench.controller->send(SIGTERM);
-  EXPECT_EQ(bench.controller->wait(), 1);
-  EXPECT_NE(bench.controller->err().find("hystcan: axis x faulted at"), std::string::npos)
-      << bench.controller->err();
-  EXPECT_NE(bench.controller->err().find("sample missing"), std::string::npos) << bench.controller->err();
-  EXPECT_EQ(bench.decoded().at("last_command").at("enable"), 0);
-}
-
-TEST_F(VcanProcesses, KillingTheControllerTripsTheAmplifierToItsSafeValueAndOnlyClearFaultsBringsItBack) {
-  shows("S-045");
-  bench.start_controller();
-  ASSERT_TRUE(bench.tracks()) << bench.controller->err();
-  bench.controller->send(SIGKILL);
-  EXPECT_EQ(bench.controller->wait(), 128 + SIGKILL);
-  std::this_thread::sleep_for(milliseconds(200));
-
-  bench.start_controller({"--once"});
-  EXPECT_EQ(bench.controller->wait(), 1) << bench.controller->err();
-  EXPECT_NE(bench.controller->err().find("amplifier fault"), std::string::npos) << bench.controller->err();
-  bench.start_controller({"--clear-faults"});
-  EXPECT_TRUE(bench.tracks()) << bench.controller->err();
-
-  const json log = bench.decoded();
-  ASSERT_FALSE(log.at("first_fault").is_null());
-  EXPECT_EQ(log.at("first_fault").at("fault"), 1) << "command timeout";
-  EXPECT_GT(log.at("seen").value("XAmpEmcy", 0), 0);
-}
-
 INSTANTIATE_TEST_SUITE_P(Vcan, Live, testing::Values(Wire{"vcan0", "vcan0"}),
                          [](const auto&) { return "vcan0"; });
 INSTANTIATE_TEST_SUITE_P(Kvaser, Live, testing::Values(Wire{"can0", "can1"}),
                          [](const auto&) { return "can0"; });
 
-TEST(Interface, ThatIsAbsentOrDownIsRefusedInOneLineWithTheRemedy) {
-  for (const char* command : {"controller", "twin"}) {
-    Process absent({HYSTCAN_PROGRAM, command, config_file, "--interface", "vcan9"});
-    EXPECT_EQ(absent.wait(), 1);
-    EXPECT_NE(absent.err().find("vcan9"), std::string::npos) << absent.err();
-    EXPECT_NE(absent.err().find("ip link add"), std::string::npos) << absent.err();
-  }
+TEST(Interface, ThatIsDownOrTakesNoFdIsRefused) {
   ASSERT_EQ(std::system("ip link add dev vcan8 type vcan"), 0);
   Process down({HYSTCAN_PROGRAM, "twin", config_file, "--interface", "vcan8"});
   EXPECT_EQ(down.wait(), 1);
   EXPECT_NE(down.err().find("is down"), std::string::npos) << down.err();
+  ASSERT_EQ(std::system("ip link set vcan8 mtu 16 && ip link set vcan8 up"), 0);
+  const std::string fd_stage = std::filesystem::path(config_file).replace_filename("fd_stage.toml");
+  Process classical({HYSTCAN_PROGRAM, "twin", fd_stage, "--interface", "vcan8"});
+  EXPECT_EQ(classical.wait(), 1);
+  EXPECT_NE(classical.err().find("takes no CAN FD frames"), std::string::npos) << classical.err();
   EXPECT_EQ(std::system("ip link del vcan8"), 0);
 }
 

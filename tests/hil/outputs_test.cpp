@@ -113,16 +113,6 @@ TEST(BackgroundJob, OfTheControllerEndsBySigintInGoodOrder) {
   hil::expect_both_safe(stage.log_at_rest());
 }
 
-TEST(BackgroundJob, OfExciteEndsBySigintAndKeepsItsRows) {
-  QuickStage stage;
-  Job job("excite " + stage.config + " --low 0 --high 100 --output " + stage.folder() + "/loops.csv");
-  ASSERT_TRUE(job.process().says("x: tracking"));
-  std::this_thread::sleep_for(hil::milliseconds(500));
-  job.interrupt();
-  EXPECT_EQ(job.process().wait(), 1) << job.process().err();
-  EXPECT_NE(job.process().err().find("rows, to be found in"), std::string::npos) << job.process().err();
-}
-
 TEST(BackgroundJob, OfABusToolEndsBySigint) {
   QuickStage stage;
   Process tracked = run(stage, "controller " + stage.config, "");

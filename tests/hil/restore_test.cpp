@@ -16,30 +16,6 @@ using hil::now_s;
 using hil::OnWire;
 using hil::series;
 
-struct Restore : testing::Test {
-  LiveStage stage;
-  std::filesystem::path state = stage.files / "x.state.toml";
-
-  void SetUp() override { stage.set("controller", "state_dir = \"" + stage.folder() + "\""); }
-  /// Runs for some passes of the reference and expects a clean stop.
-  void run_and_stop() {
-    stage.start();
-    EXPECT_FALSE(std::filesystem::exists(state)) << "the file is true only until the actuator is driven";
-    std::this_thread::sleep_for(milliseconds(500));
-    stage.bench.controller->send(SIGTERM);
-    ASSERT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
-  }
-  void from_now_on_restore_x() const {
-    stage.files.edit("piezo.toml", "wipe_slew_V_per_s",
-                     "start_up           = \"restore\"\nwipe_slew_V_per_s");
-  }
-  void expect_refused(const std::string& reason) {
-    stage.bench.start_controller();
-    EXPECT_EQ(stage.bench.controller->wait(), 2) << stage.bench.controller->err();
-    EXPECT_NE(stage.bench.controller->err().find(reason), std::string::npos) << stage.bench.controller->err();
-  }
-};
-
 double highest(const std::vector<OnWire>& values) {
   EXPECT_FALSE(values.empty());
   return values.empty() ? NAN : std::ranges::max(values, {}, &OnWire::value).value;
@@ -53,11 +29,18 @@ double begins_to_track_s(const std::vector<OnWire>& statuses) {
   return first == statuses.end() ? NAN : first->time_s;
 }
 
-TEST_F(Restore, TheMemoryOfACleanStopIsUsedByTheNextStartWithoutWiping) {
-  run_and_stop();
+TEST(Restore, TheMemoryOfACleanStopIsUsedByTheNextStartWithoutWiping) {
+  LiveStage stage;
+  const std::filesystem::path state = stage.files / "x.state.toml";
+  stage.set("controller", "state_dir = \"" + stage.folder() + "\"");
+  stage.start();
+  EXPECT_FALSE(std::filesystem::exists(state)) << "the file is true only until the actuator is driven";
+  std::this_thread::sleep_for(milliseconds(500));
+  stage.bench.controller->send(SIGTERM);
+  ASSERT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
   ASSERT_TRUE(std::filesystem::exists(state)) << stage.bench.controller->err();
   const double between_s = now_s();
-  from_now_on_restore_x();
+  stage.files.edit("piezo.toml", "wipe_slew_V_per_s", "start_up           = \"restore\"\nwipe_slew_V_per_s");
   stage.bench.start_controller({"--json"});
   ASSERT_TRUE(stage.bench.controller->says("x: tracking")) << stage.bench.controller->err();
   EXPECT_FALSE(std::filesystem::exists(state));
@@ -77,17 +60,6 @@ TEST_F(Restore, TheMemoryOfACleanStopIsUsedByTheNextStartWithoutWiping) {
   EXPECT_LT(highest(between(x, between_s, tracking_s + 0.15)), 10.0);
   EXPECT_LT(highest(between(x, between_s, now_s())), 99.0)
       << "27 um is the highest position of the reference";
-}
-
-TEST_F(Restore, AStartAfterAKillIsRefused) {
-  run_and_stop();
-  ASSERT_TRUE(std::filesystem::exists(state));
-  stage.start();
-  stage.bench.controller->send(SIGKILL);
-  EXPECT_EQ(stage.bench.controller->wait(), 128 + SIGKILL);
-  EXPECT_FALSE(std::filesystem::exists(state));
-  from_now_on_restore_x();
-  expect_refused("the last stop was not clean");
 }
 
 }  // namespace
