@@ -50,6 +50,7 @@ class CsvRows final : public RowInput {
   }
   std::string unit() const override { return unit_; }
   bool timed() const override { return timed_; }
+  std::vector<std::string> notes() const override { return reader_.notes(); }
   std::uint64_t done() const override { return reader_.bytes_read(); }
   std::uint64_t size() const override { return size_; }
 

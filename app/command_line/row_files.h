@@ -30,6 +30,8 @@ class RowInput {
   virtual std::string unit() const = 0;
   /// The file has the column time_s.
   virtual bool timed() const = 0;
+  /// What was left out at the end, a sentence each.
+  virtual std::vector<std::string> notes() const { return {}; }
   /// What was read of `size()`, for a progress bar.
   virtual std::uint64_t done() const = 0;
   virtual std::uint64_t size() const = 0;  ///< 0: unknown

@@ -123,6 +123,8 @@ std::optional<SimulatedCreep> run(const SimulateArguments& options, model::Simul
         if (mode) mode->move(block);
       },
       [&](const SampleBlock& block) { out.write(block); });
+  for (const std::string& left_out : rows->notes())
+    note("hystcan: {}: {}\n", options.input.string(), left_out);
   if (count == 0) throw Error(fmt::format("{}: has no rows, expected at least one", options.input.string()));
   return creep;
 }

@@ -50,11 +50,13 @@ std::size_t end_of_field(std::string_view line, char separator) {
   return quoted ? line.find(separator) : std::string_view::npos;  // an odd quote is a letter
 }
 
-/// A running controller reads this file too, so it must not wait for a pipe.
+/// A running controller reads this file too, so it must not wait for a pipe. The last row gets its line end.
 std::string text_of_setpoint(const std::filesystem::path& file) {
   constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
   try {
-    return read_regular_file(file, largest);
+    std::string text = read_regular_file(file, largest);
+    if (!text.ends_with('\n')) text += '\n';
+    return text;
   } catch (const FileError& error) {
     throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
   }
@@ -63,9 +65,10 @@ std::string text_of_setpoint(const std::filesystem::path& file) {
 }  // namespace
 
 std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return text.substr(text.size());
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+  const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
 }
 
 void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields) {
@@ -74,7 +77,8 @@ void split_fields(std::string_view line, char separator, std::vector<std::string
   if (separator == ' ') line = trimmed(line);
   while (true) {
     const auto end = plain ? line.find(separator) : end_of_field(line, separator);
-    fields.push_back(trimmed(line.substr(0, end)));
+    const std::string_view field = trimmed(line.substr(0, end));
+    fields.emplace_back(field.data(), field.size());  // a copy of the view would wait for its two halves
     if (end == std::string_view::npos) return;
     line.remove_prefix(end + 1);
     if (separator == ' ') line = trimmed(line);
@@ -135,6 +139,13 @@ std::string listed(const std::vector<std::string>& names) {
   return fmt::format("{}{}", fmt::join(some, ", "), more);
 }
 
+std::vector<std::string> notes_of_end(bool is_cut, std::size_t zeros) {
+  std::vector<std::string> notes;
+  if (is_cut) notes.emplace_back("the last row has no line end and may be incomplete: left out");
+  if (zeros > 0) notes.push_back(fmt::format("{} at the end left out", counted(zeros, "zero byte")));
+  return notes;
+}
+
 CsvLines::CsvLines(std::filesystem::path file)
     : file_(std::move(file)), stream_(open_csv(file_)), buffer_(buffer_of_a_line()) {}
 
@@ -144,20 +155,15 @@ CsvLines::CsvLines(std::filesystem::path file, std::string text)
       buffer_(buffer_of_a_line()) {}
 
 bool CsvLines::next() {
-  if (!put_back_.empty()) {
-    given_again_ = std::move(put_back_.front());
-    put_back_.pop_front();
-    line_ = given_again_.text;
-    line_number_ = given_again_.number;
-    in_mid_line_ = given_again_.ends_in_mid_line;
-    return true;
-  }
   while (read_line()) {
     const std::string_view text = trimmed(line_);
     const bool is_comment = text.starts_with('#');
     if (is_comment && keeps_comments_ && comments_.size() < most_comments && text.size() <= longest_comment)
       comments_.emplace_back(text);
-    if (!text.empty() && !is_comment) return true;
+    if (text.empty() || is_comment) continue;
+    is_cut_ = ends_in_mid_line_ && has_content_;
+    has_content_ = true;
+    return !is_cut_;
   }
   return false;
 }
@@ -167,7 +173,7 @@ bool CsvLines::read_line() {
   auto size = static_cast<std::size_t>(stream_->gcount());
   if (stream_->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
   if (stream_->eof() && size == 0) return false;
-  in_mid_line_ = stream_->eof();
+  ends_in_mid_line_ = stream_->eof();
   ++line_number_;
   bytes_read_ += size;
   if (!stream_->eof() && !stream_->fail()) --size;  // the end of the line is counted too
@@ -178,7 +184,11 @@ bool CsvLines::read_line() {
     fail_in_column(longest_csv_line,
                    fmt::format("a longer line, expected at most {} bytes", longest_csv_line));
   line_ = {buffer_.get(), size};
-  if (line_.ends_with('\r')) line_.remove_suffix(1);
+  if (ends_in_mid_line_) {
+    line_ = line_.substr(0, line_.find_last_not_of('\0') + 1);
+    zeros_ = size - line_.size();
+  }
+  while (line_.ends_with('\r')) line_.remove_suffix(1);
   if (line_number_ == 1 && line_.starts_with(byte_order_mark))
     std::fill_n(buffer_.get(), byte_order_mark.size(), ' ');
   return true;
@@ -199,11 +209,9 @@ void CsvLines::fail_in_column(std::size_t column, const std::string& what) const
 
 void require_width(const CsvLines& lines, std::size_t fields, std::size_t expected, char separator) {
   if (fields == expected) return;
-  const bool cut = lines.end_in_mid_line() && fields < expected;
   const bool commas = separator == ',' && fields == 2 * expected;
   lines.fail(
-      fmt::format("the row has {}{}, expected {} as in the header{}", counted(fields, "field"),
-                  cut ? " and then the file ends" : "", expected,
+      fmt::format("the row has {}, expected {} as in the header{}", counted(fields, "field"), expected,
                   commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
 }
 

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <filesystem>
 #include <istream>
 #include <memory>
@@ -54,6 +53,9 @@ std::string shortened(std::string_view text);
 /// For a message: the first of many names.
 std::string listed(const std::vector<std::string>& names);
 
+/// What is said of a last row without its line end, and of zeros behind it.
+std::vector<std::string> notes_of_end(bool is_cut, std::size_t zeros);
+
 /// Lines without their ends (also Windows') and without Excel's mark of the byte order. Lines beginning with
 /// # are comments; they and empty lines are passed over.
 class CsvLines {
@@ -63,33 +65,21 @@ class CsvLines {
   /// Reads a text instead; `file` is only its name in messages.
   CsvLines(std::filesystem::path file, std::string text);
 
-  /// Goes to the next line; false at the end of the file. Throws Error at a line beyond the limit.
+  /// Goes to the next line; false at the end of the file, and at a last line behind others without its end,
+  /// which a crash has cut. Throws Error at a line beyond the limit.
   bool next();
   /// The present line, valid until next().
   std::string_view text() const { return line_; }
   std::size_t number() const { return line_number_; }
   const std::filesystem::path& file() const { return file_; }
 
-  /// A line that next() gives again.
-  struct Kept {
-    std::size_t number = 0;
-    std::string text;
-    bool ends_in_mid_line = false;
-  };
-  Kept kept() const { return {line_number_, std::string(line_), in_mid_line_}; }  ///< the present line
-  /// Behind what was put back before.
-  void put_back(Kept line) { put_back_.push_back(std::move(line)); }
-
   /// From here on comments are not kept.
   void end_comments() { keeps_comments_ = false; }
   /// The TEXT of a comment `# NAME = TEXT` that was kept; empty if there is none.
   std::string comment(std::string_view name) const;
 
-  /// Those that were kept, as in the file.
-  const std::vector<std::string>& comments() const { return comments_; }
-
-  /// True if the present line ends the file without a line end.
-  bool end_in_mid_line() const { return in_mid_line_; }
+  /// What next() has left out, a sentence each.
+  std::vector<std::string> notes() const { return notes_of_end(is_cut_, zeros_); }
   std::uint64_t bytes_read() const { return bytes_read_; }
 
   /// Throws Error with the place: `at` points into the present line.
@@ -106,10 +96,9 @@ class CsvLines {
   bool keeps_comments_ = true;
   std::unique_ptr<char[]> buffer_;  ///< of the longest line; the system provides only what is used
   std::string_view line_;
-  std::deque<Kept> put_back_;
-  Kept given_again_;  ///< the present line, if it was put back
   std::size_t line_number_ = 0;
-  bool in_mid_line_ = false;
+  bool has_content_ = false, ends_in_mid_line_ = false, is_cut_ = false;
+  std::size_t zeros_ = 0;  ///< at the end of the file
   std::uint64_t bytes_read_ = 0;
 };
 
@@ -130,16 +119,16 @@ class CsvReader {
   /// Requests one more column if the file has it; returns whether it has.
   bool add_if_present(const std::string& column);
 
-  /// Returns false at the end of the file. Throws Error at an empty field, at a row of the wrong length,
-  /// and at a value that is not a finite number. Also throws Error beyond the limits above.
+  /// Returns false at the end of the file, and at a last row without its line end, which is left out. Throws
+  /// Error at an empty field, at a row of the wrong length, and at a value that is not a finite number. Also
+  /// throws Error beyond the limits above.
   bool next(std::vector<double>& row);
 
   /// The TEXT of a line `# NAME = TEXT` before the header; empty if there is none.
   std::string comment(std::string_view name) const { return lines_.comment(name); }
 
-  /// True if the last line that was read ends the file without a line end: it may be incomplete.
-  bool ends_in_mid_line() const { return lines_.end_in_mid_line(); }
-
+  /// What was left out at the end, a sentence each.
+  std::vector<std::string> notes() const { return lines_.notes(); }
   std::uint64_t bytes_read() const { return lines_.bytes_read(); }
   std::size_t line_number() const { return lines_.number(); }
 
@@ -156,8 +145,9 @@ class CsvReader {
   std::vector<std::string_view> fields_;
 };
 
-/// Reads a reference from the columns time_s and position_um. Throws Error, with its line, if the file cannot
-/// be read, has fewer than two rows, or if time does not increase.
+/// Reads a reference from the columns time_s and position_um. A reference is a command: no row is left out.
+/// Throws Error, with its line, if the file cannot be read, has fewer than two rows or a row that was cut, or
+/// if time does not increase.
 controller::MonotoneCubic load_setpoint(const std::filesystem::path& file);
 
 }  // namespace hystcan::config

@@ -39,12 +39,20 @@ TEST(SetpointFile, StartsAtItsFirstTime) {
   EXPECT_EQ(curve.at(9.0).value_um, 5.0);
 }
 
+TEST(SetpointFile, CountsALastRowWithoutItsLineEnd) {
+  const support::ShippedCopy folder;
+  write(folder / "r.csv", "time_s,position_um\n0,1\n1,2");
+  EXPECT_EQ(load_setpoint(folder / "r.csv").at(9.0).value_um, 2.0);
+}
+
 TEST(SetpointFile, IsRefusedWithItsLine) {
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n0.5,2\n0.5,3\n"),
             "r.csv:4:1: time_s is 0.5 after 0.5, expected time to increase");
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n"), "r.csv:2:1: a reference of 1 row, expected two or more");
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n1,nan\n"),
             "r.csv:3:3: position_um is \"nan\", expected a finite number");
+  EXPECT_EQ(refusal("time_s,position_um\n0,1\n1,2\n2"),
+            "r.csv:4:1: the row has 1 field, expected 2 as in the header");
   EXPECT_EQ(refusal("time_s,x\n0,1\n"), "r.csv:1:1: no column position_um, expected it among time_s, x");
 }
 
