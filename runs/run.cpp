@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
+#include <fstream>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -39,8 +39,27 @@ Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
 
 using Kind = controller::CycleColumn::Kind;
 
-constexpr std::size_t block_bytes = 1 << 20;
-static_assert(block_bytes > CycleReader::longest_line);
+/// A pipe cannot be read twice.
+std::filesystem::path regular(std::filesystem::path file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw Error(fmt::format("{}: is no file, expected a run's folder or a CSV of cycles", file.string()));
+  return file;
+}
+
+/// What a crash has left at the end of a part.
+std::vector<std::string> notes_of_end(const std::filesystem::path& part) {
+  std::ifstream stream(part, std::ios::binary);
+  constexpr std::streamoff looked_at = config::longest_csv_line;
+  stream.seekg(0, std::ios::end);
+  stream.seekg(-std::min<std::streamoff>(looked_at, stream.tellg()), std::ios::end);
+  std::string end(looked_at, '\0');
+  stream.read(end.data(), looked_at);
+  end.resize(static_cast<std::size_t>(stream.gcount()));
+  const std::size_t last = end.find_last_not_of('\0');
+  const bool is_cut = last != std::string::npos && end[last] != '\n';
+  return config::notes_of_end(is_cut, end.size() - (last + 1));
+}
 
 /// The bits of "slew+model"; empty if a name is unknown.
 std::optional<double> bits_of(std::string_view text, const std::vector<std::string>& words) {
@@ -69,6 +88,9 @@ Run::Run(std::filesystem::path path) : path_(std::move(path)) {
     if (is_part(path_)) info_ = read_run_info(folder_of(path_));
   }
   header_ = CycleReader(parts_.front()).header();
+  for (const std::filesystem::path& part : parts_)
+    for (const std::string& left_out : notes_of_end(part))
+      notes_.push_back(fmt::format("{}: {}", part.string(), left_out));
   if (path_ == parts_.front() || info_.ended.empty()) look_through();
 }
 
@@ -180,19 +202,14 @@ void Run::read_part(const std::filesystem::path& part, std::span<const std::stri
   }
 }
 
-CycleReader::CycleReader(std::filesystem::path file) : file_(std::move(file)), block_(block_bytes) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file_, ignored))
-    throw Error(fmt::format("{}: is no file, expected a run's folder or a CSV of cycles", file_.string()));
-  stream_.open(file_, std::ios::binary);
-  if (!stream_) throw Error(fmt::format("{}: cannot be read, expected a CSV of cycles", file_.string()));
-  if (!next_line()) fail("no header row, expected a CSV of cycles");
-  line_ = without_byte_order_mark(line_);
-  split();
+CycleReader::CycleReader(std::filesystem::path file) : lines_(regular(std::move(file))) {
+  if (!lines_.next()) lines_.fail("no header row, expected a CSV of cycles");
+  lines_.end_comments();
+  config::split_fields(lines_.text(), ',', fields_);
   header_.assign(fields_.begin(), fields_.end());
   for (const char* needed : {"cycle", "time_s", "axis", "state", "position_um"})
     if (!field_of(needed))
-      fail(fmt::format("no column {}, expected a run's folder or a CSV of cycles", needed));
+      lines_.fail(fmt::format("no column {}, expected a run's folder or a CSV of cycles", needed));
   axis_field_ = *field_of("axis");
 }
 
@@ -217,50 +234,13 @@ bool CycleReader::add(std::string_view column) {
 }
 
 bool CycleReader::next(std::vector<double>& row, std::string_view& axis) {
-  if (!next_line()) return false;
-  split();
-  if (fields_.size() != header_.size())
-    fail(fmt::format("the row has {} fields, expected {} as in the header", fields_.size(), header_.size()));
+  if (!lines_.next()) return false;
+  config::split_fields(lines_.text(), ',', fields_);
+  config::require_width(lines_, fields_.size(), header_.size(), ',');
   axis = fields_[axis_field_];
   row.resize(wanted_.size());
   std::ranges::transform(wanted_, row.begin(), [this](const Wanted& wanted) { return value(wanted); });
   return true;
-}
-
-/// The next line that is neither empty nor a comment.
-bool CycleReader::next_line() {
-  while (true) {
-    const char* const first = block_.data() + begin_;
-    const auto* const last = static_cast<const char*>(std::memchr(first, '\n', end_ - begin_));
-    if (last == nullptr) {
-      if (end_ - begin_ > longest_line)
-        fail(fmt::format("a longer line, expected at most {} bytes", longest_line));
-      std::memmove(block_.data(), first, end_ - begin_);
-      end_ -= begin_;
-      begin_ = 0;
-      stream_.read(block_.data() + end_, static_cast<std::streamsize>(block_.size() - end_));
-      if (stream_.gcount() == 0) return false;
-      end_ += static_cast<std::size_t>(stream_.gcount());
-      if (const auto other = refusal_of_encoding({block_.data(), end_}); line_number_ == 0 && !other.empty())
-        fail(std::string(other));
-      continue;
-    }
-    ++line_number_;
-    begin_ += static_cast<std::size_t>(last - first) + 1;
-    line_ = {first, static_cast<std::size_t>(last - first)};
-    if (line_.ends_with('\r')) line_.remove_suffix(1);
-    if (!line_.empty() && line_.front() != '#') return true;
-  }
-}
-
-void CycleReader::split() {
-  fields_.clear();
-  for (std::string_view rest = line_;;) {
-    const auto end = rest.find(',');
-    fields_.push_back(rest.substr(0, end));
-    if (end == std::string_view::npos) return;
-    rest.remove_prefix(end + 1);
-  }
 }
 
 double CycleReader::value(const Wanted& wanted) const {
@@ -285,12 +265,9 @@ double CycleReader::value(const Wanted& wanted) const {
       break;
   }
   if (!value)
-    fail(fmt::format("{} is \"{}\", expected {}", wanted.column->name, config::shortened(text), expected));
+    lines_.fail(text, fmt::format("{} is \"{}\", expected {}", wanted.column->name, config::shortened(text),
+                                  expected));
   return *value;
-}
-
-void CycleReader::fail(const std::string& what) const {
-  throw Error(fmt::format("{}:{}: {}", file_.string(), std::max<std::size_t>(line_number_, 1), what));
 }
 
 }  // namespace hystcan::runs

@@ -1,12 +1,11 @@
 // A recorded run, to be read: a run's folder, one part of it, or a CSV with columns of cycles (`controller
 // --csv`, `demo`, a black box).
 //
-// A run that was killed, or that is still being recorded, is read up to its last whole line.
+// A run that was killed, or that is still being recorded, is read up to its last whole line, with a note.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -15,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/files/csv.h"
 #include "controller/cycle_record.h"
 #include "runs/run_info.h"
 #include "storage/hdf5.h"
@@ -43,6 +43,8 @@ class Run {
   const RunInfo& info() const { return info_; }
   /// The folder's or file's name, for titles: run_20261123T092000.123Z.
   std::string name() const;
+  /// "FILE: the last row has no line end and may be incomplete: left out", one for each part.
+  const std::vector<std::string>& notes() const { return notes_; }
   std::size_t axis_index(const std::string& axis) const;
   /// All columns that its CSV has, but `axis`.
   std::vector<Signal> signals(std::size_t axis) const;
@@ -50,7 +52,7 @@ class Run {
   std::vector<Signal> signals(std::size_t axis, std::span<const std::string> names) const;
 
   /// These columns of one axis; each of `names` as in cycles_*.csv. Throws Error at a name that the
-  /// run does not have, and at a row that is no cycle: FILE:LINE: what, expected what.
+  /// run does not have, and at a row that is no cycle: FILE:LINE:COLUMN: what, expected what.
   Columns read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span = {}) const;
 
   /// In constant memory: calls `take` with blocks of the columns of these axes, for each axis in order of
@@ -67,7 +69,7 @@ class Run {
 
   std::filesystem::path path_;
   std::vector<std::filesystem::path> parts_;
-  std::vector<std::string> header_;
+  std::vector<std::string> header_, notes_;
   RunInfo info_;
 };
 
@@ -76,8 +78,6 @@ class Run {
 
 class CycleReader {
  public:
-  static constexpr std::size_t longest_line = 65'536;  ///< bytes
-
   /// Throws Error if the file cannot be read or is no CSV of cycles.
   explicit CycleReader(std::filesystem::path file);
 
@@ -89,7 +89,7 @@ class CycleReader {
 
   /// The columns asked for, and the name of the row's axis. False at the end of the file, and at a last
   /// line without its end, which a killed program leaves. Throws Error at a line that is no row:
-  /// FILE:LINE: what, expected what.
+  /// FILE:LINE:COLUMN: what, expected what.
   bool next(std::vector<double>& row, std::string_view& axis);
 
  private:
@@ -98,18 +98,10 @@ class CycleReader {
     std::size_t field;
     std::vector<std::string> words;
   };
-  bool next_line();
-  void split();
   std::optional<std::size_t> field_of(std::string_view column) const;
   double value(const Wanted& wanted) const;
-  [[noreturn]] void fail(const std::string& what) const;
 
-  std::filesystem::path file_;
-  std::ifstream stream_;
-  std::vector<char> block_;
-  std::size_t begin_ = 0, end_ = 0;  ///< what of the block is not read yet
-  std::size_t line_number_ = 0;
-  std::string_view line_;
+  config::CsvLines lines_;
   std::vector<std::string_view> fields_;
   std::vector<std::string> header_;
   std::vector<Wanted> wanted_;

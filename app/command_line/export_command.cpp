@@ -46,7 +46,7 @@ std::uint64_t write_hdf5(const runs::Run& run, const ExportArguments& options) {
 
 int export_run(ExportArguments options) {
   options.selection.span = span_of(options.interval);
-  const runs::Run run(options.run);
+  const runs::Run run = open_run(options.run);
   if (options.hdf5 && options.output.empty())
     options.output = is_directory(options.run) ? run.name() + ".h5" : options.run.stem().string() + ".h5";
   if (options.output.empty())

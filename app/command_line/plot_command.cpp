@@ -41,7 +41,7 @@ std::vector<RunFigures> read_all(const PlotArguments& options) {
   const runs::TimeSpan span = span_of(options.interval);
   std::vector<RunFigures> all;
   for (const std::filesystem::path& path : options.runs) {
-    const runs::Run run(path);
+    const runs::Run run = open_run(path);
     const std::string name = distinct_name(all, run);
     runs::Selection selection;
     if (!options.axis.empty()) selection.axis = options.axis;

@@ -208,8 +208,14 @@ Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
 
 }  // namespace
 
+runs::Run open_run(const std::filesystem::path& file) {
+  runs::Run run(file);
+  for (const std::string& left_out : run.notes()) note("hystcan: {}\n", left_out);
+  return run;
+}
+
 Dataset load_run(const std::filesystem::path& file, const std::string& axis, const runs::TimeSpan& span) {
-  const runs::Run run(file);
+  const runs::Run run = open_run(file);
   if (run.info().rows == 0) throw Error(fmt::format("{}: no rows, expected a run", file.string()));
   const std::size_t index = runs::axis_of(run, axis.empty() ? std::nullopt : std::optional(axis));
   const runs::RunAxis& about = run.info().axes[index];

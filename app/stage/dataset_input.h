@@ -57,6 +57,9 @@ void add_dataset_options(CLI::App& command, DatasetInput& input);
 void require_run_for_axis(const std::vector<std::filesystem::path>& files, const DatasetInput& input,
                           const char* otherwise = "");
 
+/// Notes on standard error what a crash has cut at its end. Throws Error if it is no run.
+runs::Run open_run(const std::filesystem::path& run);
+
 /// Notes on standard error which stretch it is. `axis`: empty: the only one. Throws Error with the name of
 /// the run if it is none, if it has no such axis, if the axis is not driven in `span`, or if the stretch has
 /// more than config::most_dataset_rows.

@@ -49,24 +49,26 @@ TEST_F(CyclesOfAFile, AreReadByTheNamesOfTheirColumns) {
 }
 
 TEST_F(CyclesOfAFile, EndBeforeALastLineWithoutItsEnd) {
-  CycleReader reader(write(header + "7,0.5,x,tracking,none,1.25,\n8,0.6,x,trac"));
-  reader.add("cycle");
-  std::vector<double> row;
-  std::string_view axis;
-  EXPECT_TRUE(reader.next(row, axis));
-  EXPECT_FALSE(reader.next(row, axis));
+  const std::string row_text = header + "7,0.5,x,tracking,none,1.25,\n";
+  for (const std::string& cut : {std::string("8,0.6,x,trac"), std::string(100'000, '\0')}) {
+    const RecordedRun run(write(row_text + cut));
+    EXPECT_EQ(run.read(0, std::vector<std::string>{"cycle"}), (Columns{{7.0}}));
+    EXPECT_EQ(run.notes().size(), 1U);
+  }
+  EXPECT_TRUE(RecordedRun(write(row_text)).notes().empty());
 }
 
 TEST_F(CyclesOfAFile, AreRefusedWithTheirLine) {
   const std::string file = (folder / "c.csv").string();
-  EXPECT_EQ(refusal_of(header + "7,0.5,x\n"), file + ":2: the row has 3 fields, expected 7 as in the header");
+  EXPECT_EQ(refusal_of(header + "7,0.5,x\n"),
+            file + ":2:1: the row has 3 fields, expected 7 as in the header");
   EXPECT_EQ(refusal_of(header + "7,0.5,x,tracking,none,far,\n"),
-            file + ":2: position_um is \"far\", expected a number");
+            file + ":2:23: position_um is \"far\", expected a number");
   EXPECT_EQ(refusal_of(header + "7,0.5,x,flying,none,1,\n", "state"),
-            file + ":2: state is \"flying\", expected a name that this version knows");
+            file + ":2:9: state is \"flying\", expected a name that this version knows");
   EXPECT_EQ(refusal_of("time_s,input,output\n"),
-            file + ":1: no column cycle, expected a run's folder or a CSV of cycles");
-  EXPECT_EQ(refusal_of(""), file + ":1: no header row, expected a CSV of cycles");
+            file + ":1:1: no column cycle, expected a run's folder or a CSV of cycles");
+  EXPECT_EQ(refusal_of(""), file + ":1:1: no header row, expected a CSV of cycles");
   EXPECT_NE(refusal_of(header + std::string(100'000, 'x') + "\n"), "");
   EXPECT_NE(refusal_of(header, "velocity").find("no signal velocity, expected one of cycle, time_s"),
             std::string::npos);
