@@ -23,9 +23,19 @@ std::optional<double> leading(std::string_view& text, char end) {
   return value;
 }
 
+/// 04-Mar-2026
+bool names_a_month(std::string_view text) {
+  constexpr std::string_view months = " jan feb mar apr may jun jul aug sep oct nov dec ";
+  return months.find(" " + lower_case(text) + " ") != std::string_view::npos;
+}
+
 }  // namespace
 
 bool is_date(std::string_view text) {
+  const std::size_t month = text.find_first_not_of("0123456789");
+  if (text.size() >= 9 && text.size() <= 11 && text[month] == '-' && text[text.size() - 5] == '-')
+    return names_a_month(text.substr(month + 1, text.size() - month - 6)) && is_digit(text.front()) &&
+           std::ranges::all_of(text.substr(text.size() - 4), is_digit);
   if (text.size() < 6 || text.size() > 10 || !is_digit(text.front()) || !is_digit(text.back())) return false;
   for (const char mark : {'-', '.', '/'})
     if (std::ranges::count(text, mark) == 2)
@@ -64,7 +74,8 @@ std::optional<double> ClockColumn::seconds(std::string_view text) {
   if (!time) return std::nullopt;
   const bool other_date = first_s_ && date_ != time->date;
   const bool next_day = first_s_ && time->s < before_s_ - 0.5 * day_s && (other_date || time->date.empty());
-  if (other_date && !next_day) return std::nullopt;
+  const bool is_back = first_s_ && time->date.empty() && time->s > before_s_ + 0.5 * day_s;
+  if ((other_date && !next_day) || is_back) return std::nullopt;
   if (next_day) midnight_s_ += day_s;
   if (!first_s_) first_s_ = time->s;
   if (date_ != time->date) date_ = time->date;

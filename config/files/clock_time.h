@@ -14,14 +14,14 @@ struct ClockTime {
 
 /// None if the text is no time with hours, minutes and seconds.
 std::optional<ClockTime> clock_time(std::string_view text);
-/// True for 2026-10-25, 25.10.2026 and 10/25/26.
+/// True for 2026-10-25, 25.10.2026, 10/25/26 and 25-Oct-2026.
 bool is_date(std::string_view text);
 
 /// Seconds since the first time of a column. A time that goes back by more than half a day is of the next
 /// day.
 class ClockColumn {
  public:
-  /// None if the text is no time, or if its date changes and no midnight is near.
+  /// None if the text is no time, if its date changes and no midnight is near, or if it goes back over one.
   std::optional<double> seconds(std::string_view text);
 
  private:

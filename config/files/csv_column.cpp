@@ -12,7 +12,8 @@ namespace {
 /// "Channel A" is no current, and "drive min" no time.
 bool is_letter_of_a_channel(std::string_view text, std::string_view mark, std::size_t at) {
   const std::string_view word = text.substr(at + mark.size());
-  return mark == " " && (word.size() < 2 || word == "min");
+  const bool may_be_letter = mark == " " || mark == "-" || mark == "." || mark == ":";
+  return may_be_letter && (word.size() < 2 || word == "min");
 }
 
 }  // namespace
@@ -32,13 +33,15 @@ CsvColumn csv_column(std::string_view title) {
   CsvColumn column{.title = without_quotes(title)};
   const std::string text = with_u(column.title);
   column.name = text;
-  for (const auto& [open, close] : {std::pair{'(', ')'}, std::pair{'[', ']'}, std::pair{'<', '>'}})
+  for (const auto& [open, close] :
+       {std::pair{'(', ')'}, std::pair{'[', ']'}, std::pair{'<', '>'}, std::pair{'{', '}'}})
     if (const auto at = text.find_last_of(open); at != std::string::npos && text.back() == close) {
       column.name = trimmed(std::string_view(text).substr(0, at));
       column.unit = symbol_of(trimmed(std::string_view(text).substr(at + 1, text.size() - at - 2)));
+      if (is_clock_form(column.unit)) column.unit.clear();
       return column;
     }
-  for (const std::string_view mark : {" in ", "/", "_", ", ", " "})
+  for (const std::string_view mark : {" in ", "/", "_", ", ", "-", ".", ":", " "})
     if (const auto at = text.rfind(mark);
         at != std::string::npos && at > 0 && !is_letter_of_a_channel(text, mark, at))
       if (const UnitWord* unit = find_unit(trimmed(std::string_view(text).substr(at + mark.size())))) {

@@ -12,7 +12,7 @@ struct CsvColumn {
   std::string unit{};   ///< the symbol if it is known, else as in the file; empty: none
 };
 
-/// A name and the unit in parentheses or brackets behind it, or behind an underscore or a slash if it is a
+/// A name and the unit in parentheses or brackets behind it, or behind another mark if it is a
 /// known one.
 CsvColumn csv_column(std::string_view title);
 

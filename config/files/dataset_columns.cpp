@@ -184,10 +184,11 @@ class Choice {
       if (!column && meaning == 0 && layout_.rate_Hz) continue;
       if (column && !is_alone) require_once(columns()[*column].title);
       if (!column || !is_alone)
-        reader_.fail_at_header(fmt::format(
-            "{} column is the {} among {}, expected time_s, input, output, or --columns "
-            "TIME,INPUT,OUTPUT by names or numbers from 1 to {}",
-            column ? "more than one" : "no", column_meanings[meaning], listed_columns(), columns().size()));
+        reader_.fail_at_header(
+            fmt::format("{} column is the {} among {}, expected time_s, input, output, or --columns "
+                        "{}INPUT,OUTPUT by names or numbers from 1 to {}",
+                        column ? "more than one" : "no", column_meanings[meaning], listed_columns(),
+                        layout_.rate_Hz && !times.first.first ? "" : "TIME,", columns().size()));
       take(meaning, *column);
     }
     if (takes_a_column_twice())

@@ -206,15 +206,14 @@ class RowLoader {
   }
 
   [[noreturn]] void fail_at_damage() {
-    if (!layout_.has_interval_options) reader_.fail_at_damage();
-    if (!loaded_.dataset.time_s.empty())
-      reader_.fail_at_damage(fmt::format("; --to {} ends before it", loaded_.dataset.time_s.back()));
-    LabCsvReader later = reader_;
+    const std::string damage = reader_.damage_text();
+    if (layout_.has_interval_options && !loaded_.dataset.time_s.empty())
+      throw Error(fmt::format("{}; --to {} ends before it", damage, loaded_.dataset.time_s.back()));
     std::vector<double> row;
-    for (std::size_t n = 1; later.read(row); ++n)
-      if (!later.is_damaged() && columns_.has_time)
-        reader_.fail_at_damage(fmt::format("; --from {} begins behind it", seconds_ * (row[0] - origin_)));
-    reader_.fail_at_damage();
+    while (layout_.has_interval_options && columns_.has_time && reader_.read(row))
+      if (!reader_.is_damaged())
+        throw Error(fmt::format("{}; --from {} begins behind it", damage, seconds_ * (row[0] - origin_)));
+    throw Error(damage);
   }
 
   void require_agreement() const {

@@ -13,15 +13,8 @@
 namespace hystcan::config {
 namespace {
 
-/// A shorter block with the shape of the record, above names, is a part of the head.
-constexpr std::size_t longest_block_of_head = 9;
-
-/// True if a field in which the record has no numbers has a text.
-bool has_label(const std::vector<std::string_view>& fields, const RowShape& shape) {
-  for (std::size_t i = 0; i < shape.width() && i < fields.size(); ++i)
-    if (!shape.numbers[i] && !fields[i].empty() && !is_value(fields[i])) return true;
-  return false;
-}
+/// A block of fewer rows below a blank line is a summary if the block above it has ten times as many.
+constexpr std::size_t longest_small_block = 9;
 
 bool may_begin_a_decimal(std::string_view digits) {
   return digits.size() > 1 && digits.front() == '0' &&
@@ -32,7 +25,8 @@ bool may_begin_a_decimal(std::string_view digits) {
 
 LabCsvReader::LabCsvReader(std::filesystem::path file, std::size_t most_rows)
     : text_(std::move(file), most_rows + most_head_lines), shape_(find_row_shape(text_)) {
-  find_rows();
+  first_ = shape_.rows == 0 ? shape_of_names() : before_first_row(text_, shape_);
+  read_head_above();
   if (shape_.width() > most_columns)
     text_.fail(first_, {}, fmt::format("{} columns, expected at most {}", shape_.width(), most_columns));
   find_foot();
@@ -40,36 +34,21 @@ LabCsvReader::LabCsvReader(std::filesystem::path file, std::size_t most_rows)
   line_ = first_;
 }
 
-// The shape of a text without rows is that of its first line.
-void LabCsvReader::find_rows() {
+/// The shape of a text without rows is that of its first line, which is returned.
+TextLine LabCsvReader::shape_of_names() {
   TextLine line;
+  if (!text_.next_content(line)) text_.fail(line, {}, "no header row, expected column names");
+  for (const char separator : {' ', ',', '\t', ';'})
+    if (line.text.find(separator) != std::string_view::npos) shape_.separator = separator;
+  split_fields(line.text, shape_.separator, fields_);
+  if (fields_.size() > 1 && fields_.back().empty()) fields_.pop_back();
+  shape_.numbers.assign(fields_.size(), false);
+  return line;
+}
+
+void LabCsvReader::read_head_above() {
   std::vector<TextLine> head;
-  if (shape_.rows == 0) {
-    if (!text_.next_content(line)) text_.fail(line, {}, "no header row, expected column names");
-    for (const char separator : {' ', ',', '\t', ';'})
-      if (line.text.find(separator) != std::string_view::npos) shape_.separator = separator;
-    split_fields(line.text, shape_.separator, fields_);
-    if (fields_.size() > 1 && fields_.back().empty()) fields_.pop_back();
-    shape_.numbers.assign(fields_.size(), false);
-    first_ = line;
-    head.push_back(line);
-  } else {
-    std::size_t rows = 0, labelled = 0;
-    bool has_header = false;
-    for (TextLine before = line; text_.next(line); before = line) {
-      split_fields(line.text, shape_.separator, fields_);
-      if (!line.is_comment() && has_shape(fields_, shape_)) {
-        if (rows++ == 0) first_ = before;
-        if (has_label(fields_, shape_)) ++labelled;
-      }
-      if (rows > longest_block_of_head || rows == shape_.rows) break;
-      if (line.is_comment() || !has_texts(fields_, shape_)) continue;
-      const bool is_of_head = labelled == rows || !has_header;  // settings, or numbers without names
-      if (rows > 0 && is_of_head && rows * 10 < shape_.rows) rows = labelled = 0;
-      has_header = true;
-    }
-    for (TextLine above; above.number < first_.number && text_.next(above);) head.push_back(above);
-  }
+  for (TextLine above; above.number < first_.number && text_.next(above);) head.push_back(above);
   head_ = read_head(head, shape_, settings_beside());
 }
 
@@ -98,11 +77,34 @@ void LabCsvReader::find_foot() {
     text_.next(line);
     split_fields(line.text, shape_.separator, fields_);
     if (!line.is_blank() && !line.is_comment()) {
-      if (has_value_of(fields_, shape_)) return;
+      if (has_value_of(fields_, shape_)) return leave_out_small_block();
       has_foot_ = true;
     }
     end_ = begin;
   }
+}
+
+/// Sums or means that some programs write below the rows.
+void LabCsvReader::leave_out_small_block() {
+  const std::string_view all = text_.text();
+  std::size_t below = 0, above = 0, blank = 0;  // blank: where the blank line begins
+  for (std::size_t end = end_; end > first_.next && above <= 10 * below;) {
+    const std::size_t before = all.substr(0, end - 1).rfind('\n');
+    end = before == std::string_view::npos ? 0 : before + 1;
+    TextLine line{.next = end};
+    if (end < first_.next || !text_.next(line)) return;
+    split_fields(line.text, shape_.separator, fields_);
+    if (!line.is_comment() && has_value_of(fields_, shape_))
+      ++(blank == 0 ? below : above);
+    else if (above > 0 || !line.is_blank())
+      return;
+    else
+      blank = end;
+    if (below > longest_small_block) return;
+  }
+  if (above <= 10 * below) return;
+  end_ = blank;
+  has_foot_ = true;
 }
 
 void LabCsvReader::find_signs() {
@@ -210,13 +212,11 @@ bool LabCsvReader::read(std::vector<double>& row) {
   return true;
 }
 
-void LabCsvReader::fail_at_damage(const std::string& advice) const {
-  text_.fail(line_, damage_->at, damage_->what + advice);
-}
+std::string LabCsvReader::damage_text() const { return text_.place(line_, damage_->at) + damage_->what; }
 
 bool LabCsvReader::next(std::vector<double>& row) {
   const bool is_row = read(row);
-  if (is_row && is_damaged()) fail_at_damage();
+  if (is_row && is_damaged()) throw Error(damage_text());
   return is_row;
 }
 
@@ -225,10 +225,9 @@ std::string LabCsvReader::comment(std::string_view name) const { return comment_
 std::vector<std::string> LabCsvReader::notes() const {
   std::vector<std::string> notes;
   if (!signs_.note.empty()) notes.push_back(signs_.note);
-  if (leaves_out_last_) notes.emplace_back("the last row has no line end and may be incomplete: left out");
-  if (is_at_end_ && text_.zeros() > 0)
-    notes.push_back(fmt::format("{} at the end left out", counted(text_.zeros(), "zero byte")));
-  if (is_at_end_ && has_foot_) notes.emplace_back("the text below the rows is left out");
+  for (std::string& left_out : notes_of_end(leaves_out_last_, is_at_end_ ? text_.zeros() : 0))
+    notes.push_back(std::move(left_out));
+  if (is_at_end_ && has_foot_) notes.emplace_back("what is below the rows is left out");
   return notes;
 }
 

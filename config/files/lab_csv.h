@@ -49,8 +49,8 @@ class LabCsvReader {
   /// cannot be read is NaN; then is_damaged().
   bool read(std::vector<double>& row);
   bool is_damaged() const { return damage_.has_value(); }
-  /// Throws Error with the place of the damage and `advice`.
-  [[noreturn]] void fail_at_damage(const std::string& advice = "") const;
+  /// The place of the damage and what it is.
+  std::string damage_text() const;
   /// Like read(), but throws Error at an empty field, at a row of the wrong length, and at a value that is
   /// not a finite number.
   bool next(std::vector<double>& row);
@@ -70,9 +70,11 @@ class LabCsvReader {
     std::string_view at;
     std::string what;
   };
-  void find_rows();
+  TextLine shape_of_names();
+  void read_head_above();
   std::vector<TextLine> settings_beside();
   void find_foot();
+  void leave_out_small_block();
   void find_signs();
   void refuse_split_decimals() const;
   void damage(std::string_view at, std::string what);

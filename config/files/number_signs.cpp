@@ -23,9 +23,9 @@ struct Parts {
   std::string_view exponent{};
 };
 
-/// Of an apostrophe or a narrow blank in front of a group of three digits; 0: there is none.
+/// Of an apostrophe or a blank in front of a group of three digits; 0: there is none.
 std::size_t length_of_mark(std::string_view text) {
-  for (const std::string_view mark : {"'", "\xE2\x80\x99", "\xC2\xA0", "\xE2\x80\xAF", "\xE2\x80\x89"}) {
+  for (const std::string_view mark : {"'", " ", "\xE2\x80\x99", "\xC2\xA0", "\xE2\x80\xAF", "\xE2\x80\x89"}) {
     if (!text.starts_with(mark)) continue;
     const std::string_view group = text.substr(mark.size());
     const bool is_group = group.size() >= 3 && std::all_of(group.begin(), group.begin() + 3, is_digit) &&
@@ -37,7 +37,8 @@ std::size_t length_of_mark(std::string_view text) {
 
 /// True if a number may have other marks than digits, signs and points.
 bool has_other_marks(std::string_view text) {
-  return std::ranges::any_of(text, [](char c) { return c == '\'' || static_cast<unsigned char>(c) >= 0x80; });
+  return std::ranges::any_of(
+      text, [](char c) { return c == '\'' || c == ' ' || static_cast<unsigned char>(c) >= 0x80; });
 }
 
 /// Other marks of thousands and the minus of typesetters are replaced: they can be nothing else.

@@ -112,10 +112,12 @@ class HeadReader {
   Fields names_in(const TextLine& line) const {
     std::string_view text = trimmed(line.text);
     if (shape_.rows > 0 && has_shape(split_by(text, shape_.separator), shape_)) return {};
-    const bool is_comment = text.starts_with('#') || text.starts_with('%') || text.starts_with("//");
+    const bool is_marked = !text.empty() && text.front() != shape_.separator &&
+                           std::string_view("#%;!").find(text.front()) != std::string_view::npos;
+    const bool is_comment = is_marked || text.starts_with("//");
     if (is_comment) {
       if (text.find('=') != std::string_view::npos) return {};
-      text = trimmed(text.substr(std::min(text.find_first_not_of("#%/"), text.size())));
+      text = trimmed(text.substr(std::min(text.find_first_not_of("#%/;!"), text.size())));
     }
     std::vector<Fields> ways{split_by(text, shape_.separator)};
     if (shape_.separator == ' ') {
@@ -148,10 +150,11 @@ class HeadReader {
       if (unit && is_used(i)) ++known;
       const UnitWord* word = unit ? find_unit(*unit) : nullptr;
       const bool is_time = word != nullptr && word->meaning == ColumnMeaning::time;
+      const bool is_clock = is_clock_form(fields[i]);
       if (is_used(i) && used == 1)
-        begins_with_time = is_time || counts_samples(lower_case(without_quotes(fields[i])));
+        begins_with_time = is_time || is_clock || counts_samples(lower_case(without_quotes(fields[i])));
       units[i] = unit ? *unit : without_quotes(fields[i]);
-      if (is_value(fields[i])) units[i].clear();
+      if (is_value(fields[i]) || is_clock) units[i].clear();
     }
     const bool has_all = known == used || (begins_with_time && 2 * known >= used);
     if (known == 0 || !has_all) return std::nullopt;
@@ -176,6 +179,7 @@ class HeadReader {
       const bool is_known = std::ranges::any_of(found, is_known_name);
       if (names.empty() || is_known) {
         names = found;
+        if (own && !units) units = std::move(own);  // ms,V,um
         line = each.number;
         above = lines_.size() - 1 - n;
       }
@@ -238,7 +242,7 @@ class HeadReader {
         const std::string rest(without_marks(std::string_view(lower).substr(found->length)));
         if (found->setting == RecordSetting::rate_Hz || found->setting == RecordSetting::interval_s) {
           std::string value = rest;
-          for (std::size_t j = i + 1; j < std::min(i + 3, fields.size()); ++j)
+          for (std::size_t j = i + 1; j < std::min(i + 3, fields.size()) && fields[j] != fields[i]; ++j)
             if (j == i + 1 || fields[j] != fields[j - 1])  // one for each channel
               value += " " + lower_case(without_marks(fields[j]));
           if (n + 1 < lines.size() && value.find_first_of("0123456789") == std::string::npos)
@@ -301,41 +305,56 @@ class HeadReader {
     return *value * known->second;
   }
 
-  /// `Vertical Units,V,,Vertical Units,mV`: of the column below; `CH1:V CH2:mV`: of the column of that name;
-  /// else of every column.
-  void take_units(const Fields& fields, std::size_t at, RecordSetting setting, std::string_view rest) {
-    const auto apply = [&](const std::string& unit, auto matches) {
-      for (std::size_t i = 0; i < head_.columns.size(); ++i) {
-        CsvColumn& column = head_.columns[i];
-        if (is_used(i) && column.unit.empty() && matches(i)) column.unit = unit;
-      }
-    };
-    const bool is_of_time = setting == RecordSetting::time_unit;
-    std::vector<std::pair<std::size_t, std::string_view>> values;
+  using ValueOfField = std::pair<std::size_t, std::string_view>;
+
+  /// The texts behind the words of a setting, up to the next one.
+  static std::vector<ValueOfField> values_of(const Fields& fields, std::size_t at, std::string_view rest) {
+    std::vector<ValueOfField> values;
     if (!without_marks(rest).empty()) values.emplace_back(at, without_marks(rest));
     for (std::size_t j = at + 1; j < fields.size() && !find_setting(lower_case(without_marks(fields[j])));
          ++j)
       if (!fields[j].empty() && !is_value(fields[j])) values.emplace_back(j, fields[j]);
+    return values;
+  }
+
+  /// A unit among the settings, and what says of which column it is.
+  struct UnitSetting {
+    bool is_of_time = false, is_alone = false;
+    std::string_view channel{};              ///< CH1:V; empty: none is named
+    std::size_t target = std::string::npos;  ///< npos: none
+    std::size_t field = 0;                   ///< in which it stands
+  };
+
+  /// `Vertical Units,V,,Vertical Units,mV`: of the column below; `CH1:V CH2:mV`: of the column of that name;
+  /// else of every column.
+  void take_units(const Fields& fields, std::size_t at, RecordSetting setting, std::string_view rest) {
+    const std::vector<ValueOfField> values = values_of(fields, at, rest);
     const std::vector<std::size_t> targets = targets_of(values.size());
+    UnitSetting by{.is_of_time = setting == RecordSetting::time_unit, .is_alone = values.size() == 1};
     for (std::size_t k = 0; k < values.size(); ++k) {
-      const std::size_t index = values[k].first;
+      by.field = values[k].first;
+      if (!targets.empty()) by.target = targets[k];
       for (const std::string_view token : split_by(values[k].second, ' ')) {
         const std::size_t colon = token.find(':');
-        const std::string unit =
-            symbol_of(without_quotes(token.substr(colon == std::string_view::npos ? 0 : colon + 1)));
-        if (find_unit(unit) == nullptr) continue;
-        if (is_of_time)
-          apply(unit, [&](std::size_t i) { return is_time(i); });
-        else if (colon != std::string_view::npos)
-          apply(unit, [&](std::size_t i) { return head_.columns[i].name == token.substr(0, colon); });
-        else if (!targets.empty())
-          apply(unit, [&](std::size_t i) { return i == targets[k]; });
-        else if (is_used(index) && (values.size() > 1 || index != first_used()))
-          apply(unit, [&](std::size_t i) { return i == index; });
-        else
-          apply(unit, [&](std::size_t i) { return !is_time(i); });
+        const bool names_channel = colon != std::string_view::npos;
+        by.channel = names_channel ? token.substr(0, colon) : std::string_view();
+        const std::string_view text = names_channel ? token.substr(colon + 1) : token;
+        if (find_unit(without_quotes(text)) != nullptr) take_unit(symbol_of(without_quotes(text)), by);
       }
     }
+  }
+
+  void take_unit(const std::string& unit, const UnitSetting& by) {
+    for (std::size_t i = 0; i < head_.columns.size(); ++i)
+      if (is_used(i) && head_.columns[i].unit.empty() && is_meant(i, by)) head_.columns[i].unit = unit;
+  }
+
+  bool is_meant(std::size_t column, const UnitSetting& by) const {
+    if (by.is_of_time) return is_time(column);
+    if (!by.channel.empty()) return head_.columns[column].name == by.channel;
+    if (by.target != std::string::npos) return column == by.target;
+    if (is_used(by.field) && (!by.is_alone || by.field != first_used())) return column == by.field;
+    return !is_time(column);
   }
 
   /// The columns that so many units belong to: all, or all but the time; empty: as they stand.

@@ -98,7 +98,7 @@ bool RecordText::next(TextLine& line) const {
   line.ends_the_file = end == std::string::npos;
   line.next = line.ends_the_file ? text_.size() : end + 1;
   line.text = std::string_view(text_).substr(line.begin, end - line.begin);
-  if (line.text.ends_with('\r')) line.text.remove_suffix(1);
+  while (line.text.ends_with('\r')) line.text.remove_suffix(1);
   if (++line.number == 1) line.text = without_byte_order_mark(line.text);
   return true;
 }
@@ -111,13 +111,16 @@ bool RecordText::next_content(TextLine& line) const {
   return false;
 }
 
-void RecordText::fail(const TextLine& line, std::string_view at, const std::string& what) const {
+std::string RecordText::place(const TextLine& line, std::string_view at) const {
   const std::size_t column =
       at.data() >= text_.data() + line.begin && at.data() <= text_.data() + text_.size()
           ? static_cast<std::size_t>(at.data() - text_.data()) - line.begin
           : 0;
-  throw Error(
-      fmt::format("{}:{}:{}: {}", file_.string(), std::max<std::size_t>(line.number, 1), column + 1, what));
+  return fmt::format("{}:{}:{}: ", file_.string(), std::max<std::size_t>(line.number, 1), column + 1);
+}
+
+void RecordText::fail(const TextLine& line, std::string_view at, const std::string& what) const {
+  throw Error(place(line, at) + what);
 }
 
 }  // namespace hystcan::config

@@ -13,7 +13,7 @@ using Words = std::span<const std::string_view>;
 constexpr auto of_time = ColumnMeaning::time, of_input = ColumnMeaning::input,
                of_output = ColumnMeaning::output;
 
-constexpr std::array<UnitWord, 23> unit_words{
+constexpr std::array<UnitWord, 27> unit_words{
     {{"s", "s", 1.0, of_time, " sec secs second seconds sekunde sekunden "},
      {"ms", "s", 1e-3, of_time, " msec msecs millisecond milliseconds "},
      {"us", "s", 1e-6, of_time, " usec usecs microsecond microseconds "},
@@ -26,6 +26,10 @@ constexpr std::array<UnitWord, 23> unit_words{
      {"kV", "V", 1e3, of_input, " kilovolt kilovolts "},
      {"A", "A", 1.0, of_input, " amp amps ampere amperes "},
      {"mA", "A", 1e-3, of_input, " milliamp milliamps milliampere milliamperes "},
+     {"pm", "nm", 1e-3, of_output, " picometer picometers picometre picometres "},
+     {"\xC3\x85", "nm", 0.1, of_output, " \xE2\x84\xAB angstrom angstroms "},
+     {"mil", "um", 25.4, of_output, " mils thou "},
+     {"inch", "um", 25'400.0, of_output, " inches "},
      {"nm", "nm", 1.0, of_output, " nanometer nanometers nanometre nanometres "},
      {"um", "um", 1.0, of_output,
       " micron microns micrometer micrometers micrometre micrometres mikrometer "},
@@ -55,7 +59,7 @@ constexpr std::array<std::string_view, 18> output_words{
 constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
 
 // No word begins with one that stands before it.
-constexpr std::array<std::pair<std::string_view, RecordSetting>, 29> setting_words{
+constexpr std::array<std::pair<std::string_view, RecordSetting>, 34> setting_words{
     {{"abtastrate", RecordSetting::rate_Hz},
      {"abtastfrequenz", RecordSetting::rate_Hz},
      {"sampling rate", RecordSetting::rate_Hz},
@@ -73,9 +77,14 @@ constexpr std::array<std::pair<std::string_view, RecordSetting>, 29> setting_wor
      {"sampling time", RecordSetting::interval_s},
      {"sample period", RecordSetting::interval_s},
      {"sampling period", RecordSetting::interval_s},
+     {"sampletime", RecordSetting::interval_s},
+     {"sampling_period", RecordSetting::interval_s},
+     {"sample_period", RecordSetting::interval_s},
+     {"hresolution", RecordSetting::interval_s},
      {"increment", RecordSetting::interval_s},
      {"x increment", RecordSetting::interval_s},
      {"xincrement", RecordSetting::interval_s},
+     {"xinc", RecordSetting::interval_s},
      {"delta_x", RecordSetting::interval_s},
      {"delta x", RecordSetting::interval_s},
      {"abtastintervall", RecordSetting::interval_s},
@@ -104,6 +113,8 @@ const UnitWord* find_unit(std::string_view text) {
       std::ranges::find_if(unit_words, [&](const UnitWord& unit) { return has_word(unit, lower); });
   return word == unit_words.end() ? nullptr : &*word;
 }
+
+bool is_clock_form(std::string_view text) { return lower_case(text).find("h:mm") != std::string::npos; }
 
 std::string listed_units(ColumnMeaning meaning) {
   std::string list;

@@ -25,6 +25,8 @@ struct UnitWord {
 /// A unit by its symbol or by a word in any case: "ms", "msec", "Millisecond"; both letters for micro are
 /// read as u. `nullptr` if the unit is not known.
 const UnitWord* find_unit(std::string_view text);
+/// True for hh:mm:ss, the form of a time of day in the place of its unit.
+bool is_clock_form(std::string_view text);
 /// "s, ms, us, ...": the symbols that a column of this meaning can have.
 std::string listed_units(ColumnMeaning meaning);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <string>
 #include <unordered_map>
 
@@ -131,8 +132,92 @@ bool has_texts(const std::vector<std::string_view>& fields, const RowShape& shap
 
 bool fits_width(const std::vector<std::string_view>& fields, const RowShape& shape) {
   const std::size_t width = shape.width();
-  if (fields.size() == width + 1) return fields.back().empty();
+  if (fields.size() == width + 1) return !is_value(fields.back());
   return fields.size() == width || (fields.size() + 1 == width && !shape.numbers.back());
+}
+
+namespace {
+
+/// A shorter block with the shape of the record, above names, is a part of the head.
+constexpr std::size_t longest_block_of_head = 9;
+
+/// True if a field in which the record has no numbers has a text.
+bool has_label(const std::vector<std::string_view>& fields, const RowShape& shape) {
+  for (std::size_t i = 0; i < shape.width() && i < fields.size(); ++i)
+    if (!shape.numbers[i] && !fields[i].empty() && !is_value(fields[i])) return true;
+  return false;
+}
+
+/// The word of a setting in front of its values: "BlockSize",600,600. Empty if the line begins otherwise.
+std::string_view setting_of(const std::vector<std::string_view>& fields, const RowShape& shape) {
+  std::size_t label = 0;
+  while (label < shape.width() && fields[label].empty()) ++label;
+  if (label == shape.width() || shape.numbers[label] || is_value(fields[label])) return {};
+  std::size_t value = label + 1;
+  while (value < shape.width() && fields[value].empty()) ++value;
+  return value < shape.width() && shape.numbers[value] ? fields[label] : std::string_view();
+}
+
+/// True if the first number can be read, which is the time in most records.
+bool is_damaged_row(const std::vector<std::string_view>& fields, const RowShape& shape) {
+  const auto first = static_cast<std::size_t>(std::ranges::find(shape.numbers, true) - shape.numbers.begin());
+  return fits_width(fields, shape) && first < fields.size() && is_value(fields[first]);
+}
+
+/// Takes the lines from the first one on, and finds the first row among them.
+class FirstRow {
+ public:
+  explicit FirstRow(const RowShape& shape) : shape_(shape) {}
+
+  bool is_found() const { return rows_ > longest_block_of_head || rows_ == shape_.rows; }
+  const TextLine& before() const { return before_row_; }
+
+  void add(const TextLine& line, const TextLine& before) {
+    if (line.is_comment()) return;
+    split_fields(line.text, shape_.separator, fields_);
+    if (has_shape(fields_, shape_)) return add_row(before);
+    if (!is_damaged_row(fields_, shape_))
+      damaged_.reset();
+    else if (!damaged_)
+      damaged_ = before;
+    if (has_texts(fields_, shape_)) add_names();
+  }
+
+ private:
+  void add_row(const TextLine& before) {
+    const std::string_view setting = setting_of(fields_, shape_);
+    if (setting.empty() && settings_ == rows_ && settings_ > 1) forget();  // Yokogawa: they were settings
+    if (rows_ == 0) before_row_ = damaged_.value_or(before);
+    ++rows_;
+    if (has_label(fields_, shape_)) ++labelled_;
+    if (!setting.empty() && setting != last_setting_) ++settings_;
+    last_setting_ = setting;
+  }
+
+  void add_names() {
+    const bool is_of_head = labelled_ == rows_ || !has_names_;  // settings, or numbers without names
+    if (rows_ > 0 && is_of_head && rows_ * 10 < shape_.rows) forget();
+    has_names_ = true;
+  }
+
+  void forget() { rows_ = labelled_ = settings_ = 0; }
+
+  const RowShape& shape_;
+  std::vector<std::string_view> fields_;
+  TextLine before_row_;
+  std::optional<TextLine> damaged_;  ///< the line before a damaged row
+  std::size_t rows_ = 0, labelled_ = 0, settings_ = 0;
+  std::string_view last_setting_;
+  bool has_names_ = false;
+};
+
+}  // namespace
+
+TextLine before_first_row(const RecordText& text, const RowShape& shape) {
+  FirstRow first(shape);
+  TextLine line;
+  for (TextLine before; !first.is_found() && text.next(line); before = line) first.add(line, before);
+  return first.before();
 }
 
 }  // namespace hystcan::config

@@ -31,7 +31,11 @@ bool has_shape(const std::vector<std::string_view>& fields, const RowShape& shap
 bool has_value_of(const std::vector<std::string_view>& fields, const RowShape& shape);
 /// True if the fields have texts wherever the shape has values, as names do.
 bool has_texts(const std::vector<std::string_view>& fields, const RowShape& shape);
-/// Whether so many fields are a row: an empty one at the end may be missing.
+/// Whether so many fields are a row: an empty one at the end may be missing, and a remark may follow.
 bool fits_width(const std::vector<std::string_view>& fields, const RowShape& shape);
+
+/// The line before the first row; `shape.rows` is not 0. A row of which not all numbers can be read is a row
+/// too if no other line is between it and the first whole one.
+TextLine before_first_row(const RecordText& text, const RowShape& shape);
 
 }  // namespace hystcan::config
