@@ -105,6 +105,7 @@ class RowLoader {
         unit_of(reader_, "output_unit", columns_.output_unit, columns_.output_scale);
     loaded_.dataset.output_unit = output_unit;
     output_scale_ = output_scale;
+    note_units();
     if (!layout_.output_scale || reader_.comment("output_unit").empty()) return;
     const UnitWord* unit = find_unit(output_unit);
     if (unit != nullptr && unit->meaning == ColumnMeaning::output)
@@ -112,6 +113,24 @@ class RowLoader {
           fmt::format("the file says output_unit = \"{}\", expected no --output-scale", output_unit));
     loaded_.dataset.output_unit = "um";
     output_scale_ *= *layout_.output_scale;
+  }
+
+  /// Units in the head that are not known, and what a scale means without V.
+  void note_units() {
+    const std::size_t first = columns_.has_time ? 1 : 0;
+    for (const std::size_t i : {first, first + 1}) {
+      const bool is_output = i > first;
+      const std::string& unit = reader_.columns()[columns_.selected[i]].unit;
+      const std::string& title = columns_.titles[is_output ? 2 : 1];
+      const bool is_stated = !reader_.comment(is_output ? "output_unit" : "input_unit").empty();
+      if (title.empty() || is_stated || find_unit(unit) != nullptr) continue;
+      if (is_output && layout_.output_scale)
+        loaded_.notes.push_back(fmt::format("--output-scale {:g} is taken as um per {} of {}",
+                                            *layout_.output_scale, unit.empty() ? "1" : unit, title));
+      else if (!unit.empty())
+        loaded_.notes.push_back(
+            fmt::format("the unit {} of {} is not known, its numbers are taken as they are", unit, title));
+    }
   }
 
   /// From the first two rows.
@@ -129,24 +148,39 @@ class RowLoader {
       if (!reader_.has_clock() && rate_Hz_ > 0.0)
         seconds_ = seconds_beside_rate(times[1] - times[0]);
       else if (!reader_.has_clock() && !columns_.time_unit_s)
-        settle_epoch(times[0], times[1] - times[0]);
+        settle_unstated(times[0], times[1] - times[0]);
     }
     reader_.rewind();
   }
 
-  void settle_epoch(double first, double step) {
+  void settle_unstated(double first, double step) {
     for (const Epoch& epoch : epochs)
       if (first >= epoch.first && first < epoch.last && step > 0.0 && step <= epoch.longest_step) {
         seconds_ = epoch.unit_s;
         origin_ = first;
         loaded_.notes.push_back(fmt::format("{} is taken as {} since 1970, and counts from the first row",
                                             columns_.titles[0], epoch.name));
+        return;
       }
+    const bool is_since_1970 = first >= 1.2e9 && first < 2.1e9;
+    if (step > 1.0 && step == std::round(step) && !is_since_1970)
+      fail(fmt::format(
+          "{} increases by {:g} and has no unit, expected one in its name (t_ms), or --rate, the rows per second",
+          columns_.titles[0], step));
+    loaded_.notes.push_back(fmt::format("{} has no unit, s assumed", columns_.titles[0]));
   }
 
   /// Seconds of one unit of the time column beside a stated rate: the number of the sample, or it agrees.
-  double seconds_beside_rate(double step) const {
+  double seconds_beside_rate(double step) {
     const double unit_s = columns_.time_unit_s.value_or(1.0);
+    constexpr double same = 1e-6;
+    if (!columns_.time_unit_s && step > 1.0)
+      for (const auto& [other_s, name] : {std::pair{1.0, "s"}, {1e-3, "ms"}, {1e-6, "us"}, {1e-9, "ns"}})
+        if (std::abs(other_s * step * rate_Hz_ - 1.0) < same) {
+          loaded_.notes.push_back(fmt::format("{} is taken as {}, which agrees with {}", columns_.titles[0],
+                                              name, origin_of_rate_));
+          return other_s;
+        }
     if (!columns_.time_unit_s && step == std::round(step) && step > 0.0) return 1.0 / rate_Hz_;
     constexpr double rounded = 0.2;  // 0.0003 s at 3 kHz; agrees_with_rate() looks at all rows
     if (std::abs(unit_s * step * rate_Hz_ - 1.0) < rounded) return unit_s;

@@ -1,11 +1,13 @@
-// A record in a random dress (head, separator, decimal sign, units, line ends, damage) is read to the digit,
-// or refused in one line. It is never read wrongly.
+// A record in a random dress (head, separator, decimal sign, units, clock, line ends, damage) is read to the
+// digit, or refused in one line. It is never read wrongly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -24,6 +26,8 @@ struct Row {
 };
 
 class Dress {
+  static constexpr int day_10ms = 8'640'000;
+
  public:
   explicit Dress(unsigned seed) : random_(seed) {
     const int offset_nm = pick<int>({0, 0, 1000, -2500, 100'000});
@@ -67,8 +71,24 @@ class Dress {
     position_ =
         pick<Unit>({{"um", 3}, {"\xC2\xB5m", 3}, {"\xCE\xBCm", 3}, {"microns", 3}, {"nm", 0}, {"mm", 6}});
     form_ = range(0, 4);
+    if (chance(15)) wear_clock();
     extra_column_ = chance(20);
     by_number_ = form_ >= 3 || chance(40);
+  }
+
+  /// Times of day, which count from the first row; some pass midnight.
+  void wear_clock() {
+    clock_10ms_ = pick<int>({4'320'000, day_10ms - 10});
+    for (Row& row : rows_) row.t_10ms -= first_10ms_;
+  }
+
+  std::string time_of(int t_10ms) const {
+    if (!clock_10ms_) return digits_of(t_10ms, time_.digits);
+    const int at = (*clock_10ms_ + t_10ms) % day_10ms;
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%02d:%02d:%02d%c%02d", at / 360'000, at / 6000 % 60,
+                  at / 100 % 60, has_comma_ ? ',' : '.', at % 100);
+    return text.data();
   }
 
   std::string digits_of(int value, int digits) const {
@@ -104,10 +124,11 @@ class Dress {
     const std::vector<std::string> names{"Time", "Drive", "Position"};
     std::vector<std::string> title, below;
     for (std::size_t i = 0; i < 3; ++i) {
-      title.push_back(form_ == 0 || form_ == 3 ? names[i] + " (" + units[i] + ")"
-                      : form_ == 1             ? names[i] + "[" + units[i] + "]"
-                                               : names[i]);
-      below.push_back(form_ == 2 ? units[i] : "(" + units[i] + ")");
+      title.push_back(i == 0 && clock_10ms_      ? names[i]
+                      : form_ == 0 || form_ == 3 ? names[i] + " (" + units[i] + ")"
+                      : form_ == 1               ? names[i] + "[" + units[i] + "]"
+                                                 : names[i]);
+      below.push_back(i == 0 && clock_10ms_ ? "hh:mm:ss" : form_ == 2 ? units[i] : "(" + units[i] + ")");
     }
     if (extra_column_) {
       title.emplace_back("Temperature");
@@ -119,8 +140,7 @@ class Dress {
     if (by_number_) layout_.columns = "1,2,3";
     for (const Row& row : rows_) {
       rows_at_.push_back(text_.size());
-      std::vector<std::string> fields{digits_of(row.t_10ms, time_.digits),
-                                      digits_of(row.drive_10mV, drive_.digits),
+      std::vector<std::string> fields{time_of(row.t_10ms), digits_of(row.drive_10mV, drive_.digits),
                                       digits_of(row.position_nm, position_.digits)};
       if (extra_column_) fields.push_back(digits_of(2150 + row.t_10ms % 7, 2));
       line(fields);
@@ -161,6 +181,7 @@ class Dress {
   std::mt19937 random_;
   std::vector<Row> rows_;
   int first_10ms_ = 0;
+  std::optional<int> clock_10ms_;  ///< of the first row; none: the time has a unit
   std::string separator_, line_end_, text_;
   bool quotes_ = false, has_comma_ = false, thousands_ = false, extra_column_ = false, by_number_ = false;
   Unit time_{}, drive_{}, position_{};

@@ -266,7 +266,7 @@ TEST(LabCsvSigns, AreDecidedOnceForTheWholeFile) {
   EXPECT_EQ(load("t;V;x\n0,5;1;1.002.000,5\n0,6;1;31.250\n").dataset.output,
             (std::vector<double>{1002000.5, 31250.0}));
   EXPECT_EQ(load("t;V;x\n0,5;1;2.000\n0,6;1;31\n").dataset.output, (std::vector<double>{2000.0, 31.0}));
-  EXPECT_EQ(load("t;V;x\n1;1,500;2\n2;1,250;3\n").notes,
+  EXPECT_EQ(load("t_s;V;x\n1;1,500;2\n2;1,250;3\n").notes,
             (std::vector<std::string>{
                 "1,500 (2:3): the comma is taken as the decimal sign, though it can separate thousands"}));
   EXPECT_EQ(refusal("t;V;x\n1;1.500;2\n2;500;3\n"),
@@ -352,7 +352,7 @@ TEST(LabCsvRefusal, NamesTheKindOfAFileThatIsNoText) {
 }
 
 TEST(LabCsvRows, EndBeforeZerosThatAPowerFailureLeaves) {
-  const DatasetFile file = load(std::string("t,V,x\n0,1,2\n1,2,3\n2,3") + std::string(5000, '\0'));
+  const DatasetFile file = load(std::string("t_s,V,x\n0,1,2\n1,2,3\n2,3") + std::string(5000, '\0'));
   EXPECT_EQ(file.dataset.output, (std::vector<double>{2.0, 3.0}));
   EXPECT_EQ(file.notes.size(), 2U);
 }
