@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "app/command_line/commands.h"
@@ -13,6 +14,7 @@
 #include "app/stage/dataset_input.h"
 #include "app/stage/identification_result.h"
 #include "app/stage/option_check.h"
+#include "app/stage/record_doubts.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
@@ -83,13 +85,17 @@ void write(const ValidateArguments& options, const Dataset& dataset, const Valid
   out.commit();
 }
 
-void report_prediction(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome) {
+void report_prediction(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome,
+                       const std::vector<std::string>& said) {
   const double percent = 100.0 / outcome.output_span;
   const bool rest = outcome.has_rest();
   if (options.json) {
-    print("{}\n", validation_json(outcome).dump(2));
+    nlohmann::json result = validation_json(outcome);
+    result["findings"] = said;
+    print("{}\n", result.dump(2));
     return;
   }
+  for (const std::string& finding : said) print("- {}\n", finding);
   const ErrorNorms& judged = rest ? outcome.rest : outcome.all;
   print("{}: predicted with {:.3g} % RMS, {:.3g} % at most, of its output span {:.5g} {}\n",
         options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
@@ -122,10 +128,12 @@ int run_validate(const ValidateArguments& options) {
   DatasetInput input = options.input;
   input.input_unit = model.parameters().input_unit;
   input.model_output_unit = model.parameters().output_unit;
-  const Dataset dataset = load_datasets({options.data}, input).front();
+  Dataset dataset = load_datasets({options.data}, input).front();
+  std::vector<std::string> said;
+  for (const RecordDoubt& doubt : leave_out_suspects(options.data, dataset)) said.push_back(doubt.text());
   const Validation outcome = predict(options, model, dataset);
   if (!options.output.empty()) write(options, dataset, outcome);
-  report_prediction(options, dataset, outcome);
+  report_prediction(options, dataset, outcome, said);
   return done;
 }
 

@@ -52,7 +52,7 @@ std::vector<RecordDoubt> leave_out_suspects(const std::filesystem::path& file, D
   }
   for (const SensorEnd& end : identification::sensor_ends(dataset))
     doubts.push_back({fmt::format("{}: {}", file.string(), text_of_end(end, dataset)),
-                      "the model takes that for the end of the stage"});
+                      "all rows are used, though the output there is not that of the stage"});
   return doubts;
 }
 

@@ -1,4 +1,4 @@
-// `hystcan identify` and `hystcan init` with records that are not to be believed.
+// `hystcan identify`, `hystcan validate` and `hystcan init` with records that are not to be believed.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -69,6 +69,20 @@ TEST_F(SpoiltRecord, IsIdentifiedWithoutItsDropOutsWhichAreNamed) {
   EXPECT_EQ(of_spoilt["records"][0]["samples"], of_clean["records"][0]["samples"].get<int>() - 3);
   EXPECT_NE(of_spoilt["findings"][0].get<std::string>().find("in row 301"), std::string::npos);
   EXPECT_NE(read("found.toml").find("these rows are left out"), std::string::npos);
+}
+
+TEST_F(SpoiltRecord, IsValidatedWithoutItsDropOutsWhichAreNamed) {
+  Dataset record = clean();
+  write_record("clean.csv", record);
+  record.output[300] = record.output[301] = 0.0;
+  write_record("spoilt.csv", record);
+  identified({path("clean.csv")});
+  EXPECT_EQ(run({"validate", path("found.toml"), path("spoilt.csv"), "--json"}), done) << err;
+  const json found = json::parse(out);
+  EXPECT_LT(found["max_percent"].get<double>(), 1.0);
+  EXPECT_NE(found["findings"].at(0).get<std::string>().find("in row 301"), std::string::npos);
+  EXPECT_EQ(run({"validate", path("found.toml"), path("spoilt.csv")}), done) << err;
+  EXPECT_NE(out.find("in row 301"), std::string::npos) << out;
 }
 
 TEST_F(SpoiltRecord, IsRefusedByInitUnlessItIsAccepted) {
