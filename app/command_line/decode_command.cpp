@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "app/command_line/bus_source.h"
 #include "app/command_line/commands.h"
@@ -23,14 +27,51 @@ struct DecodeArguments {
   bool json = false;
 };
 
+/// Frames per second of a log. A stamp that is ahead counts as the time between the stamps beside it. A clock
+/// that was set back does not count, nor does a gap of a second and a thousand mean intervals.
+class LogRate {
+ public:
+  void add(std::chrono::microseconds time) {
+    if (!last_) before_ = time;
+    if (last_ && time >= *last_)
+      take(time - *last_, *last_);
+    else if (last_ && time >= before_)
+      take(time - before_ - std::exchange(taken_, {}), before_);
+    last_ = time;
+  }
+  /// None if no time has passed.
+  std::optional<double> rate_Hz() const {
+    return span_ > Span(0) ? std::optional(static_cast<double>(intervals_) / span_.count()) : std::nullopt;
+  }
+
+ private:
+  using Span = std::chrono::duration<double>;
+
+  void take(Span span, std::chrono::microseconds before) {
+    const bool is_gap =
+        span > Span(1) && intervals_ > 10 && span > 1000.0 / static_cast<double>(intervals_) * span_;
+    before_ = before;
+    taken_ = is_gap ? Span(0) : span;
+    span_ += taken_;
+    intervals_ += is_gap ? 0 : 1;
+  }
+
+  std::optional<std::chrono::microseconds> last_;
+  std::chrono::microseconds before_{};  ///< the stamp before the last
+  Span span_{0}, taken_{0};             ///< taken_: of the last interval
+  std::uint64_t intervals_ = 0;
+};
+
 /// With `at_once`, each frame is printed when it arrives, for example from `candump -L can0 |`.
 void decode(std::istream& stream, const std::string& name, const DecodeArguments& options, bool at_once,
             FrameText& text, DecodeFindings& findings) {
   can::CandumpReader reader(stream, name);
+  LogRate rate;
   if (options.csv) print(csv_header);
   while (const auto logged = reader.next()) {
     for (const std::string& finding : findings.add(*logged)) note("{}: {}\n", options.dbc.string(), finding);
     print(text(*logged));
+    if (logged->frame.kind != can::FrameKind::error) rate.add(logged->time);
     if (at_once) flush_output();
   }
   flush_output();
@@ -39,6 +80,7 @@ void decode(std::istream& stream, const std::string& name, const DecodeArguments
   const std::uint64_t lost = text.lost() + reader.dropped();
   note("{}: {}, {} of them not in {}; {}", name, counted(text.frames(), "frame"), text.unknown(),
        options.dbc.string(), counted(text.error_frames(), "error frame"));
+  if (const auto rate_Hz = rate.rate_Hz()) note("; {:.4g} frames/s", *rate_Hz);
   if (lost > 0) note("; {} lost by the recorder", counted(lost, "frame"));
   note("\n");
 }

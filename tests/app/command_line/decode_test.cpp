@@ -53,6 +53,21 @@ TEST_F(Decode, ShowsMessagesWithValuesUnitsAndNames) {
   EXPECT_NE(sound.err().find("3 frames, 1 of them not in"), std::string::npos) << sound.err();
 }
 
+TEST_F(Decode, StatesARateWithoutAStampThatSteps) {
+  const auto summary_of = [&](const std::string& log) {
+    Process program = run(log);
+    EXPECT_EQ(program.wait(), done) << program.err();
+    return program.err();
+  };
+  EXPECT_NE(summary_of("(1.000000) can0 7FF#AB\n").find("0 error frames\n"), std::string::npos) << "no time";
+  const std::string begin = "(1.000000) can0 7FF#01\n(1.100000) can0 7FF#02\n";
+  const std::string ahead =
+      begin + "(7.150000) can0 7FE#03\n(1.150000) can0 7FF#04\n(1.200000) can0 7FF#05\n";
+  EXPECT_NE(summary_of(ahead).find("; 20 frames/s\n"), std::string::npos) << summary_of(ahead);
+  const std::string set_back = begin + "(0.500000) can0 7FF#03\n(0.600000) can0 7FF#04\n";
+  EXPECT_NE(summary_of(set_back).find("; 10 frames/s\n"), std::string::npos) << summary_of(set_back);
+}
+
 TEST_F(Decode, KeepsTheFlagsOfFdFrames) {
   const std::string log =
       "(1.000000) can0 102##10000803F\n(2.000000) can0 102##00000803F\n(3.000000) can0 7FF##7AB\n";
