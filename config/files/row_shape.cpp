@@ -158,10 +158,14 @@ std::string_view setting_of(const std::vector<std::string_view>& fields, const R
   return value < shape.width() && shape.numbers[value] ? fields[label] : std::string_view();
 }
 
-/// True if the first number can be read, which is the time in most records.
+/// True if the first number can be read, which is the time in most records; in a wider line, if all can.
 bool is_damaged_row(const std::vector<std::string_view>& fields, const RowShape& shape) {
-  const auto first = static_cast<std::size_t>(std::ranges::find(shape.numbers, true) - shape.numbers.begin());
-  return fits_width(fields, shape) && first < fields.size() && is_value(fields[first]);
+  for (std::size_t i = 0; i < std::min(fields.size(), shape.width()); ++i) {
+    if (!shape.numbers[i]) continue;
+    if (!is_value(fields[i])) return false;
+    if (fits_width(fields, shape)) return true;
+  }
+  return fields.size() > shape.width();
 }
 
 /// Takes the lines from the first one on, and finds the first row among them.

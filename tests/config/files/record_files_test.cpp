@@ -210,6 +210,13 @@ INSTANTIATE_TEST_SUITE_P(
                     return fmt::format("{:.2f} {:.5f} {:.5f}\n", time, v, x);
                   }},
         WornDress{"means below a blank line", "t (s),u (V),x (um)\n", plain, {}, "", "\n600,50.1,15.2\n"},
+        WornDress{"a further number in the first row",
+                  "t (s),u (V),x (um)\n",
+                  [](int i, double time, double v, double x) {
+                    return fmt::format("{:.2f},{:.5f},{:.5f}{}\n", time, v, x, i == 0 ? ",5" : "");
+                  },
+                  {},
+                  ":2:1: the row has 4 fields, expected 3 as in the header; --from 0.01 begins behind it"},
         WornDress{
             "times in whole numbers without a unit",
             "time,drive,position\n",
