@@ -223,7 +223,7 @@ std::string plant_text(const Identified& found, const AxisRecords& records) {
              "# The twin's actuator: the identified model with outputs off by {:.2g} % of half their range at "
              "most.\n",
              100.0 * share) +
-         config::model_text(not_quite(found.parameters, share), {});
+         config::model_text(not_quite(found.parameters, share), {}, {}, not_quite(found.creep, share));
 }
 
 }  // namespace

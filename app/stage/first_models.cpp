@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/stage/first_stage.h"
+#include "identification/separable_fit.h"
 #include "model/hysteresis_parameters.h"
 #include "model/validity.h"
 
@@ -15,7 +16,10 @@ using model::Basis;
 using model::Direction;
 using model::HysteresisParameters;
 using model::Interval;
+using model::OutputCreep;
 using model::ReferenceCurve;
+
+constexpr double share_of_k = 20.0 / 3.0;
 
 /// a s^2 + b s + c with s from 0 to 1 in the interval. s = (1 + t) / 2 gives s^2 = 3/8 + t/2 + T_2(t)/8.
 ReferenceCurve parabola(double a, double b, double c, Interval domain) {
@@ -115,10 +119,16 @@ HysteresisParameters usual_loop(const AxisFacts& axis) {
 }
 
 HysteresisParameters not_quite(const HysteresisParameters& parameters, double share) {
-  constexpr double share_of_k = 20.0 / 3.0;
   for (const bool alternating : {true, false})
     if (auto p = valid(with_curves_off(parameters, share, alternating), 1.0 + share_of_k * share)) return *p;
   return parameters;
+}
+
+std::optional<OutputCreep::Config> not_quite(std::optional<OutputCreep::Config> creep, double share) {
+  if (creep)
+    creep->per_decade =
+        std::min(creep->per_decade * (1.0 + share_of_k * share), identification::most_creep_per_decade);
+  return creep;
 }
 
 }  // namespace hystcan::app

@@ -1,10 +1,12 @@
 // What a stage begins with: a commented configuration and models from what is known of it.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "app/stage/stage_facts.h"
 #include "model/hysteresis_parameters.h"
+#include "model/output_creep.h"
 
 namespace hystcan::app {
 
@@ -28,5 +30,8 @@ model::HysteresisParameters usual_loop(const AxisFacts& axis);
 /// stays valid with that, so that a rehearsal shows what a controller makes of a model that is not quite
 /// true.
 model::HysteresisParameters not_quite(const model::HysteresisParameters& parameters, double share);
+/// The creep off by as much as k, up to identification::most_creep_per_decade.
+std::optional<model::OutputCreep::Config> not_quite(std::optional<model::OutputCreep::Config> creep,
+                                                    double share);
 
 }  // namespace hystcan::app

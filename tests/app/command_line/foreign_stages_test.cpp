@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/files/model_file.h"
+#include "model/hysteresis.h"
 #include "model/hysteresis_parameters.h"
 #include "tests/app/command_line/cli.h"
 
@@ -48,6 +49,15 @@ TEST_P(InitOfForeignStages, EndsWithAPlausibleCurveAndStroke) {
   const double below_um = found.lower_point().level - found.ascending.value(found.input_range().lo);
   EXPECT_GE(below_um, 0.0);
   EXPECT_LT(below_um, 0.25 * stroke_um);
+  const auto creep = config::load_lag(shipped / "stage/x.model.toml").creep,
+             twins = config::load_lag(shipped / "stage/x.plant.toml").creep;
+  ASSERT_TRUE(creep && twins);
+  EXPECT_GT(twins->per_decade, creep->per_decade);
+  EXPECT_LT(twins->per_decade, 1.7 * creep->per_decade);
+  const model::Hysteresis twin(config::load_model(shipped / "stage/x.plant.toml"));
+  model::HysteresisState wiped = twin.at_lower_threshold();
+  EXPECT_NEAR(twin.virgin(0.0).output, twin.advance(wiped, 0.0).value, 1e-6)
+      << "the twin starts where the record began";
   EXPECT_NE(read("stage/x.report/report.html").find("the ascending reference curve is chosen"),
             std::string::npos);
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "config/files/model_file.h"
+#include "identification/ascending_choice.h"
+#include "identification/separable_fit.h"
 #include "model/hysteresis.h"
 #include "model/validity.h"
 
@@ -57,6 +59,31 @@ TEST_P(MismatchOfShippedModels, IsThreePercentOfTheCurvesAndTwentyOfK) {
   EXPECT_NEAR(percent, 1.5, 0.01) << "3 % of the way from the middle";
   EXPECT_NEAR(other.k_ascending / given.k_ascending, 1.2, 1e-9);
   EXPECT_NEAR(other.k_descending / given.k_descending, 1.2, 1e-9);
+}
+
+TEST(MismatchOfCreep, IsThatOfK) {
+  const std::optional<model::OutputCreep::Config> given{{.per_decade = 0.02}};
+  EXPECT_NEAR(not_quite(given, 0.03)->per_decade, 1.2 * 0.02, 1e-12);
+  EXPECT_FALSE(not_quite(std::optional<model::OutputCreep::Config>{}, 0.03));
+}
+
+TEST(MismatchOfCreep, StaysWithinWhatIdentifyFinds) {
+  const auto other = not_quite(std::optional<model::OutputCreep::Config>{{.per_decade = 0.15}}, 0.1);
+  EXPECT_EQ(other->per_decade, identification::most_creep_per_decade);
+  EXPECT_NO_THROW(model::OutputCreep{*other});
+}
+
+// Records that begin wiped at the lowest drive leave the curve free; it is chosen so (ascending_choice.h).
+TEST(MismatchOfACurveFromTheLowerPoint, StartsWhereTheDriveHasComeFromTheLowerThreshold) {
+  model::HysteresisParameters given = usual_loop(stage());
+  given = identification::with_ascending_from_lower(given, 1e-6);
+  ASSERT_TRUE(identification::begins_at_lower_point(given));
+  const model::HysteresisParameters other = not_quite(given, 0.05);
+  const model::Hysteresis plant(other);
+  for (const double v : {-19.0, 0.0, 60.0}) {
+    model::HysteresisState from_lower = plant.at_lower_threshold();
+    EXPECT_NEAR(plant.virgin(v).output, plant.advance(from_lower, v).value, 1e-9);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, MismatchOfShippedModels,
