@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -14,7 +15,6 @@
 #include "app/live/report.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/dynamics_text.h"
-#include "app/stage/tuning.h"
 #include "base/error.h"
 #include "config/files/model_file.h"
 #include "controller/analysis/linear_loop.h"
@@ -25,22 +25,15 @@ namespace {
 using controller::LinearLoop;
 using identification::Misfit;
 
-// Squares, but for the factors of the interval.
-constexpr double other_motion = 1.2, never_let_through = 0.08, extrapolated_creep = 0.006, shared_delay = 2.0;
+constexpr double other_motion = 1.2, never_let_through = 0.08, extrapolated_creep = 0.006;  // of squares
 constexpr double least_share_error = 0.03, most_share_error = 0.5;
-/// A mode that no record shows: standard errors of the resonance, and a factor of its damping.
-struct ModeOff {
-  double errors, damping;
-};
-constexpr std::array modes_off{ModeOff{-1.65, 1.3}, ModeOff{-0.8, 1.0 / 1.3}, ModeOff{0.8, 1.3},
-                               ModeOff{1.65, 1.0 / 1.3}};
+/// Standard deviations of logarithms: of the damping of a mode that no record shows, and of the parts.
+constexpr double damping_spread = 0.2, exact_spread = 0.15, misfit_spread = 0.3, floor_spread = 0.5,
+                 creep_spread = 0.35;
 
-// Of the interval: x, and all else.
-struct Factors {
-  double exact, rest;
-};
-constexpr Factors at_least{0.9, 0.65}, at_most{1.2, 1.5};
-constexpr double unseen_mode = 1.2;  // more of both for x where no record shows the mode
+/// Normal deviates, the middles of eleven equal shares of the probability.
+constexpr std::array deviates{-1.69, -1.10, -0.75, -0.47, -0.23, 0.0, 0.23, 0.47, 0.75, 1.10, 1.69};
+constexpr double deviate(std::size_t k) { return deviates[k % deviates.size()]; }
 
 double square(double x) { return x * x; }
 
@@ -121,17 +114,38 @@ class Sensitivity {
   controller::PiGains gains_{};
 };
 
+/// Parts of the squared error, um^2.
+struct Parts {
+  std::vector<double> exact{};  ///< x^2, of each sample of what is not known
+  double misfit = 0.0, floor = 0.0, creep = 0.0;
+};
+
 /// Without the octaves in which the records ring: the rehearsal has the mode.
-double misfit_square(const Misfit& misfit, const Sensitivity& sensitivity, double speed,
-                     double resonance_Hz) {
+void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivity, double speed,
+                double resonance_Hz) {
   constexpr double ringing = 0.5;  // of the resonance
-  double let_through = 0.0, whole = 0.0;
   for (std::size_t i = 0; i < misfit.rms.size(); ++i) {
     if (misfit.middle(i) * misfit.speed > ringing * resonance_Hz) break;
-    let_through += square(sensitivity(misfit.middle(i) * speed) * misfit.rms[i]);
-    whole += square(misfit.rms[i]);
+    parts.misfit += other_motion * square(sensitivity(misfit.middle(i) * speed) * misfit.rms[i]);
+    parts.floor += never_let_through * square(misfit.rms[i]);
   }
-  return other_motion * let_through + never_let_through * whole;
+}
+
+/// Equally probable values of the squared error, in their order. Each two parts meet in all combinations of
+/// their deviates (an orthogonal array).
+std::vector<double> distribution_of(const Parts& parts) {
+  std::vector<double> squares;
+  const auto times = [](double square_um, double spread, std::size_t k) {
+    return square_um * std::exp(2.0 * spread * deviate(k));
+  };
+  for (const double exact : parts.exact)
+    for (std::size_t i = 0; i < deviates.size(); ++i)
+      for (std::size_t j = 0; j < deviates.size(); ++j)
+        squares.push_back(times(exact, exact_spread, i) + times(parts.misfit, misfit_spread, j) +
+                          times(parts.floor, floor_spread, i + j) +
+                          times(parts.creep, creep_spread, i + 2 * j));
+  std::ranges::sort(squares);
+  return squares;
 }
 
 /// 0.40, 1.1, 12: two digits, a zero at the end too.
@@ -139,6 +153,24 @@ std::string two_digits(double value) {
   if (!(value > 0.0) || !std::isfinite(value)) return fmt::format("{:g}", value);
   const double shown = rounded(value, 2);
   return fmt::format("{:.{}f}", shown, std::max(0, 1 - static_cast<int>(std::floor(std::log10(shown)))));
+}
+
+bool is_in_doubt(const Doubt& doubt) { return doubt.mode_error > 0.0 || doubt.unshared_s > 0.0; }
+
+/// Makes the stage sample k of what is not known of it.
+void move(twin::AxisConfig& stage, const Doubt& doubt, std::size_t k) {
+  if (doubt.mode_error > 0.0) {
+    stage.plant.mode.natural_frequency_Hz *= 1.0 + doubt.mode_error * deviate(k);
+    stage.plant.mode.damping_ratio *= std::exp(damping_spread * deviate(7 * k + 5));
+  }
+  if (!(doubt.unshared_s > 0.0)) return;
+  constexpr double without_lag_Hz = 1e5;
+  const double error = std::clamp(doubt.share_error, least_share_error, most_share_error),
+               off = std::abs(doubt.sensor_share + error * deviate(3 * k + 5)),
+               share = off > 1.0 ? 2.0 - off : off,  // folded: 0 to 1
+      lag_s = (1.0 - share) * doubt.unshared_s;
+  stage.sensor.delay = std::chrono::nanoseconds(std::llround(1e9 * share * doubt.unshared_s));
+  stage.plant.amplifier.bandwidth_Hz = std::min(without_lag_Hz, 1.0 / (2.0 * std::numbers::pi * lag_s));
 }
 
 /// Gathers the parts of the error of each axis.
@@ -155,92 +187,58 @@ class Promises {
 
   std::vector<Promise> all() {
     for (std::size_t i = 0; i < parts_.size(); ++i) add_actuator(i);
-    add_modes();
-    add_delays();
+    add_samples();
     std::vector<Promise> promises;
     for (std::size_t i = 0; i < parts_.size(); ++i) promises.push_back(promise(i));
     return promises;
   }
 
  private:
-  struct Parts {
-    std::vector<double> exact_um{};  ///< with each mode
-    double rest = 0.0;               ///< um^2
-  };
-
   /// With an actuator that is exactly the model, where that tracks.
   const Run& base() const { return exact_.ended_well() ? exact_ : configured_; }
 
   void add_actuator(std::size_t i) {
     const controller::AxisConfig& axis = setup_.controller.axes[i].axis;
     Parts& parts = parts_[i];
-    parts.exact_um.push_back(base().true_um(i));
+    if (!is_in_doubt(grounds_[i].doubt)) parts.exact.push_back(square(base().true_um(i)));
     if (!grounds_[i].misfit || axis.learning) {
-      parts.rest += std::max(0.0, square(configured_.true_um(i)) - square(base().true_um(i)));
+      parts.misfit = std::max(0.0, square(configured_.true_um(i)) - square(base().true_um(i)));
       return;
     }
     const Sensitivity sensitivity(axis, 1.0 / setup_.controller.rate_Hz);
     const double speed = base().speed(i);
-    parts.rest += misfit_square(*grounds_[i].misfit, sensitivity, speed, axis.delays.resonance_Hz);
+    add_misfit(parts, *grounds_[i].misfit, sensitivity, speed, axis.delays.resonance_Hz);
     if (!axis.law.creep) return;
     const double fundamental_Hz = speed / (2.0 * axis.law.model.input_range().span());
-    parts.rest +=
+    parts.creep =
         extrapolated_creep *
         square(axis.law.creep->per_decade * base().outcome().axes[i].stroke_um * sensitivity(fundamental_Hz));
   }
 
-  static bool knows_mode(const Ground& ground) { return ground.doubt.mode_error == 0.0; }
-
-  void add_modes() {
-    if (std::ranges::all_of(grounds_, knows_mode)) return;
-    for (const ModeOff& off : modes_off) {
-      const Run run(changed(setup_, [&](std::size_t i, twin::AxisConfig& stage) {
-        if (knows_mode(grounds_[i])) return;
-        stage.plant.mode.natural_frequency_Hz *= 1.0 + off.errors * grounds_[i].doubt.mode_error;
-        stage.plant.mode.damping_ratio *= off.damping;
-      }));
+  /// Rehearses samples of the modes and shares together.
+  void add_samples() {
+    if (std::ranges::none_of(grounds_, [](const Ground& of) { return is_in_doubt(of.doubt); })) return;
+    for (std::size_t k = 0; k < deviates.size(); ++k) {
+      const Run run(changed(
+          setup_, [&](std::size_t i, twin::AxisConfig& stage) { move(stage, grounds_[i].doubt, k); }));
       if (!run.ended_well()) continue;
       for (std::size_t i = 0; i < parts_.size(); ++i)
-        if (!knows_mode(grounds_[i])) parts_[i].exact_um.push_back(run.true_um(i));
-    }
-  }
-
-  void add_delays() {
-    if (std::ranges::none_of(grounds_, [](const Ground& of) { return of.doubt.unshared_s > 0.0; })) return;
-    std::vector<double> slopes(parts_.size(), 0.0);  // of the squared error, per square of the share
-    for (const bool all : {false, true}) {
-      const Run run(changed(setup_, [&](std::size_t i, twin::AxisConfig& stage) {
-        if (grounds_[i].doubt.unshared_s > 0.0) set_delay(stage, grounds_[i].doubt.unshared_s, all);
-      }));
-      if (!run.ended_well()) continue;
-      for (std::size_t i = 0; i < parts_.size(); ++i) {
-        constexpr double far_enough = 0.05;
-        const double moved = std::abs((all ? 1.0 : 0.0) - grounds_[i].doubt.sensor_share);
-        if (moved < far_enough) continue;
-        slopes[i] = std::max(slopes[i], (square(run.true_um(i)) - square(base().true_um(i))) / square(moved));
-      }
+        if (is_in_doubt(grounds_[i].doubt)) parts_[i].exact.push_back(square(run.true_um(i)));
     }
     for (std::size_t i = 0; i < parts_.size(); ++i)
-      if (grounds_[i].doubt.unshared_s > 0.0)
-        parts_[i].rest +=
-            shared_delay * slopes[i] *
-            square(std::clamp(grounds_[i].doubt.share_error, least_share_error, most_share_error));
+      if (parts_[i].exact.empty()) parts_[i].exact.push_back(square(base().true_um(i)));
   }
 
   Promise promise(std::size_t i) const {
-    const Parts& parts = parts_[i];
-    double mean = 0.0;
-    for (const double um : parts.exact_um) mean += square(um) / static_cast<double>(parts.exact_um.size());
-    const auto [least, most] = std::ranges::minmax(parts.exact_um);
-    const double unsure = knows_mode(grounds_[i]) ? 1.0 : unseen_mode;
-    const auto end = [&](double exact_um, const Factors& factors) {
-      return std::sqrt(square(factors.exact * exact_um) + square(factors.rest) * parts.rest);
+    const std::vector<double> squares = distribution_of(parts_[i]);
+    const auto quantile = [&](double share) {
+      return std::sqrt(squares[static_cast<std::size_t>(share * static_cast<double>(squares.size()))]);
     };
     return {.axis = setup_.controller.axes[i].wire.name,
             .loop = grounds_[i].loop,
-            .rms_um = std::sqrt(mean + parts.rest),
-            .least_um = end(least / unsure, at_least),
-            .most_um = end(most * unsure, at_most),
+            .rms_um = quantile(0.5),
+            .least_um = quantile(0.05),
+            .most_um = quantile(0.95),
             .stroke_um = base().outcome().axes[i].stroke_um,
             .exact_failure = exact_.failure()};
   }

@@ -1,21 +1,22 @@
 // The true error that a loop will have on the stage itself, and the interval that holds it for nine stages of
 // ten.
 //
-//   e^2 = x^2 + m^2 + c^2 + d^2
+//   e^2 = x^2 + m^2 + f^2 + c^2
 //
-//   x  a rehearsal with an actuator that is exactly the model, the mean over modes that the resonance may be
+//   x  a rehearsal with an actuator that is exactly the model. Where no record shows the mode, or nobody has
+//      stated how much of a delay is the sensor's: eleven rehearsals with samples of both
 //   m  what the model leaves of its records (identification/misfit.h), moved as fast as the reference moves
 //      the drive and let through by the loop's sensitivity S; without records, what the twin's actuator adds
 //      to x:
-//        m^2 = 1.2 sum_b |S(q_b u)|^2 r_b^2 + 0.08 sum_b r_b^2
-//      The first factor: the reference does not repeat the record. The second: what no loop takes away,
-//      because the residual of slow loops is coarser than what a fast one leaves.
+//        m^2 = 1.2 sum_b |S(q_b u)|^2 r_b^2
+//      The factor: the reference does not repeat the record.
+//   f  what no loop takes away, because the residual of slow loops is coarser than what a fast one leaves:
+//        f^2 = 0.08 sum_b r_b^2
 //   c  creep, which slow records extrapolate: a share of the travel that creeps in a decade, times |S| at the
 //      reference's fundamental frequency
-//   d  the part of a delay that may be the sensor's or the amplifier's lag, where nobody has stated it: the
-//      standard error of its share, in the error of rehearsals with all of it and none
 //
-// The factors and those of the interval are the same for every stage.
+// Each part is lognormal about this and independent of the others. The promise is the median of e, the
+// interval goes from 5 % to 95 %. All factors and spreads are the same for every stage.
 // tests/app/command_line/any_new_stage_test.cpp shows the promise on stages drawn at random.
 #pragma once
 

@@ -276,13 +276,6 @@ void predict_further(TuningReport& report, const config::Config& config, const t
   report.offer = better_rate(other, rates_to_try(other(report.rate_Hz)), {*report.promise});
 }
 
-void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors) {
-  constexpr double without_lag_Hz = 1e5;
-  axis.sensor.delay = std::chrono::nanoseconds(std::llround(is_the_sensors ? 1e9 * delay_s : 0.0));
-  axis.plant.amplifier.bandwidth_Hz =
-      is_the_sensors ? without_lag_Hz : 1.0 / (2.0 * std::numbers::pi * delay_s);
-}
-
 std::vector<std::optional<double>> tracking_floors_um(const twin::AxisConfig& stage,
                                                       const std::vector<controller::Segment>& setpoint,
                                                       double cycle_s) {

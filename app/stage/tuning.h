@@ -48,9 +48,6 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
 /// Fills by_structure of the present and the proposed candidate, and the promise. `report` is evaluated.
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin);
 
-/// All of a delay becomes the sensor's, or the amplifier's lag.
-void set_delay(twin::AxisConfig& axis, double delay_s, bool is_the_sensors);
-
 /// What no setpoints can avoid: the floor of the true error (controller/analysis/feed_forward_design.h) of a
 /// reference on a stage. um RMS of each segment; none where it has no floor, or the stage a second mode.
 std::vector<std::optional<double>> tracking_floors_um(const twin::AxisConfig& stage,

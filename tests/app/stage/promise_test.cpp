@@ -85,6 +85,15 @@ TEST(PromiseOfALoop, IsWiderWhereNobodyHasStatedWhoseADelayIs) {
   EXPECT_GT(unknown.most_um / unknown.least_um, 1.2 * known.most_um / known.least_um);
 }
 
+TEST(PromiseOfALoop, HardlyDependsOnAShareThatNothingShows) {
+  const config::Config config = piezo(500.0);
+  const auto most_um = [&](double sensor_share) {
+    const Doubt doubt{.unshared_s = 5e-4, .sensor_share = sensor_share, .share_error = 1.0};
+    return promised(config, doubt, 0.01).front().most_um;
+  };
+  EXPECT_NEAR(most_um(0.95) / most_um(0.05), 1.0, 0.2);
+}
+
 TEST(PromiseOfALoop, IsWiderWhereNoRecordShowsTheMode) {
   const config::Config config = piezo(720.0);
   const Promise known = promised(config, {}, 0.01).front(),
