@@ -27,14 +27,24 @@ std::vector<double> with_creep(const model::OutputCreep& creep, const std::vecto
 std::vector<double> without_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                   std::vector<double> outputs, const std::vector<bool>& counts) {
   if (creep.lags() == 0) return outputs;
-  model::HeldCreep rows(creep);
-  double now_s = 0.0;
+  constexpr double as_long = 1e-9;  // of a step
+  const std::vector<double>& rates_per_s = creep.rates_per_s();
+  model::OutputCreep::State state;
+  std::vector<double> share(rates_per_s.size());  // of the way to h that each lag goes in a step
+  double step_s = 0.0, h = 0.0;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (!counts.empty() && !counts[i]) continue;
-    if (i > 0) now_s += time_s[i] - time_s[i - 1];
-    rows.hold_until(now_s);
-    outputs[i] = rows.inverse(outputs[i]);
-    rows.follow(outputs[i]);
+    if (state.empty()) {
+      state = creep.settled(outputs[i]);
+    } else {
+      const double passed_s = time_s[i] - time_s[i - 1];
+      if (!(std::abs(passed_s - step_s) <= as_long * passed_s)) {
+        step_s = passed_s;
+        for (std::size_t j = 0; j < share.size(); ++j) share[j] = -std::expm1(-rates_per_s[j] * step_s);
+      }
+      for (std::size_t j = 0; j < share.size(); ++j) state[j] += share[j] * (h - state[j]);
+    }
+    outputs[i] = h = creep.inverse(state, outputs[i]);
   }
   return outputs;
 }
