@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "identification/characterisation.h"
 #include "identification/curve_basis.h"
 #include "identification/regression.h"
 
@@ -17,10 +18,11 @@ namespace {
 
 constexpr double least_input_swing = 0.02;  // of the input span: smaller ones do not turn
 constexpr double valley_depth = 0.05;       // of the output span, on both sides
-constexpr double valley_distance = 0.05;    // of the swing, from its turning points
-constexpr double least_weight = 0.02;       // of the largest one: at the valley an output says little about m
-constexpr double longest_step = 0.2;        // of z from m, in the range of m
-constexpr double worth_a_term = 0.98;       // of the error without it
+constexpr double noisy_depth = 8.0;  // and of the noise: the lowest of many samples lies far below the rest
+constexpr double valley_distance = 0.05;  // of the swing, from its turning points
+constexpr double least_weight = 0.02;     // of the largest one: at the valley an output says little about m
+constexpr double longest_step = 0.2;      // of z from m, in the range of m
+constexpr double worth_a_term = 0.98;     // of the error without it
 constexpr Eigen::Index first_regressor = 3, last_regressor = 6;
 constexpr int most_passes = 8;
 constexpr int passes_with_shape = 3;  // that choose the shape of the curves again
@@ -33,7 +35,7 @@ struct Swing {
 
 std::vector<Swing> swings_of(const Dataset& dataset) {
   const auto [low, high] = std::ranges::minmax(dataset.input);
-  const double depth = valley_depth * span_of(dataset.output);
+  const double depth = valley_depth * span_of(dataset.output) + noisy_depth * noise_of(dataset.output);
   std::vector<Swing> swings;
   for (const HalfCycle& half : half_cycles(dataset, least_input_swing * (high - low))) {
     const auto begin = dataset.output.begin() + static_cast<std::ptrdiff_t>(half.begin);

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -132,6 +134,18 @@ TEST(IdentifyButterfly, OfARisingOutputSeesNoValley) {
   EXPECT_FALSE(passes_valley(record_of(Hysteresis(model::piezo_model()), steps)));
   EXPECT_TRUE(passes_valley(record_of(butterfly(magnetisation(), {15.0, 0.0, 15.0}), steps)));
   EXPECT_FALSE(passes_valley({}));
+}
+
+TEST(IdentifyButterfly, OfANoisyOutputThatHardlyMovesSeesNoValley) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise_um(0.0, 1.0);
+  Dataset dataset;
+  for (int i = 0; i < 10'000; ++i) {
+    dataset.time_s.push_back(0.004 * i);
+    dataset.input.push_back(-std::min(i, 10'000 - i) * 6e-4);
+    dataset.output.push_back(-80.0 * std::min(1.0, i / 8000.0) + noise_um(random));
+  }
+  EXPECT_FALSE(passes_valley(dataset));
 }
 
 TEST(IdentifyButterfly, StopsWhenAsked) {
