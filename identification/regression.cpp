@@ -2,11 +2,14 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "identification/dataset.h"
 #include "identification/quasi_static.h"
+#include "identification/separable_fit.h"
 
 namespace hystcan::identification {
 
@@ -15,12 +18,6 @@ namespace {
 double phi(double k, double d) { return std::abs(k * d) > 1e-17 ? -std::expm1(-k * d) / k : d; }
 
 using model::Direction;
-
-// to += a b' + b a'
-void add_symmetric(Eigen::Block<Eigen::MatrixXd>& to, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-  to.noalias() += a * b.transpose();
-  to.noalias() += b * a.transpose();
-}
 
 }  // namespace
 
@@ -144,92 +141,111 @@ Regression::Regression(Path path, CurveBasis basis, const Dataset& samples, int 
       nuisances_(nuisances) {
   base_.assign(static_cast<std::size_t>(folds), NormalEquations(unknowns()));
   gather(samples);
-  for (Sums& run : runs_) sum_up(run);
+  sum_up();
 }
 
 void Regression::gather(const Dataset& samples) {
   const auto counted = std::ranges::count_if(samples.fold, [](int part) { return part != left_out; });
-  values_.resize(basis_.size(), counted);
-  beside_.resize(regressors_ + nuisances_.count(), counted);
+  const Eigen::Index size = basis_.size();
+  columns_.resize(size + regressors_ + nuisances_.count() + 1, counted);
   distance_.resize(counted);
   weight_.setOnes(counted);
-  output_.resize(counted);
   Eigen::Index row = 0;
   const model::Interval& thresholds = basis_.thresholds();
   for (const Run& run : path_.runs)
     for (std::size_t i = run.begin; i < run.end; ++i) {
       if (samples.fold[i] == left_out) continue;
       if (runs_.empty() || runs_.back().branch != run.branch || runs_.back().fold != samples.fold[i])
-        runs_.push_back({run.branch, samples.fold[i], row, 0, {}, 0.0, 0.0});
+        runs_.push_back({run.branch, samples.fold[i], row, 0, {}, 0.0});
       const double v = std::clamp(samples.input[i], thresholds.lo, thresholds.hi);
-      basis_.values(v, values_.col(row));
-      for (Eigen::Index r = 0; r < regressors_; ++r)
-        beside_(r, row) = samples.regressors[static_cast<std::size_t>(r)][i];
-      if (nuisances_.offset) beside_(regressors_, row) = 1.0;
-      if (nuisances_.drift) beside_(beside_.rows() - 1, row) = drift_course(samples.time_s, i);
-      distance_[row] = std::abs(basis_.place(v) - basis_.place(path_.branches[run.branch].start));
+      auto column = columns_.col(row);
       if (!samples.weight.empty()) weight_[row] = samples.weight[i];
-      values_.col(row) *= weight_[row];
-      output_[row] = weight_[row] * samples.output[i];
+      basis_.values(v, column.head(size));
+      column.head(size) *= weight_[row];
+      column[column.size() - 1] = weight_[row] * samples.output[i];
+      for (Eigen::Index r = 0; r < regressors_; ++r)
+        column[size + r] = samples.regressors[static_cast<std::size_t>(r)][i];
+      if (nuisances_.offset) column[size + regressors_] = 1.0;
+      if (nuisances_.drift) column[column.size() - 2] = drift_course(samples.time_s, i);
+      distance_[row] = std::abs(basis_.place(v) - basis_.place(path_.branches[run.branch].start));
       runs_.back().count = ++row - runs_.back().begin;
     }
+  std::ranges::stable_sort(runs_, {}, &Sums::fold);
 }
 
-void Regression::sum_up(Sums& run) {
-  const auto B = values_.middleCols(run.begin, run.count);
-  const auto Z = beside_.middleCols(run.begin, run.count);
-  const auto y = output_.segment(run.begin, run.count);
-  const auto w = weight_.segment(run.begin, run.count);
-  run.basis = B * w;
-  run.output = y.dot(w);
-  run.square = w.squaredNorm();
-  const Eigen::MatrixXd rows = basis_.rows(path_.branches[run.branch].direction);
-  const Eigen::Index n = basis_.unknowns(), own = beside_.rows();
-  NormalEquations& base = base_[static_cast<std::size_t>(run.fold)];
-  base.H.topLeftCorner(n, n) += rows * (B * B.transpose()) * rows.transpose();
-  base.g.head(n) += rows * (B * y);
-  if (own > 0) {
-    const Eigen::MatrixXd shared = rows * (B * Z.transpose());
-    base.H.topRightCorner(n, own) += shared;
-    base.H.bottomLeftCorner(own, n) += shared.transpose();
-    base.H.bottomRightCorner(own, own) += Z * Z.transpose();
-    base.g.tail(own) += Z * y;
+// The products of the columns of a fold in one direction are summed before they become rows of theta.
+void Regression::sum_up() {
+  const Eigen::Index size = basis_.size(), wide = columns_.rows(), count = unknowns();
+  std::array<std::vector<Eigen::MatrixXd>, 2> sums;
+  sums.fill({base_.size(), Eigen::MatrixXd::Zero(wide, wide)});
+  const auto place = [](Direction direction) { return direction == Direction::ascending ? 0U : 1U; };
+  for (Sums& run : runs_) {
+    const auto columns = columns_.middleCols(run.begin, run.count);
+    const auto w = weight_.segment(run.begin, run.count);
+    const auto fold = static_cast<std::size_t>(run.fold);
+    run.columns = columns * w;
+    run.square = w.squaredNorm();
+    base_[fold].samples += static_cast<double>(run.count);
+    sums[place(path_.branches[run.branch].direction)][fold].selfadjointView<Eigen::Lower>().rankUpdate(
+        columns);
   }
-  base.square += y.squaredNorm();
-  base.samples += static_cast<double>(run.count);
+  for (const Direction direction : {Direction::ascending, Direction::descending}) {
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count + 1, wide);
+    rows.topLeftCorner(basis_.unknowns(), size) = basis_.rows(direction);
+    rows.bottomRightCorner(wide - size, wide - size).setIdentity();
+    for (std::size_t fold = 0; fold < base_.size(); ++fold) {
+      const Eigen::MatrixXd half =
+          sums[place(direction)][fold].selfadjointView<Eigen::Lower>() * rows.transpose();
+      const Eigen::MatrixXd all = rows * half;
+      base_[fold].H += all.topLeftCorner(count, count);
+      base_[fold].g += all.col(count).head(count);
+      base_[fold].square += all(count, count);
+    }
+  }
 }
 
 // row = R B + c - S phi
-// H is the sum of R BB' R' (already in base_) and two updates of rank two.
-void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& rows,
-                         NormalEquations& to) const {
+// H is the sum of R BB' R' (already in base_), l r' and r l' for the two columns of `left` and `right`.
+void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& rows, NormalEquations& to,
+                         Eigen::Ref<Eigen::MatrixXd> left, Eigen::Ref<Eigen::MatrixXd> right) const {
   const Direction direction = path_.branches[run.branch].direction;
   const double k = pace.k(direction);
   const auto d = distance_.segment(run.begin, run.count).array();
-  const auto y = output_.segment(run.begin, run.count);
   const auto w = weight_.segment(run.begin, run.count);
   Eigen::VectorXd phi = d;  // weighted, as B and y are
   if (std::abs(k) * basis_.thresholds().span() > 1e-6) phi = (1.0 - (-k * d).exp()) / k;
   phi.array() *= w.array();
-  const Eigen::Index n = basis_.unknowns(), own = beside_.rows();
+  const Eigen::Index n = basis_.unknowns(), size = basis_.size(), own = unknowns() - n;
   const auto c = rows.offset(run.branch), S = rows.convergence(run.branch);
-  const Eigen::VectorXd B_phi = values_.middleCols(run.begin, run.count) * phi;
-  const double sum_phi = phi.dot(w);
-  auto H = to.H.topLeftCorner(n, n);
-  add_symmetric(H, c, basis_.row(direction, run.basis) + 0.5 * run.square * c - sum_phi * S);
-  add_symmetric(H, S, 0.5 * phi.squaredNorm() * S - basis_.row(direction, B_phi));
-  to.g.head(n) += c * run.output - S * phi.dot(y);
+  const Eigen::VectorXd with_phi = columns_.middleCols(run.begin, run.count) * phi;
+  left.col(0) = c;
+  left.col(1) = S;
+  right.col(0) = basis_.row(direction, run.columns.head(size)) + 0.5 * run.square * c - phi.dot(w) * S;
+  right.col(1) = 0.5 * phi.squaredNorm() * S - basis_.row(direction, with_phi.head(size));
+  to.g.head(n) += c * run.columns[size + own] - S * with_phi[size + own];
   if (own == 0) return;
-  const auto Z = beside_.middleCols(run.begin, run.count);
-  const Eigen::MatrixXd shared = c * (Z * w).transpose() - S * (Z * phi).transpose();
+  const Eigen::MatrixXd shared =
+      c * run.columns.segment(size, own).transpose() - S * with_phi.segment(size, own).transpose();
   to.H.topRightCorner(n, own) += shared;
   to.H.bottomLeftCorner(own, n) += shared.transpose();
 }
 
 void Regression::add(const Pace& pace, std::vector<NormalEquations>& folds) const {
-  for (std::size_t fold = 0; fold < base_.size(); ++fold) folds[fold] += base_[fold];
   const BranchRows rows(path_, basis_, pace);
-  for (const Sums& run : runs_) add_run(run, pace, rows, folds[static_cast<std::size_t>(run.fold)]);
+  const Eigen::Index n = basis_.unknowns();
+  Eigen::MatrixXd left(n, 2 * std::ssize(runs_)), right(n, left.cols());
+  Eigen::Index run = 0;
+  for (std::size_t fold = 0; fold < base_.size(); ++fold) {
+    folds[fold] += base_[fold];
+    const Eigen::Index first = run;
+    for (; run < std::ssize(runs_) && runs_[static_cast<std::size_t>(run)].fold == static_cast<int>(fold);
+         ++run)
+      add_run(runs_[static_cast<std::size_t>(run)], pace, rows, folds[fold], left.middleCols(2 * run, 2),
+              right.middleCols(2 * run, 2));
+    const Eigen::MatrixXd half = left.middleCols(2 * first, 2 * (run - first)) *
+                                 right.middleCols(2 * first, 2 * (run - first)).transpose();
+    folds[fold].H.topLeftCorner(n, n) += half + half.transpose();
+  }
 }
 
 Excerpt::Excerpt(const Dataset& dataset, std::span<const int> fold, std::size_t samples, double least_swing)

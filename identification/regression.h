@@ -111,26 +111,26 @@ class Regression {
     std::size_t branch = 0;
     int fold = 0;
     Eigen::Index begin = 0, count = 0;  // samples, as indices of distance_
-    Eigen::VectorXd basis;              // sum of B
-    double output = 0.0;
-    double square = 0.0;  // of the weights
+    Eigen::VectorXd columns;            // sum of columns_
+    double square = 0.0;                // of the weights
   };
 
   void gather(const Dataset& samples);
-  void sum_up(Sums& run);
-  void add_run(const Sums& run, const Pace& pace, const BranchRows& rows, NormalEquations& to) const;
+  void sum_up();
+  void add_run(const Sums& run, const Pace& pace, const BranchRows& rows, NormalEquations& to,
+               Eigen::Ref<Eigen::MatrixXd> left, Eigen::Ref<Eigen::MatrixXd> right) const;
 
   Path path_;
   CurveBasis basis_;
   Eigen::Index regressors_;
   Nuisances nuisances_;
   std::vector<NormalEquations> base_;  // per fold: the part that does not depend on k
-  std::vector<Sums> runs_;
-  Eigen::VectorXd distance_;  // d of each sample that counts
-  // Each times the weight of the sample, one column per sample.
-  Eigen::VectorXd weight_, output_;
-  Eigen::MatrixXd values_;  // B
-  Eigen::MatrixXd beside_;  // regressors and nuisances, not weighted
+  std::vector<Sums> runs_;             // fold by fold
+  Eigen::VectorXd distance_;           // d of each sample that counts
+  Eigen::VectorXd weight_;
+  // A column for each sample: B, then regressors and nuisances, then the output; those in the middle are not
+  // weighted.
+  Eigen::MatrixXd columns_;
 };
 
 // The part of a dataset that the fit uses: all turning points, and as many samples as the search can afford.
