@@ -261,12 +261,42 @@ std::vector<double> Excerpt::outputs_without(const model::OutputCreep& creep) co
   return without_creep(creep, dataset_->time_s, dataset_->output, counts);
 }
 
+// The outputs of the kept samples are smooth in the weight of the creep, which the search changes: they are
+// interpolated between Chebyshev points, with an error of 1e-9 of the creep.
+std::vector<double> Excerpt::kept_without(const model::OutputCreep& creep) const {
+  constexpr int points = 12;
+  constexpr double weights = 0.5 * most_creep_per_decade;
+  const auto angle = [](int j) { return std::numbers::pi * (j + 0.5) / points; };
+  const auto weight = [&](int j) { return 0.5 * weights * (1.0 + std::cos(angle(j))); };
+  if (without_creep_.size() == 0) {
+    const auto kept = static_cast<Eigen::Index>((dataset_->size() + stride_ - 1) / stride_);
+    without_creep_.resize(kept, points);
+    for (int j = 0; j < points; ++j) {
+      const std::vector<double> all = outputs_without(model::OutputCreep(creep_of(2.0 * weight(j))));
+      for (Eigen::Index i = 0; i < kept; ++i)
+        without_creep_(i, j) = all[static_cast<std::size_t>(i) * stride_];
+    }
+  }
+  Eigen::VectorXd share(points);
+  for (int j = 0; j < points; ++j) {
+    share[j] = std::sin(angle(j)) * (j % 2 == 0 ? 1.0 : -1.0) / (creep.weight() - weight(j));
+    if (!std::isfinite(share[j])) {
+      share = Eigen::VectorXd::Unit(points, j);
+      break;
+    }
+  }
+  const Eigen::VectorXd kept = without_creep_ * (share / share.sum());
+  return {kept.begin(), kept.end()};
+}
+
 Dataset Excerpt::delayed_by(double delay_s, const model::OutputCreep& creep) const {
   Dataset kept;
   const std::vector<double>&time_s = dataset_->time_s, &input = dataset_->input, &weight = dataset_->weight;
   const std::vector<std::vector<double>>& regressors = dataset_->regressors;
-  const std::vector<double> at_once = creep.lags() > 0 ? outputs_without(creep) : std::vector<double>{};
-  const std::vector<double>& outputs = creep.lags() > 0 ? at_once : dataset_->output;
+  const bool creeps = creep.lags() > 0;
+  const std::vector<double> at_once = !creeps        ? std::vector<double>{}
+                                      : stride_ == 1 ? outputs_without(creep)
+                                                     : kept_without(creep);
   const std::size_t samples = (input.size() + stride_ - 1) / stride_ + turning_points_.size();
   for (auto* column : {&kept.time_s, &kept.input, &kept.output, &kept.weight}) column->reserve(samples);
   kept.fold.reserve(samples);
@@ -282,13 +312,14 @@ Dataset Excerpt::delayed_by(double delay_s, const model::OutputCreep& creep) con
       for (std::vector<double>& column : kept.regressors) column.push_back(0.0);
       kept.fold.push_back(Regression::left_out);
     }
-    while (before + 1 < input.size() && time_s[before + 1] <= t) ++before;
+    while (before + stride_ <= i && time_s[before + stride_] <= t) before += stride_;
+    while (before < i && time_s[before + 1] <= t) ++before;
     double v = input[before];
     if (t > time_s[before] && before + 1 < input.size())
       v += (input[before + 1] - v) * (t - time_s[before]) / (time_s[before + 1] - time_s[before]);
     kept.time_s.push_back(time_s[i]);
     kept.input.push_back(v);
-    kept.output.push_back(outputs[i]);
+    kept.output.push_back(creeps ? at_once[i / stride_] : dataset_->output[i]);
     kept.weight.push_back(weight.empty() ? 1.0 : weight[i]);
     for (std::size_t r = 0; r < regressors.size(); ++r) kept.regressors[r].push_back(regressors[r][i]);
     kept.fold.push_back(fold_.empty() ? 0 : fold_[i]);

@@ -153,11 +153,13 @@ class Excerpt {
 
  private:
   std::vector<double> outputs_without(const model::OutputCreep& creep) const;
+  std::vector<double> kept_without(const model::OutputCreep& creep) const;
 
   const Dataset* dataset_;  // all samples: the input is interpolated between them
   std::span<const int> fold_;
   std::size_t stride_;
   std::vector<std::size_t> turning_points_;
+  mutable Eigen::MatrixXd without_creep_;  // outputs of the kept samples for some weights of the creep
 };
 
 }  // namespace hystcan::identification

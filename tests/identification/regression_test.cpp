@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
 #include <vector>
 
+#include "identification/separable_fit.h"
 #include "tests/identification/rows.h"
 #include "tests/model/models.h"
 
@@ -143,6 +145,28 @@ TEST(NormalEquations, GiveTheSumOfSquaresForEveryTheta) {
   for (std::size_t i = 0; i < made.input.size(); ++i)
     if (made.fold[i] == 0) square += std::pow(rows.at(i, made.input[i]).dot(theta) - made.output[i], 2);
   EXPECT_NEAR(system.residual_square(theta), square, 1e-10 * square);
+}
+
+TEST(Excerpt, OfFewSamplesIsWithoutCreepAsAllSamplesAre) {
+  Dataset dataset;
+  for (int i = 0; i < 3000; ++i) {
+    dataset.time_s.push_back(1e-3 * i);
+    dataset.input.push_back(50.0 - 50.0 * std::cos(0.02 * i));
+    dataset.output.push_back(0.3 * dataset.input.back() + std::sin(0.001 * i));
+  }
+  const model::OutputCreep creep(creep_of(0.043));
+  const Dataset all = Excerpt(dataset, {}, dataset.size(), 1.0).delayed_by(0.0, creep);
+  const Dataset few = Excerpt(dataset, {}, dataset.size() / 10, 1.0).delayed_by(0.0, creep);
+  double largest = 0.0;
+  std::size_t compared = 0;
+  for (std::size_t i = 0, j = 0; j < few.size(); ++j) {
+    if (few.fold[j] == Regression::left_out) continue;
+    while (all.fold[i] == Regression::left_out || all.time_s[i] < few.time_s[j]) ++i;
+    largest = std::max(largest, std::abs(few.output[j] - all.output[i]));
+    ++compared;
+  }
+  EXPECT_EQ(compared, dataset.size() / 10);
+  EXPECT_LT(largest, 3e-8);  // um of 30: a billionth
 }
 
 }  // namespace
