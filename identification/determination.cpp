@@ -63,10 +63,10 @@ class Valley {
     std::vector<Unknown> moved = both_k(trial);
     if (number_ != &Trial::delay_s && trial.delay_s > 0.0) moved.push_back(delay_of(trial, trial.delay_s));
     const Eigen::VectorXd start = numbers_of(moved, &Unknown::start);
-    const auto cost = [&](const Eigen::VectorXd& x) {
+    const auto cost = [&](const Eigen::VectorXd& x, double limit) {
       const Trial there = moved_to(x, moved, trial);
       if (there.delay_s < 0.0) return 10.0 * largest_rms_;
-      const Fitted fitted = fit_.fit(there);
+      const Fitted fitted = fit_.fit(there, limit);
       return fitted.valid ? fitted.rms : 10.0 * largest_rms_;
     };
     const Eigen::VectorXd steps = Eigen::VectorXd::Constant(start.size(), 0.2);
@@ -94,7 +94,7 @@ model::Interval pace_range(const Problem& problem, const SearchResult& found, do
   const double best = trial.*k, largest_rms = 1.05 * fit.fit(trial).rms;
   const auto is_as_good = [&](double value) {
     trial.*k = value;
-    const Fitted fitted = fit.fit(trial);
+    const Fitted fitted = fit.fit(trial, largest_rms);
     return fitted.valid && fitted.rms <= largest_rms;
   };
   const double scale = std::max(std::abs(best), 0.03);
@@ -129,9 +129,9 @@ std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const
   std::vector<Unknown> moved = both_k(trial);
   if (trial.delay_s > 0.0) moved.push_back(delay_of(trial, trial.delay_s));
   for (std::size_t i = 1; i < trial.memories.size(); ++i) moved.push_back(gain_of(i, trial.gain(i)));
-  const auto cost = [&](const Eigen::VectorXd& x) {
+  const auto cost = [&](const Eigen::VectorXd& x, double limit) {
     const Trial there = moved_to(x, moved, trial);
-    const Fitted fitted = there.delay_s < 0.0 ? Fitted{} : fit.fit(there);
+    const Fitted fitted = there.delay_s < 0.0 ? Fitted{} : fit.fit(there, limit);
     return fitted.valid ? fitted.rms : 10.0 * problem.output_span;
   };
   const Eigen::VectorXd start = numbers_of(moved, &Unknown::start);

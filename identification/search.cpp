@@ -112,7 +112,8 @@ class Searcher {
     fit_.emplace(*problem_, shape_, SeparableFit::coarse_scan);
   }
 
-  double cost(const Trial& trial) {
+  // Perhaps infinite if it is not below the limit.
+  double cost(const Trial& trial, double limit = std::numeric_limits<double>::infinity()) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     const double longest_delay_s = options_.longest_delay_s.value_or(infinity);
     if (trial.below < 0.0 || trial.above < 0.0 || trial.below > 3.0 || trial.above > 3.0 ||
@@ -121,7 +122,7 @@ class Searcher {
         std::min(trial.k_span_ascending, trial.k_span_descending) < -widest_k_span ||
         std::max(trial.k_span_ascending, trial.k_span_descending) > widest_k_span * steepness())
       return infinity;
-    const Fitted fitted = fit_->fit(trial);
+    const Fitted fitted = fit_->fit(trial, limit);
     if (fitted.valid || !std::isfinite(fitted.rms)) return fitted.rms;
     return fitted.rms * (1.01 + 2.0 * fitted.violation) +
            1e-4 * problem_->output_span * (1.0 + fitted.violation);
@@ -159,7 +160,8 @@ class Searcher {
         for (const double k : paces({0.3, 2.0, 6.0})) {
           if (has_enough(least)) break;
           trial.k_span_ascending = trial.k_span_descending = k;
-          if (const double c = cost(trial); c < least * (kind == Kind::from_lower ? 1.0 : worth_it)) {
+          const double limit = least * (kind == Kind::from_lower ? 1.0 : worth_it);
+          if (const double c = cost(trial, limit); c < limit) {
             least = c;
             chosen = trial.memories[i];
           }
@@ -180,7 +182,7 @@ class Searcher {
         Trial trial = best_;
         trial.k_span_ascending = ascending;
         trial.k_span_descending = descending;
-        if (const double c = cost(trial); c < least) {
+        if (const double c = cost(trial, least); c < least) {
           least = c;
           unknowns_[0].start = std::asinh(ascending);
           unknowns_[1].start = std::asinh(descending);
@@ -197,10 +199,10 @@ class Searcher {
 
   // Moves all unknowns. The next search starts from the result, with half the steps.
   double descend(std::vector<Unknown>& unknowns, int evaluations) {
-    const Minimum found =
-        minimise([&](const Eigen::VectorXd& x) { return cost(moved_to(x, unknowns, best_)); },
-                 numbers_of(unknowns, &Unknown::start), numbers_of(unknowns, &Unknown::step), 1e-4,
-                 evaluations, options_.go_on);
+    const Minimum found = minimise(
+        [&](const Eigen::VectorXd& x, double limit) { return cost(moved_to(x, unknowns, best_), limit); },
+        numbers_of(unknowns, &Unknown::start), numbers_of(unknowns, &Unknown::step), 1e-4, evaluations,
+        options_.go_on);
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
       unknowns[i].start = found.x[static_cast<Eigen::Index>(i)];
       unknowns[i].step *= 0.5;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace hystcan::identification {
@@ -105,17 +104,18 @@ std::vector<NormalEquations> SeparableFit::systems(const Trial& trial) {
   return folds;
 }
 
-ValidCurves::Solution SeparableFit::solve(const NormalEquations& system, const Trial& trial) {
+ValidCurves::Solution SeparableFit::solve(const NormalEquations& system, const Trial& trial, double limit) {
   const model::Interval thresholds = problem_.thresholds(trial);
   return curves_.solve(system, thresholds, pace_of(trial, thresholds), problem_.output_span,
-                       problem_.observed.span());
+                       problem_.observed.span(), limit);
 }
 
-Fitted SeparableFit::fit(const Trial& trial) {
+Fitted SeparableFit::fit(const Trial& trial, double limit) {
   const NormalEquations all = sum_of(systems(trial));
   if (!all.is_finite()) return nowhere();
   const Eliminated system(all, curve_unknowns());
-  return fitted(system, all.samples, solve(system.rest(), trial), trial);
+  const ValidCurves::Solution solution = solve(system.rest(), trial, limit);
+  return solution.beyond_limit ? nowhere() : fitted(system, all.samples, solution, trial);
 }
 
 Fitted SeparableFit::fitted(const Eliminated& system, double samples, const ValidCurves::Solution& solution,

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -78,8 +79,9 @@ class SeparableFit {
   static constexpr std::size_t coarse_scan = 50, fine_scan = 200;
   SeparableFit(const Problem& problem, CurveShape shape, std::size_t scan_steps);
 
-  /// The best curves that make an invertible model (valid_curves.h) at the trial's k.
-  Fitted fit(const Trial& trial);
+  /// The best curves that make an invertible model (valid_curves.h) at the trial's k. An RMS error beyond
+  /// `limit` may be returned as infinite.
+  Fitted fit(const Trial& trial, double limit = std::numeric_limits<double>::infinity());
 
   /// Each fold except fold 0, with zero and drift of its own; the gain of a whole excerpt is the mean of the
   /// others'. Empty if a k is so negative that nothing is finite.
@@ -93,7 +95,8 @@ class SeparableFit {
                 const Trial& trial) const;
   void prepare(const Trial& trial);
   LeftOut judged(const NormalEquations& fold, const Eigen::VectorXd& shared) const;
-  ValidCurves::Solution solve(const NormalEquations& system, const Trial& trial);
+  ValidCurves::Solution solve(const NormalEquations& system, const Trial& trial,
+                              double limit = std::numeric_limits<double>::infinity());
   Nuisances nuisances(std::size_t excerpt) const {
     return problem_.nuisances.empty() ? Nuisances{} : problem_.nuisances[excerpt];
   }

@@ -22,6 +22,7 @@ constexpr std::ptrdiff_t most_cuts = 60;     // kept for the next problem
 constexpr int most_rounds = 60;
 constexpr std::ptrdiff_t most_rows = 40;  // of curves, kept for the next problem
 constexpr double nearly = 0.9;            // of a bound: met
+constexpr double cancellation = 1e-12;    // of the square of the outputs
 
 // Least squares with rows theta >= bounds, from the triangle R of H = R'R:
 //   R theta = R'^-1 g + z,   |z| as short as the rows allow
@@ -50,11 +51,14 @@ struct Bound {
   double least;
 };
 
-// The best theta with these rows. The one that is farthest away, in its bound, is met first; each may put
-// others out of force.
-void meet(WithinRows& least_squares, const std::vector<Bound>& bounds) {
+// The best theta with these rows; if its residual is beyond the limit, perhaps the best with some of them.
+// The row that is farthest away, in its bound, is met first. Each raises the residual and may put others out
+// of force.
+Eigen::VectorXd best_with(const std::vector<Bound>& bounds, WithinRows& least_squares,
+                          const NormalEquations& system, double largest_square) {
   for (std::size_t exchanges = 10 * (bounds.size() + 1); exchanges > 0; --exchanges) {
-    const Eigen::VectorXd theta = least_squares.theta();
+    Eigen::VectorXd theta = least_squares.theta();
+    if (system.residual_square(theta) > largest_square) return theta;
     const Bound* worst = nullptr;
     double lowest = nearly;
     for (const Bound& bound : bounds)
@@ -62,8 +66,9 @@ void meet(WithinRows& least_squares, const std::vector<Bound>& bounds) {
         worst = &bound;
         lowest = share;
       }
-    if (worst == nullptr || !least_squares.meet(worst->row, worst->least)) return;
+    if (worst == nullptr || !least_squares.meet(worst->row, worst->least)) return theta;
   }
+  return least_squares.theta();
 }
 
 }  // namespace
@@ -133,8 +138,8 @@ Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pa
 }
 
 // The steepest slope the wrong way of a curve or a branch, in mean slopes.
-double ValidCurves::violation(const Eigen::VectorXd& theta, const Pace& pace, double mean_slope) {
-  const double lowest = (curves_ * theta).minCoeff();
+double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace,
+                              double mean_slope) {
   if (lowest < 0.0) return -lowest / (mean_slope * basis_.thresholds().span());
   const auto decreasing = model::find_decreasing_branches(basis_.parameters(theta, pace), scan_steps_);
   add_cuts(decreasing);
@@ -164,7 +169,8 @@ void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double violation, const 
 }
 
 ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::Interval thresholds,
-                                         const Pace& pace, double output_span, double input_span) {
+                                         const Pace& pace, double output_span, double input_span,
+                                         double limit) {
   use(thresholds);
   WithinRows least_squares(system, basis_);
   const double mean_slope = output_span / input_span;
@@ -174,25 +180,30 @@ ValidCurves::Solution ValidCurves::solve(const NormalEquations& system, model::I
   Solution solution;
   std::vector<Bound> bounds;
   for (const Eigen::Index row : rows_) bounds.push_back({curves_.row(row), bound});
+  const double largest_square = limit * limit * system.samples + cancellation * system.square;
   std::size_t cuts_used = 0;
   for (int round = 0; round < 4 * most_rounds; ++round) {
-    meet(least_squares, bounds);
-    solution.theta = least_squares.theta();
-    Eigen::Index lowest = 0;
-    if ((curves_ * solution.theta).minCoeff(&lowest) < nearly * bound &&
-        std::ranges::find(rows_, lowest) == rows_.end()) {
-      rows_.push_back(lowest);
-      bounds.push_back({curves_.row(lowest), bound});
+    solution.theta = best_with(bounds, least_squares, system, largest_square);
+    solution.beyond_limit = system.residual_square(solution.theta) > largest_square;
+    if (solution.beyond_limit) return solution;
+    Eigen::Index row = 0;
+    const double lowest = (curves_ * solution.theta).minCoeff(&row);
+    if (lowest < nearly * bound && std::ranges::find(rows_, row) == rows_.end()) {
+      rows_.push_back(row);
+      bounds.push_back({curves_.row(row), bound});
       continue;
     }
-    solution.violation = violation(solution.theta, pace, mean_slope);
-    if (solution.violation == 0.0 || cuts_used == cuts_.size()) break;
+    solution.violation = violation(solution.theta, lowest, pace, mean_slope);
+    solution.valid = solution.violation == 0.0;
+    if (solution.valid || cuts_used == cuts_.size()) break;
     for (; cuts_used < cuts_.size(); ++cuts_used)
       bounds.push_back({row_of(cuts_[cuts_used], pace), least_branch * mean_slope});
   }
+  if (solution.valid) return solution;
   separate_curves(solution.theta, bound);
   for (int round = 0; round < most_rounds; ++round) {
-    solution.violation = violation(solution.theta, pace, mean_slope);
+    const double lowest = (curves_ * solution.theta).minCoeff();
+    solution.violation = violation(solution.theta, lowest, pace, mean_slope);
     solution.valid = solution.violation == 0.0;
     if (solution.valid) break;
     mix_with_line(solution.theta, solution.violation, system, mean_slope * thresholds.span());

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 #include "identification/regression.h"
@@ -22,17 +23,21 @@ class ValidCurves {
   struct Solution {
     Eigen::VectorXd theta;
     bool valid = false;
-    double violation = 0.0;  ///< 0 if valid; else the steepest slope the wrong way, in mean slopes
+    double violation = 0.0;     ///< 0 if valid; else the steepest slope the wrong way, in mean slopes
+    bool beyond_limit = false;  ///< theta is not final
   };
-  /// `output_span` is the span of the outputs of the dataset, `input_span` that of its inputs.
+  /// `output_span` is the span of the outputs of the dataset, `input_span` that of its inputs. Ends early if
+  /// the RMS error of any valid theta is beyond `limit`.
   Solution solve(const NormalEquations& system, model::Interval thresholds, const Pace& pace,
-                 double output_span, double input_span);
+                 double output_span, double input_span,
+                 double limit = std::numeric_limits<double>::infinity());
   /// The basis of theta in the last solution.
   const CurveBasis& basis() const { return basis_; }
 
  private:
   void use(model::Interval thresholds);
-  double violation(const Eigen::VectorXd& theta, const Pace& pace, double mean_slope);
+  /// `lowest`: of curves_ theta.
+  double violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace, double mean_slope);
   void separate_curves(Eigen::VectorXd& theta, double bound) const;
   void mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                      double least_rise) const;

@@ -52,8 +52,8 @@ class Linearised {
 
 class Simplex {
  public:
-  Simplex(const std::function<double(const Eigen::VectorXd&)>& function, const std::function<bool()>& go_on,
-          int evaluations)
+  Simplex(const std::function<double(const Eigen::VectorXd&, double)>& function,
+          const std::function<bool()>& go_on, int evaluations)
       : function_(function), go_on_(go_on), left_(evaluations) {}
 
   Minimum search(const Eigen::VectorXd& start, const Eigen::VectorXd& step, double tolerance) {
@@ -76,9 +76,9 @@ class Simplex {
   }
 
  private:
-  Minimum evaluate(const Eigen::VectorXd& at) {
+  Minimum evaluate(const Eigen::VectorXd& at, double limit = std::numeric_limits<double>::infinity()) {
     --left_;
-    const double value = function_(at);
+    const double value = function_(at, limit);
     return {at, std::isfinite(value) ? value : std::numeric_limits<double>::infinity()};
   }
   void sort() {
@@ -94,16 +94,17 @@ class Simplex {
     for (std::size_t i = 0; i + 1 < corners_.size(); ++i) centre += corners_[i].x;
     centre /= static_cast<double>(corners_.size() - 1);
     const Eigen::VectorXd way = centre - worst.x;
-    const Minimum reflected = evaluate(centre + way);
+    const Minimum reflected = evaluate(centre + way, worst.value);
     if (reflected.value < corners_.front().value) {
-      const Minimum expanded = evaluate(centre + expand_ * way);
+      const Minimum expanded = evaluate(centre + expand_ * way, reflected.value);
       worst = expanded.value < reflected.value ? expanded : reflected;
     } else if (reflected.value < corners_[corners_.size() - 2].value) {
       worst = reflected;
     } else {
       const bool outside = reflected.value < worst.value;
-      const Minimum contracted = evaluate(centre + (outside ? contract_ : -contract_) * way);
-      if (contracted.value < std::min(reflected.value, worst.value))
+      const double limit = std::min(reflected.value, worst.value);
+      const Minimum contracted = evaluate(centre + (outside ? contract_ : -contract_) * way, limit);
+      if (contracted.value < limit)
         worst = contracted;
       else
         shrink();
@@ -115,7 +116,7 @@ class Simplex {
       corners_[i] = evaluate(best + shrink_ * (corners_[i].x - best));
   }
 
-  const std::function<double(const Eigen::VectorXd&)>& function_;
+  const std::function<double(const Eigen::VectorXd&, double)>& function_;
   const std::function<bool()>& go_on_;
   int left_;
   double expand_ = 2.0, contract_ = 0.5, shrink_ = 0.5;
@@ -156,8 +157,8 @@ Minimum improve(const NonlinearProblem& problem, const VectorXd& start, int step
   return fit;
 }
 
-Minimum minimise(const std::function<double(const Eigen::VectorXd&)>& function, const Eigen::VectorXd& start,
-                 const Eigen::VectorXd& step, double tolerance, int evaluations,
+Minimum minimise(const std::function<double(const Eigen::VectorXd&, double)>& function,
+                 const Eigen::VectorXd& start, const Eigen::VectorXd& step, double tolerance, int evaluations,
                  const std::function<bool()>& go_on) {
   return Simplex(function, go_on, evaluations).search(start, step, tolerance);
 }

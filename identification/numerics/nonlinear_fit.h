@@ -39,13 +39,14 @@ Minimum improve(const NonlinearProblem& problem, const Eigen::VectorXd& start, i
 
 /// The downhill simplex method, for a few unknowns without derivatives. Starts from `start` with edges
 /// `step`. Ends when the values at all corners agree to the relative `tolerance`, or after `evaluations`. A
-/// function value that is not finite counts as infinite. `go_on` is called before each move of the simplex;
-/// false ends the search with the best point so far.
+/// function value that is not finite counts as infinite. The function gets x and a limit: it may return
+/// infinity if its value is the limit or more. `go_on` is called before each move of the simplex; false ends
+/// the search with the best point so far.
 ///
 /// J. A. Nelder, R. Mead, "A simplex method for function minimization", Computer Journal 7, 1965; with the
 /// coefficients of F. Gao, L. Han (2012), which depend on the number of unknowns.
-Minimum minimise(const std::function<double(const Eigen::VectorXd&)>& function, const Eigen::VectorXd& start,
-                 const Eigen::VectorXd& step, double tolerance, int evaluations,
+Minimum minimise(const std::function<double(const Eigen::VectorXd&, double)>& function,
+                 const Eigen::VectorXd& start, const Eigen::VectorXd& step, double tolerance, int evaluations,
                  const std::function<bool()>& go_on);
 
 /// How well a record determines the unknowns of a fit, with correlated residuals.

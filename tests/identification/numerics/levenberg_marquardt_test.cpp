@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <stdexcept>
 
 namespace hystcan::identification::levenberg_marquardt_test {
@@ -53,6 +55,25 @@ TEST(Levenberg, StopsAtAnInequality) {
 
 TEST(Levenberg, RefusesAnInvalidStart) {
   EXPECT_THROW(improve(decay(), Vector2d(1.0, -1.0), 50), std::invalid_argument);
+}
+
+// A valley that bends, in two of three unknowns.
+double bent(const VectorXd& x) {
+  return 1.0 + std::pow(1.0 - x[0], 2) + 10.0 * std::pow(x[1] - x[0] * x[0], 2);
+}
+
+Minimum minimum_of(const std::function<double(const VectorXd&, double)>& function) {
+  return minimise(function, Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.5), 1e-4, 300,
+                  [] { return true; });
+}
+
+TEST(Simplex, NeedsNoValueBeyondTheLimit) {
+  const Minimum all = minimum_of([](const VectorXd& x, double) { return bent(x); });
+  const Minimum some = minimum_of([](const VectorXd& x, double limit) {
+    const double value = bent(x);
+    return value < limit ? value : std::numeric_limits<double>::infinity();
+  });
+  EXPECT_EQ(some.x, all.x);
 }
 
 }  // namespace
