@@ -50,6 +50,14 @@ class Linearised {
   VectorXd lengths_;
 };
 
+// To 1e-5: the rounding errors of a function that does not depend on an unknown shall not choose its value.
+double rounded(double value) {
+  constexpr int bits = 17;
+  int exponent = 0;
+  const double fraction = std::frexp(value, &exponent);
+  return std::ldexp(std::round(std::ldexp(fraction, bits)), exponent - bits);
+}
+
 class Simplex {
  public:
   Simplex(const std::function<double(const Eigen::VectorXd&, double)>& function,
@@ -79,7 +87,7 @@ class Simplex {
   Minimum evaluate(const Eigen::VectorXd& at, double limit = std::numeric_limits<double>::infinity()) {
     --left_;
     const double value = function_(at, limit);
-    return {at, std::isfinite(value) ? value : std::numeric_limits<double>::infinity()};
+    return {at, std::isfinite(value) ? rounded(value) : std::numeric_limits<double>::infinity()};
   }
   void sort() {
     std::ranges::stable_sort(corners_, [](const Minimum& a, const Minimum& b) { return a.value < b.value; });

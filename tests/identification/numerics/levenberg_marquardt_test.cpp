@@ -76,5 +76,13 @@ TEST(Simplex, NeedsNoValueBeyondTheLimit) {
   EXPECT_EQ(some.x, all.x);
 }
 
+TEST(Simplex, IsNotSteeredByRoundingErrors) {
+  int sign = 1;
+  const Minimum exact = minimum_of([](const VectorXd& x, double) { return bent(x); });
+  const Minimum noisy =
+      minimum_of([&](const VectorXd& x, double) { return bent(x) * (1.0 + 1e-12 * (sign = -sign)); });
+  EXPECT_EQ(noisy.x, exact.x);
+}
+
 }  // namespace
 }  // namespace hystcan::identification::levenberg_marquardt_test
