@@ -17,11 +17,13 @@ namespace {
 
 constexpr int first_order = 5;
 constexpr double worth_it = 0.97;           // an added parameter must lower the error to this share
+constexpr double promising = 0.995;         // where it is searched to the end
 constexpr double worth_held_out = 0.985;    // and the held-out error to this share
 constexpr double as_good = 1.05;            // a removed parameter may raise the error to this share
 constexpr double low_enough = 1.01;         // times the smallest held-out error of all orders is low enough
 constexpr double exact = 1e-6;              // of the output span: smaller errors do not count
 constexpr double worth_a_spline = 0.9;      // of the held-out error with polynomials
+constexpr double hopeless_spline = 1.25;    // of the error with polynomials, before its k are searched
 constexpr double worth_an_input_map = 0.9;  // of the held-out error without it
 constexpr double poor = 0.01;               // of the output span: with a polynomial that misses so much, the
                                             // other choices may be wrong, too
@@ -198,11 +200,21 @@ class Searcher {
   }
 
   // Moves all unknowns. The next search starts from the result, with half the steps.
-  double descend(std::vector<Unknown>& unknowns, int evaluations) {
-    const Minimum found = minimise(
-        [&](const Eigen::VectorXd& x, double limit) { return cost(moved_to(x, unknowns, best_), limit); },
-        numbers_of(unknowns, &Unknown::start), numbers_of(unknowns, &Unknown::step), 1e-4, evaluations,
-        options_.go_on);
+  // Ends after two fifths of the evaluations if the cost is not down to `promising_cost` then.
+  double descend(std::vector<Unknown>& unknowns, int evaluations,
+                 double promising_cost = std::numeric_limits<double>::infinity()) {
+    int done = 0;
+    double least = std::numeric_limits<double>::infinity();
+    const auto function = [&](const Eigen::VectorXd& x, double limit) {
+      const double c = cost(moved_to(x, unknowns, best_), limit);
+      ++done;
+      least = std::min(least, c);
+      return c;
+    };
+    const Minimum found =
+        minimise(function, numbers_of(unknowns, &Unknown::start), numbers_of(unknowns, &Unknown::step), 1e-4,
+                 evaluations,
+                 [&] { return options_.go_on() && (done < 2 * evaluations / 5 || least <= promising_cost); });
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
       unknowns[i].start = found.x[static_cast<Eigen::Index>(i)];
       unknowns[i].step *= 0.5;
@@ -229,7 +241,8 @@ class Searcher {
         std::vector<Unknown> unknowns = unknowns_;
         for (Unknown& known : unknowns) known.step = 0.2;
         unknowns.push_back(candidate);
-        const double c = descend(unknowns, 25 + 15 * static_cast<int>(unknowns.size()));
+        const double c =
+            descend(unknowns, 25 + 15 * static_cast<int>(unknowns.size()), promising * best_cost_);
         if (c < worth_it * best_cost_) tried.emplace_back(c, std::move(unknowns));
       }
       std::ranges::sort(tried, {}, [](const auto& one) { return one.first; });
@@ -303,8 +316,10 @@ class Searcher {
     if (before > poor * problem_->output_span)
       begin_again(splines[std::min(splines.size() - 1, usual_spline)]);
     choose_shape(splines);
-    finish();
-    try_input_maps(splines);
+    if (options_.curves == CurveChoice::spline || score(scored()) < hopeless_spline * before) {
+      finish();
+      try_input_maps(splines);
+    }
     if (options_.curves == CurveChoice::spline || score(scored()) < worth_a_spline * before) return;
     const std::vector<ShapeScore> tried = result_.shapes;
     take(polynomial);
