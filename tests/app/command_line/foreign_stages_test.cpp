@@ -53,7 +53,7 @@ TEST_P(InitOfForeignStages, EndsWithAPlausibleCurveAndStroke) {
   const double stroke_um = GetParam().stroke_um;
   EXPECT_NEAR(found.output_range().span(), stroke_um, 0.05 * stroke_um);
   const double below_um = found.lower_point().level - found.ascending.value(found.input_range().lo);
-  EXPECT_GE(below_um, 0.0);
+  EXPECT_GE(below_um, -1e-9 * stroke_um);  // rounding: the chosen curve begins at the lower point
   EXPECT_LT(below_um, 0.25 * stroke_um);
   const auto creep = config::load_lag(shipped / "stage/x.model.toml").creep,
              twins = config::load_lag(shipped / "stage/x.plant.toml").creep;
