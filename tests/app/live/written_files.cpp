@@ -58,7 +58,7 @@ void run(const std::filesystem::path& file, const runs::UtcNow& now) {
   const config::Config config = config::load(file);
   SavedStates states(config);
   const std::vector<config::Setting> settings = config::settings(file);
-  runs::RunWriter writer(config, runs::describe(config, settings, "test"), warn, {}, now);
+  runs::RunWriter writer(config, runs::describe(config, settings, "test"), warn, now);
   Digest drives;
   rehearsal::Rehearsal rehearsal(rehearsal_setup(config), [&](const controller::CycleRecord& record) {
     drives.add(record.report.drive);
