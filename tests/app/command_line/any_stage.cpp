@@ -1,5 +1,7 @@
 #include "tests/app/command_line/any_stage.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,10 +15,8 @@
 namespace hystcan::any_stage_test {
 namespace {
 
-std::string number(double value) {
-  const std::string text = std::to_string(value);  // with a point, as TOML has floats
-  return text;
-}
+/// All digits, with a point, as TOML has floats: a curve that is rounded to 1e-6 may cross the other one.
+std::string number(double value) { return fmt::format("{:#}", value); }
 
 constexpr double lowest_V = -20.0, range_V = 140.0, stroke_um = 100.0;
 
