@@ -199,7 +199,7 @@ TEST(SetUp, ReadsTimeoutAndAttemptsAndRefusesInvalidValues) {
   EXPECT_EQ(patience.timeout, std::chrono::milliseconds(2500));
   EXPECT_EQ(patience.attempts, 1u);
   EXPECT_EQ(load_with("", "").timeout, std::chrono::milliseconds(100)) << "as documented";
-  for (const auto& [rate, keys, message] :
+  for (const auto& bad :
        {BadPatience{"", "setup_timeout_ms = 0\n", "setup_timeout_ms is 0, expected"},
         BadPatience{"", "setup_timeout_ms = 1e6\n", "setup_timeout_ms is 1000000, expected"},
         BadPatience{"", "setup_timeout_ms = nan\n", "setup_timeout_ms is nan, expected"},
@@ -207,8 +207,8 @@ TEST(SetUp, ReadsTimeoutAndAttemptsAndRefusesInvalidValues) {
         BadPatience{"", "setup_attempts = 1000\n", "setup_attempts is 1000, expected"},
         BadPatience{"5.0", "setup_timeout_ms = 199\n",
                     "setup_timeout_ms is 199, expected at least one cycle, 200"}}) {
-    const std::string refusal = support::refusal_of([&] { load_with(keys, rate); });
-    EXPECT_NE(refusal.find(message), std::string::npos) << refusal;
+    const std::string refusal = support::refusal_of([&] { load_with(bad.keys, bad.rate); });
+    EXPECT_NE(refusal.find(bad.message), std::string::npos) << refusal;
   }
 }
 
