@@ -65,7 +65,7 @@ std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
 /// The integral takes what the other axes add at the start; what they add later is fed forward.
 void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool goes_on) {
   coupled_at_first_um_ = coupled_um;
-  if (plant_inverse_) plant_inverse_->restart();
+  if (plant_inverse_) plant_inverse_->restart(t_s);
   following_error_.restart();
   in_position_ = {};
   trajectory_.join(t_s, law_.restart(position_um), goes_on);

@@ -1,5 +1,6 @@
 #include "controller/control/plant_inverse.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -28,15 +29,21 @@ double PlantRecursion::step(const Config& config, State& state, double input) {
   return y;
 }
 
-void PlantInverse::restart() {
+void PlantInverse::restart(double rest_until_s) {
   ahead_.clear();
   late_.clear();
+  rest_until_s_ = rest_until_s;
   is_running_ = false;
 }
 
 void PlantInverse::retune(const Config& config) {
   config_ = config;
-  restart();
+  restart(-std::numeric_limits<double>::infinity());
+}
+
+int PlantInverse::cycles_since_rest(double late_s, double cycle_s) const {
+  const double cycles = std::ceil((late_s - rest_until_s_) / cycle_s) + feed_forward_reach + 1.0;
+  return static_cast<int>(std::clamp(cycles, 1.0, warm_up_cycles));
 }
 
 }  // namespace hystcan::controller

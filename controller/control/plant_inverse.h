@@ -16,6 +16,7 @@
 #include <array>
 #include <complex>
 #include <cstddef>
+#include <limits>
 
 #include "controller/control/delays.h"
 
@@ -82,8 +83,9 @@ class PlantInverse {
 
   explicit PlantInverse(const Config& config) : config_(config) {}
 
-  /// Forgets the state: for a reference that was at rest, or another plant.
-  void restart();
+  /// Forgets the state, for a reference that has been at rest until then: the recursion begins there.
+  void restart(double rest_until_s);
+  /// Takes another plant while the reference moves: the recursion begins warm_up_cycles before.
   void retune(const Config& config);
 
   /// u at `t_s`, mean delay included.
@@ -96,11 +98,14 @@ class PlantInverse {
   double expected(double t_s, double cycle_s, const Reference& reference);
 
  private:
-  static constexpr int warm_up_cycles = 128;
+  static constexpr double warm_up_cycles = 128.0;
+  /// Cycles from `late_s` back to the rest of the reference, at most warm_up_cycles.
+  int cycles_since_rest(double late_s, double cycle_s) const;
 
   Config config_;
   ReferenceWindow ahead_, late_;
   PlantRecursion::State plant_;
+  double rest_until_s_ = -std::numeric_limits<double>::infinity();
   bool is_running_ = false;
 };
 
@@ -126,8 +131,9 @@ double PlantInverse::expected(double t_s, double cycle_s, const Reference& refer
   };
   if (!is_running_) {
     is_running_ = true;
-    plant_ = PlantRecursion::at_rest(input(warm_up_cycles));
-    for (int k = warm_up_cycles - 1; k > 0; --k) PlantRecursion::step(config_.plant, plant_, input(k));
+    const int cycles = cycles_since_rest(late_s, cycle_s);
+    plant_ = PlantRecursion::at_rest(input(cycles));
+    for (int k = cycles - 1; k > 0; --k) PlantRecursion::step(config_.plant, plant_, input(k));
   }
   return PlantRecursion::step(config_.plant, plant_, input(0));
 }

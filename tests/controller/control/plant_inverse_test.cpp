@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -121,6 +122,24 @@ TEST(PlantInverse, BeginsInMotionAsIfItHadRun) {
     if (n < 700 || n % 13 != 0) continue;
     PlantInverse begun(config);
     EXPECT_NEAR(begun.expected(n * cycle_s, cycle_s, triangle), expected, 0.1) << n;
+  }
+}
+
+// Two axes of 4 kHz that begin in the same cycle have less than 100 us each.
+TEST(PlantInverse, BeginsAtTheRestOfTheReferenceInFewLookUps) {
+  const PlantInverse::Config config = design_plant_inverse(stage(false));
+  int looked_up = 0;
+  const auto ramp = [&](double t_s) {
+    ++looked_up;
+    return 3.0 + 1000.0 * std::max(t_s, 0.0);
+  };
+  PlantInverse long_ago(config), at_rest(config);
+  at_rest.restart(0.0);
+  for (int n = 2; n < 50; ++n) {
+    const double expected = long_ago.expected(n * cycle_s, cycle_s, ramp);
+    looked_up = 0;
+    EXPECT_NEAR(at_rest.expected(n * cycle_s, cycle_s, ramp), expected, 1e-12) << n;
+    EXPECT_LE(looked_up, 20) << n;
   }
 }
 
