@@ -30,7 +30,8 @@ class Alarm : public std::enable_shared_from_this<Alarm> {
     deadline_.reset();
     waiting_until_.reset();
     ++generation_;
-    timer_.cancel();
+    boost::system::error_code ignored;
+    timer_.cancel(ignored);
   }
 
  private:

@@ -56,9 +56,9 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   void close() {
     closed_ = true;
-    retry_timer_.cancel();
-    restart_timer_.cancel();
     error_code ignored;
+    retry_timer_.cancel(ignored);
+    restart_timer_.cancel(ignored);
     socket_.close(ignored);
   }
 
