@@ -30,9 +30,9 @@ constexpr auto words(FramePart) { return std::to_array<std::string_view>({"comma
 
 struct Role {
   FramePart part;
+  Quantity quantity;
   const char* name;
   const char* what;
-  Quantity quantity = Quantity::number;
   const char* own_option = nullptr;  ///< else --role PART.NAME
 
   std::string key() const { return fmt::format("{}.{}", word_of(part), name); }
@@ -42,22 +42,22 @@ struct Role {
 
 /// In the order of the questions.
 constexpr Role all_roles[] = {
-    {FramePart::command, "setpoint", "Commanded drive", Quantity::drive, "--setpoint"},
-    {FramePart::command, "enable", "Switch that enables the amplifier", Quantity::number, "--enable"},
-    {FramePart::command, "clear_fault", "Bit that clears a fault"},
-    {FramePart::command, "sync_counter", "Counter of the SYNC in a command"},
-    {FramePart::command, "counter", "Frame counter of a command"},
-    {FramePart::command, "crc", "CRC of a command"},
-    {FramePart::sample, "position", "Measured position", Quantity::position, "--position"},
-    {FramePart::sample, "status", "Status of the sensor, 0 if good"},
-    {FramePart::sample, "sync_counter", "Counter of the SYNC in a sample"},
-    {FramePart::sample, "counter", "Frame counter of a sample"},
-    {FramePart::sample, "crc", "CRC of a sample"},
-    {FramePart::status, "output", "Measured output of the amplifier", Quantity::drive},
-    {FramePart::status, "state", "State of the amplifier"},
-    {FramePart::status, "fault", "Fault of the amplifier, 0 if none"},
-    {FramePart::status, "counter", "Frame counter of a status"},
-    {FramePart::status, "crc", "CRC of a status"}};
+    {FramePart::command, Quantity::drive, "setpoint", "Commanded drive", "--setpoint"},
+    {FramePart::command, Quantity::number, "enable", "Switch that enables the amplifier", "--enable"},
+    {FramePart::command, Quantity::number, "clear_fault", "Bit that clears a fault"},
+    {FramePart::command, Quantity::number, "sync_counter", "Counter of the SYNC in a command"},
+    {FramePart::command, Quantity::number, "counter", "Frame counter of a command"},
+    {FramePart::command, Quantity::number, "crc", "CRC of a command"},
+    {FramePart::sample, Quantity::position, "position", "Measured position", "--position"},
+    {FramePart::sample, Quantity::number, "status", "Status of the sensor, 0 if good"},
+    {FramePart::sample, Quantity::number, "sync_counter", "Counter of the SYNC in a sample"},
+    {FramePart::sample, Quantity::number, "counter", "Frame counter of a sample"},
+    {FramePart::sample, Quantity::number, "crc", "CRC of a sample"},
+    {FramePart::status, Quantity::drive, "output", "Measured output of the amplifier"},
+    {FramePart::status, Quantity::number, "state", "State of the amplifier"},
+    {FramePart::status, Quantity::number, "fault", "Fault of the amplifier, 0 if none"},
+    {FramePart::status, Quantity::number, "counter", "Frame counter of a status"},
+    {FramePart::status, Quantity::number, "crc", "CRC of a status"}};
 
 constexpr std::string_view states_key = "status.states";
 /// Stated in the place of a signal: the frames have none for this role.
