@@ -111,7 +111,8 @@ class Drawing {
                          .to = {},
                          .size = plots_.size,
                          .facts = std::move(picture.facts)});
-    for (const std::string& format : plots_.formats) pictures_.back().to.push_back(name + "." + format);
+    for (const std::string& format : plots_.formats)
+      pictures_.back().to.push_back(fmt::format("{}.{}", name, format));
   }
   void lack(const std::string& what) { drawn_.lacking.push_back(what); }
   DrawnPlots drawn() {
