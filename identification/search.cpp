@@ -253,13 +253,13 @@ class Searcher {
 
   bool add_unknown(const std::vector<Unknown>& unknowns, double c) {
     const Trial trial = at_start(unknowns);
-    Step taken{unknowns.back().quantity, fit_->fit(best_).rms, fit_->fit(trial).rms, fit_->held_out(best_),
-               fit_->held_out(trial)};
+    const Step taken{unknowns.back().quantity, fit_->fit(best_).rms, fit_->fit(trial).rms,
+                     fit_->held_out(best_), fit_->held_out(trial)};
     if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before) {
-      result_.refused.push_back(std::move(taken));
+      result_.refused.push_back(taken);
       return false;
     }
-    result_.steps.push_back(std::move(taken));
+    result_.steps.push_back(taken);
     unknowns_ = unknowns;
     for (Unknown& unknown : unknowns_) unknown.step = 0.3;
     best_ = trial;
