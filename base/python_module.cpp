@@ -60,8 +60,11 @@ fs::path python_file(std::string_view name) {
   std::error_code none;
   const fs::path program = fs::read_symlink("/proc/self/exe", none).parent_path();
   if (auto installed = installed_file(program.parent_path(), name); !installed.empty()) return installed;
-  const fs::path of_the_tree = (program / "../../python/hystcan" / name).lexically_normal();
-  return fs::exists(of_the_tree, none) ? of_the_tree : fs::path{};
+  constexpr int levels = 5;  // BUILD/PRESET/tests/ROOM is the deepest folder of a program
+  fs::path above = program;
+  for (int i = 0; i < levels; ++i, above = above.parent_path())
+    if (auto of_the_tree = above / "python/hystcan" / name; fs::exists(of_the_tree, none)) return of_the_tree;
+  return {};
 }
 
 PythonModule::PythonModule(std::string_view name, std::vector<std::string> arguments,
