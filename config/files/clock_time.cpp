@@ -33,7 +33,8 @@ bool names_a_month(std::string_view text) {
 
 bool is_date(std::string_view text) {
   const std::size_t month = text.find_first_not_of("0123456789");
-  if (text.size() >= 9 && text.size() <= 11 && text[month] == '-' && text[text.size() - 5] == '-')
+  if (text.size() >= 9 && text.size() <= 11 && month < text.size() && text[month] == '-' &&
+      text[text.size() - 5] == '-')
     return names_a_month(text.substr(month + 1, text.size() - month - 6)) && is_digit(text.front()) &&
            std::ranges::all_of(text.substr(text.size() - 4), is_digit);
   if (text.size() < 6 || text.size() > 10 || !is_digit(text.front()) || !is_digit(text.back())) return false;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "config/files/clock_time.h"
 #include "config/files/dataset_file.h"
 #include "tests/support/scratch.h"
 
@@ -245,6 +246,9 @@ TEST(RecordNotes, NameUnitsThatAreNotKnown) {
             Notes{"--output-scale 0.5 is taken as um per 1 of x"});
   EXPECT_EQ(notes("t (s),U (V),x (mV)", {.output_scale = 0.5}), Notes{}) << "um per V";
 }
+
+// The sanitizers see a look behind the text.
+TEST(ClockTime, HasNoDateOfDigitsAlone) { EXPECT_FALSE(clock_time("123456789 1:02:03")); }
 
 }  // namespace
 }  // namespace hystcan::config::record_files_test
