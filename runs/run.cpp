@@ -88,10 +88,15 @@ Run::Run(std::filesystem::path path) : path_(std::move(path)) {
     if (is_part(path_)) info_ = read_run_info(folder_of(path_));
   }
   header_ = CycleReader(parts_.front()).header();
+  if (path_ == parts_.front() || info_.ended.empty()) look_through();
+}
+
+std::vector<std::string> Run::notes() const {
+  std::vector<std::string> notes;
   for (const std::filesystem::path& part : parts_)
     for (const std::string& left_out : notes_of_end(part))
-      notes_.push_back(fmt::format("{}: {}", part.string(), left_out));
-  if (path_ == parts_.front() || info_.ended.empty()) look_through();
+      notes.push_back(fmt::format("{}: {}", part.string(), left_out));
+  return notes;
 }
 
 std::string Run::name() const {

@@ -44,7 +44,8 @@ class Run {
   /// The folder's or file's name, for titles: run_20261123T092000.123Z.
   std::string name() const;
   /// "FILE: the last row has no line end and may be incomplete: left out", one for each part.
-  const std::vector<std::string>& notes() const { return notes_; }
+  /// Reads the end of each part.
+  std::vector<std::string> notes() const;
   std::size_t axis_index(const std::string& axis) const;
   /// All columns that its CSV has, but `axis`.
   std::vector<Signal> signals(std::size_t axis) const;
@@ -69,7 +70,7 @@ class Run {
 
   std::filesystem::path path_;
   std::vector<std::filesystem::path> parts_;
-  std::vector<std::string> header_, notes_;
+  std::vector<std::string> header_;
   RunInfo info_;
 };
 
