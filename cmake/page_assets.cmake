@@ -13,24 +13,45 @@ set(page_web ${PROJECT_SOURCE_DIR}/app/page/web)
 set(page_npm ${PROJECT_BINARY_DIR}/page)  # node_modules lies there
 set(page_list "")                         # "PATH|FILE": a browser asks for PATH
 set(uplot "")
+set(page_missing "")
 
 if(HYSTCAN_PAGE AND HYSTCAN_PAGE_MODULES)
   set(uplot ${HYSTCAN_PAGE_MODULES}/uplot)
 elseif(HYSTCAN_PAGE AND NPM)
-  set(page_npm_ci "${NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline")
+  set(page_npm_ci ${NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline --fetch-retries=1
+    --fetch-retry-mintimeout=2000)
   if(NOT HYSTCAN_TESTS OR HYSTCAN_SANITIZE)
-    string(APPEND page_npm_ci " --omit=dev")  # what only the browser tests need
+    list(APPEND page_npm_ci --omit=dev)  # what only the browser tests need
   endif()
-  set(uplot ${page_npm}/node_modules/uplot)
-  add_custom_command(OUTPUT ${page_npm}/installed
-    BYPRODUCTS ${uplot}/dist/uPlot.esm.js ${uplot}/dist/uPlot.min.css ${uplot}/LICENSE
-    COMMAND ${CMAKE_COMMAND} -E copy ${page_web}/package.json ${page_web}/package-lock.json ${page_npm}
-    COMMAND sh -c "${page_npm_ci} || { echo 'cmake -DHYSTCAN_PAGE=OFF builds without the page' >&2; exit 1; }"
-    COMMAND ${CMAKE_COMMAND} -E touch ${page_npm}/installed
-    DEPENDS ${page_web}/package.json ${page_web}/package-lock.json
-    WORKING_DIRECTORY ${page_npm} COMMENT "Installing the page's npm packages" VERBATIM)
+  # At configure time: without network AUTO leaves the page out.
   file(MAKE_DIRECTORY ${page_npm})
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${page_web}/package-lock.json)
+  file(READ ${page_web}/package-lock.json page_lock)
+  set(page_npm_stamp "${page_npm_ci}\n${page_lock}")
+  set(page_npm_installed "")
+  if(EXISTS ${page_npm}/installed)
+    file(READ ${page_npm}/installed page_npm_installed)
+  endif()
+  if(NOT page_npm_installed STREQUAL page_npm_stamp)
+    message(STATUS "Installing the page's npm packages")
+    file(COPY ${page_web}/package.json ${page_web}/package-lock.json DESTINATION ${page_npm})
+    execute_process(COMMAND ${page_npm_ci} WORKING_DIRECTORY ${page_npm} RESULT_VARIABLE page_npm_result)
+    if(page_npm_result EQUAL 0)
+      file(WRITE ${page_npm}/installed "${page_npm_stamp}")
+    else()
+      file(REMOVE ${page_npm}/installed)
+      set(page_missing "npm could not install uPlot (no network?); the program has no operator's page")
+    endif()
+  endif()
+  if(NOT page_missing)
+    set(uplot ${page_npm}/node_modules/uplot)
+  elseif(NOT HYSTCAN_PAGE STREQUAL AUTO)
+    message(FATAL_ERROR "HYSTCAN_PAGE is ${HYSTCAN_PAGE}, and ${page_missing}")
+  endif()
+elseif(HYSTCAN_PAGE)
+  set(page_missing "npm is missing; the program has no operator's page")
 endif()
+set(HYSTCAN_PAGE_MISSING "${page_missing}" CACHE INTERNAL "Why the page is left out")
 if(uplot)
   install(FILES ${uplot}/LICENSE DESTINATION share/doc/hystcan RENAME uPlot.LICENSE.txt)
 
@@ -94,7 +115,4 @@ std::span<const Asset> page_assets() {
 set_source_files_properties(${PROJECT_BINARY_DIR}/page_assets.cpp PROPERTIES OBJECT_DEPENDS "${page_files}")
 
 add_library(hystcan_page_assets STATIC ${PROJECT_BINARY_DIR}/page_assets.cpp)
-if(page_files AND NOT HYSTCAN_PAGE_MODULES)
-  target_sources(hystcan_page_assets PRIVATE ${page_npm}/installed)
-endif()
 target_link_libraries(hystcan_page_assets PRIVATE hystcan_flags)
