@@ -22,3 +22,17 @@ stage() {
   rm -f "$log"
   echo "$name: $spent" >&2
 }
+
+# skip_unwritable_ccache: compiles without ccache if another user owns its folder, as after a first run with sudo.
+skip_unwritable_ccache() {
+  local folder
+  folder=$(ccache --get-config cache_dir 2>/dev/null) || return 0
+  [[ -e $folder && ! -w $folder ]] || return 0
+  echo "ccache: $folder is not writable; compiling without it (mend: sudo chown -R $(id -un) $folder)" >&2
+  export CCACHE_DISABLE=1
+}
+
+# report_missing_page BUILD_TREE: says why the program is built without the operator's page, if it is.
+report_missing_page() {
+  sed -n 's/^HYSTCAN_PAGE_MISSING:INTERNAL=\(..*\)/page: \1/p' "$1/CMakeCache.txt" >&2
+}
