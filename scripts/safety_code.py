@@ -17,7 +17,8 @@ PROGRAMS = {
     "controller/command_frame.cpp": ("hystcan_controller_tests", "hystcan_safety_tests"),
     "can/frame.cpp": PROTOCOL,
     "can/protocol/e2e.cpp": PROTOCOL,
-    "twin/amplifier_node.cpp": TWIN,
+    "node/amplifier_node.cpp": TWIN,
+    "node/amplifier_channel.cpp": TWIN,
 }
 # Besides it, for mutants: what carries its inputs and commands, and what else acts by itself or at a request.
 NODE = ("hystcan_node_tests", "hystcan_controller_tests", "hystcan_safety_tests")

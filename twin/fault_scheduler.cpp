@@ -63,7 +63,7 @@ bool FaultScheduler::same_place(const FaultSpec& a, const FaultSpec& b) const {
   if (traits(a.kind).site == FaultSite::plant) return a.axis == b.axis;
   if (a.node != b.node) return false;
   if (a.axis == b.axis || acts_on_one_axis(a.kind)) return a.axis == b.axis;
-  const BusNode& node = axes_[axis_of(a)]->node(a.node);
+  const node::BusNode& node = axes_[axis_of(a)]->node(a.node);
   return std::ranges::any_of(
       axes_, [&](const auto& axis) { return axis->name == b.axis && &axis->node(b.node) == &node; });
 }
@@ -178,7 +178,7 @@ void FaultScheduler::begin(const FaultSpec& spec) {
                      .began = now,
                      .ends = until_removed ? can::Time::max() : now + spec.lasts,
                      .gain_before = disturbances_[index].gain});
-  BusNode& node = axis.node(spec.node);
+  FaultyConnection& line = axis.line(spec.node);
   switch (spec.kind) {
     case Fault::parameter_drift:
       break;
@@ -198,11 +198,11 @@ void FaultScheduler::begin(const FaultSpec& spec) {
       axis.amplifier.open_relay();
       break;
     case Fault::node_reboot:
-      node.line().begin(spec.kind, spec.value);
-      node.lose_power();
+      line.begin(spec.kind, spec.value);
+      axis.node(spec.node).lose_power();
       break;
     default:
-      node.line().begin(spec.kind, spec.value, axis.channel(spec.node));
+      line.begin(spec.kind, spec.value, axis.channel(spec.node));
   }
   report(spec, true);
 }
@@ -210,7 +210,7 @@ void FaultScheduler::begin(const FaultSpec& spec) {
 void FaultScheduler::release(const FaultSpec& spec) {
   const std::size_t index = axis_of(spec);
   Axis& axis = *axes_[index];
-  BusNode& node = axis.node(spec.node);
+  FaultyConnection& line = axis.line(spec.node);
   switch (spec.kind) {
     case Fault::parameter_drift:
       break;
@@ -231,11 +231,11 @@ void FaultScheduler::release(const FaultSpec& spec) {
       break;
     case Fault::node_reboot:
     case Fault::bus_off:
-      node.line().end(spec.kind);
-      node.restart();
+      line.end(spec.kind);
+      axis.node(spec.node).restart();
       break;
     default:
-      node.line().end(spec.kind, axis.channel(spec.node));
+      line.end(spec.kind, axis.channel(spec.node));
   }
   report(spec, false);
 }

@@ -14,32 +14,10 @@
 #include <string_view>
 #include <vector>
 
-#include "twin/amplifier_node.h"
+#include "twin/axis.h"
 #include "twin/config.h"
-#include "twin/sensor_node.h"
 
 namespace hystcan::twin {
-
-/// One axis of a twin: the stage, and its channels of its two nodes.
-struct Axis {
-  Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-       can::Scheduler& scheduler, AmplifierNode& amplifier_node, SensorNode& sensor_node);
-  Axis(const Axis&) = delete;
-  Axis& operator=(const Axis&) = delete;
-
-  BusNode& node(Node which) const;
-  std::size_t channel(Node which) const {
-    return which == Node::amplifier ? amplifier.index() : sensor.index();
-  }
-
-  std::string name;
-  can::AxisWire wire;
-  Plant plant;
-  AmplifierChannel amplifier;
-  SensorChannel sensor;
-  DriveNoise drive_noise;
-};
-using Axes = std::vector<std::unique_ptr<Axis>>;
 
 class FaultScheduler {
  public:

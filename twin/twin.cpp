@@ -7,39 +7,11 @@
 namespace hystcan::twin {
 namespace {
 
-template <class Made>
-Made* add(std::vector<std::unique_ptr<BusNode>>& nodes, std::unique_ptr<Made> node) {
-  Made* const made = node.get();
-  nodes.push_back(std::move(node));
-  return made;
-}
-
 bool share_a_node(const can::AxisWire& one, const can::AxisWire& other) {
   return one.amplifier_node == other.amplifier_node || one.sensor_node == other.sensor_node;
 }
 
 }  // namespace
-
-Axis::Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
-           can::Scheduler& scheduler, AmplifierNode& amplifier_node, SensorNode& sensor_node)
-    : name(config.wire.name),
-      wire(config.wire),
-      plant(config.axis.plant, scheduler.now()),
-      amplifier(config, common, database, scheduler, amplifier_node, plant),
-      sensor(config, common, database, scheduler.now(), sensor_node, plant),
-      drive_noise(config.axis.drive_noise, config.axis.plant.substep, scheduler.now(),
-                  seed_of(common.seed, wire.amplifier_node, amplifier.index())) {
-  if (!drive_noise.is_silent()) plant.set_drive_noise([this](can::Time time) { return drive_noise(time); });
-  if (sensor.follows_the_plant()) {
-    sensor.follow(scheduler.now(), plant.position_um());
-    plant.on_grid([this](can::Time time, double position_um) { sensor.follow(time, position_um); });
-  }
-}
-
-BusNode& Axis::node(Node which) const {
-  if (which == Node::amplifier) return amplifier.node();
-  return sensor.node();
-}
 
 Config with_axes(Config config, const std::vector<std::string>& names) {
   const auto is_named = [&](const std::string& name) {
@@ -68,6 +40,21 @@ Config with_axes(Config config, const std::vector<std::string>& names) {
   return config;
 }
 
+template <class Made, class... Arguments>
+Connected<Made> Twin::connect(const can::Attach& attach, const FaultyConnection::Config& config,
+                              const Arguments&... arguments) {
+  Connected<Made> made;
+  const auto through_faults = [&](std::span<const can::Filter> filters) {
+    auto line = std::make_unique<FaultyConnection>(attach(filters), scheduler_, config);
+    made.line = line.get();
+    return line;
+  };
+  auto node = std::make_unique<Made>(arguments..., scheduler_, through_faults);
+  made.node = node.get();
+  nodes_.push_back(std::move(node));
+  return made;
+}
+
 Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
            const can::Attach& attach)
     : scheduler_(scheduler),
@@ -75,18 +62,28 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
       listened_(scheduler.make_timer([this] { start_nodes(); })) {
   axes_.reserve(config.axes.size());
   for (const WiredAxisConfig& axis : config.axes) {
-    AmplifierNode* amplifier = nullptr;
-    SensorNode* sensor = nullptr;
+    Connected<node::AmplifierNode> amplifier;
+    Connected<node::SensorNode> sensor;
     for (const auto& other : axes_) {
-      if (other->wire.amplifier_node == axis.wire.amplifier_node) amplifier = &other->amplifier.node();
-      if (other->wire.sensor_node == axis.wire.sensor_node) sensor = &other->sensor.node();
+      if (other->wire.amplifier_node == axis.wire.amplifier_node)
+        amplifier = {&other->amplifier.node(), &other->amplifier_line};
+      if (other->wire.sensor_node == axis.wire.sensor_node)
+        sensor = {&other->sensor.node(), &other->sensor_line};
     }
-    if (amplifier == nullptr)
-      amplifier =
-          add(nodes_, std::make_unique<AmplifierNode>(axis.wire, config, database, scheduler, attach));
-    if (sensor == nullptr)
-      sensor = add(nodes_, std::make_unique<SensorNode>(axis, config, database, scheduler, attach));
-    axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, *amplifier, *sensor));
+    if (amplifier.node == nullptr) {
+      const auto command = can::find_layout<can::AmpCommand>(database, axis.wire);
+      amplifier = connect<node::AmplifierNode>(
+          attach,
+          {.node = axis.wire.amplifier_node,
+           .obeys = can::Filter{.id = command->id(), .extended = command->extended()},
+           .seed = config.seed + axis.wire.amplifier_node},
+          axis.wire, config, database);
+    }
+    if (sensor.node == nullptr)
+      sensor = connect<node::SensorNode>(
+          attach, {.node = axis.wire.sensor_node, .seed = config.seed + axis.wire.sensor_node}, axis.wire,
+          axis.axis.sample_clock, config, database);
+    axes_.push_back(std::make_unique<Axis>(axis, config, database, scheduler, amplifier, sensor));
   }
   for (std::size_t i = 0; i < axes_.size(); ++i)
     for (const model::Coupling& coupling : config.axes[i].axis.couplings)

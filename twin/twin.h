@@ -63,12 +63,15 @@ class Twin {
   const FaultScheduler& faults() const { return *faults_; }
 
  private:
+  template <class Made, class... Arguments>
+  Connected<Made> connect(const can::Attach& attach, const FaultyConnection::Config& config,
+                          const Arguments&... arguments);
   void start_nodes();
 
   can::Scheduler& scheduler_;
   can::Duration heartbeat_period_;
   std::unique_ptr<can::Timer> listened_;
-  std::vector<std::unique_ptr<BusNode>> nodes_;
+  std::vector<std::unique_ptr<node::BusNode>> nodes_;
   Axes axes_;
   std::unique_ptr<FaultScheduler> faults_;
   can::Time started_{};

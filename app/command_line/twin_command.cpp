@@ -68,7 +68,7 @@ class TwinWatch {
  private:
   void look() {
     for (std::size_t i = 0; i < seen_.size(); ++i) {
-      const twin::AmplifierChannel& amplifier = twin_.axes()[i]->amplifier;
+      const node::AmplifierChannel& amplifier = twin_.axes()[i]->amplifier;
       if (std::exchange(seen_[i], amplifier.state()) == amplifier.state()) continue;
       const bool silence = (amplifier.fault() & can::amp_fault::command_timeout) != 0;
       spdlog::info("{}: amplifier {}{}", twin_.axes()[i]->name, to_string(amplifier.state()),

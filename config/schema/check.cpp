@@ -123,7 +123,7 @@ class AxisCheck {
 
   /// For setpoints that take effect on receipt, check_receipt_delays() checks the delay.
   void check_command_delay() const {
-    if (axis_.twin.apply != twin::Apply::sync) return;
+    if (axis_.twin.apply != node::Apply::sync) return;
     const can::Duration delay = axis_.control.delays.command_delay;
     const std::int64_t cycle_us = std::llround(1e6 / config_.controller.rate_Hz);
     if (std::chrono::abs(delay - std::chrono::microseconds(cycle_us)) > std::chrono::nanoseconds(500))

@@ -54,14 +54,14 @@ class InstrumentCheck {
 
   void check_watchdog() const {
     const std::string ramp = "watchdog_ramp_" + axis_.wire.drive_unit + "_per_s";
-    if (twin_.watchdog_action == twin::WatchdogAction::ramp && !std::isfinite(amplifier_.ramp_per_s))
+    if (twin_.watchdog_action == node::WatchdogAction::ramp && !std::isfinite(amplifier_.ramp_per_s))
       fail("watchdog_action", "missing key {}, expected the speed of the ramp", ramp);
-    if (twin_.watchdog_action == twin::WatchdogAction::off && twin::Amplifier::discharge_s(amplifier_) == 0.0)
+    if (twin_.watchdog_action == node::WatchdogAction::off && twin::Amplifier::discharge_s(amplifier_) == 0.0)
       fail("watchdog_action", "the load's time constant is 0, expected load_ohm with load_uF or load_mH");
   }
 
   void check_interpolation() const {
-    if (twin_.interpolate && twin_.apply == twin::Apply::receipt)
+    if (twin_.interpolate && twin_.apply == node::Apply::receipt)
       fail("interpolate",
            "interpolate is true with apply \"receipt\", expected apply = \"sync\": the way to a "
            "setpoint takes the time from one SYNC to the next");
@@ -115,7 +115,7 @@ void check_receipt_delays(const Document& document, const Config& config) {
   const auto us = [](can::Duration duration) { return static_cast<double>(duration.count()) * 1e-3; };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     const AxisConfig& axis = config.axes[i];
-    if (axis.twin.apply != twin::Apply::receipt) continue;
+    if (axis.twin.apply != node::Apply::receipt) continue;
     const can::Duration delay = axis.control.delays.command_delay;
     const can::Duration latest = latest_command(plan_bus(config), config, axis);
     if (delay <= can::Duration::zero() || delay > latest)

@@ -200,7 +200,7 @@ void resolve_couplings(const Document& document, const Config& config, std::size
 }
 
 /// A free-running sensor without a configured rate takes one sample per cycle by its own clock.
-void set_sample_rate(const Config& config, twin::SampleClock& clock) {
+void set_sample_rate(const Config& config, node::SampleClock& clock) {
   if (clock.rate_Hz == 0.0) clock.rate_Hz = config.controller.rate_Hz;
 }
 

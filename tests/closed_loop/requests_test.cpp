@@ -106,7 +106,7 @@ TEST_F(RequestToAnAxis, ToBeEnabledDoesNotClearAFaultThatTheAmplifierHasLatched)
   begin();
   ASSERT_EQ(ask(Kind::disable), std::nullopt);
   run(1000);
-  twin::AmplifierChannel& amplifier = rehearsal_->twin().axes()[0]->amplifier;
+  node::AmplifierChannel& amplifier = rehearsal_->twin().axes()[0]->amplifier;
   amplifier.begin_internal_fault();
   amplifier.end_internal_fault();
   ASSERT_EQ(ask(Kind::enable), std::nullopt);

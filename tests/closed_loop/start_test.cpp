@@ -53,7 +53,7 @@ class Start : public testing::Test {
   }
 
   void fault_and_arm_again(std::size_t i) {
-    twin::AmplifierChannel& amplifier = loop_->twin().axes()[i]->amplifier;
+    node::AmplifierChannel& amplifier = loop_->twin().axes()[i]->amplifier;
     amplifier.begin_internal_fault();
     ASSERT_TRUE(reaches(i, AxisState::faulted, milliseconds(50)));
     amplifier.end_internal_fault();

@@ -111,7 +111,7 @@ class Loop {
  private:
   struct Amplifier {
     can::Layout<can::AmpCommand> layout;
-    const twin::AmplifierChannel& channel;
+    const node::AmplifierChannel& channel;
     double setpoint = 0.0;  ///< before the command
   };
 

@@ -137,16 +137,16 @@ TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
   FaultRig rig(config);
   rig.start();
   ASSERT_TRUE(rig.tracks());
-  twin::AmplifierChannel& amplifier = rig.stage().amplifier;
+  node::AmplifierChannel& amplifier = rig.stage().amplifier;
   ASSERT_TRUE(amplifier.node().objects().object(object));
   rig.run_for(milliseconds(800));
 
   twin::FaultSpec trip = twin::fault_spec(Fault::amplifier_trip, "x");
   rig.stage_faults().inject(trip);
   rig.run_for(milliseconds(5));
-  ASSERT_EQ(amplifier.fault(), twin::internal_fault);
+  ASSERT_EQ(amplifier.fault(), node::internal_fault);
   rig.stage_faults().remove(Fault::amplifier_trip);
-  EXPECT_EQ(amplifier.fault(), twin::internal_fault) << "latched";
+  EXPECT_EQ(amplifier.fault(), node::internal_fault) << "latched";
 
   twin::FaultSpec reboot = twin::fault_spec(Fault::node_reboot, "x");
   reboot.node = GetParam();
@@ -154,7 +154,7 @@ TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
   rig.stage_faults().inject(reboot);
   rig.run_for(milliseconds(52));
   const bool is_amplifier = GetParam() == Node::amplifier;
-  EXPECT_EQ(amplifier.fault(), is_amplifier ? 0 : twin::internal_fault);
+  EXPECT_EQ(amplifier.fault(), is_amplifier ? 0 : node::internal_fault);
   EXPECT_EQ(amplifier.node().objects().object(object).has_value(), !is_amplifier);
   EXPECT_EQ(is_amplifier ? amplifier.state() == can::AmpState::off
                          : rig.stage().sensor.node().state() == can::NmtState::pre_operational,

@@ -15,7 +15,7 @@ using std::chrono::milliseconds;
 struct Way {
   can::Duration enable_delay{};
   can::Duration soft_start{};
-  Apply apply = Apply::sync;
+  node::Apply apply = node::Apply::sync;
   can::Duration command_timeout = milliseconds(20);
   bool slow = false;
 };
@@ -145,7 +145,7 @@ TEST(AmplifierRelay, TakesTheLastSetpointThatCameBeforeTheSync) {
 }
 
 TEST(AmplifierRelay, LetsTheSetpointActAtOnceWhereItActsOnReceipt) {
-  EnableBench bench({.enable_delay = milliseconds(10), .apply = Apply::receipt});
+  EnableBench bench({.enable_delay = milliseconds(10), .apply = node::Apply::receipt});
   bench.drive(50.0, 1);
   bench.run(milliseconds(12));
   ASSERT_EQ(bench.state(), AmpState::enabled);

@@ -33,7 +33,7 @@ class AmplifierOnBus : public testing::Test, protected TwinBench {
       if (frame.id == 0x701) amplifier_heartbeats_.push_back(frame.data[0]);
     });
   }
-  AmplifierChannel& amplifier() { return twin_.axes().front()->amplifier; }
+  node::AmplifierChannel& amplifier() { return twin_.axes().front()->amplifier; }
   void nmt(can::NmtCommand command) {
     tester_->send(can::nmt_frame({command, 1}));
     run(milliseconds(1));
@@ -246,7 +246,7 @@ TEST(AmplifierStatus, HasTheOutputAtItsOwnTime) {
 // The output follows at 1000 V/s from the arrival of the command; 0.5 V are the frame and the bandwidth.
 TEST(AmplifierOnReceipt, TurnsItsOutputAtTheArrivalOfTheCommand) {
   Config config = one_axis();
-  config.axes.front().axis.apply = Apply::receipt;
+  config.axes.front().axis.apply = node::Apply::receipt;
   config.axes.front().axis.plant.amplifier.slew_per_s = 1000.0;
   TwinBench bench(config);
   bench.start_nodes();
@@ -336,7 +336,7 @@ TEST_F(AmplifierOnBus, ReportsACauseWithinAsAnEmergencyOfTheHardwareAndIsSafe) {
   amplifier().begin_internal_fault();
   run(milliseconds(1));
   EXPECT_EQ(status_->state, AmpState::fault);
-  EXPECT_EQ(status_->fault, internal_fault);
+  EXPECT_EQ(status_->fault, node::internal_fault);
   ASSERT_EQ(emergency_frames_.size(), 1u);
   EXPECT_EQ(can::parse_emergency(emergency_frames_.front())->code, 0x5000);
   EXPECT_NEAR(output(), 0.0, 1e-3);
@@ -347,7 +347,7 @@ TEST_F(AmplifierOnBus, KeepsAnEarlierFaultBesideACauseWithin) {
   drive(50.0, 5);
   run(milliseconds(50));
   amplifier().begin_internal_fault();
-  EXPECT_EQ(amplifier().fault(), can::amp_fault::command_timeout | internal_fault);
+  EXPECT_EQ(amplifier().fault(), can::amp_fault::command_timeout | node::internal_fault);
 }
 
 TEST_F(AmplifierOnBus, ClearsAFaultOnlyAfterTheCauseWithinHasEnded) {
@@ -371,7 +371,7 @@ TEST_F(AmplifierOnBus, ReportsACauseWithinThatBeganBeforeTheStartOnceItIsStarted
   EXPECT_TRUE(emergency_frames_.empty());
   start_nodes();
   EXPECT_EQ(status_->state, AmpState::fault);
-  EXPECT_EQ(status_->fault, internal_fault);
+  EXPECT_EQ(status_->fault, node::internal_fault);
 }
 
 TEST_F(AmplifierOnBus, ForgetsAFaultAtAResetUnlessItsCauseStillExists) {
@@ -389,7 +389,7 @@ TEST_F(AmplifierOnBus, ForgetsAFaultAtAResetUnlessItsCauseStillExists) {
   nmt(can::NmtCommand::reset_node);
   start_nodes();
   EXPECT_EQ(status_->state, AmpState::fault);
-  EXPECT_EQ(status_->fault, internal_fault);
+  EXPECT_EQ(status_->fault, node::internal_fault);
 }
 
 // ---- the status

@@ -27,8 +27,8 @@ class NodeRules : public testing::Test, protected TwinBench {
     listener_->on_frame([this](const can::Frame& frame, can::Time) { frames_.push_back(frame); });
     frames_.clear();
   }
-  AmplifierChannel& amplifier() { return twin_.axes().front()->amplifier; }
-  SensorNode& sensor() { return twin_.axes().front()->sensor.node(); }
+  node::AmplifierChannel& amplifier() { return twin_.axes().front()->amplifier; }
+  node::SensorNode& sensor() { return twin_.axes().front()->sensor.node(); }
   void nmt(NmtCommand command, std::uint8_t node) {
     tester_->send(can::nmt_frame({command, node}));
     run(milliseconds(1));
@@ -423,7 +423,7 @@ TEST_F(NodeRules, ASecondCauseHasItsEmergencyAtOnceAndItsBitInTheNextStatus) {
     sync();
     run(milliseconds(1));
   }
-  EXPECT_EQ(status_->fault, can::amp_fault::command_timeout | internal_fault);
+  EXPECT_EQ(status_->fault, can::amp_fault::command_timeout | node::internal_fault);
 }
 
 TEST_F(NodeRules, TheErrorRegisterIsZeroOnceTheFaultIsCleared) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/twin/twin_bench.h"
-#include "twin/sensor_node.h"
+#include "twin/sensor.h"
 
 namespace hystcan::twin::sensor_physics_test {
 namespace {
@@ -157,7 +157,7 @@ TEST(SensorOnTheBus, MarksASampleBeyondItsRangeInTheStatus) {
   bench.drive(10.0, 30);
   EXPECT_EQ(bench.sample_->status, 0);
   bench.drive(60.0, 30);
-  EXPECT_EQ(bench.sample_->status, sensor_status::out_of_range);
+  EXPECT_EQ(bench.sample_->status, node::sensor_status::out_of_range);
   EXPECT_NEAR(bench.sample_->position_um, 6.0, 1e-6);
 }
 
@@ -183,7 +183,7 @@ TEST(SensorOnTheBus, ReadsThePlantWithItsDelay) {
 TEST(SensorOnTheBus, SamplesByItsOwnClockAndNamesTheLastSync) {
   Config config = one_axis();
   config.axes.front().axis.sample_clock = {
-      .sampling = Sampling::free, .rate_Hz = 1000.0, .skew_ppm = 10'000.0};
+      .sampling = node::Sampling::free, .rate_Hz = 1000.0, .skew_ppm = 10'000.0};
   TwinBench bench(config);
   bench.start_nodes();
   bench.run(milliseconds(10));

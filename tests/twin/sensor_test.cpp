@@ -1,4 +1,4 @@
-#include "twin/sensor_node.h"
+#include "twin/sensor.h"
 
 #include <gtest/gtest.h>
 

@@ -148,7 +148,7 @@ class SharedBench {
           cycles);
   }
   const Axis& axis(std::size_t index) { return *twin_.axes()[index]; }
-  AmplifierChannel& amplifier(std::size_t index) { return twin_.axes()[index]->amplifier; }
+  node::AmplifierChannel& amplifier(std::size_t index) { return twin_.axes()[index]->amplifier; }
   void inject(Fault kind, const std::string& axis, Node node, std::optional<double> value = {}) {
     FaultSpec spec = fault_spec(kind, axis);
     spec.node = node;

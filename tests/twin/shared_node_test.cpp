@@ -89,7 +89,7 @@ TEST_F(SharedNode, SendsItsPeriodicStatusOnceForBothAxes) {
 
 TEST(SharedSensor, HasOneClockForAllItsAxes) {
   Config config = two_axes();
-  config.axes[1].axis.sample_clock = {.sampling = Sampling::free, .rate_Hz = 1000.0};
+  config.axes[1].axis.sample_clock = {.sampling = node::Sampling::free, .rate_Hz = 1000.0};
   EXPECT_THROW(SharedBench{config}, std::invalid_argument);
   config.axes[0].axis.sample_clock = config.axes[1].axis.sample_clock;
   SharedBench bench(config);
@@ -270,7 +270,7 @@ TEST_F(SharedNode, TripsOneAmplifierAloneForACauseWithinIt) {
   inject(Fault::limited_output, "x", Node::amplifier, 30.0);
   drive(60.0, 20.0);
   EXPECT_EQ(amplifier(x).state(), AmpState::enabled);
-  EXPECT_EQ(amplifier(y).fault(), internal_fault);
+  EXPECT_EQ(amplifier(y).fault(), node::internal_fault);
   EXPECT_NEAR(axis(x).plant.drive(), 30.0, 0.1);
 }
 

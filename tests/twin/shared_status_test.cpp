@@ -86,7 +86,7 @@ std::optional<can::AmpStatus> status_of_internal_fault(const char* message) {
 }
 
 TEST(SharedAmplifier, ReportsAFaultAsItIsInASignalOf32Bits) {
-  EXPECT_EQ(status_of_internal_fault("StatusOfY")->fault, internal_fault);
+  EXPECT_EQ(status_of_internal_fault("StatusOfY")->fault, node::internal_fault);
 }
 
 TEST(SharedAmplifier, SendsTheStatusWhereTheSignalOfTheFaultHoldsNoMoreThanZero) {

@@ -16,16 +16,14 @@ namespace hystcan::twin {
 inline Config one_axis() {
   Config config;
   config.heartbeat_period = std::chrono::milliseconds(100);
-  config.axes.push_back({.wire = {.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2},
-                         .axis = {.plant = {.hysteresis = support::piezo_model(),
-                                            .mode = {.natural_frequency_Hz = 500.0, .damping_ratio = 0.05},
-                                            .amplifier = {.drive_min = -20,
-                                                          .drive_max = 120,
-                                                          .slew_per_s = 93e3,
-                                                          .bandwidth_Hz = 1500,
-                                                          .safe_drive = 0}},
-                                  .sensor = {},
-                                  .command_timeout = std::chrono::milliseconds(20)}});
+  WiredAxisConfig& x = config.axes.emplace_back();
+  x.wire = {.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2};
+  x.axis.plant = {
+      .hysteresis = support::piezo_model(),
+      .mode = {.natural_frequency_Hz = 500.0, .damping_ratio = 0.05},
+      .amplifier = {
+          .drive_min = -20, .drive_max = 120, .slew_per_s = 93e3, .bandwidth_Hz = 1500, .safe_drive = 0}};
+  x.axis.command_timeout = std::chrono::milliseconds(20);
   return config;
 }
 

@@ -10,8 +10,8 @@
 
 namespace hystcan::twin {
 
-/// gtest finds it by the namespace of WatchdogAction.
-inline void PrintTo(WatchdogAction action, std::ostream* out) { *out << word_of(action); }
+/// gtest finds it by the namespace of node::WatchdogAction.
+inline void PrintTo(node::WatchdogAction action, std::ostream* out) { *out << word_of(action); }
 
 }  // namespace hystcan::twin
 
@@ -22,7 +22,7 @@ using can::AmpState;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-Config with(WatchdogAction action) {
+Config with(node::WatchdogAction action) {
   Config config = one_axis();
   AxisConfig& axis = config.axes.front().axis;
   axis.watchdog_action = action;
@@ -36,7 +36,7 @@ Config with(WatchdogAction action) {
 /// Is driven to 60 V, then trips. The output is read 5 ms later.
 class Tripped : private TwinBench {
  public:
-  explicit Tripped(WatchdogAction action) : TwinBench(with(action)) {
+  explicit Tripped(node::WatchdogAction action) : TwinBench(with(action)) {
     start_nodes();
     drive(60.0, 30);
     while (status_->state != AmpState::fault) run(microseconds(10));
@@ -66,17 +66,17 @@ class Tripped : private TwinBench {
 };
 
 TEST(Watchdog, GoesToTheSafeDriveAtOnceByDefault) {
-  EXPECT_EQ(AxisConfig{}.watchdog_action, WatchdogAction::safe);
-  EXPECT_NEAR(Tripped(WatchdogAction::safe).output_after(milliseconds(10)), 10.0, 1e-3);
+  EXPECT_EQ(AxisConfig{}.watchdog_action, node::WatchdogAction::safe);
+  EXPECT_NEAR(Tripped(node::WatchdogAction::safe).output_after(milliseconds(10)), 10.0, 1e-3);
 }
 
 TEST(Watchdog, HoldsTheLastSetpoint) {
-  EXPECT_NEAR(Tripped(WatchdogAction::hold).output_after(milliseconds(500)), 60.0, 1e-6);
+  EXPECT_NEAR(Tripped(node::WatchdogAction::hold).output_after(milliseconds(500)), 60.0, 1e-6);
 }
 
 // Emergency and status take 0.24 ms on the wire (48 mV of the ramp) before the test receives the trip.
 TEST(Watchdog, RampsToTheSafeDrive) {
-  Tripped drive(WatchdogAction::ramp);
+  Tripped drive(node::WatchdogAction::ramp);
   EXPECT_NEAR(drive.output_after(milliseconds(100)), 60.0 - 200.0 * 0.1, 0.06);
   EXPECT_NEAR(drive.output_after(milliseconds(200)), 60.0 - 200.0 * 0.2, 0.06);
   EXPECT_NEAR(drive.output_after(milliseconds(300)), 10.0, 1e-3);
@@ -84,12 +84,12 @@ TEST(Watchdog, RampsToTheSafeDrive) {
 
 // 0.24 ms is 0.16 % of the time constant.
 TEST(Watchdog, SwitchesOffAndLeavesTheOutputToItsLoad) {
-  Tripped drive(WatchdogAction::off);
+  Tripped drive(node::WatchdogAction::off);
   EXPECT_NEAR(drive.output_after(milliseconds(150)), 60.0 * std::exp(-1.0), 0.06);
   EXPECT_NEAR(drive.output_after(milliseconds(3000)), 0.0, 1e-6) << "zero, not the safe drive";
 }
 
-class EveryWatchdogAction : public testing::TestWithParam<WatchdogAction> {};
+class EveryWatchdogAction : public testing::TestWithParam<node::WatchdogAction> {};
 
 TEST_P(EveryWatchdogAction, IsReportedLatchedAndClearedInTheSameWay) {
   Tripped drive(GetParam());
@@ -120,12 +120,12 @@ TEST_P(EveryWatchdogAction, IsNotTakenForASetpointOutOfRange) {
   EXPECT_NEAR(bench.output(), 10.0, 1e-3) << "a setpoint out of range leads to the safe drive";
 }
 
-INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(every<WatchdogAction>()),
+INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(every<node::WatchdogAction>()),
                          [](const auto& test) { return std::string(word_of(test.param)); });
 
 TEST(Apply, OnReceiptTakesEffectAtOnceWithoutASync) {
   Config config = one_axis();
-  config.axes.front().axis.apply = Apply::receipt;
+  config.axes.front().axis.apply = node::Apply::receipt;
   TwinBench bench(config);
   bench.start_nodes();
   bench.sync();

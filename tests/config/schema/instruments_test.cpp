@@ -25,8 +25,8 @@ TEST(Instruments, AreIdealByDefault) {
   const twin::AxisConfig& axis = config.axes[0].twin;
   EXPECT_EQ(axis.plant.amplifier.current_limit_A, twin::Amplifier::unlimited);
   EXPECT_EQ(axis.plant.amplifier.resolution, 0.0);
-  EXPECT_EQ(axis.watchdog_action, twin::WatchdogAction::safe);
-  EXPECT_EQ(axis.apply, twin::Apply::sync);
+  EXPECT_EQ(axis.watchdog_action, node::WatchdogAction::safe);
+  EXPECT_EQ(axis.apply, node::Apply::sync);
   EXPECT_FALSE(axis.interpolate);
   EXPECT_EQ(axis.enable_delay, can::Duration::zero());
   EXPECT_EQ(axis.drive_noise.density_per_rtHz, 0.0);
@@ -34,7 +34,7 @@ TEST(Instruments, AreIdealByDefault) {
   EXPECT_EQ(axis.sensor.bandwidth_Hz, 0.0);
   EXPECT_EQ(axis.sensor.delay, can::Duration::zero());
   EXPECT_EQ(axis.sensor.range_max_um, twin::Sensor::unbounded_um);
-  EXPECT_EQ(axis.sample_clock.sampling, twin::Sampling::sync);
+  EXPECT_EQ(axis.sample_clock.sampling, node::Sampling::sync);
 }
 
 TEST(Instruments, OfAVoltageDriveAreReadInTheirUnits) {
@@ -52,7 +52,7 @@ TEST(Instruments, OfAVoltageDriveAreReadInTheirUnits) {
   EXPECT_EQ(axis.drive_noise.density_per_rtHz, 3e-6);
   EXPECT_EQ(axis.drive_noise.ripple, 0.001);
   EXPECT_EQ(axis.drive_noise.ripple_Hz, 100.0);
-  EXPECT_EQ(axis.watchdog_action, twin::WatchdogAction::ramp);
+  EXPECT_EQ(axis.watchdog_action, node::WatchdogAction::ramp);
 }
 
 TEST(Instruments, OfACurrentDriveAreReadInTheirUnits) {
@@ -61,7 +61,7 @@ TEST(Instruments, OfACurrentDriveAreReadInTheirUnits) {
   const twin::AxisConfig& axis = config.axes[0].twin;
   EXPECT_EQ(axis.plant.amplifier.voltage_limit_V, 20.0);
   EXPECT_EQ(axis.plant.amplifier.load_mH, 10.0);
-  EXPECT_EQ(axis.watchdog_action, twin::WatchdogAction::off);
+  EXPECT_EQ(axis.watchdog_action, node::WatchdogAction::off);
 }
 
 TEST(Instruments, ReadTheSensorsTable) {
@@ -88,7 +88,7 @@ TEST(Instruments, RunFreeAtTheControllersRateByDefault) {
   EXPECT_EQ(load(piezo, {of_twin("sensor.sampling", "\"free\"")}).axes[0].twin.sample_clock.rate_Hz, 1000.0);
   const Config faster =
       load(piezo, {of_twin("sensor.sampling", "\"free\""), of_twin("sensor.sample_rate_Hz", "1500.0")});
-  EXPECT_EQ(faster.axes[0].twin.sample_clock.sampling, twin::Sampling::free);
+  EXPECT_EQ(faster.axes[0].twin.sample_clock.sampling, node::Sampling::free);
   EXPECT_EQ(faster.axes[0].twin.sample_clock.rate_Hz, 1500.0);
 }
 
@@ -97,7 +97,7 @@ TEST(Instruments, OnReceiptNeedADelayWithinTheTransmissionOnTheBus) {
   const Setting slow{"axis[0].control.ki_per_s",
                      "50.0"};  // a loop with less delay is less stable at this mode
   const auto delay = [](const char* us) { return Setting{"axis[0].control.delays.command_delay_us", us}; };
-  EXPECT_EQ(load(piezo, {receipt, slow, delay("400.0")}).axes[0].twin.apply, twin::Apply::receipt);
+  EXPECT_EQ(load(piezo, {receipt, slow, delay("400.0")}).axes[0].twin.apply, node::Apply::receipt);
   EXPECT_NE(refusal_of(piezo, {receipt, slow, delay("0.0")})
                 .find("command_delay_us is 0, expected more than 0 and at most"),
             std::string::npos);

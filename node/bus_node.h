@@ -10,11 +10,9 @@
 #include "can/bus.h"
 #include "can/protocol/node.h"
 #include "can/protocol/sdo.h"
-#include "twin/faulty_connection.h"
+#include "node/config.h"
 
-namespace hystcan::twin {
-
-struct CommonConfig;  // twin/config.h
+namespace hystcan::node {
 
 class BusNode {
  public:
@@ -32,8 +30,7 @@ class BusNode {
   std::uint8_t number() const { return number_; }
   can::NmtState state() const { return nmt_.state(); }
   const can::SdoServer& objects() const { return sdo_; }
-  FaultyConnection& line() { return line_; }
-  const can::Bus& bus() const { return line_; }
+  const can::Bus& bus() const { return *bus_; }
 
   /// The supply fails: an amplifier's outputs fall to their safe value. The caller discards the frames of the
   /// node.
@@ -46,6 +43,7 @@ class BusNode {
   BusNode(std::uint8_t number, const CommonConfig& common, can::Scheduler& scheduler,
           const can::Attach& attach, const std::optional<can::Filter>& obeys = {});
 
+  can::Bus& line() { return *bus_; }
   /// NMT, heartbeats of the same number and SDO.
   void handle(const can::Frame& frame);
   /// With each SYNC. Where frames have slots, sends the heartbeat in that of the node, if it is due. True:
@@ -59,9 +57,9 @@ class BusNode {
  private:
   std::uint8_t number_;
   unsigned slots_;
-  FaultyConnection line_;
+  std::unique_ptr<can::Bus> bus_;
   can::NmtSlave nmt_;
   can::SdoServer sdo_;
 };
 
-}  // namespace hystcan::twin
+}  // namespace hystcan::node

@@ -1,10 +1,8 @@
-#include "twin/bus_node.h"
+#include "node/bus_node.h"
 
 #include <vector>
 
-#include "twin/config.h"
-
-namespace hystcan::twin {
+namespace hystcan::node {
 namespace {
 
 std::vector<can::Filter> filters_of(std::uint8_t node, const std::optional<can::Filter>& obeys) {
@@ -20,9 +18,8 @@ BusNode::BusNode(std::uint8_t number, const CommonConfig& common, can::Scheduler
                  const can::Attach& attach, const std::optional<can::Filter>& obeys)
     : number_(number),
       slots_(common.background_slots),
-      line_(attach(filters_of(number, obeys)), scheduler,
-            {.node = number, .obeys = obeys, .seed = common.seed + number}),
-      nmt_(line_, scheduler, number, common.heartbeat_period,
+      bus_(attach(filters_of(number, obeys))),
+      nmt_(*bus_, scheduler, number, common.heartbeat_period,
            [this](can::NmtState state) {
              if (state == can::NmtState::boot_up && nmt_.last_reset() == can::NmtCommand::reset_node)
                sdo_.reset();
@@ -33,7 +30,7 @@ BusNode::BusNode(std::uint8_t number, const CommonConfig& common, can::Scheduler
 void BusNode::handle(const can::Frame& frame) {
   nmt_.handle(frame);
   if (nmt_.is_silent() || nmt_.state() == can::NmtState::stopped) return;
-  if (const auto response = sdo_.answer(frame)) line_.send(*response);
+  if (const auto response = sdo_.answer(frame)) bus_->send(*response);
 }
 
 bool BusNode::take_slot(std::uint8_t sync_counter) {
@@ -44,4 +41,4 @@ void BusNode::restart() {
   if (is_on_the_bus()) nmt_.start();
 }
 
-}  // namespace hystcan::twin
+}  // namespace hystcan::node

@@ -1,0 +1,73 @@
+// The amplifier as a node on the bus: follows NMT and AmpCommand, detects when commands stop, sends status.
+//
+// The axes of a node share the command frame; a frame that is accepted commands all of them. They share the
+// status message too, or each has its own. Where something happens to several axes at once, it is one
+// emergency, and a shared status is sent once.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "can/bus.h"
+#include "can/protocol/protocol.h"
+#include "node/bus_node.h"
+#include "node/config.h"
+
+namespace hystcan::node {
+
+/// Bit of AmpStatus.Fault beside can::amp_fault: a cause within the amplifier, such as its temperature.
+inline constexpr std::uint8_t internal_fault = 0x80;
+
+class AmplifierChannel;
+
+class AmplifierNode final : public BusNode {
+ public:
+  /// `first`: the first of its axes.
+  AmplifierNode(const can::AxisWire& first, const CommonConfig& common, const can::Database& database,
+                can::Scheduler& scheduler, const can::Attach& attach);
+
+  const can::E2eChecker& checker() const { return checker_; }
+  const std::vector<AmplifierChannel*>& channels() const { return channels_; }
+  void shut_down() override;
+  void lose_power() override;
+
+ private:
+  friend class AmplifierChannel;
+  /// The axes of one status message.
+  struct StatusMessage {
+    can::E2eProtector protector;
+    std::vector<AmplifierChannel*> channels;
+  };
+
+  AmplifierNode(const can::Layout<can::AmpCommand>& command, std::uint8_t number, const CommonConfig& common,
+                can::Scheduler& scheduler, const can::Attach& attach);
+  void add(AmplifierChannel& channel);
+  void on_command(const can::Frame& frame, can::Time received);
+  void on_sync(std::uint8_t counter, can::Time received);
+  void on_nmt(can::NmtState state) override;
+  void boot_up();
+  /// docs/protocol/nodes.md, "Stale commands".
+  bool is_stale(const can::AmpCommand& command, can::Time received) const;
+  void check_watchdogs();
+  void note_emergency(std::uint16_t code);
+  /// Sends the statuses whose time has come; in a slot the oldest one alone.
+  void report_regularly();
+  /// Sends the emergencies and every status that is due.
+  void report();
+  void send(StatusMessage& message);
+
+  can::Scheduler& scheduler_;
+  can::Duration cycle_;
+  std::uint32_t command_id_;
+  can::E2eChecker checker_;
+  std::vector<AmplifierChannel*> channels_;
+  std::vector<StatusMessage> statuses_;
+  std::vector<std::uint16_t> emergencies_;  ///< codes, to be sent
+  std::uint8_t last_sync_ = 0;
+  can::Time last_sync_at_{};
+  std::optional<can::Time> former_sync_at_;  ///< of the SYNC before it; empty if that SYNC was not received
+};
+
+}  // namespace hystcan::node

@@ -1,0 +1,38 @@
+// The output of an amplifier, as its node drives it: simulated, or a converter in front of a real amplifier.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "can/scheduler.h"
+
+namespace hystcan::node {
+
+/// Behaviour of the output after commands have stopped, until a command clears the fault.
+enum class WatchdogAction : std::uint8_t {
+  safe,  ///< goes to the safe value as fast as the amplifier can
+  hold,  ///< stays at the last setpoint in force
+  ramp,  ///< goes to the safe value at the amplifier's ramp
+  off    ///< not driven: the load discharges to zero
+};
+constexpr auto words(WatchdogAction) {
+  return std::to_array<std::string_view>({"safe", "hold", "ramp", "off"});
+}
+
+/// Drives are in drive units. The times of the calls do not decrease.
+class DriveOutput {
+ public:
+  DriveOutput() = default;
+  DriveOutput(const DriveOutput&) = delete;
+  DriveOutput& operator=(const DriveOutput&) = delete;
+  virtual ~DriveOutput() = default;
+
+  virtual bool reaches(double drive) const = 0;
+  /// Moves the output from `from` on to this drive, in a straight line of this duration; zero: at once.
+  virtual void go_to(double drive, can::Time from, can::Duration within = {}) = 0;
+  virtual void leave(WatchdogAction action, can::Time from) = 0;
+  virtual double output(can::Time at) = 0;
+};
+
+}  // namespace hystcan::node

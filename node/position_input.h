@@ -1,0 +1,30 @@
+// The input of a sensor node: a simulated sensor, or the converter behind a real one.
+#pragma once
+
+#include <cstdint>
+
+#include "can/scheduler.h"
+
+namespace hystcan::node {
+
+/// Bits of SensorSample.Status.
+namespace sensor_status {
+inline constexpr std::uint8_t out_of_range = 0x01;  ///< the reading is saturated
+}  // namespace sensor_status
+
+class PositionInput {
+ public:
+  struct Reading {
+    double position_um = 0.0;
+    std::uint8_t status = 0;  ///< of the sample
+  };
+
+  PositionInput() = default;
+  PositionInput(const PositionInput&) = delete;
+  PositionInput& operator=(const PositionInput&) = delete;
+  virtual ~PositionInput() = default;
+
+  virtual Reading read(can::Time at) = 0;
+};
+
+}  // namespace hystcan::node

@@ -1,0 +1,20 @@
+#include "node/sensor_channel.h"
+
+namespace hystcan::node {
+
+SensorChannel::SensorChannel(const can::AxisWire& wire, const SampleClock& clock,
+                             const can::Database& database, SensorNode& node, PositionInput& input)
+    : node_(node),
+      index_(node.channels_.size()),
+      input_(input),
+      layout_(*can::find_layout<can::SensorSample>(database, wire)) {
+  node_.add(*this, clock);
+}
+
+bool SensorChannel::sample(can::Time time, std::uint8_t sync_counter, can::Frame& frame) {
+  const PositionInput::Reading reading = input_.read(time);
+  sample_ = {.position_um = reading.position_um, .sync_counter = sync_counter, .status = reading.status};
+  return layout_.put(sample_, frame);
+}
+
+}  // namespace hystcan::node

@@ -1,0 +1,80 @@
+#include "node/sensor_node.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "node/sensor_channel.h"
+
+namespace hystcan::node {
+
+SensorNode::SensorNode(const can::AxisWire& first, const SampleClock& clock, const CommonConfig& common,
+                       const can::Database& database, can::Scheduler& scheduler, const can::Attach& attach)
+    : BusNode(first.sensor_node, common, scheduler, attach),
+      scheduler_(scheduler),
+      sample_clock_(clock),
+      period_ns_(1e9 / (sample_clock_.rate_Hz * (1.0 + 1e-6 * sample_clock_.skew_ppm))),
+      clock_(scheduler.make_timer([this] { on_clock(); })),
+      protector_(can::find_layout<can::SensorSample>(database, first)->protection()) {
+  if (sample_clock_.sampling == Sampling::free && !(period_ns_ >= 1.0 && period_ns_ < 1e12))
+    throw std::invalid_argument("the sensor samples at " + std::to_string(sample_clock_.rate_Hz) +
+                                " Hz by its own clock, expected a rate > 0");
+  line().on_frame([this](const can::Frame& frame, can::Time received) {
+    if (frame.id != can::sync_id)
+      handle(frame);
+    else if (const auto counter = can::parse_sync(frame))
+      on_sync(*counter, received);
+  });
+}
+
+void SensorNode::add(SensorChannel& channel, const SampleClock& clock) {
+  if (clock != sample_clock_)
+    throw std::invalid_argument("the axes of sensor node " + std::to_string(number()) +
+                                " sample by different clocks, expected one for all of them");
+  channels_.push_back(&channel);
+}
+
+void SensorNode::on_nmt(can::NmtState state) {
+  if (state == can::NmtState::boot_up) {
+    last_sync_ = 0;
+    protector_.restart();
+  }
+  clock_->cancel();
+  if (sample_clock_.sampling != Sampling::free || state != can::NmtState::operational) return;
+  clock_started_ = scheduler_.now();
+  ticks_ = 0;
+  on_clock();
+}
+
+void SensorNode::on_sync(std::uint8_t counter, can::Time received) {
+  const bool is_repeated = std::exchange(last_sync_, counter) == counter;  // the same SYNC, received twice
+  if (is_repeated) return;
+  if (sample_clock_.sampling == Sampling::sync && state() == can::NmtState::operational) sample(received);
+  take_slot(counter);
+}
+
+/// Skips the ticks that have passed while the computer did not run this process.
+void SensorNode::on_clock() {
+  const can::Time now = scheduler_.now();
+  if (last_sync_ != 0) sample(now);
+  can::Time next = now;
+  while (next <= now)
+    next = clock_started_ + can::Duration(std::llround(static_cast<double>(++ticks_) * period_ns_));
+  clock_->expire_at(next);
+}
+
+void SensorNode::sample(can::Time time) {
+  can::Frame frame = channels_.front()->layout_.frame();
+  bool fits = true;
+  for (SensorChannel* channel : channels_) fits = channel->sample(time, last_sync_, frame) && fits;
+  // A position that the message cannot carry is not sent: the controller trips on the missing sample.
+  if (fits) {
+    protector_.seal(frame);
+    line().send(frame);
+  }
+  for (SensorChannel* channel : channels_)
+    if (channel->on_sample_) channel->on_sample_(time, channel->sample_);
+}
+
+}  // namespace hystcan::node
