@@ -23,6 +23,7 @@ namespace {
 
 struct Row {
   std::string key, range, otherwise, meaning;
+  bool operator==(const Row&) const = default;
 };
 using Tables = std::map<std::string, std::vector<Row>>;  ///< by header: "[bus]", "[[axis]]"
 
@@ -227,9 +228,21 @@ std::string with_tables(const std::string& document, Tables& tables) {
   return text;
 }
 
+/// Removes the rows that another table has too: the documents show them there alone.
+void remove_repeated(Tables& tables, const std::string& header, const std::string& other) {
+  const std::vector<Row>& shown = tables.at(other);
+  std::erase_if(tables.at(header),
+                [&](const Row& row) { return std::ranges::find(shown, row) != shown.end(); });
+}
+
 TEST(KeyTables, OfTheDocumentsAreThoseOfTheProgram) {
   Tables tables = all_tables();
-  tables.erase("[[axis.sensor_setup]]");  // as [[axis.amplifier_setup]]
+  remove_repeated(tables, "[[axis.sensor_setup]]", "[[axis.amplifier_setup]]");
+  remove_repeated(tables, "[axis.frames.status]", "[axis.frames.command]");
+  remove_repeated(tables, "[axis.frames.sample]", "[axis.frames.command]");
+  remove_repeated(tables, "[[axis.twin.coupling]]", "[[axis.control.coupling]]");
+  remove_repeated(tables, R"([[axis.control.setpoint]] kind = "sine")",
+                  R"([[axis.control.setpoint]] kind = "triangle")");
   for (const auto& page : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR "/docs/configuration")) {
     std::ifstream in(page.path());
     const std::string document{std::istreambuf_iterator<char>(in), {}};
