@@ -40,10 +40,7 @@ AmplifierChannel::AmplifierChannel(const can::AxisWire& wire, const AmplifierCon
       largest_fault_(largest_fault(database, wire)),
       commands_name_their_sync_(can::message_map<can::AmpCommand>(wire)->carries("sync_counter")),
       watchdog_(scheduler.make_timer([this] { node_.check_watchdogs(); })),
-      relay_(scheduler.make_timer([this] {
-        connect();
-        node_.report();
-      })) {
+      relay_(scheduler.make_timer([this] { node_.check_relays(); })) {
   node_.add(*this);
 }
 
@@ -77,7 +74,12 @@ void AmplifierChannel::clear_fault() {
 void AmplifierChannel::begin_to_enable() {
   if (relay_is_open_ || std::exchange(is_enabling_, true)) return;
   if (config_.enable_delay == can::Duration::zero()) return connect();
-  relay_->expire_at(scheduler_.now() + config_.enable_delay);
+  relay_closes_at_ = scheduler_.now() + config_.enable_delay;
+  relay_->expire_at(relay_closes_at_);
+}
+
+void AmplifierChannel::check_relay() {
+  if (is_enabling_ && !soft_start_begun_ && scheduler_.now() >= relay_closes_at_) connect();
 }
 
 void AmplifierChannel::connect() {

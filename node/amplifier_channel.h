@@ -45,6 +45,7 @@ class AmplifierChannel {
   void boot_up();
   void clear_fault();
   void begin_to_enable();
+  void check_relay();
   void connect();
   void start_softly(can::Time now);
   void begin_to_drive();
@@ -67,6 +68,7 @@ class AmplifierChannel {
   bool commands_name_their_sync_;                      ///< false: a command is never stale
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected
+  can::Time relay_closes_at_{};        ///< while it is enabling and no soft start has begun
   std::optional<can::Time> soft_start_begun_;
   double soft_start_from_ = 0.0;
   can::Time command_deadline_{};

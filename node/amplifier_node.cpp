@@ -116,6 +116,12 @@ void AmplifierNode::check_watchdogs() {
   report();
 }
 
+// The relays of axes that were enabled by one frame close at one time: this is one status.
+void AmplifierNode::check_relays() {
+  for (AmplifierChannel* channel : channels_) channel->check_relay();
+  report();
+}
+
 void AmplifierNode::note_emergency(std::uint16_t code) {
   if (std::ranges::find(emergencies_, code) == emergencies_.end()) emergencies_.push_back(code);
 }

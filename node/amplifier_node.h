@@ -51,6 +51,7 @@ class AmplifierNode final : public BusNode {
   /// docs/protocol/nodes.md, "Stale commands".
   bool is_stale(const can::AmpCommand& command, can::Time received) const;
   void check_watchdogs();
+  void check_relays();
   void note_emergency(std::uint16_t code);
   /// Sends the statuses whose time has come; in a slot the oldest one alone.
   void report_regularly();

@@ -47,6 +47,17 @@ TEST(SharedAmplifier, SendsTwoStatusesWhereTheirIdentifiersDifferInTheirKindAlon
   EXPECT_EQ(heard[y], 1);
 }
 
+TEST(SharedAmplifier, SendsOneStatusWhereTheRelaysOfBothAxesCloseAtOneTime) {
+  Config config = two_axes();
+  for (WiredAxisConfig& axis : config.axes) axis.axis.enable_delay = milliseconds(5);
+  SharedBench bench(config);
+  bench.start_nodes();
+  bench.heard_.clear();
+  bench.drive(20.0, 20.0, 7);
+  EXPECT_EQ(bench.statuses_[y]->state, AmpState::enabled);
+  EXPECT_EQ(bench.heard_[0x181], 1);
+}
+
 TEST(SharedAmplifier, SendsAStatusThatHasNoSignalForTheFault) {
   Config config = two_axes();
   config.axes[1].wire.frames->status->message = "StatusOfY";
