@@ -1,4 +1,4 @@
-// docs/example_node.c, the reference node in C, in the place of the twin.
+// node/firmware/main_socketcan.c, the reference node in C, in the place of the twin.
 #include <gtest/gtest.h>
 
 #include <algorithm>
