@@ -21,10 +21,12 @@
 #include "controller/control/arming.h"
 #include "controller/control/axis_config.h"
 #include "controller/control/axis_report.h"
+#include "controller/control/course.h"
 #include "controller/control/fault.h"
 #include "controller/control/loop.h"
 #include "controller/control/oscillation.h"
-#include "controller/control/plausibility.h"
+#include "controller/control/output_check.h"
+#include "controller/control/ramp_check.h"
 #include "controller/control/refusal.h"
 #include "controller/control/supervisor.h"
 

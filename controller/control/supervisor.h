@@ -4,7 +4,7 @@
 //   sample     a lost, late or jumped sample is bridged and fills a leaky bucket; several in a row trip
 //   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. A
 //              second jump in a row is judged by what the drive has done since: y is accepted where it is no
-//              further than that from the course of the model (plausibility.h), so that a stage that has
+//              further than that from the course of the model (course.h), so that a stage that has
 //              really moved is believed
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "controller/control/plausibility.h"
+#include "controller/control/output_check.h"
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/fault_rig.h"
 #include "tests/support/shows.h"

@@ -2,7 +2,7 @@
 // a drive counts, and what a start resets. tests/safety/output_check_test.cpp has the check in an axis.
 #include <gtest/gtest.h>
 
-#include "controller/control/plausibility.h"
+#include "controller/control/output_check.h"
 
 namespace hystcan::controller::output_check_test {
 namespace {

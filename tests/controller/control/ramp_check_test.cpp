@@ -8,7 +8,7 @@
 #include <functional>
 #include <numbers>
 
-#include "controller/control/plausibility.h"
+#include "controller/control/ramp_check.h"
 #include "model/hysteresis_parameters.h"
 #include "tests/support/piezo.h"
 

@@ -1,17 +1,10 @@
-#include "controller/control/plausibility.h"
+#include "controller/control/ramp_check.h"
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace hystcan::controller {
 namespace {
-
-constexpr double margin_share = 0.05;
-constexpr double late_cycles = 4.0, late_lags = 5.0;
-
-/// Reversals that it remembers; deeper ones are merged.
-constexpr std::size_t capacity = 64;
 
 constexpr double mean_cycles = 2.0, rest_cycles = 200.0;
 constexpr double floor_share = 0.003;  // of e
@@ -24,93 +17,6 @@ constexpr unsigned contradictions_to_trip = 3;
 double weight(const AxisInput& input, double time_s) { return input.dt_s / (input.dt_s + time_s); }
 
 }  // namespace
-
-void OutputCheck::restart(double drive) {
-  spans_.fill({drive, drive});
-  span_s_ = status_age_s_ = differs_for_s_ = 0.0;
-  agrees_ = true;
-}
-
-void OutputCheck::step(double drive, double slew_per_s, const AxisInput& input) {
-  const double span_s = std::max({0.05, 5.0 * input.cycle_s, late_lags * lag_s_});
-  span_s_ += input.dt_s;
-  if (span_s_ >= span_s) {
-    std::shift_right(spans_.begin(), spans_.end(), 1);
-    spans_.front() = {drive, drive};
-    span_s_ = 0.0;
-  }
-  spans_.front().lo = std::min(spans_.front().lo, drive);
-  spans_.front().hi = std::max(spans_.front().hi, drive);
-  const NodeHealth& health = input.health;
-  const bool is_new = health.status_age_s < status_age_s_ + 0.5 * input.dt_s;
-  status_age_s_ = health.status_age_s;
-  if (!health.output_reported || status_age_s_ > span_s)
-    agrees_ = true;
-  else if (is_new)
-    agrees_ = agrees(drive, slew_per_s, input);
-  differs_for_s_ = agrees_ ? 0.0 : differs_for_s_ + input.dt_s;
-}
-
-bool OutputCheck::agrees(double drive, double slew_per_s, const AxisInput& input) const {
-  const double output = input.health.amplifier_output;
-  const double late_s = status_age_s_ + late_cycles * input.cycle_s + late_lags * lag_s_;
-  const double margin = margin_share * drive_range_;
-  // With NaN the comparisons are false: the output differs.
-  return std::abs(output - drive) <= margin + slew_per_s * late_s &&
-         output >= std::ranges::min(spans_, {}, &model::Interval::lo).lo - margin &&
-         output <= std::ranges::max(spans_, {}, &model::Interval::hi).hi + margin;
-}
-
-Course::Course(const model::HysteresisParameters& parameters, const Delays& delays)
-    : model_(parameters),
-      delays_(delays),
-      at_thresholds_{model_.at_upper_threshold(capacity), model_.virgin(model_.input_range().lo, capacity)},
-      memories_(at_thresholds_) {}
-
-void Course::restart(double drive) {
-  memories_ = at_thresholds_;
-  Positions now{};
-  for (std::size_t i = 0; i < memories_.size(); ++i)
-    now[i] = mark_[i] = mark_[2 + i] = model_.advance(memories_[i], drive).value;
-  under_way_ = {};
-  under_way_.past.fill(now);
-}
-
-void Course::step(double drive, double dt_s, double cycle_s) {
-  if (cycle_s != cycle_s_) plan(cycle_s);
-  Positions now{};
-  for (std::size_t i = 0; i < memories_.size(); ++i)
-    now[i] = mark_[i] = model_.advance(memories_[i], drive).value;
-  const Positions late = delayed(now, dt_s);
-  const double share = dt_s / (dt_s + lag_s_);
-  for (std::size_t i = 0; i < late.size(); ++i) mark_[2 + i] += (late[i] - mark_[2 + i]) * share;
-}
-
-/// The pure delays to a cycle, or to a 31st of them where that is more.
-void Course::plan(double cycle_s) {
-  cycle_s_ = cycle_s;
-  const double pure_s = delays_.pure_s();
-  lag_s_ = delays_.to_sample_s(cycle_s) - pure_s + 2.0 * cycle_s;
-  apart_s_ = std::max(cycle_s, pure_s / static_cast<double>(under_way_.past.size() - 1));
-  ago_ = static_cast<std::size_t>(std::round(pure_s / apart_s_));
-}
-
-/// The positions of the pure delays ago.
-Course::Positions Course::delayed(const Positions& now, double dt_s) {
-  auto& [past, newest, since_newest_s] = under_way_;
-  for (since_newest_s += dt_s; since_newest_s >= 0.5 * apart_s_; since_newest_s -= apart_s_) {
-    newest = (newest + 1) % past.size();
-    past[newest] = now;
-  }
-  return past[(newest + past.size() - ago_) % past.size()];
-}
-
-model::Interval Course::moved_um(const Mark& since) const {
-  Mark moved{};
-  std::ranges::transform(mark_, since, moved.begin(), std::minus{});
-  const auto [least, most] = std::ranges::minmax(moved);
-  return {least, most};
-}
 
 void RampCheck::see(const AxisInput& input) {
   if (!input.position_um) return;
