@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -19,6 +20,13 @@ can::AmpStatus assumed_status(const AxisConfig& axis, const std::optional<can::M
   if (!status || !status->carries("output")) assumed.output = axis.gate.safe_drive;
   if (!status || !status->carries("state")) assumed.state = can::AmpState::enabled;
   return assumed;
+}
+
+template <class Payload>
+can::Layout<Payload> layout_of(const can::Database& database, const can::AxisWire& wire, const char* what) {
+  if (auto layout = can::find_layout<Payload>(database, wire)) return std::move(*layout);
+  throw std::invalid_argument("no message " + wire.message_prefix + std::string(Payload::name) +
+                              ", expected one for the " + what + " of axis " + wire.name);
 }
 
 }  // namespace
@@ -160,8 +168,10 @@ WiredAxis::WiredAxis(const WiredAxisConfig& config, can::Duration heartbeat_time
       sensor(wire, heartbeat_timeout, database),
       amplifier(wire, axis, heartbeat_timeout, database, commands, place),
       status_sender(database, wire) {
-  if (config.live_setpoint) setpoint_receiver.emplace(database, wire);
-  if (config.scan_marker) scan_marker_sender.emplace(database, wire);
+  if (config.live_setpoint)
+    setpoint_receiver.emplace(layout_of<can::Setpoint>(database, wire, "live setpoints"));
+  if (config.scan_marker)
+    scan_marker_sender.emplace(layout_of<can::ScanMarker>(database, wire, "scan markers"));
 }
 
 void WiredAxis::on_another_controller(const ForeignFrame& frame, double time_s) {

@@ -14,8 +14,10 @@
 #include "controller/command_frame.h"
 #include "controller/control/axis.h"
 #include "controller/cycle_record.h"
-#include "controller/own_frames.h"
 #include "controller/remote_node.h"
+#include "controller/scan_marker_sender.h"
+#include "controller/setpoint_receiver.h"
+#include "controller/status_sender.h"
 
 namespace hystcan::controller {
 

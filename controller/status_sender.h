@@ -1,0 +1,35 @@
+// Sends the ControllerStatus of one axis: with each heartbeat, and when state or cause have changed.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "can/bus.h"
+#include "can/protocol/protocol.h"
+#include "controller/control/axis.h"
+
+namespace hystcan::controller {
+
+class StatusSender {
+ public:
+  StatusSender(const can::Database& database, const can::AxisWire& wire);
+
+  /// Identifier of the status. Empty if the database has no such message; then none is ever due.
+  std::optional<std::uint32_t> id() const;
+  /// Call it with each heartbeat.
+  void make_due() { due_ = true; }
+  bool is_due(const Axis& axis) const;
+  /// False if the bus refused the frame, which then stays due.
+  bool send(const Axis& axis, can::Bus& bus);
+  /// True for a valid status frame on the bus: it comes from another controller.
+  bool is_sound(const can::Frame& frame) { return foreign_ && !foreign_->check(frame); }
+
+ private:
+  std::optional<can::Encoder<can::ControllerStatus>> encode_;
+  std::optional<can::E2eChecker> foreign_;
+  bool due_ = false;
+  AxisState sent_state_ = AxisState::offline;
+  Cause sent_cause_ = Cause::none;
+};
+
+}  // namespace hystcan::controller
