@@ -3,21 +3,26 @@
 #include <utility>
 
 namespace hystcan::controller {
-CommandFrame::CommandFrame(const can::Layout<can::AmpCommand>& layout, std::size_t axis, double safe_drive)
-    : protector_(layout.protection()), foreign_(layout.checker()), next_{.frame = layout.frame()} {
-  add(layout, axis, safe_drive);
-}
+
+CommandFrame::CommandFrame(const can::Layout<can::AmpCommand>& layout)
+    : protector_(layout.protection()), foreign_(layout.checker()), next_{.frame = layout.frame()} {}
 
 std::size_t CommandFrame::add(const can::Layout<can::AmpCommand>& layout, std::size_t axis,
                               double safe_drive) {
-  slots_.push_back({layout, safe_drive});
+  slots_.push_back({.layout = layout, .safe_drive = safe_drive});
   axes_.push_back(axis);
   return slots_.size() - 1;
 }
 
+void CommandFrame::begin_cycle() {
+  is_answered_ = false;
+  for (Slot& slot : slots_) slot.is_put = false;
+}
+
 bool CommandFrame::put(std::size_t place, const std::optional<AxisCommand>& command,
                        std::uint8_t sync_counter) {
-  const Slot& slot = slots_[place];
+  Slot& slot = slots_[place];
+  slot.is_put = true;
   const can::AmpCommand safe{.setpoint = slot.safe_drive, .sync_counter = sync_counter};
   can::AmpCommand said = safe;
   next_.sync_ahead = sync_counter;

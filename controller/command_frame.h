@@ -23,10 +23,10 @@ namespace hystcan::controller {
 
 class CommandFrame {
  public:
-  /// Of the axis `axis` alone, whose drive is `safe_drive` while it has no command.
-  CommandFrame(const can::Layout<can::AmpCommand>& layout, std::size_t axis, double safe_drive);
+  explicit CommandFrame(const can::Layout<can::AmpCommand>& layout);
 
-  /// Another axis, whose signals are in the same message. Returns its place among the axes.
+  /// An axis whose signals are in this message, and whose drive is `safe_drive` while it has no command.
+  /// Returns its place among the axes.
   std::size_t add(const can::Layout<can::AmpCommand>& layout, std::size_t axis, double safe_drive);
   /// An axis in the same message that has no commands: `safe_drive` stands in each frame.
   void rest(const can::Layout<can::AmpCommand>& layout, double safe_drive) {
@@ -41,6 +41,14 @@ class CommandFrame {
     return foreign_.check(frame).value_or(can::Rejection::repeated_counter) ==
            can::Rejection::repeated_counter;
   }
+
+  /// A cycle begins: no axis has put its command, and none is answered.
+  void begin_cycle();
+  /// The axis at `place` has put its command of this cycle.
+  bool has(std::size_t place) const { return slots_[place].is_put; }
+  /// The commands of this cycle are sent, or would be if the controller were not silent.
+  bool is_answered() const { return is_answered_; }
+  void end_cycle() { is_answered_ = true; }
 
   /// Of a bus that reports no echo, no frame ever waits.
   void begin_to_count_echoes() { echoes_ = true; }
@@ -63,6 +71,7 @@ class CommandFrame {
   struct Slot {
     can::Layout<can::AmpCommand> layout;
     double safe_drive;
+    bool is_put = true;
   };
   struct Composed {
     can::Frame frame;
@@ -78,6 +87,7 @@ class CommandFrame {
   can::E2eProtector protector_;
   can::E2eChecker foreign_;
   Composed next_;
+  bool is_answered_ = true;
   bool says_something_ = false;  ///< some axis has a command
   bool echoes_ = false;
   std::optional<Composed> queued_;  ///< on its way to the wire

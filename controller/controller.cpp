@@ -57,43 +57,28 @@ Controller::Controller(const Config& config, const can::Database& database, can:
   listen_to_echoes();
 }
 
-CommandFrame* Controller::command_frame(const can::Layout<can::AmpCommand>& layout) const {
-  for (const auto& commands : command_frames_)
-    if (commands->id() == layout.id() && commands->extended() == layout.extended()) return commands.get();
-  return nullptr;
-}
-
 /// Axes whose commands are in the same message share its frame.
 void Controller::make_axes(const Config& config, const can::Database& database) {
   axes_.reserve(config.axes.size());
-  for (const WiredAxisConfig& axis : config.axes) {
-    const auto layout = can::find_layout<can::AmpCommand>(database, axis.wire);
-    const double safe_drive = axis.axis.gate.safe_drive;
-    CommandFrame* commands = command_frame(*layout);
-    std::size_t place = 0;
-    if (commands != nullptr)
-      place = commands->add(*layout, axes_.size(), safe_drive);
-    else
-      commands =
-          command_frames_.emplace_back(std::make_unique<CommandFrame>(*layout, axes_.size(), safe_drive))
-              .get();
-    axes_.push_back(std::make_unique<WiredAxis>(axis, config.heartbeat_timeout, database, *commands, place));
-  }
+  for (const WiredAxisConfig& axis : config.axes)
+    axes_.push_back(
+        std::make_unique<WiredAxis>(axis, axes_.size(), config.heartbeat_timeout, database, frames_));
   for (const RestingAxis& axis : config.resting) {
     const auto layout = can::find_layout<can::AmpCommand>(database, axis.wire);
-    if (CommandFrame* commands = command_frame(*layout)) commands->rest(*layout, axis.safe_drive);
+    if (CommandFrame* commands = find_frame(frames_.commands, *layout))
+      commands->rest(*layout, axis.safe_drive);
   }
-  if (command_frames_.size() == axes_.size()) return;
+  if (frames_.commands.size() == axes_.size()) return;
   config_.command_deadline = command_deadline_of(config);
   command_timer_ = scheduler_.make_timer([this] { end_waiting(); });
 }
 
 void Controller::listen_to_echoes() {
   const bool are_reported = bus_->on_sent([this](const can::Frame& frame, can::Time) {
-    for (const auto& commands : command_frames_) commands->on_echo(frame, cycle_.sync_counter, *bus_);
+    for (const auto& commands : frames_.commands) commands->on_echo(frame, cycle_.sync_counter, *bus_);
   });
   if (!are_reported) return;
-  for (const auto& commands : command_frames_) commands->begin_to_count_echoes();
+  for (const auto& commands : frames_.commands) commands->begin_to_count_echoes();
 }
 
 /// A frame of the other identifier type in the place of a message goes to that message, which rejects and
@@ -115,29 +100,17 @@ void Controller::add_handlers() {
     if (can::is_heartbeat_of(config_.node, frame))
       on_another_controller(ForeignFrame::Kind::heartbeat, frame);
   });
-  for (const auto& commands : command_frames_)
+  for (const auto& commands : frames_.commands)
     add_handler(commands->id(), commands->extended(), [this, &commands](const can::Frame& frame) {
       if (commands->is_sound(frame)) on_another_controller(ForeignFrame::Kind::command, frame);
     });
   for (std::size_t i = 0; i < axes_.size(); ++i) add_handlers_of(i);
-  add_handlers_of_shared_messages();
-}
-
-/// The axes of a sample frame are stepped one after the other, before their commands go out.
-void Controller::add_handlers_of_shared_messages() {
-  std::map<std::pair<std::uint32_t, bool>, std::vector<std::size_t>> samples, statuses;
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    const auto& sample = axes_[i]->sensor.decoder();
-    samples[{sample.id(), sample.extended()}].push_back(i);
-    if (const auto& status = axes_[i]->amplifier.decoder())
-      statuses[{status->id(), status->extended()}].push_back(i);
-  }
-  for (const auto& [key, some] : samples)
-    add_handler(key.first, key.second,
-                [this, axes = some](const can::Frame& frame) { on_samples(axes, frame); });
-  for (const auto& [key, some] : statuses)
-    add_handler(key.first, key.second,
-                [this, axes = some](const can::Frame& frame) { on_statuses(axes, frame); });
+  for (const auto& samples : frames_.samples)
+    add_handler(samples->id(), samples->extended(),
+                [this, &samples](const can::Frame& frame) { on_samples(*samples, frame); });
+  for (const auto& statuses : frames_.statuses)
+    add_handler(statuses->id(), statuses->extended(),
+                [this, &statuses](const can::Frame& frame) { on_statuses(*statuses, frame); });
 }
 
 void Controller::add_handlers_of(std::size_t index) {
@@ -191,7 +164,7 @@ void Controller::send_safe_commands() {
   if (phase_ != Phase::running) return;
   for (const auto& wired : axes_)
     wired->amplifier.put(AxisCommand{.drive = wired->axis.config().gate.safe_drive}, cycle_.sync_counter);
-  for (const auto& commands : command_frames_) {
+  for (const auto& commands : frames_.commands) {
     commands->forget();  // there is no time to wait for an echo
     commands->send(*bus_);
   }
@@ -209,8 +182,8 @@ std::vector<std::string> Controller::node_notes() const {
     if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
   };
   for (const auto& wired : axes_)
-    for (const RemoteNode* node : {static_cast<const RemoteNode*>(&wired->amplifier),
-                                   static_cast<const RemoteNode*>(&wired->sensor)}) {
+    for (const RemoteNode* node :
+         std::initializer_list<const RemoteNode*>{&wired->amplifier, &wired->sensor}) {
       if (const std::string text = describe(node->foreign_access()); !text.empty()) add(*node, text);
       if (const std::uint64_t frames = node->outside_slot(); frames != 0)
         add(*node, std::to_string(frames) + " heartbeats and statuses outside of its slot");
@@ -221,10 +194,8 @@ std::vector<std::string> Controller::node_notes() const {
 std::vector<can::RejectedFrames> Controller::rejected() const {
   std::vector<can::RejectedFrames> all;
   all.reserve(9 * axes_.size());
-  for (const auto& wired : axes_) wired->append_rejected(all);
-  // A frame that axes share has been counted for each of them.
-  std::set<std::string> named;
-  std::erase_if(all, [&](const can::RejectedFrames& one) { return !named.insert(one.message).second; });
+  std::set<std::uint8_t> nodes;
+  for (const auto& wired : axes_) wired->append_rejected(all, nodes);
   return all;
 }
 
@@ -242,8 +213,8 @@ void Controller::tick() {
 
 /// Axes whose sample has not come are stepped without it.
 void Controller::close_cycle() {
-  for (const auto& commands : command_frames_)
-    if (!is_answered(*commands)) answer(*commands);
+  for (const auto& commands : frames_.commands)
+    if (!commands->is_answered()) answer(*commands);
 }
 
 void Controller::begin_cycle(can::Time now) {
@@ -257,7 +228,7 @@ void Controller::begin_cycle(can::Time now) {
   bus_->send(can::sync_frame(cycle_.sync_counter));
   background_.send_in_slot(*bus_, cycle_.sync_counter, now);
   ++counters_.cycles;
-  for (const auto& wired : axes_) wired->stepped = wired->answered = false;
+  for (const auto& commands : frames_.commands) commands->begin_cycle();
   cycle_.background_done = false;
   if (command_timer_) command_timer_->expire_at(now + config_.command_deadline);
 }
@@ -310,7 +281,7 @@ void Controller::run_background_tasks() {
   // From the back: samples mostly come in the order of the axes, so that one look is enough before the last.
   // An axis that has faulted since its last step still has its safe command to send.
   const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
-    return wired->answered || !is_in_use(wired->axis.report().state);
+    return wired->amplifier.commands().is_answered() || !is_in_use(wired->axis.report().state);
   });
   if (!commands_sent) return;
   cycle_.background_done = true;
@@ -328,11 +299,13 @@ void Controller::answer_next_request() {
 }
 
 /// A status goes out at once where the state of one of its axes changes.
-void Controller::on_statuses(std::span<const std::size_t> axes, const can::Frame& frame) {
+void Controller::on_statuses(ReceivedFrame& statuses, const can::Frame& frame) {
+  if (!statuses.accepts(frame)) return;
   bool nothing_new = true;
-  for (const std::size_t i : axes) nothing_new &= axes_[i]->amplifier.on_status(frame, scheduler_.now());
+  for (const std::size_t i : statuses.axes())
+    nothing_new &= axes_[i]->amplifier.on_status(frame, scheduler_.now());
   if (!nothing_new) return;
-  for (const std::size_t i : axes) judge_slot(axes_[i]->amplifier);
+  for (const std::size_t i : statuses.axes()) judge_slot(axes_[i]->amplifier);
 }
 
 /// In the first round, a node may not have seen its slot yet.
@@ -341,12 +314,14 @@ void Controller::judge_slot(RemoteNode& node) const {
   if (slots != 0 && counters_.cycles > slots) node.note_background_frame(cycle_.sync_counter, slots);
 }
 
-void Controller::on_samples(std::span<const std::size_t> axes, const can::Frame& frame) {
-  for (const std::size_t i : axes) take_sample(i, frame);
+/// The axes of the frame are stepped one after the other, before their commands go out.
+void Controller::on_samples(SampleFrame& samples, const can::Frame& frame) {
+  if (!samples.accepts(frame)) return;
+  for (const std::size_t i : samples.axes()) take_sample(i, frame);
   bool has_answered = false;
-  for (const std::size_t i : axes) {
+  for (const std::size_t i : samples.axes()) {
     CommandFrame& commands = axes_[i]->amplifier.commands();
-    if (axes_[i]->answered || !axes_[i]->stepped ||
+    if (commands.is_answered() || !axes_[i]->amplifier.is_commanded() ||
         std::ranges::any_of(commands.axes(), [this](std::size_t k) { return is_awaited(k); }))
       continue;
     answer(commands);
@@ -363,8 +338,8 @@ void Controller::take_sample(std::size_t index, const can::Frame& frame) {
   if (wired.sensor.is_doubled()) trip_if_in_use(wired, Cause::sample_doubled);
   const bool is_of_this_cycle = wired.sensor.is_of(*sample, cycle_.sync_counter);
   if (is_of_this_cycle && (!command_timer_ || frame_heard_ - cycle_.sync_sent < config_.command_deadline))
-    wired.heard_in = counters_.cycles;
-  if (wired.stepped || !is_of_this_cycle) {
+    wired.sensor.note_sample_in_time(counters_.cycles);
+  if (wired.amplifier.is_commanded() || !is_of_this_cycle) {
     ++counters_.late_samples;
     wired.sensor.note_late_sample();
     return;
@@ -372,31 +347,30 @@ void Controller::take_sample(std::size_t index, const can::Frame& frame) {
   step(index, &*sample);
 }
 
-/// As many lost samples as the axis bridges do not end the waiting for the next.
 bool Controller::is_awaited(std::size_t index) const {
   const WiredAxis& wired = *axes_[index];
-  const auto patience = static_cast<std::uint64_t>(wired.axis.config().supervision.missing_samples) + 1;
-  return !wired.stepped && counters_.cycles - wired.heard_in <= patience;
+  return !wired.amplifier.is_commanded() &&
+         wired.sensor.is_awaited(counters_.cycles, wired.axis.config().supervision.missing_samples);
 }
 
 /// The deadline of command frames of several axes.
 void Controller::end_waiting() {
   if (phase_ == Phase::silent) return;
-  for (const auto& commands : command_frames_)
-    if (commands->axes().size() > 1 && !is_answered(*commands)) answer(*commands);
+  for (const auto& commands : frames_.commands)
+    if (commands->axes().size() > 1 && !commands->is_answered()) answer(*commands);
   run_background_tasks();
 }
 
 /// Sends the commands of the axes that share a frame. Those that have no sample are stepped without it.
 void Controller::answer(CommandFrame& commands) {
   for (const std::size_t i : commands.axes()) {
-    if (axes_[i]->stepped) continue;
+    if (axes_[i]->amplifier.is_commanded()) continue;
     if (axes_[i]->axis.state() > AxisState::waiting) ++counters_.missing_samples;
     step(i, nullptr);
   }
   if (phase_ == Phase::running && commands.send(*bus_)) ++counters_.replaced_commands;
+  commands.end_cycle();
   for (const std::size_t i : commands.axes()) {
-    axes_[i]->answered = true;
     axes_[i]->phases.command_sent = scheduler_.now() - cycle_.sync_sent;
     record(i);
   }
@@ -405,7 +379,6 @@ void Controller::answer(CommandFrame& commands) {
 /// Puts the axis's command into its frame.
 void Controller::step(std::size_t index, const can::SensorSample* sample) {
   WiredAxis& wired = *axes_[index];
-  wired.stepped = true;
   const AxisInput input = input_of(wired, sample);
   wired.phases = {.period = cycle_.sync_period, .lateness = cycle_.lateness};
   if (sample != nullptr) wired.phases.sample_heard = frame_heard_ - cycle_.sync_sent;
@@ -415,8 +388,9 @@ void Controller::step(std::size_t index, const can::SensorSample* sample) {
   if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle_.sync_counter);
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
                          wired.amplifier.state(cycle_.sync_sent) != can::NmtState::operational;
-  if (phase_ != Phase::running) return;
-  if (!wired.amplifier.put(is_asleep ? std::optional<AxisCommand>{} : command, cycle_.sync_counter))
+  const bool fits =
+      wired.amplifier.put(is_asleep ? std::optional<AxisCommand>{} : command, cycle_.sync_counter);
+  if (!fits && phase_ == Phase::running)
     wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
 }
 
@@ -479,7 +453,7 @@ void Controller::keep_silent() {
   sync_timer_->cancel();
   cycle_.sync_sent = scheduler_.now();
   for (std::size_t i = 0; i < axes_.size(); ++i) step(i, nullptr);
-  for (const auto& commands : command_frames_) answer(*commands);
+  for (const auto& commands : frames_.commands) answer(*commands);
 }
 
 void Controller::on_bus_state(can::BusState state) {

@@ -40,7 +40,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,10 +48,10 @@
 #include "can/dbc/database.h"
 #include "controller/background_frames.h"
 #include "controller/black_box.h"
-#include "controller/command_frame.h"
 #include "controller/cycle_record.h"
 #include "controller/realtime.h"
 #include "controller/requests.h"
+#include "controller/shared_frames.h"
 #include "controller/timing.h"
 #include "controller/wired_axis.h"
 
@@ -118,7 +117,7 @@ class Controller {
   /// Before start(), to restore what an axis remembers.
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
-  const can::E2eChecker& sample_checker(std::size_t i) const { return axes_[i]->sensor.decoder().checker(); }
+  const can::E2eChecker& sample_checker(std::size_t i) const { return axes_[i]->sensor.samples().checker(); }
   /// Empty: this axis takes no live setpoints.
   std::optional<SetpointCounters> live_setpoints(std::size_t i) const;
   /// Of every message that the controller receives: samples, statuses, setpoints; of both nodes heartbeats,
@@ -149,12 +148,9 @@ class Controller {
   };
 
   void make_axes(const Config& config, const can::Database& database);
-  /// Null: no axis sends its commands in this message.
-  CommandFrame* command_frame(const can::Layout<can::AmpCommand>& layout) const;
   void listen_to_echoes();
   void add_handlers();
   void add_handlers_of(std::size_t index);
-  void add_handlers_of_shared_messages();
   /// Where several axes share a frame, each has a handler of its own.
   void add_handler(std::uint32_t id, bool extended, std::function<void(const can::Frame&)> handler) {
     handlers_.emplace(std::pair(id, extended), std::move(handler));
@@ -169,13 +165,12 @@ class Controller {
   void note_lateness(can::Time now);
   void run_background_tasks();
   void answer_next_request();
-  void on_samples(std::span<const std::size_t> axes, const can::Frame& frame);
-  void on_statuses(std::span<const std::size_t> axes, const can::Frame& frame);
+  void on_samples(SampleFrame& samples, const can::Frame& frame);
+  void on_statuses(ReceivedFrame& statuses, const can::Frame& frame);
   void judge_slot(RemoteNode& node) const;
   void take_sample(std::size_t index, const can::Frame& frame);
   void step(std::size_t index, const can::SensorSample* sample);
   bool is_awaited(std::size_t index) const;
-  bool is_answered(const CommandFrame& commands) const { return axes_[commands.axes().front()]->answered; }
   void answer(CommandFrame& commands);
   void end_waiting();
   AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
@@ -190,7 +185,7 @@ class Controller {
   CommonConfig config_;
   can::Scheduler& scheduler_;
   RecordHandler on_record_;
-  std::vector<std::unique_ptr<CommandFrame>> command_frames_;
+  SharedFrames frames_;
   WiredAxes axes_;
   /// By identifier, and whether it is an extended one.
   std::multimap<std::pair<std::uint32_t, bool>, std::function<void(const can::Frame&)>> handlers_;

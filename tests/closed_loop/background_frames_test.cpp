@@ -42,10 +42,8 @@ class Background : public testing::Test {
  protected:
   controller::WiredAxisConfig& config(std::size_t axis) { return setup_.controller.axes[axis]; }
   void add_axis(const controller::WiredAxisConfig& config) {
-    commands_.push_back(std::make_unique<controller::CommandFrame>(
-        *can::find_layout<can::AmpCommand>(setup_.database, config.wire), 0, config.axis.gate.safe_drive));
-    axes_.push_back(std::make_unique<controller::WiredAxis>(config, std::chrono::hours(1), setup_.database,
-                                                            *commands_.back(), 0));
+    axes_.push_back(std::make_unique<controller::WiredAxis>(config, axes_.size(), std::chrono::hours(1),
+                                                            setup_.database, shared_));
   }
   void begin(unsigned slots = 0) {
     for (const auto& config : setup_.controller.axes) add_axis(config);
@@ -95,7 +93,7 @@ class Background : public testing::Test {
   }
 
   rehearsal::Setup setup_ = support::shipped("piezo.toml");
-  std::vector<std::unique_ptr<controller::CommandFrame>> commands_;
+  controller::SharedFrames shared_;
   controller::WiredAxes axes_;
   support::Outbox bus_;
   std::unique_ptr<controller::BackgroundFrames> frames_;

@@ -168,6 +168,19 @@ TEST_F(TwoAxesInAFrame, HaveTheSafeDriveOfAnAxisThatIsNotControlled) {
   EXPECT_FALSE(other.enable);
 }
 
+TEST_F(TwoAxesInAFrame, CountARejectedSampleFrameOnce) {
+  run(seconds(1));
+  can::Frame damaged = with(sample_id).back().frame;
+  damaged.data[0] ^= 1U;
+  listener->send(damaged);
+  run(milliseconds(10));
+  std::vector<std::uint64_t> counts;
+  for (const can::RejectedFrames& each : rehearsal->controller().rejected())
+    if (each.message == "Samples")
+      counts.push_back(each.by_cause[static_cast<std::size_t>(can::Rejection::wrong_crc)]);
+  EXPECT_EQ(counts, std::vector<std::uint64_t>{1});
+}
+
 TEST_F(TwoAxesInAFrame, AllocateNothingWhileTracking) {
   EXPECT_EQ(support::allocations_while_tracking(setup), 0U);
 }

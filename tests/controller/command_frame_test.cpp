@@ -37,7 +37,10 @@ AxisCommand driven(double drive) { return {.drive = drive, .enable = true}; }
 
 class OneAxis : public testing::Test {
  protected:
-  OneAxis() { frame.begin_to_count_echoes(); }
+  OneAxis() {
+    frame.add(layout("X"), 0, 1.0);
+    frame.begin_to_count_echoes();
+  }
   bool send(double drive) { return send(driven(drive)); }
   bool send(const std::optional<AxisCommand>& command) {
     sync = can::next_sync_counter(sync);
@@ -49,7 +52,7 @@ class OneAxis : public testing::Test {
   double last() const { return decoded("X", queue.frames.back()).setpoint; }
 
   support::Outbox queue;  ///< What the interface has taken; the test sends the echoes.
-  CommandFrame frame{layout("X"), 0, 1.0};
+  CommandFrame frame{layout("X")};
   std::uint8_t sync = 0;
 };
 using CommandFrameOfOneAxis = OneAxis;
@@ -61,6 +64,14 @@ TEST_F(CommandFrameOfOneAxis, WaitsWhileTheOneBeforeHasNotLeft) {
   echo();
   ASSERT_EQ(queue.frames.size(), 2u);
   EXPECT_NEAR(last(), 20.0, 1e-9);
+}
+
+TEST_F(CommandFrameOfOneAxis, HasTheCommandOfACycleOnceItIsPut) {
+  EXPECT_TRUE(frame.has(0)) << "before the first cycle there is none to wait for";
+  frame.begin_cycle();
+  EXPECT_FALSE(frame.has(0));
+  send(10.0);
+  EXPECT_TRUE(frame.has(0));
 }
 
 TEST_F(CommandFrameOfOneAxis, IsReplacedByANewerOneAndCounted) {
@@ -176,7 +187,8 @@ TEST_F(CommandFrameOfOneAxis, IsNotSentWithADriveThatDoesNotFit) {
 }
 
 TEST_F(CommandFrameOfOneAxis, NeverWaitsWhereTheBusReportsNoEcho) {
-  CommandFrame without_echo(layout("X"), 0, 1.0);
+  CommandFrame without_echo(layout("X"));
+  without_echo.add(layout("X"), 0, 1.0);
   for (std::uint8_t i = 1; i <= 5; ++i) {
     without_echo.put(0, AxisCommand{.drive = 1.0}, i);
     without_echo.send(queue);

@@ -12,13 +12,17 @@ namespace hystcan::support {
 class LoneAxis {
  public:
   LoneAxis(const controller::WiredAxisConfig& config, const can::Database& database)
-      : commands_(*can::find_layout<can::AmpCommand>(database, config.wire), 0, config.axis.gate.safe_drive),
-        wired(config, std::chrono::milliseconds(300), database, commands_, 0),
+      : wired(config, 0, std::chrono::milliseconds(300), database, frames_),
         encode_(encoder(config.wire, database)) {}
 
   /// True: it repeats the state of the one before.
-  bool hear_status(const can::AmpStatus& status) {
-    return wired.amplifier.on_status(*(*encode_)(status), {});
+  bool hear_status(const can::AmpStatus& status) { return hear_status_frame(*(*encode_)(status)); }
+  bool hear_status_frame(const can::Frame& frame) {
+    return wired.amplifier.statuses()->accepts(frame) && wired.amplifier.on_status(frame, {});
+  }
+  std::optional<can::SensorSample> hear_sample(const can::Frame& frame, std::uint64_t cycle) {
+    if (!wired.sensor.samples().accepts(frame)) return std::nullopt;
+    return wired.sensor.on_sample(frame, cycle);
   }
   controller::NodeHealth health(can::BusState bus = can::BusState::active, can::Time now = {}) {
     controller::AxisInput input;
@@ -27,7 +31,7 @@ class LoneAxis {
   }
 
  private:
-  controller::CommandFrame commands_;
+  controller::SharedFrames frames_;
 
  public:
   controller::WiredAxis wired;

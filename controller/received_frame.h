@@ -1,0 +1,44 @@
+// A message that the controller receives, with the axes that have signals in it; mostly one. Its frames are
+// checked once for all of them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "can/protocol/protocol.h"
+
+namespace hystcan::controller {
+
+class ReceivedFrame {
+ public:
+  template <class Payload>
+  ReceivedFrame(const can::Layout<Payload>& layout, std::string message)
+      : message_(std::move(message)),
+        id_(layout.id()),
+        extended_(layout.extended()),
+        checker_(layout.checker()) {}
+
+  void add(std::size_t axis) { axes_.push_back(axis); }
+  const std::vector<std::size_t>& axes() const { return axes_; }
+  std::uint32_t id() const { return id_; }
+  bool extended() const { return extended_; }
+
+  /// False: the frame is rejected, and counted.
+  bool accepts(const can::Frame& frame) { return !checker_.check(frame); }
+  /// The node has restarted: its next frame may have any counter.
+  void restart() { checker_.restart(); }
+  const can::E2eChecker& checker() const { return checker_; }
+  can::RejectedFrames rejected() const { return can::rejected_frames(message_, checker_); }
+
+ private:
+  std::string message_;
+  std::uint32_t id_;
+  bool extended_;
+  can::E2eChecker checker_;
+  std::vector<std::size_t> axes_;
+};
+
+}  // namespace hystcan::controller
