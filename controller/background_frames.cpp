@@ -36,6 +36,7 @@ void BackgroundFrames::start(can::Bus& bus, can::Time now) {
 /// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all. A
 /// scan marker is the most urgent one: it takes the turn of a status.
 void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
+  is_done_ = true;
   if (slots_ != 0) {
     send_next_of_start_up(bus, now, time_s);
     return;
@@ -51,7 +52,8 @@ void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time n
   sent_status_ = sent_status;
 }
 
-void BackgroundFrames::send_in_slot(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent) {
+void BackgroundFrames::begin_cycle(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent) {
+  is_done_ = false;
   if (slots_ == 0 || !can::is_in_slot(node_, sync_counter, slots_)) return;
   if (heartbeat_is_due(sync_sent)) {
     make_statuses_due();

@@ -30,7 +30,9 @@ class BackgroundFrames {
   /// Sends the boot-up message. The first heartbeat follows one period later.
   void start(can::Bus& bus, can::Time now);
   /// Once in a cycle, behind its SYNC.
-  void send_in_slot(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent);
+  void begin_cycle(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent);
+  /// send_next() has been called in this cycle; true before the first one.
+  bool is_done() const { return is_done_; }
   /// Once in a cycle, after its commands. `time_s`: of this cycle's SYNC, since the controller's start.
   void send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s);
 
@@ -58,6 +60,7 @@ class BackgroundFrames {
   unsigned slots_;
   WiredAxes& axes_;
   can::Time next_heartbeat_{};
+  bool is_done_ = true;
   std::size_t next_status_ = 0;     ///< The axis whose turn it is to report.
   bool sent_status_ = false;        ///< Or a marker, in the last cycle.
   std::size_t next_to_set_up_ = 0;  ///< The nodes take turns.

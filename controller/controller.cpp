@@ -40,21 +40,23 @@ Controller::Controller(const Config& config, const can::Database& database, can:
       on_record_(std::move(on_record)),
       background_(config.node, config.heartbeat_period, config.background_slots, axes_),
       sync_timer_(scheduler.make_timer([this] { tick(); })),
-      period_(cycle_of(config)) {
+      clock_(cycle_of(config)),
+      together_({.waits = config.start_together, .timeout = config.start_timeout}) {
   check_couplings(config);
   make_axes(config, database);
   add_handlers();
   std::vector<can::Filter> filters;
-  filters.reserve(handlers_.size());
   for (auto at = handlers_.begin(); at != handlers_.end(); at = handlers_.upper_bound(at->first))
     filters.push_back({.id = at->first.first, .extended = at->first.second});
   bus_ = attach(filters);
-  bus_->on_frame([this](const can::Frame& frame, can::Time received) {
-    frame_heard_ = received;
-    pass_on(frame);
-  });
+  bus_->on_frame([this](const can::Frame& frame, can::Time heard) { pass_on(frame, heard); });
   bus_->on_state([this](can::BusState state) { on_bus_state(state); });
-  listen_to_echoes();
+  const bool reports_echoes = bus_->on_sent([this](const can::Frame& frame, can::Time) {
+    for (const auto& commands : frames_.commands)
+      commands->on_echo(frame, clock_.cycle().sync_counter, *bus_);
+  });
+  if (!reports_echoes) return;
+  for (const auto& commands : frames_.commands) commands->begin_to_count_echoes();
 }
 
 /// Axes whose commands are in the same message share its frame.
@@ -73,80 +75,75 @@ void Controller::make_axes(const Config& config, const can::Database& database) 
   command_timer_ = scheduler_.make_timer([this] { end_waiting(); });
 }
 
-void Controller::listen_to_echoes() {
-  const bool are_reported = bus_->on_sent([this](const can::Frame& frame, can::Time) {
-    for (const auto& commands : frames_.commands) commands->on_echo(frame, cycle_.sync_counter, *bus_);
-  });
-  if (!are_reported) return;
-  for (const auto& commands : frames_.commands) commands->begin_to_count_echoes();
-}
-
 /// A frame of the other identifier type in the place of a message goes to that message, which rejects and
 /// counts it.
-void Controller::pass_on(const can::Frame& frame) const {
+void Controller::pass_on(const can::Frame& frame, can::Time heard) const {
   auto [handler, end] = handlers_.equal_range({frame.id, frame.extended});
   if (handler == end) std::tie(handler, end) = handlers_.equal_range({frame.id, !frame.extended});
-  for (; handler != end; ++handler) handler->second(frame);
+  for (; handler != end; ++handler) handler->second(frame, heard);
 }
 
 /// Our own frames never come back to us: a frame with an identifier of ours comes from another controller. A
 /// damaged one, which no node accepts, is ignored.
 void Controller::add_handlers() {
-  add_handler(can::sync_id, false, [this](const can::Frame& frame) {
+  add_handler(can::sync_id, false, [this](const can::Frame& frame, can::Time) {
     if (can::is_sync(frame)) on_another_controller(ForeignFrame::Kind::sync, frame);
   });
-  add_handler(can::nmt_id, false, [this](const can::Frame& frame) { on_foreign_nmt(frame); });
-  add_handler(can::heartbeat_base + config_.node, false, [this](const can::Frame& frame) {
+  add_handler(can::nmt_id, false, [this](const can::Frame& frame, can::Time) { on_foreign_nmt(frame); });
+  add_handler(can::heartbeat_base + config_.node, false, [this](const can::Frame& frame, can::Time) {
     if (can::is_heartbeat_of(config_.node, frame))
       on_another_controller(ForeignFrame::Kind::heartbeat, frame);
   });
   for (const auto& commands : frames_.commands)
-    add_handler(commands->id(), commands->extended(), [this, &commands](const can::Frame& frame) {
+    add_handler(commands->id(), commands->extended(), [this, &commands](const can::Frame& frame, can::Time) {
       if (commands->is_sound(frame)) on_another_controller(ForeignFrame::Kind::command, frame);
     });
-  for (std::size_t i = 0; i < axes_.size(); ++i) add_handlers_of(i);
+  for (const auto& wired : axes_) add_handlers_of(*wired);
   for (const auto& samples : frames_.samples)
-    add_handler(samples->id(), samples->extended(),
-                [this, &samples](const can::Frame& frame) { on_samples(*samples, frame); });
+    add_handler(
+        samples->id(), samples->extended(),
+        [this, &samples](const can::Frame& frame, can::Time heard) { on_samples(*samples, frame, heard); });
   for (const auto& statuses : frames_.statuses)
     add_handler(statuses->id(), statuses->extended(),
-                [this, &statuses](const can::Frame& frame) { on_statuses(*statuses, frame); });
+                [this, &statuses](const can::Frame& frame, can::Time) { on_statuses(*statuses, frame); });
 }
 
-void Controller::add_handlers_of(std::size_t index) {
-  WiredAxis& wired = *axes_[index];
+void Controller::add_handlers_of(WiredAxis& wired) {
   if (const auto id = wired.status_sender.id())
-    add_handler(*id, false, [this, &wired](const can::Frame& frame) {
+    add_handler(*id, false, [this, &wired](const can::Frame& frame, can::Time) {
       if (wired.status_sender.is_sound(frame)) on_another_controller(ForeignFrame::Kind::axis_status, frame);
     });
   if (const auto& receiver = wired.setpoint_receiver)
-    add_handler(receiver->id(), false,
-                [&wired](const can::Frame& frame) { wired.setpoint_receiver->on_frame(frame, wired.axis); });
-  add_handler(can::heartbeat_base + wired.sensor.node(), false, [this, &wired](const can::Frame& frame) {
-    if (wired.sensor.on_heartbeat(frame, scheduler_.now()) == Heartbeat::as_before) judge_slot(wired.sensor);
-  });
-  add_handler(can::heartbeat_base + wired.amplifier.node(), false, [this, &wired](const can::Frame& frame) {
-    if (wired.amplifier.on_heartbeat(frame, scheduler_.now()) == Heartbeat::as_before)
-      judge_slot(wired.amplifier);
-  });
+    add_handler(receiver->id(), false, [&wired](const can::Frame& frame, can::Time) {
+      wired.setpoint_receiver->on_frame(frame, wired.axis);
+    });
+  add_handler(can::heartbeat_base + wired.sensor.node(), false,
+              [this, &wired](const can::Frame& frame, can::Time) {
+                if (wired.sensor.on_heartbeat(frame, scheduler_.now()) == Heartbeat::as_before)
+                  judge_slot(wired.sensor);
+              });
+  add_handler(can::heartbeat_base + wired.amplifier.node(), false,
+              [this, &wired](const can::Frame& frame, can::Time) {
+                if (wired.amplifier.on_heartbeat(frame, scheduler_.now()) == Heartbeat::as_before)
+                  judge_slot(wired.amplifier);
+              });
   for (RemoteNode* node : wired.nodes()) {
     add_handler(can::emergency_base + node->node(), false,
-                [node](const can::Frame& frame) { node->on_emergency(frame); });
+                [node](const can::Frame& frame, can::Time) { node->on_emergency(frame); });
     add_handler(can::sdo_response_base + node->node(), false,
-                [node](const can::Frame& frame) { node->on_sdo(frame); });
-    add_handler(can::sdo_request_base + node->node(), false, [this, node, &wired](const can::Frame& frame) {
-      if (node->on_foreign_sdo(frame)) trip_if_in_use(wired, Cause::foreign_access);
-    });
+                [node](const can::Frame& frame, can::Time) { node->on_sdo(frame); });
+    add_handler(can::sdo_request_base + node->node(), false,
+                [this, node, &wired](const can::Frame& frame, can::Time) {
+                  if (node->on_foreign_sdo(frame)) trip_if_in_use(wired, Cause::foreign_access);
+                });
   }
 }
 
 void Controller::start(bool clear_amplifier_faults) {
-  started_ = scheduler_.now();
-  cycle_.sync_sent = started_;
-  deadline_ = started_ + std::max<can::Duration>(warm_up, config_.heartbeat_period);
+  clock_.start(scheduler_.now(), std::max<can::Duration>(warm_up, config_.heartbeat_period));
   phase_ = Phase::listening;
   for (const auto& wired : axes_) wired->axis.start(clear_amplifier_faults);
-  sync_timer_->expire_at(deadline_);
+  sync_timer_->expire_at(clock_.deadline());
 }
 
 void Controller::request_stop() {
@@ -163,16 +160,12 @@ bool Controller::stopped() const {
 void Controller::send_safe_commands() {
   if (phase_ != Phase::running) return;
   for (const auto& wired : axes_)
-    wired->amplifier.put(AxisCommand{.drive = wired->axis.config().gate.safe_drive}, cycle_.sync_counter);
+    wired->amplifier.put(AxisCommand{.drive = wired->axis.config().gate.safe_drive},
+                         clock_.cycle().sync_counter);
   for (const auto& commands : frames_.commands) {
     commands->forget();  // there is no time to wait for an echo
     commands->send(*bus_);
   }
-}
-
-std::optional<SetpointCounters> Controller::live_setpoints(std::size_t i) const {
-  if (!axes_[i]->setpoint_receiver) return std::nullopt;
-  return axes_[i]->setpoint_receiver->counters();
 }
 
 std::vector<std::string> Controller::node_notes() const {
@@ -208,7 +201,7 @@ void Controller::tick() {
   close_cycle();
   begin_cycle(scheduler_.now());
   run_background_tasks();
-  sync_timer_->expire_at(deadline_);
+  sync_timer_->expire_at(clock_.deadline());
 }
 
 /// Axes whose sample has not come are stepped without it.
@@ -218,75 +211,37 @@ void Controller::close_cycle() {
 }
 
 void Controller::begin_cycle(can::Time now) {
-  cycle_.lateness = now - deadline_;
-  set_next_deadline(now);
-  decide_on_tracking(now);
-  note_lateness(now);
-  cycle_.dt_s = can::seconds(now - cycle_.sync_sent);
-  cycle_.sync_sent = now;
-  cycle_.sync_counter = can::next_sync_counter(cycle_.sync_counter);
-  bus_->send(can::sync_frame(cycle_.sync_counter));
-  background_.send_in_slot(*bus_, cycle_.sync_counter, now);
+  clock_.begin_cycle(now);
+  const Cycle& cycle = clock_.cycle();
+  counters_.missed_cycles = clock_.missed_cycles();
+  together_.step(axes_, now, clock_.since_start_s(now - clock_.waited()));
+  timing_.lateness.add(cycle.lateness);
+  if (counters_.cycles != 0) timing_.period.add(cycle.sync_period);  // the first SYNC has none before it
+  // A SYNC that is too late shows that the computer does not keep its deadlines.
+  if (config_.lateness_trip != can::Duration::zero() && cycle.lateness > config_.lateness_trip)
+    for (const auto& wired : axes_) trip_if_in_use(*wired, Cause::cycle_overrun);
+  bus_->send(can::sync_frame(cycle.sync_counter));
+  background_.begin_cycle(*bus_, cycle.sync_counter, now);
   ++counters_.cycles;
   for (const auto& commands : frames_.commands) commands->begin_cycle();
-  cycle_.background_done = false;
   if (command_timer_) command_timer_->expire_at(now + config_.command_deadline);
 }
 
-/// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in
-/// time.
-void Controller::set_next_deadline(can::Time now) {
-  if (2 * cycle_.lateness > period_) {
-    deadline_ = now;
-    waited_ += cycle_.lateness;
-    counters_.missed_cycles = static_cast<std::uint64_t>((waited_ + period_ / 2) / period_);
-  }
-  deadline_ += period_;
-}
-
-bool Controller::axes_in(std::initializer_list<AxisState> states) const {
-  return std::ranges::any_of(axes_, [&](const auto& wired) {
-    return std::ranges::find(states, wired->axis.state()) != states.end();
-  });
-}
-
-void Controller::decide_on_tracking(can::Time now) {
-  if (axes_in({AxisState::tracking})) return ready_since_.reset();
-  cycle_.tracking_since_s.reset();
-  if (!axes_in({AxisState::ready})) return ready_since_.reset();
-  if (!ready_since_) ready_since_ = now;
-  const bool waits = config_.start_together && now - *ready_since_ < config_.start_timeout &&
-                     axes_in({AxisState::waiting, AxisState::initialising});
-  if (!waits) cycle_.tracking_since_s = since_start_s(now - waited_);
-}
-
-/// A SYNC that is too late shows that the computer does not keep its deadlines.
-void Controller::note_lateness(can::Time now) {
-  timing_.lateness.add(cycle_.lateness);
-  if (counters_.cycles != 0) {  // the first SYNC has none before it
-    cycle_.sync_period = now - cycle_.sync_sent;
-    timing_.period.add(cycle_.sync_period);
-  }
-  if (config_.lateness_trip == can::Duration::zero() || cycle_.lateness <= config_.lateness_trip) return;
-  for (const auto& wired : axes_) trip_if_in_use(*wired, Cause::cycle_overrun);
-}
-
 void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
-  if (wired.axis.is_in_use()) wired.axis.trip(cause, since_start_s(scheduler_.now()));
+  if (wired.axis.is_in_use()) wired.axis.trip(cause, clock_.since_start_s(scheduler_.now()));
 }
 
 /// What is less urgent than the commands, once a cycle: when the commands of all axes in use have been sent.
 void Controller::run_background_tasks() {
-  if (cycle_.background_done) return;
+  if (background_.is_done()) return;
   // From the back: samples mostly come in the order of the axes, so that one look is enough before the last.
   // An axis that has faulted since its last step still has its safe command to send.
   const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
     return wired->amplifier.commands().is_answered() || !is_in_use(wired->axis.report().state);
   });
   if (!commands_sent) return;
-  cycle_.background_done = true;
   answer_next_request();
-  background_.send_next(*bus_, cycle_.sync_sent, scheduler_.now(), since_start_s(cycle_.sync_sent));
+  background_.send_next(*bus_, clock_.cycle().sync_sent, scheduler_.now(), clock_.time_s());
 }
 
 void Controller::answer_next_request() {
@@ -311,18 +266,18 @@ void Controller::on_statuses(ReceivedFrame& statuses, const can::Frame& frame) {
 /// In the first round, a node may not have seen its slot yet.
 void Controller::judge_slot(RemoteNode& node) const {
   const unsigned slots = config_.background_slots;
-  if (slots != 0 && counters_.cycles > slots) node.note_background_frame(cycle_.sync_counter, slots);
+  if (slots != 0 && counters_.cycles > slots) node.note_background_frame(clock_.cycle().sync_counter, slots);
 }
 
 /// The axes of the frame are stepped one after the other, before their commands go out.
-void Controller::on_samples(SampleFrame& samples, const can::Frame& frame) {
+void Controller::on_samples(SampleFrame& samples, const can::Frame& frame, can::Time heard) {
   if (!samples.accepts(frame)) return;
-  for (const std::size_t i : samples.axes()) take_sample(i, frame);
+  for (const std::size_t i : samples.axes()) take_sample(*axes_[i], frame, heard);
   bool has_answered = false;
   for (const std::size_t i : samples.axes()) {
     CommandFrame& commands = axes_[i]->amplifier.commands();
     if (commands.is_answered() || !axes_[i]->amplifier.is_commanded() ||
-        std::ranges::any_of(commands.axes(), [this](std::size_t k) { return is_awaited(k); }))
+        std::ranges::any_of(commands.axes(), [this](std::size_t k) { return is_awaited(*axes_[k]); }))
       continue;
     answer(commands);
     has_answered = true;
@@ -331,24 +286,22 @@ void Controller::on_samples(SampleFrame& samples, const can::Frame& frame) {
 }
 
 /// Steps the axis, if it is its sample of this cycle and comes before the axis is stepped without it.
-void Controller::take_sample(std::size_t index, const can::Frame& frame) {
-  WiredAxis& wired = *axes_[index];
+void Controller::take_sample(WiredAxis& wired, const can::Frame& frame, can::Time heard) {
   const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
   if (!sample) return;
   if (wired.sensor.is_doubled()) trip_if_in_use(wired, Cause::sample_doubled);
-  const bool is_of_this_cycle = wired.sensor.is_of(*sample, cycle_.sync_counter);
-  if (is_of_this_cycle && (!command_timer_ || frame_heard_ - cycle_.sync_sent < config_.command_deadline))
+  const bool is_of_this_cycle = wired.sensor.is_of(*sample, clock_.cycle().sync_counter);
+  if (is_of_this_cycle && (!command_timer_ || heard - clock_.cycle().sync_sent < config_.command_deadline))
     wired.sensor.note_sample_in_time(counters_.cycles);
   if (wired.amplifier.is_commanded() || !is_of_this_cycle) {
     ++counters_.late_samples;
     wired.sensor.note_late_sample();
     return;
   }
-  step(index, &*sample);
+  step(wired, &*sample, heard);
 }
 
-bool Controller::is_awaited(std::size_t index) const {
-  const WiredAxis& wired = *axes_[index];
+bool Controller::is_awaited(const WiredAxis& wired) const {
   return !wired.amplifier.is_commanded() &&
          wired.sensor.is_awaited(counters_.cycles, wired.axis.config().supervision.missing_samples);
 }
@@ -366,41 +319,40 @@ void Controller::answer(CommandFrame& commands) {
   for (const std::size_t i : commands.axes()) {
     if (axes_[i]->amplifier.is_commanded()) continue;
     if (axes_[i]->axis.state() > AxisState::waiting) ++counters_.missing_samples;
-    step(i, nullptr);
+    step(*axes_[i], nullptr);
   }
   if (phase_ == Phase::running && commands.send(*bus_)) ++counters_.replaced_commands;
   commands.end_cycle();
   for (const std::size_t i : commands.axes()) {
-    axes_[i]->phases.command_sent = scheduler_.now() - cycle_.sync_sent;
-    record(i);
+    axes_[i]->phases.command_sent = scheduler_.now() - clock_.cycle().sync_sent;
+    record(*axes_[i]);
   }
 }
 
 /// Puts the axis's command into its frame.
-void Controller::step(std::size_t index, const can::SensorSample* sample) {
-  WiredAxis& wired = *axes_[index];
+void Controller::step(WiredAxis& wired, const can::SensorSample* sample, can::Time heard) {
+  const Cycle& cycle = clock_.cycle();
   const AxisInput input = input_of(wired, sample);
-  wired.phases = {.period = cycle_.sync_period, .lateness = cycle_.lateness};
-  if (sample != nullptr) wired.phases.sample_heard = frame_heard_ - cycle_.sync_sent;
+  wired.phases = {.period = cycle.sync_period, .lateness = cycle.lateness};
+  if (sample != nullptr) wired.phases.sample_heard = heard - cycle.sync_sent;
   const can::Time begun = scheduler_.now();
   const AxisCommand command = wired.axis.step(input);
   wired.phases.execution = scheduler_.now() - begun;
-  if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle_.sync_counter);
+  if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle.sync_counter);
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
-                         wired.amplifier.state(cycle_.sync_sent) != can::NmtState::operational;
+                         wired.amplifier.state(cycle.sync_sent) != can::NmtState::operational;
   const bool fits =
-      wired.amplifier.put(is_asleep ? std::optional<AxisCommand>{} : command, cycle_.sync_counter);
-  if (!fits && phase_ == Phase::running)
-    wired.axis.trip(Cause::command_not_sendable, since_start_s(cycle_.sync_sent));
+      wired.amplifier.put(is_asleep ? std::optional<AxisCommand>{} : command, cycle.sync_counter);
+  if (!fits && phase_ == Phase::running) wired.axis.trip(Cause::command_not_sendable, clock_.time_s());
 }
 
 AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample) const {
-  AxisInput input{.time_s = since_start_s(cycle_.sync_sent),
-                  .dt_s = cycle_.dt_s,
-                  .cycle_s = can::seconds(period_),
-                  .waited_s = can::seconds(waited_),
+  AxisInput input{.time_s = clock_.time_s(),
+                  .dt_s = clock_.cycle().dt_s,
+                  .cycle_s = can::seconds(clock_.period()),
+                  .waited_s = can::seconds(clock_.waited()),
                   .position_um = std::nullopt,
-                  .tracking_since_s = cycle_.tracking_since_s,
+                  .tracking_since_s = together_.tracking_since_s(),
                   .health = {}};
   wired.sensor.take_health(scheduler_.now(), input);
   wired.amplifier.take_health(scheduler_.now(), bus_->state(), input);
@@ -416,17 +368,16 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
   return input;
 }
 
-void Controller::record(std::size_t index) {
-  WiredAxis& wired = *axes_[index];
+void Controller::record(WiredAxis& wired) {
   const CyclePhases& phases = wired.phases;
   timing_.execution.add(phases.execution);
   if (phases.sample_heard != can::Duration::zero()) timing_.turnaround.add(phases.turnaround());
   on_record_({.cycle = counters_.cycles,
-              .time_s = since_start_s(cycle_.sync_sent),
-              .axis = index,
+              .time_s = clock_.time_s(),
+              .axis = wired.index,
               .report = wired.axis.report(),
               .amplifier_output = wired.amplifier.output(),
-              .amplifier_output_age_s = wired.amplifier.output_age_s(cycle_.sync_sent),
+              .amplifier_output_age_s = wired.amplifier.output_age_s(clock_.cycle().sync_sent),
               .phases = phases,
               .counters = counters_,
               .event = wired.take_event()});
@@ -442,7 +393,7 @@ void Controller::on_another_controller(ForeignFrame::Kind kind, const can::Frame
   if (phase_ != Phase::listening && phase_ != Phase::running) return;
   for (const auto& wired : axes_)
     wired->on_another_controller({.kind = kind, .id = frame.id, .extended = frame.extended},
-                                 since_start_s(scheduler_.now()));
+                                 clock_.since_start_s(scheduler_.now()));
   if (phase_ == Phase::listening) keep_silent();
 }
 
@@ -451,8 +402,8 @@ void Controller::on_another_controller(ForeignFrame::Kind kind, const can::Frame
 void Controller::keep_silent() {
   phase_ = Phase::silent;
   sync_timer_->cancel();
-  cycle_.sync_sent = scheduler_.now();
-  for (std::size_t i = 0; i < axes_.size(); ++i) step(i, nullptr);
+  clock_.end(scheduler_.now());
+  for (const auto& wired : axes_) step(*wired, nullptr);
   for (const auto& commands : frames_.commands) answer(*commands);
 }
 

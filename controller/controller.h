@@ -9,25 +9,14 @@
 // without it. An axis whose samples have stayed away for some cycles is not waited for.
 //
 // The other frames of the controller follow its commands (BackgroundFrames), and so does the answer to a
-// request from outside (carry_out).
+// request from outside (carry_out). When a SYNC is due, and when the axes begin to track: SyncClock,
+// TogetherStart.
 //
 // Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
 // controller: a SYNC, a heartbeat of the own node id, an axis status, and a command to one of the own
 // amplifiers. Each of them faults every axis, and the log names the frame. If the controller receives it
 // while it listens, it stays silent permanently; later, its commands are safe from there on. An NMT command
 // or an SDO write of another node to a node of an axis in use faults this axis.
-//
-// Axes that are ready begin to track together; none waits for one that is faulted or offline, nor longer than
-// start_timeout for one that is not ready. An axis that becomes ready while others track joins them: all
-// references count from the same time.
-//
-// Two SYNCs are at least half a cycle apart. A SYNC that is late by more than half a cycle delays the
-// deadlines of the later ones and the references of all axes by its lateness:
-//
-//   reference time = time - waited,    waited = sum of these latenesses
-//
-// From SYNC to SYNC the reference time advances by half a cycle to one and a half, and by at most one where
-// it waits.
 //
 // Bus-off, or the loss of the interface, faults every driven axis with the next step. What was known of the
 // nodes is forgotten: a node must be heard again before its axis is armed again.
@@ -36,7 +25,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -52,7 +40,9 @@
 #include "controller/realtime.h"
 #include "controller/requests.h"
 #include "controller/shared_frames.h"
+#include "controller/sync_clock.h"
 #include "controller/timing.h"
+#include "controller/together_start.h"
 #include "controller/wired_axis.h"
 
 namespace hystcan::controller {
@@ -113,13 +103,10 @@ class Controller {
   void send_safe_commands();
 
   std::size_t axis_count() const { return axes_.size(); }
-  const std::string& axis_name(std::size_t i) const { return axes_[i]->wire.name; }
+  const WiredAxis& wired_axis(std::size_t i) const { return *axes_[i]; }
   /// Before start(), to restore what an axis remembers.
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
-  const can::E2eChecker& sample_checker(std::size_t i) const { return axes_[i]->sensor.samples().checker(); }
-  /// Empty: this axis takes no live setpoints.
-  std::optional<SetpointCounters> live_setpoints(std::size_t i) const;
   /// Of every message that the controller receives: samples, statuses, setpoints; of both nodes heartbeats,
   /// emergencies, SDO responses.
   std::vector<can::RejectedFrames> rejected() const;
@@ -135,52 +122,35 @@ class Controller {
   /// off -> listening -> running; silent where another controller is heard while listening.
   enum class Phase : std::uint8_t { off, listening, running, silent };
 
-  /// One cycle, from its SYNC on.
-  struct Cycle {
-    std::uint8_t sync_counter = 0;
-    can::Time sync_sent{};
-    can::Duration lateness{};     ///< Of the SYNC, after its deadline.
-    can::Duration sync_period{};  ///< From the SYNC before; zero at the first.
-    double dt_s = 0.0;            ///< From the SYNC before, or from start().
-    std::optional<double>
-        tracking_since_s{};  ///< Of all axes; empty: an axis that is ready does not begin yet.
-    bool background_done = true;
-  };
-
   void make_axes(const Config& config, const can::Database& database);
-  void listen_to_echoes();
   void add_handlers();
-  void add_handlers_of(std::size_t index);
-  /// Where several axes share a frame, each has a handler of its own.
-  void add_handler(std::uint32_t id, bool extended, std::function<void(const can::Frame&)> handler) {
+  void add_handlers_of(WiredAxis& wired);
+  /// Where several axes share a node, each has a handler of its own.
+  void add_handler(std::uint32_t id, bool extended, can::Bus::FrameHandler handler) {
     handlers_.emplace(std::pair(id, extended), std::move(handler));
   }
-  void pass_on(const can::Frame& frame) const;
+  void pass_on(const can::Frame& frame, can::Time heard) const;
   void tick();
   void close_cycle();
   void begin_cycle(can::Time now);
-  void set_next_deadline(can::Time now);
-  void decide_on_tracking(can::Time now);
-  bool axes_in(std::initializer_list<AxisState> states) const;
-  void note_lateness(can::Time now);
   void run_background_tasks();
   void answer_next_request();
-  void on_samples(SampleFrame& samples, const can::Frame& frame);
+  void on_samples(SampleFrame& samples, const can::Frame& frame, can::Time heard);
   void on_statuses(ReceivedFrame& statuses, const can::Frame& frame);
   void judge_slot(RemoteNode& node) const;
-  void take_sample(std::size_t index, const can::Frame& frame);
-  void step(std::size_t index, const can::SensorSample* sample);
-  bool is_awaited(std::size_t index) const;
+  void take_sample(WiredAxis& wired, const can::Frame& frame, can::Time heard);
+  /// `heard`: when the sample arrived.
+  void step(WiredAxis& wired, const can::SensorSample* sample, can::Time heard = {});
+  bool is_awaited(const WiredAxis& wired) const;
   void answer(CommandFrame& commands);
   void end_waiting();
   AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
-  void record(std::size_t index);
+  void record(WiredAxis& wired);
   void on_foreign_nmt(const can::Frame& frame);
   void trip_if_in_use(WiredAxis& wired, Cause cause);
   void on_another_controller(ForeignFrame::Kind kind, const can::Frame& frame);
   void keep_silent();
   void on_bus_state(can::BusState state);
-  double since_start_s(can::Time time) const { return can::seconds(time - started_); }
 
   CommonConfig config_;
   can::Scheduler& scheduler_;
@@ -188,21 +158,16 @@ class Controller {
   SharedFrames frames_;
   WiredAxes axes_;
   /// By identifier, and whether it is an extended one.
-  std::multimap<std::pair<std::uint32_t, bool>, std::function<void(const can::Frame&)>> handlers_;
+  std::multimap<std::pair<std::uint32_t, bool>, can::Bus::FrameHandler> handlers_;
   RequestLink* requests_ = nullptr;  ///< Null: there are none.
   bool asked_to_stop_ = false;
   BackgroundFrames background_;
   std::unique_ptr<can::Bus> bus_;
   std::unique_ptr<can::Timer> sync_timer_;
   std::unique_ptr<can::Timer> command_timer_;  ///< Null: no axes share a command frame.
-  can::Duration period_;
   Phase phase_ = Phase::off;
-  can::Time started_{};
-  can::Time deadline_{};     ///< Of the next SYNC.
-  can::Duration waited_{};   ///< By the deadlines and the references.
-  can::Time frame_heard_{};  ///< Arrival time of the frame that is being handled.
-  Cycle cycle_;
-  std::optional<can::Time> ready_since_;  ///< Of the first axis that is ready, while none tracks.
+  SyncClock clock_;
+  TogetherStart together_;
   CycleCounters counters_;
   CycleTiming timing_;
 };

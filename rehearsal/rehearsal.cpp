@@ -21,7 +21,7 @@ TrueErrors::TrueErrors(const twin::Config& config, twin::Twin& twin, const contr
     if (can::parse_sync(frame)) last_sync_ = received;
   });
   for (std::size_t i = 0; i < controller.axis_count(); ++i) {
-    const auto same = [&](const auto& axis) { return axis->name == controller.axis_name(i); };
+    const auto same = [&](const auto& axis) { return axis->name == controller.wired_axis(i).wire.name; };
     stages_.push_back(
         static_cast<std::size_t>(std::ranges::find_if(twin.axes(), same) - twin.axes().begin()));
   }
@@ -201,7 +201,8 @@ Outcome run_once(const Setup& setup, double settle_s, const controller::Controll
                   .bus_load = rehearsal.bus().load(),
                   .counters = loop.counters()};
   for (std::size_t i = 0; i < loop.axis_count(); ++i)
-    outcome.axes.push_back(controller::outcome_of(loop.axis_name(i), loop.axis(i), std::move(statistics[i])));
+    outcome.axes.push_back(
+        controller::outcome_of(loop.wired_axis(i).wire.name, loop.axis(i), std::move(statistics[i])));
   return outcome;
 }
 

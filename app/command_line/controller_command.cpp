@@ -140,7 +140,8 @@ std::string results_text(const controller::Controller& controller, const StateLo
     nlohmann::json axes = nlohmann::json::array();
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       axes.push_back(to_json(outcomes[i]));
-      axes.back()["rejected_samples"] = to_json(can::rejected_frames("", controller.sample_checker(i)));
+      axes.back()["rejected_samples"] =
+          to_json(can::rejected_frames("", controller.wired_axis(i).sensor.samples().checker()));
     }
     nlohmann::json results = to_json(counters);
     results.update({{"dropped_records", dropped_records},
@@ -170,7 +171,8 @@ std::vector<controller::AxisOutcome> outcomes_of(
     const controller::Controller& controller, const std::vector<controller::TrackingStatistics>& statistics) {
   std::vector<controller::AxisOutcome> outcomes;
   for (std::size_t i = 0; i < controller.axis_count(); ++i)
-    outcomes.push_back(controller::outcome_of(controller.axis_name(i), controller.axis(i), statistics[i]));
+    outcomes.push_back(
+        controller::outcome_of(controller.wired_axis(i).wire.name, controller.axis(i), statistics[i]));
   return outcomes;
 }
 

@@ -26,8 +26,10 @@ BusClosing closing_of(const controller::Controller& controller, const EventLog& 
                      .rejected = controller.rejected()};
   std::ranges::copy(controller.node_notes(), std::back_inserter(closing.events));
   for (std::size_t i = 0; i < controller.axis_count(); ++i) {
-    const std::string text = describe(controller.live_setpoints(i).value_or(controller::SetpointCounters{}));
-    if (!text.empty()) closing.events.push_back(controller.axis_name(i) + ": " + text);
+    const controller::WiredAxis& axis = controller.wired_axis(i);
+    if (!axis.setpoint_receiver) continue;
+    const std::string text = describe(axis.setpoint_receiver->counters());
+    if (!text.empty()) closing.events.push_back(axis.wire.name + ": " + text);
   }
   return closing;
 }

@@ -65,7 +65,7 @@ class Background : public testing::Test {
   }
   /// What follows this SYNC.
   Sent in_slot(int sync_counter, int ms) {
-    frames_->send_in_slot(bus_, static_cast<std::uint8_t>(sync_counter), can::Time{milliseconds(ms)});
+    frames_->begin_cycle(bus_, static_cast<std::uint8_t>(sync_counter), can::Time{milliseconds(ms)});
     return sent();
   }
   void hear(controller::RemoteNode& node, NmtState state) {

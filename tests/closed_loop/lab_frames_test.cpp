@@ -131,7 +131,9 @@ TEST(LabFrames, AreRejectedAndCountedWhenSentWithAStandardIdentifier) {
   const auto foreign_node = rehearsal.attach()({});
   foreign_node->send({.id = 0x182, .extended = false, .length = 4, .data = {}});
   rehearsal.run_for(milliseconds(3));
-  EXPECT_EQ(rehearsal.controller().sample_checker(0).rejected(can::Rejection::extended_id), 1u);
+  EXPECT_EQ(
+      rehearsal.controller().wired_axis(0).sensor.samples().checker().rejected(can::Rejection::extended_id),
+      1u);
   EXPECT_EQ(rehearsal.controller().axis(0).state(), AxisState::tracking);
 }
 

@@ -50,7 +50,9 @@ struct ObservedLoop {
     rehearsal.run_for(milliseconds(2));
   }
   const controller::Axis& axis() { return rehearsal.controller().axis(0); }
-  controller::SetpointCounters counters() { return *rehearsal.controller().live_setpoints(0); }
+  controller::SetpointCounters counters() {
+    return rehearsal.controller().wired_axis(0).setpoint_receiver->counters();
+  }
 
   struct ReceivedFrame {
     can::Frame frame;
@@ -226,7 +228,7 @@ TEST(LiveSetpoint, IsIgnoredByAControllerThatIsNotConfiguredForIt) {
   loop.send(setpoint(go_to_12500_nm));
   loop.rehearsal.run_for(milliseconds(3));
   EXPECT_FALSE(loop.axis().report().point.live);
-  EXPECT_FALSE(loop.rehearsal.controller().live_setpoints(0));
+  EXPECT_FALSE(loop.rehearsal.controller().wired_axis(0).setpoint_receiver);
 }
 
 TEST(ControllerFrames, AllocateNothing) {

@@ -98,7 +98,8 @@ class Run {
     nlohmann::json rejected;
     for (const can::RejectedFrames& each : rig_.controller().rejected())
       rejected[each.message] = each.by_cause;
-    rejected["XSensorSample"] = can::rejected_frames("", rig_.controller().sample_checker(0)).by_cause;
+    rejected["XSensorSample"] =
+        can::rejected_frames("", rig_.controller().wired_axis(0).sensor.samples().checker()).by_cause;
     return {{"rate_Hz", rig_.config().controller.rate_Hz},
             {"drive_min", control.gate.drive_min},
             {"drive_max", control.gate.drive_max},
@@ -111,7 +112,7 @@ class Run {
             {"is_damaging", is_damaging_},
             {"cycles", rig_.controller().counters().cycles},
             {"faults", rig_.faults()},
-            {"accepted_samples", rig_.controller().sample_checker(0).accepted()},
+            {"accepted_samples", rig_.controller().wired_axis(0).sensor.samples().checker().accepted()},
             {"rejected", rejected}};
   }
 
