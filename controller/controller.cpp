@@ -152,8 +152,7 @@ void Controller::request_stop() {
 
 bool Controller::stopped() const {
   return std::ranges::all_of(axes_, [](const auto& wired) {
-    const Axis& axis = wired->axis;
-    return axis.state() == AxisState::offline || (axis.state() == AxisState::faulted && !axis.is_falling());
+    return !wired->axis.is_in_use() && wired->axis.state() != AxisState::waiting;
   });
 }
 

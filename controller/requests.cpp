@@ -23,8 +23,7 @@ std::optional<Refusal> disable(Axis& axis) {
 
 /// A node whose set-up failed is set up once more.
 std::optional<Refusal> clear(WiredAxis& wired) {
-  if (wired.axis.is_falling()) return Refusal::still_ramping;
-  if (!wired.axis.clear()) return Refusal::no_fault_to_clear;
+  if (const std::optional<Refusal> refusal = wired.axis.clear()) return refusal;
   for (RemoteNode* node : wired.nodes()) node->retry_setup();
   return std::nullopt;
 }

@@ -11,6 +11,8 @@ PROGRAMS = {
     "controller/control/supervisor.cpp": CONTROL,
     "controller/control/arming.cpp": CONTROL,
     "controller/control/axis.cpp": CONTROL,
+    "controller/control/start_up.cpp": CONTROL,
+    "controller/control/fall.cpp": CONTROL,
     "controller/control/following_error.cpp": CONTROL,
     "controller/control/law.cpp": CONTROL,
     "controller/control/output_check.cpp": CONTROL,

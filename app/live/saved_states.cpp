@@ -13,7 +13,7 @@
 namespace hystcan::app {
 namespace {
 
-using controller::StartUp;
+using controller::MemorySource;
 
 /// A table for each segment, an empty one where it does not repeat.
 std::string learnt_text(const controller::Learning* learning) {
@@ -40,7 +40,7 @@ SavedStates::SavedStates(const config::Config& config) {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const config::AxisConfig& axis = config.axes[i];
     if (!folder.empty()) axes_[i].file = folder / (axis.wire.name + ".state.toml");
-    const bool restores = axis.control.start_up == StartUp::restore;
+    const bool restores = axis.control.start_up == MemorySource::restore;
     if (restores && folder.empty())
       throw Error(fmt::format("{}: axis {} must restore its memory, expected state_dir in [controller]",
                               config.file.string(), axis.wire.name));

@@ -3,31 +3,26 @@
 //
 //   offline -> waiting -> initialising -> ready -> tracking      and from any state but offline to faulted
 //
-//   waiting       the axis waits until both nodes are operational and the amplifier is ready and at rest
-//   initialising  the drive is held where the amplifier's output is until the amplifier is enabled; its
-//                 watchdog is tried where that is asked for. The drive then ramps to where tracking begins,
-//                 as far as the output follows it. In closed loop it goes up to the upper threshold and down
-//                 to the lower one: this wipes the actuator's memory out, and the model's memory agrees with
-//                 it. In open loop it goes straight to the first drive of the excitation
+//   waiting       StartUp: the axis waits until both nodes are operational, the amplifier ready and at rest
+//   initialising  StartUp: the drive ramps to where tracking begins. In closed loop it goes up to the upper
+//                 threshold and down to the lower one: this wipes the actuator's memory out, and the model's
+//                 memory agrees with it. In open loop it goes straight to the first drive of the excitation
 //   ready         the axis holds that drive until the axes begin together, or follows those that track
 //   tracking      the closed loop follows its reference, the open loop its excitation
-//   faulted       the fault is latched with cause and time; the command is safe from the same step on, or the
-//                 drive ramps to the safe one where that is configured and the cause leaves the drive in hand
+//   faulted       Fall: the fault is latched with cause and time
 #pragma once
 
 #include <optional>
-#include <vector>
 
-#include "controller/control/arming.h"
 #include "controller/control/axis_config.h"
 #include "controller/control/axis_report.h"
 #include "controller/control/course.h"
-#include "controller/control/fault.h"
+#include "controller/control/fall.h"
 #include "controller/control/loop.h"
 #include "controller/control/oscillation.h"
 #include "controller/control/output_check.h"
-#include "controller/control/ramp_check.h"
 #include "controller/control/refusal.h"
+#include "controller/control/start_up.h"
 #include "controller/control/supervisor.h"
 
 namespace hystcan::controller {
@@ -51,9 +46,8 @@ class Axis {
   void start(bool clear_amplifier_fault);
   /// Ramps to the safe drive, then switches the amplifier off and goes offline.
   void stop() { stopping_ = true; }
-  /// Clears a fault and goes offline; the next start attempts once to clear the amplifier's. False: not
-  /// faulted.
-  bool clear();
+  /// Clears a fault and goes offline; the next start attempts once to clear the amplifier's.
+  std::optional<Refusal> clear();
   void trip(Cause cause, double time_s);
 
   /// Live setpoint: moves smoothly to this position and stays there. Refused where the axis does not track a
@@ -87,63 +81,39 @@ class Axis {
 
   AxisState state() const { return state_; }
   /// A sample and a command are expected in every cycle.
-  bool is_in_use() const { return controller::is_in_use(state_) || is_falling_; }
-  /// Faulted, while the drive ramps to the safe one.
-  bool is_falling() const { return is_falling_; }
-  const Fault& fault() const { return fault_; }
+  bool is_in_use() const { return controller::is_in_use(state_) || fall_.state() == Fall::State::ramping; }
+  const Fault& fault() const { return fall_.fault(); }
   const AxisReport& report() const { return report_; }
   const AxisConfig& config() const { return config_; }
 
  private:
   AxisCommand supervise(const AxisInput& input);
-  AxisInput judge(const AxisInput& input);
-  bool output_differs_too_long() const;
+  AxisInput examine(const AxisInput& input);
   AxisCommand decide(const AxisInput& input);
-  AxisCommand wait(const AxisInput& input);
-  void arm(const NodeHealth& health);
-  AxisCommand initialise(const AxisInput& input);
-  bool is_connected();
-  void follow_output(double output, double dt_s);
-  AxisCommand withhold(const AxisInput& input);
+  AxisCommand start_up(const AxisInput& input);
   AxisCommand hold_ready(const AxisInput& input);
   AxisCommand track(const AxisInput& input);
   AxisCommand park(const AxisInput& input);
-  AxisCommand fall(const AxisInput& input);
-  AxisCommand safe() const;
-  double closer_to(double target, double reach, double dt_s) const;
-  bool ramp_towards(double target, double dt_s);
-  bool is_driving() const;
   ClosedLoop* loop_for_live_setpoints();
-  double excite(double t_s);
-  void follow(double drive);
 
   AxisConfig config_;
   std::optional<ClosedLoop> closed_loop_;  ///< one of the two
   std::optional<Excitation> excitation_;
-  std::vector<double> ramp_in_;  ///< drives to visit and rest at while initialising, in order
+  StartUp start_up_;
+  Fall fall_;
   Supervisor supervisor_;
   OutputCheck output_check_;
   Course course_;
   Course::Mark at_last_sample_{};  ///< that was accepted
-  RampCheck ramp_check_;
   Oscillation oscillation_;
-  Fault fault_;
   AxisReport report_;
-  ClearAttempt clear_attempt_;
   double drive_ = 0.0;
-  std::optional<double> withheld_for_s_;  ///< of commands, while the amplifier's watchdog is tried
-  std::size_t ramp_ = 0;                  ///< while initialising: index in ramp_in_ of the present target
-  double dwelt_s_ = 0.0;
   double tracking_since_s_ = 0.0;
   model::Interval reach_;  ///< allowed positions of a live setpoint
   double now_s_ = 0.0;     ///< reference time of the last step
   double waited_s_ = 0.0;  ///< until the last step
   AxisState state_ = AxisState::offline;
   bool stopping_ = false;
-  bool is_falling_ = false;
-  double fall_per_s_ = 0.0;  ///< fault_ramp_per_s when the ramp began
-  bool connected_ = false;   ///< the amplifier's output follows the drive since the axis was armed
-  bool watchdog_verified_ = false;
   bool memory_known_ = false;  ///< the model's memory agrees with the actuator's; false after a fault
 };
 

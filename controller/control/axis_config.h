@@ -23,12 +23,12 @@
 namespace hystcan::controller {
 
 /// How an axis obtains the memory of its actuator's hysteresis before it tracks.
-enum class StartUp : std::uint8_t {
+enum class MemorySource : std::uint8_t {
   wipe,     ///< drives to both thresholds, which wipes all memory out
   assume,   ///< assumes that the drive rose monotonically from the lower threshold to the reported drive
   restore,  ///< uses the memory saved at the last clean stop (Axis::restore)
 };
-constexpr auto words(StartUp) { return std::to_array<std::string_view>({"wipe", "assume", "restore"}); }
+constexpr auto words(MemorySource) { return std::to_array<std::string_view>({"wipe", "assume", "restore"}); }
 
 struct AxisConfig {
   ControlLaw::Config law;
@@ -41,7 +41,7 @@ struct AxisConfig {
   ReferenceLimits reference_limits{};
   ReferenceLimits transition_limits{};  ///< of transitions alone, beside those: default_transition_limits
   std::optional<InPosition::Config> in_position{};  ///< empty: not judged
-  StartUp start_up = StartUp::wipe;
+  MemorySource start_up = MemorySource::wipe;
   double wipe_slew_per_s = 100.0;  ///< drive units/s, to the thresholds and at the stop to the safe drive
   double wipe_dwell_s = 0.1;       ///< rest at each threshold
   double fault_ramp_per_s = 0.0;   ///< drive units/s, to the safe drive after a fault; 0: at once
@@ -51,6 +51,8 @@ struct AxisConfig {
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: replaces law and setpoint
+
+  AxisCommand safe_command() const { return {.drive = gate.safe_drive}; }
 };
 
 /// Limits of transitions for which the configuration gives no others:

@@ -39,4 +39,9 @@ Gate::Passed Gate::step(const Config& config, double last, double requested, dou
   return passed;
 }
 
+bool Gate::approach(const Config& config, double& drive, double target, double reach, double dt_s) {
+  drive = step(config, drive, std::clamp(target, drive - reach, drive + reach), dt_s).drive;
+  return drive == std::clamp(target, config.drive_min, config.drive_max);
+}
+
 }  // namespace hystcan::controller

@@ -32,6 +32,8 @@ struct Gate {
   };
   /// `last`: the drive that left the gate `dt_s` ago. If it is not finite, the safe drive leaves the gate.
   static Passed step(const Config& config, double last, double requested, double dt_s);
+  /// Moves the drive closer to `target`, by at most `reach`. True: it is there, or at the bound before it.
+  static bool approach(const Config& config, double& drive, double target, double reach, double dt_s);
 };
 
 }  // namespace hystcan::controller

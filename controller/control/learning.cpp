@@ -124,7 +124,7 @@ void Learning::take(std::size_t index, const Phase& phase, double error_um) {
   segment.errors_um[segment.newest] = segment.errors_um[segment.newest + window] =
       static_cast<float>(error_um);
   segment.valid = segment.judgement.is_glitch(error_um) ? 0 : std::min(segment.valid + 1, window);
-  judge(segment, plan, error_um);
+  tally(segment, plan, error_um);
   if (segment.valid < window || config_.frozen || segment.judgement.is_idle()) return;
   const auto taps = static_cast<Eigen::Index>(window);
   const Eigen::Map<const Eigen::VectorXf> h(segment.taps.data(), taps);
@@ -151,7 +151,7 @@ bool Learning::Judgement::is_glitch(double error_um) const {
   return is_known && std::abs(error_um) > glitch_factor * first_largest_um;
 }
 
-void Learning::judge(Segment& segment, const Plan& plan, double error_um) {
+void Learning::tally(Segment& segment, const Plan& plan, double error_um) {
   Judgement& judgement = segment.judgement;
   metrics::ErrorStatistics& present = judgement.present;
   if (present.samples == std::max(plan.phases, plan.judged)) {

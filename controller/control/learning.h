@@ -166,7 +166,7 @@ class Learning {
   void interrupt();
   void take(std::size_t index, const Phase& phase, double error_um);
   void correct(Segment& segment, std::size_t phase, double share, double learnt_um);
-  void judge(Segment& segment, const Plan& plan, double error_um);
+  void tally(Segment& segment, const Plan& plan, double error_um);
   void conclude(Segment& segment);
   static void take_back(Segment& segment);
 

@@ -28,6 +28,8 @@ class OutputCheck {
   void step(double drive, double slew_per_s, const AxisInput& input);
   /// For how long the output has differed without a break; 0: it agrees, or it is not known.
   double differs_for_s() const { return differs_for_s_; }
+  /// While it ramps, the axis waits for an output that is behind.
+  bool differs_too_long(bool ramps) const { return differs_for_s_ > (ramps ? 0.5 : 0.05); }
 
  private:
   bool agrees(double drive, double slew_per_s, const AxisInput& input) const;

@@ -132,7 +132,7 @@ bool Supervisor::is_frozen(double position_um) {
   return ++cycles_unchanged_ >= config_.frozen_cycles && travel_ > frozen_travel * config_.drive_range;
 }
 
-Cause Supervisor::judge(const AxisCommand& command, std::uint8_t limits, double dt_s) {
+Cause Supervisor::watch(const AxisCommand& command, std::uint8_t limits, double dt_s) {
   enabled_for_s_ = time_held(command.enable, enabled_for_s_, dt_s);
   travel_ += std::abs(command.drive - last_drive_);
   last_drive_ = command.drive;

@@ -104,7 +104,7 @@ class Supervisor {
   Verdict judge(const AxisInput& input, const model::Interval& course_um = {0.0, 0.0});
   /// Called with the decided command and the limits that acted on it (gate.h). Returns a cause to replace
   /// the command by the safe one, or Cause::none.
-  Cause judge(const AxisCommand& command, std::uint8_t limits, double dt_s);
+  Cause watch(const AxisCommand& command, std::uint8_t limits, double dt_s);
 
   /// The amplifier has reported "enabled" since Enable was first commanded.
   bool enable_reported() const { return enable_reported_; }

@@ -117,7 +117,7 @@ TEST(TooSlowEnable, BeyondHalfASecondIsAFault) {
 
 /// The relay opens for a cycle at any time after the amplifier has reported that it is enabled. The amplifier
 /// obeys the next Enable, so that a ramp that went on would be a step at the stage.
-class BouncingRelay : public testing::TestWithParam<controller::StartUp> {};
+class BouncingRelay : public testing::TestWithParam<controller::MemorySource> {};
 
 TEST_P(BouncingRelay, IsAFaultWithinTwoCyclesInEveryPhaseOfTheStart) {
   shows("S-031, S-122");
@@ -144,9 +144,9 @@ TEST_P(BouncingRelay, IsAFaultWithinTwoCyclesInEveryPhaseOfTheStart) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, BouncingRelay,
-                         testing::Values(controller::StartUp::wipe, controller::StartUp::assume),
+                         testing::Values(controller::MemorySource::wipe, controller::MemorySource::assume),
                          [](const auto& test) {
-                           return test.param == controller::StartUp::wipe ? "Wipe" : "Assume";
+                           return test.param == controller::MemorySource::wipe ? "Wipe" : "Assume";
                          });
 
 }  // namespace

@@ -41,7 +41,7 @@ double first_drive(const AxisConfig& config, double output, bool enabled) {
 
 TEST(ArmedDrive, IsWithinTheGateWhereTheReadingIsNot) {
   AxisConfig config = above_zero();
-  config.start_up = StartUp::assume;  // without a ramp
+  config.start_up = MemorySource::assume;  // without a ramp
   EXPECT_EQ(first_drive(config, 110.5, true), 110.0);
   EXPECT_EQ(first_drive(config, 9.5, true), 10.0);
 }
@@ -90,7 +90,7 @@ TEST(ArmedDrive, StaysWhereTheReadingIsNoNumber) {
 
 TEST(ArmedDrive, IsNotFollowedOnceTheAmplifierIsEnabled) {
   AxisConfig config = above_zero();
-  config.start_up = StartUp::assume;
+  config.start_up = MemorySource::assume;
   IdealStage stage(config);
   stage.axis.start(false);
   stage.cycle(with_output(60.0, true));
@@ -105,7 +105,7 @@ struct RaisedStage {
 
   static AxisConfig config_for(double level_um) {
     AxisConfig config = support::piezo_axis();
-    config.start_up = StartUp::assume;
+    config.start_up = MemorySource::assume;
     config.gate.safe_drive = 60.0;
     config.law.structure = Structure::inverse;
     config.setpoint = {{.shape = Hold{.level_um = level_um, .duration_s = 1.0}, .transition_s = 0.05}};

@@ -160,13 +160,13 @@ TEST(AxisFault, OfAFrozenPositionIsJudgedByTheWholeRangeOfTheDrive) {
 
 TEST(AxisClear, IsRefusedUnlessTheAxisIsFaultedAndLeadsToOffline) {
   IdealStage stage;
-  EXPECT_FALSE(stage.axis.clear());
+  EXPECT_EQ(stage.axis.clear(), Refusal::no_fault_to_clear);
   ASSERT_TRUE(stage.tracks());
-  EXPECT_FALSE(stage.axis.clear());
+  EXPECT_EQ(stage.axis.clear(), Refusal::no_fault_to_clear);
   stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });
   ASSERT_EQ(stage.axis.state(), AxisState::faulted);
-  EXPECT_TRUE(stage.axis.clear());
-  EXPECT_FALSE(stage.axis.clear()) << "a clear is never queued";
+  EXPECT_EQ(stage.axis.clear(), std::nullopt);
+  EXPECT_EQ(stage.axis.clear(), Refusal::no_fault_to_clear) << "a clear is never queued";
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
   EXPECT_EQ(stage.axis.fault().cause, Cause::none);
   for (int i = 0; i < 100; ++i) EXPECT_FALSE(stage.cycle().enable) << "a clear does not start the axis";

@@ -102,7 +102,7 @@ TEST(AxisLiveSetpoint, IsLeftForTheConfiguredReferenceWithinTheLimits) {
 // ---- a restored memory
 
 /// An axis that was never driven, with a restored memory.
-Axis restored(StartUp start_up) {
+Axis restored(MemorySource start_up) {
   AxisConfig config = support::piezo_axis();
   config.start_up = start_up;
   Axis axis(config);
@@ -111,14 +111,14 @@ Axis restored(StartUp start_up) {
 }
 
 TEST(AxisMemory, IsKnownAtOnceWhereItIsAssumedOrRestored) {
-  EXPECT_EQ(restored(StartUp::wipe).law_to_save(), nullptr);
-  EXPECT_NE(restored(StartUp::assume).law_to_save(), nullptr);
-  EXPECT_NE(restored(StartUp::restore).law_to_save(), nullptr);
+  EXPECT_EQ(restored(MemorySource::wipe).law_to_save(), nullptr);
+  EXPECT_NE(restored(MemorySource::assume).law_to_save(), nullptr);
+  EXPECT_NE(restored(MemorySource::restore).law_to_save(), nullptr);
 }
 
 TEST(AxisMemory, IsNeitherRestoredNorSavedInOpenLoop) {
   AxisConfig config = support::excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0});
-  config.start_up = StartUp::assume;
+  config.start_up = MemorySource::assume;
   Axis axis(config);
   axis.restore(model::Hysteresis(config.law.model).at_lower_threshold());
   EXPECT_EQ(axis.closed_loop(), nullptr);

@@ -290,7 +290,7 @@ TEST(AxisRetune, IsRefusedInOpenLoop) {
 
 /// Feed-forward alone, and a stage without delay: at rest only a wrong memory causes an error. While it is
 /// not enabled the amplifier rests at `safe_drive`, between the thresholds, so that no memory is wiped out.
-AxisConfig feed_forward_axis(StartUp start_up, double safe_drive = 25.0) {
+AxisConfig feed_forward_axis(MemorySource start_up, double safe_drive = 25.0) {
   AxisConfig config = support::piezo_axis();
   config.gate.safe_drive = safe_drive;
   config.law.structure = Structure::inverse;
@@ -329,12 +329,12 @@ model::HysteresisState nested_stage(const model::Hysteresis& actuator) {
 
 TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItsAssumptionIsTrue) {
   const model::Hysteresis actuator(support::piezo_model());
-  IdealStage stage(feed_forward_axis(StartUp::assume, 40.0), risen_stage(actuator));
+  IdealStage stage(feed_forward_axis(MemorySource::assume, 40.0), risen_stage(actuator));
   ASSERT_TRUE(stage.tracks());
   EXPECT_NEAR(stage.highest_drive, 40.0, 2.0) << "the drive stays where it is";
   EXPECT_LT(error_at_rest_um(stage), 1e-6);
 
-  IdealStage wrong(feed_forward_axis(StartUp::assume), nested_stage(actuator));
+  IdealStage wrong(feed_forward_axis(MemorySource::assume), nested_stage(actuator));
   ASSERT_TRUE(wrong.tracks());
   EXPECT_GT(error_at_rest_um(wrong), 0.01) << "ten thousand times the bound above";
 }
@@ -342,7 +342,7 @@ TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItsAssumptionIsTrue) 
 TEST(StartUp, RestoreTracksWithTheSavedMemory) {
   const model::Hysteresis actuator(support::piezo_model());
   const model::HysteresisState memory = nested_stage(actuator);
-  IdealStage stage(feed_forward_axis(StartUp::restore), memory);
+  IdealStage stage(feed_forward_axis(MemorySource::restore), memory);
   stage.axis.restore(memory);
   ASSERT_TRUE(stage.tracks());
   EXPECT_NEAR(stage.highest_drive, 25.0, 2.0);
@@ -350,7 +350,7 @@ TEST(StartUp, RestoreTracksWithTheSavedMemory) {
 }
 
 TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
-  IdealStage first(feed_forward_axis(StartUp::wipe));
+  IdealStage first(feed_forward_axis(MemorySource::wipe));
   ASSERT_TRUE(first.tracks());
   EXPECT_EQ(first.axis.law_to_save(), nullptr) << "the axis is still driven";
   for (int i = 0; i < 450; ++i) first.cycle();
@@ -361,7 +361,7 @@ TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
   EXPECT_NEAR(law->memory().output, first.memory().output, 1e-9);
   EXPECT_EQ(law->memory().depth(), first.memory().depth());
 
-  IdealStage second(feed_forward_axis(StartUp::restore), first.memory());
+  IdealStage second(feed_forward_axis(MemorySource::restore), first.memory());
   second.axis.restore(law->memory());
   ASSERT_TRUE(second.tracks());
   EXPECT_NEAR(second.highest_drive, 25.0, 2.0);
@@ -370,7 +370,7 @@ TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
 
 TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
   const model::Hysteresis actuator(support::piezo_model());
-  for (const StartUp start_up : every<StartUp>()) {
+  for (const MemorySource start_up : every<MemorySource>()) {
     const model::HysteresisState memory = risen_stage(actuator);
     IdealStage stage(feed_forward_axis(start_up, 40.0), memory);
     stage.axis.restore(memory);
@@ -378,7 +378,7 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
     stage.cycle([](AxisInput& in) { in.sensor_status_good = false; });
     ASSERT_EQ(stage.axis.state(), AxisState::faulted);
     EXPECT_EQ(stage.axis.law_to_save(), nullptr);
-    ASSERT_TRUE(stage.axis.clear());
+    ASSERT_EQ(stage.axis.clear(), std::nullopt);
     EXPECT_EQ(stage.axis.law_to_save(), nullptr) << "the path to the safe drive is unknown";
     stage.highest_drive = 0.0;
     ASSERT_TRUE(stage.tracks());
@@ -388,7 +388,7 @@ TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
 }
 
 TEST(StartUp, RestoreWithoutASavedMemoryWipes) {
-  IdealStage stage(feed_forward_axis(StartUp::restore));
+  IdealStage stage(feed_forward_axis(MemorySource::restore));
   ASSERT_TRUE(stage.tracks());
   EXPECT_EQ(stage.highest_drive, 100.0);
 }

@@ -62,7 +62,7 @@ TEST(ClearAttempt, IsMadeAtTheStartAfterAClear) {
   ASSERT_TRUE(stage.tracks());
   stage.cycle(faulted);
   ASSERT_EQ(stage.axis.fault().cause, Cause::amplifier_fault);
-  ASSERT_TRUE(stage.axis.clear());
+  ASSERT_EQ(stage.axis.clear(), std::nullopt);
   stage.axis.start(false);
   EXPECT_TRUE(stage.cycle(faulted).clear_fault);
   EXPECT_EQ(stage.axis.state(), AxisState::waiting);

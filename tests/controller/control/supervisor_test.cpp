@@ -133,13 +133,13 @@ TEST(EnableTimeout, IsHalfASecondFromTheFirstEnabledCommand) {
     AxisInput input = sample(5.0);
     input.health.amplifier_enabled = false;
     ASSERT_EQ(supervisor.judge(input).cause, Cause::none) << "not commanded";
-    supervisor.judge({.enable = false}, limit::none, cycle_s);
+    supervisor.watch({.enable = false}, limit::none, cycle_s);
   }
   const int cycles = cycles_until_cause([&](int) {
     AxisInput input = sample(5.0);
     input.health.amplifier_enabled = false;
     const Cause cause = supervisor.judge(input).cause;
-    supervisor.judge({.enable = true}, limit::none, cycle_s);
+    supervisor.watch({.enable = true}, limit::none, cycle_s);
     return cause;
   });
   EXPECT_EQ(cycles, 512 + 2) << "the first cycle that begins more than 512 cycles after the first command";
@@ -167,7 +167,7 @@ TEST(BusPassive, TripsAfterItsTimeWithoutABreak) {
 
 TEST(Saturated, IsNeverJudgedWhereItsTimeIsZero) {
   Supervisor supervisor(basic_limits());
-  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge({}, limit::range, cycle_s); }), 0);
+  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.watch({}, limit::range, cycle_s); }), 0);
 }
 
 TEST(Saturated, TripsOnEveryLastingLimitButNotOnAnInterruptedOne) {
@@ -176,11 +176,11 @@ TEST(Saturated, TripsOnEveryLastingLimitButNotOnAnInterruptedOne) {
   for (const std::uint8_t limits : {limit::range, limit::slew, limit::model}) {
     Supervisor lasting(judged);
     Cause cause = Cause::none;
-    EXPECT_EQ(cycles_until_cause([&](int) { return cause = lasting.judge({}, limits, cycle_s); }), 11);
+    EXPECT_EQ(cycles_until_cause([&](int) { return cause = lasting.watch({}, limits, cycle_s); }), 11);
     EXPECT_EQ(cause, Cause::saturated);
     Supervisor interrupted(judged);
     EXPECT_EQ(cycles_until_cause([&](int cycle) {
-                return interrupted.judge({}, cycle % 11 == 0 ? limit::none : limits, cycle_s);
+                return interrupted.watch({}, cycle % 11 == 0 ? limit::none : limits, cycle_s);
               }),
               0);
   }
@@ -190,7 +190,7 @@ TEST(ModelLeftRange, TripsAtTheThirdCycleInARow) {
   for (const std::uint8_t limits : {limit::not_invertible, limit::not_finite}) {
     Supervisor supervisor(basic_limits());
     Cause cause = Cause::none;
-    EXPECT_EQ(cycles_until_cause([&](int) { return cause = supervisor.judge({}, limits, cycle_s); }), 3);
+    EXPECT_EQ(cycles_until_cause([&](int) { return cause = supervisor.watch({}, limits, cycle_s); }), 3);
     EXPECT_EQ(cause, Cause::model_left_range);
   }
 }
@@ -199,7 +199,7 @@ TEST(ModelLeftRange, IsCountedAnewAfterEachGoodCycle) {
   for (const std::uint8_t bad : {limit::not_invertible, limit::not_finite}) {
     Supervisor supervisor(basic_limits());
     EXPECT_EQ(cycles_until_cause([&](int cycle) {
-                return supervisor.judge({}, cycle % 3 == 0 ? limit::none : bad, cycle_s);
+                return supervisor.watch({}, cycle % 3 == 0 ? limit::none : bad, cycle_s);
               }),
               0);
   }
@@ -208,7 +208,7 @@ TEST(ModelLeftRange, IsCountedAnewAfterEachGoodCycle) {
 TEST(ModelLeftRange, IsNotCausedByOtherLimits) {
   Supervisor supervisor(basic_limits());
   constexpr std::uint8_t others = limit::range | limit::slew | limit::model;
-  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge({}, others, cycle_s); }), 0);
+  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.watch({}, others, cycle_s); }), 0);
 }
 
 // ---- a frozen position
@@ -221,7 +221,7 @@ int cycles_until_frozen(unsigned frozen_cycles, Position position_um, Drive driv
   Supervisor supervisor(judged);
   return cycles_until_cause([&](int cycle) {
     const Cause cause = supervisor.judge(sample(position_um(cycle))).cause;
-    supervisor.judge({.drive = drive(cycle), .enable = true}, limit::none, cycle_s);
+    supervisor.watch({.drive = drive(cycle), .enable = true}, limit::none, cycle_s);
     return cause;
   });
 }
@@ -306,9 +306,9 @@ TEST(SupervisorRetune, LetsTheTimersContinue) {
   Supervisor::Config judged = basic_limits();
   judged.saturated_s = 10 * cycle_s;
   Supervisor supervisor(judged);
-  for (int i = 0; i < 8; ++i) supervisor.judge({}, limit::range, cycle_s);
+  for (int i = 0; i < 8; ++i) supervisor.watch({}, limit::range, cycle_s);
   supervisor.retune(judged);
-  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.judge({}, limit::range, cycle_s); }), 3);
+  EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.watch({}, limit::range, cycle_s); }), 3);
 }
 
 // ---- the amplifier's statuses
