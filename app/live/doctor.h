@@ -38,6 +38,15 @@ struct Finding {
 /// Parses a list such as "0-3,8", as /sys writes it; returns an empty set if the text is not a list.
 std::set<std::int64_t> parse_cpu_list(std::string_view text);
 
+/// The first line of a file of /proc or /sys; empty if there is none.
+std::string first_line(const std::filesystem::path& file);
+
+/// From a refusal, "figure; cure".
+inline Finding refused(std::string check, Verdict verdict, const std::string& text) {
+  const auto cut = text.find("; ");
+  return {std::move(check), verdict, text.substr(0, cut),
+          cut == std::string::npos ? "" : text.substr(cut + 2)};
+}
 /// Good, or doubtful with a cure.
 inline Finding judged(std::string check, bool is_good, std::string figure, std::string cure) {
   if (is_good) return {std::move(check), Verdict::good, std::move(figure), {}};

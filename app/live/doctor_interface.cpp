@@ -36,30 +36,21 @@ Finding examine_bit_rate(const config::Config& config, const std::string& name, 
   const double wanted = config.bus.bitrate_bit_per_s;
   if (!found.bitrate_bit_per_s) return {"bit rate", Verdict::good, "none: a virtual interface"};
   const double real = *found.bitrate_bit_per_s;
-  Finding finding{.check = "bit rate",
-                  .verdict = Verdict::good,
-                  .figure = fmt::format("{:g} kbit/s, sample point {:g} %", 1e-3 * real,
-                                        100.0 * found.sample_point.value_or(0.0))};
+  std::string figure =
+      fmt::format("{:g} kbit/s, sample point {:g} %", 1e-3 * real, 100.0 * found.sample_point.value_or(0.0));
   if (found.data_bitrate_bit_per_s)
-    finding.figure += fmt::format(", {:g} kbit/s in the data phase", 1e-3 * *found.data_bitrate_bit_per_s);
-  if (real == wanted) {
-    const bool has_fd = !config::fd_messages(config).empty() && found.data_bitrate_bit_per_s.has_value();
-    if (!has_fd || config.bus.data_bitrate_bit_per_s != 0) return finding;
-    finding.verdict = Verdict::doubtful;
-    finding.figure += ", configured none";
-    finding.cure = fmt::format(
-        "frames of CAN FD go out without bit-rate switch, and many nodes do not answer them: set bus."
-        "data_bitrate_bit_per_s = {}",
-        *found.data_bitrate_bit_per_s);
-    return finding;
-  }
-  finding.verdict = Verdict::bad;
-  finding.figure += fmt::format(", configured {:g} kbit/s", 1e-3 * wanted);
-  finding.cure = fmt::format(
-      "ip link set {0} down; ip link set {0} up type can bitrate {1:.0f}, or correct "
-      "bitrate_bit_per_s",
-      name, wanted);
-  return finding;
+    figure += fmt::format(", {:g} kbit/s in the data phase", 1e-3 * *found.data_bitrate_bit_per_s);
+  if (real != wanted)
+    return {"bit rate", Verdict::bad, fmt::format("{}, configured {:g} kbit/s", figure, 1e-3 * wanted),
+            fmt::format("ip link set {0} down; ip link set {0} up type can bitrate {1:.0f}, or correct "
+                        "bitrate_bit_per_s",
+                        name, wanted)};
+  const bool has_fd = !config::fd_messages(config).empty() && found.data_bitrate_bit_per_s.has_value();
+  if (!has_fd || config.bus.data_bitrate_bit_per_s != 0) return {"bit rate", Verdict::good, figure};
+  return {"bit rate", Verdict::doubtful, figure + ", configured none",
+          fmt::format("frames of CAN FD go out without bit-rate switch, and many nodes do not answer them: "
+                      "set bus.data_bitrate_bit_per_s = {}",
+                      *found.data_bitrate_bit_per_s)};
 }
 
 Finding examine_restart(const std::string& name, const can::Interface& found) {
@@ -73,17 +64,13 @@ Finding examine_restart(const std::string& name, const can::Interface& found) {
 Finding examine_queue(const config::Config& config, const std::string& name, const can::Interface& found) {
   const std::uint32_t frames = found.transmit_queue_frames;
   const auto needed = static_cast<std::uint32_t>(config.axes.size() + 2);  // commands, SYNC, housekeeping
-  Finding finding{.check = "queue",
-                  .verdict = Verdict::good,
-                  .figure = fmt::format("{}, {}", counted(frames, "frame"),
-                                        found.queue_discipline.empty() ? "none" : found.queue_discipline)};
-  if (found.queue_discipline == "noqueue" || (frames >= needed && frames <= long_queue_frames))
-    return finding;
-  finding.verdict = Verdict::doubtful;
-  finding.cure = fmt::format("ip link set {} txqueuelen {}: {}", name, std::max(10U, 2 * needed),
-                             frames < needed ? "the frames of one cycle must fit"
-                                             : "frames in a long queue are old when they are sent");
-  return finding;
+  const bool fits = frames >= needed && frames <= long_queue_frames;
+  return judged("queue", found.queue_discipline == "noqueue" || fits,
+                fmt::format("{}, {}", counted(frames, "frame"),
+                            found.queue_discipline.empty() ? "none" : found.queue_discipline),
+                fmt::format("ip link set {} txqueuelen {}: {}", name, std::max(10U, 2 * needed),
+                            frames < needed ? "the frames of one cycle must fit"
+                                            : "frames in a long queue are old when they are sent"));
 }
 
 Finding examine_errors(const std::string& name, const can::Interface& found) {
@@ -212,13 +199,9 @@ std::vector<Finding> examine_interface(const config::Config& config, const std::
       findings.push_back({"round trip", Verdict::good, "not tried: --send puts frames on this bus"});
     return findings;
   } catch (const RunError& error) {
-    const std::string text = error.what();
-    const auto cut = text.find("; ");
-    return {
-        {.check = "interface",
-         .verdict = Verdict::bad,
-         .figure = text.substr(0, cut),
-         .cure = cut == std::string::npos ? "name another interface by --interface" : text.substr(cut + 2)}};
+    Finding finding = refused("interface", Verdict::bad, error.what());
+    if (finding.cure.empty()) finding.cure = "name another interface by --interface";
+    return {finding};
   }
 }
 

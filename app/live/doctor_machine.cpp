@@ -3,11 +3,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <optional>
 
 #include "app/live/doctor.h"
+#include "base/text.h"
 
 namespace hystcan::app {
 namespace {
@@ -15,26 +15,11 @@ namespace {
 /// An idle state whose exit takes longer than this share of the period disturbs every cycle.
 constexpr double idle_share = 0.05;
 
-/// The first line of the file; empty if there is none.
-std::string read_line(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  return line;
-}
-
-std::optional<std::int64_t> whole_number(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 Finding examine_kernel(const std::filesystem::path& root) {
-  const std::string version = read_line(root / "proc/sys/kernel/version");
-  const std::string kernel = read_line(root / "proc/sys/kernel/osrelease");
+  const std::string version = first_line(root / "proc/sys/kernel/version");
+  const std::string kernel = first_line(root / "proc/sys/kernel/osrelease");
   const auto has = [&](std::string_view word) { return version.find(word) != std::string::npos; };
-  if (read_line(root / "sys/kernel/realtime") == "1" || has("PREEMPT_RT"))
+  if (first_line(root / "sys/kernel/realtime") == "1" || has("PREEMPT_RT"))
     return {"kernel", Verdict::good, kernel + ", PREEMPT_RT"};
   const char* model = has("PREEMPT_DYNAMIC") ? "PREEMPT_DYNAMIC"
                       : has("PREEMPT")       ? "PREEMPT"
@@ -45,7 +30,7 @@ Finding examine_kernel(const std::filesystem::path& root) {
 }
 
 Finding examine_clock(const std::filesystem::path& root) {
-  std::string source = read_line(root / "sys/devices/system/clocksource/clocksource0/current_clocksource");
+  std::string source = first_line(root / "sys/devices/system/clocksource/clocksource0/current_clocksource");
   const bool slow =
       source == "hpet" || source == "acpi_pm" || source == "jiffies" || source == "refined-jiffies";
   if (source.empty()) source = "not reported";
@@ -57,7 +42,7 @@ Finding examine_clock(const std::filesystem::path& root) {
 std::set<std::int64_t> cpus_in_use(const std::vector<std::int64_t>& asked,
                                    const std::filesystem::path& root) {
   if (!asked.empty()) return {asked.begin(), asked.end()};
-  return parse_cpu_list(read_line(root / "sys/devices/system/cpu/online"));
+  return parse_cpu_list(first_line(root / "sys/devices/system/cpu/online"));
 }
 
 std::filesystem::path folder_of(const std::filesystem::path& root, std::int64_t cpu) {
@@ -67,7 +52,7 @@ std::filesystem::path folder_of(const std::filesystem::path& root, std::int64_t 
 Finding examine_governor(const std::vector<std::int64_t>& asked, const std::filesystem::path& root) {
   std::set<std::string> governors;
   for (const std::int64_t cpu : cpus_in_use(asked, root))
-    if (std::string governor = read_line(folder_of(root, cpu) / "cpufreq/scaling_governor");
+    if (std::string governor = first_line(folder_of(root, cpu) / "cpufreq/scaling_governor");
         !governor.empty())
       governors.insert(std::move(governor));
   if (governors.empty()) return {"CPU governor", Verdict::good, "none: the system cannot set the frequency"};
@@ -81,8 +66,9 @@ std::optional<std::int64_t> deepest_idle_us(const std::filesystem::path& cpu) {
   std::optional<std::int64_t> deepest;
   std::error_code none;
   for (const auto& state : std::filesystem::directory_iterator(cpu / "cpuidle", none)) {
-    if (read_line(state.path() / "disable") == "1") continue;
-    if (const auto us = whole_number(read_line(state.path() / "latency"))) deepest = std::max(deepest, us);
+    if (first_line(state.path() / "disable") == "1") continue;
+    if (const auto us = parsed_number<std::int64_t>(first_line(state.path() / "latency")))
+      deepest = std::max(deepest, us);
   }
   return deepest;
 }
@@ -99,8 +85,8 @@ Finding examine_idle_states(const std::vector<std::int64_t>& asked, double rate_
 }
 
 Finding examine_cpus(const std::vector<std::int64_t>& asked, const std::filesystem::path& root) {
-  const std::string isolated = read_line(root / "sys/devices/system/cpu/isolated");
-  const std::string online = read_line(root / "sys/devices/system/cpu/online");
+  const std::string isolated = first_line(root / "sys/devices/system/cpu/isolated");
+  const std::string online = first_line(root / "sys/devices/system/cpu/online");
   const std::string shown = isolated.empty() ? "none" : isolated;
   if (asked.empty())
     return judged("processors", isolated.empty(),
@@ -111,22 +97,21 @@ Finding examine_cpus(const std::vector<std::int64_t>& asked, const std::filesyst
   const auto all_in = [&](const std::set<std::int64_t>& set) {
     return std::ranges::all_of(asked, [&](std::int64_t cpu) { return set.contains(cpu); });
   };
-  Finding finding{
-      .check = "processors",
-      .verdict = Verdict::good,
-      .figure = fmt::format("cpus [{}], online {}, isolated {}", fmt::join(asked, ", "), online, shown)};
-  if (!all_in(there)) {
-    finding.verdict = Verdict::bad;
-    finding.cure = "set cpus to processors that are online";
-  } else if (!all_in(alone)) {
-    finding.verdict = Verdict::doubtful;
-    finding.cure =
-        fmt::format("boot with isolcpus={}, so that nothing else runs there", fmt::join(asked, ","));
-  }
-  return finding;
+  const std::string figure =
+      fmt::format("cpus [{}], online {}, isolated {}", fmt::join(asked, ", "), online, shown);
+  if (!all_in(there)) return {"processors", Verdict::bad, figure, "set cpus to processors that are online"};
+  return judged("processors", all_in(alone), figure,
+                fmt::format("boot with isolcpus={}, so that nothing else runs there", fmt::join(asked, ",")));
 }
 
 }  // namespace
+
+std::string first_line(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  return line;
+}
 
 std::set<std::int64_t> parse_cpu_list(std::string_view text) {
   std::set<std::int64_t> cpus;
@@ -134,8 +119,9 @@ std::set<std::int64_t> parse_cpu_list(std::string_view text) {
     const std::string_view part = text.substr(0, text.find(','));
     text.remove_prefix(std::min(text.size(), part.size() + 1));
     const auto dash = part.find('-');
-    const auto first = whole_number(part.substr(0, dash));
-    const auto last = dash == std::string_view::npos ? first : whole_number(part.substr(dash + 1));
+    const auto first = parsed_number<std::int64_t>(part.substr(0, dash));
+    const auto last =
+        dash == std::string_view::npos ? first : parsed_number<std::int64_t>(part.substr(dash + 1));
     if (!first || !last || *last - *first >= controller::Realtime::cpus_max) return {};
     for (std::int64_t cpu = *first; cpu <= *last; ++cpu) cpus.insert(cpu);
   }

@@ -33,34 +33,20 @@ Finding examine_priority(const controller::Realtime& asked) {
   const int priority = asked.priority > 0 ? asked.priority : usual_priority;
   const auto refusal =
       on_a_thread<std::optional<std::string>>([priority] { return take_priority(priority); });
-  Finding finding{
-      .check = "priority", .verdict = Verdict::good, .figure = fmt::format("SCHED_FIFO {}", priority)};
-  if (refusal) {
-    finding.verdict = asked.priority > 0 ? Verdict::bad : Verdict::doubtful;
-    finding.figure = refusal->substr(0, refusal->find(';'));
-    finding.cure = refusal->substr(refusal->find(';') + 2);
-  } else if (asked.priority == 0 && sched_getscheduler(0) == SCHED_OTHER) {
-    finding.verdict = Verdict::doubtful;
-    finding.figure += " is available but not configured";
-    finding.cure = fmt::format("set priority = {} in [controller.realtime]", usual_priority);
-  } else {
-    finding.figure += " given";
-  }
-  return finding;
+  if (refusal) return refused("priority", asked.priority > 0 ? Verdict::bad : Verdict::doubtful, *refusal);
+  const bool is_given = asked.priority > 0 || sched_getscheduler(0) != SCHED_OTHER;
+  return judged(
+      "priority", is_given,
+      fmt::format("SCHED_FIFO {} {}", priority, is_given ? "given" : "is available but not configured"),
+      fmt::format("set priority = {} in [controller.realtime]", usual_priority));
 }
 
 Finding examine_memory(const controller::Realtime& asked) {
-  Finding finding{.check = "locked memory", .verdict = Verdict::good, .figure = "may be locked"};
-  if (const auto refusal = find_memory_lock_refusal()) {
-    finding.verdict = asked.lock_memory ? Verdict::bad : Verdict::doubtful;
-    finding.figure = refusal->substr(0, refusal->find(';'));
-    finding.cure = refusal->substr(refusal->find(';') + 2);
-  } else if (!asked.lock_memory) {
-    finding.verdict = Verdict::doubtful;
-    finding.figure += " but is not configured";
-    finding.cure = "set lock_memory = true in [controller.realtime]";
-  }
-  return finding;
+  if (const auto refusal = find_memory_lock_refusal())
+    return refused("locked memory", asked.lock_memory ? Verdict::bad : Verdict::doubtful, *refusal);
+  return judged("locked memory", asked.lock_memory,
+                asked.lock_memory ? "may be locked" : "may be locked but is not configured",
+                "set lock_memory = true in [controller.realtime]");
 }
 
 std::string limit_text(int resource, rlim_t unit, const char* unit_name) {
@@ -123,19 +109,15 @@ Finding examine_wake_up(const controller::CommonConfig& config, can::Duration du
   const controller::TimeSummary summary = lateness.summary();
   const double period_us = 1e6 * can::seconds(period);
   const double trip_us = 1e6 * can::seconds(config.lateness_trip);
-  Finding finding{.check = "wake-up",
-                  .verdict = Verdict::good,
-                  .figure = fmt::format("p99 {:.0f} us, max {:.0f} us late in {} cycles of {:.0f} us",
-                                        summary.p99_us, summary.max_us, summary.count, period_us)};
-  if (summary.max_us <= good_wake_up_share * period_us && (trip_us == 0.0 || summary.max_us <= trip_us))
-    return finding;
   const bool trips = trip_us > 0.0 && summary.max_us > trip_us;
-  finding.verdict =
-      trips || summary.max_us > bad_share_of_period * period_us ? Verdict::bad : Verdict::doubtful;
-  if (trips) finding.figure += fmt::format(", more than wake_up_trip_us = {:.0f}", trip_us);
-  finding.cure =
-      "give the control thread a priority and a processor of its own ([controller.realtime]), see the "
-      "findings above, end other programs, or lower rate_Hz";
+  std::string figure = fmt::format("p99 {:.0f} us, max {:.0f} us late in {} cycles of {:.0f} us",
+                                   summary.p99_us, summary.max_us, summary.count, period_us);
+  if (trips) figure += fmt::format(", more than wake_up_trip_us = {:.0f}", trip_us);
+  Finding finding =
+      judged("wake-up", !trips && summary.max_us <= good_wake_up_share * period_us, std::move(figure),
+             "give the control thread a priority and a processor of its own ([controller.realtime]), see the "
+             "findings above, end other programs, or lower rate_Hz");
+  if (trips || summary.max_us > bad_share_of_period * period_us) finding.verdict = Verdict::bad;
   return finding;
 }
 

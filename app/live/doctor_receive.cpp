@@ -4,11 +4,11 @@
 #include <sched.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <sstream>
 
 #include "app/live/doctor.h"
+#include "base/text.h"
 
 namespace hystcan::app {
 namespace {
@@ -20,17 +20,10 @@ struct KernelThread {
   int pid = 0;
   std::string name;
   int policy = 0, priority = 0;
-  std::string cpus;  ///< "0-3"
+  std::string cpus{};  ///< "0-3"
 
   bool is_realtime() const { return policy == SCHED_FIFO || policy == SCHED_RR; }
 };
-
-std::string first_line(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  return line;
-}
 
 /// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name before them has
 /// brackets.
@@ -61,11 +54,9 @@ std::vector<KernelThread> threads_of(const std::string& interface, const std::fi
   std::vector<KernelThread> threads;
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(root / "proc", none)) {
-    KernelThread thread;
-    const std::string number = entry.path().filename().string();
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), thread.pid);
-    if (error != std::errc() || *end != '\0') continue;
-    thread.name = first_line(entry.path() / "comm");
+    const auto pid = parsed_number<int>(entry.path().filename().string());
+    if (!pid) continue;
+    KernelThread thread{.pid = *pid, .name = first_line(entry.path() / "comm")};
     const bool is_irq = thread.name.starts_with("irq/") && thread.name.ends_with("-" + interface);
     if (!is_irq && !thread.name.starts_with("napi/" + interface + "-")) continue;
     read_class(entry.path(), thread);
