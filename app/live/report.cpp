@@ -14,17 +14,12 @@ namespace {
 
 /// Nothing measured is null.
 nlohmann::json error_to_json(const controller::ErrorStatistics& error, double stroke_um) {
-  if (error.samples == 0)
-    return {{"samples", 0},
-            {"rms_um", nullptr},
-            {"max_um", nullptr},
-            {"rms_percent", nullptr},
-            {"max_percent", nullptr}};
+  const auto measured = [&](double value) { return error.samples > 0 ? nlohmann::json(value) : nullptr; };
   return {{"samples", error.samples},
-          {"rms_um", error.rms_um()},
-          {"max_um", error.max_um},
-          {"rms_percent", 100.0 * error.rms_um() / stroke_um},
-          {"max_percent", 100.0 * error.max_um / stroke_um}};
+          {"rms_um", measured(error.rms_um())},
+          {"max_um", measured(error.max_um)},
+          {"rms_percent", measured(100.0 * error.rms_um() / stroke_um)},
+          {"max_percent", measured(100.0 * error.max_um / stroke_um)}};
 }
 
 /// Adds the error against the reference with sharp corners where there are turnarounds.

@@ -25,11 +25,7 @@ std::vector<std::string> words_of(std::string_view column) {
 }
 
 nlohmann::json greeting_of(const char* stream, const config::Config& config) {
-  return {{"stream", stream},
-          {"version", 1},
-          {"rate_Hz", config.controller.rate_Hz},
-          {"columns", nlohmann::json::array()},
-          {"axes", nlohmann::json::array()}};
+  return {{"stream", stream}, {"version", 1}, {"rate_Hz", config.controller.rate_Hz}};
 }
 
 }  // namespace

@@ -20,10 +20,7 @@ double decibels(double ratio) { return 20.0 * std::log10(ratio); }
 nlohmann::json reference_curves_of(const config::AxisConfig& axis, double cycle_s) {
   const model::HysteresisParameters& model = axis.control.law.model;
   const model::Interval& range = model.input_range();
-  nlohmann::json curves{{"drive", nlohmann::json::array()},
-                        {"ascending_um", nlohmann::json::array()},
-                        {"descending_um", nlohmann::json::array()},
-                        {"delay_s", axis.control.delays.to_sample_s(cycle_s)}};
+  nlohmann::json curves{{"delay_s", axis.control.delays.to_sample_s(cycle_s)}};
   for (int i = 0; i < points_of_a_reference; ++i) {
     const double drive = range.lo + (range.hi - range.lo) * i / (points_of_a_reference - 1);
     curves["drive"].push_back(drive);
@@ -37,11 +34,7 @@ nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s) {
   const controller::LinearLoop loop(
       controller::loop_config_of(axis.control.law, axis.control.delays, cycle_s));
   const controller::PiGains& pi = axis.control.law.pi;
-  nlohmann::json curves{{"frequency_Hz", nlohmann::json::array()},
-                        {"loop_dB", nlohmann::json::array()},
-                        {"loop_deg", nlohmann::json::array()},
-                        {"sensitivity_dB", nlohmann::json::array()},
-                        {"closed_dB", nlohmann::json::array()}};
+  nlohmann::json curves;
   const double highest_Hz = 0.5 / cycle_s;
   double last_deg = -90.0;
   for (int i = 0; i < points_of_a_curve; ++i) {
