@@ -1,102 +1,69 @@
 #include "app/live/control_client.h"
 
-#include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
+#include <sys/time.h>
 
-#include <algorithm>
-#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/streambuf.hpp>
+#include <boost/asio/write.hpp>
 #include <cerrno>
-#include <climits>
+#include <istream>
 #include <string>
 #include <system_error>
 
 #include "app/live/command_handler.h"
-#include "base/input_file.h"
 
 namespace hystcan::app {
 namespace {
 
-using ClientClock = std::chrono::steady_clock;
+using boost::asio::local::stream_protocol;
+using boost::system::error_code;
 
 constexpr std::size_t longest_answer = 1'048'576;  // bytes; a status of 32 axes has some 10 000
 
 [[noreturn]] void fail_with(int error) { throw std::system_error(error, std::generic_category()); }
 
-/// One connection, all of whose steps have one deadline.
-class Connection {
- public:
-  Connection(const std::filesystem::path& file, std::optional<std::chrono::milliseconds> limit) {
-    if (limit) deadline_ = ClientClock::now() + *limit;
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (file.native().size() >= sizeof address.sun_path) fail_with(ENAMETOOLONG);
-    file.native().copy(address.sun_path, sizeof address.sun_path - 1);
-    if (socket_.get() < 0) fail_with(errno);
-    connect_to(address);
-  }
-
-  /// A server that has hung up already may have said why: what it sent can still be read.
-  void send(std::string_view text) {
-    while (!text.empty()) {
-      await(POLLOUT);
-      const ssize_t sent = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL);
-      if (sent < 0 && errno == EPIPE) return;
-      if (sent < 0 && errno != EAGAIN && errno != EINTR) fail_with(errno);
-      text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(sent, 0)));
-    }
-  }
-
-  std::string read_line() {
-    std::string line;
-    std::array<char, 4096> chunk{};
-    while (!line.ends_with('\n')) {
-      await(POLLIN);
-      const ssize_t received = ::recv(socket_.get(), chunk.data(), chunk.size(), 0);
-      if (received == 0) fail_with(ECONNRESET);
-      if (received < 0 && errno != EAGAIN && errno != EINTR) fail_with(errno);
-      line.append(chunk.data(), static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
-      if (line.size() > longest_answer) fail_with(EMSGSIZE);
-    }
-    return line;
-  }
-
- private:
-  /// A socket whose queue of new connections is full says EAGAIN at once, and poll() does not say when that
-  /// ends.
-  void connect_to(const sockaddr_un& address) {
-    constexpr int pause_ms = 10;
-    while (::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      if (errno != EAGAIN && errno != EINTR) fail_with(errno);
-      if (left_ms() == 0) fail_with(ETIMEDOUT);
-      ::poll(nullptr, 0, pause_ms);
-    }
-  }
-
-  /// Milliseconds to the deadline; -1: there is none.
-  int left_ms() const {
-    if (!deadline_) return -1;
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(*deadline_ - ClientClock::now());
-    return static_cast<int>(std::clamp<long>(left.count(), 0, INT_MAX));
-  }
-  void await(short event) {
-    pollfd stream{.fd = socket_.get(), .events = event, .revents = 0};
-    const int ready = ::poll(&stream, 1, left_ms());
-    if (ready == 0) fail_with(ETIMEDOUT);
-    if (ready < 0 && errno != EINTR) fail_with(errno);
-  }
-
-  Descriptor socket_{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
-  std::optional<ClientClock::time_point> deadline_;
-};
+/// Where the queue of new connections is full, the kernel waits, and no longer than SO_SNDTIMEO.
+void connect_within(stream_protocol::socket& socket, const std::filesystem::path& file,
+                    std::chrono::milliseconds limit) {
+  stream_protocol::endpoint place;
+  if (file.native().size() >= sizeof sockaddr_un::sun_path) fail_with(ENAMETOOLONG);
+  place.path(file.string());
+  error_code error;
+  socket.open(place.protocol(), error);
+  if (error) fail_with(error.value());
+  const timeval time{.tv_sec = limit.count() / 1000, .tv_usec = limit.count() % 1000 * 1000};
+  setsockopt(socket.native_handle(), SOL_SOCKET, SO_SNDTIMEO, &time, sizeof time);
+  while (::connect(socket.native_handle(), place.data(), static_cast<socklen_t>(place.size())) != 0)
+    if (errno != EINTR) fail_with(errno == EAGAIN ? ETIMEDOUT : errno);
+}
 
 }  // namespace
 
 nlohmann::json ask_socket(const std::filesystem::path& file, const nlohmann::json& command,
                           std::optional<std::chrono::milliseconds> limit) {
-  Connection connection(file, limit);
-  connection.send(command.dump() + "\n");
-  nlohmann::json answer = parse_command(connection.read_line());
+  const auto begun = std::chrono::steady_clock::now();
+  boost::asio::io_context context;
+  stream_protocol::socket socket(context);
+  connect_within(socket, file, limit.value_or(std::chrono::milliseconds(0)));
+  boost::asio::streambuf received(longest_answer);
+  std::optional<error_code> end;
+  const std::string line = command.dump() + "\n";
+  boost::asio::async_write(socket, boost::asio::buffer(line), [&](const error_code&, std::size_t) {
+    // A server that has hung up already may have said why: what it sent can still be read.
+    boost::asio::async_read_until(socket, received, '\n',
+                                  [&](const error_code& error, std::size_t) { end = error; });
+  });
+  limit ? context.run_until(begun + *limit) : context.run();
+  if (!end) fail_with(ETIMEDOUT);
+  if (*end == boost::asio::error::not_found) fail_with(EMSGSIZE);
+  if (*end) fail_with(*end == boost::asio::error::eof ? ECONNRESET : end->value());
+  std::istream stream(&received);
+  std::string text;
+  std::getline(stream, text);
+  nlohmann::json answer = parse_command(text);
   if (!answer.is_object()) fail_with(EBADMSG);
   return answer;
 }
