@@ -1,5 +1,5 @@
 // Which changes of a file are reported.
-#include "app/live/control_service.h"
+#include "app/live/file_watch.h"
 
 #include <gtest/gtest.h>
 
