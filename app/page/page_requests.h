@@ -2,64 +2,23 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <chrono>
 #include <cstdint>
-#include <deque>
-#include <filesystem>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
-#include "app/page/bus_counters.h"
 #include "app/page/config_save.h"
 #include "app/page/page_access.h"
 #include "app/page/page_clients.h"
 #include "app/page/page_events.h"
+#include "app/page/page_options.h"
 #include "app/page/page_stream.h"
+#include "app/page/request_queue.h"
 #include "app/page/writer_role.h"
 #include "config/schema/config.h"
 
 namespace hystcan::app {
-
-struct PageOptions {
-  std::filesystem::path config;
-  std::string source = "controller";  ///< or "demo"
-  std::string interface {};           ///< empty: simulated
-  AverageFrames frames{};
-  bool exposed = false;
-  std::string start_command{};
-  std::function<std::filesystem::path()> controller_socket, twin_socket;
-  std::chrono::seconds answer_limit{5};  ///< time for the controller to answer a command
-  std::function<void()> start_again{};   ///< of a demo: begins another rehearsal, or throws why it cannot
-};
-
-/// Work that takes the page's thread for a while: one piece at a time, the clients in turn, and at most half
-/// of the time. What comes five times a second, and stopping, does not wait behind it.
-class RequestQueue {
- public:
-  using Done = std::function<void()>;
-  /// Calls `done` once, now or later.
-  using Work = std::function<void(Done done)>;
-
-  static constexpr std::size_t most_of_a_client = 16;
-
-  explicit RequestQueue(boost::asio::io_context& context) : pause_(context) {}
-
-  /// False if so many of this client wait already.
-  [[nodiscard]] bool add(std::uint64_t client, Work work);
-  void leave(std::uint64_t client) { waiting_.erase(client); }
-
- private:
-  void next();
-
-  boost::asio::steady_timer pause_;
-  std::map<std::uint64_t, std::deque<Work>> waiting_;  ///< none is empty
-  std::uint64_t served_last_ = 0;
-  bool is_busy_ = false;
-};
 
 class PageRequests {
  public:
