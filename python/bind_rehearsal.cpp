@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/live/control_protocol.h"
 #include "app/live/live_config.h"
 #include "app/live/rehearsal_setup.h"
 #include "base/error.h"
@@ -313,8 +314,8 @@ void ask(Rehearsal& rehearsal, Kind kind, const std::optional<std::string>& axis
 }  // namespace
 
 void bind_rehearsal(py::module_& module) {
-  py::class_<Rehearsal>(module, "Rehearsal",
-                        R"(Controller and twin of a configuration in virtual time, as in `hystcan demo`.
+  py::class_<Rehearsal> bound(module, "Rehearsal",
+                              R"(Controller and twin of a configuration in virtual time, as in `hystcan demo`.
 
 The same nodes as in the two processes exchange the same frames. Time moves only in run() and step(), some hundred times
 faster than the clock; settings can be changed between two steps.
@@ -327,7 +328,8 @@ faster than the clock; settings can be changed between two steps.
 >>> x = stage.signals("x")
 >>> x["time_s"].size == x["position_um"].size
 True
-)")
+)");
+  bound
       .def(py::init(&make), py::arg("config"), py::kw_only(),
            py::arg("settings") = std::map<std::string, py::object>{},
            py::arg("reference") = std::map<std::string, std::pair<Array, Array>>{},
@@ -350,7 +352,7 @@ They are those of `controller --csv`, and true_position_um, the twin's position 
 not have is NaN. axis: may be left out if there is one.
 )")
       .def(
-          "set",
+          app::row_of(app::Verb::set).word.data(),
           [](Rehearsal& stage, const std::string& axis, const std::string& key, const py::object& value) {
             Rehearsal::Use(stage)->set(axis, key, toml_of(value));
           },
@@ -360,28 +362,12 @@ not have is NaN. axis: may be left out if there is one.
 Raises Error if the key needs a restart, or if the value is refused.
 )")
       .def(
-          "go_to",
+          app::row_of(app::Verb::go_to).word.data(),
           [](Rehearsal& stage, const std::string& axis, double position_um) {
             ask(stage, Kind::go_to, axis, position_um);
           },
           py::arg("axis"), py::arg("position_um"),
           "Leave the reference and move to a position. Raises Error if refused.")
-      .def(
-          "resume",
-          [](Rehearsal& stage, const std::optional<std::string>& axis) { ask(stage, Kind::resume, axis); },
-          py::arg("axis") = py::none(), "Follow the reference again.")
-      .def(
-          "enable",
-          [](Rehearsal& stage, const std::optional<std::string>& axis) { ask(stage, Kind::enable, axis); },
-          py::arg("axis") = py::none())
-      .def(
-          "disable",
-          [](Rehearsal& stage, const std::optional<std::string>& axis) { ask(stage, Kind::disable, axis); },
-          py::arg("axis") = py::none(), "Ramp to the safe drive and switch off.")
-      .def(
-          "clear",
-          [](Rehearsal& stage, const std::optional<std::string>& axis) { ask(stage, Kind::clear, axis); },
-          py::arg("axis") = py::none(), "Clear the latched fault.")
       .def(
           "status", [](Rehearsal& stage) { return Rehearsal::Use(stage)->status(); },
           "State of each axis, in words: {\"x\": \"tracking\"}; a fault has its cause.")
@@ -390,6 +376,18 @@ Raises Error if the key needs a restart, or if the value is refused.
       .def_property_readonly(
           "time_s", [](Rehearsal& stage) { return Rehearsal::Use(stage)->time_s(); },
           "Virtual time since the start.");
+  const std::pair<app::Verb, const char*> acts[]{
+      {app::Verb::resume, "Follow the reference again."},
+      {app::Verb::enable, ""},
+      {app::Verb::disable, "Ramp to the safe drive and switch off."},
+      {app::Verb::clear, "Clear the latched fault."}};
+  for (const auto& [verb, meaning] : acts)
+    bound.def(
+        app::row_of(verb).word.data(),
+        [kind = *app::row_of(verb).act](Rehearsal& stage, const std::optional<std::string>& axis) {
+          ask(stage, kind, axis);
+        },
+        py::arg("axis") = py::none(), meaning);
 }
 
 }  // namespace hystcan::python

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/live/control_protocol.h"
 #include "base/error.h"
 #include "config/document/closest.h"
 
@@ -100,11 +101,20 @@ std::string reason_of(const std::vector<const CLI::App*>& commands, const CLI::P
 constexpr std::string_view exit_status =
     "Exit status: 0 done, 1 failed while running, 2 bad usage, config, model or data.";
 
-using Examples = std::map<std::string_view, std::vector<std::string_view>>;
+using Examples = std::map<std::string, std::vector<std::string>>;
+
+std::string example_of(const ControlCommand& row) {
+  std::string line = fmt::format("hystcan ctl {}", row.ctl_word());
+  for (const Argument& argument : row.arguments) {
+    if (argument.ctl.starts_with('-') && !argument.example.empty()) line += fmt::format(" {}", argument.ctl);
+    if (!argument.example.empty()) line += fmt::format(" {}", argument.example);
+  }
+  return line;
+}
 
 /// By the words of the command below `hystcan`.
-const Examples& examples() {
-  static const Examples lines{
+Examples examples() {
+  Examples lines{
       {"demo", {"hystcan demo", "hystcan demo --config config/galfenol.toml --output galfenol-demo"}},
       {"init",
        {"hystcan init stage --record loops.csv --step step.csv --drive-max 100 --safe 0",
@@ -128,21 +138,7 @@ const Examples& examples() {
       {"doctor", {"hystcan doctor config/piezo.toml"}},
       {"ctl", {"hystcan ctl status", "hystcan ctl go x 12.5"}},
       {"ctl status", {"hystcan ctl status", "hystcan ctl --twin status"}},
-      {"ctl reload", {"hystcan ctl reload"}},
-      {"ctl undo", {"hystcan ctl undo"}},
       {"ctl settings", {"hystcan ctl --json settings"}},
-      {"ctl stop", {"hystcan ctl stop"}},
-      {"ctl enable", {"hystcan ctl enable x"}},
-      {"ctl disable", {"hystcan ctl disable x"}},
-      {"ctl clear", {"hystcan ctl clear x"}},
-      {"ctl resume", {"hystcan ctl resume x"}},
-      {"ctl revert", {"hystcan ctl revert x"}},
-      {"ctl go", {"hystcan ctl go x 12.5"}},
-      {"ctl wait", {"hystcan ctl wait x --timeout 5"}},
-      {"ctl record", {"hystcan ctl record on"}},
-      {"ctl set", {"hystcan ctl set x kp 0.08"}},
-      {"ctl inject", {"hystcan ctl inject no_reply --axis x --node sensor --duration 0.5"}},
-      {"ctl remove", {"hystcan ctl remove no_reply --axis x"}},
       {"page", {"hystcan page config/piezo.toml"}},
       {"status", {"hystcan status", "hystcan status --watch --interface can0"}},
       {"monitor", {"hystcan monitor config/piezo.toml"}},
@@ -156,11 +152,14 @@ const Examples& examples() {
         "hystcan plot hystcan-demo/pi.csv hystcan-demo/inverse+pi.csv --kind comparison --table latex"}},
       {"completion", {"hystcan completion bash > ~/.local/share/bash-completion/completions/hystcan"}},
   };
+  for (const ControlCommand& row : protocol::commands)
+    lines.try_emplace(fmt::format("ctl {}", row.ctl_word()), 1, example_of(row));
   return lines;
 }
 
 void add_examples_below(CLI::App& command, const std::string& words) {
-  if (const auto found = examples().find(words); found != examples().end())
+  static const Examples lines = examples();
+  if (const auto found = lines.find(words); found != lines.end())
     command.footer(fmt::format("Example:\n  {}\n\n{}", fmt::join(found->second, "\n  "), exit_status));
   for (CLI::App* below : command.get_subcommands({}))
     add_examples_below(*below, words.empty() ? below->get_name() : words + " " + below->get_name());

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,8 +13,8 @@
 
 #include "app/command_line/commands.h"
 #include "app/command_line/status_text.h"
-#include "app/live/command_handler.h"
 #include "app/live/control_client.h"
+#include "app/live/control_protocol.h"
 #include "app/live/socket_place.h"
 #include "app/stage/option_check.h"
 #include "base/error.h"
@@ -28,17 +29,9 @@ struct CtlArguments {
   std::string socket;
   std::string interface = "vcan0";
   bool json = false;
-  std::string axis;
-  double position_um = 0.0;
-  std::string key;
-  std::string value;
-  double timeout_s = 0.0;  ///< of `wait`
   double answer_timeout_s = 5.0;
   bool twin = false;
-  std::string kind;
-  std::string node;
-  std::optional<double> duration_s;
-  std::optional<double> fault_value;
+  nlohmann::json command = nlohmann::json::object();
 };
 
 /// Sends one command and returns its answer. `process`: controller or twin, for the message of an error.
@@ -57,16 +50,11 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
 }
 
 /// `wait` may take as long as it says, and without a time as long as it takes.
-std::optional<std::chrono::milliseconds> limit_of(const CtlArguments& options,
-                                                  const nlohmann::json& command) {
-  const bool waits = command.at("do") == "wait";
-  if (waits && options.timeout_s <= 0.0) return std::nullopt;
-  const double limit_s = options.answer_timeout_s + (waits ? options.timeout_s : 0.0);
+std::optional<std::chrono::milliseconds> limit_of(const CtlArguments& options, Verb verb) {
+  const double timeout_s = options.command.value("timeout_s", 0.0);
+  if (verb == Verb::wait && timeout_s <= 0.0) return std::nullopt;
+  const double limit_s = options.answer_timeout_s + timeout_s;
   return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(limit_s));
-}
-
-std::string number(const nlohmann::json& value) {
-  return value.is_number() ? fmt::format("{:.4f}", value.get<double>()) : "-";
 }
 
 void print_twin_status(const nlohmann::json& status) {
@@ -75,7 +63,7 @@ void print_twin_status(const nlohmann::json& status) {
   for (const nlohmann::json& axis : status.at("axes"))
     print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", axis.at("name").get<std::string>(),
           axis.at("amplifier").get<std::string>(), axis.at("sensor").get<std::string>(),
-          number(axis.at("drive")), number(axis.at("position_um")));
+          four_decimals(axis.at("drive")), four_decimals(axis.at("position_um")));
   for (const nlohmann::json& fault : status.at("faults")) {
     const std::string site = fault.value("node", "stage");
     std::string line = fmt::format("{} of {}: {}", site, fault.at("axis").get<std::string>(),
@@ -87,37 +75,36 @@ void print_twin_status(const nlohmann::json& status) {
   }
 }
 
-void print_removed(std::size_t faults) { print("{} removed\n", counted(faults, "fault")); }
-
-void print_answer(const nlohmann::json& answer) {
-  if (answer.contains("faults")) return print_twin_status(answer);
-  if (answer.contains("axes")) {
-    for (const std::string& line : status_lines(answer)) print("{}\n", line);
-    return;
-  }
-  if (answer.contains("fault")) print("{}\n", answer.at("fault").get<std::string>());
-  if (answer.contains("removed")) print_removed(answer.at("removed").get<std::size_t>());
-  if (answer.contains("run")) print("{}\n", answer.at("run").get<std::string>());
-  if (answer.contains("position_um"))
-    print("in position at {:.4f} um\n", answer.at("position_um").get<double>());
-  for (const nlohmann::json& line : answer.value("nothing_to_do", nlohmann::json::array()))
-    print("{}\n", line.get<std::string>());
-  const char* changes = answer.contains("unsaved") ? "unsaved" : "changed";
-  for (const nlohmann::json& change : answer.value(changes, nlohmann::json::array()))
-    print("{}: {} -> {}\n", change.at("key").get<std::string>(), change.at("from").get<std::string>(),
-          change.at("to").get<std::string>());
+void print_changes(const nlohmann::json& changes) {
+  for (const config::Change& change : changes_of(changes))
+    print("{}: {} -> {}\n", change.path, change.from, change.to);
 }
 
-int run(const CtlArguments& options, const nlohmann::json& command) {
-  const bool to_twin = options.twin || command.at("do") == "inject" || command.at("do") == "remove";
+void print_answer(const nlohmann::json& answer, Reply reply, Server server) {
+  const nlohmann::json& member = answer.value(word_of(reply), nlohmann::json());
+  if (reply == Reply::states && server == Server::twin) return print_twin_status(answer);
+  if (reply == Reply::states)
+    for (const std::string& line : status_lines(answer)) print("{}\n", line);
+  if (reply == Reply::fault || reply == Reply::run) print("{}\n", member.get<std::string>());
+  if (reply == Reply::count) print("{} removed\n", counted(member.get<std::size_t>(), "fault"));
+  if (reply == Reply::position) print("in position at {:.4f} um\n", member.get<double>());
+  if (reply == Reply::keys) print_changes(answer.at("unsaved"));
+  if (reply == Reply::changes) print_changes(member);
+  for (const nlohmann::json& line : answer.value("nothing_to_do", nlohmann::json::array()))
+    print("{}\n", line.get<std::string>());
+}
+
+int run(const CtlArguments& options, const ControlCommand& row) {
+  const Server server = options.twin || row.controller == Reply::none ? Server::twin : Server::controller;
+  const bool to_twin = server == Server::twin;
   const std::filesystem::path file = !options.socket.empty() ? std::filesystem::path(options.socket)
                                      : to_twin               ? find_twin_socket(options.interface)
                                                              : find_socket(options.interface);
   const nlohmann::json answer =
-      exchange(file, command, to_twin ? "twin" : "controller", limit_of(options, command));
+      exchange(file, options.command, to_twin ? "twin" : "controller", limit_of(options, row.verb));
   if (options.json) print("{}\n", answer.dump(2));
   if (!answer.value("ok", false)) throw RunError(answer.value("error", "the answer has no \"error\""));
-  if (!options.json) print_answer(answer);
+  if (!options.json) print_answer(answer, row.reply_of(server), server);
   return done;
 }
 
@@ -127,51 +114,26 @@ nlohmann::json value_of(const std::string& text) {
   return parsed.is_discarded() ? nlohmann::json(text) : parsed;
 }
 
-/// record and set.
-void add_commands_with_values(const auto& add, const auto& run_as, CtlArguments& options) {
-  CLI::App* record = add("record", "record a run, or end it: on, off");
-  record->add_option("ON", options.value, "on or off")->required()->check(one_of({"on", "off"}));
-  run_as(record, [](const CtlArguments& o) {
-    return nlohmann::json{{"do", "record"}, {"on", o.value == "on"}};
-  });
-  CLI::App* set = add("set", "change one key of [axis.control] until the file is read again");
-  set->add_option("AXIS", options.axis)->required();
-  set->add_option("KEY", options.key, "kp, structure, delays.resonance_Hz, ...")->required();
-  set->add_option("VALUE", options.value)->required();
-  run_as(set, [](const CtlArguments& o) {
-    return nlohmann::json{{"do", "set"}, {"axis", o.axis}, {"key", o.key}, {"value", value_of(o.value)}};
-  });
-}
-
-/// The commands that only a twin accepts.
-void add_twin_commands(const auto& add, const auto& run_as, CtlArguments& options) {
-  CLI::App* inject = add("inject", "inject a fault into the twin; it begins now");
-  const CLI::Validator kind = one_of(twin::words(twin::Fault{}));
-  inject->add_option("KIND", options.kind, "kind of fault")->required()->check(kind);
-  inject->add_option("--axis", options.axis, "may be left out if the twin has only one axis");
-  inject->add_option("--node", options.node, "if the kind of fault can act on either")
-      ->check(one_of(twin::words(twin::Node{})));
-  inject->add_option("--duration", options.duration_s, "seconds; if left out, until the fault is removed")
-      ->check(positive_number());
-  inject->add_option("--value", options.fault_value, "the strength of the fault, in the unit of its kind")
-      ->check(finite_number());
-  run_as(inject, [](const CtlArguments& o) {
-    nlohmann::json request{{"do", "inject"}, {"kind", o.kind}};
-    if (!o.axis.empty()) request["axis"] = o.axis;
-    if (!o.node.empty()) request["node"] = o.node;
-    if (o.duration_s) request["duration_s"] = *o.duration_s;
-    if (o.fault_value) request["value"] = *o.fault_value;
-    return request;
-  });
-  CLI::App* remove = add("remove", "remove faults that were injected into the twin");
-  remove->add_option("KIND", options.kind, "all kinds if left out")->check(kind);
-  remove->add_option("--axis", options.axis, "all axes if left out");
-  run_as(remove, [](const CtlArguments& o) {
-    nlohmann::json request{{"do", "remove"}};
-    if (!o.kind.empty()) request["kind"] = o.kind;
-    if (!o.axis.empty()) request["axis"] = o.axis;
-    return request;
-  });
+/// Makes the argument a member of `command`.
+void add_argument(CLI::App& cli, const Argument& argument, nlohmann::json& command) {
+  using Type = Argument::Type;
+  static const std::map<Type, CLI::Validator> checks{{Type::on_or_off, one_of({"on", "off"})},
+                                                     {Type::number, finite_number()},
+                                                     {Type::duration_s, positive_number()},
+                                                     {Type::timeout_s, number_between(0.001, 1e6)},
+                                                     {Type::fault, one_of(twin::words(twin::Fault{}))},
+                                                     {Type::node, one_of(twin::words(twin::Node{}))}};
+  const std::string name(argument.ctl), meaning(argument.meaning);
+  const auto take_number = [&command, argument](double number) { command[argument.name] = number; };
+  const auto take_text = [&command, argument](const std::string& text) {
+    command[argument.name] = argument.type == Type::on_or_off ? nlohmann::json(text == "on")
+                             : argument.type == Type::value   ? value_of(text)
+                                                              : nlohmann::json(text);
+  };
+  CLI::Option* option = argument.is_number() ? cli.add_option_function<double>(name, take_number, meaning)
+                                             : cli.add_option_function<std::string>(name, take_text, meaning);
+  option->required(argument.is_needed);
+  if (const auto check = checks.find(argument.type); check != checks.end()) option->check(check->second);
 }
 
 }  // namespace
@@ -192,49 +154,15 @@ void add_ctl(CLI::App& cli, int& status) {
                   "seconds to wait for the answer; `wait` has its own")
       ->check(number_between(0.001, 1e6))
       ->capture_default_str();
-  const auto add = [&](const char* name, const char* what) {
-    CLI::App* command = ctl->add_subcommand(name, what);
+  for (const ControlCommand& row : protocol::commands) {
+    CLI::App* command = ctl->add_subcommand(std::string(row.ctl_word()), std::string(row.meaning));
     command->fallthrough();
-    return command;
-  };
-  const auto run_as = [&](CLI::App* command, auto make) {
-    command->callback([options, make, &status] { status = run(*options, make(*options)); });
-  };
-  const auto add_act = [&](const char* name, const char* what, bool takes_axis) {
-    CLI::App* command = add(name, what);
-    if (takes_axis) command->add_option("AXIS", options->axis, "all axes if left out");
-    run_as(command, [verb = std::string(name)](const CtlArguments& o) {
-      nlohmann::json request{{"do", verb}};
-      if (!o.axis.empty()) request["axis"] = o.axis;
-      return request;
+    for (const Argument& argument : row.arguments) add_argument(*command, argument, options->command);
+    command->callback([options, &row, &status] {
+      options->command["do"] = row.word;
+      status = run(*options, row);
     });
-  };
-  add_act("status", "show the state of every axis", false);
-  add_act("reload", "read the configuration file again", false);
-  add_act("undo", "take back the last set since the file was read", false);
-  add_act("settings", "show what is in force and not in the file; with --json all keys", false);
-  add_act("stop", "ramp every axis down, switch off, and end the controller, or the twin", false);
-  add_act("enable", "start an axis that is offline", true);
-  add_act("disable", "ramp an axis down and switch it off", true);
-  add_act("clear", "clear the fault of an axis; the axis is then offline", true);
-  add_act("resume", "follow the configured reference again", true);
-  add_act("revert", "discard all that the axis has learnt so far", true);
-  CLI::App* go = add("go", "leave the reference, move to a position and stay there");
-  go->add_option("AXIS", options->axis)->required();
-  go->add_option("POSITION", options->position_um, "um")->required()->check(finite_number());
-  run_as(go, [](const CtlArguments& o) {
-    return nlohmann::json{{"do", "go_to"}, {"axis", o.axis}, {"position_um", o.position_um}};
-  });
-  CLI::App* wait = add("wait", "wait until the axis is in position; fail if it does not arrive");
-  wait->add_option("AXIS", options->axis)->required();
-  wait->add_option("--timeout", options->timeout_s, "seconds")->check(number_between(0.001, 1e6));
-  run_as(wait, [](const CtlArguments& o) {
-    nlohmann::json request{{"do", "wait"}, {"axis", o.axis}};
-    if (o.timeout_s > 0.0) request["timeout_s"] = o.timeout_s;
-    return request;
-  });
-  add_commands_with_values(add, run_as, *options);
-  add_twin_commands(add, run_as, *options);
+  }
 }
 
 }  // namespace hystcan::app

@@ -15,6 +15,7 @@
 #include "app/command_line/commands.h"
 #include "app/command_line/status_text.h"
 #include "app/live/control_client.h"
+#include "app/live/control_protocol.h"
 #include "app/live/socket_place.h"
 #include "app/live/stop_signal.h"
 #include "app/page/bus_counters.h"
@@ -42,7 +43,7 @@ nlohmann::json ask(const StatusArguments& options) {
   const std::filesystem::path file =
       options.socket.empty() ? find_socket(options.interface) : std::filesystem::path(options.socket);
   try {
-    return ask_socket(file, {{"do", "status"}}, answer_limit);
+    return ask_socket(file, command_of(Verb::status), answer_limit);
   } catch (const std::system_error& error) {
     throw RunError(
         fmt::format("{}: {}; is the controller running, with this interface? (--interface, --socket)",

@@ -13,10 +13,6 @@
 namespace hystcan::app {
 namespace {
 
-std::string four_decimals(const nlohmann::json& value) {
-  return value.is_number() ? fmt::format("{:.4f}", value.get<double>()) : "-";
-}
-
 /// "recording runs/run_...: 120000 rows, 25.1 MB".
 std::string recording_text(const nlohmann::json& recording) {
   std::string text = fmt::format(
@@ -91,6 +87,10 @@ std::string nodes_text(const nlohmann::json& status) {
 }
 
 }  // namespace
+
+std::string four_decimals(const nlohmann::json& value) {
+  return value.is_number() ? fmt::format("{:.4f}", value.get<double>()) : "-";
+}
 
 std::vector<std::string> status_lines(const nlohmann::json& status) {
   std::vector<std::string> lines{cycles_text(status)};

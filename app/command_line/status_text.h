@@ -7,6 +7,9 @@
 
 namespace hystcan::app {
 
+/// "-" if there is no number.
+std::string four_decimals(const nlohmann::json& value);
+
 /// Of the answer to `status` (docs/control_socket.md): counters, recording, a row for each axis. Not cut to
 /// any width.
 std::vector<std::string> status_lines(const nlohmann::json& status);

@@ -4,17 +4,12 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "config/schema/settings.h"
+#include "app/live/control_protocol.h"
+#include "base/error.h"
 
 namespace hystcan::app {
-
-/// Parses one line of the socket, a command or an answer. Returns something other than an object if the line
-/// is neither, or is nested deeper than eight levels.
-nlohmann::json parse_command(const std::string& line);
 
 /// Sends the answer to a command: {"ok": true, ...} or {"ok": false, "error": "..."}. Each command gets
 /// exactly one answer.
@@ -24,29 +19,29 @@ struct Answer {
   void operator()(nlohmann::json result) const { send(std::move(result)); }
 };
 
-nlohmann::json refusal(const std::string& reason);
-
-/// The text or number of this key. Throws Error if the key is missing or has another type.
-std::string text_of(const nlohmann::json& command, const char* key);
-double number_of(const nlohmann::json& command, const char* key);
-
-/// A list of {"key": ..., "from": ..., "to": ...}, to write and to read.
-nlohmann::json to_json(const std::vector<config::Change>& changes);
-std::vector<config::Change> changes_of(const nlohmann::json& list);
-
 class CommandHandler {
  public:
-  CommandHandler() = default;
+  explicit CommandHandler(Server of) : server(of) {}
   virtual ~CommandHandler() = default;
   CommandHandler(const CommandHandler&) = delete;
   CommandHandler& operator=(const CommandHandler&) = delete;
 
   /// Carries out a command from the socket: {"do": "enable", "axis": "x"}.
-  virtual void obey(const nlohmann::json& command, Answer answer) = 0;
+  void obey(const nlohmann::json& command, const Answer& answer) {
+    try {
+      carry_out(take_command(command, server).verb, command, answer);
+    } catch (const std::exception& error) {
+      answer(refusal(error_text(error)));
+    }
+  }
   /// The client has disconnected: drops its pending commands.
   virtual void forget(const void* client) = 0;
-  /// True if every connection may send the command: it changes nothing, or it ends something.
-  virtual bool is_open_to_all(const nlohmann::json& command) const = 0;
+
+  const Server server;
+
+ private:
+  /// Throws if the command is invalid; nothing has changed then.
+  virtual void carry_out(Verb verb, const nlohmann::json& command, const Answer& answer) = 0;
 };
 
 }  // namespace hystcan::app

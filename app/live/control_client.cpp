@@ -13,7 +13,7 @@
 #include <string>
 #include <system_error>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 
 namespace hystcan::app {
 namespace {

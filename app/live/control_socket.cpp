@@ -74,7 +74,8 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
       return answer(
           refusal("expected one JSON object per line, nested at most eight deep, like {\"do\": \"status\"}"),
           false);
-    if (!owner_.handler_.is_open_to_all(command) && !become_writer())
+    const ControlCommand* row = find_command(command, owner_.handler_.server);
+    if ((row == nullptr || row->access == Access::writes) && !become_writer())
       return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
                                         owner_.writer_.lock()->pid_)),
                     false);
@@ -82,8 +83,8 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
   }
 
   void obey_if_stop(const nlohmann::json& command) {
-    const bool is_stop = command.is_object() && command.contains("do") && command.at("do") == "stop";
-    if (!is_stop)
+    const ControlCommand* row = find_command(command, owner_.handler_.server);
+    if (row == nullptr || row->verb != Verb::stop)
       return answer(refusal(fmt::format("{} connections wait for an answer, expected stop", most_sessions)),
                     true);
     close_after(time_for_its_answer);

@@ -4,9 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <map>
 #include <utility>
 
 #include "app/live/report.h"
@@ -23,15 +21,6 @@ using nlohmann::json;
 constexpr auto poll_period = std::chrono::milliseconds(5);
 
 constexpr double longest_wait_s = 1e6;  // twelve days; also the default of `wait`
-
-const std::map<std::string, Request::Kind>& acts() {
-  static const std::map<std::string, Request::Kind> kinds{
-      {"enable", Request::Kind::enable}, {"disable", Request::Kind::disable},
-      {"clear", Request::Kind::clear},   {"go_to", Request::Kind::go_to},
-      {"resume", Request::Kind::resume}, {"revert", Request::Kind::revert},
-      {"stop", Request::Kind::stop}};
-  return kinds;
-}
 
 /// The value as TOML. Only a table, also in a list, is written differently than in JSON.
 std::string toml_of(const json& value) {
@@ -128,40 +117,26 @@ json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle
 ControllerCommandHandler::ControllerCommandHandler(boost::asio::io_context& context,
                                                    controller::RequestLink& requests, CycleOutlets& outlets,
                                                    LiveConfig& live)
-    : timer_(context),
+    : CommandHandler(Server::controller),
+      timer_(context),
       requests_(requests),
       outlets_(outlets),
       live_(live),
       last_before_act_(live.axis_names().size()) {}
 
-bool ControllerCommandHandler::is_open_to_all(const json& command) const {
-  const auto what = command.find("do");
-  return what != command.end() && (*what == "status" || *what == "settings" || *what == "wait" ||
-                                   *what == "disable" || *what == "stop");
+void ControllerCommandHandler::carry_out(Verb verb, const json& command, const Answer& answer) {
+  if (closed_) return answer(refusal("the controller is ending"));
+  if (const auto kind = row_of(verb).act) return act(*kind, command, answer);
+  if (verb == Verb::status) return answer(status());
+  if (verb == Verb::settings) return answer(settings());
+  if (verb == Verb::record) return answer(record(command));
+  if (verb == Verb::wait) return wait(command, answer);
+  if (verb == Verb::set) return set(command, answer);
+  if (verb == Verb::undo) return apply(live_.without_the_last(), answer);
+  reload(answer);
 }
 
-void ControllerCommandHandler::obey(const json& command, Answer answer) {
-  static const std::map<std::string, Command> others{
-      {"status", &ControllerCommandHandler::status},     {"wait", &ControllerCommandHandler::wait},
-      {"set", &ControllerCommandHandler::set},           {"undo", &ControllerCommandHandler::undo},
-      {"settings", &ControllerCommandHandler::settings}, {"record", &ControllerCommandHandler::record}};
-  try {  // each call gets a copy of `answer`, because the catch below needs it
-    const std::string what = text_of(command, "do");
-    if (closed_) return answer(refusal("the controller is ending"));
-    if (what == "reload") return reload(answer);
-    if (const auto found = others.find(what); found != others.end())
-      return (this->*found->second)(command, answer);
-    if (acts().contains(what)) return act(command, answer);
-    answer(refusal(fmt::format(
-        "\"{}\" is not a command, expected status, settings, enable, disable, clear, go_to, resume, "
-        "wait, set, undo, revert, record, reload or stop",
-        what)));
-  } catch (const std::exception& error) {  // the command is invalid; nothing has changed
-    answer(refusal(error_text(error)));
-  }
-}
-
-void ControllerCommandHandler::status(const json&, const Answer& answer) {
+json ControllerCommandHandler::status() const {
   json axes = json::array();
   const auto newest = outlets_.board.newest();
   for (std::size_t i = 0; i < newest.size(); ++i) axes.push_back(to_json(live_.axis_names()[i], newest[i]));
@@ -174,22 +149,22 @@ void ControllerCommandHandler::status(const json&, const Answer& answer) {
   status.update(to_json(newest.front().counters));
   if (const auto event = outlets_.board.last_event())
     status["last_event"] = {{"text", describe(*event->event)}, {"time_s", event->time_s}};
-  answer(status);
+  return status;
 }
 
-void ControllerCommandHandler::record(const json& command, const Answer& answer) {
+json ControllerCommandHandler::record(const json& command) {
   const auto on = command.find("on");
   if (on == command.end() || !on->is_boolean())
     throw Error("\"on\" is missing, expected true to record, or false to end the recording");
   if (*on == true) {
     const std::filesystem::path run = outlets_.recorder.start();
     spdlog::info("recording to {}", run.string());
-    return answer({{"ok", true}, {"run", run.string()}});
+    return {{"ok", true}, {"run", run.string()}};
   }
   const std::filesystem::path run = outlets_.recorder.stop();
-  if (run.empty()) return answer(refusal("nothing is recorded"));
+  if (run.empty()) return refusal("nothing is recorded");
   spdlog::info("the recording to {} ends", run.string());
-  answer({{"ok", true}, {"run", run.string()}});
+  return {{"ok", true}, {"run", run.string()}};
 }
 
 /// The named axis; all axes if none is named.
@@ -212,8 +187,7 @@ json ControllerCommandHandler::refusal_of(const Outcome& outcome) {
   return refused;
 }
 
-void ControllerCommandHandler::act(const json& command, Answer answer) {
-  const Request::Kind kind = acts().at(text_of(command, "do"));
+void ControllerCommandHandler::act(Request::Kind kind, const json& command, const Answer& answer) {
   const double position_um = kind == Request::Kind::go_to ? number_of(command, "position_um") : 0.0;
   std::vector<std::unique_ptr<Request>> requests;
   for (const std::size_t axis : axes_of(command)) {
@@ -224,7 +198,7 @@ void ControllerCommandHandler::act(const json& command, Answer answer) {
     requests.push_back(std::move(request));
   }
   const std::size_t asked = requests.size();
-  ask_all(std::move(requests), [asked, answer = std::move(answer)](const Outcome& outcome) {
+  ask_all(std::move(requests), [asked, answer](const Outcome& outcome) {
     const auto needless =
         static_cast<std::size_t>(std::ranges::count_if(outcome, controller::is_needless, &Refused::why));
     if (needless == asked || needless < outcome.size()) return answer(refusal_of(outcome));
@@ -240,25 +214,21 @@ void ControllerCommandHandler::set(const json& command, const Answer& answer) {
   apply(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), answer);
 }
 
-void ControllerCommandHandler::undo(const json&, const Answer& answer) {
-  apply(live_.without_the_last(), answer);
-}
-
-void ControllerCommandHandler::settings(const json&, const Answer& answer) {
+json ControllerCommandHandler::settings() const {
   const std::string file = std::filesystem::absolute(live_.file()).string();
   json list = json::array();
   for (const config::Setting& setting : live_.settings())
     list.push_back({{"key", setting.path}, {"value", setting.value}});
   try {
-    answer({{"ok", true},
+    return {{"ok", true},
             {"file", file},
             {"settings", list},
             {"unsaved", to_json(config::changes(config::settings(live_.file()), live_.settings()))},
-            {"undo", live_.single_settings()}});
+            {"undo", live_.single_settings()}};
   } catch (const Error& error) {  // the file has been changed and is invalid
     json refused = refusal(error.what());
     refused["file"] = file;
-    answer(refused);
+    return refused;
   }
 }
 
@@ -271,7 +241,7 @@ void ControllerCommandHandler::reload(const Answer& answer) {
   }
 }
 
-void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, Answer answer) {
+void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, const Answer& answer) {
   if (!prepared.after_restart.empty()) {
     const std::string reason =
         fmt::format("needs a restart, nothing was changed: {}", joined(prepared.after_restart));
@@ -280,7 +250,7 @@ void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, Answer answe
   }
   auto requests = std::move(prepared.requests);
   const auto shared = std::make_shared<LiveConfig::Prepared>(std::move(prepared));
-  ask_all(std::move(requests), [this, shared, answer = std::move(answer)](const Outcome& outcome) {
+  ask_all(std::move(requests), [this, shared, answer](const Outcome& outcome) {
     if (!outcome.empty()) {
       const json refused = refusal_of(outcome);
       spdlog::error("configuration not applied: {}", refused.at("error").get<std::string>());
@@ -343,14 +313,10 @@ void ControllerCommandHandler::arm() {
   timer_.async_wait([this](const boost::system::error_code& error) {
     armed_ = false;
     if (error) return;
-    poll();
+    collect_answers();
+    answer_waiters();
     arm();
   });
-}
-
-void ControllerCommandHandler::poll() {
-  collect_answers();
-  answer_waiters();
 }
 
 void ControllerCommandHandler::collect_answers() {

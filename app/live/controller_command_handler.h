@@ -27,16 +27,13 @@ class ControllerCommandHandler final : public CommandHandler {
   ControllerCommandHandler(boost::asio::io_context& context, controller::RequestLink& requests,
                            CycleOutlets& outlets, LiveConfig& live);
 
-  void obey(const nlohmann::json& command, Answer answer) override;
   void forget(const void* client) override;
-  bool is_open_to_all(const nlohmann::json& command) const override;
   /// Reads the file again, applies it if it is valid, and logs the result.
   void reload(const Answer& answer);
   /// The controller ends: answers all waiting clients.
   void close();
 
  private:
-  using Command = void (ControllerCommandHandler::*)(const nlohmann::json&, const Answer&);
   struct Waiter {
     std::size_t axis;
     std::uint64_t since_cycle;
@@ -44,15 +41,15 @@ class ControllerCommandHandler final : public CommandHandler {
     Answer answer;
   };
 
-  void status(const nlohmann::json& command, const Answer& answer);
-  void act(const nlohmann::json& command, Answer answer);
+  void carry_out(Verb verb, const nlohmann::json& command, const Answer& answer) override;
+  nlohmann::json status() const;
+  nlohmann::json settings() const;
+  nlohmann::json record(const nlohmann::json& command);
+  void act(controller::Request::Kind kind, const nlohmann::json& command, const Answer& answer);
   void wait(const nlohmann::json& command, const Answer& answer);
   void set(const nlohmann::json& command, const Answer& answer);
-  void undo(const nlohmann::json& command, const Answer& answer);
-  void settings(const nlohmann::json& command, const Answer& answer);
-  void record(const nlohmann::json& command, const Answer& answer);
 
-  void apply(LiveConfig::Prepared prepared, Answer answer);
+  void apply(LiveConfig::Prepared prepared, const Answer& answer);
   struct Refused {
     std::string axis;
     controller::Refusal why;
@@ -64,7 +61,6 @@ class ControllerCommandHandler final : public CommandHandler {
   static nlohmann::json refusal_of(const Outcome& outcome);
   std::vector<std::size_t> axes_of(const nlohmann::json& command) const;
   void arm();
-  void poll();
   void collect_answers();
   void answer_waiters();
 

@@ -17,17 +17,10 @@ using nlohmann::json;
 constexpr double longest_s = 1e6;  // twelve days
 
 std::string_view to_string(can::NmtState state) {
-  switch (state) {
-    case can::NmtState::boot_up:
-      return "off";
-    case can::NmtState::stopped:
-      return "stopped";
-    case can::NmtState::operational:
-      return "operational";
-    case can::NmtState::pre_operational:
-      return "pre-operational";
-  }
-  return "unknown";
+  using enum can::NmtState;
+  if (state == stopped) return "stopped";
+  if (state == operational) return "operational";
+  return state == pre_operational ? "pre-operational" : "off";
 }
 
 twin::Fault fault_of(const json& command) {
@@ -54,30 +47,18 @@ std::string_view to_string(can::AmpState state) {
 
 TwinCommandHandler::TwinCommandHandler(twin::Twin& twin, can::Scheduler& scheduler,
                                        std::function<void()> stop)
-    : twin_(twin), scheduler_(scheduler), started_(scheduler.now()), stop_(std::move(stop)) {}
+    : CommandHandler(Server::twin),
+      twin_(twin),
+      scheduler_(scheduler),
+      started_(scheduler.now()),
+      stop_(std::move(stop)) {}
 
-bool TwinCommandHandler::is_open_to_all(const json& command) const {
-  const auto what = command.find("do");
-  return what != command.end() && (*what == "status" || *what == "remove" || *what == "stop");
-}
-
-void TwinCommandHandler::obey(const json& command, Answer answer) {
-  try {
-    answer(carry_out(command));
-  } catch (const std::exception& error) {  // the command is invalid; nothing has changed
-    answer(refusal(error_text(error)));
-  }
-}
-
-json TwinCommandHandler::carry_out(const json& command) {
-  const std::string what = text_of(command, "do");
-  if (what == "status") return status();
-  if (what == "inject") return inject(command);
-  if (what == "remove") return remove(command);
-  if (what != "stop")
-    throw Error(fmt::format("\"{}\" is not a command, expected status, inject, remove or stop", what));
+void TwinCommandHandler::carry_out(Verb verb, const json& command, const Answer& answer) {
+  if (verb == Verb::status) return answer(status());
+  if (verb == Verb::inject) return answer(inject(command));
+  if (verb == Verb::remove) return answer(remove(command));
   stop_();
-  return {{"ok", true}};
+  answer({{"ok", true}});
 }
 
 json TwinCommandHandler::status() {

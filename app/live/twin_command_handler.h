@@ -20,12 +20,10 @@ class TwinCommandHandler final : public CommandHandler {
   /// `stop` ends the twin.
   TwinCommandHandler(twin::Twin& twin, can::Scheduler& scheduler, std::function<void()> stop);
 
-  void obey(const nlohmann::json& command, Answer answer) override;
   void forget(const void*) override {}  // no command is ever pending
-  bool is_open_to_all(const nlohmann::json& command) const override;
 
  private:
-  nlohmann::json carry_out(const nlohmann::json& command);
+  void carry_out(Verb verb, const nlohmann::json& command, const Answer& answer) override;
   nlohmann::json status();
   nlohmann::json inject(const nlohmann::json& command);
   nlohmann::json remove(const nlohmann::json& command);

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 #include "base/error.h"
 #include "metrics/step_response.h"
 

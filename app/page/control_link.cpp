@@ -8,7 +8,7 @@
 #include <istream>
 #include <utility>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 #include "base/error.h"
 
 namespace hystcan::app {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 #include "controller/control/fault.h"
 
 namespace hystcan::app {
@@ -36,17 +36,17 @@ std::string dumped(const json& command, const char* key) {
 
 /// "x: go to 12.5 um".
 std::string words_of_command(const json& command) {
-  const std::string what = command.at("do");
+  const ControlCommand& row = take_command(command, Server::controller);
   const bool has_axis = command.contains("axis") && command.at("axis").is_string();
   std::string words = has_axis ? command.at("axis").get<std::string>() + ": " : std::string();
-  if (what == "go_to")
+  if (row.verb == Verb::go_to)
     words += fmt::format("go to {} um", dumped(command, "position_um"));
-  else if (what == "set")
+  else if (row.verb == Verb::set)
     words += fmt::format("set {} = {}", dumped(command, "key"), dumped(command, "value"));
-  else if (what == "record")
+  else if (row.verb == Verb::record)
     words += command.value("on", json()) == true ? "record" : "end the recording";
   else
-    words += what;
+    words += row.word;
   return words.substr(0, longest_words);
 }
 
@@ -81,7 +81,7 @@ std::vector<json> command_events(const std::string& by, const json& command, con
   if (const auto changed = answer.find("changed"); changed != answer.end() && !changed->empty())
     return change_events(by, command.at("do"), changes_of(*changed));
   const std::string run = answer.value("run", "");
-  return {act_event(by, command.at("do") == "stop" ? "warning" : "info",
+  return {act_event(by, take_command(command, Server::controller).verb == Verb::stop ? "warning" : "info",
                     run.empty() ? words : fmt::format("{}: {}", words, run))};
 }
 

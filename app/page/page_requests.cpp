@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <ranges>
 #include <utility>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 #include "app/page/axis_curves.h"
 #include "app/stage/config_edit.h"
 #include "base/error.h"
@@ -27,9 +26,13 @@ constexpr double fastest_view_Hz = 1000.0;
 constexpr const char* no_token = "this needs the token: hystcan page CONFIG --token shows it";
 constexpr const char* no_role = "another page, or none, has the writer's role: take it first";
 
-/// What the control socket may be asked for through the page; `stop` has its own request.
-constexpr auto page_commands = std::to_array<std::string_view>(
-    {"go_to", "resume", "set", "undo", "reload", "revert", "enable", "disable", "clear", "record"});
+/// The commands that the page may send, as a refusal lists them; `stop` has its own request.
+std::string page_commands() {
+  std::map<int, std::string_view> words;
+  for (const ControlCommand& row : protocol::commands)
+    if (row.page_place > 0) words[row.page_place] = row.word;
+  return fmt::format("{}", fmt::join(std::views::values(words), ", "));
+}
 
 /// The overrides that give the loop and the model in force, which do not depend on the setpoint.
 std::vector<config::Setting> overrides_of(const json& unsaved) {
@@ -231,10 +234,10 @@ void PageRequests::command(PageClient& client, const Asked& asked, const json& r
   if (command == request.end() || !command->is_object())
     return refuse(asked, "\"command\" is missing, expected a command of the control socket");
   const std::string what = text_of(*command, "do");
-  if (std::ranges::find(page_commands, what) == page_commands.end())
-    return refuse(asked, fmt::format("\"{}\" is no command of the page, expected {}", what,
-                                     fmt::join(page_commands, ", ")));
-  if (!ends_something(*command) && !role_.is_of(client)) return refuse(asked, no_role);
+  const ControlCommand* row = find_command(*command, Server::controller);
+  if (row == nullptr || row->page_place == 0)
+    return refuse(asked, fmt::format("\"{}\" is no command of the page, expected {}", what, page_commands()));
+  if (row->access != Access::ends && !role_.is_of(client)) return refuse(asked, no_role);
   spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
   role_.command(asked.client, *command, [this, asked](const json& answer) {
     const bool is_done = answer.value("ok", false);
@@ -246,7 +249,8 @@ void PageRequests::command(PageClient& client, const Asked& asked, const json& r
 
 void PageRequests::stop(PageClient&, const Asked& asked, const json&) {
   spdlog::warn("page {}: stop", asked.client);
-  role_.command(asked.client, {{"do", "stop"}}, [this, asked](const json& answer) { reply(asked, answer); });
+  role_.command(asked.client, command_of(Verb::stop),
+                [this, asked](const json& answer) { reply(asked, answer); });
 }
 
 void PageRequests::start(PageClient&, const Asked& asked, const json&) {
@@ -294,7 +298,7 @@ void PageRequests::reply_or_write(const Asked& asked, const json& request,
         events_.add_act(asked.client, "info", done);
         if (!save.undoes) return reply(asked, std::move(body));
         // The controller takes the restored file over; if it does not, `not_applied` says why.
-        role_.command(asked.client, {{"do", "reload"}},
+        role_.command(asked.client, command_of(Verb::reload),
                       [this, asked, body = std::move(body)](const json& reloaded) mutable {
                         if (!reloaded.value("ok", false)) body["not_applied"] = reloaded.value("error", "");
                         reply(asked, std::move(body));

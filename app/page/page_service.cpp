@@ -169,7 +169,7 @@ void PageService::look() {
     if (status_age_s() > longest_age_s) send_status();
     return;
   }
-  looking_.ask({{"do", "status"}}, [this](const json& answer) {
+  looking_.ask(command_of(Verb::status), [this](const json& answer) {
     status_ = answer;
     status_came_ = std::chrono::steady_clock::now();
     send_status();

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 #include "app/live/sample_stream.h"
 #include "base/error.h"
 

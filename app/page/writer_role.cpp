@@ -2,16 +2,12 @@
 
 #include <utility>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 #include "base/error.h"
 
 namespace hystcan::app {
 
 using nlohmann::json;
-
-bool ends_something(const json& command) {
-  return command.at("do") == "stop" || command.at("do") == "disable";
-}
 
 WriterRole::WriterRole(boost::asio::io_context& context, const std::function<std::filesystem::path()>& place,
                        std::chrono::seconds answer_limit, PageClients& clients, PageEvents& events)
@@ -39,26 +35,28 @@ void WriterRole::show_to(PageClient& client) const {
 
 void WriterRole::command(std::uint64_t client, const json& command, ControlLink::Done done) {
   ++changes_;
-  ControlLink& link = ends_something(command) ? ending_ : writing_;
-  link.ask(command, [this, client, command, done = std::move(done)](const json& answer) {
+  const ControlCommand& row = take_command(command, Server::controller);
+  ControlLink& link = row.access == Access::ends ? ending_ : writing_;
+  link.ask(command, [this, client, command, verb = row.verb, done = std::move(done)](const json& answer) {
     ++changes_;
     note_changes(answer);
     events_.add_command(client, command, answer);
     done(answer);
-    if (command.at("do") == "stop") ending_.close();
+    if (verb == Verb::stop) ending_.close();
   });
 }
 
 void WriterRole::read_settings(ControlLink::Done done) {
-  reading_.ask({{"do", "settings"}}, [this, done = std::move(done), changes = changes_](const json& answer) {
-    const bool is_new = changes == changes_ && !writing_.is_busy();
-    try {
-      if (is_new && answer.value("ok", false)) compare(answer.at("settings"));
-    } catch (const std::exception& error) {  // it is no answer to `settings`
-      return done(refusal(error_text(error)));
-    }
-    done(answer);
-  });
+  reading_.ask(command_of(Verb::settings),
+               [this, done = std::move(done), changes = changes_](const json& answer) {
+                 const bool is_new = changes == changes_ && !writing_.is_busy();
+                 try {
+                   if (is_new && answer.value("ok", false)) compare(answer.at("settings"));
+                 } catch (const std::exception& error) {  // it is no answer to `settings`
+                   return done(refusal(error_text(error)));
+                 }
+                 done(answer);
+               });
 }
 
 /// Links whose other end may be gone with the controller. The settings stay known: what changes until the

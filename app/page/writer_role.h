@@ -47,7 +47,4 @@ class WriterRole {
   std::uint64_t changes_ = 0;           ///< commands of pages so far: answers from before one of them are old
 };
 
-/// `stop`, `disable`.
-bool ends_something(const nlohmann::json& command);
-
 }  // namespace hystcan::app

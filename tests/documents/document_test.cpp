@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "app/command_line/commands.h"
+#include "app/live/control_protocol.h"
 #include "tests/support/process.h"
 
 namespace hystcan::documents::document_test {
@@ -294,18 +295,67 @@ TEST(CommandsDocuments, HaveTheTablesOfTheProgram) {
         << command->get_name();
 }
 
-TEST(LatencyDocument, HasTheRatesOfTheProgram) {
-  const std::string command = "$ hystcan check --rates\n";
-  const fs::path file = source / "docs/latency.md";
+/// The document has this part between the two texts; it gets it if the environment asks for that.
+void expect_part(const fs::path& file, const std::string& head, const std::string& tail,
+                 const std::string& part) {
   std::string text = support::read_file(file);
+  ASSERT_NE(text.find(head), std::string::npos);
+  const std::size_t begin = text.find(head) + head.size();
+  const std::size_t length = text.find(tail, begin) - begin;
+  EXPECT_EQ(text.substr(begin, length), part) << "HYSTCAN_WRITE_TABLES=1 writes it";
+  if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr)
+    std::ofstream(file) << text.replace(begin, length, part);
+}
+
+TEST(LatencyDocument, HasTheRatesOfTheProgram) {
   support::Process program({HYSTCAN_PROGRAM, "check", "--rates"});
   ASSERT_EQ(program.wait(), 0) << program.err();
-  ASSERT_NE(text.find(command), std::string::npos);
-  const std::size_t begin = text.find(command) + command.size();
-  const std::size_t length = text.find("```", begin) - begin;
-  EXPECT_EQ(text.substr(begin, length), program.out()) << "HYSTCAN_WRITE_TABLES=1 writes them";
-  if (std::getenv("HYSTCAN_WRITE_TABLES") != nullptr)
-    std::ofstream(file) << text.replace(begin, length, program.out());
+  expect_part(source / "docs/latency.md", "$ hystcan check --rates\n", "```", program.out());
+}
+
+TEST(ControlSocketDocument, HasTheTableOfTheCommands) {
+  std::string table = "| `do` | arguments | it | controller | twin |\n|---|---|---|---|---|\n";
+  const auto member = [](app::Reply reply) {
+    return reply == app::Reply::none ? std::string("-") : fmt::format("`{}`", word_of(reply));
+  };
+  for (const app::ControlCommand& row : app::protocol::commands) {
+    std::vector<std::string> arguments;
+    for (const auto& [name, ctl, type, example, meaning, is_needed] : row.arguments)
+      arguments.push_back(is_needed ? fmt::format("`{}`", name) : fmt::format("[`{}`]", name));
+    table += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.word, fmt::join(arguments, ", "),
+                         word_of(row.access), member(row.controller), member(row.twin));
+  }
+  expect_part(source / "docs/control_socket.md", "<!-- commands -->\n", "<!-- end -->", table);
+}
+
+/// The first groups of all matches.
+std::set<std::string> matches(const fs::path& file, const char* pattern) {
+  const std::string text = support::read_file(file);
+  const std::regex form(pattern);
+  std::set<std::string> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), form), end; it != end; ++it)
+    found.insert(it->str(1));
+  return found;
+}
+
+TEST(Clients, SendNoCommandThatTheTableLacks) {
+  std::set<std::string> words, of_page;
+  for (const app::ControlCommand& row : app::protocol::commands) {
+    words.emplace(row.word);
+    if (row.page_place > 0) of_page.emplace(row.word);
+  }
+  const fs::path protocol = source / "docs/page_protocol.md";
+  const auto listed = matches(protocol, "command of the control socket: ([^;]*);");
+  ASSERT_EQ(listed.size(), 1U);
+  for (const std::string& word : of_page)
+    EXPECT_NE(listed.begin()->find('`' + word + '`'), std::string::npos);
+  const auto sent = matches(source / "python/hystcan/client.py", R"re(self\.command\("(\w+)")re");
+  EXPECT_GT(sent.size(), 10U);
+  EXPECT_TRUE(std::ranges::includes(words, sent)) << fmt::format("{}", fmt::join(sent, " "));
+  of_page.merge(matches(protocol, "\n\\| `(\\w+)` \\|"));
+  for (const auto& script : fs::directory_iterator(source / "app/page/web"))
+    for (const std::string& word : matches(script.path(), "\\bdo: '(\\w+)'"))
+      EXPECT_TRUE(of_page.contains(word)) << script.path() << ": " << word;
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 #include "app/page/page_service.h"
 #include "base/error.h"
 #include "tests/fuzz/demand.h"

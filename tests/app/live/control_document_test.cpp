@@ -59,7 +59,8 @@ TEST(ControlSocketDocument, GivesTheAnswersThatTheControllerSends) {
     for (std::size_t i = 0; i < axes.size(); ++i) EXPECT_EQ(keys(axes[i]), keys(expected["axes"][i]));
     commands.insert(json::parse(sent).at("do"));
   }
-  EXPECT_EQ(commands.size(), 14u) << "every command there is";
+  for (const ControlCommand& row : protocol::commands)
+    EXPECT_EQ(commands.contains(std::string(row.word)), row.controller != Reply::none) << row.word;
 }
 
 }  // namespace

@@ -67,16 +67,18 @@ TEST_F(ManyConnections, DoNotDropTheWriter) {
 /// Answers every command at once, but `wait` never.
 class WaitsForever final : public CommandHandler {
  public:
-  void obey(const json& command, Answer answer) override {
-    if (command.at("do") == "wait")
+  WaitsForever() : CommandHandler(Server::controller) {}
+  void forget(const void*) override {}
+
+  std::atomic<std::size_t> waiting{0};
+
+ private:
+  void carry_out(Verb verb, const json&, const Answer& answer) override {
+    if (verb == Verb::wait)
       ++waiting;
     else
       answer({{"ok", true}});
   }
-  void forget(const void*) override {}
-  bool is_open_to_all(const json&) const override { return true; }
-
-  std::atomic<std::size_t> waiting{0};
 };
 
 struct WaitingConnections : testing::Test {

@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 #include "app/page/axis_curves.h"
 #include "app/page/bus_counters.h"
 #include "app/page/config_save.h"

@@ -1,10 +1,34 @@
-#include "app/live/command_handler.h"
+#include "app/live/control_protocol.h"
 
 #include <fmt/format.h>
 
-#include "config/schema/config.h"
+#include "base/error.h"
 
 namespace hystcan::app {
+
+using nlohmann::json;
+
+json command_of(Verb verb) { return {{"do", row_of(verb).word}}; }
+
+const ControlCommand* find_command(const json& command, Server server) {
+  const auto what = command.find("do");
+  if (what == command.end()) return nullptr;
+  for (const ControlCommand& row : protocol::commands)
+    if (*what == row.word && row.reply_of(server) != Reply::none) return &row;
+  return nullptr;
+}
+
+const ControlCommand& take_command(const json& command, Server server) {
+  const std::string what = text_of(command, "do");
+  if (const ControlCommand* row = find_command(command, server)) return *row;
+  std::string expected;
+  for (int i = 0; i < static_cast<int>(Verb::stop); ++i) {
+    const ControlCommand& row = row_of(static_cast<Verb>(i));
+    if (row.reply_of(server) != Reply::none) expected += fmt::format("{}, ", row.word);
+  }
+  expected.resize(expected.size() - 2);
+  throw Error(fmt::format("\"{}\" is not a command, expected {} or stop", what, expected));
+}
 
 nlohmann::json parse_command(const std::string& line) {
   constexpr int deepest = 8;  // limits the stack that later recursions over the command need
@@ -16,8 +40,6 @@ nlohmann::json parse_command(const std::string& line) {
   nlohmann::json command = nlohmann::json::parse(line, is_kept, false);
   return is_deep ? nlohmann::json() : command;
 }
-
-using nlohmann::json;
 
 json refusal(const std::string& reason) { return {{"ok", false}, {"error", reason}}; }
 

@@ -1,0 +1,164 @@
+// The control protocol: each command of a control socket with its arguments, who may send it, and its answer.
+// Its words stand only in this table. The command handlers, `hystcan ctl` with its help and its completion,
+// the page's server, the Python package and the table of docs/control_socket.md use it.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/words.h"
+#include "config/schema/settings.h"
+#include "controller/requests.h"
+
+namespace hystcan::app {
+
+/// The commands, in the order in which a refusal lists them.
+enum class Verb : std::uint8_t {
+  status,
+  settings,
+  enable,
+  disable,
+  clear,
+  go_to,
+  resume,
+  wait,
+  set,
+  undo,
+  revert,
+  record,
+  reload,
+  inject,
+  remove,
+  stop
+};
+
+enum class Server : std::uint8_t { controller, twin };
+
+/// One connection at a time may send commands that write; every connection may send the others.
+enum class Access : std::uint8_t { reads, ends, writes };
+constexpr auto words(Access) { return std::to_array<std::string_view>({"reads", "ends", "writes"}); }
+
+/// What the answer has beside `ok`, by the name of its member; none: the server does not take the command.
+enum class Reply : std::uint8_t { none, done, changes, run, position, fault, count, keys, states };
+constexpr auto words(Reply) {
+  return std::to_array<std::string_view>(
+      {"", "ok", "changed", "run", "position_um", "fault", "removed", "settings", "axes"});
+}
+
+struct Argument {
+  enum class Type : std::uint8_t { text, value, on_or_off, fault, node, number, duration_s, timeout_s };
+  std::string_view name;  ///< as a member of the command
+  std::string_view ctl;   ///< for `hystcan ctl`: its place, or --option
+  Type type = Type::text;
+  std::string_view example;
+  std::string_view meaning;  ///< for the help
+  bool is_needed = true;
+
+  constexpr bool is_number() const { return type >= Type::number; }
+};
+
+struct ControlCommand {
+  Verb verb;
+  std::string_view word;  ///< in the member `do`
+  Access access;
+  Reply controller, twin;
+  int page_place;  ///< in the list of the commands that a page may send; 0: it may not
+  std::span<const Argument> arguments;
+  std::string_view meaning;  ///< for the help of `hystcan ctl`, which has the commands in this order
+  std::optional<controller::Request::Kind> act{};  ///< the request that the controller makes of it
+
+  constexpr std::string_view ctl_word() const { return verb == Verb::go_to ? "go" : word; }
+  constexpr Reply reply_of(Server server) const { return server == Server::twin ? twin : controller; }
+};
+
+namespace protocol {
+using enum Access;
+using enum Reply;
+using enum Verb;
+using Kind = controller::Request::Kind;
+using Type = Argument::Type;
+
+inline constexpr Argument axis{"axis", "AXIS", Type::text, "x", ""};
+inline constexpr std::span<const Argument> nothing{};
+inline constexpr std::array any_axis{
+    Argument{"axis", "AXIS", Type::text, "x", "all axes if left out", false}};
+inline constexpr std::array position_of{axis,
+                                        Argument{"position_um", "POSITION", Type::number, "12.5", "um"}};
+inline constexpr std::array arrival{
+    axis, Argument{"timeout_s", "--timeout", Type::timeout_s, "5", "seconds", false}};
+inline constexpr std::array on_or_off{Argument{"on", "ON", Type::on_or_off, "on", "on or off"}};
+inline constexpr std::array setting{
+    axis, Argument{"key", "KEY", Type::text, "kp", "kp, structure, delays.resonance_Hz, ..."},
+    Argument{"value", "VALUE", Type::value, "0.08", ""}};
+inline constexpr auto new_fault = std::to_array<Argument>(
+    {{"kind", "KIND", Type::fault, "no_reply", "kind of fault"},
+     {"axis", "--axis", Type::text, "x", "may be left out if the twin has only one axis", false},
+     {"node", "--node", Type::node, "sensor", "if the kind of fault can act on either", false},
+     {"duration_s", "--duration", Type::duration_s, "0.5", "seconds; if left out, until the fault is removed",
+      false},
+     {"value", "--value", Type::number, "", "the strength of the fault, in the unit of its kind", false}});
+inline constexpr auto old_faults =
+    std::to_array<Argument>({{"kind", "KIND", Type::fault, "no_reply", "all kinds if left out", false},
+                             {"axis", "--axis", Type::text, "x", "all axes if left out", false}});
+
+inline constexpr auto commands = std::to_array<ControlCommand>({
+    {status, "status", reads, states, states, 0, nothing, "show the state of every axis"},
+    {reload, "reload", writes, changes, none, 5, nothing, "read the configuration file again"},
+    {undo, "undo", writes, changes, none, 4, nothing, "take back the last set since the file was read"},
+    {settings, "settings", reads, keys, none, 0, nothing,
+     "show what is in force and not in the file; with --json all keys"},
+    {stop, "stop", ends, done, done, 0, nothing,
+     "ramp every axis down, switch off, and end the controller, or the twin", Kind::stop},
+    {enable, "enable", writes, done, none, 7, any_axis, "start an axis that is offline", Kind::enable},
+    {disable, "disable", ends, done, none, 8, any_axis, "ramp an axis down and switch it off", Kind::disable},
+    {clear, "clear", writes, done, none, 9, any_axis, "clear the fault of an axis; the axis is then offline",
+     Kind::clear},
+    {resume, "resume", writes, done, none, 2, any_axis, "follow the configured reference again",
+     Kind::resume},
+    {revert, "revert", writes, done, none, 6, any_axis, "discard all that the axis has learnt so far",
+     Kind::revert},
+    {go_to, "go_to", writes, done, none, 1, position_of,
+     "leave the reference, move to a position and stay there", Kind::go_to},
+    {wait, "wait", reads, position, none, 0, arrival,
+     "wait until the axis is in position; fail if it does not arrive"},
+    {record, "record", writes, run, none, 10, on_or_off, "record a run, or end it: on, off"},
+    {set, "set", writes, changes, none, 3, setting,
+     "change one key of [axis.control] until the file is read again"},
+    {inject, "inject", writes, none, fault, 0, new_fault, "inject a fault into the twin; it begins now"},
+    {remove, "remove", ends, none, count, 0, old_faults, "remove faults that were injected into the twin"},
+});
+}  // namespace protocol
+
+constexpr const ControlCommand& row_of(Verb verb) {
+  return *std::ranges::find(protocol::commands, verb, &ControlCommand::verb);
+}
+/// {"do": "status"}.
+nlohmann::json command_of(Verb verb);
+
+/// The row of the word in `do`; null if the server does not take it.
+const ControlCommand* find_command(const nlohmann::json& command, Server server);
+/// The same; throws Error with the words that the server takes instead of returning null.
+const ControlCommand& take_command(const nlohmann::json& command, Server server);
+
+/// Parses one line of the socket, a command or an answer. Returns something other than an object if the line
+/// is neither, or is nested deeper than eight levels.
+nlohmann::json parse_command(const std::string& line);
+
+/// The text or number of this key. Throws Error if the key is missing or has another type.
+std::string text_of(const nlohmann::json& command, const char* key);
+double number_of(const nlohmann::json& command, const char* key);
+
+nlohmann::json refusal(const std::string& reason);
+
+/// A list of {"key": ..., "from": ..., "to": ...}, to write and to read.
+nlohmann::json to_json(const std::vector<config::Change>& changes);
+std::vector<config::Change> changes_of(const nlohmann::json& list);
+
+}  // namespace hystcan::app
