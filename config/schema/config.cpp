@@ -1,3 +1,5 @@
+#include "config/schema/config.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
