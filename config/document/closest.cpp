@@ -1,5 +1,7 @@
 #include "config/document/closest.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <numeric>
@@ -28,33 +30,21 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-using Ranked = std::pair<std::size_t, std::string>;
-
-/// The nearest first.
-std::vector<Ranked> by_distance(std::string_view name, const std::vector<std::string>& candidates) {
-  std::vector<Ranked> ranked;
-  ranked.reserve(candidates.size());
-  for (const std::string& candidate : candidates)
-    ranked.emplace_back(edit_distance(name, candidate), candidate);
-  std::ranges::stable_sort(ranked, {}, &Ranked::first);
-  return ranked;
-}
-
 }  // namespace
 
 std::string closest(std::string_view name, const std::vector<std::string>& candidates) {
-  const std::vector<Ranked> ranked = by_distance(name, candidates);
-  std::string text;
-  for (std::size_t i = 0; i < std::min(most_shown, ranked.size()); ++i)
-    text += (i == 0 ? "" : ", ") + ranked[i].second;
-  return text.empty() ? "none" : text;
+  std::vector<std::string> nearest = candidates;
+  std::ranges::stable_sort(nearest, {}, [&](const std::string& of) { return edit_distance(name, of); });
+  nearest.resize(std::min(most_shown, nearest.size()));
+  return nearest.empty() ? "none" : fmt::format("{}", fmt::join(nearest, ", "));
 }
 
 std::optional<std::string> meant_by(std::string_view name, const std::vector<std::string>& candidates) {
-  const std::vector<Ranked> ranked = by_distance(name, candidates);
-  if (ranked.empty() || 3 * ranked.front().first > std::max(name.size(), ranked.front().second.size()))
-    return std::nullopt;
-  return ranked.front().second;
+  if (candidates.empty()) return std::nullopt;
+  const std::string nearest =
+      std::ranges::min(candidates, {}, [&](const std::string& of) { return edit_distance(name, of); });
+  if (3 * edit_distance(name, nearest) > std::max(name.size(), nearest.size())) return std::nullopt;
+  return nearest;
 }
 
 }  // namespace hystcan::config

@@ -14,13 +14,13 @@ void require_known_format(const toml::table& root, const std::string& name) {
   const toml::node* node = root.get("format");
   if (node == nullptr) return;
   const auto format = node->value_exact<std::int64_t>();
-  const toml::source_position place = node->source().begin;
+  const toml::source_position at = node->source().begin;
+  const std::string is = fmt::format("{}:{}:{}: format is", name, at.line, at.column);
   if (!format || *format < 1)
-    throw Error(fmt::format("{}:{}:{}: format is no number of a format, expected {}", name, place.line,
-                            place.column, newest_format));
+    throw Error(fmt::format("{} no number of a format, expected {}", is, newest_format));
   if (*format > newest_format)
-    throw Error(fmt::format("{}:{}:{}: format is {}, written for a newer hystcan, expected at most {}", name,
-                            place.line, place.column, *format, newest_format));
+    throw Error(
+        fmt::format("{} {}, written for a newer hystcan, expected at most {}", is, *format, newest_format));
 }
 
 }  // namespace hystcan::config

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/input_file.h"
 #include "base/text.h"
 #include "config/document/toml_text.h"
 
@@ -41,16 +40,6 @@ const toml::node* child_of(const toml::node& node, const std::string& part) {
   std::size_t index = 0;
   std::from_chars(part.data() + 1, part.data() + part.size(), index);
   return node.is_array() ? node.as_array()->get(index) : nullptr;
-}
-
-/// An inline table and a value are no tables with a header; a table of dotted keys has none, too.
-bool begins_with_bracket(const toml::node& node, std::string_view text_there) {
-  if (const toml::table* table = node.as_table()) return !table->is_inline() && text_there.starts_with('[');
-  return node.is_array() && text_there.starts_with("[[") && node.as_array()->is_array_of_tables();
-}
-
-bool same(const toml::source_position& a, const toml::source_position& b) {
-  return a.line == b.line && a.column == b.column;
 }
 
 /// The lines of a table's own keys.
@@ -112,11 +101,7 @@ struct TomlEdit::Place {
 TomlEdit::TomlEdit(std::string text, std::string name) : name_(std::move(name)) { take(std::move(text)); }
 
 TomlEdit TomlEdit::of_file(const std::filesystem::path& file, std::size_t largest) {
-  try {
-    return {read_regular_file(file, largest), file.string()};
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file.string(), error.what()));
-  }
+  return {read_toml_file(file, largest), file.string()};
 }
 
 void TomlEdit::take(std::string text) {
@@ -151,6 +136,13 @@ std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
     while (continues()) ++at;
   }
   return at;
+}
+
+/// An inline table and a value are no tables with a header; a table of dotted keys has none, too.
+bool TomlEdit::has_header(const toml::node& node) const {
+  const std::string_view there = std::string_view(text_).substr(offset_of(node.source().begin));
+  if (const toml::table* table = node.as_table()) return !table->is_inline() && there.starts_with('[');
+  return node.is_array() && there.starts_with("[[") && node.as_array()->is_array_of_tables();
 }
 
 TomlEdit::Place TomlEdit::find(const std::string& path) const {
@@ -188,15 +180,10 @@ void TomlEdit::replace_value(const toml::source_region& at, const std::string& v
 void TomlEdit::insert_below(std::size_t line, const std::vector<std::string>& lines) {
   const std::string_view end = text_.find("\r\n") != std::string::npos ? "\r\n" : "\n";
   const std::size_t newline = text_.find('\n', line_start(line));
-  std::string added;
-  if (newline == std::string::npos) {
-    for (const std::string& one : lines) added.append(end).append(one);
-    take(text_ + added);
-    return;
-  }
-  for (const std::string& one : lines) added.append(one).append(end);
-  std::string text = text_;
-  take(text.insert(newline + 1, added));
+  const bool is_last = newline == std::string::npos;  // without a line end
+  std::string text = text_, added;
+  for (const std::string& one : lines) added.append(is_last ? end : one).append(is_last ? one : end);
+  take(text.insert(is_last ? text.size() : newline + 1, added));
 }
 
 void TomlEdit::set(const std::string& path, const std::string& value) {
@@ -207,9 +194,6 @@ void TomlEdit::set(const std::string& path, const std::string& value) {
     throw Error(fmt::format("\"{}\" is no path of keys, expected one like axis[1].control.kp", path));
   const toml::node& node = place.deepest();
   const toml::source_region where = node.source();
-  const auto has_header = [&](const toml::node& of) {
-    return begins_with_bracket(of, std::string_view(text_).substr(offset_of(of.source().begin)));
-  };
   if (place.is_complete()) {
     if (node.is_table() || has_header(node))
       fail(where, fmt::format("{} is a table, expected a value", path));
@@ -222,12 +206,12 @@ void TomlEdit::set(const std::string& path, const std::string& value) {
     fail(where, fmt::format("there is no place for {}, expected the table above it", path));
   const toml::table& table = *node.as_table();
   const bool only_implied = std::ranges::any_of(table, [&](const auto& entry) {
-    return has_header(entry.second) && same(entry.second.source().begin, where.begin);
+    return has_header(entry.second) && entry.second.source().begin == where.begin;
   });
   if (place.within_inline || !has_header(node) || only_implied)
     fail(where, fmt::format("{} is missing in {}, which has no header of its own, expected a table [{}]",
                             path, header, header));
-  const OwnLines own = own_lines_of(table, has_header);
+  const OwnLines own = own_lines_of(table, [this](const toml::node& of) { return has_header(of); });
   if (missing == 1)
     insert_below(own.last, {aligned(place.parts.back(), value, line_at(own.last_key))});
   else
@@ -249,9 +233,6 @@ void TomlEdit::comment_out(const std::string& path) {
   const Place place = find(path);
   if (!place.is_complete()) return;
   const toml::node& node = place.deepest();
-  const auto has_header = [&](const toml::node& of) {
-    return begins_with_bracket(of, std::string_view(text_).substr(offset_of(of.source().begin)));
-  };
   if (place.within_inline || place.nodes.size() < 2 || is_index(place.parts.back()))
     fail(node.source(),
          fmt::format("{} stands in a list or in a table within one line, expected a line of its own", path));
@@ -259,7 +240,8 @@ void TomlEdit::comment_out(const std::string& path) {
     fail(node.source(), fmt::format("{} is a list of tables, expected a key or a table", path));
   std::size_t first = node.source().begin.line, last = node.source().end.line;
   if (node.is_table() && !node.as_table()->is_inline()) {
-    const OwnLines own = own_lines_of(*node.as_table(), has_header);
+    const OwnLines own =
+        own_lines_of(*node.as_table(), [this](const toml::node& of) { return has_header(of); });
     if (own.has_tables || !has_header(node))
       fail(node.source(), fmt::format("{} has tables or dotted keys, expected [{}] with plain keys", path,
                                       place.header(place.parts.size())));

@@ -47,6 +47,7 @@ class TomlEdit {
 
   [[noreturn]] void fail(const toml::source_region& where, const std::string& what) const;
   Place find(const std::string& path) const;
+  bool has_header(const toml::node& node) const;
   std::size_t offset_of(const toml::source_position& position) const;
   std::size_t line_start(std::size_t line) const;
   std::string_view line_at(std::size_t line) const;

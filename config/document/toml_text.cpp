@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/input_file.h"
 #include "base/text.h"
 
 namespace hystcan::config {
@@ -133,6 +134,14 @@ std::string toml_comment(std::string_view lines) {
   }
   comment.resize(comment.size() - 2);
   return comment;
+}
+
+std::string read_toml_file(const std::filesystem::path& file, std::size_t largest) {
+  try {
+    return read_regular_file(file, largest);
+  } catch (const FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file.string(), error.what()));
+  }
 }
 
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin) {

@@ -5,6 +5,7 @@
 
 #include <toml++/toml.h>
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -24,6 +25,9 @@ std::string toml_string(std::string_view text);
 /// Each line of the text, which is UTF-8 and ends with a line end, as a comment. It has a space for each
 /// control character.
 std::string toml_comment(std::string_view lines);
+
+/// The text of a regular file of at most `largest` bytes. Throws Error.
+std::string read_toml_file(const std::filesystem::path& file, std::size_t largest);
 
 /// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their
 /// path; no path if it is empty.

@@ -30,18 +30,14 @@ constexpr Loss sample_losses[] = {
      "that is one cycle late counts as fresh"},
     {"status", "no Status: a sample that the sensor marks as bad is used"}};
 
-void add_integrity(std::vector<std::string>& lines, const std::string& place, can::Integrity integrity) {
-  if (integrity == can::Integrity::none)
-    lines.push_back(place + "no counter: a repeated or frozen frame counts as fresh");
-  if (integrity != can::Integrity::counter_crc)
-    lines.push_back(place + "no CRC: damage to a frame outside the bus (in node or gateway) is not noticed");
-}
-
 void add(std::vector<std::string>& lines, const std::string& place, const can::MessageMap& map,
          std::span<const Loss> all) {
   for (const auto& [role, what] : all)
     if (!map.carries(role)) lines.push_back(place + what);
-  add_integrity(lines, place, map.integrity);
+  if (map.integrity == can::Integrity::none)
+    lines.push_back(place + "no counter: a repeated or frozen frame counts as fresh");
+  if (map.integrity != can::Integrity::counter_crc)
+    lines.push_back(place + "no CRC: damage to a frame outside the bus (in node or gateway) is not noticed");
 }
 
 /// The maps of command and sample, and of amplifier status, controller status, setpoint and scan marker if

@@ -21,6 +21,7 @@ struct SegmentNeeds {
   double slew_per_s = 0.0;  ///< of the drive, in drive units
   double motion_um = 0.0;   ///< in one cycle
   double step_um = 0.0;     ///< from level to level at once
+  std::string place{};      ///< "axis x, setpoint[1]"
 };
 
 std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double rate_Hz) {
@@ -73,8 +74,7 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
   return needs;
 }
 
-void warn_of_reach(const AxisConfig& axis, const SegmentNeeds& needs, const std::string& place,
-                   std::vector<std::string>& warnings) {
+void warn_of_reach(const AxisConfig& axis, const SegmentNeeds& needs, std::vector<std::string>& warnings) {
   const model::HysteresisParameters& model = axis.control.law.model;
   const controller::Gate::Config& gate = axis.control.gate;
   const model::Interval drives = controller::model_drives(model, gate);
@@ -83,36 +83,34 @@ void warn_of_reach(const AxisConfig& axis, const SegmentNeeds& needs, const std:
   warnings.push_back(
       fmt::format("{}: {:.6g} to {:.6g} um, but the model reaches {:.6g} to {:.6g} um with {:g} to {:g} {}: "
                   "the drive will stand at its limit; keep the setpoint within the reach",
-                  place, needs.lowest_um, needs.highest_um, reach.lo, reach.hi, drives.lo, drives.hi,
+                  needs.place, needs.lowest_um, needs.highest_um, reach.lo, reach.hi, drives.lo, drives.hi,
                   axis.wire.drive_unit));
 }
 
-void warn_of_slew(const AxisConfig& axis, const SegmentNeeds& needs, const std::string& place,
-                  std::vector<std::string>& warnings) {
+void warn_of_slew(const AxisConfig& axis, const SegmentNeeds& needs, std::vector<std::string>& warnings) {
   if (needs.slew_per_s <= axis.control.gate.slew_per_s) return;
   const std::string& unit = axis.wire.drive_unit;
   warnings.push_back(fmt::format(
       "{}: the drive must change by up to {:.4g} {}/s, but slew_{}_per_s is {:g}: a reference that is {:.3g} "
       "times as slow would do{}",
-      place, needs.slew_per_s, unit, unit, axis.control.gate.slew_per_s,
+      needs.place, needs.slew_per_s, unit, unit, axis.control.gate.slew_per_s,
       needs.slew_per_s / axis.control.gate.slew_per_s,
       axis.control.plant_inverse ? ", or smoother corners (turnaround_percent)" : ""));
 }
 
-void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, const std::string& place,
-                  std::vector<std::string>& warnings) {
+void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, std::vector<std::string>& warnings) {
   const double jump_um = axis.control.supervision.position_jump_um;
   if (jump_um > 0.0 && needs.motion_um > jump_um)
     warnings.push_back(fmt::format(
         "{}: the reference moves by up to {:.4g} um in a cycle, but position_jump_um is {:g}: a stage "
         "that follows trips `position jumped`; a slower reference would do (rise_s of a staircase)",
-        place, needs.motion_um, jump_um));
+        needs.place, needs.motion_um, jump_um));
   const controller::FollowingError::Config& following = axis.control.following_error;
   if (needs.step_um > following.error_um)
     warnings.push_back(fmt::format(
         "{}: a step of {:.4g} um, but following_error_um is {:g}: the stage must be within it after {} "
         "cycles; smaller steps, or a rise, would do",
-        place, needs.step_um, following.error_um, following.cycles));
+        needs.place, needs.step_um, following.error_um, following.cycles));
 }
 
 /// The highest frequency of a shape that swings; 0: it does not.
@@ -160,13 +158,13 @@ std::vector<std::string> setpoint_warnings(const Config& config) {
   std::vector<std::string> warnings;
   for (const AxisConfig& axis : config.axes) {
     warn_of_range(axis, warnings);
-    const std::vector<SegmentNeeds> needs = needs_of(axis.control, config.controller.rate_Hz);
+    std::vector<SegmentNeeds> needs = needs_of(axis.control, config.controller.rate_Hz);
     for (std::size_t i = 0; i < needs.size(); ++i) {
-      const std::string place = fmt::format("axis {}, setpoint[{}]", axis.wire.name, i);
-      warn_of_rate(axis.control.setpoint[i].shape, config.controller.rate_Hz, place, warnings);
-      warn_of_reach(axis, needs[i], place, warnings);
-      warn_of_slew(axis, needs[i], place, warnings);
-      warn_of_jump(axis, needs[i], place, warnings);
+      needs[i].place = fmt::format("axis {}, setpoint[{}]", axis.wire.name, i);
+      warn_of_rate(axis.control.setpoint[i].shape, config.controller.rate_Hz, needs[i].place, warnings);
+      warn_of_reach(axis, needs[i], warnings);
+      warn_of_slew(axis, needs[i], warnings);
+      warn_of_jump(axis, needs[i], warnings);
     }
   }
   return warnings;
