@@ -27,7 +27,7 @@
 #include "config/document/toml_edit.h"
 #include "config/document/toml_text.h"
 #include "config/files/model_file.h"
-#include "config/schema/config.h"
+#include "config/schema/settings.h"
 #include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
 #include "identification/old_model.h"
@@ -144,7 +144,7 @@ void write_config(const IdentifyArguments& options, const config::Config& config
                                          std::filesystem::absolute(config.file).parent_path(), none);
   if (none) model = std::filesystem::absolute(options.output);
   config::TomlEdit text = config::TomlEdit::of_file(config.file);
-  text.set(fmt::format("axis[{}].control.model", index_of_axis(config, options.input.axis)),
+  text.set(path_of(config, config.axes[index_of_axis(config, options.input.axis)].control_model),
            config::toml_string(model.string()));
   write_file(options.written, text.text());
   try {

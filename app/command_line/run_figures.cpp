@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "config/files/csv.h"
+#include "config/schema/settings.h"
 #include "controller/control/axis.h"
 
 namespace hystcan::app {
@@ -73,7 +74,9 @@ double drive_delay_s(const runs::RunAxis& axis, double rate_Hz) {
 
 /// in_position.tolerance_um; 0 where it was not configured.
 double tolerance_of(const runs::Run& run, std::size_t axis) {
-  const std::string key = fmt::format("axis[{}].control.in_position.tolerance_um", axis);
+  config::AxisConfig any;
+  const double& tolerance_um = any.control.in_position.emplace().tolerance_um;
+  const std::string key = fmt::format("axis[{}].{}", axis, path_of(any, tolerance_um));
   const auto& settings = run.info().settings;
   const auto found = std::ranges::find(settings, key, [](const auto& setting) { return setting.first; });
   if (found == settings.end()) return 0.0;

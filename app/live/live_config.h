@@ -21,13 +21,15 @@ class LiveConfig {
   /// The configuration at the start of the process.
   LiveConfig(std::filesystem::path file, const config::Config& config);
 
+  /// The overrides of the file after each single setting: the last are in force. Never empty.
+  using History = std::vector<std::vector<config::Setting>>;
+
   struct Prepared {
     std::vector<config::Setting> settings;  ///< in force once this is applied
-    std::vector<config::Setting> overrides;
-    std::vector<std::vector<config::Setting>> earlier;  ///< overrides that undo() can go back to
-    std::vector<config::Change> at_once;
-    std::vector<config::Change> after_restart;
-    std::vector<std::unique_ptr<controller::Request>> requests;  ///< retune, one for each axis concerned
+    History history;
+    std::vector<config::Change> at_once{};
+    std::vector<config::Change> after_restart{};
+    std::vector<std::unique_ptr<controller::Request>> requests{};  ///< retune, one for each axis concerned
   };
   /// Prepares the file as it is now; discards earlier single settings. Throws Error.
   Prepared reread() const;
@@ -44,22 +46,24 @@ class LiveConfig {
 
   const std::filesystem::path& file() const { return file_; }
   const std::vector<config::Setting>& settings() const { return settings_; }
-  std::size_t single_settings() const { return earlier_.size(); }
+  std::size_t single_settings() const { return history_.size() - 1; }
   const std::vector<std::string>& axis_names() const { return names_; }
   /// Throws Error if no axis has that name.
   std::size_t axis_index(std::string_view name) const;
 
  private:
-  using Overrides = std::vector<config::Setting>;
+  /// Axes, and whether their reference begins again. Without that it goes on unchanged.
+  using Concerned = std::map<std::size_t, bool>;
 
-  Prepared prepare(Overrides overrides, std::vector<Overrides> earlier) const;
+  /// With those that are uncertain.
+  Concerned concerned_by(const std::vector<config::Change>& changes) const;
+  Prepared prepare(History history) const;
 
   std::filesystem::path file_;
   std::vector<std::string> names_;
-  Overrides overrides_;
-  std::vector<Overrides> earlier_;  ///< the overrides before each single setting
+  History history_{{}};
   std::vector<config::Setting> settings_;
-  std::map<std::size_t, bool> uncertain_;  ///< axes, and whether their reference is uncertain too
+  Concerned uncertain_;
 };
 
 }  // namespace hystcan::app

@@ -88,7 +88,8 @@ struct SegmentKey {
 };
 
 std::optional<SegmentKey> segment_key(const std::string& path) {
-  static const std::regex form(R"((axis\[\d+\]\.control\.setpoint)\[(\d+)\]\.([A-Za-z0-9_.-]+))");
+  static const std::regex form(fmt::format(R"((axis\[\d+\]\.{}\.{})\[(\d+)\]\.([A-Za-z0-9_.-]+))",
+                                           config::control_key, config::setpoint_key));
   std::smatch found;
   if (!std::regex_match(path, found, form)) return std::nullopt;
   return SegmentKey{found[1], std::stoul(found[2]), found[3]};
@@ -113,31 +114,23 @@ void comment_out(std::vector<std::string>& lines, std::size_t first, std::size_t
 
 using Segments = std::map<std::size_t, std::vector<std::string>>;  ///< index -> lines `key = value`
 
-/// The segments of a list that are new, or gone: their lines are empty then.
+/// The segments of a list that are new, or gone: their lines are empty then. They are taken out of `unsaved`.
 std::map<std::string, Segments> changed_lists(const toml::table& root, std::vector<config::Change>& unsaved) {
   std::map<std::string, Segments> lists;
-  std::vector<config::Change> further;
   const auto size_of = [&](const std::string& list) {
     const auto node = root.at_path(list);
     return node.is_array_of_tables() ? node.as_array()->size() : 0;
   };
-  const auto is_gone = [&](const SegmentKey& key) {
-    return std::ranges::any_of(unsaved, [&](const config::Change& change) {
-      return change.path == fmt::format("{}[{}].kind", key.list, key.index) && change.to.empty();
-    });
-  };
-  for (const config::Change& change : unsaved) {
+  for (const config::Change& change : unsaved)
+    if (const auto key = segment_key(change.path); key && key->key == "kind" && change.to.empty())
+      if (size_of(key->list) > 0) lists[key->list][key->index];
+  std::erase_if(unsaved, [&](const config::Change& change) {
     const auto key = segment_key(change.path);
-    const std::size_t size = key ? size_of(key->list) : 0;
-    const bool is_new = size > 0 && key->index >= size;
-    if (is_new)
+    if (!key || size_of(key->list) == 0) return false;
+    if (key->index >= size_of(key->list))
       lists[key->list][key->index].push_back(fmt::format("{} = {}", key->key, change.to));
-    else if (size > 0 && is_gone(*key))
-      lists[key->list][key->index];
-    else
-      further.push_back(change);
-  }
-  unsaved = std::move(further);
+    return lists.contains(key->list) && lists.at(key->list).contains(key->index);
+  });
   return lists;
 }
 
@@ -173,7 +166,8 @@ std::string with_segments(const std::string& text, const std::string& name,
       if (keys.empty()) {
         comment_out(lines, there[index].source().begin.line, last_line_of(there[index]));
       } else {
-        added.insert(added.end(), {"", "[[axis.control.setpoint]]"});
+        added.insert(added.end(),
+                     {"", fmt::format("[[axis.{}.{}]]", config::control_key, config::setpoint_key)});
         added.insert(added.end(), keys.begin(), keys.end());
       }
     }

@@ -36,21 +36,22 @@ std::string page_commands() {
 
 /// The overrides that give the loop and the model in force, which do not depend on the setpoint.
 std::vector<config::Setting> overrides_of(const json& unsaved) {
+  const std::string of_segments = fmt::format(".{}[", config::setpoint_key);
   std::vector<config::Setting> overrides;
   for (const config::Change& change : changes_of(unsaved))
-    if (!change.to.empty() && change.path.find(".setpoint[") == std::string::npos)
+    if (!change.to.empty() && change.path.find(of_segments) == std::string::npos)
       overrides.push_back({change.path, change.to});
   return overrides;
 }
 
 /// The keys that can change while the controller runs. docs/page_protocol.md has the members.
-json keys_json(const std::filesystem::path& file) {
+json keys_json(const config::Config& config) {
   json list = json::array();
-  for (const config::Key& key : config::running_keys(config::load_as_written(file))) {
+  for (const config::Key& key : config::running_keys(config)) {
     json& about = list.emplace_back(json{{"key", key.path}, {"meaning", key.meaning}});
     if (std::isfinite(key.range.lo) || std::isfinite(key.range.hi)) about["range"] = key.range.describe();
     if (!key.choices.empty()) about["choices"] = key.choices;
-    about["unit"] = config::unit_of(key.path);
+    about["unit"] = key.unit();
   }
   return list;
 }
@@ -179,7 +180,7 @@ void PageRequests::settings(PageClient&, const Asked& asked, const json&) {
     answer.erase("file");
     for (json& setting : answer.at("settings"))
       setting["unit"] = config::unit_of(setting.at("key").get<std::string>());
-    answer["keys"] = keys_json(options_.config);
+    answer["keys"] = keys_json(config::load_as_written(options_.config));
     answer["undo_save"] = std::filesystem::exists(kept_beside(options_.config));
     reply(asked, std::move(answer));
   });

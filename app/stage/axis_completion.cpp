@@ -91,17 +91,18 @@ void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
   set_loop_of(stage, i,
               cautious_loop(plant, stage.config.controller.rate_Hz,
                             controller::SensitivityRule{}.resonance_percent, controller::CautiousRule{}));
-  twin::AxisConfig& twin = stage.config.axes[i].twin;
+  config::AxisConfig& axis = stage.config.axes[i];
+  twin::AxisConfig& twin = axis.twin;
   twin.plant.mode.natural_frequency_Hz = delays.resonance_Hz;
   twin.plant.mode.damping_ratio = delays.damping_ratio;
   twin.plant.amplifier.bandwidth_Hz = delays.amplifier_bandwidth_Hz;
   if (delays.sensor_delay.count() > 0) twin.sensor.delay = delays.sensor_delay;
-  const std::string axis = fmt::format("axis[{}].", i), in_delays = axis + "control.delays.";
-  stage.comments[in_delays + "amplifier_bandwidth_Hz"] = "with the sensor's lag, from the step";
-  stage.comments[axis + "twin.bandwidth_Hz"] = "from the step";
+  const auto path = [&](const config::Member& member) { return path_of(stage.config, member); };
+  stage.comments[path(axis.control.delays.amplifier_bandwidth_Hz)] = "with the sensor's lag, from the step";
+  stage.comments[path(twin.plant.amplifier.bandwidth_Hz)] = "from the step";
   if (!plant.mode) return;
-  stage.comments[in_delays + "resonance_Hz"] = "from the step";
-  stage.comments[in_delays + "damping_ratio"] = "from the step";
+  stage.comments[path(axis.control.delays.resonance_Hz)] = "from the step";
+  stage.comments[path(axis.control.delays.damping_ratio)] = "from the step";
 }
 
 std::string dynamics_line(const controller::Delays& delays) {
@@ -116,8 +117,7 @@ std::string dynamics_line(const std::string& record, const IdentifiedPlant& plan
   if (!plant.mode)
     text += fmt::format(
         ", which shows delay and lag but no mode ({}): the mode is within what is stated, {:g} Hz, "
-        "and the loop is sound with "
-        "one anywhere from there up",
+        "and the loop is sound with one anywhere from there up",
         plant.not_shown, stated_Hz);
   else if (!is_as_stated(*plant.mode, stated_Hz))
     text += fmt::format(", where {:g} Hz was stated", stated_Hz);

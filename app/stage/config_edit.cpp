@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -20,7 +21,7 @@ using Values = std::map<std::string, std::string>;
 /// By path.
 Values values_of(const config::AxisConfig& axis) {
   Values values;
-  config::control_text(axis, [&](const config::Setting& key, bool /*is_required*/) {
+  config::control_text(axis, [&](const config::Key& key, bool /*is_required*/) {
     if (!key.value.empty()) values[key.path] = key.value;
     return std::optional<std::string>();
   });
@@ -31,12 +32,11 @@ std::string table_of(const std::string& path) { return path.substr(0, path.rfind
 
 /// A line for each table of which no key is left.
 std::string removals(const Values& before, const Values& after) {
-  std::set<std::string> gone, left;
+  std::set<std::string> gone;
   for (const auto& [path, value] : before) gone.insert(table_of(path));
-  for (const auto& [path, value] : after) left.insert(table_of(path));
+  for (const auto& [path, value] : after) gone.erase(table_of(path));
   std::string text;
-  for (const std::string& table : gone)
-    if (!left.contains(table)) text += fmt::format("# remove [{}]\n", table);
+  for (const std::string& table : gone) text += fmt::format("# remove [{}]\n", table);
   return text;
 }
 
@@ -64,17 +64,17 @@ std::string with_loop(const config::Config& config, std::size_t axis, controller
   return text.text();
 }
 
-std::string control_fragment(const config::AxisConfig& before, bool is_configured,
-                             const config::AxisConfig& after, const Values& notes) {
+std::string control_fragment(const config::AxisConfig& before, const config::AxisConfig& after,
+                             const Notes& notes) {
   const Values former = values_of(before);
   const std::string text = config::control_text(
-      after, [&](const config::Setting& key, bool /*is_required*/) -> std::optional<std::string> {
+      after, [&](const config::Key& key, bool /*is_required*/) -> std::optional<std::string> {
         if (key.value.empty()) return std::nullopt;
         const auto was = former.find(key.path);
-        const auto note = notes.find(key.path);
+        const auto note = std::ranges::find(notes, key.member, &Notes::value_type::first);
         if (note == notes.end() && was != former.end() && was->second == key.value) return std::nullopt;
         const std::string behind = note == notes.end() ? std::string() : note->second;
-        if (is_configured && was != former.end()) return "was " + was->second + behind;
+        if (was != former.end()) return "was " + was->second + behind;
         return behind.substr(std::min(behind.find_first_not_of("; "), behind.size()));
       });
   return text + removals(former, values_of(after));

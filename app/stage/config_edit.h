@@ -3,8 +3,9 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "config/schema/config.h"
 #include "controller/analysis/loop_design.h"
@@ -22,11 +23,13 @@ std::size_t index_of_axis(const config::Config& config, const std::string& name)
 /// The text of the configuration's file with this loop in [axis.control] of the axis. All other lines stay.
 std::string with_loop(const config::Config& config, std::size_t axis, controller::LoopConfig loop);
 
-/// A fragment: the keys of [axis.control] that differ from `before`, and those that have a note, at their
-/// path. Behind each stand its former value, if `before` is configured, and its note: "# was 0.1; one cycle".
-std::string control_fragment(const config::AxisConfig& before, bool is_configured,
-                             const config::AxisConfig& after,
-                             const std::map<std::string, std::string>& notes);
+/// Of members of an axis: "; one cycle".
+using Notes = std::vector<std::pair<config::Member, std::string>>;
+
+/// A fragment: the keys of [axis.control] that differ from `before`, and those that have a note of a member
+/// of `after`. Behind each stand its former value and its note: "# was 0.1; one cycle".
+std::string control_fragment(const config::AxisConfig& before, const config::AxisConfig& after,
+                             const Notes& notes);
 
 /// Throws Error if `written` is an input or another output, or does not lie in the folder of the
 /// configuration: the paths within it count from there. `data` may be empty.

@@ -49,16 +49,19 @@ class FirstAxis {
  private:
   /// The comment behind a key. An empty one: the key is written though it is not required and has its
   /// default.
-  void remark(const std::string& key, const std::string& comment = {}) { remarks_[path_ + key] = comment; }
-  std::string drive_key(const char* key, const char* per = "") const {
-    return key + axis_.wire.drive_unit + per;
+  void remark(const config::Member& member, const std::string& comment = {}) {
+    remarks_[path_ + path_of(axis_, member)] = comment;
   }
 
   void set_wire() {
-    remark("message_prefix", fmt::format("messages {0}AmpCommand, {0}AmpStatus, {0}SensorSample of the DBC",
-                                         axis_.wire.message_prefix));
-    for (const char* frame : {"command", "status", "sample"})
-      remark(fmt::format("frames.{}.polynomial", frame), "assumed, and what it covers");
+    remark(axis_.wire.message_prefix,
+           fmt::format("messages {0}AmpCommand, {0}AmpStatus, {0}SensorSample of the DBC",
+                       axis_.wire.message_prefix));
+    if (const auto& frames = axis_.wire.frames)
+      for (const can::MessageMap* map :
+           {&frames->command, frames->status ? &*frames->status : nullptr, &frames->sample})
+        if (map != nullptr && map->integrity == can::Integrity::counter_crc)
+          remark(map->polynomial, "assumed, and what it covers");
   }
 
   void set_loop() {
@@ -70,12 +73,13 @@ class FirstAxis {
     axis_.control.in_position = {.tolerance_um = rounded(0.002 * facts_.travel_um.span(), 2),
                                  .window = std::chrono::milliseconds(20),
                                  .timeout = std::chrono::seconds(2)};
-    remark("control.structure", "average, inverse, pi, average+pi, inverse+pi");
-    remark("control.kp", "um per um");
-    remark("control.ki_per_s", "1/s; `hystcan check` judges the loop, `hystcan tune` proposes others");
+    remark(axis_.control.law.structure, "average, inverse, pi, average+pi, inverse+pi");
+    remark(axis_.control.law.pi.kp, "um per um");
+    remark(axis_.control.law.pi.ki_per_s,
+           "1/s; `hystcan check` judges the loop, `hystcan tune` proposes others");
     if (config::reports_state(axis_.wire)) return;
     axis_.control.enable_delay = std::chrono::milliseconds(500);
-    remark("control.enable_delay_ms", "assumed: its frames do not say when the amplifier is on");
+    remark(axis_.control.enable_delay, "assumed: its frames do not say when the amplifier is on");
   }
 
   /// What every drive and every position must keep to.
@@ -92,16 +96,17 @@ class FirstAxis {
     control.supervision.missing_samples = 3;
     control.following_error.error_um = rounded(0.15 * stroke, 2);
     control.following_error.cycles = 3;
-    remark(drive_key("control.drive_min_"), "no drive beyond these leaves the controller");
-    remark(drive_key("control.safe_drive_"), "where every run ends");
-    remark(drive_key("control.slew_", "_per_s"), "assumed: the range in 2.5 periods of the resonance");
-    remark(drive_key("control.wipe_slew_", "_per_s"),
+    remark(control.gate.drive_min, "no drive beyond these leaves the controller");
+    remark(control.gate.safe_drive, "where every run ends");
+    remark(control.gate.slew_per_s, "assumed: the range in 2.5 periods of the resonance");
+    remark(control.wipe_slew_per_s,
            "ramps in and out; start-up goes to drive_max and back, which erases the stage's memory");
-    remark("control.wipe_dwell_s");
-    remark("control.position_min_um", "a position beyond these ends the run");
-    remark("control.position_jump_um", "in one cycle: more is not possible and shows a loose cable");
-    remark("control.following_error_um", "assumed; structure \"pi\" needs more");
-    remark("control.missing_samples");
+    remark(control.wipe_dwell_s);
+    remark(control.supervision.position_min_um, "a position beyond these ends the run");
+    remark(control.supervision.position_jump_um,
+           "in one cycle: more is not possible and shows a loose cable");
+    remark(control.following_error.error_um, "assumed; structure \"pi\" needs more");
+    remark(control.supervision.missing_samples);
   }
 
   void set_delays() {
@@ -109,11 +114,11 @@ class FirstAxis {
     controller::Delays& delays = axis_.control.delays;
     delays.command_delay = std::chrono::microseconds(std::llround(1e6 / rate_Hz_));
     delays.amplifier_bandwidth_Hz = rounded(std::max(1000.0, 3.0 * delays.resonance_Hz), 3);
-    remark("control.delays.command_delay_us", "one cycle: the amplifier applies a setpoint at the next SYNC");
-    remark("control.delays.amplifier_bandwidth_Hz", "assumed: no step was recorded");
-    remark("control.delays.resonance_Hz", origin);
-    remark("control.delays.damping_ratio", facts_.damping_is_assumed ? "assumed" : origin);
-    if (delays.sensor_delay.count() > 0) remark("control.delays.sensor_delay_us", "stated, not measured");
+    remark(delays.command_delay, "one cycle: the amplifier applies a setpoint at the next SYNC");
+    remark(delays.amplifier_bandwidth_Hz, "assumed: no step was recorded");
+    remark(delays.resonance_Hz, origin);
+    remark(delays.damping_ratio, facts_.damping_is_assumed ? "assumed" : origin);
+    if (delays.sensor_delay.count() > 0) remark(delays.sensor_delay, "stated, not measured");
   }
 
   void set_reference() {
@@ -132,8 +137,8 @@ class FirstAxis {
                                                              .cycles = 10.0},
                                .transition_s = rounded(0.3 * slowness, 2)},
                               {.shape = stairs, .transition_s = rounded(0.2 * slowness, 2)}};
-    remark("control.setpoint[0]", "80 % of the travel");
-    remark("control.setpoint[1]", "decaying, many levels: the memory keeps every reversal");
+    remark(axis_.control.setpoint[0], "80 % of the travel");
+    remark(axis_.control.setpoint[1], "decaying, many levels: the memory keeps every reversal");
   }
 
   void set_twin() {
@@ -152,10 +157,10 @@ class FirstAxis {
     twin.sensor.resolution_um = rounded(twin.sensor.noise_um_rms / 3.0, 1);
     twin.sensor.noise_um_rms = rounded(twin.sensor.noise_um_rms, 2);
     twin.sensor.delay = delays.sensor_delay;
-    remark(drive_key("twin.drive_min_"), "assumed: wider than the controller's");
-    remark(drive_key("twin.slew_", "_per_s"), "assumed");
-    remark("twin.bandwidth_Hz", "assumed");
-    if (delays.sensor_delay.count() > 0) remark("twin.sensor.delay_us", "stated");
+    remark(twin.plant.amplifier.drive_min, "assumed: wider than the controller's");
+    remark(twin.plant.amplifier.slew_per_s, "assumed");
+    remark(twin.plant.amplifier.bandwidth_Hz, "assumed");
+    if (delays.sensor_delay.count() > 0) remark(twin.sensor.delay, "stated");
   }
 
   const AxisFacts& facts_;
@@ -178,7 +183,7 @@ std::string config_text(const StageFacts& facts) {
   config::Config config = facts.config;
   config.bus.dbc = config.bus.dbc.filename();
   config.twin.heartbeat_period = std::chrono::milliseconds(100);
-  std::map<std::string, std::string> remarks{{"twin.seed", ""}};
+  std::map<std::string, std::string> remarks{{path_of(config, config.twin.seed), ""}};
   for (std::size_t i = 0; i < facts.axes.size(); ++i)
     config.axes.push_back(
         FirstAxis(facts.axes[i], config.controller.rate_Hz, fmt::format("axis[{}].", i), remarks).make());

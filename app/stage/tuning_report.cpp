@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/live/report.h"
@@ -150,10 +149,6 @@ std::string promise_lines(const TuningReport& report) {
   return text;
 }
 
-std::string rules(const TuningReport& report) {
-  return (report.only_cautious ? std::string() : describe(report.rule)) + describe(report.cautious_rule);
-}
-
 std::string experiment_line(const TuningReport& report) {
   const controller::Excitation::Steps& s = report.steps;
   return line(
@@ -182,37 +177,25 @@ config::AxisConfig axis_with(const Candidate& candidate) {
 
 /// By the names in [axis.control.delays].
 nlohmann::json to_json(const controller::Delays& delays) {
-  constexpr std::string_view table = "axis.control.delays.";
-  config::AxisConfig axis;
-  axis.control.delays = delays;
   nlohmann::json json;
-  config::control_text(axis, [&](const config::Setting& key, bool /*is_required*/) {
-    if (key.path.starts_with(table)) json[key.path.substr(table.size())] = nlohmann::json::parse(key.value);
-    return std::optional<std::string>();
-  });
+  for (const config::Setting& key : config::settings(delays))
+    json[key.path] = nlohmann::json::parse(key.value);
   return json;
 }
 
 nlohmann::json to_json(const Candidate& of) {
-  nlohmann::json json{{"name", of.name},
-                      {"kp", of.loop.pi.kp},
-                      {"ki_per_s", of.loop.pi.ki_per_s},
-                      {"measurement_filter_Hz", of.loop.measurement_filter_Hz},
-                      {"notch", to_json(of.loop.notch)},
-                      {"margins", nullptr},
-                      {"worst_margins", nullptr},
-                      {"delays", to_json(of.loop.delays)},
-                      {"predicted_rms_percent", nullptr},
-                      {"predicted_true_rms_percent", nullptr}};
-  if (of.has_run()) {
-    json["predicted_rms_percent"] = of.rms_percent();
-    if (const auto percent = true_rms_percent(of)) json["predicted_true_rms_percent"] = *percent;
-  }
-  if (of.judged) {
-    json["margins"] = to_json(of.judged->margins);
-    json["worst_margins"] = to_json(of.judged->worst);
-  }
-  return json;
+  const nlohmann::json none;
+  const auto true_percent = of.has_run() ? true_rms_percent(of) : std::nullopt;
+  return {{"name", of.name},
+          {"kp", of.loop.pi.kp},
+          {"ki_per_s", of.loop.pi.ki_per_s},
+          {"measurement_filter_Hz", of.loop.measurement_filter_Hz},
+          {"notch", to_json(of.loop.notch)},
+          {"margins", of.judged ? to_json(of.judged->margins) : none},
+          {"worst_margins", of.judged ? to_json(of.judged->worst) : none},
+          {"delays", to_json(of.loop.delays)},
+          {"predicted_rms_percent", of.has_run() ? nlohmann::json(of.rms_percent()) : none},
+          {"predicted_true_rms_percent", true_percent ? nlohmann::json(*true_percent) : none}};
 }
 
 /// With the prediction of each structure.
@@ -267,29 +250,30 @@ std::string describe(const TuningReport& report) {
          line("configured", fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms",
                                         now.resonance_Hz, now.damping_ratio, now.amplifier_bandwidth_Hz,
                                         1e-3 * microseconds(now.command_delay))) +
-         rules(report) + '\n' + candidate_table(report) + choice(report) + cautious_line(report) + '\n' +
+         (report.only_cautious ? std::string() : describe(report.rule)) + describe(report.cautious_rule) +
+         '\n' + candidate_table(report) + choice(report) + cautious_line(report) + '\n' +
          prediction_table(report) + promise_lines(report);
 }
 
 std::string fragment(const TuningReport& report) {
   const config::AxisConfig before = axis_with(report.present()), after = axis_with(report.proposed());
-  std::map<std::string, std::string> notes{
-      {"axis.control.kp", " um per um"},
-      {"axis.control.ki_per_s", ""},
-      {"axis.control.delays.command_delay_us", "; one cycle; the measured delay counts from its end"},
-      {"axis.control.delays.resonance_Hz", ""},
-      {"axis.control.delays.damping_ratio", ""}};
-  if (after.control.delays.amplifier_bandwidth_Hz != before.control.delays.amplifier_bandwidth_Hz)
-    notes["axis.control.delays.amplifier_bandwidth_Hz"] =
-        fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s());
-  if (after.control.delays.sensor_delay != before.control.delays.sensor_delay)
-    notes["axis.control.delays.sensor_delay_us"] = "; a pure delay beside the lag";
+  const controller::Delays& delays = after.control.delays;
+  Notes notes{{after.control.law.pi.kp, " um per um"},
+              {after.control.law.pi.ki_per_s, ""},
+              {delays.command_delay, "; one cycle; the measured delay counts from its end"},
+              {delays.resonance_Hz, ""},
+              {delays.damping_ratio, ""}};
+  if (delays.amplifier_bandwidth_Hz != before.control.delays.amplifier_bandwidth_Hz)
+    notes.emplace_back(delays.amplifier_bandwidth_Hz,
+                       fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s()));
+  if (delays.sensor_delay != before.control.delays.sensor_delay)
+    notes.emplace_back(delays.sensor_delay, "; a pure delay beside the lag");
   const auto comment = [](const std::string& text) { return config::toml_comment(can::dbc::to_utf8(text)); };
   return comment(fmt::format(
              "Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "
              "[axis.control].\n",
              report.axis, report.config)) +
-         "#\n" + comment(describe(report)) + control_fragment(before, true, after, notes);
+         "#\n" + comment(describe(report)) + control_fragment(before, after, notes);
 }
 
 nlohmann::json to_json(const TuningReport& report) {
@@ -316,10 +300,9 @@ nlohmann::json to_json(const TuningReport& report) {
   json["present"] = to_whole_json(report.present());
   json["proposed"] = to_whole_json(report.proposed());
   json["promise"] = report.promise ? to_json(*report.promise) : nlohmann::json();
-  json["better_rate"] = nullptr;
-  if (report.offer)
-    json["better_rate"] = {{"rate_Hz", report.offer->rate_Hz},
-                           {"promise", to_json(report.offer->promises.front())}};
+  json["better_rate"] = report.offer ? nlohmann::json{{"rate_Hz", report.offer->rate_Hz},
+                                                      {"promise", to_json(report.offer->promises.front())}}
+                                     : nlohmann::json();
   json["prediction_rests_on"] = assumptions(report);
   return json;
 }

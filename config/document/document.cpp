@@ -7,7 +7,6 @@
 #include <sstream>
 #include <utility>
 
-#include "base/input_file.h"
 #include "base/text.h"
 #include "config/document/closest.h"
 #include "config/document/format.h"
@@ -16,44 +15,40 @@
 namespace hystcan::config {
 namespace {
 
-std::string place(const std::filesystem::path& file, const toml::source_position& position) {
-  return fmt::format("{}:{}:{}", file.string(), position.line, position.column);
-}
-
 std::string join_choices(std::span<const std::string_view> choices) {
   return fmt::format("\"{}\"", fmt::join(choices, "\", \""));
 }
 
-std::string meant_instead_of(std::string_view key, const std::set<std::string, std::less<>>& known) {
-  const auto meant = meant_by(key, {known.begin(), known.end()});
-  return meant ? fmt::format(" (did you mean {}?)", *meant) : std::string();
+std::string type_of(const toml::node& node) {
+  std::ostringstream type;
+  type << node.type();
+  return type.str();
 }
 
 }  // namespace
 
-Document::Document(std::filesystem::path file, std::string_view text)
-    : file_(std::move(file)), root_(parse_toml(text, file_.string())) {
-  take_format();
+/// The format is no key of the root: only the file has one.
+Document::Document(std::filesystem::path file, std::string_view text) : file_(std::move(file)) {
+  toml::table root = parse_toml(text, file_.string());
+  require_known_format(root, file_.string());
+  root.erase("format");
+  root_ = read_ = std::make_shared<const toml::table>(std::move(root));
 }
 
-Document::Document(std::filesystem::path file, const std::vector<Setting>& overrides, std::size_t largest)
-    : file_(std::move(file)) {
-  try {
-    root_ = parse_toml(read_regular_file(file_, largest), file_.string());
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file_.string(), error.what()));
-  }
-  take_format();
-  for (const Setting& setting : overrides) put(setting);
-}
+Document::Document(std::filesystem::path file, std::size_t largest)
+    : Document(file, read_toml_file(file, largest)) {}
 
-void Document::take_format() {
-  require_known_format(root_, file_.string());
-  root_.erase("format");
+Document Document::with(const std::vector<Setting>& overrides) const {
+  Document changed = *this;
+  if (overrides.empty()) return changed;
+  toml::table root = *root_;
+  for (const Setting& setting : overrides) changed.put(setting, root);
+  changed.root_ = std::make_shared<const toml::table>(std::move(root));
+  return changed;
 }
 
 /// Creates missing tables on the path to the key, but no elements of a list.
-void Document::put(const Setting& setting) {
+void Document::put(const Setting& setting, toml::table& root) {
   const std::size_t dot = setting.path.rfind('.');
   const std::string key = dot == std::string::npos ? setting.path : setting.path.substr(dot + 1);
   const std::string above = dot == std::string::npos ? std::string() : setting.path.substr(0, dot);
@@ -63,14 +58,15 @@ void Document::put(const Setting& setting) {
   } catch (const Error&) {
     throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", setting.path, setting.value));
   }
-  if (!above.empty() && !root_.at_path(above)) put({above, "{}"});
-  toml::table* table = above.empty() ? &root_ : root_.at_path(above).as_table();
+  if (!above.empty() && !root.at_path(above)) put({above, "{}"}, root);
+  toml::table* table = above.empty() ? &root : root.at_path(above).as_table();
   if (table == nullptr || key.find('[') != std::string::npos || parsed.size() != 1)
     throw Error(
         fmt::format("{}: there is no such key to set, expected one of the configuration", setting.path));
   toml::node& value = *parsed.get("value");
   const toml::source_region origin = value.source();
   table->insert_or_assign(toml::key(key, toml::source_region(origin)), std::move(value));
+  overridden_.push_back(setting.path);
 }
 
 std::filesystem::path Document::resolve(const std::filesystem::path& path) const {
@@ -81,16 +77,18 @@ void Document::fail(const toml::source_region& where, const std::string& what) c
   if (where.path)
     throw Error(fmt::format("{}: {}", *where.path, what));  // it stands in an override, not in the file
   const toml::source_position position = where.begin ? where.begin : toml::source_position{1, 1};
-  throw Error(fmt::format("{}: {}", place(file_, position), what));
+  throw Error(fmt::format("{}:{}:{}: {}", file_.string(), position.line, position.column, what));
 }
 
 void Document::fail_at(std::string_view path, const std::string& what) const {
-  while (true) {
-    if (const auto node = root_.at_path(path)) fail(node.node()->source(), what);
+  while (!path.empty() && !has(path)) {
     const auto cut = path.find_last_of(".[");
-    if (cut == std::string_view::npos) fail(root_.source(), what);
-    path = path.substr(0, cut);
+    path = path.substr(0, cut == std::string_view::npos ? 0 : cut);
   }
+  const auto override = std::find_if(overridden_.rbegin(), overridden_.rend(),
+                                     [&](const std::string& of) { return is_within(path, of); });
+  if (override != overridden_.rend()) throw Error(fmt::format("{}: {}", *override, what));
+  fail(path.empty() ? read_->source() : read_->at_path(path).node()->source(), what);
 }
 
 std::string Range::describe() const {
@@ -101,6 +99,33 @@ std::string Range::describe() const {
   return fmt::format("a number {} {} and <= {}", above, lo, hi);
 }
 
+std::string unit_of(std::string_view key) {
+  constexpr std::pair<std::string_view, std::string_view> units[] = {
+      {"um", "um"},   {"s", "s"},   {"ms", "ms"},  {"us", "us"},        {"hour", "h"},    {"h", "h"},
+      {"Hz", "Hz"},   {"V", "V"},   {"A", "A"},    {"K", "K"},          {"percent", "%"}, {"deg", "deg"},
+      {"ppm", "ppm"}, {"MB", "MB"}, {"GB", "GB"},  {"uF", "uF"},        {"mH", "mH"},     {"ohm", "ohm"},
+      {"bit", "bit"}, {"<U>", "U"}, {"s2", "s^2"}, {"rtHz", "sqrt(Hz)"}};
+  key.remove_prefix(key.rfind('.') + 1);  // nothing where it is no path
+  if (key == "kp") return "um/um";
+  if (key.ends_with("_rms")) key.remove_suffix(4);
+  const auto unit_at_end = [&](std::string_view text) {
+    const std::string_view word = text.substr(text.rfind('_') + 1);
+    const auto found = std::ranges::find(units, word, [](const auto& unit) { return unit.first; });
+    return found == std::end(units) ? std::string() : std::string(found->second);
+  };
+  std::string unit = unit_at_end(key);
+  const std::size_t per = key.rfind("_per_");
+  if (unit.empty() || per == std::string_view::npos || key.find('_', per + 5) != std::string_view::npos)
+    return unit;
+  const std::string above = unit_at_end(key.substr(0, per));
+  return (above.empty() ? "1" : above) + "/" + unit;
+}
+
+bool is_within(std::string_view path, std::string_view table) {
+  return path.starts_with(table) &&
+         (path.size() == table.size() || path[table.size()] == '.' || path[table.size()] == '[');
+}
+
 double nanoseconds_per_unit(std::string_view key) {
   if (key.ends_with("_us")) return 1e3;
   if (key.ends_with("_ms")) return 1e6;
@@ -109,20 +134,8 @@ double nanoseconds_per_unit(std::string_view key) {
 
 void Reader::choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
                     const About& /*about*/) {
-  required(key, value);
   lacks_choice_ |= !table_.contains(key);
-  if (table_.contains(key) && std::ranges::find(choices, value) == choices.end())
-    document_.fail(table_.get(key)->source(),
-                   fmt::format("{} is \"{}\", expected one of {}", key, value, join_choices(choices)));
-}
-
-void Reader::numbers(std::string_view key, std::vector<double>& values, const About& /*about*/) {
-  known_.emplace(key);
-  const toml::node* node = table_.get(key);
-  if (node != nullptr && node->is_array() && node->as_array()->empty())
-    values.clear();
-  else if (node != nullptr)
-    values = read_numbers(*node, key, any);
+  if (const toml::node* node = look_up(key)) value = read_word(*node, key, choices);
 }
 
 void Reader::limit_or_inf(std::string_view key, double& value, double /*in_its_place*/,
@@ -133,49 +146,23 @@ void Reader::limit_or_inf(std::string_view key, double& value, double /*in_its_p
     read(*node, key, value, positive);
 }
 
-bool Reader::read_choices(std::string_view key, std::vector<std::string>& values,
-                          std::span<const std::string_view> choices) {
-  known_.emplace(key);
-  const toml::node* node = table_.get(key);
-  if (node == nullptr) return false;
-  const toml::array* array = node->as_array();
-  if (array == nullptr) wrong_type(*node, key, "an array of words");
-  values.reserve(array->size());
-  for (const toml::node& element : *array) {
-    values.push_back(read_string(element, key));
-    if (std::ranges::find(choices, values.back()) == choices.end())
-      document_.fail(element.source(), fmt::format("{} has \"{}\", expected some of {}", key, values.back(),
-                                                   join_choices(choices)));
-  }
-  return true;
-}
-
-void Reader::whole_numbers(std::string_view key, std::vector<std::int64_t>& values, const About& /*about*/) {
-  known_.emplace(key);
-  const toml::node* node = table_.get(key);
-  if (node == nullptr) return;
-  const toml::array* array = node->as_array();
-  if (array == nullptr) wrong_type(*node, key, "an array of whole numbers");
-  values.clear();
-  values.reserve(array->size());
-  for (const toml::node& element : *array) {
-    const auto value = element.value_exact<std::int64_t>();
-    if (!value) wrong_type(element, key, "a whole number");
-    values.push_back(*value);
-  }
-}
-
 void Reader::finish() const {
   for (const auto& [key, node] : table_) {
     if (known_.contains(key.str())) continue;
-    const std::string meant = meant_instead_of(key.str(), known_);
-    if (lacks_choice_ && meant.empty()) continue;
-    document_.fail(key.source(), fmt::format("unknown key {}{}, expected one of {}", key.str(), meant,
+    const auto meant = meant_by(key.str(), {known_.begin(), known_.end()});
+    if (lacks_choice_ && !meant) continue;
+    document_.fail(key.source(), fmt::format("unknown key {}{}, expected one of {}", key.str(),
+                                             meant ? fmt::format(" (did you mean {}?)", *meant) : "",
                                              fmt::join(known_, ", ")));
   }
   if (!missing_.empty())
-    document_.fail(table_.source(), fmt::format("missing key {}, expected in {}", missing_,
-                                                path_.empty() ? "the file" : "[" + path_ + "]"));
+    document_.fail_at(path_, fmt::format("missing key {}, expected in {}", missing_,
+                                         path_.empty() ? "the file" : "[" + path_ + "]"));
+}
+
+const toml::table& Reader::table_at(const toml::node& node, const std::string& path) const {
+  if (const toml::table* table = node.as_table()) return *table;
+  document_.fail_at(path, fmt::format("{} is of type {}, expected a table", path, type_of(node)));
 }
 
 bool Reader::read_bool(const toml::node& node, std::string_view key) const {
@@ -184,24 +171,29 @@ bool Reader::read_bool(const toml::node& node, std::string_view key) const {
   return *value;
 }
 
+std::int64_t Reader::read_whole_number(const toml::node& node, std::string_view key, Index index) const {
+  const auto value = node.value_exact<std::int64_t>();
+  if (!value) wrong_type(node, key, "a whole number", index);
+  return *value;
+}
+
 std::int64_t Reader::read_integer(const toml::node& node, std::string_view key, Range range,
                                   double type_max) const {
   range.lo = std::max(range.lo, 0.0);
   range.hi = std::min(range.hi, type_max);
-  const auto value = node.value_exact<std::int64_t>();
-  if (!value) wrong_type(node, key, "a whole number");
-  if (!range.contains(static_cast<double>(*value)))
-    document_.fail(node.source(), fmt::format("{} is {}, expected {}", key, *value, range.describe()));
-  return *value;
+  const std::int64_t value = read_whole_number(node, key);
+  if (!range.contains(static_cast<double>(value)))
+    fail(key, fmt::format("is {}, expected {}", value, range.describe()));
+  return value;
 }
 
-double Reader::read_number(const toml::node& node, std::string_view key, Range range) const {
-  if (!node.is_number()) wrong_type(node, key, range.describe());
+double Reader::read_number(const toml::node& node, std::string_view key, Range range, Index index) const {
+  if (!node.is_number()) wrong_type(node, key, range.describe(), index);
   // value<double>() is empty for an integer that no double is equal to.
   const double value =  // + 0.0: of -0.0 nothing but its sign would be left, in margins and in messages
       (node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point()) + 0.0;
   if (!std::isfinite(value) || !range.contains(value))
-    document_.fail(node.source(), fmt::format("{} is {}, expected {}", key, value, range.describe()));
+    fail(key, fmt::format("is {}, expected {}", value, range.describe()), index);
   return value;
 }
 
@@ -209,32 +201,28 @@ can::Duration Reader::read_duration(const toml::node& node, std::string_view key
   constexpr double year_ns = 365.0 * 86'400.0 * 1e9;
   const double value = read_number(node, key, range), unit_ns = nanoseconds_per_unit(key);
   if (std::abs(value) > year_ns / unit_ns)
-    document_.fail(node.source(),
-                   fmt::format("{} is {}, expected at most a year, {}", key, value, year_ns / unit_ns));
+    fail(key, fmt::format("is {}, expected at most a year, {}", value, year_ns / unit_ns));
   const can::Duration duration(std::llround(value * unit_ns));
   if (value != 0.0 && duration == can::Duration::zero())
-    document_.fail(node.source(),
-                   fmt::format("{} is {}, expected at least a nanosecond, {}", key, value, 1.0 / unit_ns));
+    fail(key, fmt::format("is {}, expected at least a nanosecond, {}", value, 1.0 / unit_ns));
   return duration;
 }
 
-std::vector<double> Reader::read_numbers(const toml::node& node, std::string_view key, Range range) const {
-  const toml::array* array = node.as_array();
-  if (array == nullptr) wrong_type(node, key, "an array of numbers");
-  if (array->empty())
-    document_.fail(node.source(), fmt::format("{} is empty, expected at least one number", key));
-  std::vector<double> values;
-  for (const toml::node& element : *array) values.push_back(read_number(element, key, range));
-  return values;
+std::string Reader::read_string(const toml::node& node, std::string_view key, Index index) const {
+  const auto value = node.value_exact<std::string>();
+  if (!value) wrong_type(node, key, "a string", index);
+  if (value->empty()) fail(key, "is empty, expected text", index);
+  if (has_control_character(*value)) fail(key, "has a control character, expected text of one line", index);
+  return *value;
 }
 
-std::string Reader::read_string(const toml::node& node, std::string_view key) const {
-  const auto value = node.value_exact<std::string>();
-  if (!value) wrong_type(node, key, "a string");
-  if (value->empty()) document_.fail(node.source(), fmt::format("{} is empty, expected text", key));
-  if (has_control_character(*value))
-    document_.fail(node.source(), fmt::format("{} has a control character, expected text of one line", key));
-  return *value;
+std::string Reader::read_word(const toml::node& node, std::string_view key,
+                              std::span<const std::string_view> choices, Index index) const {
+  std::string word = read_string(node, key, index);
+  const char *is = index ? "has" : "is", *one = index ? "some" : "one";
+  if (std::ranges::find(choices, word) == choices.end())
+    fail(key, fmt::format("{} \"{}\", expected {} of {}", is, word, one, join_choices(choices)), index);
+  return word;
 }
 
 const toml::node* Reader::look_up(std::string_view key) {
@@ -244,20 +232,25 @@ const toml::node* Reader::look_up(std::string_view key) {
   return node;
 }
 
-void Reader::wrong_type(const toml::node& node, std::string_view key, const std::string& expected) const {
-  std::ostringstream type;
-  type << node.type();
-  document_.fail(node.source(), fmt::format("{} is of type {}, expected {}", key, type.str(), expected));
+void Reader::fail(std::string_view key, const std::string& what, Index index) const {
+  document_.fail_at(index ? fmt::format("{}[{}]", join(key), *index) : join(key),
+                    fmt::format("{} {}", key, what));
+}
+
+void Reader::wrong_type(const toml::node& node, std::string_view key, const std::string& expected,
+                        Index index) const {
+  fail(key, fmt::format("is of type {}, expected {}", type_of(node), expected), index);
 }
 
 std::string Reader::join(std::string_view key) const {
   return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
 }
 
-void Writer::line(std::string_view key, const std::string& value, bool is_required, const About& about,
-                  std::span<const std::string_view> choices, Range range) {
+void Writer::line(std::string_view key, const Member& member, const std::string& value, bool is_required,
+                  const About& about, std::span<const std::string_view> choices, Range range) {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
-  const auto comment = remark_({{path, value}, range, about.meaning, choices}, is_required);
+  const Setting setting{path, value, about.effect.value_or(effect_)};
+  const auto comment = remark_({setting, range, about.meaning, choices, member}, is_required);
   if (!comment) return;
   if (layout_ == Layout::model) {
     keys_ += fmt::format("{:<12} = {}{}{}\n", key, value, about.meaning.empty() ? "" : "  # ", about.meaning);
@@ -274,29 +267,30 @@ void Writer::line(std::string_view key, const std::string& value, bool is_requir
 }
 
 /// In columns a table without keys of its own has no header; tables within it imply it.
-void Writer::enter(std::string_view key, const std::string& index, const std::function<void(Writer&)>& body) {
+void Writer::enter(std::string_view key, const std::string& index, const Member& member,
+                   const std::function<void(Writer&)>& body) {
   Writer inner(layout_, remark_);
+  inner.effect_ = effect_;
   inner.header_ = header_.empty() ? std::string(key) : header_ + "." + std::string(key);
   inner.path_ = (path_.empty() ? std::string(key) : path_ + "." + std::string(key)) + index;
+  Key table{{inner.path_, {}}};
+  table.member = member;
+  table.is_table = true;
+  const std::string comment = remark_(table, false).value_or("");
   body(inner);
   if (layout_ == Layout::plain || !inner.keys_.empty()) {
     const std::string name = "[" + inner.header_ + "]", header = index.empty() ? name : "[" + name + "]";
-    const std::string comment = remark_({{inner.path_, {}}}, false).value_or("");
     tables_ += '\n' + (comment.empty() ? header : fmt::format("{:<34} # {}", header, comment)) + '\n';
   }
   tables_ += inner.text();
 }
 
-void Writer::limit_or_inf(std::string_view key, double value, double in_its_place, const About& about) {
+void Writer::limit_or_inf(std::string_view key, const double& value, double in_its_place,
+                          const About& about) {
   if (!std::isfinite(in_its_place) || layout_ == Layout::schema)
-    line(key, number(value), false, about, {}, positive);
+    line(key, value, text_of(key, value), false, about, {}, positive);
   else if (layout_ == Layout::plain)
     keys_ += fmt::format("# {} = {:.6g}  # default, of transitions alone\n", key, in_its_place);
-}
-
-void Writer::whole_numbers(std::string_view key, const std::vector<std::int64_t>& values,
-                           const About& about) {
-  line(key, fmt::format("[{}]", fmt::join(values, ", ")), false, about);
 }
 
 std::string Writer::number(double value, int digits) const {
@@ -311,6 +305,10 @@ std::string Writer::list_of(const std::vector<double>& values) const {
   texts.reserve(values.size());
   for (const double value : values) texts.push_back(number(value));
   return fmt::format("[{}]", fmt::join(texts, ", "));
+}
+
+std::string Writer::list_of(const std::vector<std::int64_t>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
 }
 
 std::string Writer::list_of(const std::vector<std::string_view>& words) {

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
@@ -36,11 +37,13 @@ class Document {
  public:
   /// Of a file that has this text, or will have it.
   Document(std::filesystem::path file, std::string_view text);
-  /// Reads a regular file of at most `largest` bytes; the overrides replace its values.
-  explicit Document(std::filesystem::path file, const std::vector<Setting>& overrides = {},
-                    std::size_t largest = largest_configuration);
+  /// Reads a regular file of at most `largest` bytes.
+  explicit Document(std::filesystem::path file, std::size_t largest = largest_configuration);
+  /// The same with other values of these keys.
+  Document with(const std::vector<Setting>& overrides) const;
 
-  const toml::table& root() const { return root_; }
+  const toml::table& root() const { return *root_; }
+  bool has(std::string_view path) const { return static_cast<bool>(root_->at_path(path)); }
   const std::filesystem::path& file() const { return file_; }
   /// Resolves a path of the file, which is relative to the file's own folder.
   std::filesystem::path resolve(const std::filesystem::path& path) const;
@@ -52,15 +55,22 @@ class Document {
   [[noreturn]] void fail_at(std::string_view path, const std::string& what) const;
 
  private:
-  /// The format is no key of the root: only the file has one.
-  void take_format();
-  void put(const Setting& setting);
+  void put(const Setting& setting, toml::table& root);
 
   std::filesystem::path file_;
-  toml::table root_;
+  std::shared_ptr<const toml::table> read_;  ///< its nodes know where they stand; those of a copy do not
+  std::shared_ptr<const toml::table> root_;  ///< the same, or a copy with other values
+  std::vector<std::string> overridden_{};    ///< paths
 };
 
 double nanoseconds_per_unit(std::string_view key);
+
+/// A list of some of an enum's words.
+template <class T>
+concept ListOfWords = requires {
+  typename T::value_type;
+}
+&&HasWords<typename T::value_type>;
 
 /// Fills structs from one table.
 class Reader {
@@ -70,39 +80,17 @@ class Reader {
 
   template <class T>
   void required(std::string_view key, T& value, Range range = any, const About& = {}) {
+    lacks_choice_ |= HasWords<T> && !table_.contains(key);
     if (const toml::node* node = look_up(key)) read(*node, key, value, range);
   }
+  /// A list may be empty.
   template <class T>
   void optional(std::string_view key, T& value, Range range = any, const About& = {}) {
     known_.emplace(key);
-    if (const toml::node* node = table_.get(key)) read(*node, key, value, range);
+    if (const toml::node* node = table_.get(key)) read(*node, key, value, range, 0);
   }
   void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
               const About& = {});
-  /// One of the enum's words.
-  template <HasWords Enum>
-  void choice(std::string_view key, Enum& value, const About& = {}) {
-    std::string word(word_of(value));
-    choice(key, word, words(value));
-    value = *parse_word<Enum>(word);
-  }
-  template <HasWords Enum>
-  void optional_choice(std::string_view key, Enum& value, const About& = {}) {
-    known_.emplace(key);
-    if (table_.contains(key)) choice(key, value);
-  }
-  /// A list of some of the enum's words; optional.
-  template <HasWords Enum>
-  void choices(std::string_view key, std::vector<Enum>& values, const About& = {}) {
-    std::vector<std::string> chosen;
-    if (!read_choices(key, chosen, words(Enum{}))) return;
-    values.clear();
-    for (const std::string& word : chosen) values.push_back(*parse_word<Enum>(word));
-  }
-  /// Optional; may be empty.
-  void numbers(std::string_view key, std::vector<double>& values, const About& = {});
-  /// Optional; may be empty.
-  void whole_numbers(std::string_view key, std::vector<std::int64_t>& values, const About& = {});
   /// A limit; another limit is in force if it is left out. `inf` means that there is no limit.
   void limit_or_inf(std::string_view key, double& value, double in_its_place, const About& = {});
 
@@ -110,15 +98,13 @@ class Reader {
   template <class T, class Visit>
   void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
     known_.emplace(key);
-    const toml::node* node = table_.get(key);
-    if (node != nullptr && missing_.empty()) read_table(*node, join(key), value.emplace(), visit);
+    if (table_.contains(key)) table(key, value.emplace(), visit);
   }
   /// A sub-table that may be left out because all its keys have defaults.
   template <class T, class Visit>
   void section(std::string_view key, T& value, Visit visit) {
     known_.emplace(key);
-    const toml::node* node = table_.get(key);
-    if (node != nullptr && missing_.empty()) read_table(*node, join(key), value, visit);
+    if (table_.contains(key)) table(key, value, visit);
   }
   /// A sub-table with its own struct: calls `visit(reader, value)`.
   template <class T, class Visit>
@@ -150,6 +136,7 @@ class Reader {
   void alternative(Make make) {
     make();
   }
+  void takes_effect(Effect) {}
 
   /// Fails at an unknown key, then at a missing required key. The order matters because a misspelt key is
   /// both. Where a missing key is a choice, which may decide on the keys, only one that is close to a known
@@ -157,17 +144,17 @@ class Reader {
   void finish() const;
 
  private:
+  using Index = std::optional<std::size_t>;
+
   template <class T, class Visit>
   void read_table(const toml::node& node, const std::string& path, T& value, Visit visit) {
-    const toml::table* sub = node.as_table();
-    if (sub == nullptr) wrong_type(node, path, "a table");
-    Reader reader(document_, *sub, path);
+    Reader reader(document_, table_at(node, path), path);
     visit(reader, value);
     reader.finish();
   }
 
   template <class T>
-  void read(const toml::node& node, std::string_view key, T& value, Range range) {
+  void read(const toml::node& node, std::string_view key, T& value, Range range, std::size_t /*least*/ = 1) {
     if constexpr (std::is_same_v<T, bool>) {
       value = read_bool(node, key);
     } else if constexpr (std::is_integral_v<T>) {
@@ -177,29 +164,51 @@ class Reader {
       value = read_number(node, key, range);
     } else if constexpr (std::is_same_v<T, can::Duration>) {
       value = read_duration(node, key, range);
-    } else if constexpr (std::is_same_v<T, std::vector<double>>) {
-      value = read_numbers(node, key, range);
+    } else if constexpr (HasWords<T>) {
+      value = *parse_word<T>(read_word(node, key, words(value)));
     } else {
       value = read_string(node, key);
     }
   }
+  template <class Element>
+  void read(const toml::node& node, std::string_view key, std::vector<Element>& values, Range range,
+            std::size_t least = 1) {
+    constexpr bool has_words = HasWords<Element>, is_whole = std::is_integral_v<Element>;
+    const toml::array* array = node.as_array();
+    if (array == nullptr)
+      wrong_type(node, key,
+                 has_words  ? "an array of words"
+                 : is_whole ? "an array of whole numbers"
+                            : "an array of numbers");
+    if (array->size() < least) fail(key, "is empty, expected at least one number");
+    values.clear();
+    for (const toml::node& element : *array)
+      if constexpr (has_words)
+        values.push_back(*parse_word<Element>(read_word(element, key, words(Element{}), values.size())));
+      else if constexpr (is_whole)
+        values.push_back(read_whole_number(element, key, values.size()));
+      else
+        values.push_back(read_number(element, key, range, values.size()));
+  }
 
-  /// False where the key is not there.
-  bool read_choices(std::string_view key, std::vector<std::string>& values,
-                    std::span<const std::string_view> choices);
+  const toml::table& table_at(const toml::node& node, const std::string& path) const;
   bool read_bool(const toml::node& node, std::string_view key) const;
+  std::int64_t read_whole_number(const toml::node& node, std::string_view key, Index index = {}) const;
   std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
-  double read_number(const toml::node& node, std::string_view key, Range range) const;
+  double read_number(const toml::node& node, std::string_view key, Range range, Index index = {}) const;
   /// Fails beyond a year, which no timer needs and a computation with times still has room for, and where
   /// less than a nanosecond would become zero.
   can::Duration read_duration(const toml::node& node, std::string_view key, Range range) const;
-  std::vector<double> read_numbers(const toml::node& node, std::string_view key, Range range) const;
-  std::string read_string(const toml::node& node, std::string_view key) const;
+  std::string read_string(const toml::node& node, std::string_view key, Index index = {}) const;
+  std::string read_word(const toml::node& node, std::string_view key,
+                        std::span<const std::string_view> choices, Index index = {}) const;
 
   /// The node of a required key; null if it is absent, and finish() then fails.
   const toml::node* look_up(std::string_view key);
-  [[noreturn]] void wrong_type(const toml::node& node, std::string_view key,
-                               const std::string& expected) const;
+  /// "KEY what", at the key or at an element of its list.
+  [[noreturn]] void fail(std::string_view key, const std::string& what, Index index = {}) const;
+  [[noreturn]] void wrong_type(const toml::node& node, std::string_view key, const std::string& expected,
+                               Index index = {}) const;
   std::string join(std::string_view key) const;
 
   const Document& document_;
@@ -217,7 +226,7 @@ class Writer {
     plain,    ///< `hystcan check`: each number with the fewest characters
     columns,  ///< a file: equals signs and comments below each other, numbers that are not whole have a point
     model,    ///< a model file: numbers of some digits, meanings as comments
-    schema    ///< for the remark alone: also keys that are left out, and those of tables that are left out
+    schema    ///< for the remark alone, without values: also what is left out
   };
   /// `table`: in whose keys the struct's are, as path and header; empty: the file's.
   Writer(Layout layout, Remark remark, std::string table = {})
@@ -225,49 +234,31 @@ class Writer {
 
   template <class T>
   void required(std::string_view key, const T& value, Range range = any, const About& about = {}) {
-    line(key, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
+    line(key, value, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
   }
-  /// An infinite number and an empty text say that the key is left out. A key without a default of its own
-  /// counts as required otherwise.
+  /// An infinite number, an empty text and a list of no word say that the key is left out. A key without a
+  /// default of its own counts as required otherwise, unless it is a word.
   template <class T>
   void optional(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     bool is_left_out = false;
     if constexpr (std::is_floating_point_v<T>)
       is_left_out = !std::isfinite(value);
-    else if constexpr (std::is_convertible_v<T, std::filesystem::path>)
+    else if constexpr (std::is_convertible_v<T, std::filesystem::path> || ListOfWords<T>)
       is_left_out = value.empty();
+    const bool is_required = !about.otherwise.empty() && !HasWords<T> && !ListOfWords<T>;
     if (!is_left_out || layout_ == Layout::schema)
-      line(key, text_of(key, value), !about.otherwise.empty(), about, choices_of<T>(), range);
+      line(key, value, text_of(key, value), is_required, about, choices_of<T>(), range);
   }
   void choice(std::string_view key, const std::string& value, std::span<const std::string_view> choices,
               const About& about = {}) {
-    line(key, text_of(key, value), true, about, choices);
-  }
-  template <HasWords Enum>
-  void choice(std::string_view key, Enum value, const About& about = {}) {
-    line(key, text_of(key, word_of(value)), true, about, choices_of<Enum>());
-  }
-  template <HasWords Enum>
-  void optional_choice(std::string_view key, Enum value, const About& about = {}) {
-    line(key, text_of(key, word_of(value)), false, about, choices_of<Enum>());
-  }
-  template <HasWords Enum>
-  void choices(std::string_view key, const std::vector<Enum>& values, const About& about = {}) {
-    std::vector<std::string_view> chosen;
-    chosen.reserve(values.size());
-    for (const Enum value : values) chosen.push_back(word_of(value));
-    if (!chosen.empty()) line(key, list_of(chosen), false, about);
-  }
-  void whole_numbers(std::string_view key, const std::vector<std::int64_t>& values, const About& about = {});
-  void numbers(std::string_view key, const std::vector<double>& values, const About& about = {}) {
-    optional(key, values, any, about);
+    line(key, value, text_of(key, value), true, about, choices);
   }
   /// `in_its_place`: in force where it is left out; infinite: nothing. Shown as a comment, as it is no value
   /// of the key.
-  void limit_or_inf(std::string_view key, double value, double in_its_place, const About& about = {});
+  void limit_or_inf(std::string_view key, const double& value, double in_its_place, const About& about = {});
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
-    enter(key, {}, [&](Writer& writer) { visit(writer, value); });
+    enter(key, {}, value, [&](Writer& writer) { visit(writer, value); });
   }
   template <class T, class Visit>
   void section(std::string_view key, T& value, Visit visit) {
@@ -282,21 +273,24 @@ class Writer {
   template <class T, class Visit>
   void list(std::string_view key, std::vector<T>& values, Visit visit) {
     for (std::size_t i = 0; i < values.size(); ++i)
-      enter(key, "[" + std::to_string(i) + "]", [&](Writer& writer) { visit(writer, values[i]); });
+      enter(key, "[" + std::to_string(i) + "]", values[i], [&](Writer& writer) { visit(writer, values[i]); });
   }
   template <class T, class Visit>
   void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
-    if (layout_ == Layout::schema) line(key, {}, false);
+    if (layout_ == Layout::schema) line(key, values, {}, false);
     list(key, values, visit);
   }
   template <class Make>
   void alternative(Make) {}
+  /// Of all further keys of this table and of its tables, if nothing else is said of them.
+  void takes_effect(Effect effect) { effect_ = effect; }
 
   std::string text() const { return keys_ + tables_; }
 
  private:
   template <class T>
   std::string text_of(std::string_view key, const T& value, int digits = About{}.digits) const {
+    if (layout_ == Layout::schema) return {};
     if constexpr (std::is_same_v<T, bool>)
       return value ? "true" : "false";
     else if constexpr (std::is_same_v<T, can::Duration>)
@@ -305,13 +299,22 @@ class Writer {
       return number(value, digits);
     else if constexpr (std::is_integral_v<T>)
       return std::to_string(value);
-    else if constexpr (std::is_same_v<T, std::vector<double>>)
+    else if constexpr (HasWords<T>)
+      return toml_string(word_of(value));
+    else if constexpr (std::is_same_v<T, std::vector<double>> || std::is_same_v<T, std::vector<std::int64_t>>)
       return list_of(value);
+    else if constexpr (ListOfWords<T>)
+      return list_of([&] {
+        std::vector<std::string_view> chosen;
+        for (const auto word : value) chosen.push_back(word_of(word));
+        return chosen;
+      }());
     else
       return toml_string(std::filesystem::path(value).string());
   }
   /// A table, or the element of a list with this index.
-  void enter(std::string_view key, const std::string& index, const std::function<void(Writer&)>& body);
+  void enter(std::string_view key, const std::string& index, const Member& member,
+             const std::function<void(Writer&)>& body);
   template <class T>
   static std::span<const std::string_view> choices_of() {
     if constexpr (HasWords<T>) {
@@ -324,10 +327,11 @@ class Writer {
       return {};
     }
   }
-  void line(std::string_view key, const std::string& value, bool is_required, const About& about = {},
-            std::span<const std::string_view> choices = {}, Range range = any);
+  void line(std::string_view key, const Member& member, const std::string& value, bool is_required,
+            const About& about = {}, std::span<const std::string_view> choices = {}, Range range = any);
   std::string number(double value, int digits = About{}.digits) const;
   std::string list_of(const std::vector<double>& values) const;
+  static std::string list_of(const std::vector<std::int64_t>& values);
   static std::string list_of(const std::vector<std::string_view>& words);
 
   Layout layout_;
@@ -336,6 +340,7 @@ class Writer {
   std::string path_;    ///< the table's name with indices
   std::string keys_;    ///< the text of the table's own keys
   std::string tables_;  ///< and that of the tables in it
+  Effect effect_ = Effect::after_restart;
 };
 
 }  // namespace hystcan::config

@@ -43,15 +43,15 @@ void visit(V& v, MemoryFile& m) {
   v.optional("model", m.model);
   v.required("input", m.input);
   v.optional("output", m.output);
-  v.numbers("creep", m.creep);
+  v.optional("creep", m.creep);
   v.optional("time_s", m.time_s);
   if (m.kind == model::PrandtlIshlinskii::kind()) {
     v.required("plays", m.plays);
     return;
   }
-  v.choice("origin", m.origin);
-  v.numbers("turning_inputs", m.turning_inputs);
-  v.numbers("turning_outputs", m.turning_outputs);
+  v.required("origin", m.origin);
+  v.optional("turning_inputs", m.turning_inputs);
+  v.optional("turning_outputs", m.turning_outputs);
   v.optional("merged", m.merged);
 }
 
@@ -69,7 +69,7 @@ MemoryFile read(const Document& document) {
     sub.optional("offset_um", ignored);
   });
   reader.optional_list("learning", raw.learnt, [](Reader& sub, std::vector<double>& correction_um) {
-    sub.numbers("correction_um", correction_um);
+    sub.optional("correction_um", correction_um);
   });
   reader.finish();
   return raw;
@@ -90,7 +90,7 @@ MemoryFile read(const Document& document, const Model& model) {
 }
 
 model::TurningPoints turning_points(const Document& document, const MemoryFile& raw) {
-  const bool has_output = static_cast<bool>(document.root().at_path("memory.output"));
+  const bool has_output = document.has("memory.output");
   return {.origin = raw.origin,
           .inputs = raw.turning_inputs,
           .levels = raw.turning_outputs,
@@ -116,7 +116,7 @@ model::HysteresisState remembered(const Document& document, const MemoryFile& ra
 template <class Model>
 model::HysteresisState load_memory(const std::filesystem::path& file, const Model& model,
                                    std::size_t capacity) {
-  const Document document(file, {}, largest_model_file);
+  const Document document(file, largest_model_file);
   return remembered(document, read(document, model), model, capacity);
 }
 
@@ -128,11 +128,11 @@ template model::HysteresisState load_memory(const std::filesystem::path&, const 
                                             std::size_t);
 
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
-  const Document document(file, {}, largest_model_file);
+  const Document document(file, largest_model_file);
   // [stop] comes last and shows that the file is complete: a number that is cut off is still a valid number.
   if (!document.root().contains("stop"))
     document.fail_at("", "missing table [stop], expected a whole file that a controller has saved");
-  if (document.root().at_path("memory.creep"))
+  if (document.has("memory.creep"))
     document.fail_at("memory.creep", "creep stands in a state file, expected it in a memory file only");
   MemoryFile raw = read(document, model);
   return {.memory = remembered(document, raw, model, model::Hysteresis::default_capacity),
@@ -141,7 +141,7 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
 
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t) {
-  const Document document(file, {}, largest_model_file);
+  const Document document(file, largest_model_file);
   const MemoryFile raw = read(document, model);
   try {
     return model.restore(raw.input, raw.plays);
@@ -152,10 +152,10 @@ model::PlayState load_memory(const std::filesystem::path& file, const model::Pra
 
 std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,
                                                          const model::OutputCreep& creep, double h) {
-  const Document document(file, {}, largest_model_file);
+  const Document document(file, largest_model_file);
   const MemoryFile raw = read(document);
-  const bool has_time = static_cast<bool>(document.root().at_path("memory.time_s"));
-  if (!document.root().at_path("memory.creep")) {
+  const bool has_time = document.has("memory.time_s");
+  if (!document.has("memory.creep")) {
     if (has_time) document.fail_at("memory.time_s", "time_s stands without creep, expected both");
     return std::nullopt;
   }

@@ -63,24 +63,24 @@ void visit(V& v, ModelTables& m) {
     v.required("weights", m.weights);
     return;
   }
-  v.choice("basis", m.basis);
+  v.required("basis", m.basis);
   if (m.basis == model::Basis::spline) v.required("knots", m.knots);
   v.required("ascending", m.ascending);
   v.required("descending", m.descending);
   if (m.kind == model::Hysteresis::kind()) {
     v.required("k_ascending", m.k_ascending);
     v.required("k_descending", m.k_descending);
-    if (m.basis == model::Basis::spline) v.numbers("input_map", m.input_map);
+    if (m.basis == model::Basis::spline) v.optional("input_map", m.input_map);
   }
-  if (m.kind == model::Hysteresis::kind() || m.kind == average_kind) v.numbers("output_map", m.output_map);
-  v.choice("symmetry", m.symmetry);
+  if (m.kind == model::Hysteresis::kind() || m.kind == average_kind) v.optional("output_map", m.output_map);
+  v.required("symmetry", m.symmetry);
 }
 
 template <class V>
 void visit(V& v, identification::Misfit& misfit) {
   v.required("speed", misfit.speed, positive, {.meaning = "input units per second", .digits = 4});
   v.required("lowest", misfit.lowest, positive, {.meaning = "per input unit", .digits = 4});
-  v.numbers("rms", misfit.rms, {.meaning = "of each octave from there on, output units"});
+  v.optional("rms", misfit.rms, any, {.meaning = "of each octave from there on, output units"});
 }
 
 template <class V>
@@ -201,24 +201,24 @@ model::HysteresisParameters recursive_memory(const Document& document) {
 }  // namespace
 
 bool is_model_file(const std::filesystem::path& file) {
-  return Document(file, {}, largest_model_file).root().contains("hysteresis");
+  return Document(file, largest_model_file).root().contains("hysteresis");
 }
 
 model::AnyModel load_any_model(const std::filesystem::path& file) {
-  const Document document(file, {}, largest_model_file);
+  const Document document(file, largest_model_file);
   const ModelTables raw = read_model(document);
   return made(document, "hysteresis", [&] { return model::model_of(any_parameters(document, raw)); });
 }
 
 model::AnyParameters load_any_parameters(const std::filesystem::path& file) {
-  const Document document(file, {}, largest_model_file);
+  const Document document(file, largest_model_file);
   model::AnyParameters given = any_parameters(document, read_model(document));
   made(document, "hysteresis", [&] { return model::model_of(given); });
   return given;
 }
 
 model::HysteresisParameters load_model(const std::filesystem::path& file) {
-  const Document document(file, {}, largest_model_file);
+  const Document document(file, largest_model_file);
   const model::HysteresisParameters given = recursive_memory(document);
   return made(document, "hysteresis", [&] { return model::Hysteresis(given).parameters(); });
 }
@@ -257,12 +257,12 @@ std::string model_text(const model::HysteresisParameters& parameters,
 }
 
 identification::Lag load_lag(const std::filesystem::path& file) {
-  const ModelTables raw = read_model(Document(file, {}, largest_model_file));
+  const ModelTables raw = read_model(Document(file, largest_model_file));
   return {raw.identified_from ? raw.identified_from->delay_s : 0.0, raw.dynamics, raw.creep};
 }
 
 std::optional<identification::Misfit> load_misfit(const std::filesystem::path& file) {
-  const ModelTables raw = read_model(Document(file, {}, largest_model_file));
+  const ModelTables raw = read_model(Document(file, largest_model_file));
   std::optional<identification::Misfit> misfit;
   if (raw.identified_from) misfit = raw.identified_from->misfit;
   if (const auto factor = model::length_um(raw.output_unit); misfit && factor)
@@ -271,7 +271,7 @@ std::optional<identification::Misfit> load_misfit(const std::filesystem::path& f
 }
 
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file) {
-  const Document document(file, {}, largest_model_file);
+  const Document document(file, largest_model_file);
   const model::HysteresisParameters given = recursive_memory(document);
   return made(document, "hysteresis", [&] { return model::Hysteresis::beyond_limit(given); });
 }

@@ -12,6 +12,7 @@
 
 #include "can/protocol/protocol.h"
 #include "can/timing/schedulability.h"
+#include "config/schema/check.h"
 #include "config/schema/frames.h"
 
 namespace hystcan::config {
@@ -195,7 +196,8 @@ PlannedFrame planned(const can::ChainSource& source, const can::BitRates& rates)
 }
 
 /// A command frame of several axes is not to go out before their samples can have come.
-void check_command_deadline(const Document& document, const Config& config, const BusPlan& plan) {
+void check_command_deadline(const Checked& checked, const BusPlan& plan) {
+  const Config& config = checked.config;
   const Duration deadline = controller::command_deadline_of(config.controller);
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     const std::size_t first = first_sharing<can::AmpCommand>(config, i);
@@ -205,12 +207,11 @@ void check_command_deadline(const Document& document, const Config& config, cons
       const auto sample = std::ranges::find(plan.frames, message,
                                             [](const PlannedFrame& planned) { return planned.frame.name; });
       if (sample->response && *sample->response <= deadline) continue;
-      document.fail_at(
-          "controller.command_deadline_us",
-          fmt::format("command_deadline_us is {:.0f} in force, expected at least {:.0f}: only then "
-                      "all samples {} have come",
-                      1e6 * can::seconds(deadline), 1e6 * can::seconds(sample->response.value_or(plan.cycle)),
-                      message));
+      checked.fail(config.controller.command_deadline,
+                   "command_deadline_us is {:.0f} in force, expected at least {:.0f}: only then "
+                   "all samples {} have come",
+                   1e6 * can::seconds(deadline), 1e6 * can::seconds(sample->response.value_or(plan.cycle)),
+                   message);
     }
   }
 }
@@ -225,10 +226,11 @@ std::map<unsigned, std::string> nodes_of(const Config& config) {
   return nodes;
 }
 
-void check_slots(const Document& document, const Config& config) {
-  const unsigned slots = config.bus.background_slots;
+void check_slots(const Checked& checked) {
+  const Config& config = checked.config;
+  const unsigned& slots = config.bus.background_slots;
   if (slots == 0) return;
-  const auto fail = [&](const std::string& text) { document.fail_at("bus.background_slots", text); };
+  const auto fail = [&](const std::string& text) { checked.fail(slots, "{}", text); };
   if (can::sync_counter_max % slots != 0)
     fail(fmt::format("background_slots is {}, expected a divisor of {}, up to which the SYNC counter counts",
                      slots, can::sync_counter_max));
@@ -335,10 +337,11 @@ double fastest_rate_Hz(Config config) {
   return is_in_time(rounded) ? rounded : fits;
 }
 
-void check_bus(const Document& document, const Config& config) {
-  check_slots(document, config);
+void check_bus(const Checked& checked) {
+  const Config& config = checked.config;
+  check_slots(checked);
   const BusPlan plan = plan_bus(config);
-  if (plan.commands_in_time()) return check_command_deadline(document, config, plan);
+  if (plan.commands_in_time()) return check_command_deadline(checked, plan);
   const auto us = [](Duration duration) { return 1e6 * can::seconds(duration); };
   const std::string found =
       plan.last_command
@@ -349,12 +352,11 @@ void check_bus(const Document& document, const Config& config) {
   const double fastest_Hz = fastest_rate_Hz(config);
   const std::string cure =
       fastest_Hz > 0.0 ? fmt::format("lower rate_Hz ({:g} Hz fits)", fastest_Hz) : "lower rate_Hz";
-  const char* const slow_phase =
-      fd_messages(config).empty() ? "bus.bitrate_bit_per_s" : "bus.data_bitrate_bit_per_s";
-  document.fail_at("controller.rate_Hz",
-                   fmt::format("{}, expected within the cycle, {:.0f} us: {}, raise {} "
-                               "or drive fewer axes ({} here)",
-                               found, us(plan.cycle), cure, slow_phase, config.axes.size()));
+  const std::string slow_phase = path_of(
+      config, fd_messages(config).empty() ? config.bus.bitrate_bit_per_s : config.bus.data_bitrate_bit_per_s);
+  checked.fail(config.controller.rate_Hz,
+               "{}, expected within the cycle, {:.0f} us: {}, raise {} or drive fewer axes ({} here)", found,
+               us(plan.cycle), cure, slow_phase, config.axes.size());
 }
 
 }  // namespace hystcan::config

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "can/timing/schedulability.h"
-#include "config/document/document.h"
 #include "config/schema/config.h"
 
 namespace hystcan::config {
@@ -66,8 +65,5 @@ enum class Wiring : std::uint8_t {
 /// for each axis 24 bits of position, of setpoint and flags, or of output, state and fault. CAN FD without a
 /// data bit rate has 5 Mbit/s.
 Config wired_as(Wiring wiring, std::size_t axes, const Config& config);
-
-/// Throws Error at the key rate_Hz if a command can be late, and at background_slots if nodes share one.
-void check_bus(const Document& document, const Config& config);
 
 }  // namespace hystcan::config

@@ -17,58 +17,43 @@
 namespace hystcan::config {
 namespace {
 
-/// The checks of one axis, at `path` ("axis[0]").
-class AxisCheck {
+/// The checks of one axis.
+class AxisCheck : Checked {
  public:
-  AxisCheck(const Document& document, const Config& config, std::size_t index)
-      : document_(document),
-        config_(config),
-        index_(index),
-        axis_(config.axes[index]),
-        path_(fmt::format("axis[{}]", index)),
-        unit_(axis_.wire.drive_unit) {}
+  AxisCheck(const Checked& checked, std::size_t index)
+      : Checked(checked), index_(index), axis_(config.axes[index]), unit_(axis_.wire.drive_unit) {}
 
   void run() const {
-    check_frames(document_, config_, index_);
-    check_model("control.model", axis_.control.law.model);
-    check_model("twin.model", axis_.twin.plant.hysteresis);
-    check_drive_range("control", axis_.control.gate.drive_min, axis_.control.gate.drive_max,
-                      axis_.control.gate.safe_drive, axis_.control.law.model.input_range());
-    const twin::Amplifier::Config& amplifier = axis_.twin.plant.amplifier;
-    check_drive_range("twin", amplifier.drive_min, amplifier.drive_max, amplifier.safe_drive,
-                      model::input_range(axis_.twin.plant.hysteresis));
+    check_frames(*this, index_);
+    check_model(axis_.control_model, axis_.control.law.model);
+    check_model(axis_.twin_model, axis_.twin.plant.hysteresis);
+    check_drive_range(axis_.control.gate, axis_.control.law.model.input_range());
+    check_drive_range(axis_.twin.plant.amplifier, model::input_range(axis_.twin.plant.hysteresis));
     check_slow_physics();
     check_setpoint();
     check_filters();
-    check_loop(document_, config_, index_);
+    check_loop(*this, index_);
     check_watchdog();
-    check_setup("amplifier_setup", axis_.wire.amplifier_setup);
-    check_setup("sensor_setup", axis_.wire.sensor_setup);
+    check_setup(axis_.wire.amplifier_setup);
+    check_setup(axis_.wire.sensor_setup);
     check_setup_timeout();
     check_status_timeout();
   }
 
  private:
-  template <class... Args>
-  [[noreturn]] void fail(const std::string& key, fmt::format_string<Args...> format, Args&&... args) const {
-    document_.fail_at(path_ + "." + key, fmt::format(format, std::forward<Args>(args)...));
-  }
-
-  void check_setup(const char* list, const std::vector<can::SdoWrite>& writes) const {
-    for (std::size_t i = 0; i < writes.size(); ++i) {
-      const auto [value, bytes] = writes[i].content;
+  void check_setup(const std::vector<can::SdoWrite>& writes) const {
+    for (const can::SdoWrite& write : writes) {
+      const auto& [value, bytes] = write.content;
       const std::uint64_t largest = (std::uint64_t{1} << 8U * bytes) - 1;
-      if (value > largest)
-        fail(fmt::format("{}[{}].value", list, i), "value is {}, expected at most {} in {} bytes", value,
-             largest, bytes);
+      if (value > largest) fail(value, "value is {}, expected at most {} in {} bytes", value, largest, bytes);
     }
   }
 
   void check_status_timeout() const {
     const double timeout_ms = 1e3 * can::seconds(axis_.control.supervision.status_timeout);
-    const double period_ms = 1e3 * can::seconds(longest_status_period(config_, axis_));
+    const double period_ms = 1e3 * can::seconds(longest_status_period(config, axis_));
     if (timeout_ms > 0.0 && timeout_ms < 2.0 * period_ms)
-      fail("control.status_timeout_ms",
+      fail(axis_.control.supervision.status_timeout,
            "status_timeout_ms is {:g}, expected at least two periods of status_every, {:g}, or 0", timeout_ms,
            2.0 * period_ms);
   }
@@ -77,84 +62,80 @@ class AxisCheck {
   void check_setup_timeout() const {
     if (axis_.wire.amplifier_setup.empty() && axis_.wire.sensor_setup.empty()) return;
     const double timeout_ms = 1e3 * can::seconds(axis_.wire.setup_patience.timeout);
-    const double cycle_ms = 1e3 / config_.controller.rate_Hz;
+    const double cycle_ms = 1e3 / config.controller.rate_Hz;
     if (timeout_ms < cycle_ms)
-      fail("setup_timeout_ms", "setup_timeout_ms is {:g}, expected at least one cycle, {:g}", timeout_ms,
-           cycle_ms);
+      fail(axis_.wire.setup_patience.timeout, "setup_timeout_ms is {:g}, expected at least one cycle, {:g}",
+           timeout_ms, cycle_ms);
   }
 
-  void check_model(const char* key, const model::AnyParameters& model) const {
+  void check_model(const std::filesystem::path& file, const model::AnyParameters& model) const {
     if (input_unit(model) != unit_)
-      fail(key, "the model's input_unit is \"{}\", expected \"{}\" as drive_unit", input_unit(model), unit_);
+      fail(file, "the model's input_unit is \"{}\", expected \"{}\" as drive_unit", input_unit(model), unit_);
     if (output_unit(model) != "um")
-      fail(key, "the model's output_unit is \"{}\", expected a length: um, nm, mm or m", output_unit(model));
+      fail(file, "the model's output_unit is \"{}\", expected a length: um, nm, mm or m", output_unit(model));
   }
 
-  void check_drive_range(const std::string& section, double min, double max, double safe,
-                         const model::Interval& thresholds) const {
-    const auto key = [&](const char* what) { return fmt::format("{}.{}_{}", section, what, unit_); };
-    if (!(min < max)) fail(key("drive_max"), "drive_max is {}, expected more than drive_min, {}", max, min);
-    if (safe < min || safe > max)
-      fail(key("safe_drive"), "safe_drive is {}, expected within {} and {}", safe, min, max);
+  void check_drive_range(const auto& drive, const model::Interval& thresholds) const {
+    const double &min = drive.drive_min, &max = drive.drive_max, &safe = drive.safe_drive;
+    if (!(min < max)) fail(max, "drive_max is {}, expected more than drive_min, {}", max, min);
+    if (safe < min || safe > max) fail(safe, "safe_drive is {}, expected within {} and {}", safe, min, max);
     if (max < thresholds.hi)
-      fail(key("drive_max"),
-           "drive_max is {}, expected at least {}: the model's upper threshold must be reached", max,
+      fail(max, "drive_max is {}, expected at least {}: the model's upper threshold must be reached", max,
            thresholds.hi);
   }
 
   void check_slow_physics() const {
     if (const auto& creep = axis_.twin.plant.creep; creep && creep->to_s <= creep->from_s)
-      fail("twin.creep.to_s", "to_s is {}, expected more than from_s, {}", creep->to_s, creep->from_s);
+      fail(creep->to_s, "to_s is {}, expected more than from_s, {}", creep->to_s, creep->from_s);
     if (const auto& t = axis_.twin.plant.temperature; t && std::abs(t->swing_K * t->gain_per_K) >= 1.0)
-      fail("twin.temperature.gain_per_K", "gain_per_K is {}, expected less than 1 / swing_K, {:g}",
-           t->gain_per_K, 1.0 / t->swing_K);
+      fail(t->gain_per_K, "gain_per_K is {}, expected less than 1 / swing_K, {:g}", t->gain_per_K,
+           1.0 / t->swing_K);
   }
 
   void check_setpoint() const {
     const controller::AxisConfig& control = axis_.control;
     if (!(control.supervision.position_min_um < control.supervision.position_max_um))
-      fail("control.position_max_um", "position_max_um is {}, expected more than position_min_um, {}",
+      fail(control.supervision.position_max_um,
+           "position_max_um is {}, expected more than position_min_um, {}",
            control.supervision.position_max_um, control.supervision.position_min_um);
     check_command_delay();
-    for (std::size_t i = 0; i < control.setpoint.size(); ++i)
-      check_segment(fmt::format("control.setpoint[{}]", i), control.setpoint[i].shape);
+    for (const controller::Segment& segment : control.setpoint) check_segment(segment);
     check_in_position();
   }
 
   /// For setpoints that take effect on receipt, check_receipt_delays() checks the delay.
   void check_command_delay() const {
     if (axis_.twin.apply != node::Apply::sync) return;
-    const can::Duration delay = axis_.control.delays.command_delay;
-    const std::int64_t cycle_us = std::llround(1e6 / config_.controller.rate_Hz);
+    const can::Duration& delay = axis_.control.delays.command_delay;
+    const std::int64_t cycle_us = std::llround(1e6 / config.controller.rate_Hz);
     if (std::chrono::abs(delay - std::chrono::microseconds(cycle_us)) > std::chrono::nanoseconds(500))
-      fail("control.delays.command_delay_us",
-           "command_delay_us is {}, expected {}, one cycle: a setpoint takes effect at the next SYNC",
+      fail(delay, "command_delay_us is {}, expected {}, one cycle: a setpoint takes effect at the next SYNC",
            static_cast<double>(delay.count()) * 1e-3, cycle_us);
   }
 
-  void check_segment(const std::string& key, const controller::Shape& shape) const {
+  void check_segment(const controller::Segment& segment) const {
     const controller::AxisConfig& control = axis_.control;
-    const controller::MotionBounds bounds = motion_bounds_of(key, shape);
+    const controller::MotionBounds bounds = motion_bounds_of(segment);
     for (const double value : {bounds.lowest_um, bounds.highest_um})
       if (value < control.supervision.position_min_um || value > control.supervision.position_max_um)
-        fail(key, "the setpoint goes to {} um, expected within {} and {} um", value,
+        fail(segment, "the setpoint goes to {} um, expected within {} and {} um", value,
              control.supervision.position_min_um, control.supervision.position_max_um);
     const auto [slew_limit, acceleration_limit] = control.reference_limits;
     if (bounds.peak_slew_um_per_s > slew_limit * rounding)
-      fail(key, "the {} moves at up to {:.6g} um/s, expected at most {:g}, reference_slew_um_per_s",
-           to_string(shape), bounds.peak_slew_um_per_s, slew_limit);
+      fail(segment, "the {} moves at up to {:.6g} um/s, expected at most {:g}, reference_slew_um_per_s",
+           to_string(segment.shape), bounds.peak_slew_um_per_s, slew_limit);
     if (bounds.peak_acceleration_um_per_s2 > acceleration_limit * rounding)
-      fail(key,
+      fail(segment,
            "the {} accelerates at up to {:.6g} um/s^2, expected at most {:g}, "
            "reference_acceleration_um_per_s2",
-           to_string(shape), bounds.peak_acceleration_um_per_s2, acceleration_limit);
+           to_string(segment.shape), bounds.peak_acceleration_um_per_s2, acceleration_limit);
   }
 
-  controller::MotionBounds motion_bounds_of(const std::string& key, const controller::Shape& shape) const {
+  controller::MotionBounds motion_bounds_of(const controller::Segment& segment) const {
     try {
-      return controller::motion_bounds(controller::prepared(shape));
+      return controller::motion_bounds(controller::prepared(segment.shape));
     } catch (const std::invalid_argument& error) {
-      fail(key, "{}", error.what());
+      fail(segment, "{}", error.what());
     }
   }
 
@@ -163,112 +144,100 @@ class AxisCheck {
     if (!axis_.control.in_position) return;
     const auto& [tolerance_um, window, timeout] = *axis_.control.in_position;
     if (timeout < window)
-      fail("control.in_position.timeout_ms", "timeout_ms is {:g}, expected at least window_ms, {:g}",
-           1e3 * can::seconds(timeout), 1e3 * can::seconds(window));
+      fail(timeout, "timeout_ms is {:g}, expected at least window_ms, {:g}", 1e3 * can::seconds(timeout),
+           1e3 * can::seconds(window));
   }
 
   void check_watchdog() const {
     if (axis_.control.verify_watchdog && !reports_state(axis_.wire))
-      fail("control.verify_watchdog",
+      fail(axis_.control.verify_watchdog,
            "the amplifier does not report its state, expected a status with the role state");
   }
 
   void check_filters() const {
     const controller::ControlLaw::Config& law = axis_.control.law;
-    const double highest_Hz = 0.5 * config_.controller.rate_Hz;
+    const double highest_Hz = 0.5 * config.controller.rate_Hz;
     if (law.notch && !(law.notch->frequency_Hz < highest_Hz))
-      fail("control.notch.frequency_Hz", "frequency_Hz is {}, expected less than half of rate_Hz, {}",
+      fail(law.notch->frequency_Hz, "frequency_Hz is {}, expected less than half of rate_Hz, {}",
            law.notch->frequency_Hz, highest_Hz);
     if (axis_.control.delays.second_order && axis_.control.delays.plant_inverse)
-      fail("control.delays.plant_inverse",
+      fail(axis_.control.delays.plant_inverse,
            "plant_inverse and second_order are both true, expected one of them: each is a feed-forward");
   }
 
   static constexpr double rounding = 1.0 + 1e-9;  ///< tolerates a shape that is exactly at its limit
-  const Document& document_;
-  const Config& config_;
   std::size_t index_;
   const AxisConfig& axis_;
-  std::string path_;
-  std::string unit_;
+  const std::string& unit_;
 };
 
-void check_nodes(const Document& document, const Config& config) {
-  std::map<unsigned, std::string> taken{{config.controller.node, "controller.node"}};
-  const auto take = [&](unsigned node, const std::string& path) {
+void check_nodes(const Checked& checked) {
+  const Config& config = checked.config;
+  std::map<unsigned, std::string> taken{{config.controller.node, path_of(config, config.controller.node)}};
+  const auto take = [&](std::size_t i, const std::uint8_t& node) {
+    const std::string path = fmt::format("axis[{}].{}", i, path_of(config.axes[i], node));
     if (const auto [before, is_new] = taken.emplace(node, path); !is_new)
-      document.fail_at(
+      checked.document.fail_at(
           path, fmt::format("node {} is taken by {}, expected a node id of its own{}", node, before->second,
                             before->second.substr(before->second.find('.')) == path.substr(path.find('.'))
                                 ? ", or the same message in [axis.frames]"
                                 : ""));
   };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    if (first_sharing<can::AmpCommand>(config, i) == i)
-      take(config.axes[i].wire.amplifier_node, fmt::format("axis[{}].amplifier_node", i));
-    if (first_sharing<can::SensorSample>(config, i) == i)
-      take(config.axes[i].wire.sensor_node, fmt::format("axis[{}].sensor_node", i));
+    if (first_sharing<can::AmpCommand>(config, i) == i) take(i, config.axes[i].wire.amplifier_node);
+    if (first_sharing<can::SensorSample>(config, i) == i) take(i, config.axes[i].wire.sensor_node);
   }
 }
 
-void check_names(const Document& document, const Config& config) {
+void check_names(const Checked& checked) {
   std::set<std::string> taken;
-  for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    const std::string& name = config.axes[i].wire.name;
-    const std::string path = fmt::format("axis[{}].name", i);
+  for (const AxisConfig& axis : checked.config.axes) {
+    const std::string& name = axis.wire.name;
     if (!is_axis_name(name))
-      document.fail_at(
-          path, fmt::format("name is \"{}\", expected {}", in_one_line(shortened(name)), expected_axis_name));
-    if (!taken.insert(name).second)
-      document.fail_at(path, fmt::format("the name {} is taken, expected one of its own", name));
+      checked.fail(name, "name is \"{}\", expected {}", in_one_line(shortened(name)), expected_axis_name);
+    if (!taken.insert(name).second) checked.fail(name, "the name {} is taken, expected one of its own", name);
   }
 }
 
-void check_cpus(const Document& document, const controller::CommonConfig& controller) {
-  if (!controller.realtime) return;
-  for (std::size_t i = 0; i < controller.realtime->cpus.size(); ++i)
-    if (const std::int64_t cpu = controller.realtime->cpus[i];
-        cpu < 0 || cpu >= controller::Realtime::cpus_max)
-      document.fail_at(
-          fmt::format("controller.realtime.cpus[{}]", i),
+void check_cpus(const Checked& checked) {
+  const Config& config = checked.config;
+  if (!config.controller.realtime) return;
+  const std::vector<std::int64_t>& cpus = config.controller.realtime->cpus;
+  for (std::size_t i = 0; i < cpus.size(); ++i)
+    if (const std::int64_t cpu = cpus[i]; cpu < 0 || cpu >= controller::Realtime::cpus_max)
+      checked.document.fail_at(
+          fmt::format("{}[{}]", path_of(config, cpus), i),
           fmt::format("processor {}, expected 0 to {}", cpu, controller::Realtime::cpus_max - 1));
 }
 
-void check_interface_name(const Document& document, const std::string& name) {
-  if (!can::is_interface_name(name))
-    document.fail_at("bus.interface",
-                     fmt::format("interface is \"{}\", expected {}", name, can::expected_interface_name));
+void check_interface(const Checked& checked) {
+  const BusConfig& bus = checked.config.bus;
+  if (!can::is_interface_name(bus.interface))
+    checked.fail(bus.interface, "interface is \"{}\", expected {}", bus.interface,
+                 can::expected_interface_name);
+  if (bus.data_bitrate_bit_per_s != 0 && bus.data_bitrate_bit_per_s < bus.bitrate_bit_per_s)
+    checked.fail(bus.data_bitrate_bit_per_s,
+                 "data_bitrate_bit_per_s is {}, expected at least bitrate_bit_per_s, {}, or 0 for a "
+                 "bus without bit-rate switch",
+                 bus.data_bitrate_bit_per_s, bus.bitrate_bit_per_s);
 }
 
-void check_bit_rates(const Document& document, const BusConfig& bus) {
-  if (bus.data_bitrate_bit_per_s == 0 || bus.data_bitrate_bit_per_s >= bus.bitrate_bit_per_s) return;
-  document.fail_at(
-      "bus.data_bitrate_bit_per_s",
-      fmt::format("data_bitrate_bit_per_s is {}, expected at least bitrate_bit_per_s, {}, or 0 for a "
-                  "bus without bit-rate switch",
-                  bus.data_bitrate_bit_per_s, bus.bitrate_bit_per_s));
-}
-
-void check_faults(const Document& document, const Config& config) {
-  const std::vector<twin::FaultSpec>& faults = config.twin.faults;
-  for (std::size_t i = 0; i < faults.size(); ++i) {
+void check_faults(const Checked& checked) {
+  const Config& config = checked.config;
+  for (const twin::FaultSpec& fault : config.twin.faults) {
     const auto axis = std::ranges::find(
-        config.axes, faults[i].axis, [](const AxisConfig& one) -> const auto& { return one.wire.name; });
+        config.axes, fault.axis, [](const AxisConfig& one) -> const auto& { return one.wire.name; });
     if (axis == config.axes.end())
-      document.fail_at(fmt::format("twin.fault[{}].axis", i),
-                       fmt::format("axis is \"{}\", expected the name of one", faults[i].axis));
-    if (const auto why = reason_against(faults[i], axis->wire))
-      document.fail_at(fmt::format("twin.fault[{}].kind", i), *why);
-    if (faults[i].repeat_every > can::Duration::zero() && faults[i].repeat_every <= faults[i].lasts)
-      document.fail_at(fmt::format("twin.fault[{}].repeat_every_s", i),
-                       fmt::format("repeat_every_s is {:g}, expected more than duration_s, {:g}",
-                                   can::seconds(faults[i].repeat_every), can::seconds(faults[i].lasts)));
+      checked.fail(fault.axis, "axis is \"{}\", expected the name of one", fault.axis);
+    if (const auto why = reason_against(fault, axis->wire)) checked.fail(fault.kind, "{}", *why);
+    if (fault.repeat_every > can::Duration::zero() && fault.repeat_every <= fault.lasts)
+      checked.fail(fault.repeat_every, "repeat_every_s is {:g}, expected more than duration_s, {:g}",
+                   can::seconds(fault.repeat_every), can::seconds(fault.lasts));
   }
   const auto& random = config.twin.random_faults;
   if (random && random->longest < random->shortest)
-    document.fail_at("twin.random_faults.duration_max_s",
-                     fmt::format("duration_max_s is {:g}, expected at least duration_min_s, {:g}",
-                                 can::seconds(random->longest), can::seconds(random->shortest)));
+    checked.fail(random->longest, "duration_max_s is {:g}, expected at least duration_min_s, {:g}",
+                 can::seconds(random->longest), can::seconds(random->shortest));
 }
 
 }  // namespace
@@ -283,26 +252,26 @@ bool is_axis_name(std::string_view name) {
          std::ranges::all_of(name, fits);
 }
 
-void check_agreement(const Document& document, const Config& config) {
-  check_interface_name(document, config.bus.interface);
-  check_bit_rates(document, config.bus);
-  check_names(document, config);
-  check_cpus(document, config.controller);
-  check_nodes(document, config);
+void check_agreement(const Checked& checked) {
+  const Config& config = checked.config;
+  check_interface(checked);
+  check_names(checked);
+  check_cpus(checked);
+  check_nodes(checked);
   if (config.controller.heartbeat_timeout < 2 * config.twin.heartbeat_period)
-    document.fail_at("controller.heartbeat_timeout_ms",
-                     "heartbeat_timeout_ms is shorter than two of the nodes' heartbeat_ms, expected at least "
-                     "twice as long");
+    checked.fail(config.controller.heartbeat_timeout,
+                 "heartbeat_timeout_ms is shorter than two of the nodes' heartbeat_ms, expected at least "
+                 "twice as long");
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    AxisCheck(document, config, i).run();
-    check_instruments(document, config, i);
+    AxisCheck(checked, i).run();
+    check_instruments(checked, i);
   }
-  check_scans(document, config);
-  check_faults(document, config);
-  check_sharing(document, config);
-  check_identifiers(document, config);
-  check_bus(document, config);
-  check_receipt_delays(document, config);
+  check_scans(checked);
+  check_faults(checked);
+  check_sharing(checked);
+  check_identifiers(checked);
+  check_bus(checked);
+  check_receipt_delays(checked);
 }
 
 }  // namespace hystcan::config

@@ -3,13 +3,15 @@
 // A check throws Error at the key in conflict.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "config/document/document.h"
-#include "config/schema/config.h"
+#include "config/schema/settings.h"
 #include "controller/analysis/loop_design.h"
 
 namespace hystcan::config {
@@ -19,14 +21,26 @@ bool is_axis_name(std::string_view name);
 inline constexpr const char* expected_axis_name =
     "letters (A to Z, a to z), digits, _, . and -: 1 to 64 of them, not . or .. alone";
 
+/// A configuration to check, and the document in which its keys stand.
+struct Checked {
+  const Document& document;
+  const Config& config;
+
+  /// Throws Error at the key of this member.
+  template <class... Args>
+  [[noreturn]] void fail(const Member& member, fmt::format_string<Args...> format, Args&&... args) const {
+    document.fail_at(path_of(config, member), fmt::format(format, std::forward<Args>(args)...));
+  }
+};
+
 /// All checks of this file: node ids, DBC, units, ranges, delays, the timing of the bus.
-void check_agreement(const Document& document, const Config& config);
+void check_agreement(const Checked& checked);
 
 /// Messages of an axis, standard or a lab's own, against the DBC: signals, identifiers, overlaps, units and
 /// ranges. If a message or signal is missing, the error names the nearest ones of the DBC.
-void check_frames(const Document& document, const Config& config, std::size_t axis);
+void check_frames(const Checked& checked, std::size_t axis);
 /// Axes that share a message have the same node, the same protection and signals of their own.
-void check_sharing(const Document& document, const Config& config);
+void check_sharing(const Checked& checked);
 /// Where a CRC covers more bytes of a message than it can guard: one line for each message, "message M of
 /// axis x: ..., what would do".
 std::vector<std::string> protection_warnings(const Config& config);
@@ -35,16 +49,18 @@ std::vector<std::string> format_warnings(const Config& config);
 /// Where a signal of a command has no role and its raw 0, which is sent, is another value: one line for each.
 std::vector<std::string> command_warnings(const Config& config);
 /// Two messages that are sent or received, including those of CANopen, do not share an identifier.
-void check_identifiers(const Document& document, const Config& config);
+void check_identifiers(const Checked& checked);
 /// The keys of a twin's amplifier and sensor.
-void check_instruments(const Document& document, const Config& config, std::size_t axis);
+void check_instruments(const Checked& checked, std::size_t axis);
 /// command_delay_us of every axis whose setpoints take effect on receipt: more than 0, and at most the latest
 /// end of the command on the bus. The bus must have passed check_bus().
-void check_receipt_delays(const Document& document, const Config& config);
+void check_receipt_delays(const Checked& checked);
 /// The linear loop (controller/analysis/linear_loop.h) is stable for the delays that the axis itself states.
-void check_loop(const Document& document, const Config& config, std::size_t axis);
+void check_loop(const Checked& checked, std::size_t axis);
 /// The rasters of all axes have the same lines, and begin at the same time of each pass.
-void check_scans(const Document& document, const Config& config);
+void check_scans(const Checked& checked);
+/// Throws Error at the key rate_Hz if a command can be late, and at background_slots if nodes share one.
+void check_bus(const Checked& checked);
 
 /// Designs the filters of the axis: of its feed-forward and of its learning, where it has them. Throws Error
 /// where it cannot learn.

@@ -17,12 +17,11 @@ namespace {
 
 /// The checks of one message of one axis.
 template <class Payload>
-class FrameCheck {
+class FrameCheck : Checked {
  public:
   /// `part` is "command", "status" or "sample". A message with standard names only does not use it.
-  FrameCheck(const Document& document, const Config& config, std::size_t index, const char* part)
-      : document_(document),
-        config_(config),
+  FrameCheck(const Checked& checked, std::size_t index, const char* part)
+      : Checked(checked),
         axis_(config.axes[index]),
         has_standard_id_(first_sharing<can::AmpCommand>(config, index) == index),
         path_(fmt::format("axis[{}]", index)),
@@ -30,7 +29,7 @@ class FrameCheck {
 
   /// `standard_id` is the identifier of the standard frame, from the node id.
   void run(std::uint32_t standard_id) {
-    const auto map = can::message_map_in<Payload>(config_.database, axis_.wire);
+    const auto map = can::message_map_in<Payload>(config.database, axis_.wire);
     if (!map) return;
     map_ = *map;
     find_message();
@@ -48,15 +47,15 @@ class FrameCheck {
   /// Reports a lab's own frame at the key that names it, a standard frame at the key of the DBC.
   [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected) const {
     const std::string place = is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, key) : "bus.dbc";
-    document_.fail_at(place, fmt::format("{} in {}, expected {}", what, config_.bus.dbc.string(), expected));
+    document.fail_at(place, fmt::format("{} in {}, expected {}", what, config.bus.dbc.string(), expected));
   }
 
   void find_message() {
-    message_ = config_.database.find(map_.message);
+    message_ = config.database.find(map_.message);
     if (message_ != nullptr) return;
     std::vector<std::string> names;
-    names.reserve(config_.database.messages.size());
-    for (const can::Message& message : config_.database.messages) names.push_back(message.name);
+    names.reserve(config.database.messages.size());
+    for (const can::Message& message : config.database.messages) names.push_back(message.name);
     fail("message", "no message " + map_.message,
          fmt::format("one for axis {}; the nearest it has: {}", axis_.wire.name,
                      closest(map_.message, names)));
@@ -124,9 +123,9 @@ class FrameCheck {
 
   void check_standard_id(std::uint32_t id) const {
     if (message_->id == id && !message_->extended) return;
-    document_.fail_at(path_ + ".name",
-                      fmt::format("message {} has identifier 0x{:X} in {}, expected 0x{:X} from the node ids",
-                                  message_->name, message_->id, config_.bus.dbc.string(), id));
+    Checked::fail(axis_.wire.name,
+                  "message {} has identifier 0x{:X} in {}, expected 0x{:X} from the node ids", message_->name,
+                  message_->id, config.bus.dbc.string(), id);
   }
 
   template <class Member>
@@ -184,11 +183,11 @@ class FrameCheck {
   void check_unit(const can::Field<Payload, Member>& field, const can::Signal& signal) const {
     const std::string ours = field.quantity == can::Quantity::drive ? axis_.wire.drive_unit : "um";
     if (can::decimal_step(signal.unit, ours)) return;
-    const std::string place =
-        is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, field.role) : path_ + ".drive_unit";
-    document_.fail_at(
+    const std::string place = is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, field.role)
+                                       : path_of(config, axis_.wire.drive_unit);
+    document.fail_at(
         place, fmt::format("signal {} of {} is in \"{}\" in {}, expected \"{}\" or a decimal part of it",
-                           signal.name, message_->name, signal.unit, config_.bus.dbc.string(), ours));
+                           signal.name, message_->name, signal.unit, config.bus.dbc.string(), ours));
   }
 
   void check_drive_range(const can::Signal& signal, const can::SignalCodec& codec) const {
@@ -197,9 +196,8 @@ class FrameCheck {
     const double high = step.to_ours(codec.maximum());
     const controller::Gate::Config& gate = axis_.control.gate;
     if (gate.drive_min >= low && gate.drive_max <= high) return;
-    document_.fail_at(fmt::format("{}.control.drive_max_{}", path_, axis_.wire.drive_unit),
-                      fmt::format("the drive range {}..{} does not fit signal {}, expected within {}..{}",
-                                  gate.drive_min, gate.drive_max, signal.name, low, high));
+    Checked::fail(gate.drive_max, "the drive range {}..{} does not fit signal {}, expected within {}..{}",
+                  gate.drive_min, gate.drive_max, signal.name, low, high);
   }
 
   /// The signal must also carry positions outside the allowed range; otherwise no trip is possible there.
@@ -209,9 +207,9 @@ class FrameCheck {
     const double low = step.to_ours(codec.minimum());
     const double high = step.to_ours(codec.maximum());
     if (needed_low >= low && needed_high <= high) return;
-    document_.fail_at(path_ + ".control.position_max_um",
-                      fmt::format("the {} {}..{} um do not fit signal {}, expected within {}..{} um", what,
-                                  needed_low, needed_high, signal.name, low, high));
+    Checked::fail(axis_.control.supervision.position_max_um,
+                  "the {} {}..{} um do not fit signal {}, expected within {}..{} um", what, needed_low,
+                  needed_high, signal.name, low, high);
   }
 
   void check_states() const {
@@ -238,8 +236,6 @@ class FrameCheck {
            "at least one for ready and one for enabled; they may be the same");
   }
 
-  const Document& document_;
-  const Config& config_;
   const AxisConfig& axis_;
   bool has_standard_id_;  ///< only one of the axes that share an amplifier node can have it
   std::string path_;
@@ -251,33 +247,26 @@ class FrameCheck {
 
 }  // namespace
 
-void check_frames(const Document& document, const Config& config, std::size_t axis) {
+void check_frames(const Checked& checked, std::size_t axis) {
+  const Config& config = checked.config;
   const can::AxisWire& wire = config.axes[axis].wire;
   if (!wire.frames && wire.message_prefix.empty())
-    document.fail_at(fmt::format("axis[{}]", axis),
-                     "missing key message_prefix, expected in [[axis]], or [axis.frames] in its place");
-  FrameCheck<can::AmpCommand>(document, config, axis, "command")
-      .run(can::receive_pdo_base + wire.amplifier_node);
-  FrameCheck<can::AmpStatus>(document, config, axis, "status")
-      .run(can::transmit_pdo_base + wire.amplifier_node);
-  FrameCheck<can::SensorSample>(document, config, axis, "sample")
-      .run(can::transmit_pdo_base + wire.sensor_node);
-  FrameCheck<can::ControllerStatus>(document, config, axis, "")
-      .run(can::controller_status_base + wire.amplifier_node);
-  FrameCheck<can::Setpoint>(document, config, axis, "").run(can::setpoint_base + wire.amplifier_node);
-  FrameCheck<can::ScanMarker>(document, config, axis, "").run(can::scan_marker_base + wire.amplifier_node);
-  const auto expect = [&](const char* key, bool is_there, std::string_view message) {
-    if (is_there) return;
-    document.fail_at(fmt::format("axis[{}].{}", axis, key),
-                     fmt::format("no message {}{} in {}, expected one for {}", wire.message_prefix, message,
-                                 config.bus.dbc.string(), key));
+    checked.document.fail_at(
+        fmt::format("axis[{}]", axis),
+        "missing key message_prefix, expected in [[axis]], or [axis.frames] in its place");
+  FrameCheck<can::AmpCommand>(checked, axis, "command").run(can::receive_pdo_base + wire.amplifier_node);
+  FrameCheck<can::AmpStatus>(checked, axis, "status").run(can::transmit_pdo_base + wire.amplifier_node);
+  FrameCheck<can::SensorSample>(checked, axis, "sample").run(can::transmit_pdo_base + wire.sensor_node);
+  FrameCheck<can::ControllerStatus>(checked, axis, "").run(can::controller_status_base + wire.amplifier_node);
+  FrameCheck<can::Setpoint>(checked, axis, "").run(can::setpoint_base + wire.amplifier_node);
+  FrameCheck<can::ScanMarker>(checked, axis, "").run(can::scan_marker_base + wire.amplifier_node);
+  const auto expect = [&]<class Payload>(const bool& is_used) {
+    if (!is_used || can::message_map_in<Payload>(config.database, wire)) return;
+    checked.fail(is_used, "no message {}{} in {}, expected one for {}", wire.message_prefix, Payload::name,
+                 config.bus.dbc.string(), key_of(config.axes[axis], is_used));
   };
-  if (config.axes[axis].live_setpoint)
-    expect("live_setpoint", can::message_map_in<can::Setpoint>(config.database, wire).has_value(),
-           can::Setpoint::name);
-  if (config.axes[axis].scan_marker)
-    expect("scan_marker", can::message_map_in<can::ScanMarker>(config.database, wire).has_value(),
-           can::ScanMarker::name);
+  expect.template operator()<can::Setpoint>(config.axes[axis].live_setpoint);
+  expect.template operator()<can::ScanMarker>(config.axes[axis].scan_marker);
 }
 
 std::vector<std::string> protection_warnings(const Config& config) {
@@ -314,7 +303,8 @@ std::vector<std::string> format_warnings(const Config& config) {
   return warnings;
 }
 
-void check_identifiers(const Document& document, const Config& config) {
+void check_identifiers(const Checked& checked) {
+  const Config& config = checked.config;
   std::map<std::uint32_t, std::string> taken{{can::nmt_id, "NMT"},
                                              {can::sync_id, "SYNC"},
                                              {can::heartbeat_base + config.controller.node, "heartbeat"}};
@@ -331,9 +321,10 @@ void check_identifiers(const Document& document, const Config& config) {
     const can::Message& message = can::find_message(config.database, *map);
     const auto [before, is_new] = taken.emplace(message.id, message.name);
     if (!is_new)
-      document.fail_at(place, fmt::format("message {} has identifier 0x{:X}, which is taken by {}, expected "
-                                          "one of its own",
-                                          message.name, message.id, before->second));
+      checked.document.fail_at(place,
+                               fmt::format("message {} has identifier 0x{:X}, which is taken by {}, expected "
+                                           "one of its own",
+                                           message.name, message.id, before->second));
   };
   const auto take_once = [&]<class Payload>(std::size_t i, const char* part) {
     if (first_sharing<Payload>(config, i) == i)

@@ -10,14 +10,10 @@
 namespace hystcan::config {
 namespace {
 
-class InstrumentCheck {
+class InstrumentCheck : Checked {
  public:
-  InstrumentCheck(const Document& document, const Config& config, std::size_t index)
-      : document_(document),
-        axis_(config.axes[index]),
-        twin_(axis_.twin),
-        amplifier_(twin_.plant.amplifier),
-        path_(fmt::format("axis[{}].twin.", index)) {}
+  InstrumentCheck(const Checked& checked, std::size_t index)
+      : Checked(checked), axis_(config.axes[index]), twin_(axis_.twin), amplifier_(twin_.plant.amplifier) {}
 
   void run() const {
     check_load();
@@ -29,16 +25,11 @@ class InstrumentCheck {
   }
 
  private:
-  template <class... Args>
-  [[noreturn]] void fail(const std::string& key, fmt::format_string<Args...> format, Args&&... args) const {
-    document_.fail_at(path_ + key, fmt::format(format, std::forward<Args>(args)...));
-  }
-
   void check_load() const {
     if (std::isfinite(amplifier_.current_limit_A) && amplifier_.load_uF == 0.0)
-      fail("current_limit_A", "load_uF is 0, expected what the current of current_limit_A charges");
+      fail(amplifier_.current_limit_A, "load_uF is 0, expected what the current of current_limit_A charges");
     if (std::isfinite(amplifier_.voltage_limit_V) && amplifier_.load_mH == 0.0)
-      fail("voltage_limit_V", "load_mH is 0, expected what voltage_limit_V is across");
+      fail(amplifier_.voltage_limit_V, "load_mH is 0, expected what voltage_limit_V is across");
   }
 
   void check_voltage() const {
@@ -48,21 +39,22 @@ class InstrumentCheck {
         std::max({std::abs(gate.drive_min), std::abs(gate.drive_max), std::abs(amplifier_.safe_drive)});
     const double needed_V = amplifier_.load_ohm * largest_A;
     if (amplifier_.voltage_limit_V < needed_V)
-      fail("voltage_limit_V", "voltage_limit_V is {:g}, expected at least {:g}: {:g} A through load_ohm",
+      fail(amplifier_.voltage_limit_V,
+           "voltage_limit_V is {:g}, expected at least {:g}: {:g} A through load_ohm",
            amplifier_.voltage_limit_V, needed_V, largest_A);
   }
 
   void check_watchdog() const {
-    const std::string ramp = "watchdog_ramp_" + axis_.wire.drive_unit + "_per_s";
     if (twin_.watchdog_action == node::WatchdogAction::ramp && !std::isfinite(amplifier_.ramp_per_s))
-      fail("watchdog_action", "missing key {}, expected the speed of the ramp", ramp);
+      fail(twin_.watchdog_action, "missing key {}, expected the speed of the ramp",
+           key_of(axis_, amplifier_.ramp_per_s));
     if (twin_.watchdog_action == node::WatchdogAction::off && twin::Amplifier::discharge_s(amplifier_) == 0.0)
-      fail("watchdog_action", "the load's time constant is 0, expected load_ohm with load_uF or load_mH");
+      fail(twin_.watchdog_action, "the load's time constant is 0, expected load_ohm with load_uF or load_mH");
   }
 
   void check_interpolation() const {
     if (twin_.interpolate && twin_.apply == node::Apply::receipt)
-      fail("interpolate",
+      fail(twin_.interpolate,
            "interpolate is true with apply \"receipt\", expected apply = \"sync\": the way to a "
            "setpoint takes the time from one SYNC to the next");
   }
@@ -71,7 +63,7 @@ class InstrumentCheck {
     const twin::DriveNoise::Config& noise = twin_.drive_noise;
     const double highest_Hz = 0.5 / can::seconds(twin_.plant.substep);
     if (noise.ripple > 0.0 && !(noise.ripple_Hz > 0.0 && noise.ripple_Hz <= highest_Hz))
-      fail("ripple_Hz",
+      fail(noise.ripple_Hz,
            "ripple_Hz is {:g}, expected more than 0 and at most {:g}, half a cycle in a sub-step",
            noise.ripple_Hz, highest_Hz);
   }
@@ -79,21 +71,19 @@ class InstrumentCheck {
   void check_sensor() const {
     const twin::Sensor::Config& sensor = twin_.sensor;
     if (sensor.noise_density_um_per_rtHz > 0.0 && sensor.bandwidth_Hz == 0.0)
-      fail("sensor.noise_density_um_per_rtHz",
+      fail(sensor.noise_density_um_per_rtHz,
            "bandwidth_Hz is 0, expected the bandwidth in which there is noise");
     if (!(sensor.range_min_um < sensor.range_max_um))
-      fail("sensor.range_max_um", "range_max_um is {:g}, expected more than range_min_um, {:g}",
+      fail(sensor.range_max_um, "range_max_um is {:g}, expected more than range_min_um, {:g}",
            sensor.range_max_um, sensor.range_min_um);
     if (sensor.nonlinearity_percent != 0.0 && !std::isfinite(sensor.range_max_um - sensor.range_min_um))
-      fail("sensor.nonlinearity_percent",
+      fail(sensor.nonlinearity_percent,
            "range_min_um or range_max_um is missing, expected the range of which it is a part");
   }
 
-  const Document& document_;
   const AxisConfig& axis_;
   const twin::AxisConfig& twin_;
   const twin::Amplifier::Config& amplifier_;
-  std::string path_;
 };
 
 /// The latest end of the axis's command, counted from its SYNC.
@@ -107,22 +97,20 @@ can::Duration latest_command(const BusPlan& plan, const Config& config, const Ax
 
 }  // namespace
 
-void check_instruments(const Document& document, const Config& config, std::size_t axis) {
-  InstrumentCheck(document, config, axis).run();
-}
+void check_instruments(const Checked& checked, std::size_t axis) { InstrumentCheck(checked, axis).run(); }
 
-void check_receipt_delays(const Document& document, const Config& config) {
+void check_receipt_delays(const Checked& checked) {
+  const Config& config = checked.config;
   const auto us = [](can::Duration duration) { return static_cast<double>(duration.count()) * 1e-3; };
-  for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    const AxisConfig& axis = config.axes[i];
+  for (const AxisConfig& axis : config.axes) {
     if (axis.twin.apply != node::Apply::receipt) continue;
-    const can::Duration delay = axis.control.delays.command_delay;
+    const can::Duration& delay = axis.control.delays.command_delay;
     const can::Duration latest = latest_command(plan_bus(config), config, axis);
     if (delay <= can::Duration::zero() || delay > latest)
-      document.fail_at(fmt::format("axis[{}].control.delays.command_delay_us", i),
-                       fmt::format("command_delay_us is {:g}, expected more than 0 and at most {:.0f}: a "
-                                   "setpoint takes effect on receipt, and has come by then",
-                                   us(delay), us(latest)));
+      checked.fail(delay,
+                   "command_delay_us is {:g}, expected more than 0 and at most {:.0f}: a "
+                   "setpoint takes effect on receipt, and has come by then",
+                   us(delay), us(latest));
   }
 }
 

@@ -33,36 +33,36 @@ constexpr double too_sensitive = 3.0;
 
 }  // namespace
 
-void check_loop(const Document& document, const Config& config, std::size_t index) {
+void check_loop(const Checked& checked, std::size_t index) {
+  const Config& config = checked.config;
   const AxisConfig& axis = config.axes[index];
   const controller::PiGains& pi = axis.control.law.pi;
   const controller::LinearLoop loop(loop_of(axis, config.controller.rate_Hz));
   if (controller::margins_of(loop, pi).stable) return;
   const controller::PiGains stable = controller::largest_stable_gains(loop, pi);
-  const std::string path = fmt::format("axis[{}].control.", index);
   if (stable.ki_per_s > 0.0)
-    document.fail_at(
-        path + "ki_per_s",
-        fmt::format("the loop is unstable with {}, expected ki_per_s of at most {:g} for the plant in "
-                    "delays; `hystcan tune` finds gains with margin",
-                    gains_of(pi), stable.ki_per_s));
+    checked.fail(pi.ki_per_s,
+                 "the loop is unstable with {}, expected ki_per_s of at most {:g} for the plant in "
+                 "delays; `hystcan tune` finds gains with margin",
+                 gains_of(pi), stable.ki_per_s);
   if (stable.kp == 0.0)
-    document.fail_at(path + "delays.damping_ratio",
-                     fmt::format("the loop is unstable with {}, and no kp or ki_per_s above 0 is stable for "
-                                 "the plant in delays, whose damping_ratio is {:g}, expected a larger one",
-                                 gains_of(pi), axis.control.delays.damping_ratio));
-  document.fail_at(path + "kp",
-                   fmt::format("the loop is unstable with {}, expected kp of less than {:g} without ki_per_s "
-                               "for the plant in delays; `hystcan tune` finds gains with margin",
-                               gains_of(pi), stable.kp));
+    checked.fail(axis.control.delays.damping_ratio,
+                 "the loop is unstable with {}, and no kp or ki_per_s above 0 is stable for "
+                 "the plant in delays, whose damping_ratio is {:g}, expected a larger one",
+                 gains_of(pi), axis.control.delays.damping_ratio);
+  checked.fail(pi.kp,
+               "the loop is unstable with {}, expected kp of less than {:g} without ki_per_s "
+               "for the plant in delays; `hystcan tune` finds gains with margin",
+               gains_of(pi), stable.kp);
 }
 
 void plan_filters(const Document& document, Config& config, std::size_t index) {
-  controller::plan_feed_forward(config.axes[index].control, config.controller.rate_Hz);
+  controller::AxisConfig& control = config.axes[index].control;
+  controller::plan_feed_forward(control, config.controller.rate_Hz);
   try {
-    controller::plan_learning(config.axes[index].control, config.controller.rate_Hz);
+    controller::plan_learning(control, config.controller.rate_Hz);
   } catch (const std::invalid_argument& error) {
-    document.fail_at(fmt::format("axis[{}].control.learning", index), error.what());
+    Checked{document, config}.fail(*control.learning, "{}", error.what());
   }
 }
 
@@ -116,20 +116,21 @@ std::vector<std::string> supervision_warnings(const Config& config) {
   std::vector<std::string> warnings;
   for (const AxisConfig& axis : config.axes) {
     if (!controller::feeds_back(axis.control.law.structure)) continue;
-    const auto warn_if_off = [&](const char* key, double limit, double widest, controller::Cause cause) {
+    const auto warn_if_off = [&](const Member& key, double limit, double widest, controller::Cause cause) {
       if (limit <= 0.0 || limit >= widest)
         warnings.push_back(fmt::format("axis {}: {} is {:g}, so that `{}` is never detected", axis.wire.name,
-                                       key, limit, controller::to_string(cause)));
+                                       key_of(axis, key), limit, controller::to_string(cause)));
     };
     const controller::Supervisor::Config& limits = axis.control.supervision;
     const double plausible_um = limits.position_max_um - limits.position_min_um;
-    warn_if_off("position_jump_um", limits.position_jump_um, plausible_um, position_jumped);
-    warn_if_off("following_error_um", axis.control.following_error.error_um, plausible_um, following_error);
-    warn_if_off("frozen_cycles", limits.frozen_cycles, infinite, position_frozen);
-    warn_if_off("saturated_s", limits.saturated_s, infinite, saturated);
-    warn_if_off("bus_passive_s", limits.bus_passive_s, infinite, bus_passive);
+    const double& error_um = axis.control.following_error.error_um;
+    warn_if_off(limits.position_jump_um, limits.position_jump_um, plausible_um, position_jumped);
+    warn_if_off(error_um, error_um, plausible_um, following_error);
+    warn_if_off(limits.frozen_cycles, limits.frozen_cycles, infinite, position_frozen);
+    warn_if_off(limits.saturated_s, limits.saturated_s, infinite, saturated);
+    warn_if_off(limits.bus_passive_s, limits.bus_passive_s, infinite, bus_passive);
     if (can::message_map<can::AmpStatus>(axis.wire))
-      warn_if_off("status_timeout_ms", 1e3 * can::seconds(limits.status_timeout), infinite, status_missing);
+      warn_if_off(limits.status_timeout, 1e3 * can::seconds(limits.status_timeout), infinite, status_missing);
   }
   return warnings;
 }

@@ -17,13 +17,10 @@ bool is_raster(const controller::Segment& segment) {
 }
 
 /// An axis with at least one raster.
-class ScanAxis {
+class ScanAxis : Checked {
  public:
-  ScanAxis(const Document& document, const Config& config, std::size_t index)
-      : document_(document),
-        axis_(config.axes[index]),
-        key_(fmt::format("axis[{}].control.setpoint", index)),
-        reference_(controller::reference_of(axis_.control)) {
+  ScanAxis(const Checked& checked, std::size_t index)
+      : Checked(checked), axis_(config.axes[index]), reference_(controller::reference_of(axis_.control)) {
     const std::vector<controller::Segment>& segments = axis_.control.setpoint;
     for (std::size_t i = 0; i < segments.size(); ++i)
       if (is_raster(segments[i])) rasters_.push_back(i);
@@ -42,24 +39,23 @@ class ScanAxis {
                                        furthest_um, first.transition_s)
             .duration_s();
     if (least_s > first.transition_s * rounding)
-      document_.fail_at(
-          key_ + "[0].transition_s",
-          fmt::format("transition_s is {:g}, expected at least {:.3g}: the limits of the reference ask "
-                      "for as much from the far end, and the axes of a scan begin it together",
-                      first.transition_s, least_s));
+      fail(first.transition_s,
+           "transition_s is {:g}, expected at least {:.3g}: the limits of the reference ask "
+           "for as much from the far end, and the axes of a scan begin it together",
+           first.transition_s, least_s);
   }
 
   /// The same lines at the same time.
   void compare_with(const ScanAxis& other) const {
     if (rasters_.size() != other.rasters_.size())
-      fail("", "rasters", rasters_.size(), other.rasters_.size(), other);
+      differ(list(), "rasters", rasters_.size(), other.rasters_.size(), other);
     for (std::size_t i = 0; i < rasters_.size(); ++i) compare(rasters_[i], other, other.rasters_[i]);
     if (axis_.control.repeat != other.axis_.control.repeat)
-      document_.fail_at(
-          key_, fmt::format("the reference {}, expected the same as that of axis {}, with which it scans",
-                            axis_.control.repeat ? "repeats" : "does not repeat", other.axis_.wire.name));
+      document.fail_at(
+          list(), fmt::format("the reference {}, expected the same as that of axis {}, with which it scans",
+                              axis_.control.repeat ? "repeats" : "does not repeat", other.axis_.wire.name));
     if (axis_.control.repeat && !are_same(reference_.pass_s(), other.reference_.pass_s()))
-      fail("", "seconds of a pass", reference_.pass_s(), other.reference_.pass_s(), other);
+      differ(list(), "seconds of a pass", reference_.pass_s(), other.reference_.pass_s(), other);
   }
 
  private:
@@ -71,48 +67,51 @@ class ScanAxis {
   }
 
   template <class Value>
-  [[noreturn]] void fail(const std::string& place, const char* what, Value here, Value there,
-                         const ScanAxis& other) const {
-    document_.fail_at(key_ + place, fmt::format("{} is {}, expected {} as on axis {}, with which it scans",
-                                                what, here, there, other.axis_.wire.name));
+  [[noreturn]] void differ(const std::string& path, std::string_view what, Value here, Value there,
+                           const ScanAxis& other) const {
+    document.fail_at(path, fmt::format("{} is {}, expected {} as on axis {}, with which it scans", what, here,
+                                       there, other.axis_.wire.name));
+  }
+  /// The path of the segments.
+  std::string list() const {
+    const std::string first = path_of(config, axis_.control.setpoint.front());
+    return first.substr(0, first.rfind('['));
   }
 
   void compare(std::size_t segment, const ScanAxis& other, std::size_t other_segment) const {
     const controller::Raster& here = raster(segment);
     const controller::Raster& there = other.raster(other_segment);
-    const std::string place = fmt::format("[{}]", segment);
-    const auto same = [&](const char* key, auto a, auto b) {
-      if (a != b) fail(fmt::format("{}.{}", place, key), key, a, b, other);
+    const auto same = [&](const auto& a, const auto& b) {
+      if (a != b) differ(path_of(config, a), key_of(axis_, a), a, b, other);
     };
-    same("line_rate_Hz", here.line_rate_Hz, there.line_rate_Hz);
-    same("lines", here.lines, there.lines);
-    same("return_lines", here.return_lines, there.return_lines);
-    same("frames", here.frames, there.frames);
-    same("pixels", here.pixels, there.pixels);
-    same("both_directions", here.both_directions, there.both_directions);
-    if (!here.both_directions) same("flyback_percent", here.flyback_percent, there.flyback_percent);
-    same("turnaround_percent", here.turnaround_percent, there.turnaround_percent);
+    same(here.line_rate_Hz, there.line_rate_Hz);
+    same(here.lines, there.lines);
+    same(here.return_lines, there.return_lines);
+    same(here.frames, there.frames);
+    same(here.pixels, there.pixels);
+    same(here.both_directions, there.both_directions);
+    if (!here.both_directions) same(here.flyback_percent, there.flyback_percent);
+    same(here.turnaround_percent, there.turnaround_percent);
     const double begins_s = reference_.begins_s(segment) + axis_.control.setpoint.front().transition_s;
     const double others_s =
         other.reference_.begins_s(other_segment) + other.axis_.control.setpoint.front().transition_s;
     if (!are_same(begins_s, others_s))
-      fail(place + ".transition_s", "the time from the start to the scan in s", begins_s, others_s, other);
+      differ(path_of(config, axis_.control.setpoint[segment].transition_s),
+             "the time from the start to the scan in s", begins_s, others_s, other);
   }
 
-  const Document& document_;
   const AxisConfig& axis_;
-  std::string key_;
   controller::Trajectory reference_;
   std::vector<std::size_t> rasters_;  ///< indices of segments
 };
 
 }  // namespace
 
-void check_scans(const Document& document, const Config& config) {
+void check_scans(const Checked& checked) {
+  const Config& config = checked.config;
   std::vector<ScanAxis> scanning;
   for (std::size_t i = 0; i < config.axes.size(); ++i)
-    if (std::ranges::any_of(config.axes[i].control.setpoint, is_raster))
-      scanning.emplace_back(document, config, i);
+    if (std::ranges::any_of(config.axes[i].control.setpoint, is_raster)) scanning.emplace_back(checked, i);
   if (scanning.size() < 2) return;
   for (const ScanAxis& axis : scanning) {
     axis.check_first_way();

@@ -12,30 +12,28 @@ namespace {
 
 /// The checks of one message that an axis shares with axes before it.
 template <class Payload>
-class SharingCheck {
+class SharingCheck : Checked {
  public:
-  /// `part` is "command", "status" or "sample"; `node_key` the key of the node that sends or receives it.
-  SharingCheck(const Document& document, const Config& config, std::size_t index, const char* part,
-               const char* node_key, std::uint8_t can::AxisWire::*node)
-      : document_(document), config_(config), index_(index), part_(part), node_key_(node_key), node_(node) {}
+  /// `part` is "command", "status" or "sample"; `node` the one that sends or receives it.
+  SharingCheck(const Checked& checked, std::size_t index, const char* part, std::uint8_t can::AxisWire::*node)
+      : Checked(checked), index_(index), part_(part), node_(node) {}
 
   void run() const {
-    const std::size_t first = first_sharing<Payload>(config_, index_);
+    const std::size_t first = first_sharing<Payload>(config, index_);
     if (first == index_) return;
     const can::MessageMap map = map_of(index_);
-    const std::uint8_t expected = wire(first).*node_;
-    if (wire(index_).*node_ != expected)
-      document_.fail_at(fmt::format("axis[{}].{}", index_, node_key_),
-                        fmt::format("{} is {}, expected {} as in axis {}, with which it shares message {}",
-                                    node_key_, wire(index_).*node_, expected, wire(first).name, map.message));
+    const std::uint8_t &node = wire(index_).*node_, expected = wire(first).*node_;
+    if (node != expected)
+      fail(node, "{} is {}, expected {} as in axis {}, with which it shares message {}",
+           key_of(config.axes[index_], node), node, expected, wire(first).name, map.message);
     check_protection(map, first);
-    const can::Message& message = can::find_message(config_.database, map);
+    const can::Message& message = can::find_message(config.database, map);
     for (std::size_t other = first; other < index_; ++other)
-      if (first_sharing<Payload>(config_, other) == first) check_signals(message, map, other);
+      if (first_sharing<Payload>(config, other) == first) check_signals(message, map, other);
   }
 
  private:
-  const can::AxisWire& wire(std::size_t axis) const { return config_.axes[axis].wire; }
+  const can::AxisWire& wire(std::size_t axis) const { return config.axes[axis].wire; }
   can::MessageMap map_of(std::size_t axis) const { return *can::message_map<Payload>(wire(axis)); }
   std::string place(std::string_view key) const {
     return fmt::format("axis[{}].frames.{}.{}", index_, part_, key);
@@ -45,9 +43,9 @@ class SharingCheck {
     const can::MessageMap theirs = map_of(first);
     const auto expect_same = [&](const char* key, bool is_same) {
       if (!is_same)
-        document_.fail_at(place(key), fmt::format("{} differs from that of axis {}, expected the same: "
-                                                  "message {} of both has one protection",
-                                                  key, wire(first).name, map.message));
+        document.fail_at(place(key), fmt::format("{} differs from that of axis {}, expected the same: "
+                                                 "message {} of both has one protection",
+                                                 key, wire(first).name, map.message));
     };
     expect_same("integrity", map.integrity == theirs.integrity);
     if (map.integrity == can::Integrity::none) return;
@@ -66,10 +64,10 @@ class SharingCheck {
       for (const auto& [their_role, their_signal] : theirs.signals) {
         if (role == "sync_counter" && their_role == role && signal == their_signal) continue;
         if (share_bits(message, signal, their_signal))
-          document_.fail_at(place(role),
-                            fmt::format("signal {} of message {} has bits of signal {} of axis {}, expected "
-                                        "bits of its own",
-                                        signal, message.name, their_signal, wire(other).name));
+          document.fail_at(place(role),
+                           fmt::format("signal {} of message {} has bits of signal {} of axis {}, expected "
+                                       "bits of its own",
+                                       signal, message.name, their_signal, wire(other).name));
       }
   }
 
@@ -81,25 +79,22 @@ class SharingCheck {
     return false;
   }
 
-  const Document& document_;
-  const Config& config_;
   std::size_t index_;
   const char* part_;
-  const char* node_key_;
   std::uint8_t can::AxisWire::*node_;
 };
 
 /// The objects of a node are written by one axis.
-void check_setups(const Document& document, const Config& config, std::size_t index) {
-  const auto check = [&](std::size_t first, const char* key,
-                         std::vector<can::SdoWrite> can::AxisWire::*setup) {
-    if (first == index || (config.axes[index].wire.*setup).empty()) return;
-    document.fail_at(fmt::format("axis[{}].{}", index, key),
-                     fmt::format("{} is of a node that axis {} shares, expected its objects there", key,
-                                 config.axes[first].wire.name));
+void check_setups(const Checked& checked, std::size_t index) {
+  const Config& config = checked.config;
+  const auto check = [&](std::size_t first, const std::vector<can::SdoWrite>& setup) {
+    if (first == index || setup.empty()) return;
+    checked.fail(setup, "{} is of a node that axis {} shares, expected its objects there",
+                 key_of(config.axes[index], setup), config.axes[first].wire.name);
   };
-  check(first_sharing<can::AmpCommand>(config, index), "amplifier_setup", &can::AxisWire::amplifier_setup);
-  check(first_sharing<can::SensorSample>(config, index), "sensor_setup", &can::AxisWire::sensor_setup);
+  const can::AxisWire& wire = config.axes[index].wire;
+  check(first_sharing<can::AmpCommand>(config, index), wire.amplifier_setup);
+  check(first_sharing<can::SensorSample>(config, index), wire.sensor_setup);
 }
 
 }  // namespace
@@ -128,36 +123,31 @@ std::vector<std::string> command_warnings(const Config& config) {
   return warnings;
 }
 
-void check_sharing(const Document& document, const Config& config) {
+void check_sharing(const Checked& checked) {
+  const Config& config = checked.config;
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    SharingCheck<can::AmpCommand>(document, config, i, "command", "amplifier_node",
-                                  &can::AxisWire::amplifier_node)
-        .run();
-    SharingCheck<can::AmpStatus>(document, config, i, "status", "amplifier_node",
-                                 &can::AxisWire::amplifier_node)
-        .run();
-    SharingCheck<can::SensorSample>(document, config, i, "sample", "sensor_node", &can::AxisWire::sensor_node)
-        .run();
-    check_setups(document, config, i);
+    SharingCheck<can::AmpCommand>(checked, i, "command", &can::AxisWire::amplifier_node).run();
+    SharingCheck<can::AmpStatus>(checked, i, "status", &can::AxisWire::amplifier_node).run();
+    SharingCheck<can::SensorSample>(checked, i, "sample", &can::AxisWire::sensor_node).run();
+    check_setups(checked, i);
     if (const std::size_t first = first_sharing<can::SensorSample>(config, i);
         config.axes[i].twin.sample_clock != config.axes[first].twin.sample_clock)
-      document.fail_at(fmt::format("axis[{}].twin.sensor", i),
-                       fmt::format("the sensor samples by another clock than that of axis {}, expected the "
-                                   "same: they are in the same frame",
-                                   config.axes[first].wire.name));
+      checked.document.fail_at(
+          fmt::format("axis[{}].twin.sensor", i),
+          fmt::format("the sensor samples by another clock than that of axis {}, expected the "
+                      "same: they are in the same frame",
+                      config.axes[first].wire.name));
     const std::size_t first = first_sharing<can::AmpCommand>(config, i);
     if (first == i) continue;
     for (const std::size_t axis : {first, i})
-      if (config.axes[axis].control.verify_watchdog)
-        document.fail_at(
-            fmt::format("axis[{}].control.verify_watchdog", axis),
-            "the commands of several axes are in the same frame, expected verify_watchdog = false: "
-            "the others would have no commands either");
+      if (const bool& verify_watchdog = config.axes[axis].control.verify_watchdog)
+        checked.fail(verify_watchdog,
+                     "the commands of several axes are in the same frame, expected verify_watchdog = false: "
+                     "the others would have no commands either");
     if (config.controller.command_deadline >= controller::cycle_of(config.controller))
-      document.fail_at("controller.command_deadline_us",
-                       fmt::format("command_deadline_us is {:g}, expected less than the cycle, {:g}",
-                                   1e6 * can::seconds(config.controller.command_deadline),
-                                   1e6 / config.controller.rate_Hz));
+      checked.fail(config.controller.command_deadline,
+                   "command_deadline_us is {:g}, expected less than the cycle, {:g}",
+                   1e6 * can::seconds(config.controller.command_deadline), 1e6 / config.controller.rate_Hz);
   }
 }
 

@@ -24,6 +24,9 @@ namespace hystcan::config {
 
 inline constexpr double rate_max_Hz = 10'000.0;  ///< of `controller.rate_Hz`
 
+inline constexpr std::string_view control_key = "control";    ///< of the table [axis.control]
+inline constexpr std::string_view setpoint_key = "setpoint";  ///< of the list of segments in it
+
 struct BusConfig {
   std::string interface = "vcan0";
   std::uint32_t bitrate_bit_per_s = 1'000'000;

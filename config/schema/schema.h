@@ -37,8 +37,8 @@ void visit(V& v, controller::Realtime& r) {
              {"`SCHED_FIFO` priority; 0: the class in which the program was started"});
   v.optional("lock_memory", r.lock_memory, any,
              {"all memory stays resident (`mlockall`); stack and heap are touched beforehand"});
-  v.whole_numbers("cpus", r.cpus,
-                  {"the processors on which the thread may run, 0 to 1023; empty: no restriction"});
+  v.optional("cpus", r.cpus, any,
+             {"the processors on which the thread may run, 0 to 1023; empty: no restriction"});
 }
 
 template <class V>
@@ -123,7 +123,7 @@ void visit(V& v, controller::MultiSine& s) {
   v.required("centre_um", s.centre_um, any, {"where the sum of cosines is zero"});
   v.required("amplitudes_um", s.amplitudes_um, positive, {"one for each cosine"});
   v.required("frequencies_Hz", s.frequencies_Hz, positive, {"as many"});
-  v.numbers("phases_deg", s.phases_deg, {"as many; none: Schroeder's phases, which give a low peak"});
+  v.optional("phases_deg", s.phases_deg, any, {"as many; none: Schroeder's phases, which give a low peak"});
   v.required("duration_s", s.duration_s, positive, {"time of the sum without its fades"});
   v.optional("fade_s", s.fade_s, positive,
              {"time before and after it in which it comes from its centre and goes there"});
@@ -143,7 +143,8 @@ void visit(V& v, controller::Staircase& s) {
 template <class V>
 void visit(V& v, controller::Raster& s) {
   constexpr Range counted{.lo = 1, .hi = 65'535};
-  v.choice("role", s.role, {"the axis that follows the lines, or the axis that goes from line to line"});
+  v.required("role", s.role, any,
+             {"the axis that follows the lines, or the axis that goes from line to line"});
   v.required("low_um", s.low_um, any, {"`fast`: one end of a line; `slow`: the first line"});
   v.required("high_um", s.high_um, any, {"`fast`: the other end; `slow`: the last line"});
   v.required("line_rate_Hz", s.line_rate_Hz, positive, {"lines in a second"});
@@ -158,13 +159,14 @@ void visit(V& v, controller::Raster& s) {
   if (!s.both_directions)
     v.optional("flyback_percent", s.flyback_percent, {.lo = 1.0, .hi = 99.0},
                {"without `both_directions`: share of the time of a line for the flyback"});
-  v.optional_choice("slow", s.slow, {"the slow axis rests on each line, or rises evenly"});
+  v.optional("slow", s.slow, any, {"the slow axis rests on each line, or rises evenly"});
   v.optional("turnaround_percent", s.turnaround_percent, turnaround_range,
              {"share of the time of a line that its turnarounds take together"});
 }
 
 template <class V>
 void visit(V& v, controller::Segment& segment) {
+  v.takes_effect(Effect::new_reference);
   std::string kind = to_string(segment.shape);
   v.choice("kind", kind, controller::shape_kinds, {"the shape of the segment"});
   v.alternative([&] { segment.shape = controller::shape_of_kind(kind); });
@@ -255,10 +257,11 @@ template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   controller::AxisConfig& c = axis.control;
+  v.takes_effect(Effect::at_once);
   v.optional("model", axis.control_model, any,
-             {"model file; `excite` runs without one",
-              "required"});  // missing only where a straight line stands for it: config.h
-  v.choice("structure", c.law.structure, {"control structure: [theory](../theory/control_law.md)"});
+             {"model file; `excite` runs without one", "required",
+              Effect::after_restart});  // missing only where a straight line stands for it: config.h
+  v.required("structure", c.law.structure, any, {"control structure: [theory](../theory/control_law.md)"});
   v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative, {"integral gain"});
   v.optional("deadband_um", c.law.deadband_um, not_negative, {"deadband of the error at the input of PI"});
@@ -268,12 +271,14 @@ void visit_control(V& v, AxisConfig& axis) {
   v.required("drive_max_" + unit, c.gate.drive_max, any,
              {"and none above this, which must reach the model's upper threshold"});
   v.required("safe_drive_" + unit, c.gate.safe_drive, any,
-             {"drive of the safe command, which does not enable the amplifier"});
+             {"drive of the safe command, which does not enable the amplifier", {}, Effect::after_restart});
   v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive, {"the drive changes no faster"});
-  v.optional_choice("start_up", c.start_up, {"how the memory of the actuator becomes known"});
+  v.optional("start_up", c.start_up, any,
+             {"how the memory of the actuator becomes known", {}, Effect::at_next_start});
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive,
-             {"speed of the ramps at the start and at the end"});
-  v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative, {"rest at each threshold"});
+             {"speed of the ramps at the start and at the end", {}, Effect::at_next_start});
+  v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative,
+             {"rest at each threshold", {}, Effect::at_next_start});
   v.optional("fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative,
              {"speed of the ramp to `safe_drive` after a fault "
               "that [leaves the drive in hand](../safety.md#stopping-without-a-blow); 0: off"});
@@ -287,35 +292,36 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional("verify_watchdog", c.verify_watchdog, any,
              {"try the amplifier's watchdog before the first use"});
   visit_supervision(v, c);
-  v.optional("repeat", c.repeat, any, {"the reference starts again at its end"});
+  v.optional("repeat", c.repeat, any, {"the reference starts again at its end", {}, Effect::new_reference});
   v.limit_or_inf("reference_slew_um_per_s", c.reference_limits.slew_um_per_s,
-                 c.transition_limits.slew_um_per_s, {"largest speed of the reference", "see below"});
+                 c.transition_limits.slew_um_per_s,
+                 {"largest speed of the reference", "see below", Effect::new_reference});
   v.limit_or_inf("reference_acceleration_um_per_s2", c.reference_limits.acceleration_um_per_s2,
                  c.transition_limits.acceleration_um_per_s2,
-                 {"largest acceleration of the reference", "see below"});
+                 {"largest acceleration of the reference", "see below", Effect::new_reference});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_table("notch", c.law.notch, plain);
   v.optional_table("learning", c.learning, plain);
   v.table("delays", c.delays, plain);
   v.optional_table("in_position", c.in_position, plain);
   v.optional_list("coupling", c.couplings, plain);
-  v.list("setpoint", c.setpoint, plain);
+  v.list(setpoint_key, c.setpoint, plain);
 }
 
 template <class V>
 void visit_crc(V& v, can::MessageMap& map) {
   v.required("crc", map.crc, any, {"name of its signal, a whole byte, or two for `CRC-16`; only with a CRC"});
-  v.optional_choice("polynomial", map.polynomial,
-                    {"of the CRC; the default of messages of more than 8 bytes is `CRC-16`"});
-  v.choice("crc_covers", map.data_id.kind,
-           {"what precedes the payload: `identifier`, `data_id`, or nothing: `payload`"});
+  v.optional("polynomial", map.polynomial, any,
+             {"of the CRC; the default of messages of more than 8 bytes is `CRC-16`"});
+  v.required("crc_covers", map.data_id.kind, any,
+             {"what precedes the payload: `identifier`, `data_id`, or nothing: `payload`"});
   if (map.data_id.kind == can::DataId::Kind::number)
     v.required("data_id", map.data_id.number, any, {"only with `crc_covers = \"data_id\"`"});
 }
 
 template <class V>
 void visit_integrity(V& v, can::MessageMap& map) {
-  v.choice("integrity", map.integrity, {"protection of the message"});
+  v.required("integrity", map.integrity, any, {"protection of the message"});
   if (map.integrity == can::Integrity::none) return;
   v.required("counter", map.counter, any, {"name of its signal; only with a counter"});
   if (map.integrity == can::Integrity::counter_crc) visit_crc(v, map);
@@ -335,10 +341,10 @@ void visit_frame(V& v, can::MessageMap& map) {
   };
   std::apply([&](const auto&... field) { (name(field), ...); }, Payload::fields());
   if (map.carries("state")) {
-    v.whole_numbers("state_off", map.states.off, {"raw values of the state; the amplifier sends the first"});
-    v.whole_numbers("state_ready", map.states.ready, {"likewise"});
-    v.whole_numbers("state_enabled", map.states.enabled, {"likewise"});
-    v.whole_numbers("state_fault", map.states.fault, {"likewise"});
+    v.optional("state_off", map.states.off, any, {"raw values of the state; the amplifier sends the first"});
+    v.optional("state_ready", map.states.ready, any, {"likewise"});
+    v.optional("state_enabled", map.states.enabled, any, {"likewise"});
+    v.optional("state_fault", map.states.fault, any, {"likewise"});
   }
   visit_integrity(v, map);
 }
@@ -384,7 +390,7 @@ void visit(V& v, AxisConfig& axis) {
   v.optional_list("amplifier_setup", axis.wire.amplifier_setup, plain);
   v.optional_list("sensor_setup", axis.wire.sensor_setup, plain);
   v.optional_table("frames", axis.wire.frames, [](V& sub, auto& value) { visit_frames(sub, value); });
-  v.table("control", axis, [](V& sub, AxisConfig& value) { visit_control(sub, value); });
+  v.table(control_key, axis, [](V& sub, AxisConfig& value) { visit_control(sub, value); });
   v.table("twin", axis, [](V& sub, AxisConfig& value) { visit_twin(sub, value); });
 }
 

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <iterator>
 #include <map>
+#include <stdexcept>
 
 #include "config/document/format.h"
 #include "config/document/toml_edit.h"
@@ -33,18 +32,40 @@ Config defaults_of(const Config& config) {
   return defaults;
 }
 
-/// Keys that a running axis cannot exchange. The frames of the commands get the safe drive at the start.
-bool is_foundation(std::string_view key) { return key == "model" || key.starts_with("safe_drive_"); }
+/// For a Writer, which changes nothing of what it visits.
+template <class T>
+T& visited(const T& value) {
+  return const_cast<T&>(value);
+}
 
-/// The keys that have a value.
-std::vector<Setting> keys_of(Config config, Writer::Layout layout) {
-  std::vector<Setting> result;
+/// Calls `take` with each key and table.
+template <class T>
+void for_each_key(const T& value, Writer::Layout layout, const std::function<void(const Key&)>& take) {
   Writer writer(layout, [&](const Key& key, bool /*is_required*/) {
-    if (!key.value.empty()) result.push_back(key);
+    take(key);
     return std::optional<std::string>();
   });
-  visit(writer, config);
+  visit(writer, visited(value));
+}
+
+/// The keys that have a value.
+template <class T>
+std::vector<Setting> keys_of(const T& value, Writer::Layout layout) {
+  std::vector<Setting> result;
+  for_each_key(value, layout, [&](const Key& key) {
+    if (!key.value.empty()) result.push_back(key);
+  });
   return result;
+}
+
+template <class T>
+std::string found_path(const T& value, const Member& member) {
+  std::string path;
+  for_each_key(value, Writer::Layout::schema, [&](const Key& key) {
+    if (key.member == member && path.empty()) path = key.path;
+  });
+  if (path.empty()) throw std::logic_error("a member of the configuration that no key has");
+  return path;
 }
 
 }  // namespace
@@ -60,37 +81,25 @@ std::vector<Setting> settings(const std::filesystem::path& file, const std::vect
 
 std::vector<Setting> settings(const Config& config) { return keys_of(config, Writer::Layout::columns); }
 
+std::vector<Setting> settings(const controller::Delays& delays) {
+  return keys_of(delays, Writer::Layout::columns);
+}
+
 std::vector<Key> running_keys(const Config& config) {
   std::vector<Key> result;
-  Writer writer(Writer::Layout::schema, [&](const Key& key, bool /*is_required*/) {
-    if (effect_of(key.path) == Effect::at_once) result.push_back(key);
-    return std::optional<std::string>();
+  for_each_key(config, Writer::Layout::schema, [&](const Key& key) {
+    if (is_taken_over(key.effect) && !key.is_table) result.push_back(key);
   });
-  Config visited = config;
-  visit(writer, visited);
   return result;
 }
 
-std::string unit_of(std::string_view key) {
-  constexpr std::pair<std::string_view, std::string_view> units[] = {
-      {"um", "um"},   {"s", "s"},   {"ms", "ms"},  {"us", "us"},        {"hour", "h"},    {"h", "h"},
-      {"Hz", "Hz"},   {"V", "V"},   {"A", "A"},    {"K", "K"},          {"percent", "%"}, {"deg", "deg"},
-      {"ppm", "ppm"}, {"MB", "MB"}, {"GB", "GB"},  {"uF", "uF"},        {"mH", "mH"},     {"ohm", "ohm"},
-      {"bit", "bit"}, {"<U>", "U"}, {"s2", "s^2"}, {"rtHz", "sqrt(Hz)"}};
-  key.remove_prefix(key.rfind('.') + 1);  // nothing where it is no path
-  if (key == "kp") return "um/um";
-  if (key.ends_with("_rms")) key.remove_suffix(4);
-  const auto unit_at_end = [&](std::string_view text) {
-    const std::string_view word = text.substr(text.rfind('_') + 1);
-    const auto found = std::ranges::find(units, word, [](const auto& unit) { return unit.first; });
-    return found == std::end(units) ? std::string() : std::string(found->second);
-  };
-  std::string unit = unit_at_end(key);
-  const std::size_t per = key.rfind("_per_");
-  if (unit.empty() || per == std::string_view::npos || key.find('_', per + 5) != std::string_view::npos)
-    return unit;
-  const std::string above = unit_at_end(key.substr(0, per));
-  return (above.empty() ? "1" : above) + "/" + unit;
+std::string path_of(const Config& config, const Member& member) { return found_path(config, member); }
+
+std::string path_of(const AxisConfig& axis, const Member& member) { return found_path(axis, member); }
+
+std::string key_of(const AxisConfig& axis, const Member& member) {
+  const std::string path = path_of(axis, member);
+  return path.substr(path.rfind('.') + 1);
 }
 
 std::string file_text(const Config& config, const std::map<std::string, std::string>& remarks) {
@@ -102,15 +111,13 @@ std::string file_text(const Config& config, const std::map<std::string, std::str
     const bool is_usual = key.value.empty() || (usual != defaults.end() && usual->second == key.value);
     return is_required || !is_usual ? std::optional<std::string>("") : std::nullopt;
   });
-  Config visited = config;
-  visit(writer, visited);
+  visit(writer, visited(config));
   return fmt::format("{}{}", format_line, writer.text());  // the text begins with an empty line
 }
 
 std::string control_text(const AxisConfig& axis, const Remark& remark) {
   Writer writer(Writer::Layout::columns, remark, "axis");
-  AxisConfig visited = axis;
-  writer.table("control", visited, [](Writer& sub, AxisConfig& value) { visit_control(sub, value); });
+  writer.table(control_key, visited(axis), [](Writer& sub, AxisConfig& value) { visit_control(sub, value); });
   return writer.text();
 }
 
@@ -121,7 +128,10 @@ void edit(TomlEdit& text, const Config& before, const Config& after) {
   };
   for (const Change& change : changes(settings(before), wanted)) {
     const std::string table = change.path.substr(0, change.path.rfind('.'));
-    const bool is_off = change.path.ends_with(".measurement_filter_Hz") && change.to == "0.0";
+    const bool is_off = std::ranges::any_of(after.axes, [&](const AxisConfig& axis) {
+      const double& low_pass_Hz = axis.control.law.measurement_filter_Hz;
+      return low_pass_Hz == 0.0 && change.path == path_of(after, low_pass_Hz);
+    });
     if (!change.to.empty() && !is_off)
       text.set(change.path, change.to);
     else
@@ -129,28 +139,16 @@ void edit(TomlEdit& text, const Config& before, const Config& after) {
   }
 }
 
-Effect effect_of(std::string_view path) {
-  if (path.starts_with("twin.")) return Effect::on_twin;
-  if (!path.starts_with("axis[")) return Effect::after_restart;
-  path.remove_prefix(std::min(path.find("].") + 2, path.size()));
-  if (path.starts_with("twin.")) return Effect::on_twin;
-  constexpr std::string_view control = "control.";
-  if (!path.starts_with(control)) return Effect::after_restart;
-  path.remove_prefix(control.size());
-  return is_foundation(path) ? Effect::after_restart : Effect::at_once;
-}
-
 std::vector<Change> changes(const std::vector<Setting>& before, const std::vector<Setting>& after) {
-  const auto old_values = by_path(before);
-  const auto new_values = by_path(after);
+  std::map<std::string, std::string> former = by_path(before);
   std::vector<Change> result;
   for (const Setting& setting : after) {
-    const auto old = old_values.find(setting.path);
-    const std::string from = old == old_values.end() ? std::string() : old->second;
-    if (from != setting.value) result.push_back({setting.path, from, setting.value});
+    const auto old = former.extract(setting.path);
+    const std::string from = old.empty() ? std::string() : old.mapped();
+    if (from != setting.value) result.push_back({setting.path, from, setting.value, setting.effect});
   }
   for (const Setting& setting : before)
-    if (!new_values.contains(setting.path)) result.push_back({setting.path, setting.value, {}});
+    if (former.contains(setting.path)) result.push_back({setting.path, setting.value, {}, setting.effect});
   return result;
 }
 

@@ -16,24 +16,25 @@ namespace hystcan::config {
 std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 /// The keys of a configuration in memory, with their values as a file has them.
 std::vector<Setting> settings(const Config& config);
+/// Those of [axis.control.delays].
+std::vector<Setting> settings(const controller::Delays& delays);
 
 /// The keys that can change while the controller runs, also those that are left out.
 std::vector<Key> running_keys(const Config& config);
-/// The unit that a key, or its path, ends with, as it is written: "um/s^2", "%"; empty where it has none.
-std::string unit_of(std::string_view key);
 
-/// When a change takes effect.
-enum class Effect : std::uint8_t {
-  at_once,        ///< in the running controller, between two cycles
-  after_restart,  ///< when the controller is started again
-  on_twin,        ///< only in the twin
-};
-Effect effect_of(std::string_view path);
+/// The path of the key, or of the table, that has this member: "axis[0].control.kp". Throws std::logic_error
+/// if no `visit` names the member.
+std::string path_of(const Config& config, const Member& member);
+/// The same within an axis: "control.kp".
+std::string path_of(const AxisConfig& axis, const Member& member);
+/// The key alone: "kp".
+std::string key_of(const AxisConfig& axis, const Member& member);
 
 struct Change {
   std::string path;
   std::string from;  ///< as TOML; empty if the key is new
   std::string to;    ///< as TOML; empty if the key is gone
+  Effect effect = Effect::after_restart;
 };
 std::vector<Change> changes(const std::vector<Setting>& before, const std::vector<Setting>& after);
 

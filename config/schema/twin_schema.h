@@ -49,10 +49,10 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   v.optional("ripple_" + unit, t.drive_noise.ripple, not_negative, {"amplitude of a sine on the output"});
   v.optional("ripple_Hz", t.drive_noise.ripple_Hz, not_negative,
              {"frequency of that sine, up to half a cycle in `substep_us`"});
-  v.optional_choice("watchdog_action", t.watchdog_action, {"what the output does when commands stop"});
+  v.optional("watchdog_action", t.watchdog_action, any, {"what the output does when commands stop"});
   v.optional("watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s, positive,
              {"speed of the ramp; `slew` and the load may be slower", "required with `ramp`"});
-  v.optional_choice("apply", t.apply, {"when a setpoint takes effect"});
+  v.optional("apply", t.apply, any, {"when a setpoint takes effect"});
   v.optional("interpolate", t.interpolate, any,
              {"the drive goes to a setpoint in a straight line within a cycle"});
   v.optional("enable_delay_ms", t.enable_delay, {.lo = 0.0, .hi = 10'000.0},
@@ -79,7 +79,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
              {"nonlinear error in percent of the range"});
   v.optional("range_min_um", sensor.range_min_um, any, {"least position that the sensor reads", "unbounded"});
   v.optional("range_max_um", sensor.range_max_um, any, {"largest one", "unbounded"});
-  v.optional_choice("sampling", t.sample_clock.sampling, {"samples at the SYNC, or by a clock of its own"});
+  v.optional("sampling", t.sample_clock.sampling, any, {"samples at the SYNC, or by a clock of its own"});
   v.optional("sample_rate_Hz", t.sample_clock.rate_Hz, {.lo = 0.0, .hi = 10'000.0},
              {"rate of that clock; 0: `rate_Hz`"});
   v.optional("skew_ppm", t.sample_clock.skew_ppm, {.lo = -10'000.0, .hi = 10'000.0},
@@ -116,6 +116,7 @@ template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
+  v.takes_effect(Effect::on_twin);
   v.optional("model", axis.twin_model, any,
              {"the twin's own model file, of any kind", "required"});  // as in [axis.control]
   v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive,
@@ -147,14 +148,14 @@ void visit_twin(V& v, AxisConfig& axis) {
 /// [[twin.fault]]. The keys depend on the kind.
 template <class V>
 void visit(V& v, twin::FaultSpec& f) {
-  v.choice("kind", f.kind,
-           {"`no_reply`, `late`, `wrong_crc`, `node_reboot`, `load_step`, ...: [all kinds](../twin.md)"});
+  v.required("kind", f.kind, any,
+             {"`no_reply`, `late`, `wrong_crc`, `node_reboot`, `load_step`, ...: [all kinds](../twin.md)"});
   v.alternative([&] { f = twin::fault_spec(f.kind, f.axis); });
   const twin::FaultTraits& its = twin::traits(f.kind);
   v.required("axis", f.axis, any, {"name of an axis"});
   if (its.site != twin::FaultSite::plant)
-    v.optional_choice("node", f.node,
-                      {"the node at fault; not for kinds that affect the stage", "depends on the kind"});
+    v.optional("node", f.node, any,
+               {"the node at fault; not for kinds that affect the stage", "depends on the kind"});
   v.required("at_s", f.begins, not_negative, {"begin, since the start of the twin"});
   v.required("duration_s", f.lasts, positive, {"duration of the fault"});
   if (!its.unit.empty())
@@ -172,11 +173,12 @@ void visit(V& v, twin::RandomFaults& r) {
              {"rate of all faults together"});
   v.optional("duration_min_s", r.shortest, positive, {"least duration; durations are distributed evenly"});
   v.optional("duration_max_s", r.longest, positive, {"largest one"});
-  v.choices("kinds", r.kinds, {"names of kinds, for example `[\"late\", \"load_step\"]`", "all"});
+  v.optional("kinds", r.kinds, any, {"names of kinds, for example `[\"late\", \"load_step\"]`", "all"});
 }
 
 template <class V>
 void visit(V& v, twin::CommonConfig& t) {
+  v.takes_effect(Effect::on_twin);
   v.optional("seed", t.seed, any, {"seed of all noise, of the sensors and of the amplifiers"});
   v.required("heartbeat_ms", t.heartbeat_period, positive, {"heartbeat period of the nodes"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };

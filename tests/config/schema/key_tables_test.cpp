@@ -36,6 +36,8 @@ template <class T>
 std::string range_text(Range range) {
   if constexpr (std::is_same_v<T, bool>) {
     return "`true`, `false`";
+  } else if constexpr (HasWords<T>) {
+    return in_words(words(T{}));
   } else if constexpr (std::is_convertible_v<T, std::filesystem::path>) {
     return {};
   } else if constexpr (std::is_integral_v<T>) {
@@ -59,6 +61,10 @@ std::string default_text(std::string_view key, const T& value) {
     return fmt::format("{}", static_cast<double>(value.count()) / nanoseconds_per_unit(key));
   else if constexpr (std::is_arithmetic_v<T>)
     return fmt::format("{}", value);
+  else if constexpr (HasWords<T>)
+    return fmt::format("`\"{}\"`", word_of(value));
+  else if constexpr (ListOfWords<T>)
+    return "none";
   else if constexpr (std::is_same_v<T, std::vector<double>> || std::is_same_v<T, std::vector<std::int64_t>>)
     return value.empty() ? "none" : fmt::format("`[{}]`", fmt::join(value, ", "));
   else
@@ -94,25 +100,6 @@ class Describer {
   void choice(std::string_view key, std::string&, std::span<const std::string_view> choices,
               const About& about = {}) {
     add(key, in_words(choices), "required", about);
-  }
-  template <HasWords Enum>
-  void choice(std::string_view key, Enum& value, const About& about = {}) {
-    add(key, in_words(words(value)), "required", about);
-    open_further_keys(key, value);
-  }
-  template <HasWords Enum>
-  void optional_choice(std::string_view key, Enum& value, const About& about = {}) {
-    add(key, in_words(words(value)), fmt::format("`\"{}\"`", word_of(value)), about);
-  }
-  template <HasWords Enum>
-  void choices(std::string_view key, std::vector<Enum>&, const About& about = {}) {
-    add(key, {}, "none", about);
-  }
-  void numbers(std::string_view key, std::vector<double>& values, const About& about = {}) {
-    optional(key, values, any, about);
-  }
-  void whole_numbers(std::string_view key, std::vector<std::int64_t>& values, const About& about = {}) {
-    add(key, {}, default_text(key, values), about);
   }
   void limit_or_inf(std::string_view key, double&, double, const About& about = {}) {
     add(key, "> 0, or `inf`", "none", about);
@@ -157,6 +144,7 @@ class Describer {
   }
   template <class Make>
   void alternative(Make) {}
+  void takes_effect(Effect) {}
 
  private:
   void add(std::string_view key, const std::string& range, const std::string& otherwise, const About& about) {

@@ -63,7 +63,7 @@ TEST(Changes, OfAnAddedSegmentListItsKeys) {
   for (const Change& change : found) {
     EXPECT_TRUE(change.path.starts_with("axis[0].control.setpoint[2].")) << change.path;
     EXPECT_TRUE(change.from.empty());
-    EXPECT_EQ(effect_of(change.path), Effect::at_once);
+    EXPECT_EQ(change.effect, Effect::new_reference);
   }
 }
 
@@ -101,29 +101,44 @@ TEST(UnitOf, IsThatOfTheKeyAtTheEndOfAPath) {
   EXPECT_EQ(unit_of("axis[0].control.notch.depth"), "");
 }
 
-struct EffectCase {
-  std::string_view path;
-  Effect effect;
-};
-
-TEST(EffectOf, SeparatesTunableKeysFromThoseThatNeedARestart) {
-  for (const auto& [path, effect] : {EffectCase{"axis[0].control.kp", Effect::at_once},
-                                     {"axis[12].control.delays.resonance_Hz", Effect::at_once},
-                                     {"axis[0].control.setpoint[3].low_um", Effect::at_once},
+TEST(EffectOfAKey, IsWhatTakesOverItsChange) {
+  const std::vector<Setting> all = settings(shipped);
+  for (const auto& [path, effect] : {std::pair{"axis[0].control.kp", Effect::at_once},
+                                     {"axis[1].control.delays.resonance_Hz", Effect::at_once},
                                      {"axis[0].control.position_max_um", Effect::at_once},
+                                     {"axis[0].control.wipe_dwell_s", Effect::at_next_start},
+                                     {"axis[0].control.repeat", Effect::new_reference},
+                                     {"axis[0].control.setpoint[1].levels_um", Effect::new_reference},
                                      {"axis[0].control.model", Effect::after_restart},
                                      {"axis[0].control.safe_drive_V", Effect::after_restart},
                                      {"axis[0].name", Effect::after_restart},
-                                     {"axis[0].frames.sample.crc", Effect::after_restart},
                                      {"axis[0].live_setpoint", Effect::after_restart},
                                      {"bus.interface", Effect::after_restart},
                                      {"controller.rate_Hz", Effect::after_restart},
                                      {"axis[0].twin.noise_um_rms", Effect::on_twin},
-                                     {"twin.seed", Effect::on_twin},
-                                     {"axis[", Effect::after_restart},
-                                     {"axis[0].control.", Effect::at_once},
-                                     {"", Effect::after_restart}})
-    EXPECT_EQ(effect_of(path), effect) << path;
+                                     {"twin.seed", Effect::on_twin}}) {
+    const auto found = std::ranges::find(all, path, &Setting::path);
+    ASSERT_NE(found, all.end()) << path;
+    EXPECT_EQ(found->effect, effect) << path;
+  }
+}
+
+TEST(PathOf, IsThatOfTheKeyWithTheMember) {
+  const Config config = load(shipped);
+  const AxisConfig& y = config.axes[1];
+  EXPECT_EQ(path_of(config, y.control.law.pi.kp), "axis[1].control.kp");
+  EXPECT_EQ(path_of(config, y.control.gate.drive_min), "axis[1].control.drive_min_V");
+  EXPECT_EQ(path_of(config, y.control.reference_limits.slew_um_per_s),
+            "axis[1].control.reference_slew_um_per_s")
+      << "also if the file leaves it out";
+  EXPECT_EQ(path_of(config, y.control.setpoint[1]), "axis[1].control.setpoint[1]") << "a table";
+  EXPECT_EQ(path_of(y, y.twin.sensor.delay), "twin.sensor.delay_us");
+  EXPECT_EQ(key_of(y, y.twin.sensor.delay), "delay_us");
+}
+
+TEST(PathOf, AMemberWithoutAKeyIsAMistakeOfTheProgram) {
+  const Config config = load(shipped);
+  EXPECT_THROW(path_of(config, config.axes[0].control.law.model), std::logic_error);
 }
 
 TEST(Overrides, ReplaceTheValuesOfTheFile) {
