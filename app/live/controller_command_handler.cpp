@@ -223,7 +223,7 @@ json ControllerCommandHandler::settings() const {
     return {{"ok", true},
             {"file", file},
             {"settings", list},
-            {"unsaved", to_json(config::changes(config::settings(live_.file()), live_.settings()))},
+            {"unsaved", to_json(config::changes(live_.settings_of_file(), live_.settings()))},
             {"undo", live_.single_settings()}};
   } catch (const Error& error) {  // the file has been changed and is invalid
     json refused = refusal(error.what());

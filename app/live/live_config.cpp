@@ -30,7 +30,9 @@ std::string difference(const config::Config& config, const std::vector<std::stri
 }  // namespace
 
 LiveConfig::LiveConfig(std::filesystem::path file, const config::Config& config)
-    : file_(std::move(file)), names_(config::axis_names(config)), settings_(config::settings(file_)) {}
+    : file_(std::move(file)), names_(config::axis_names(config)), settings_(settings_of_file()) {
+  static_cast<void>(config::load(file_, {}, files_));  // so that the first change reads no file
+}
 
 std::size_t LiveConfig::axis_index(std::string_view name) const {
   const auto found = std::ranges::find(names_, name);
@@ -62,9 +64,10 @@ LiveConfig::Prepared LiveConfig::without_the_last() const {
 }
 
 LiveConfig::Prepared LiveConfig::prepare(History history) const {
-  const config::Config config = config::load(file_, history.back());
+  const config::Config config = config::load(file_, history.back(), files_);
   if (config.axes.size() != names_.size()) throw Error(difference(config, names_));
-  Prepared prepared{.settings = config::settings(file_, history.back()), .history = std::move(history)};
+  Prepared prepared{.settings = config::settings(file_, history.back(), files_),
+                    .history = std::move(history)};
   for (config::Change& change : config::changes(settings_, prepared.settings))
     if (change.effect == config::Effect::after_restart)
       prepared.after_restart.push_back(std::move(change));

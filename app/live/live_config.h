@@ -46,6 +46,8 @@ class LiveConfig {
 
   const std::filesystem::path& file() const { return file_; }
   const std::vector<config::Setting>& settings() const { return settings_; }
+  /// Those of the file as it is now, which is read again only if it has changed. Throws Error.
+  std::vector<config::Setting> settings_of_file() const { return config::settings(file_, {}, files_); }
   std::size_t single_settings() const { return history_.size() - 1; }
   const std::vector<std::string>& axis_names() const { return names_; }
   /// Throws Error if no axis has that name.
@@ -60,6 +62,7 @@ class LiveConfig {
   Prepared prepare(History history) const;
 
   std::filesystem::path file_;
+  config::ReadFiles files_;
   std::vector<std::string> names_;
   History history_{{}};
   std::vector<config::Setting> settings_;

@@ -180,7 +180,7 @@ void PageRequests::settings(PageClient&, const Asked& asked, const json&) {
     answer.erase("file");
     for (json& setting : answer.at("settings"))
       setting["unit"] = config::unit_of(setting.at("key").get<std::string>());
-    answer["keys"] = keys_json(config::load_as_written(options_.config));
+    answer["keys"] = keys_json(config::load_as_written(options_.config, {}, files_));
     answer["undo_save"] = std::filesystem::exists(kept_beside(options_.config));
     reply(asked, std::move(answer));
   });
@@ -191,7 +191,7 @@ void PageRequests::reply_of_axis(const Asked& asked, const json& request,
   const std::string axis = text_of(request, "axis");
   with_settings(asked, [this, asked, axis, make](const json& answer) {
     require_the_same_file(answer);
-    const config::Config config = config::load(options_.config, overrides_of(answer.at("unsaved")));
+    const config::Config config = config::load(options_.config, overrides_of(answer.at("unsaved")), files_);
     json made = make(config.axes[index_of_axis(config, axis)], 1.0 / config.controller.rate_Hz);
     made["ok"] = true;
     reply(asked, std::move(made));

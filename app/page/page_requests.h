@@ -74,6 +74,7 @@ class PageRequests {
   const PageStream& controller_;
   WriterRole& role_;
   RequestQueue queue_;
+  config::ReadFiles files_;
 };
 
 }  // namespace hystcan::app

@@ -39,8 +39,8 @@ model::HysteresisParameters line_through(const AxisConfig& axis) {
 /// Makes a configuration of a document and of the files that it names.
 class Loader {
  public:
-  explicit Loader(Document document, bool is_measured = true)
-      : document_(std::move(document)), is_measured_(is_measured) {}
+  Loader(Document document, const ReadFiles& files, bool is_measured = true)
+      : document_(std::move(document)), files_(files), is_measured_(is_measured) {}
 
   Config as_written() {
     read();
@@ -67,6 +67,7 @@ class Loader {
     if (!socket.empty() && socket != "none") socket = document_.resolve(socket).string();
     check_agreement({document_, config_});
     for (std::size_t i = 0; i < config_.axes.size(); ++i) plan_filters(document_, config_, i);
+    files_.drop_unused();
     return std::move(config_);
   }
 
@@ -77,7 +78,7 @@ class Loader {
     Reader reader(document_, document_.root(), "");
     visit(reader, config_);
     reader.finish();
-    config_.database = can::load_dbc(file_named_by(config_.bus.dbc));
+    config_.database = files_.get(file_named_by(config_.bus.dbc), can::load_dbc);
     for (AxisConfig& axis : config_.axes) {
       if (!axis.wire.frames) continue;
       choose_polynomial(axis, axis.wire.frames->command);
@@ -141,8 +142,9 @@ class Loader {
   void complete_control(AxisConfig& axis) {
     const auto file = model_named_by(axis.control_model);
     axis.control.law.model =
-        file ? std::get<model::HysteresisParameters>(model::in_um(load_model(*file))) : line_through(axis);
-    if (file) axis.control.law.creep = load_lag(*file).creep;
+        file ? std::get<model::HysteresisParameters>(model::in_um(files_.get(*file, load_model)))
+             : line_through(axis);
+    if (file) axis.control.law.creep = files_.get(*file, load_lag).creep;
     controller::Delays& delays = axis.control.delays;
     set_mode(axis, file, delays.resonance_Hz, delays.damping_ratio);
     set_amplifier(axis, file, delays.amplifier_bandwidth_Hz, delays.sensor_s());
@@ -158,11 +160,11 @@ class Loader {
   void complete_twin(AxisConfig& axis) {
     for (controller::Segment& segment : axis.control.setpoint)
       if (auto* table = std::get_if<controller::Table>(&segment.shape))
-        table->curve = load_setpoint(file_named_by(table->file));
+        table->curve = files_.get(file_named_by(table->file), load_setpoint);
     const auto file = model_named_by(axis.twin_model);
     twin::Plant::Config& plant = axis.twin.plant;
-    plant.hysteresis = file ? model::in_um(load_any_parameters(*file)) : line_through(axis);
-    if (file && !plant.creep) plant.hysteresis_creep = load_lag(*file).creep;
+    plant.hysteresis = file ? model::in_um(files_.get(*file, load_any_parameters)) : line_through(axis);
+    if (file && !plant.creep) plant.hysteresis_creep = files_.get(*file, load_lag).creep;
     set_mode(axis, file, plant.mode.natural_frequency_Hz, plant.mode.damping_ratio);
     set_amplifier(axis, file, plant.amplifier.bandwidth_Hz,
                   std::chrono::duration<double>(axis.twin.sensor.delay).count());
@@ -197,7 +199,7 @@ class Loader {
   std::optional<model::Dynamics> dynamics_for(const AxisConfig& axis, const File& model,
                                               const double& value) const {
     if (is_given(axis, value)) return std::nullopt;
-    const auto dynamics = model ? load_lag(*model).dynamics : std::nullopt;
+    const auto dynamics = model ? files_.get(*model, load_lag).dynamics : std::nullopt;
     if (!dynamics) fail_without(value, ", or [dynamics] in its model file");
     return dynamics;
   }
@@ -208,9 +210,12 @@ class Loader {
   }
 
   Document document_;
+  const ReadFiles& files_;
   bool is_measured_;
   Config config_;
 };
+
+Document read_document(const std::filesystem::path& file) { return Document(file); }
 
 }  // namespace
 
@@ -258,23 +263,27 @@ void derive(Config& config, std::size_t i) {
   }
 }
 
-Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
-  return Loader(Document(file).with(overrides)).checked();
+Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides,
+            const ReadFiles& files) {
+  return Loader(files.get(file, read_document).with(overrides), files).checked();
 }
 
 Config load_text(const std::filesystem::path& file, std::string_view text) {
-  return Loader(Document(file, text)).checked();
+  return Loader(Document(file, text), {}).checked();
 }
 
-Config load_unmeasured(const std::filesystem::path& file) { return Loader(Document(file), false).checked(); }
+Config load_unmeasured(const std::filesystem::path& file) {
+  return Loader(Document(file), {}, false).checked();
+}
 
-Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
-  return Loader(Document(file).with(overrides)).as_written();
+Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides,
+                       const ReadFiles& files) {
+  return Loader(files.get(file, read_document).with(overrides), files).as_written();
 }
 
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
   const Document document = Document(file).with(overrides);
-  Config config = Loader(document).as_written();
+  Config config = Loader(document, {}).as_written();
   Writer writer(Writer::Layout::plain, [&](const Setting& key, bool /*is_required*/) {
     const bool is_given = key.value.empty() || document.has(key.path);  // or a table
     return std::optional<std::string>(is_given ? "" : "default");

@@ -17,6 +17,7 @@
 #include "can/dbc/database.h"
 #include "can/frame_bits.h"
 #include "config/document/setting.h"
+#include "config/files/read_files.h"
 #include "controller/controller.h"
 #include "twin/twin.h"
 
@@ -80,9 +81,10 @@ controller::Config controller_config(const Config& config);
 /// What the twin is made from.
 twin::Config twin_config(const Config& config);
 
-/// Reads and checks `file` and all files that it names; the overrides replace values of `file`. Throws
-/// Error.
-Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
+/// Reads and checks `file` and all files that it names, those of `files` only if they have changed since; the
+/// overrides replace values of `file`. Throws Error.
+Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
+            const ReadFiles& files = {});
 
 /// The same where `file` is to have this text and need not exist.
 Config load_text(const std::filesystem::path& file, std::string_view text);
@@ -93,7 +95,8 @@ Config load_unmeasured(const std::filesystem::path& file);
 
 /// The configuration with the values that the file has, its models and the messages of its DBC: no path is
 /// resolved, and nothing is checked between the keys.
-Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
+Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
+                       const ReadFiles& files = {});
 
 /// Sets what follows from the model, the delays and the reference of an axis that was changed in memory: the
 /// limits of its transitions, and the turnarounds. The filters are not designed anew.

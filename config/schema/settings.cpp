@@ -70,8 +70,9 @@ std::string found_path(const T& value, const Member& member) {
 
 }  // namespace
 
-std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides) {
-  std::vector<Setting> result = keys_of(load_as_written(file, overrides), Writer::Layout::plain);
+std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides,
+                              const ReadFiles& files) {
+  std::vector<Setting> result = keys_of(load_as_written(file, overrides, files), Writer::Layout::plain);
   for (Setting& setting : result)
     if (setting.value.find_first_of("'\\") == std::string::npos)
       std::ranges::replace(setting.value, '"', '\'');

@@ -13,7 +13,8 @@
 namespace hystcan::config {
 
 /// All keys in force, including defaults, by their names, with the values that the file has. Throws Error.
-std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
+std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
+                              const ReadFiles& files = {});
 /// The keys of a configuration in memory, with their values as a file has them.
 std::vector<Setting> settings(const Config& config);
 /// Those of [axis.control.delays].

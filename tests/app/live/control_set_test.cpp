@@ -167,6 +167,31 @@ TEST(Set, OfTheModelNeedsARestart) {
   EXPECT_TRUE(says(answer, "needs a restart, nothing was changed: axis[0].control.model")) << answer;
 }
 
+/// The files keep their times and sizes, and have nothing that can be read.
+void spoil_unnoticed(const support::ShippedCopy& files) {
+  for (const auto& file : std::filesystem::directory_iterator(files.folder())) {
+    const auto written = file.last_write_time();
+    std::ofstream(file.path()) << std::string(file.file_size(), '?');
+    std::filesystem::last_write_time(file.path(), written);
+  }
+}
+
+TEST(LiveConfig, ChangesASettingWithoutReadingAFile) {
+  const support::ShippedCopy files;
+  const std::filesystem::path file = files / "piezo.toml";
+  for (const auto& each : std::filesystem::directory_iterator(files.folder()))
+    std::filesystem::last_write_time(each, each.last_write_time() - std::chrono::hours(1));
+  LiveConfig live(file, config::load(file));
+  spoil_unnoticed(files);
+  const LiveConfig::Prepared changed = live.with("x", "kp", "0.2");
+  ASSERT_EQ(changed.requests.size(), 1u);
+  EXPECT_EQ(changed.requests[0]->tuning->config.law.pi.kp, 0.2);
+  live.accept(changed);
+  EXPECT_EQ(live.settings_of_file().size(), live.settings().size());
+  std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now());
+  EXPECT_THROW(live.with("x", "kp", "0.3"), Error) << "a file that has changed is read";
+}
+
 // One axis refused the file because its drive was outside the new range; the other axis has applied it.
 TEST(LiveConfig, SendsAllSettingsAgainAfterOneAxisRefused) {
   const support::ShippedCopy files;
