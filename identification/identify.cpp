@@ -10,7 +10,6 @@
 #include "base/text.h"
 #include "identification/ascending_choice.h"
 #include "identification/butterfly.h"
-#include "identification/determination.h"
 #include "identification/output_reference.h"
 #include "identification/regression.h"
 #include "identification/shape_choice.h"
@@ -30,9 +29,8 @@ constexpr double rounding = 1e-9;         // of the outputs
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
   model::Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const Dataset& dataset : datasets) {
-    const auto [low, high] = std::ranges::minmax_element(dataset.*column);
-    range.lo = std::min(range.lo, *low);
-    range.hi = std::max(range.hi, *high);
+    const model::Interval own = range_of(dataset.*column);
+    range = {std::min(range.lo, own.lo), std::max(range.hi, own.hi)};
   }
   return range;
 }
@@ -106,7 +104,7 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
 void check_common_inputs(const std::vector<Dataset>& datasets) {
   std::vector<model::Interval> ranges;
   ranges.reserve(datasets.size());
-  for (const Dataset& dataset : datasets) ranges.push_back(span_over({dataset}, &Dataset::input));
+  for (const Dataset& dataset : datasets) ranges.push_back(range_of(dataset.input));
   std::vector<std::size_t> apart(datasets.size() - 1);
   std::iota(apart.begin(), apart.end(), 1);
   model::Interval tied = ranges.front();
@@ -246,14 +244,13 @@ class Identification {
   // What a search takes in next depends on whether it has taken in creep: at one rate, a delay, a wider loop
   // and another past make up for it. So both ways are gone to their end, and what is held out decides.
   void choose_creep(const Problem& finer) {
-    const auto score_of = [](const SearchResult& of) { return score(of.rms, of.held_out, of.shape); };
     SearchResult& found = result_.search;
     found = search(problem_, finer, options_);
     if (options_.creep_per_decade || found.trial.creep_per_decade == 0.0 || !options_.go_on()) return;
     IdentifyOptions none = options_;
     none.creep_per_decade = 0.0;
     result_.other = search(problem_, finer, none);
-    if (options_.go_on() && score_of(found) > worth_creep * score_of(*result_.other))
+    if (options_.go_on() && found.score() > worth_creep * result_.other->score())
       std::swap(found, *result_.other);
   }
 

@@ -1,412 +1,348 @@
 #include "identification/search.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <utility>
 
 #include "base/text.h"
 #include "identification/numerics/nonlinear_fit.h"
+#include "identification/search_criteria.h"
 #include "identification/shape_choice.h"
+#include "identification/trial_cost.h"
 #include "identification/unknowns.h"
 
 namespace hystcan::identification {
 namespace {
 
-constexpr int first_order = 5;
-constexpr double worth_it = 0.97;           // an added parameter must lower the error to this share
-constexpr double promising = 0.995;         // where it is searched to the end
-constexpr double worth_held_out = 0.985;    // and the held-out error to this share
-constexpr double as_good = 1.05;            // a removed parameter may raise the error to this share
-constexpr double low_enough = 1.01;         // times the smallest held-out error of all orders is low enough
-constexpr double exact = 1e-6;              // of the output span: smaller errors do not count
-constexpr double worth_a_spline = 0.9;      // of the held-out error with polynomials
-constexpr double hopeless_spline = 1.25;    // of the error with polynomials, before its k are searched
-constexpr double worth_an_input_map = 0.9;  // of the held-out error without it
-constexpr double poor = 0.01;               // of the output span: with a polynomial that misses so much, the
-                                            // other choices may be wrong, too
-constexpr std::size_t usual_spline = 7;     // of those that are tried: 12 pieces
-constexpr double worth_a_restart = 0.99;    // of the error before it
-constexpr double widest_k_span = 200.0;     // with steep parts this is of them, not of the thresholds
-
 using Kind = InitialMemory::Kind;
 
-class Searcher {
- public:
-  Searcher(const Problem& problem, const IdentifyOptions& options) : problem_(&problem), options_(options) {
-    unknowns_ = both_k(best_);
-    best_.delay_s = options_.delay_s.value_or(0.0);
-    best_.creep_per_decade = options_.creep_per_decade.value_or(0.0);
-  }
+// Each step of the search makes a new one. A step back is the one before it.
+struct SearchState {
+  SearchResult found;             // rms and held_out are those of the end
+  std::vector<Unknown> unknowns;  // that are moved, from the values of found.trial on
+  double cost = infinite_cost;    // of found.trial
 
-  SearchResult run(const Problem& finer) {
-    const CurveShape first = CurveShape::polynomial(std::min(first_order, problem_->highest_order));
-    const bool is_rich =
-        options_.shape && !options_.shape->is_spline() && options_.shape->order > first_order;
-    begin_with(is_rich ? first : options_.shape.value_or(first));
-    if (!std::isfinite(best_cost_))
-      refuse("no model fits with a finite error; expected a dataset that a model can describe");
-    if (is_rich) {
-      use(*options_.shape);
-      best_cost_ = cost(best_);
-    }
-    if (!options_.shape) choose_order();
-    finish();
-    if (problem_->most_pieces > 1 && !options_.shape && options_.curves != CurveChoice::polynomial)
-      try_splines();
-    const std::optional<double> held_out = fit_->held_out(best_);
-    polish(finer);
-    SearchResult found = result_;
-    found.trial = best_;
-    found.shape = shape_;
-    found.rms = fit_->fit(best_).rms;
-    found.held_out = held_out;
-    return found;
+  const Trial& trial() const { return found.trial; }
+  Trial at_start() const { return moved_to(numbers_of(unknowns, &Unknown::start), unknowns, found.trial); }
+  void set_steps(double step) {
+    for (Unknown& unknown : unknowns) unknown.step = step;
   }
-
- private:
-  void begin_with(CurveShape shape) {
-    use(std::move(shape));
-    choose_memories();
-    choose_k();
-    refine(150);
-    add_useful_unknowns();
-  }
-
-  void begin_again(const CurveShape& shape) {
-    unknowns_ = both_k(best_);
-    result_.steps.clear();
-    result_.refused.clear();
-    result_.one_k = false;
-    best_.below = best_.above = 0.0;
-    best_.gains.clear();
-    best_.delay_s = options_.delay_s.value_or(0.0);
-    best_.creep_per_decade = options_.creep_per_decade.value_or(0.0);
-    begin_with(shape);
-  }
-
-  // A simplex can stop early in many dimensions: it begins again while that pays.
-  void finish() {
-    refine(300);
-    for (double before = std::numeric_limits<double>::infinity();
-         best_cost_ < worth_a_restart * before && options_.go_on();) {
-      before = best_cost_;
-      for (Unknown& unknown : unknowns_) unknown.step = 0.3;
-      refine(150);
-    }
-    try_one_k();
-  }
-
-  // More samples make all unknowns more exact, the delay above all.
-  void polish(const Problem& finer) {
-    if (!options_.go_on()) return;
-    problem_ = &finer;
-    use(shape_);
-    best_cost_ = cost(best_);
-    for (Unknown& unknown : unknowns_) unknown.step = 0.05;
-    refine(100);
-  }
-
-  void use(CurveShape shape) {
-    shape_ = std::move(shape);
-    fit_.emplace(*problem_, shape_, SeparableFit::coarse_scan);
-  }
-
-  // Perhaps infinite if it is not below the limit.
-  double cost(const Trial& trial, double limit = std::numeric_limits<double>::infinity()) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    const double longest_delay_s = options_.longest_delay_s.value_or(infinity);
-    if (trial.below < 0.0 || trial.above < 0.0 || trial.below > 3.0 || trial.above > 3.0 ||
-        trial.delay_s < 0.0 || trial.delay_s > longest_delay_s || trial.creep_per_decade < 0.0 ||
-        trial.creep_per_decade > most_creep_per_decade ||
-        std::min(trial.k_span_ascending, trial.k_span_descending) < -widest_k_span ||
-        std::max(trial.k_span_ascending, trial.k_span_descending) > widest_k_span * steepness())
-      return infinity;
-    const Fitted fitted = fit_->fit(trial, limit);
-    if (fitted.valid || !std::isfinite(fitted.rms)) return fitted.rms;
-    return fitted.rms * (1.01 + 2.0 * fitted.violation) +
-           1e-4 * problem_->output_span * (1.0 + fitted.violation);
-  }
-
-  // Where nearly all of the output happens in a small part of the inputs, loops are as small as that part.
-  double steepness() const {
-    double narrowest = problem_->observed.span();
-    for (std::size_t i = 1; i < shape_.knots.size(); ++i)
-      narrowest = std::min(narrowest, shape_.knots[i] - shape_.knots[i - 1]);
-    return std::max(1.0, 0.05 * problem_->observed.span() / narrowest);
-  }
-  // k times the span that are worth a try: these, and larger ones on steep curves.
-  std::vector<double> paces(std::vector<double> k_spans) const {
-    const double largest = k_spans.back() * steepness();
-    while (3.0 * k_spans.back() <= largest) k_spans.push_back(3.0 * k_spans.back());
-    return k_spans;
-  }
-
-  // Stopped, with something found.
-  bool has_enough(double least) const { return std::isfinite(least) && !options_.go_on(); }
-
-  // Chooses roughly the initial memory that fits best, for each dataset separately.
-  void choose_memories() {
-    best_.memories.assign(problem_->excerpts.size(), {Kind::from_lower, 0.0});
-    for (std::size_t i = 0; i < best_.memories.size(); ++i) {
-      const double first = problem_->excerpts[i].first_input();
-      const bool mid_range = first > problem_->observed.lo && first < problem_->observed.hi;
-      double least = std::numeric_limits<double>::infinity();
-      InitialMemory chosen;
-      for (const Kind kind : {Kind::from_lower, Kind::virgin, Kind::from_upper, Kind::nested}) {
-        if (!mid_range && (kind == Kind::from_upper || kind == Kind::nested)) continue;
-        Trial trial = best_;
-        trial.memories[i] = {kind, 0.0};
-        for (const double k : paces({0.3, 2.0, 6.0})) {
-          if (has_enough(least)) break;
-          trial.k_span_ascending = trial.k_span_descending = k;
-          const double limit = least * (kind == Kind::from_lower ? 1.0 : worth_it);
-          if (const double c = cost(trial, limit); c < limit) {
-            least = c;
-            chosen = trial.memories[i];
-          }
-        }
-      }
-      best_.memories[i] = chosen;
-    }
-    for (std::size_t i = 0; i < best_.memories.size(); ++i)
-      if (best_.memories[i].kind == Kind::nested) unknowns_.push_back(bias_of(i, 0.0));
-  }
-
-  void choose_k() {
-    double least = std::numeric_limits<double>::infinity();
-    const std::vector<double> tried = paces({-1.0, 0.3, 1.0, 3.0, 10.0, 30.0});
-    for (const double ascending : tried)
-      for (const double descending : tried) {
-        if (has_enough(least)) break;
-        Trial trial = best_;
-        trial.k_span_ascending = ascending;
-        trial.k_span_descending = descending;
-        if (const double c = cost(trial, least); c < least) {
-          least = c;
-          unknowns_[0].start = std::asinh(ascending);
-          unknowns_[1].start = std::asinh(descending);
-        }
-      }
-    best_ = at_start(unknowns_);
-    best_cost_ = cost(best_);
-  }
-
-  // At the start values.
-  Trial at_start(const std::vector<Unknown>& unknowns) const {
-    return moved_to(numbers_of(unknowns, &Unknown::start), unknowns, best_);
-  }
-
-  // Moves all unknowns. The next search starts from the result, with half the steps.
-  // Ends after two fifths of the evaluations if the cost is not down to `promising_cost` then.
-  double descend(std::vector<Unknown>& unknowns, int evaluations,
-                 double promising_cost = std::numeric_limits<double>::infinity()) {
-    int done = 0;
-    double least = std::numeric_limits<double>::infinity();
-    const auto function = [&](const Eigen::VectorXd& x, double limit) {
-      const double c = cost(moved_to(x, unknowns, best_), limit);
-      ++done;
-      least = std::min(least, c);
-      return c;
-    };
-    const Minimum found =
-        minimise(function, numbers_of(unknowns, &Unknown::start), numbers_of(unknowns, &Unknown::step), 1e-4,
-                 evaluations,
-                 [&] { return options_.go_on() && (done < 2 * evaluations / 5 || least <= promising_cost); });
-    for (std::size_t i = 0; i < unknowns.size(); ++i) {
-      unknowns[i].start = found.x[static_cast<Eigen::Index>(i)];
-      unknowns[i].step *= 0.5;
-    }
-    return found.value;
-  }
-
-  void refine(int evaluations) {
-    std::vector<Unknown> moved = unknowns_;
-    const double c = descend(moved, evaluations);
-    if (!(c <= best_cost_)) return;
-    for (std::size_t i = 0; i < moved.size(); ++i) unknowns_[i].start = moved[i].start;
-    best_ = at_start(unknowns_);
-    best_cost_ = c;
-  }
-
-  // Adds the best remaining candidate that is worth it, repeatedly, until none is.
-  void add_useful_unknowns() {
-    bool is_added = true;
-    while (is_added && options_.go_on()) {
-      result_.refused.clear();  // they are tried again beside what was added
-      std::vector<std::pair<double, std::vector<Unknown>>> tried;
-      for (const Unknown& candidate : candidates(best_, unknowns_, *problem_, options_)) {
-        std::vector<Unknown> unknowns = unknowns_;
-        for (Unknown& known : unknowns) known.step = 0.2;
-        unknowns.push_back(candidate);
-        const double c =
-            descend(unknowns, 25 + 15 * static_cast<int>(unknowns.size()), promising * best_cost_);
-        if (c < worth_it * best_cost_) tried.emplace_back(c, std::move(unknowns));
-      }
-      std::ranges::sort(tried, {}, [](const auto& one) { return one.first; });
-      is_added =
-          std::ranges::any_of(tried, [&](const auto& one) { return add_unknown(one.second, one.first); });
-    }
-  }
-
-  bool add_unknown(const std::vector<Unknown>& unknowns, double c) {
-    const Trial trial = at_start(unknowns);
-    const Step taken{unknowns.back().quantity, fit_->fit(best_).rms, fit_->fit(trial).rms,
-                     fit_->held_out(best_), fit_->held_out(trial)};
-    if (taken.held_out_before && *taken.held_out_after > worth_held_out * *taken.held_out_before) {
-      result_.refused.push_back(taken);
-      return false;
-    }
-    result_.steps.push_back(taken);
-    unknowns_ = unknowns;
-    for (Unknown& unknown : unknowns_) unknown.step = 0.3;
-    best_ = trial;
-    best_cost_ = c;
-    refine(150);
-    return true;
-  }
-
-  static double score(const ShapeScore& tried) {
-    return identification::score(tried.rms, tried.held_out, tried.shape);
-  }
-  ShapeScore scored() { return {shape_, fit_->fit(best_).rms, fit_->held_out(best_)}; }
-
-  // Chooses the first shape with an error near the smallest, at the present trial.
-  void choose_shape(const std::vector<CurveShape>& shapes) {
-    double least = std::numeric_limits<double>::infinity();
-    int worse = 0;  // consecutive shapes that were not better
-    const std::size_t first = result_.shapes.size();
-    for (const CurveShape& shape : shapes) {
-      if (!options_.go_on()) break;
-      use(shape);
-      result_.shapes.push_back(scored());
-      const double now = score(result_.shapes.back());
-      worse = now < 0.98 * least ? 0 : worse + 1;
-      least = std::min(least, now);
-      if (worse == 3) break;
-    }
-    const auto tried = std::span(result_.shapes).subspan(first);
-    const auto chosen = std::ranges::find_if(tried, [&](const ShapeScore& now) {
-      return score(now) <= low_enough * least + exact * problem_->output_span;
-    });
-    use(chosen == tried.end() ? CurveShape::polynomial(first_order) : chosen->shape);
-    best_cost_ = cost(best_);
-    for (Unknown& unknown : unknowns_) unknown.step = 0.3;
-  }
-
-  void choose_order() {
-    std::vector<CurveShape> polynomials;
-    for (const int order : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20})
-      if (order <= problem_->highest_order) polynomials.push_back(CurveShape::polynomial(order));
-    choose_shape(polynomials);
-  }
-
-  // Splines need not begin where the polynomials ended: where these miss the output, their k, thresholds and
-  // memories make up for the shape.
-  void try_splines() {
-    const Searcher polynomial = *this;
-    const double before = score(scored());
-    if (before < exact * problem_->output_span && options_.curves == CurveChoice::automatic) return;
-    std::vector<CurveShape> splines;
-    for (const int pieces : {2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 22})
-      if (pieces <= problem_->most_pieces) splines.push_back(CurveShape::spline(problem_->knots(pieces)));
-    part_the_k();
-    if (before > poor * problem_->output_span)
-      begin_again(splines[std::min(splines.size() - 1, usual_spline)]);
-    choose_shape(splines);
-    if (options_.curves == CurveChoice::spline || score(scored()) < hopeless_spline * before) {
-      finish();
-      try_input_maps(splines);
-    }
-    if (options_.curves == CurveChoice::spline || score(scored()) < worth_a_spline * before) return;
-    const std::vector<ShapeScore> tried = result_.shapes;
-    take(polynomial);
-    result_.shapes = tried;
-  }
-
-  void part_the_k() {
-    std::vector<Unknown> unknowns = both_k(best_);
-    unknowns.insert(unknowns.end(), unknowns_.begin() + (result_.one_k ? 1 : 2), unknowns_.end());
-    unknowns_ = unknowns;
-    result_.one_k = false;
-  }
-
-  // Where the outputs are steep, loops close in a small part of the inputs: a rate that follows the course of
-  // the outputs.
-  void try_input_maps(std::vector<CurveShape> splines) {
-    const ShapeScore before = scored();
-    if (score(before) < poor * problem_->output_span) return;
-    const Searcher plain = *this;
-    const std::size_t rich = std::min(splines.size() - 1, usual_spline);
-    const auto course = mean_course(*problem_, best_, fit_->fit(best_).offsets);
-    double least = worth_an_input_map * score(before);
-    std::optional<double> share;
-    for (const double tried : {0.5, 0.8, 0.95}) {
-      take(plain);
-      part_the_k();
-      use(splines[rich].mapped(course, problem_->observed, tried));
-      choose_k();
-      refine(150);
-      if (const double now = score(scored()); now < least && options_.go_on()) {
-        least = now;
-        share = tried;
-      }
-    }
-    take(plain);
-    if (!share) return;
-    for (CurveShape& spline : splines) spline = spline.mapped(course, problem_->observed, *share);
-    begin_again(splines[rich]);
-    choose_shape(splines);
-    finish();
-    const ShapeScore after = scored();
-    result_.steps.push_back(
-        {{Quantity::Kind::input_map}, before.rms, after.rms, before.held_out, after.held_out});
-    if (score(after) > worth_an_input_map * score(before)) take(plain);
-  }
-
-  void take(const Searcher& other) {
-    unknowns_ = other.unknowns_;
-    best_ = other.best_;
-    best_cost_ = other.best_cost_;
-    result_ = other.result_;
-    use(other.shape_);
-  }
-
-  // Few datasets have enough turning points in both directions to distinguish the two k. If this dataset does
-  // not, one common k is used.
-  void try_one_k() {
-    std::vector<Unknown> unknowns(unknowns_.begin() + 1, unknowns_.end());
-    unknowns[0] = {{Quantity::Kind::common_k}, unknowns_[1].start, 0.2, [](Trial& trial, double x) {
-                     trial.k_span_ascending = trial.k_span_descending = std::sinh(x);
-                   }};
-    for (Unknown& unknown : unknowns) unknown.step = 0.2;
-    double c = descend(unknowns, 100);
-    c = std::min(c, descend(unknowns, 100));
-    const Trial trial = at_start(unknowns);
-    const auto with = fit_->held_out(best_), without = fit_->held_out(trial);
-    if (c > as_good * best_cost_ || (with && *without > as_good * *with)) return;
-    unknowns_ = unknowns;
-    best_ = trial;
-    best_cost_ = c;
-    result_.one_k = true;
-  }
-
-  const Problem* problem_;
-  const IdentifyOptions& options_;
-  std::vector<Unknown> unknowns_;
-  std::optional<SeparableFit> fit_;
-  CurveShape shape_;
-  Trial best_;
-  double best_cost_ = std::numeric_limits<double>::infinity();
-  SearchResult result_;
 };
+
+// The first state, with the k and the tried shapes of another one.
+SearchState begin_anew(const SearchState& former, const IdentifyOptions& options) {
+  SearchState state;
+  state.found.shapes = former.found.shapes;
+  Trial& trial = state.found.trial;
+  trial.k_span_ascending = former.trial().k_span_ascending;
+  trial.k_span_descending = former.trial().k_span_descending;
+  trial.delay_s = options.delay_s.value_or(0.0);
+  trial.creep_per_decade = options.creep_per_decade.value_or(0.0);
+  state.unknowns = both_k(trial);
+  return state;
+}
+
+// Stopped, with something found.
+bool has_enough(double least, const TrialCost& cost) { return std::isfinite(least) && !cost.go_on(); }
+
+// Chooses roughly the initial memory that fits best, for each dataset separately.
+SearchState with_memories(SearchState state, TrialCost& cost) {
+  const Problem& problem = cost.problem();
+  std::vector<InitialMemory>& memories = state.found.trial.memories;
+  memories.assign(problem.excerpts.size(), {Kind::from_lower, 0.0});
+  for (std::size_t i = 0; i < memories.size(); ++i) {
+    const double first = problem.excerpts[i].first_input();
+    const bool mid_range = first > problem.observed.lo && first < problem.observed.hi;
+    double least = infinite_cost;
+    InitialMemory chosen;
+    for (const Kind kind : {Kind::from_lower, Kind::virgin, Kind::from_upper, Kind::nested}) {
+      if (!mid_range && (kind == Kind::from_upper || kind == Kind::nested)) continue;
+      Trial trial = state.trial();
+      trial.memories[i] = {kind, 0.0};
+      for (const double k : cost.paces({0.3, 2.0, 6.0})) {
+        if (has_enough(least, cost)) break;
+        trial.k_span_ascending = trial.k_span_descending = k;
+        const double limit = least * (kind == Kind::from_lower ? 1.0 : criteria.added);
+        if (const double c = cost(trial, limit); c < limit) {
+          least = c;
+          chosen = trial.memories[i];
+        }
+      }
+    }
+    memories[i] = chosen;
+  }
+  for (std::size_t i = 0; i < memories.size(); ++i)
+    if (memories[i].kind == Kind::nested) state.unknowns.push_back(bias_of(i, 0.0));
+  return state;
+}
+
+SearchState with_k(SearchState state, TrialCost& cost) {
+  double least = infinite_cost;
+  const std::vector<double> tried = cost.paces({-1.0, 0.3, 1.0, 3.0, 10.0, 30.0});
+  for (const double ascending : tried)
+    for (const double descending : tried) {
+      if (has_enough(least, cost)) break;
+      Trial trial = state.trial();
+      trial.k_span_ascending = ascending;
+      trial.k_span_descending = descending;
+      if (const double c = cost(trial, least); c < least) {
+        least = c;
+        state.unknowns[0].start = std::asinh(ascending);
+        state.unknowns[1].start = std::asinh(descending);
+      }
+    }
+  state.found.trial = state.at_start();
+  state.cost = cost(state.trial());
+  return state;
+}
+
+// Moves all unknowns. The next search starts from the result, with half the steps.
+// Ends after two fifths of the evaluations if the cost is not down to `promising_cost` then.
+SearchState descended(SearchState state, TrialCost& cost, int evaluations,
+                      double promising_cost = infinite_cost) {
+  int done = 0;
+  double least = infinite_cost;
+  const auto function = [&](const Eigen::VectorXd& x, double limit) {
+    const double c = cost(moved_to(x, state.unknowns, state.trial()), limit);
+    ++done;
+    least = std::min(least, c);
+    return c;
+  };
+  const auto go_on = [&] { return cost.go_on() && (done < 2 * evaluations / 5 || least <= promising_cost); };
+  const Minimum minimum = minimise(function, numbers_of(state.unknowns, &Unknown::start),
+                                   numbers_of(state.unknowns, &Unknown::step), 1e-4, evaluations, go_on);
+  for (std::size_t i = 0; i < state.unknowns.size(); ++i) {
+    state.unknowns[i].start = minimum.x[static_cast<Eigen::Index>(i)];
+    state.unknowns[i].step *= 0.5;
+  }
+  state.found.trial = state.at_start();
+  state.cost = minimum.value;
+  return state;
+}
+
+SearchState refined(const SearchState& state, TrialCost& cost, int evaluations) {
+  SearchState moved = descended(state, cost, evaluations);
+  if (!(moved.cost <= state.cost)) return state;
+  for (std::size_t i = 0; i < moved.unknowns.size(); ++i) moved.unknowns[i].step = state.unknowns[i].step;
+  return moved;
+}
+
+// The state `tried`, if the held-out error falls, too. Its last unknown is the one that `state` has not.
+SearchState with_unknown(SearchState state, SearchState tried, TrialCost& cost) {
+  SeparableFit& fit = cost.fit();
+  const Step taken{tried.unknowns.back().quantity, fit.fit(state.trial()).rms, fit.fit(tried.trial()).rms,
+                   fit.held_out(state.trial()), fit.held_out(tried.trial())};
+  if (taken.held_out_before && *taken.held_out_after > criteria.added_held_out * *taken.held_out_before) {
+    state.found.refused.push_back(taken);
+    return state;
+  }
+  tried.found.steps.push_back(taken);
+  tried.found.refused = state.found.refused;
+  tried.set_steps(0.3);
+  return refined(tried, cost, 150);
+}
+
+// Adds the best remaining candidate that is worth it, repeatedly, until none is.
+SearchState with_useful_unknowns(SearchState state, TrialCost& cost) {
+  for (std::size_t known = 0; known < state.unknowns.size() && cost.go_on();) {
+    known = state.unknowns.size();
+    state.found.refused.clear();  // they are tried again beside what was added
+    std::vector<SearchState> tried;
+    for (const Unknown& candidate :
+         candidates(state.trial(), state.unknowns, cost.problem(), cost.options())) {
+      SearchState with = state;
+      with.set_steps(0.2);
+      with.unknowns.push_back(candidate);
+      with = descended(with, cost, 25 + 15 * static_cast<int>(with.unknowns.size()),
+                       criteria.promising * state.cost);
+      if (with.cost < criteria.added * state.cost) tried.push_back(std::move(with));
+    }
+    std::ranges::sort(tried, {}, &SearchState::cost);
+    for (auto one = tried.begin(); one != tried.end() && state.unknowns.size() == known; ++one)
+      state = with_unknown(std::move(state), std::move(*one), cost);
+  }
+  return state;
+}
+
+SearchState with_curves(SearchState state, TrialCost& cost, const CurveShape& shape) {
+  state.found.shape = shape;
+  cost.use(shape);
+  state = with_k(with_memories(std::move(state), cost), cost);
+  return with_useful_unknowns(refined(state, cost, 150), cost);
+}
+
+// Few datasets have enough turning points in both directions to distinguish the two k. If this dataset does
+// not, one common k is used.
+SearchState with_one_k(const SearchState& state, TrialCost& cost) {
+  SearchState common = state;
+  std::vector<Unknown>& unknowns = common.unknowns;
+  unknowns.erase(unknowns.begin());
+  unknowns[0] = {{Quantity::Kind::common_k}, unknowns[0].start, 0.2, [](Trial& trial, double x) {
+                   trial.k_span_ascending = trial.k_span_descending = std::sinh(x);
+                 }};
+  common.set_steps(0.2);
+  common = descended(std::move(common), cost, 100);
+  const double first = common.cost;
+  common = descended(std::move(common), cost, 100);
+  common.cost = std::min(first, common.cost);
+  const auto with = cost.fit().held_out(state.trial()), without = cost.fit().held_out(common.trial());
+  if (common.cost > criteria.one_k * state.cost || (with && *without > criteria.one_k * *with)) return state;
+  common.found.one_k = true;
+  return common;
+}
+
+SearchState with_both_k(SearchState state) {
+  std::vector<Unknown> unknowns = both_k(state.trial());
+  unknowns.insert(unknowns.end(), state.unknowns.begin() + (state.found.one_k ? 1 : 2), state.unknowns.end());
+  state.unknowns = std::move(unknowns);
+  state.found.one_k = false;
+  return state;
+}
+
+// A simplex can stop early in many dimensions: it begins again while that pays.
+SearchState finished(SearchState state, TrialCost& cost) {
+  state = refined(state, cost, 300);
+  for (double before = infinite_cost; state.cost < criteria.restart * before && cost.go_on();) {
+    before = state.cost;
+    state.set_steps(0.3);
+    state = refined(state, cost, 150);
+  }
+  return with_one_k(state, cost);
+}
+
+ShapeScore scored(const SearchState& state, TrialCost& cost) {
+  return {state.found.shape, cost.fit().fit(state.trial()).rms, cost.fit().held_out(state.trial())};
+}
+
+// Chooses the first shape with an error near the smallest, at the present trial.
+SearchState with_best_shape(SearchState state, TrialCost& cost, const std::vector<CurveShape>& shapes) {
+  double least = infinite_cost;
+  int worse = 0;  // consecutive shapes that were not better
+  std::vector<ShapeScore>& all = state.found.shapes;
+  const std::size_t first = all.size();
+  for (const CurveShape& shape : shapes) {
+    if (!cost.go_on()) break;
+    state.found.shape = shape;
+    cost.use(shape);
+    all.push_back(scored(state, cost));
+    const double now = all.back().score();
+    worse = now < criteria.better_shape * least ? 0 : worse + 1;
+    least = std::min(least, now);
+    if (worse == criteria.most_worse_shapes) break;
+  }
+  const double enough = criteria.low_enough * least + criteria.exact * cost.problem().output_span;
+  const auto tried = std::span(all).subspan(first);
+  const auto chosen =
+      std::ranges::find_if(tried, [&](const ShapeScore& now) { return now.score() <= enough; });
+  state.found.shape = chosen == tried.end() ? CurveShape::polynomial(criteria.first_order) : chosen->shape;
+  cost.use(state.found.shape);
+  state.cost = cost(state.trial());
+  state.set_steps(0.3);
+  return state;
+}
+
+SearchState with_best_order(SearchState state, TrialCost& cost) {
+  std::vector<CurveShape> polynomials;
+  for (const int order : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20})
+    if (order <= cost.problem().highest_order) polynomials.push_back(CurveShape::polynomial(order));
+  return with_best_shape(std::move(state), cost, polynomials);
+}
+
+// Where the outputs are steep, loops close in a small part of the inputs: a rate that follows the course of
+// the outputs.
+SearchState with_input_map(const SearchState& plain, TrialCost& cost, std::vector<CurveShape> splines) {
+  const Problem& problem = cost.problem();
+  const ShapeScore before = scored(plain, cost);
+  if (before.score() < criteria.poor * problem.output_span) return plain;
+  const std::size_t rich = std::min(splines.size() - 1, criteria.usual_spline);
+  const auto course = mean_course(problem, plain.trial(), cost.fit().fit(plain.trial()).offsets);
+  double least = criteria.input_map * before.score();
+  std::optional<double> share;
+  for (const double tried : {0.5, 0.8, 0.95}) {
+    SearchState state = with_both_k(plain);
+    state.found.shape = splines[rich].mapped(course, problem.observed, tried);
+    cost.use(state.found.shape);
+    state = refined(with_k(std::move(state), cost), cost, 150);
+    if (const double now = scored(state, cost).score(); now < least && cost.go_on()) {
+      least = now;
+      share = tried;
+    }
+  }
+  if (share) {
+    for (CurveShape& spline : splines) spline = spline.mapped(course, problem.observed, *share);
+    SearchState mapped = with_curves(begin_anew(plain, cost.options()), cost, splines[rich]);
+    mapped = finished(with_best_shape(std::move(mapped), cost, splines), cost);
+    const ShapeScore after = scored(mapped, cost);
+    mapped.found.steps.push_back(
+        {{Quantity::Kind::input_map}, before.rms, after.rms, before.held_out, after.held_out});
+    if (!(after.score() > criteria.input_map * before.score())) return mapped;
+  }
+  cost.use(plain.found.shape);
+  return plain;
+}
+
+// Splines need not begin where the polynomials ended: where these miss the output, their k, thresholds and
+// memories make up for the shape.
+SearchState with_splines(const SearchState& polynomial, TrialCost& cost) {
+  const Problem& problem = cost.problem();
+  const bool is_asked = cost.options().curves == CurveChoice::spline;
+  const double before = scored(polynomial, cost).score();
+  if (before < criteria.exact * problem.output_span && !is_asked) return polynomial;
+  std::vector<CurveShape> splines;
+  for (const int pieces : {2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 22})
+    if (pieces <= problem.most_pieces) splines.push_back(CurveShape::spline(problem.knots(pieces)));
+  SearchState state = with_both_k(polynomial);
+  if (before > criteria.poor * problem.output_span)
+    state = with_curves(begin_anew(state, cost.options()), cost,
+                        splines[std::min(splines.size() - 1, criteria.usual_spline)]);
+  state = with_best_shape(std::move(state), cost, splines);
+  if (is_asked || scored(state, cost).score() < criteria.hopeless_spline * before)
+    state = with_input_map(finished(std::move(state), cost), cost, splines);
+  if (is_asked || scored(state, cost).score() < criteria.spline * before) return state;
+  cost.use(polynomial.found.shape);
+  SearchState back = polynomial;
+  back.found.shapes = state.found.shapes;
+  return back;
+}
+
+// More samples make all unknowns more exact, the delay above all.
+SearchResult polished(SearchState state, TrialCost& cost) {
+  cost.use(state.found.shape);
+  state.cost = cost(state.trial());
+  state.set_steps(0.05);
+  state = refined(state, cost, 100);
+  state.found.rms = cost.fit().fit(state.trial()).rms;
+  return state.found;
+}
 
 }  // namespace
 
 SearchResult search(const Problem& problem, const Problem& finer, const IdentifyOptions& options) {
-  return Searcher(problem, options).run(finer);
+  TrialCost cost(problem, options);
+  const auto first = CurveShape::polynomial(std::min(criteria.first_order, problem.highest_order));
+  const bool is_rich =
+      options.shape && !options.shape->is_spline() && options.shape->order > criteria.first_order;
+  SearchState state =
+      with_curves(begin_anew({}, options), cost, is_rich ? first : options.shape.value_or(first));
+  if (!std::isfinite(state.cost))
+    refuse("no model fits with a finite error; expected a dataset that a model can describe");
+  if (is_rich) {
+    state.found.shape = *options.shape;
+    cost.use(*options.shape);
+    state.cost = cost(state.trial());
+  }
+  if (!options.shape) state = with_best_order(std::move(state), cost);
+  state = finished(std::move(state), cost);
+  if (problem.most_pieces > 1 && !options.shape && options.curves != CurveChoice::polynomial)
+    state = with_splines(state, cost);
+  state.found.held_out = cost.fit().held_out(state.trial());
+  if (options.go_on()) {
+    TrialCost fine(finer, options);
+    return polished(std::move(state), fine);
+  }
+  state.found.rms = cost.fit().fit(state.trial()).rms;
+  return state.found;
 }
 
 }  // namespace hystcan::identification

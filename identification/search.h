@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -25,10 +24,15 @@ struct Step {
   std::optional<double> held_out_before, held_out_after;
 };
 
+/// A shape of the curves with its errors, in output units.
 struct ShapeScore {
   CurveShape shape;
   double rms = 0.0;
   std::optional<double> held_out;
+
+  /// By which models are compared: the held-out error; without one, the error, where each coefficient must
+  /// pay for itself.
+  double score() const { return held_out.value_or(rms * (1.0 + 0.02 * (shape.coefficients() - 1))); }
 };
 
 enum class CurveChoice { automatic, polynomial, spline };
@@ -62,22 +66,13 @@ struct IdentifyOptions {
   std::size_t never_held_out = 0;  ///< the last ones of the datasets
 };
 
-struct SearchResult {
+struct SearchResult : ShapeScore {
   Trial trial;
-  CurveShape shape;
-  double rms = 0.0;
-  std::optional<double> held_out;
   bool one_k = false;  ///< the dataset does not distinguish k_ascending from k_descending: they are equal
   std::vector<Step> steps;
   std::vector<Step> refused;       ///< lower the error, but not that of what is held out
   std::vector<ShapeScore> shapes;  ///< tried: polynomials, then splines; empty: the shape was given
 };
-
-/// By which models are compared: the held-out error; without one, the error, where each coefficient must pay
-/// for itself.
-inline double score(double rms, const std::optional<double>& held_out, const CurveShape& shape) {
-  return held_out.value_or(rms * (1.0 + 0.02 * (shape.coefficients() - 1)));
-}
 
 /// `finer`: the same problem with more samples, for the last steps. `options.go_on` is not empty.
 /// Throws std::invalid_argument if no trial has a finite error.
