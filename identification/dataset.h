@@ -1,8 +1,7 @@
 // A measured dataset: the applied input and the measured output; its turning points and half cycles.
 //
-// The caller of an identification owns the datasets. The identification refers to them (Excerpt in
-// regression.h), and copies one only to change it: to fold its inputs, or to leave dynamics, a map or unseen
-// samples out.
+// The caller of an identification owns the datasets. The identification refers to them (excerpt.h), and
+// copies one only to change it: to fold its inputs, or to leave dynamics, a map or unseen samples out.
 #pragma once
 
 #include <cstddef>

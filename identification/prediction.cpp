@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "identification/excerpt.h"
 #include "identification/quasi_static.h"
 #include "identification/regression.h"
 
@@ -100,9 +101,7 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
 
 std::vector<double> predict(const model::Hysteresis& model, const Dataset& dataset, const Lag& lag,
                             const InitialMemory& memory) {
-  const double first =
-      model.symmetry() == model::Symmetry::even ? std::abs(dataset.input.front()) : dataset.input.front();
-  model::HysteresisState state = state_of(model, memory, first);
+  model::HysteresisState state = state_of(model, memory, dataset.input.front());
   return predict(model, dataset, lag, state);
 }
 

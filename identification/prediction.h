@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "identification/dataset.h"
@@ -54,8 +53,8 @@ struct ErrorNorms {
 
 /// What stands between the output of a model and the measured one.
 struct Lag {
-  double delay_s = 0.0;  ///< of the input; its turning points are kept (Excerpt in regression.h)
-  std::optional<model::Dynamics> dynamics{};          ///< with a delay of their own: delay_s is then not used
+  double delay_s = 0.0;                       ///< of the input; its turning points are kept (excerpt.h)
+  std::optional<model::Dynamics> dynamics{};  ///< with a delay of their own: delay_s is then not used
   std::optional<model::OutputCreep::Config> creep{};  ///< before them; it begins settled
 
   double delay() const { return dynamics ? dynamics->delay_s : delay_s; }

@@ -1,7 +1,6 @@
 #include "identification/separable_fit.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace hystcan::identification {

@@ -11,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "identification/excerpt.h"
 #include "identification/prediction.h"
 #include "identification/regression.h"
 #include "identification/valid_curves.h"

@@ -1,6 +1,6 @@
 // A chain of delay, lag and mode in a record of steps or a chirp: what a loop is designed for.
 //
-//   y = offset + drift t + free decay + sum_i gain_i G u_i    u_i: identification/dynamics/sampled_dataset.h
+//   y = offset + drift t + free decay + sum_i gain_i G u_i    u_i: identification/dynamics/mode_response.h
 //   G: held_plant() of mode (f, zeta), amplifier's lag (1 - s) D, pure delay s D, and the stated sensor
 //
 // The linear part is solved for directly (variable projection), the rest by Levenberg's method. A lag lowers
@@ -12,7 +12,7 @@
 #include <cstddef>
 
 #include "controller/control/delays.h"
-#include "identification/dynamics/sampled_dataset.h"
+#include "identification/dynamics/mode_response.h"
 #include "identification/dynamics/second_order_fit.h"
 #include "identification/numerics/nonlinear_fit.h"
 

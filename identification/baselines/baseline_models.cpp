@@ -6,6 +6,8 @@
 
 #include "base/text.h"
 #include "identification/baselines/baseline_samples.h"
+#include "identification/baselines/fit_linear_mapping.h"
+#include "identification/baselines/fit_prandtl_ishlinskii.h"
 #include "identification/curve_basis.h"
 #include "identification/numerics/least_squares.h"
 #include "model/preisach.h"
@@ -24,6 +26,26 @@ model::Preisach relays(const model::Interval& range, std::size_t cells, std::siz
   std::vector<double> weights(cells, 0.0);
   weights[j] = 1.0;
   return model::Preisach({"", "", range, 0.0, 0.0, weights});
+}
+
+/// The ascending curve with as many coefficients as the descending one: a chosen one is longer
+/// (ascending_choice.h).
+model::HysteresisParameters of_one_order(model::HysteresisParameters p) {
+  std::vector<double> a = p.ascending.coefficients();
+  const std::size_t count = p.descending.coefficients().size();
+  if (p.ascending.basis() == model::Basis::spline || count < 2 || a.size() <= count) return p;
+  a.resize(count);
+  const double open = p.upper_point().level - p.ascending.with(a).value(p.input_range().hi);
+  a[0] += 0.5 * open;
+  a[1] += 0.5 * open;
+  const model::ReferenceCurve shorter = p.ascending.with(a);
+  const double rounding = 1e-9 * p.output_range().span();
+  const auto inside = [&](double v) {
+    return shorter.slope(v) > 0.0 && shorter.value(v) <= p.descending.value(v) + rounding;
+  };
+  p.ascending =
+      std::ranges::all_of(model::grid_of(p.input_range(), {}, 100), inside) ? shorter : p.descending;
+  return p;
 }
 
 }  // namespace
@@ -54,30 +76,6 @@ BaselineModel fit_preisach(const Samples& samples, std::size_t levels) {
   WeightedOperators fit = fit_weights(samples, histories(samples, range), cells, column);
   return {text_of("Preisach, ", levels, " levels"), cells + 2, std::move(fit.prediction)};
 }
-
-namespace {
-
-/// The ascending curve with as many coefficients as the descending one: a chosen one is longer
-/// (ascending_choice.h).
-model::HysteresisParameters of_one_order(model::HysteresisParameters p) {
-  std::vector<double> a = p.ascending.coefficients();
-  const std::size_t count = p.descending.coefficients().size();
-  if (p.ascending.basis() == model::Basis::spline || count < 2 || a.size() <= count) return p;
-  a.resize(count);
-  const double open = p.upper_point().level - p.ascending.with(a).value(p.input_range().hi);
-  a[0] += 0.5 * open;
-  a[1] += 0.5 * open;
-  const model::ReferenceCurve shorter = p.ascending.with(a);
-  const double rounding = 1e-9 * p.output_range().span();
-  const auto inside = [&](double v) {
-    return shorter.slope(v) > 0.0 && shorter.value(v) <= p.descending.value(v) + rounding;
-  };
-  p.ascending =
-      std::ranges::all_of(model::grid_of(p.input_range(), {}, 100), inside) ? shorter : p.descending;
-  return p;
-}
-
-}  // namespace
 
 const std::vector<FitBaseline>& every_baseline() {
   using Parameters = model::HysteresisParameters;

@@ -53,22 +53,11 @@ struct BaselineModel {
   std::vector<double> prediction;  ///< for every sample, also for held-out ones
 };
 
-// All of them throw std::invalid_argument if the columns of the samples differ in length, if a number is not
+// All fits throw std::invalid_argument if the columns of the samples differ in length, if a number is not
 // finite, if a weight is negative, if no weight is positive, or if the range is not lo < hi.
 
 /// `order`: 0 to 32.
 BaselineModel fit_average(const Samples& samples, std::size_t order);
-
-/// Levenberg's method from the curves of `start`; k is not used. The fit keeps the orders and the symmetry of
-/// `start`. The curves stay valid (model/validity.h) and rise everywhere with at least a thousandth of the
-/// mean slope. Throws std::invalid_argument if the curves of `start` are not valid.
-BaselineModel fit_linear_mapping(const Samples& samples, const model::HysteresisParameters& start);
-
-/// `plays`: at least one.
-BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays);
-
-/// Levenberg's method on weights and initial plays, from the best fit of the histories.
-BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t plays);
 
 /// `levels`: at least one. The range is widened to contain every input.
 BaselineModel fit_preisach(const Samples& samples, std::size_t levels);

@@ -1,6 +1,5 @@
 #include "identification/baselines/baseline_samples.h"
 
-#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "identification/baselines/baseline_models.h"
 #include "identification/butterfly.h"
+#include "identification/excerpt.h"
 #include "identification/output_reference.h"
 #include "identification/quasi_static.h"
 #include "identification/regression.h"

@@ -1,4 +1,5 @@
-// Fits the linear mapping model with Levenberg's method on the coefficients of its curves.
+#include "identification/baselines/fit_linear_mapping.h"
+
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
@@ -7,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "identification/baselines/baseline_models.h"
 #include "identification/baselines/baseline_samples.h"
 #include "identification/numerics/nonlinear_fit.h"
 #include "model/linear_mapping.h"

@@ -1,4 +1,5 @@
-// Fits Prandtl-Ishlinskii models: only the weights, or weights and initial plays together.
+#include "identification/baselines/fit_prandtl_ishlinskii.h"
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <optional>
@@ -6,7 +7,6 @@
 #include <vector>
 
 #include "base/text.h"
-#include "identification/baselines/baseline_models.h"
 #include "identification/baselines/baseline_samples.h"
 #include "identification/numerics/nonlinear_fit.h"
 #include "model/prandtl_ishlinskii.h"

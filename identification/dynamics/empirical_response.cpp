@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <complex>
 
 #include "identification/quasi_static.h"
 #include "model/spectrum.h"

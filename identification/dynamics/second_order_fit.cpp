@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "identification/dynamics/sampled_dataset.h"
+#include "identification/dynamics/mode_response.h"
 #include "identification/numerics/decompositions.h"
 #include "identification/numerics/nonlinear_fit.h"
 #include "model/reference_curve.h"
@@ -201,15 +201,11 @@ std::vector<LocalMinimum> minima(const Task& task, const Box& box) {
 
 // The sensitivity of the driven response only: a free decay follows any line in the noise and would
 // indicate a frequency even if the drive does not excite it.
-Eigen::MatrixXd sensitivity_at(const Task& task, const Point& point, const Projection& at) {
+Confidence confidence_at(const Task& task, const Point& point, const Projection& at) {
   Eigen::MatrixXd sensitivity(task.dataset.rows(), 3 + at.coefficients.size());
   sensitivity.leftCols<3>() = task.response.driven_slope(point, at.coefficients);
   sensitivity.rightCols(at.coefficients.size()) = task.response.columns(point);
-  return sensitivity;
-}
-
-Confidence confidence_at(const Task& task, const Point& point, const Projection& at) {
-  return confidence_of(sensitivity_at(task, point, at), at.residual, 3);
+  return confidence_of(sensitivity, at.residual, 3);
 }
 
 /// The dataset without its noise: the output is what the best mode does when driven.

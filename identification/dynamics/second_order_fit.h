@@ -14,7 +14,7 @@
 //
 // Method.  For given (f, zeta, d) the output is linear in offset, drift, gain, loop and the state at the
 // first row. (Two free decays represent this state, so that the dataset does not have to begin at rest:
-// identification/dynamics/sampled_dataset.h.)
+// identification/dynamics/mode_response.h.)
 // These are solved for directly (variable projection: Golub and Pereyra 1973).  Levenberg-Marquardt finds
 // (log f, log zeta, d / T), starting from the best points of a grid and from the mirror image 1/T - f; in
 // the samples, this image differs from f only by the delay.

@@ -15,6 +15,8 @@
 
 #include "config/files/dataset_file.h"
 #include "identification/baselines/baseline_models.h"
+#include "identification/baselines/fit_prandtl_ishlinskii.h"
+#include "identification/excerpt.h"
 #include "identification/identify.h"
 #include "identification/prediction.h"
 #include "identification/regression.h"

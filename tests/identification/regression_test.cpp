@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "identification/excerpt.h"
 #include "identification/separable_fit.h"
 #include "tests/identification/rows.h"
 #include "tests/model/models.h"

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "identification/baselines/fit_linear_mapping.h"
+#include "identification/baselines/fit_prandtl_ishlinskii.h"
 #include "model/hysteresis.h"
 #include "model/linear_mapping.h"
 #include "model/prandtl_ishlinskii.h"

@@ -9,6 +9,7 @@
 
 #include "config/files/dataset_file.h"
 #include "identification/baselines/baseline_models.h"
+#include "identification/baselines/fit_prandtl_ishlinskii.h"
 #include "tests/identification/measured.h"
 
 namespace hystcan::identification::measured_baselines_test {

@@ -1,0 +1,16 @@
+// Fits Prandtl-Ishlinskii models: only the weights, or weights and initial plays together.
+#pragma once
+
+#include <cstddef>
+
+#include "identification/baselines/baseline_models.h"
+
+namespace hystcan::identification {
+
+/// `plays`: at least one.
+BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays);
+
+/// Levenberg's method on weights and initial plays, from the best fit of the histories.
+BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t plays);
+
+}  // namespace hystcan::identification
