@@ -34,10 +34,9 @@ struct Swing {
 };
 
 std::vector<Swing> swings_of(const Dataset& dataset) {
-  const auto [low, high] = std::ranges::minmax(dataset.input);
   const double depth = valley_depth * span_of(dataset.output) + noisy_depth * noise_of(dataset.output);
   std::vector<Swing> swings;
-  for (const HalfCycle& half : half_cycles(dataset, least_input_swing * (high - low))) {
+  for (const HalfCycle& half : half_cycles(dataset, least_input_swing * span_of(dataset.input))) {
     const auto begin = dataset.output.begin() + static_cast<std::ptrdiff_t>(half.begin);
     const auto end = dataset.output.begin() + static_cast<std::ptrdiff_t>(half.end);
     Swing swing{half, half.begin, false};

@@ -8,7 +8,6 @@
 #include "base/text.h"
 #include "identification/numerics/decompositions.h"
 #include "identification/path.h"
-#include "identification/prediction.h"
 #include "identification/regression.h"
 
 namespace hystcan::identification {

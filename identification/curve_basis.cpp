@@ -1,7 +1,5 @@
 #include "identification/curve_basis.h"
 
-#include <utility>
-
 namespace hystcan::identification {
 namespace {
 

@@ -15,7 +15,6 @@
 #include <utility>
 #include <vector>
 
-#include "identification/path.h"
 #include "model/hysteresis_parameters.h"
 
 namespace hystcan::identification {

@@ -141,10 +141,7 @@ Folds records_as_folds(const std::vector<Dataset>& datasets, model::Interval obs
   const double near = at_the_end * observed.span();
   std::vector<model::Interval> ranges;
   ranges.reserve(datasets.size());
-  for (const Dataset& dataset : datasets) {
-    const auto [low, high] = std::ranges::minmax(dataset.input);
-    ranges.push_back({low, high});
-  }
+  for (const Dataset& dataset : datasets) ranges.push_back(range_of(dataset.input));
   std::vector<int> fold_of_cycle(cycles.reach.size(), 0);
   for (std::size_t r = 0; r < datasets.size(); ++r) {
     model::Interval others{observed.hi, observed.lo};

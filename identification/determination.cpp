@@ -61,7 +61,7 @@ class Valley {
  private:
   bool is_as_good(Trial& trial) {
     std::vector<Unknown> moved = both_k(trial);
-    if (number_ != &Trial::delay_s && trial.delay_s > 0.0) moved.push_back(delay_of(trial, trial.delay_s));
+    if (number_ != &Trial::delay_s && trial.delay_s > 0.0) moved.push_back(delay_of(trial.delay_s));
     const Eigen::VectorXd start = numbers_of(moved, &Unknown::start);
     const auto cost = [&](const Eigen::VectorXd& x, double limit) {
       const Trial there = moved_to(x, moved, trial);
@@ -127,7 +127,7 @@ std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const
   Trial trial = found.trial;
   trial.creep_per_decade = 0.0;
   std::vector<Unknown> moved = both_k(trial);
-  if (trial.delay_s > 0.0) moved.push_back(delay_of(trial, trial.delay_s));
+  if (trial.delay_s > 0.0) moved.push_back(delay_of(trial.delay_s));
   for (std::size_t i = 1; i < trial.memories.size(); ++i) moved.push_back(gain_of(i, trial.gain(i)));
   const auto cost = [&](const Eigen::VectorXd& x, double limit) {
     const Trial there = moved_to(x, moved, trial);

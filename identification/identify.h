@@ -1,12 +1,9 @@
 // Identification: finds the recursive memory-based model that fits measured datasets best, and its figures.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
 #include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "identification/characterisation.h"

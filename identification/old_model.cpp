@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "base/text.h"
@@ -39,8 +38,7 @@ Dataset loops_of(const model::HysteresisParameters& old, const model::OutputCree
   const std::vector<double> turns = turns_of(old.input_range());
   for (std::size_t i = 1; i < turns.size(); ++i) way += std::abs(turns[i] - turns[i - 1]);
   const double step = way / std::max(least_rows, rows / rows_of_datasets_to_one);
-  Dataset made{
-      .input_unit = old.input_unit, .output_unit = old.output_unit, .time_s = {}, .input = {}, .output = {}};
+  Dataset made{.input_unit = old.input_unit, .output_unit = old.output_unit};
   const model::Hysteresis model(old);
   auto state = model.at_upper_threshold();
   const auto add = [&](double input) {

@@ -1,6 +1,5 @@
 #include "identification/output_reference.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numeric>

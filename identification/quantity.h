@@ -1,8 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
+
+#include "base/words.h"
 
 namespace hystcan::identification {
 
@@ -27,8 +31,17 @@ struct Quantity {
   std::size_t dataset = 0;
   bool operator==(const Quantity&) const = default;
 };
+constexpr auto words(Quantity::Kind) {
+  return std::to_array<std::string_view>({"k_ascending", "k_descending", "k", "initial memory",
+                                          "lower threshold", "upper threshold", "gain of dataset",
+                                          "gain of the old model", "delay", "creep", "an input map",
+                                          "output map", "a mode with a delay"});
+}
 
 /// Its name in a report, with the number of the dataset from 1 on.
-std::string to_string(const Quantity& quantity);
+inline std::string to_string(const Quantity& quantity) {
+  std::string name(word_of(quantity.kind));
+  return quantity.kind == Quantity::Kind::gain ? name + " " + std::to_string(quantity.dataset + 1) : name;
+}
 
 }  // namespace hystcan::identification

@@ -6,7 +6,6 @@
 #include <limits>
 #include <optional>
 #include <span>
-#include <utility>
 
 #include "identification/characterisation.h"
 
@@ -141,20 +140,6 @@ std::vector<SuspectRow> suspect_outputs(const Dataset& dataset, const std::vecto
   });
 }
 
-}  // namespace
-
-std::vector<SuspectRow> suspect_rows(const Dataset& dataset) {
-  if (dataset.size() < least_samples) return {};
-  std::optional<std::vector<SuspectRow>> suspects = suspect_inputs(dataset);
-  if (!suspects) return {};
-  const std::vector<SuspectRow> outputs = suspect_outputs(dataset, *suspects);
-  suspects->insert(suspects->end(), outputs.begin(), outputs.end());
-  std::ranges::stable_sort(*suspects, {}, &SuspectRow::row);
-  return *suspects;
-}
-
-namespace {
-
 constexpr std::size_t least_rows_at_end = 5;
 constexpr double least_share_at_end = 0.01;  // of the rows
 constexpr double moves = 0.05;               // of the range of the input
@@ -202,6 +187,16 @@ class AtEnd {
 };
 
 }  // namespace
+
+std::vector<SuspectRow> suspect_rows(const Dataset& dataset) {
+  if (dataset.size() < least_samples) return {};
+  std::optional<std::vector<SuspectRow>> suspects = suspect_inputs(dataset);
+  if (!suspects) return {};
+  const std::vector<SuspectRow> outputs = suspect_outputs(dataset, *suspects);
+  suspects->insert(suspects->end(), outputs.begin(), outputs.end());
+  std::ranges::stable_sort(*suspects, {}, &SuspectRow::row);
+  return *suspects;
+}
 
 std::vector<SensorEnd> sensor_ends(const Dataset& dataset) {
   std::vector<SensorEnd> ends;

@@ -5,11 +5,6 @@
 #include <utility>
 
 namespace hystcan::identification {
-namespace {
-
-using Kind = InitialMemory::Kind;
-
-}  // namespace
 
 Eigen::VectorXd numbers_of(const std::vector<Unknown>& unknowns, double Unknown::*number) {
   Eigen::VectorXd numbers(std::ssize(unknowns));
@@ -37,14 +32,13 @@ std::vector<Unknown> both_k(const Trial& trial) {
 
 Unknown bias_of(std::size_t dataset, double start) {
   return {{Quantity::Kind::initial_memory, dataset}, start, 0.7, [dataset](Trial& trial, double x) {
-            trial.memories[dataset] = {Kind::nested, std::clamp(x, -6.0, 6.0)};
+            trial.memories[dataset] = {InitialMemory::Kind::nested, std::clamp(x, -6.0, 6.0)};
           }};
 }
 
-Unknown delay_of(const Trial& trial, double unit_s) {
-  return {{Quantity::Kind::delay}, trial.delay_s / unit_s, 1.0, [unit_s](Trial& moved, double x) {
-            moved.delay_s = x * unit_s;
-          }};
+Unknown delay_of(double unit_s) {
+  return {
+      {Quantity::Kind::delay}, 1.0, 1.0, [unit_s](Trial& moved, double x) { moved.delay_s = x * unit_s; }};
 }
 
 Unknown gain_of(std::size_t dataset, double start) {
@@ -57,6 +51,7 @@ Unknown gain_of(std::size_t dataset, double start) {
 
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,
                                 const IdentifyOptions& options) {
+  using Kind = InitialMemory::Kind;
   std::vector<Unknown> candidates;
   const auto is_used = [&](const Quantity& quantity) {
     return std::ranges::find(used, quantity, &Unknown::quantity) != used.end();
@@ -80,10 +75,7 @@ std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& 
   for (std::size_t i = 1; !options.common_gain && i < trial.memories.size(); ++i)
     if (Unknown gain = gain_of(i, 1.0); !is_used(gain.quantity)) candidates.push_back(std::move(gain));
   if (!is_used({Quantity::Kind::delay}) && !options.delay_s && problem.sample_time_s > 0.0)
-    candidates.push_back(
-        {{Quantity::Kind::delay}, 1.0, 1.0, [dt = problem.sample_time_s](Trial& moved, double x) {
-           moved.delay_s = x * dt;
-         }});
+    candidates.push_back(delay_of(problem.sample_time_s));
   if (!is_used({Quantity::Kind::creep}) && !options.creep_per_decade)
     candidates.push_back({{Quantity::Kind::creep}, 1.0, 1.0, [](Trial& moved, double x) {
                             moved.creep_per_decade = 0.01 * x;

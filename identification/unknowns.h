@@ -28,8 +28,8 @@ Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknow
 std::vector<Unknown> both_k(const Trial& trial);
 /// The bias of the initial memory of a dataset.
 Unknown bias_of(std::size_t dataset, double start);
-/// The delay, in `unit_s`.
-Unknown delay_of(const Trial& trial, double unit_s);
+/// The delay, from `unit_s` on, in this unit.
+Unknown delay_of(double unit_s);
 /// The gain of a dataset against the first one.
 Unknown gain_of(std::size_t dataset, double start);
 /// What can be searched beside `used`.

@@ -1,7 +1,6 @@
 #include "identification/numerics/decompositions.h"
 
 #include <Eigen/QR>
-#include <utility>
 
 namespace hystcan::identification {
 
