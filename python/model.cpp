@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "config/files/memory_file.h"
 #include "model/hysteresis_operator.h"
 
 namespace hystcan::python {

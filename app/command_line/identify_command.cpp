@@ -26,6 +26,7 @@
 #include "base/words.h"
 #include "config/document/toml_edit.h"
 #include "config/document/toml_text.h"
+#include "config/files/memory_file.h"
 #include "config/files/model_file.h"
 #include "config/schema/settings.h"
 #include "identification/dynamics/joint_dynamics.h"

@@ -20,6 +20,7 @@
 #include "base/standard_streams.h"
 #include "base/terminal.h"
 #include "base/text.h"
+#include "config/files/memory_file.h"
 #include "config/files/model_file.h"
 #include "model/hysteresis_operator.h"
 

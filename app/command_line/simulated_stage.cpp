@@ -7,6 +7,7 @@
 
 #include "app/stage/identification_result.h"
 #include "base/error.h"
+#include "config/files/memory_file.h"
 #include "config/files/model_file.h"
 
 namespace hystcan::app {

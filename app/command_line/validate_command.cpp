@@ -18,6 +18,7 @@
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
+#include "config/files/memory_file.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "identification/prediction.h"

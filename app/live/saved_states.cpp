@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/output_file.h"
+#include "config/files/memory_file.h"
 
 namespace hystcan::app {
 namespace {

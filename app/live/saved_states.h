@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "config/files/memory_file.h"
 #include "config/files/model_file.h"
 #include "config/schema/config.h"
 #include "controller/controller.h"

@@ -1,16 +1,13 @@
+#include "config/files/memory_file.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <array>
 #include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "config/document/document.h"
-#include "config/files/model_file.h"
 
 namespace hystcan::config {
 namespace {
@@ -89,21 +86,18 @@ MemoryFile read(const Document& document, const Model& model) {
   return memory;
 }
 
-model::TurningPoints turning_points(const Document& document, const MemoryFile& raw) {
-  const bool has_output = document.has("memory.output");
-  return {.origin = raw.origin,
-          .inputs = raw.turning_inputs,
-          .levels = raw.turning_outputs,
-          .input = raw.input,
-          .level = has_output ? std::optional(raw.output) : std::nullopt,
-          .merged = raw.merged};
-}
-
 template <class Model>
 model::HysteresisState remembered(const Document& document, const MemoryFile& raw, const Model& model,
                                   std::size_t capacity) {
+  const bool has_output = document.has("memory.output");
   try {
-    return model.remembering(turning_points(document, raw), capacity);
+    return model.remembering({.origin = raw.origin,
+                              .inputs = raw.turning_inputs,
+                              .levels = raw.turning_outputs,
+                              .input = raw.input,
+                              .level = has_output ? std::optional(raw.output) : std::nullopt,
+                              .merged = raw.merged},
+                             capacity);
   } catch (const model::MemoryError& error) {
     const bool present = error.index >= raw.turning_inputs.size();
     document.fail_at(present ? "memory.input" : fmt::format("memory.turning_inputs[{}]", error.index),

@@ -2,6 +2,7 @@
 // from which the model goes on.
 #include <cmath>
 
+#include "config/files/memory_file.h"
 #include "config/files/model_file.h"
 #include "tests/fuzz/refusal.h"
 

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <functional>
 
+#include "config/files/memory_file.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/support/refusal.h"
 #include "tests/support/rehearsed.h"

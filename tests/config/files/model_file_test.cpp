@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "config/files/memory_file.h"
 #include "tests/support/refusal.h"
 #include "tests/support/scratch.h"
 
