@@ -1,9 +1,7 @@
 #include "config/files/clock_time.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstddef>
-#include <utility>
 
 #include "config/files/csv.h"
 #include "config/files/record_words.h"

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <set>
 #include <sstream>
-#include <utility>
-#include <vector>
 
 #include "base/input_file.h"
 #include "base/text.h"
@@ -26,14 +24,6 @@ std::string_view named_in_comment(std::string_view line, std::string_view name) 
   line = trimmed(line.substr(1));
   if (line.size() >= 2 && line.front() == '"' && line.back() == '"') line = line.substr(1, line.size() - 2);
   return line;
-}
-
-std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file) {
-  try {
-    return open_input(file);
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
-  }
 }
 
 std::unique_ptr<char[]> buffer_of_a_line() {
@@ -63,6 +53,14 @@ std::string text_of_setpoint(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file) {
+  try {
+    return open_input(file);
+  } catch (const FileError& error) {
+    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
+  }
+}
 
 std::string_view trimmed(std::string_view text) {
   const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
@@ -223,17 +221,8 @@ double finite_number(const CsvLines& lines, std::string_view field, const std::s
   return *value;
 }
 
-CsvReader::CsvReader(std::filesystem::path file, std::vector<std::string> columns)
-    : lines_(std::move(file)), wanted_(std::move(columns)) {
-  read_header();
-}
-
-CsvReader::CsvReader(std::filesystem::path file, std::string text, std::vector<std::string> columns)
-    : lines_(std::move(file), std::move(text)), wanted_(std::move(columns)) {
-  read_header();
-}
-
-void CsvReader::read_header() {
+CsvReader::CsvReader(CsvLines lines, std::vector<std::string> columns)
+    : lines_(std::move(lines)), wanted_(std::move(columns)) {
   if (!lines_.next()) lines_.fail("no header row, expected column names");
   lines_.end_comments();
   for (const char separator : {';', '\t'})
@@ -284,7 +273,7 @@ bool CsvReader::next(std::vector<double>& row) {
 }
 
 controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
-  CsvReader reader(file, text_of_setpoint(file), {"time_s", "position_um"});
+  CsvReader reader(CsvLines(file, text_of_setpoint(file)), {"time_s", "position_um"});
   std::vector<double> time_s;
   std::vector<double> position_um;
   std::vector<double> row;

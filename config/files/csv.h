@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -26,6 +25,9 @@ inline constexpr std::size_t longest_csv_line = 1'048'576;  ///< bytes
 /// Lines before the header in which comment() looks.
 inline constexpr std::size_t most_comments = 1000;
 inline constexpr std::size_t longest_comment = 1024;  ///< bytes
+
+/// The file may be a pipe (base/input_file.h). Throws Error if it cannot be read.
+std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file);
 
 /// Without blanks and tabs at both ends.
 std::string_view trimmed(std::string_view text);
@@ -61,7 +63,7 @@ std::vector<std::string> notes_of_end(bool is_cut, std::size_t zeros);
 class CsvLines {
  public:
   /// The file may be a pipe (base/input_file.h). Throws Error if it cannot be read.
-  explicit CsvLines(std::filesystem::path file);
+  CsvLines(std::filesystem::path file);
   /// Reads a text instead; `file` is only its name in messages.
   CsvLines(std::filesystem::path file, std::string text);
 
@@ -110,11 +112,8 @@ double finite_number(const CsvLines& lines, std::string_view field, const std::s
 /// Reads the requested columns in the requested order and ignores all others. Accepts Windows line ends.
 class CsvReader {
  public:
-  /// Throws Error if the file cannot be read, lacks a column, or has a column name twice. The file may be a
-  /// pipe (base/input_file.h).
-  CsvReader(std::filesystem::path file, std::vector<std::string> columns);
-  /// Reads a text instead; `file` is only its name in messages.
-  CsvReader(std::filesystem::path file, std::string text, std::vector<std::string> columns);
+  /// Throws Error if a column is missing, or if a column name occurs twice.
+  CsvReader(CsvLines lines, std::vector<std::string> columns);
 
   /// Requests one more column if the file has it; returns whether it has.
   bool add_if_present(const std::string& column);
@@ -133,7 +132,6 @@ class CsvReader {
   std::size_t line_number() const { return lines_.number(); }
 
  private:
-  void read_header();
   void require_distinct_columns() const;
   std::size_t look_up(const std::string& column) const;
 

@@ -2,15 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "base/error.h"
 #include "base/text.h"
 #include "config/files/csv.h"
 #include "config/files/dataset_columns.h"

@@ -214,12 +214,6 @@ bool LabCsvReader::read(std::vector<double>& row) {
 
 std::string LabCsvReader::damage_text() const { return text_.place(line_, damage_->at) + damage_->what; }
 
-bool LabCsvReader::next(std::vector<double>& row) {
-  const bool is_row = read(row);
-  if (is_row && is_damaged()) throw Error(damage_text());
-  return is_row;
-}
-
 std::string LabCsvReader::comment(std::string_view name) const { return comment_in(head_.comments, name); }
 
 std::vector<std::string> LabCsvReader::notes() const {

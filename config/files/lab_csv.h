@@ -51,9 +51,6 @@ class LabCsvReader {
   bool is_damaged() const { return damage_.has_value(); }
   /// The place of the damage and what it is.
   std::string damage_text() const;
-  /// Like read(), but throws Error at an empty field, at a row of the wrong length, and at a value that is
-  /// not a finite number.
-  bool next(std::vector<double>& row);
 
   /// The one in the head; none where two differ.
   const std::optional<StatedRate>& rate() const { return head_.rate; }

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <array>
-#include <span>
 #include <string_view>
 #include <vector>
 
@@ -37,15 +36,15 @@ struct ModelTables {
   std::vector<double> knots;
   std::vector<double> ascending;
   std::vector<double> descending;
-  std::vector<double> input_map;
-  std::vector<double> output_map;
+  std::vector<double> input_map{};
+  std::vector<double> output_map{};
   double k_ascending = 0.0;
   double k_descending = 0.0;
   model::Symmetry symmetry = model::Symmetry::none;
   double offset = 0.0;
   double gain = 0.0;
-  std::vector<double> thresholds;
-  std::vector<double> weights;
+  std::vector<double> thresholds{};
+  std::vector<double> weights{};
 };
 
 template <class V>
@@ -240,13 +239,9 @@ std::string model_text(const model::HysteresisParameters& parameters,
                   .knots = parameters.ascending.knots(),
                   .ascending = parameters.ascending.coefficients(),
                   .descending = parameters.descending.coefficients(),
-                  .input_map = {},
-                  .output_map = {},
                   .k_ascending = parameters.k_ascending,
                   .k_descending = parameters.k_descending,
-                  .symmetry = parameters.symmetry,
-                  .thresholds = {},
-                  .weights = {}};
+                  .symmetry = parameters.symmetry};
   if (parameters.input_map) raw.input_map = parameters.input_map->coefficients();
   if (parameters.output_map) raw.output_map = parameters.output_map->coefficients();
   Writer writer(Writer::Layout::model, [](const Setting& key, bool /*is_required*/) {

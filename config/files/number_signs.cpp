@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
-#include <utility>
 
 #include "base/text.h"
 #include "config/files/csv.h"

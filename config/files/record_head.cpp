@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <set>
-#include <span>
 #include <utility>
 
 #include "config/files/csv.h"
@@ -291,18 +290,11 @@ class HeadReader {
       if (known == nullptr || known->base != "s") return std::nullopt;
       return 1.0 / (*value * known->factor);
     }
-    constexpr std::array<std::pair<std::string_view, double>, 9> rate_units{{{"", 1.0},
-                                                                             {"hz", 1.0},
-                                                                             {"1/s", 1.0},
-                                                                             {"s/s", 1.0},
-                                                                             {"sa/s", 1.0},
-                                                                             {"samples/s", 1.0},
-                                                                             {"khz", 1e3},
-                                                                             {"ks/s", 1e3},
-                                                                             {"ksa/s", 1e3}}};
-    const auto known = std::ranges::find(rate_units, unit, &std::pair<std::string_view, double>::first);
-    if (known == rate_units.end()) return std::nullopt;
-    return *value * known->second;
+    constexpr std::array<std::string_view, 6> per_second{"", "hz", "1/s", "s/s", "sa/s", "samples/s"};
+    constexpr std::array<std::string_view, 3> per_millisecond{"khz", "ks/s", "ksa/s"};
+    if (std::ranges::find(per_second, unit) != per_second.end()) return *value;
+    if (std::ranges::find(per_millisecond, unit) != per_millisecond.end()) return *value * 1e3;
+    return std::nullopt;
   }
 
   using ValueOfField = std::pair<std::size_t, std::string_view>;

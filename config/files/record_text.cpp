@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/input_file.h"
 #include "base/text.h"
 #include "config/files/csv.h"
 
@@ -31,14 +30,6 @@ constexpr std::array<Kind, 9> other_kinds{{{"PK\x03\x04", "an Excel file or anot
                                            {"\x1F\x8B", "a compressed file"},
                                            {"%PDF", "a PDF"}}};
 
-std::unique_ptr<std::istream> open_record(const std::filesystem::path& file) {
-  try {
-    return open_input(file);
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
-  }
-}
-
 }  // namespace
 
 bool TextLine::is_blank() const { return trimmed(text).empty(); }
@@ -53,7 +44,7 @@ RecordText::RecordText(std::filesystem::path file, std::size_t most_lines) : fil
 }
 
 void RecordText::read(std::size_t most_lines) {
-  const std::unique_ptr<std::istream> stream = open_record(file_);
+  const std::unique_ptr<std::istream> stream = open_csv(file_);
   std::error_code unknown;
   const auto size = std::filesystem::file_size(file_, unknown);
   const bool is_regular = !unknown && size > 0;

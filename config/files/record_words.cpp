@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <span>
-#include <utility>
 
 namespace hystcan::config {
 namespace {
@@ -59,41 +58,19 @@ constexpr std::array<std::string_view, 18> output_words{
 constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
 
 // No word begins with one that stands before it.
-constexpr std::array<std::pair<std::string_view, RecordSetting>, 34> setting_words{
-    {{"abtastrate", RecordSetting::rate_Hz},
-     {"abtastfrequenz", RecordSetting::rate_Hz},
-     {"sampling rate", RecordSetting::rate_Hz},
-     {"sample rate", RecordSetting::rate_Hz},
-     {"sampling frequency", RecordSetting::rate_Hz},
-     {"sample frequency", RecordSetting::rate_Hz},
-     {"samplerate", RecordSetting::rate_Hz},
-     {"sampling_rate", RecordSetting::rate_Hz},
-     {"sample_rate", RecordSetting::rate_Hz},
-     {"sample interval", RecordSetting::interval_s},
-     {"sampling interval", RecordSetting::interval_s},
-     {"sample_interval", RecordSetting::interval_s},
-     {"sample time", RecordSetting::interval_s},
-     {"sample_time", RecordSetting::interval_s},
-     {"sampling time", RecordSetting::interval_s},
-     {"sample period", RecordSetting::interval_s},
-     {"sampling period", RecordSetting::interval_s},
-     {"sampletime", RecordSetting::interval_s},
-     {"sampling_period", RecordSetting::interval_s},
-     {"sample_period", RecordSetting::interval_s},
-     {"hresolution", RecordSetting::interval_s},
-     {"increment", RecordSetting::interval_s},
-     {"x increment", RecordSetting::interval_s},
-     {"xincrement", RecordSetting::interval_s},
-     {"xinc", RecordSetting::interval_s},
-     {"delta_x", RecordSetting::interval_s},
-     {"delta x", RecordSetting::interval_s},
-     {"abtastintervall", RecordSetting::interval_s},
-     {"horizontal units", RecordSetting::time_unit},
-     {"vertical units", RecordSetting::value_unit},
-     {"y_unit_label", RecordSetting::value_unit},
-     {"y units", RecordSetting::value_unit},
-     {"vunit", RecordSetting::value_unit},
-     {"hunit", RecordSetting::time_unit}}};
+constexpr std::array<std::string_view, 9> rate_words{"abtastrate",  "abtastfrequenz",     "sampling rate",
+                                                     "sample rate", "sampling frequency", "sample frequency",
+                                                     "samplerate",  "sampling_rate",      "sample_rate"};
+constexpr std::array<std::string_view, 19> interval_words{
+    "sample interval", "sampling interval", "sample_interval", "sample time",
+    "sample_time",     "sampling time",     "sample period",   "sampling period",
+    "sampletime",      "sampling_period",   "sample_period",   "hresolution",
+    "increment",       "x increment",       "xincrement",      "xinc",
+    "delta_x",         "delta x",           "abtastintervall"};
+constexpr std::array<std::string_view, 2> time_unit_words{"horizontal units", "hunit"};
+constexpr std::array<std::string_view, 4> value_unit_words{"vertical units", "y_unit_label", "y units",
+                                                           "vunit"};
+constexpr std::array<Words, 4> setting_words{rate_words, interval_words, time_unit_words, value_unit_words};
 
 bool has(Words list, std::string_view word) { return std::ranges::find(list, word) != list.end(); }
 
@@ -135,8 +112,9 @@ int name_likeness(std::string_view name, ColumnMeaning meaning) {
 bool counts_samples(std::string_view name) { return has(sample_words, name); }
 
 std::optional<FoundSetting> find_setting(std::string_view text) {
-  for (const auto& [words, setting] : setting_words)
-    if (text.starts_with(words)) return FoundSetting{setting, words.size()};
+  for (std::size_t i = 0; i < setting_words.size(); ++i)
+    for (const std::string_view words : setting_words[i])
+      if (text.starts_with(words)) return FoundSetting{static_cast<RecordSetting>(i), words.size()};
   return std::nullopt;
 }
 

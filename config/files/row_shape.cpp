@@ -92,52 +92,6 @@ RowShape shape_among(const RecordText& text, const std::vector<std::size_t>& beg
   return {};
 }
 
-}  // namespace
-
-bool is_value(std::string_view field) {
-  if (field.empty()) return false;
-  return is_number_like(field) || is_date(field) || clock_time(field).has_value();
-}
-
-RowShape find_row_shape(const RecordText& text) {
-  const std::string_view all = text.text();
-  if (all.size() > whole_bytes) {
-    const auto line_behind = [&](std::size_t at) { return std::min(all.size(), all.find('\n', at) + 1); };
-    RowShape shape =
-        shape_among(text, {0, line_behind(all.size() / 2), line_behind(all.size() / 4 * 3)}, sampled_lines);
-    if (shape.rows >= sampled_lines) return shape;
-  }
-  return shape_among(text, {0}, std::numeric_limits<std::size_t>::max());
-}
-
-bool has_shape(const std::vector<std::string_view>& fields, const RowShape& shape) {
-  if (!fits_width(fields, shape)) return false;
-  for (std::size_t i = 0; i < shape.width(); ++i)
-    if (shape.numbers[i] && !is_value(fields[i])) return false;
-  return true;
-}
-
-bool has_value_of(const std::vector<std::string_view>& fields, const RowShape& shape) {
-  for (std::size_t i = 0; i < std::min(fields.size(), shape.width()); ++i)
-    if (shape.numbers[i] && is_value(fields[i])) return true;
-  return false;
-}
-
-bool has_texts(const std::vector<std::string_view>& fields, const RowShape& shape) {
-  if (fields.size() + 1 < shape.width() || fields.size() > shape.width() + 1) return false;
-  for (std::size_t i = 0; i < shape.width(); ++i)
-    if (shape.numbers[i] && (i >= fields.size() || fields[i].empty() || is_value(fields[i]))) return false;
-  return true;
-}
-
-bool fits_width(const std::vector<std::string_view>& fields, const RowShape& shape) {
-  const std::size_t width = shape.width();
-  if (fields.size() == width + 1) return !is_value(fields.back());
-  return fields.size() == width || (fields.size() + 1 == width && !shape.numbers.back());
-}
-
-namespace {
-
 /// A shorter block with the shape of the record, above names, is a part of the head.
 constexpr std::size_t longest_block_of_head = 9;
 
@@ -216,6 +170,48 @@ class FirstRow {
 };
 
 }  // namespace
+
+bool is_value(std::string_view field) {
+  if (field.empty()) return false;
+  return is_number_like(field) || is_date(field) || clock_time(field).has_value();
+}
+
+RowShape find_row_shape(const RecordText& text) {
+  const std::string_view all = text.text();
+  if (all.size() > whole_bytes) {
+    const auto line_behind = [&](std::size_t at) { return std::min(all.size(), all.find('\n', at) + 1); };
+    RowShape shape =
+        shape_among(text, {0, line_behind(all.size() / 2), line_behind(all.size() / 4 * 3)}, sampled_lines);
+    if (shape.rows >= sampled_lines) return shape;
+  }
+  return shape_among(text, {0}, std::numeric_limits<std::size_t>::max());
+}
+
+bool has_shape(const std::vector<std::string_view>& fields, const RowShape& shape) {
+  if (!fits_width(fields, shape)) return false;
+  for (std::size_t i = 0; i < shape.width(); ++i)
+    if (shape.numbers[i] && !is_value(fields[i])) return false;
+  return true;
+}
+
+bool has_value_of(const std::vector<std::string_view>& fields, const RowShape& shape) {
+  for (std::size_t i = 0; i < std::min(fields.size(), shape.width()); ++i)
+    if (shape.numbers[i] && is_value(fields[i])) return true;
+  return false;
+}
+
+bool has_texts(const std::vector<std::string_view>& fields, const RowShape& shape) {
+  if (fields.size() + 1 < shape.width() || fields.size() > shape.width() + 1) return false;
+  for (std::size_t i = 0; i < shape.width(); ++i)
+    if (shape.numbers[i] && (i >= fields.size() || fields[i].empty() || is_value(fields[i]))) return false;
+  return true;
+}
+
+bool fits_width(const std::vector<std::string_view>& fields, const RowShape& shape) {
+  const std::size_t width = shape.width();
+  if (fields.size() == width + 1) return !is_value(fields.back());
+  return fields.size() == width || (fields.size() + 1 == width && !shape.numbers.back());
+}
 
 TextLine before_first_row(const RecordText& text, const RowShape& shape) {
   FirstRow first(shape);
