@@ -5,10 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <utility>
-#include <vector>
 
 #include "base/error.h"
 #include "base/input_file.h"
@@ -84,10 +81,8 @@ std::size_t axis_of(const Run& run, const std::optional<std::string>& axis) {
   const std::vector<RunAxis>& axes = axes_in(run);
   if (axis) return run.axis_index(*axis);
   if (axes.size() == 1) return 0;
-  std::vector<std::string_view> names(axes.size());
-  std::ranges::transform(axes, names.begin(), &RunAxis::name);
   throw Error(fmt::format("{}: has {} axes, expected --axis, one of {}", run.path().string(), axes.size(),
-                          fmt::join(names, ", ")));
+                          fmt::join(run.info().axis_names(), ", ")));
 }
 
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection) {

@@ -4,14 +4,14 @@
 
 #include <algorithm>
 #include <fstream>
-#include <limits>
-#include <string_view>
 #include <utility>
 
 #include "base/error.h"
 #include "base/text.h"
 #include "config/files/csv.h"
 #include "controller/cycle_record.h"
+#include "runs/cycle_reader.h"
+#include "runs/run_folder.h"
 
 namespace hystcan::runs {
 namespace {
@@ -37,16 +37,6 @@ Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
           .words = words_of(column)};
 }
 
-using Kind = controller::CycleColumn::Kind;
-
-/// A pipe cannot be read twice.
-std::filesystem::path regular(std::filesystem::path file) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored))
-    throw Error(fmt::format("{}: is no file, expected a run's folder or a CSV of cycles", file.string()));
-  return file;
-}
-
 /// What a crash has left at the end of a part.
 std::vector<std::string> notes_of_end(const std::filesystem::path& part) {
   std::ifstream stream(part, std::ios::binary);
@@ -59,19 +49,6 @@ std::vector<std::string> notes_of_end(const std::filesystem::path& part) {
   const std::size_t last = end.find_last_not_of('\0');
   const bool is_cut = last != std::string::npos && end[last] != '\n';
   return config::notes_of_end(is_cut, end.size() - (last + 1));
-}
-
-/// The bits of "slew+model"; empty if a name is unknown.
-std::optional<double> bits_of(std::string_view text, const std::vector<std::string>& words) {
-  unsigned bits = 0;
-  while (!text.empty()) {
-    const std::string_view name = text.substr(0, text.find('+'));
-    const auto found = std::ranges::find(words, name);
-    if (found == words.end()) return std::nullopt;
-    bits |= 1U << (found - words.begin());
-    text.remove_prefix(std::min(text.size(), name.size() + 1));
-  }
-  return bits;
 }
 
 }  // namespace
@@ -106,8 +83,7 @@ std::string Run::name() const {
 
 /// What run.json does not say, because there is none, or because the run was not closed.
 void Run::look_through() {
-  std::vector<std::string> names;
-  for (const RunAxis& axis : info_.axes) names.push_back(axis.name);
+  std::vector<std::string> names = info_.axis_names();
   RunSummary summary(RunSummary::most_axes);
   for (const std::filesystem::path& part : parts_) {
     CycleReader reader(part);
@@ -128,18 +104,15 @@ void Run::look_through() {
                   has_error ? row[3] : 0.0);
     }
   }
-  for (std::size_t i = info_.axes.size(); i < names.size(); ++i)
-    info_.axes.push_back({.name = names[i], .drive_unit = {}});
+  for (std::size_t i = info_.axes.size(); i < names.size(); ++i) info_.axes.push_back({.name = names[i]});
   summary.put_into(info_);
 }
 
 std::size_t Run::axis_index(const std::string& axis) const {
   const auto found = std::ranges::find(info_.axes, axis, &RunAxis::name);
   if (found != info_.axes.end()) return static_cast<std::size_t>(found - info_.axes.begin());
-  std::vector<std::string_view> names;
-  for (const RunAxis& each : info_.axes) names.push_back(each.name);
-  throw Error(
-      fmt::format("{}: no axis {}, expected one of {}", path_.string(), axis, fmt::join(names, ", ")));
+  throw Error(fmt::format("{}: no axis {}, expected one of {}", path_.string(), axis,
+                          fmt::join(info_.axis_names(), ", ")));
 }
 
 std::vector<Signal> Run::signals(std::size_t axis) const {
@@ -205,74 +178,6 @@ void Run::read_part(const std::filesystem::path& part, std::span<const std::stri
     if (row[0] > span.to_s) return;
     if (row[0] >= span.from_s) take(axis, row);
   }
-}
-
-CycleReader::CycleReader(std::filesystem::path file) : lines_(regular(std::move(file))) {
-  if (!lines_.next()) lines_.fail("no header row, expected a CSV of cycles");
-  lines_.end_comments();
-  config::split_fields(lines_.text(), ',', fields_);
-  header_.assign(fields_.begin(), fields_.end());
-  for (const char* needed : {"cycle", "time_s", "axis", "state", "position_um"})
-    if (!field_of(needed))
-      lines_.fail(fmt::format("no column {}, expected a run's folder or a CSV of cycles", needed));
-  axis_field_ = *field_of("axis");
-}
-
-std::optional<std::size_t> CycleReader::field_of(std::string_view column) const {
-  const auto found = std::ranges::find(header_, column);
-  if (found == header_.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header_.begin());
-}
-
-bool CycleReader::add(std::string_view column) {
-  const controller::CycleColumn* known = controller::find_cycle_column(column);
-  if (known == nullptr || known->kind == Kind::axis) {
-    std::vector<std::string_view> names;
-    for (const auto& each : controller::cycle_columns())
-      if (each.kind != Kind::axis) names.push_back(each.name);
-    throw Error(
-        fmt::format("no signal {}, expected one of {}", config::shortened(column), fmt::join(names, ", ")));
-  }
-  const auto field = field_of(column);
-  if (field) wanted_.push_back({known, *field, controller::words_of(*known)});
-  return field.has_value();
-}
-
-bool CycleReader::next(std::vector<double>& row, std::string_view& axis) {
-  if (!lines_.next()) return false;
-  config::split_fields(lines_.text(), ',', fields_);
-  config::require_width(lines_, fields_.size(), header_.size(), ',');
-  axis = fields_[axis_field_];
-  row.resize(wanted_.size());
-  std::ranges::transform(wanted_, row.begin(), [this](const Wanted& wanted) { return value(wanted); });
-  return true;
-}
-
-double CycleReader::value(const Wanted& wanted) const {
-  const std::string_view text = fields_[wanted.field];
-  const char* expected = "a number";
-  std::optional<double> value;
-  switch (wanted.column->kind) {
-    case Kind::limits:
-      value = bits_of(text, wanted.words);
-      expected = "names of limits";
-      break;
-    case Kind::state:
-    case Kind::cause:
-      if (const auto found = std::ranges::find(wanted.words, text); found != wanted.words.end())
-        value = static_cast<double>(found - wanted.words.begin());
-      expected = "a name that this version knows";
-      break;
-    case Kind::whole:
-    case Kind::number:
-    case Kind::axis:
-      value = text.empty() ? std::numeric_limits<double>::quiet_NaN() : parsed_number<double>(text);
-      break;
-  }
-  if (!value)
-    lines_.fail(text, fmt::format("{} is \"{}\", expected {}", wanted.column->name, config::shortened(text),
-                                  expected));
-  return *value;
 }
 
 }  // namespace hystcan::runs

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <set>
-#include <string_view>
 #include <system_error>
 
 #include "base/error.h"
@@ -105,12 +104,7 @@ RunInfo describe(const config::Config& config, const std::vector<config::Setting
                .command = command,
                .config = config.file.filename().string(),
                .interface = config.bus.interface,
-               .rate_Hz = config.controller.rate_Hz,
-               .started = {},
-               .ended = {},
-               .failure = {},
-               .axes = {},
-               .settings = {}};
+               .rate_Hz = config.controller.rate_Hz};
   for (const config::AxisConfig& axis : config.axes) {
     info.axes.push_back(
         {.name = axis.wire.name,

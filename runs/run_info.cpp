@@ -153,6 +153,12 @@ json parsed(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
+std::vector<std::string> RunInfo::axis_names() const {
+  std::vector<std::string> names;
+  for (const RunAxis& axis : axes) names.push_back(axis.name);
+  return names;
+}
+
 void RunSummary::add(std::size_t index, double time_s, controller::AxisState state, controller::Cause cause,
                      double error_um) {
   if (rows_++ == 0) first_s_ = time_s;

@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,7 +34,7 @@ struct RunFault {
 /// An axis, and what it did while it tracked. NaN is null in run.json.
 struct RunAxis {
   std::string name;
-  std::string drive_unit;
+  std::string drive_unit{};
   double stroke_um = 0.0;  ///< of its model, between the thresholds; 0: unknown
   /// Mean delay from a drive to the sample that shows its effect; NaN: unknown.
   double delay_s = std::numeric_limits<double>::quiet_NaN();
@@ -52,15 +51,17 @@ struct RunInfo {
   std::string config;   ///< name of the configuration's file
   std::string interface;
   double rate_Hz = 0.0;
-  std::string started;                 ///< ISO 8601, UTC
-  std::string ended;                   ///< empty: under way, or killed
-  std::string failure;                 ///< why the recording ended before the run; empty: it did not
+  std::string started{};               ///< ISO 8601, UTC
+  std::string ended{};                 ///< empty: under way, or killed
+  std::string failure{};               ///< why the recording ended before the run; empty: it did not
   double first_s = 0.0, last_s = 0.0;  ///< time_s of the first and the last row
   std::uint64_t rows = 0;
   std::uint64_t rows_lost = 0;
-  std::vector<RunAxis> axes;
+  std::vector<RunAxis> axes{};
   std::vector<std::pair<std::string, std::string>>
-      settings;  ///< keys in force at the start, with their values as TOML
+      settings{};  ///< keys in force at the start, with their values as TOML
+
+  std::vector<std::string> axis_names() const;
 };
 
 /// Counts what the axes of a run did, row by row.

@@ -2,22 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
 #include <chrono>
-#include <memory>
-#include <optional>
 #include <system_error>
-#include <thread>
 #include <utility>
 
-#include "base/append_file.h"
 #include "base/threads.h"
-#include "can/log/candump.h"
-#include "can/socketcan/bus_monitor.h"
 #include "config/files/csv.h"
-#include "controller/cycle_record.h"
 #include "controller/telemetry.h"
-#include "runs/run_info.h"
 
 namespace hystcan::runs {
 namespace {
@@ -34,98 +25,13 @@ RunInfo started_at(RunInfo info, std::chrono::system_clock::time_point now) {
   return info;
 }
 
-std::vector<std::string> names_of(const RunInfo& info) {
-  std::vector<std::string> names;
-  for (const RunAxis& axis : info.axes) names.push_back(axis.name);
-  return names;
-}
-
-/// Bus logs of bounded size, one after the other.
-class BusLogParts {
- public:
-  BusLogParts(std::filesystem::path run, std::uint64_t part_bytes)
-      : run_(std::move(run)), part_bytes_(part_bytes) {
-    open_next();
-  }
-  void add(const can::LoggedFrame& frame) {
-    if (file_->written_bytes() >= part_bytes_) {
-      close();
-      open_next();
-    }
-    file_->add(can::candump_line(frame) + "\n");
-  }
-  void flush() {
-    check(file_->flush());
-    if (!file_->is_in_place()) check(std::make_error_code(std::errc::no_such_file_or_directory));
-  }
-  void close() { check(file_->close()); }
-
- private:
-  void open_next() {
-    file_.emplace(run_ / part_name("bus", ++number_, ".log"), AppendFile::Existing::refuse);
-  }
-  void check(const std::error_code& error) const {
-    if (error) throw std::system_error(error, file_->path().string());
-  }
-
-  std::filesystem::path run_;
-  std::uint64_t part_bytes_;
-  unsigned number_ = 0;
-  std::optional<AppendFile> file_;
-};
-
 }  // namespace
-
-/// The bus log of a run: all traffic of an interface in candump format, beside the cycles (bus_0001.log).
-class BusLog {
- public:
-  using Warn = std::function<void(const std::string&)>;
-
-  /// Throws RunError if the interface cannot be listened to.
-  BusLog(const std::string& interface, std::filesystem::path run, std::uint64_t part_bytes, Warn warn);
-  ~BusLog();
-  BusLog(const BusLog&) = delete;
-  BusLog& operator=(const BusLog&) = delete;
-
- private:
-  Warn warn_;
-  std::atomic<bool> ending_{false};
-  std::thread thread_;
-};
-
-BusLog::BusLog(const std::string& interface, std::filesystem::path run, std::uint64_t part_bytes, Warn warn)
-    : warn_(std::move(warn)) {
-  auto monitor = std::make_shared<can::BusMonitor>(interface);
-  thread_ = std::thread([this, monitor, run = std::move(run), part_bytes] {
-    yield_to_the_control_thread();
-    try {
-      BusLogParts parts(run, part_bytes);
-      const can::BusMonitor::Handler add = [&](const can::LoggedFrame& frame) { parts.add(frame); };
-      auto flushed = Clock::now();
-      while (!ending_) {
-        monitor->listen(write_every / 10, add);
-        if (Clock::now() - flushed < write_every) continue;
-        flushed = Clock::now();
-        parts.flush();
-      }
-      monitor->finish(add);
-      parts.close();
-    } catch (const std::exception& error) {
-      warn_(fmt::format("the bus log ends: {}", error.what()));
-    }
-  });
-}
-
-BusLog::~BusLog() {
-  ending_ = true;
-  thread_.join();
-}
 
 RunWriter::RunWriter(const config::Config& config, const RunInfo& info, Sink sink, UtcNow utc_now)
     : config_(config.record),
       sink_(std::move(sink)),
       utc_now_(std::move(utc_now)),
-      axis_names_(names_of(info)),
+      axis_names_(info.axis_names()),
       run_(make_run_folder(std::filesystem::absolute(config_.folder), config.file,
                            started_at(info, utc_now_()), utc_now_())),
       lock_(lock_run(run_)),

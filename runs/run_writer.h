@@ -20,12 +20,11 @@
 #include "config/schema/config.h"
 #include "config/schema/settings.h"
 #include "controller/cycle_record.h"
+#include "runs/bus_log.h"
 #include "runs/run_folder.h"
 #include "runs/run_info.h"
 
 namespace hystcan::runs {
-
-class BusLog;  ///< of run_writer.cpp
 
 class RunWriter {
  public:

@@ -20,6 +20,7 @@
 #include "config/schema/config.h"
 #include "controller/control/axis.h"
 #include "model/any_model.h"
+#include "runs/cycle_reader.h"
 #include "runs/export.h"
 #include "runs/run.h"
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "runs/cycle_reader.h"
 #include "tests/runs/scratch_runs.h"
 
 namespace hystcan::runs::cycle_reader_test {

@@ -1,0 +1,29 @@
+// The bus log of a run: all traffic of an interface in candump format, beside the cycles (bus_0001.log).
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+
+namespace hystcan::runs {
+
+class BusLog {
+ public:
+  using Warn = std::function<void(const std::string&)>;
+
+  /// Throws RunError if the interface cannot be listened to.
+  BusLog(const std::string& interface, std::filesystem::path run, std::uint64_t part_bytes, Warn warn);
+  ~BusLog();
+  BusLog(const BusLog&) = delete;
+  BusLog& operator=(const BusLog&) = delete;
+
+ private:
+  Warn warn_;
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+}  // namespace hystcan::runs

@@ -1,0 +1,49 @@
+// Reads a CSV of cycles (controller/cycle_record.h) row by row in constant memory. Columns are found by
+// their names: a file of an older version may lack some, and one of a newer version may have more.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/files/csv.h"
+#include "controller/cycle_record.h"
+
+namespace hystcan::runs {
+
+class CycleReader {
+ public:
+  /// Throws Error if the file cannot be read or is no CSV of cycles.
+  explicit CycleReader(std::filesystem::path file);
+
+  /// In the order of the file.
+  const std::vector<std::string>& header() const { return header_; }
+  /// Asks for one more column, by its name. False: the file does not have it. Throws Error at a
+  /// name that no column of cycles has.
+  bool add(std::string_view column);
+
+  /// The columns asked for, and the name of the row's axis. False at the end of the file, and at a last
+  /// line without its end, which a killed program leaves. Throws Error at a line that is no row:
+  /// FILE:LINE:COLUMN: what, expected what.
+  bool next(std::vector<double>& row, std::string_view& axis);
+
+ private:
+  struct Wanted {
+    const controller::CycleColumn* column;
+    std::size_t field;
+    std::vector<std::string> words;
+  };
+  std::optional<std::size_t> field_of(std::string_view column) const;
+  double value(const Wanted& wanted) const;
+
+  config::CsvLines lines_;
+  std::vector<std::string_view> fields_;
+  std::vector<std::string> header_;
+  std::vector<Wanted> wanted_;
+  std::size_t axis_field_ = 0;
+};
+
+}  // namespace hystcan::runs
