@@ -8,6 +8,7 @@
 
 #include "app/live/doctor.h"
 #include "app/live/realtime.h"
+#include "can/socketcan/asio_scheduler.h"
 #include "can/socketcan/socketcan_bus.h"
 #include "controller/timing.h"
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "can/socketcan/asio_scheduler.h"
 #include "can/socketcan/socketcan_bus.h"
 
 namespace hystcan::app {

@@ -1,7 +1,7 @@
 // A CAN bus in virtual time: the identifier decides arbitration, and a frame takes the time of its bits.
 //
 // The simulation runs as fast as the machine can, and its results are reproducible to the bit. One
-// VirtualClock drives any number of nodes. Each node attaches to a SimBus and gets the same interface, `Bus`,
+// VirtualClock (virtual_clock.h) drives any number of nodes. Each node attaches to a SimBus and gets the same interface, `Bus`,
 // as from SocketCAN.
 #pragma once
 
@@ -9,10 +9,10 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "can/bus.h"
 #include "can/frame_bits.h"
+#include "can/sim/virtual_clock.h"
 
 namespace hystcan::can {
 
@@ -20,25 +20,6 @@ namespace sim {
 class Wire;
 struct Node;
 }  // namespace sim
-
-/// A discrete-event scheduler. Events at the same instant run in the order in which they were armed.
-class VirtualClock final : public Scheduler {
- public:
-  VirtualClock();
-  ~VirtualClock() override;
-
-  Time now() const override;
-  std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) override;
-
-  /// Runs every event up to and including `end`; the time is then `end`. A deadline in the past is due now.
-  /// An event must not call this function.
-  void run_until(Time end);
-
- private:
-  class Queue;
-  struct Alarm;
-  std::shared_ptr<Queue> queue_;  ///< a timer may outlive the clock; it never expires then
-};
 
 /// Bits of an error frame and after it (ISO 11898-1). The flags of nodes that see an error at the same bit
 /// overlap. A node that sees only the flag of another node adds its own six bits to it.

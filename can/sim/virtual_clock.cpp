@@ -1,8 +1,9 @@
+#include "can/sim/virtual_clock.h"
+
 #include <algorithm>
 #include <limits>
 #include <utility>
-
-#include "can/sim/sim_bus.h"
+#include <vector>
 
 namespace hystcan::can {
 

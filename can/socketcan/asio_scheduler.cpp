@@ -1,10 +1,9 @@
-#include <utility>
+#include "can/socketcan/asio_scheduler.h"
 
 #include <boost/asio/basic_waitable_timer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <optional>
-
-#include "can/socketcan/socketcan_bus.h"
+#include <utility>
 
 namespace hystcan::can {
 namespace {

@@ -1,12 +1,10 @@
 // SocketCAN on Boost.Asio: a real interface, in real time.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "base/error.h"
 #include "can/bus.h"
@@ -55,16 +53,5 @@ class SocketCanBus final : public Bus {
 
 /// True: the interface is virtual (vcan, vxcan), without a real bus. Throws RunError if it is absent.
 bool is_virtual_interface(const std::string& interface);
-
-/// The scheduler of an io_context, with the steady clock and absolute deadlines.
-class AsioScheduler final : public Scheduler {
- public:
-  explicit AsioScheduler(boost::asio::io_context& context) : context_(context) {}
-  Time now() const override;
-  std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) override;
-
- private:
-  boost::asio::io_context& context_;
-};
 
 }  // namespace hystcan::can

@@ -1,7 +1,6 @@
-#include "can/timing/schedulability.h"
+#include "can/timing/chain.h"
 
 #include <algorithm>
-#include <vector>
 
 namespace hystcan::can {
 namespace {

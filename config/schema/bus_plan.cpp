@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "can/protocol/protocol.h"
+#include "can/timing/chain.h"
 #include "can/timing/schedulability.h"
 #include "config/schema/check.h"
 #include "config/schema/frames.h"

@@ -4,7 +4,7 @@
 //   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per message
 //
 // A command is in time if its transmission begins before the next SYNC: a frame that has begun ends before
-// that SYNC is sent. can/timing/schedulability.h bounds the beginning of the command and the responses of the
+// that SYNC is sent. can/timing/chain.h bounds the beginning of the command and the responses of the
 // other frames, and states the assumptions.
 #pragma once
 

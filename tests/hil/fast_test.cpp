@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "can/socketcan/asio_scheduler.h"
 #include "can/socketcan/socketcan_bus.h"
 #include "config/schema/config.h"
 #include "controller/controller.h"

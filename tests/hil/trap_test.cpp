@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "can/bus_health_log.h"
+#include "can/socketcan/asio_scheduler.h"
 #include "can/socketcan/socketcan_bus.h"
 #include "config/schema/config.h"
 #include "controller/black_box.h"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "can/sim/sim_bus.h"
+#include "can/sim/virtual_clock.h"
 
 namespace hystcan::can::virtual_clock_test {
 namespace {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "can/socketcan/asio_scheduler.h"
 #include "can/socketcan/socketcan_bus.h"
 
 namespace hystcan::can::scheduler_test {

@@ -1,5 +1,6 @@
 // The bound of the chain on sets that are small enough to count by hand. At 1 Mbit/s a bit takes 1 us; a
 // frame of 8 bytes has 135 bits and a frame of 1 byte has 65 bits.
+#include "can/timing/chain.h"
 #include "can/timing/schedulability.h"
 
 #include <gtest/gtest.h>
