@@ -60,6 +60,13 @@ struct BusCounters {
   std::uint64_t protocol_errors = 0;       ///< bit, stuff, form and CRC errors
   std::uint64_t controller_overflows = 0;  ///< a queue inside the adapter was full
   std::uint64_t transceiver_errors = 0;
+
+  /// The controller has entered this state from another.
+  void count_entry(BusState state) {
+    if (state == BusState::warning) ++warnings;
+    if (state == BusState::passive) ++passives;
+    if (state == BusState::bus_off) ++bus_offs;
+  }
 };
 
 /// Receive exactly this identifier. The filter also passes an extended, remote or FD frame with the same

@@ -17,9 +17,8 @@ constexpr std::array<std::uint16_t, 256> make_crc15_table() {
   std::array<std::uint16_t, 256> table{};
   for (unsigned byte = 0; byte < 256; ++byte) {
     unsigned remainder = byte << 7U;
-    for (int bit = 0; bit < 8; ++bit) {
+    for (int bit = 0; bit < 8; ++bit)
       remainder = (remainder & 0x4000U) != 0 ? (remainder << 1U) ^ 0x4599U : remainder << 1U;
-    }
     table[byte] = static_cast<std::uint16_t>(remainder & 0x7FFFU);
   }
   return table;

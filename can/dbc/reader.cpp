@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "can/dbc/text.h"
 
@@ -155,9 +154,8 @@ bool Reader::stray() {
 /// A missing ';' before the next section, or at the end of the file, gives a warning.
 void Reader::need_semicolon() {
   if (cursor_.take(';')) return;
-  if (cursor_.at_end()) {
+  if (cursor_.at_end())
     return note(cursor_.take_line(), "the file ends before the last ';': it may be incomplete");
-  }
   const std::string_view next = cursor_.peek_word();
   if (!is_section(next) || !cursor_.at_line_start()) cursor_.refuse(semicolon);
   note(next, "found '" + std::string(next) + "' before " + semicolon);
@@ -248,10 +246,9 @@ void Reader::message() {
     throw ParseError{id_token.data(), cited(id_token),
                      "an identifier of 11 bits, or of 29 bits with bit 31 set"};
   }
-  if (message.extended && (id & extended_flag) == 0) {
+  if (message.extended && (id & extended_flag) == 0)
     note(id_token, "identifier " + std::string(id_token) + " of message " + message.name +
                        " has more than 11 bits, but not bit 31: read as extended");
-  }
   message.length = static_cast<std::uint16_t>(
       natural(length, 0, max_message_bytes, "a length of message " + message.name + " in bytes"));
   message.fd = message.length > max_classical_bytes && message.length <= max_fd_bytes;
@@ -311,10 +308,9 @@ void Reader::read_coding(Signal& signal, const std::string& of) {
   cursor_.need('|', "'|' in the bit position" + of);
   const std::string_view length = cursor_.need_number("the length" + of + " in bits");
   signal.length = static_cast<std::uint16_t>(natural(length, 0, max_length, "a length" + of));
-  if (signal.length < 1 || signal.length > max_signal_bits) {
+  if (signal.length < 1 || signal.length > max_signal_bits)
     note_of_signal(length,
                    "a length of " + std::to_string(signal.length) + " bits" + of + ": it is not decoded");
-  }
   cursor_.need('@', "'@' before the byte order" + of);
   const char order = one_of("01", "0 (big-endian) or 1 (little-endian) as the byte order" + of);
   signal.byte_order = order == '1' ? ByteOrder::little_endian : ByteOrder::big_endian;
@@ -373,14 +369,12 @@ void Reader::add_signal(Signal signal, std::string_view name, std::string_view s
   Message& message = database_.messages.back();
   MessageText& text = texts_.back();
   need_room(message.signals.size(), most_signals, name, "signals of a message");
-  if (text.signal_by_name.contains(name) && !signal.multiplexing.present_at) {
+  if (text.signal_by_name.contains(name) && !signal.multiplexing.present_at)
     note(name,
          "signal " + signal.name + " occurs a second time in message " + message.name + ": both are kept");
-  }
-  if (bytes_needed(signal) > message.length) {
+  if (bytes_needed(signal) > message.length)
     note(start_bit, "signal " + signal.name + " reaches beyond the " + std::to_string(message.length) +
                         " bytes of message " + message.name);
-  }
   text.signal_by_name.emplace(name, message.signals.size());
   text.signals.push_back(name);
   message.signals.push_back(std::move(signal));

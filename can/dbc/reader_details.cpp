@@ -133,11 +133,10 @@ void Reader::value_type() {
     for_signals(id, signal, 0, [&](Signal& each) {
       if (type != 1 && type != 2) return;
       const bool fits = each.length == 32 || each.length == 64;
-      if (!fits || each.length != 32 * type) {
+      if (!fits || each.length != 32 * type)
         note(token, "signal " + each.name + " of " + std::to_string(each.length) +
                         " bits can't have value type " + std::to_string(type) +
                         (fits ? ": its length decides" : ": it is not decoded"));
-      }
       each.value_type = !fits               ? ValueType::unreadable
                         : each.length == 32 ? ValueType::float32
                                             : ValueType::float64;
@@ -320,9 +319,8 @@ void Reader::note_repeated_long_names() {
   std::set<std::string_view> messages;
   for (std::size_t i = 0; i < texts_.size(); ++i) {
     const Message& message = database_.messages[i];
-    if (!messages.insert(message.name).second && !message.short_name.empty()) {
+    if (!messages.insert(message.name).second && !message.short_name.empty())
       note(texts_[i].name, "message " + message.name + " occurs a second time: its name finds the first");
-    }
     std::set<std::string_view> signals;
     for (std::size_t k = 0; k < message.signals.size(); ++k) {
       const Signal& signal = message.signals[k];

@@ -22,7 +22,6 @@
 #include <istream>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "base/error.h"
 #include "can/frame.h"

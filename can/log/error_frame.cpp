@@ -90,12 +90,6 @@ void count(const ErrorReport& report, BusCounters& counters) {
   if (report.transceiver_error) ++counters.transceiver_errors;
 }
 
-void count_entry(BusState state, BusCounters& counters) {
-  if (state == BusState::warning) ++counters.warnings;
-  if (state == BusState::passive) ++counters.passives;
-  if (state == BusState::bus_off) ++counters.bus_offs;
-}
-
 std::vector<std::string> error_causes(const Frame& frame) {
   std::vector<std::string> causes;
   if (drops_reported_by(frame)) return {"frames lost by the recorder"};

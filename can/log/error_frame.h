@@ -33,9 +33,6 @@ ErrorReport interpret(const Frame& error_frame);
 /// Adds the causes of one error frame, but no change of state, because a frame may repeat a known state.
 void count(const ErrorReport& report, BusCounters& counters);
 
-/// The controller has entered this state from another.
-void count_entry(BusState state, BusCounters& counters);
-
 // The text of an error frame: the classes and details of linux/can/error.h.
 
 /// The causes of the frame without numbers, so that a caller can count them: "bus-off", "not acknowledged",

@@ -1,6 +1,5 @@
 #include "can/protocol/e2e.h"
 
-#include <algorithm>
 #include <boost/crc.hpp>
 #include <utility>
 

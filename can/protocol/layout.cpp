@@ -1,7 +1,5 @@
 #include "can/protocol/layout.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -9,15 +7,10 @@ namespace hystcan::can {
 namespace {
 
 // A micro sign is U+00B5 or U+03BC in UTF-8. The DBC reader converts Latin-1 to UTF-8.
-constexpr std::array<std::pair<std::string_view, int>, 9> prefixes{{{"p", -12},
-                                                                    {"n", -9},
-                                                                    {"u", -6},
-                                                                    {"\xC2\xB5", -6},
-                                                                    {"\xCE\xBC", -6},
-                                                                    {"\xB5", -6},
-                                                                    {"m", -3},
-                                                                    {"k", 3},
-                                                                    {"M", 6}}};
+using Prefix = std::pair<std::string_view, int>;  ///< and its exponent
+constexpr std::array prefixes{Prefix{"p", -12},       Prefix{"n", -9},        Prefix{"u", -6},
+                              Prefix{"\xC2\xB5", -6}, Prefix{"\xCE\xBC", -6}, Prefix{"\xB5", -6},
+                              Prefix{"m", -3},        Prefix{"k", 3},         Prefix{"M", 6}};
 
 constexpr std::array<std::string_view, 5> base_units{"V", "A", "m", "Hz", "s"};
 

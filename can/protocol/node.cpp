@@ -58,18 +58,12 @@ constexpr std::array emergency_texts{
 }  // namespace
 
 std::string_view to_string(NmtCommand command) {
-  switch (command) {
-    case NmtCommand::start:
-      return "start";
-    case NmtCommand::stop:
-      return "stop";
-    case NmtCommand::enter_pre_operational:
-      return "enter pre-operational";
-    case NmtCommand::reset_node:
-      return "reset node";
-    case NmtCommand::reset_communication:
-      return "reset communication";
-  }
+  constexpr std::array names{std::pair(NmtCommand::start, "start"), std::pair(NmtCommand::stop, "stop"),
+                             std::pair(NmtCommand::enter_pre_operational, "enter pre-operational"),
+                             std::pair(NmtCommand::reset_node, "reset node"),
+                             std::pair(NmtCommand::reset_communication, "reset communication")};
+  for (const auto& [each, name] : names)
+    if (each == command) return name;
   return "unknown command";
 }
 

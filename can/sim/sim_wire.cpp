@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 namespace hystcan::can::sim {
@@ -310,9 +309,7 @@ void Wire::report_state(Node& node) {
   if (state == node.reported) return;
   node.reported = state;
   ++node.counters.error_frames;
-  if (state == BusState::warning) ++node.counters.warnings;
-  if (state == BusState::passive) ++node.counters.passives;
-  if (state == BusState::bus_off) ++node.counters.bus_offs;
+  node.counters.count_entry(state);
   if (node.on_state) node.on_state(state);
 }
 

@@ -9,10 +9,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <thread>
 
 #include "base/error.h"
+#include "base/input_file.h"
+#include "can/socketcan/interface.h"
 
 namespace hystcan::can {
 namespace {
@@ -21,17 +22,15 @@ constexpr int receive_buffer_bytes = 8 << 20;  // the kernel grants what net.cor
 constexpr std::chrono::milliseconds reopen_every{50};
 
 int open_tap(const std::string& interface) {
-  const int socket = open_raw_socket(interface, {});
+  Descriptor socket(open_raw_socket(interface, {}));
   const can_filter everything{0, 0};
-  if (::setsockopt(socket, SOL_CAN_RAW, CAN_RAW_FILTER, &everything, sizeof everything) != 0) {
-    const int error = errno;
-    ::close(socket);
-    throw RunError("interface " + interface + ": cannot receive every frame: " + std::strerror(error));
-  }
-  if (::setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &receive_buffer_bytes, sizeof receive_buffer_bytes) !=
-      0)
-    ::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes, sizeof receive_buffer_bytes);
-  return socket;
+  if (::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, &everything, sizeof everything) != 0)
+    fail_at_interface(interface, "cannot receive every frame");
+  for (const int option : {SO_RCVBUFFORCE, SO_RCVBUF})
+    if (::setsockopt(socket.get(), SOL_SOCKET, option, &receive_buffer_bytes, sizeof receive_buffer_bytes) ==
+        0)
+      break;
+  return socket.release();
 }
 
 /// The frames that the kernel has dropped on this socket, also if no frame has come after them.

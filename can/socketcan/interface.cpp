@@ -14,7 +14,6 @@
 #include <linux/netlink.h>
 #include <linux/rtnetlink.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -22,14 +21,11 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/input_file.h"
 #include "can/socketcan/socketcan_bus.h"
 
 namespace hystcan::can {
 namespace {
-
-[[noreturn]] void fail_query(const std::string& name, const char* what) {
-  throw RunError("interface " + name + ": " + what + ": " + std::strerror(errno));
-}
 
 std::vector<std::byte> ask_for_link(const std::string& name) {
   struct {
@@ -45,26 +41,20 @@ std::vector<std::byte> ask_for_link(const std::string& name) {
   request.attribute.rta_type = IFLA_IFNAME;
   name.copy(request.name.data(), request.name.size() - 1);
 
-  const int netlink = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
-  if (netlink < 0) fail_query(name, "cannot ask the kernel");
+  const Descriptor netlink(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE));
   std::vector<std::byte> reply(32768);
-  ssize_t received = ::send(netlink, &request, sizeof request, 0);
-  if (received >= 0) received = ::recv(netlink, reply.data(), reply.size(), 0);
-  const int error = errno;
-  ::close(netlink);
-  errno = error;
-  if (received < 0) fail_query(name, "cannot ask the kernel");
+  ssize_t received = netlink.get() < 0 ? -1 : ::send(netlink.get(), &request, sizeof request, 0);
+  if (received >= 0) received = ::recv(netlink.get(), reply.data(), reply.size(), 0);
+  if (received < 0) fail_at_interface(name, "cannot ask the kernel");
   reply.resize(static_cast<std::size_t>(received));
   return reply;
 }
 
 /// Throws RunError if the kernel has no CAN, so that the user does not look for an interface.
 void require_can_support() {
-  const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
-  const int error = errno;
-  if (socket >= 0) ::close(socket);
-  if (socket < 0 && (error == EAFNOSUPPORT || error == EPROTONOSUPPORT))
-    throw RunError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(error) +
+  const Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
+  if (socket.get() < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
+    throw RunError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(errno) +
                    "); see scripts/guest for one that has");
 }
 
@@ -110,19 +100,11 @@ std::string text_of(Bytes bytes) {
   return text.substr(0, text.find('\0'));
 }
 
+static_assert(CAN_STATE_BUS_OFF == static_cast<int>(BusState::bus_off), "Linux numbers the states as we do");
+
+/// Empty if the interface is stopped or sleeping: it is down.
 std::optional<BusState> state_of(std::uint32_t can_state) {
-  switch (can_state) {
-    case CAN_STATE_ERROR_ACTIVE:
-      return BusState::active;
-    case CAN_STATE_ERROR_WARNING:
-      return BusState::warning;
-    case CAN_STATE_ERROR_PASSIVE:
-      return BusState::passive;
-    case CAN_STATE_BUS_OFF:
-      return BusState::bus_off;
-    default:  // stopped or sleeping: the interface is down
-      return std::nullopt;
-  }
+  return can_state <= CAN_STATE_BUS_OFF ? std::optional(static_cast<BusState>(can_state)) : std::nullopt;
 }
 
 void read_control_mode(std::uint32_t flags, Interface& interface) {
@@ -132,38 +114,22 @@ void read_control_mode(std::uint32_t flags, Interface& interface) {
 }
 
 void read_can_attribute(int type, Bytes value, Interface& interface) {
-  switch (type) {
-    case IFLA_CAN_STATE:
-      interface.bus_state = state_of(read_as<std::uint32_t>(value));
-      return;
-    case IFLA_CAN_BITTIMING: {
-      const auto timing = read_as<can_bittiming>(value);
-      if (timing.bitrate == 0) return;  // not configured
-      interface.bitrate_bit_per_s = timing.bitrate;
-      interface.sample_point = timing.sample_point / 1000.0;
-      return;
-    }
-    case IFLA_CAN_DATA_BITTIMING: {
-      const auto timing = read_as<can_bittiming>(value);
-      if (timing.bitrate != 0) interface.data_bitrate_bit_per_s = timing.bitrate;
-      return;
-    }
-    case IFLA_CAN_RESTART_MS:
-      interface.restart_ms = read_as<std::uint32_t>(value);
-      return;
-    case IFLA_CAN_CTRLMODE: {
-      const auto mode = read_as<can_ctrlmode>(value);
-      read_control_mode(mode.flags, interface);
-      return;
-    }
-    case IFLA_CAN_BERR_COUNTER: {
-      const auto counters = read_as<can_berr_counter>(value);
-      interface.error_counters = ErrorCounters{.transmit = counters.txerr, .receive = counters.rxerr};
-      return;
-    }
-    default:
-      return;
+  if (type == IFLA_CAN_STATE) interface.bus_state = state_of(read_as<std::uint32_t>(value));
+  if (type == IFLA_CAN_RESTART_MS) interface.restart_ms = read_as<std::uint32_t>(value);
+  if (type == IFLA_CAN_CTRLMODE) read_control_mode(read_as<can_ctrlmode>(value).flags, interface);
+  if (type == IFLA_CAN_BERR_COUNTER) {
+    const auto counters = read_as<can_berr_counter>(value);
+    interface.error_counters = ErrorCounters{.transmit = counters.txerr, .receive = counters.rxerr};
   }
+  if (type != IFLA_CAN_BITTIMING && type != IFLA_CAN_DATA_BITTIMING) return;
+  const auto timing = read_as<can_bittiming>(value);
+  if (timing.bitrate == 0) return;  // not configured
+  if (type == IFLA_CAN_DATA_BITTIMING) {
+    interface.data_bitrate_bit_per_s = timing.bitrate;
+    return;
+  }
+  interface.bitrate_bit_per_s = timing.bitrate;
+  interface.sample_point = timing.sample_point / 1000.0;
 }
 
 /// IFLA_INFO_KIND decides the meaning of IFLA_INFO_DATA and may come after it.
@@ -181,6 +147,10 @@ void read_link_info(Bytes info, Interface& interface) {
 }
 
 }  // namespace
+
+void fail_at_interface(const std::string& name, const char* what) {
+  throw RunError("interface " + name + ": " + what + ": " + std::strerror(errno));
+}
 
 std::optional<Interface> query_interface(const std::string& name) {
   if (name.empty() || name.size() >= IFNAMSIZ) return std::nullopt;

@@ -35,6 +35,9 @@ struct Interface {
   std::string queue_discipline;  ///< "pfifo_fast", "noqueue"
 };
 
+/// Throws RunError: "interface NAME: WHAT: ", and the text of errno.
+[[noreturn]] void fail_at_interface(const std::string& name, const char* what);
+
 /// Empty if there is no interface of this name. Throws RunError if the kernel does not answer.
 std::optional<Interface> query_interface(const std::string& name);
 

@@ -9,10 +9,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <utility>
 #include <vector>
 
-#include "base/error.h"
 #include "base/input_file.h"
 #include "can/socketcan/interface.h"
 
@@ -41,19 +39,13 @@ std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
   return result;
 }
 
-[[noreturn]] void fail_socket(const std::string& interface, const char* what) {
-  throw RunError("interface " + interface + ": " + what + ": " + std::strerror(errno));
-}
-
 void set_options(int socket, const std::string& interface, std::span<const Filter> filters) {
   const std::vector<can_filter> accepted = kernel_filters(filters);
   const auto bytes = static_cast<socklen_t>(accepted.size() * sizeof(can_filter));
-  if (::setsockopt(socket, SOL_CAN_RAW, CAN_RAW_FILTER, accepted.data(), bytes) != 0) {
-    fail_socket(interface, "cannot set filters");
-  }
-  if (!set_option(socket, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_MASK})) {
-    fail_socket(interface, "cannot receive error frames");
-  }
+  if (::setsockopt(socket, SOL_CAN_RAW, CAN_RAW_FILTER, accepted.data(), bytes) != 0)
+    fail_at_interface(interface, "cannot set filters");
+  if (!set_option(socket, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_MASK}))
+    fail_at_interface(interface, "cannot receive error frames");
   set_option(socket, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, 1);  // an old kernel without FD may refuse this
   set_option(socket, SOL_SOCKET, SO_RXQ_OVFL, 1);
   set_option(socket, SOL_SOCKET, SO_TIMESTAMPNS, 1);
@@ -71,14 +63,13 @@ Duration realtime_now() {
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters) {
   const Interface found = require_can_interface(interface);
   Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
-  if (socket.get() < 0) fail_socket(interface, "cannot open a CAN socket");
+  if (socket.get() < 0) fail_at_interface(interface, "cannot open a CAN socket");
   set_options(socket.get(), interface, filters);
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = found.index;
-  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    fail_socket(interface, "cannot bind");
-  }
+  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    fail_at_interface(interface, "cannot bind");
   return socket.release();
 }
 

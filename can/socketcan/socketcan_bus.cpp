@@ -178,7 +178,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   void enter(BusState state) {
     if (std::exchange(state_, state) == state) return;
-    count_entry(state, counters_);
+    counters_.count_entry(state);
     if (state == BusState::bus_off) ask_later_whether_restarted();
     if (on_state) on_state(state);
   }

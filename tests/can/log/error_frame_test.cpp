@@ -74,7 +74,7 @@ TEST(BusStates, CountEachTimeTheyAreEntered) {
   BusCounters counters;
   for (const BusState state : {BusState::warning, BusState::passive, BusState::bus_off, BusState::down,
                                BusState::active, BusState::warning}) {
-    count_entry(state, counters);
+    counters.count_entry(state);
   }
   EXPECT_EQ(counters.warnings, 2U);
   EXPECT_EQ(counters.passives, 1U);
