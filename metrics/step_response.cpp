@@ -37,10 +37,7 @@ Step begin_step(double from_um, double to_um, double time_s, double tolerance_um
           .to_um = to_um,
           .band_um = tolerance_um > 0.0 ? tolerance_um : 0.01 * std::abs(to_um - from_um),
           .begin_s = time_s,
-          .last_s = time_s,
-          .settled_s = {},
-          .at_tenth_s = {},
-          .at_nine_tenths_s = {}};
+          .last_s = time_s};
 }
 
 Step response_to(const Move& move, const Cycles& cycles, double tolerance_um) {

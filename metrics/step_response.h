@@ -27,8 +27,8 @@ struct Step {
   double from_um = 0.0, to_um = 0.0, band_um = 0.0;
   double begin_s = 0.0, last_s = 0.0;  ///< times of its first and its last cycle
   std::size_t cycles = 0;
-  std::optional<double> settled_s;                     ///< since then inside the band; empty: it is outside
-  std::optional<double> at_tenth_s, at_nine_tenths_s;  ///< when 10 % and 90 % of the way were behind it
+  std::optional<double> settled_s{};  ///< since then inside the band; empty: it is outside
+  std::optional<double> at_tenth_s{}, at_nine_tenths_s{};  ///< when 10 % and 90 % of the way were behind it
   double overshoot_um = 0.0;
 
   void add(double time_s, double position_um);

@@ -1,7 +1,6 @@
 #include "model/any_model.h"
 
 #include <array>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>

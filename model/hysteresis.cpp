@@ -180,26 +180,13 @@ Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
 
 template class MemoryModel<ExponentialConvergence>;
 
-namespace {
-
-HysteresisParameters with_increasing_branches(HysteresisParameters parameters) {
-  check_curves(parameters);
-  check_branches(parameters);
-  return parameters;
+Hysteresis::Hysteresis(HysteresisParameters parameters) : Hysteresis(beyond_limit(std::move(parameters))) {
+  check_branches(this->parameters());
 }
-
-HysteresisParameters with_increasing_curves(HysteresisParameters parameters) {
-  check_curves(parameters);
-  return parameters;
-}
-
-}  // namespace
-
-Hysteresis::Hysteresis(HysteresisParameters parameters)
-    : MemoryModel(ExponentialConvergence(with_increasing_branches(std::move(parameters)))) {}
 
 Hysteresis Hysteresis::beyond_limit(HysteresisParameters parameters) {
-  return Hysteresis(ExponentialConvergence(with_increasing_curves(std::move(parameters))));
+  check_curves(parameters);
+  return Hysteresis(ExponentialConvergence(std::move(parameters)));
 }
 
 Prediction Hysteresis::forward(const State& state, double input) const {

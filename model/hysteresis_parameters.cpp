@@ -7,23 +7,13 @@
 namespace hystcan::model {
 
 void add_curves(Fingerprint& sum, const HysteresisParameters& parameters) {
-  sum.add(parameters.input_unit);
-  sum.add(parameters.output_unit);
-  sum.add(word_of(parameters.symmetry));
+  sum.add(parameters.input_unit, parameters.output_unit, word_of(parameters.symmetry));
   for (const ReferenceCurve* curve : {&parameters.ascending, &parameters.descending}) {
-    sum.add(curve->domain().lo);
-    sum.add(curve->domain().hi);
-    sum.add(curve->coefficients());
+    sum.add(curve->domain().lo, curve->domain().hi, curve->coefficients());
     if (curve->basis() == Basis::spline) sum.add(curve->knots());
   }
-  if (parameters.input_map) {
-    sum.add(parameters.input_map->knots());
-    sum.add(parameters.input_map->coefficients());
-  }
-  if (!parameters.output_map) return;
-  sum.add(parameters.output_map->inner().lo);
-  sum.add(parameters.output_map->inner().hi);
-  sum.add(parameters.output_map->coefficients());
+  if (const auto& map = parameters.input_map) sum.add(map->knots(), map->coefficients());
+  if (const auto& map = parameters.output_map) sum.add(map->inner().lo, map->inner().hi, map->coefficients());
 }
 
 namespace {

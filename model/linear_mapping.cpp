@@ -1,6 +1,5 @@
 #include "model/linear_mapping.h"
 
-#include <cmath>
 #include <utility>
 
 #include "model/memory_model_impl.h"

@@ -61,12 +61,8 @@ std::vector<double> slopes_of(double gain, const std::vector<double>& weights) {
 
 std::uint64_t fingerprint_of(const PrandtlIshlinskiiParameters& p) {
   Fingerprint print;
-  for (const std::string_view text :
-       {PrandtlIshlinskii::kind(), std::string_view(p.input_unit), std::string_view(p.output_unit)})
-    print.add(text);
-  for (const double number : {p.input_range.lo, p.input_range.hi, p.offset, p.gain}) print.add(number);
-  print.add(p.thresholds);
-  print.add(p.weights);
+  print.add(PrandtlIshlinskii::kind(), p.input_unit, p.output_unit, p.input_range.lo, p.input_range.hi,
+            p.offset, p.gain, p.thresholds, p.weights);
   return print.value();
 }
 

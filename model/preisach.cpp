@@ -55,12 +55,8 @@ EverettLaw::EverettLaw(PreisachParameters parameters)
 
 std::uint64_t EverettLaw::fingerprint() const {
   Fingerprint sum;
-  sum.add(kind());
-  sum.add(parameters_.input_unit);
-  sum.add(parameters_.output_unit);
-  for (const double number : {input_range().lo, input_range().hi, parameters_.offset, parameters_.gain})
-    sum.add(number);
-  sum.add(parameters_.weights);
+  sum.add(kind(), parameters_.input_unit, parameters_.output_unit, input_range().lo, input_range().hi,
+          parameters_.offset, parameters_.gain, parameters_.weights);
   return sum.value();
 }
 

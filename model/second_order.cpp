@@ -3,8 +3,6 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "base/text.h"
