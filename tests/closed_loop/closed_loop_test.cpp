@@ -115,9 +115,11 @@ TEST(Rehearsal, LoadsTheBusByLessThanTwoThirds) {
   EXPECT_LT(rehearsal::run_once(shipped("piezo.toml"), 0.1, ignore).bus_load, 2.0 / 3.0);
 }
 
-// Controller, twin and simulated bus, a thousand cycles of two axes.
+// Controller, twin and simulated bus: two axes, real instruments, a laboratory's frames, axes in a frame.
 TEST(TrackingLoop, AllocatesNothing) {
-  EXPECT_EQ(support::allocations_while_tracking(shipped("piezo.toml")), 0u);
+  for (const char* file :
+       {"piezo.toml", "p733.toml", "galfenol_unimorph.toml", "lab_amplifier.toml", "fd_stage.toml"})
+    EXPECT_EQ(support::allocations_while_tracking(shipped(file)), 0u) << file;
 }
 
 TEST(OpenLoop, AllocatesNothingAndReachesTheHighestDriveOfTheExcitation) {

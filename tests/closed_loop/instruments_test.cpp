@@ -4,7 +4,6 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
-#include "tests/support/count_allocations.h"
 #include "tests/support/rehearsed.h"
 
 namespace hystcan::instruments_test {
@@ -47,17 +46,6 @@ TEST(InstrumentPreset, OfTheGalfenolUnimorphTracksWithinItsBudget) {
   const auto outcome = rehearsal::run_once(shipped("galfenol_unimorph.toml"), 0.1, ignore);
   ASSERT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   EXPECT_LE(triangle_percent(outcome), 0.35);
-}
-
-TEST(InstrumentPreset, AllocatesNothing) {
-  for (const char* name : {"p733.toml", "galfenol_unimorph.toml"}) {
-    Loop loop(shipped(name));
-    loop.run_for(milliseconds(400));
-    ASSERT_EQ(loop.state(), AxisState::tracking);
-    const std::uint64_t before = support::allocations_so_far();
-    loop.run_for(seconds(1));
-    EXPECT_EQ(support::allocations_so_far(), before) << name;
-  }
 }
 
 /// The error of the shipped piezo stage when the amplifier applies setpoints on receipt.

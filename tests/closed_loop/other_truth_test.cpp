@@ -1,4 +1,4 @@
-// The shipped controller, with its recursive inverse, on a stage that has another hysteresis or creeps.
+// The shipped controller, with its recursive inverse, on a stage that has another hysteresis.
 //
 // RMS error over the 80 % triangle, 10 Hz, 1 kHz cycle, % of stroke:
 //
@@ -21,7 +21,6 @@ namespace {
 
 using controller::AxisState;
 using controller::Structure;
-using std::chrono::milliseconds;
 
 const model::HysteresisParameters& shipped_plant(const rehearsal::Setup& setup) {
   return std::get<model::HysteresisParameters>(setup.twin.axes[0].axis.plant.hysteresis);
@@ -133,64 +132,6 @@ TEST(SoftStage, IsTrackedWithTheModelThatWasIdentifiedFromItsTruth) {
   const auto outcome = rehearsal::run_once(support::shipped("soft_stage.toml"), 0.1, support::ignore);
   ASSERT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   EXPECT_LT(support::triangle_percent(outcome), 0.75);
-}
-
-/// A stage whose hysteresis the controller knows, which creeps by 1.5 % a decade and is held at 12 um.
-rehearsal::Setup creeping(Structure structure) {
-  rehearsal::Setup setup = support::shipped("piezo.toml");
-  for (std::size_t i = 0; i < setup.twin.axes.size(); ++i) {
-    setup.twin.axes[i].axis.plant.hysteresis = setup.controller.axes[i].axis.law.model;
-    setup.twin.axes[i].axis.plant.creep =
-        twin::LogarithmicCreep{.per_decade = 0.015, .from_s = 0.1, .to_s = 100.0};
-    setup.controller.axes[i].axis.setpoint = {
-        {.shape = controller::Hold{.level_um = 12.0, .duration_s = 60.0}, .transition_s = 0.2}};
-  }
-  return with_structure(setup, structure);
-}
-
-/// While the stage is held: the error that the controller sees, and the creep that the operators predict.
-struct Drift {
-  double error_um, creep_um;
-};
-std::vector<Drift> drift(Structure structure) {
-  const twin::LogarithmicCreep creep{.per_decade = 0.015, .from_s = 0.1, .to_s = 100.0};
-  const model::Creep::Operators operators =
-      model::logarithmic_creep(creep.per_decade, creep.from_s, creep.to_s);
-  const model::Creep step(operators, 1e-3);
-  model::Creep::State state = model::Creep::settled(operators, 0.0);
-  double error_um = 0.0;
-  rehearsal::Rehearsal loop(creeping(structure), [&](const controller::CycleRecord& record) {
-    if (record.axis == 0) error_um = record.report.reference_um - record.report.position_um;
-  });
-  loop.start();
-  const twin::Plant& plant = loop.twin().axes()[0]->plant;
-  const double start_um = plant.hysteresis_um();
-  double before_um = start_um;
-  std::vector<Drift> all;
-  constexpr int cycles = 15'000;
-  all.reserve(cycles);
-  for (int i = 0; i < cycles; ++i) {
-    loop.run_for(milliseconds(1));
-    const double now_um = plant.hysteresis_um();
-    const double creep_um = step(state, 0.5 * (before_um + now_um) - start_um);
-    before_um = now_um;
-    if (i >= 3000) all.push_back({error_um, creep_um});  // after start-up and transition
-  }
-  return all;
-}
-
-// The inverse knows nothing of creep, so that the whole output of the creep operators is error. Sensor noise
-// is 0.3 nm. Operators and plant compute the start-up in different steps, which leaves less than 1 nm.
-TEST(CreepWithoutIntegralAction, DriftsAsTheCreepOperatorPredicts) {
-  const std::vector<Drift> held = drift(Structure::inverse);
-  for (const Drift& at : held) ASSERT_NEAR(at.error_um, -at.creep_um, 3e-3);
-  EXPECT_GT(std::abs(held.back().creep_um - held.front().creep_um), 0.05) << "um: the stage does drift";
-}
-
-TEST(CreepWithIntegralAction, LeavesAnErrorBelowThreeNanometres) {
-  double worst_um = 0.0;
-  for (const Drift& at : drift(Structure::inverse_pi)) worst_um = std::max(worst_um, std::abs(at.error_um));
-  EXPECT_LT(worst_um, 3e-3) << "um: ten times the sensor's noise";
 }
 
 }  // namespace

@@ -181,10 +181,6 @@ TEST_F(TwoAxesInAFrame, CountARejectedSampleFrameOnce) {
   EXPECT_EQ(counts, std::vector<std::uint64_t>{1});
 }
 
-TEST_F(TwoAxesInAFrame, AllocateNothingWhileTracking) {
-  EXPECT_EQ(support::allocations_while_tracking(setup), 0U);
-}
-
 /// Each axis has a sensor of its own here, the command frame is shared.
 class TwoSensorsAndOneCommand : public TwoAxesInAFrame {
  protected:

@@ -85,20 +85,5 @@ TEST(Truth, IsWhatTheSensorSendsAndTheControllerReceives) {
   EXPECT_NEAR(sensor.rms, expected_um, 0.1 * expected_um);
 }
 
-TEST(Truth, MovesInTheDirectionOfTheDrive) {
-  shows("S-073");
-  const std::vector<Cycle> all = cycles();
-  const Line stage = fit(
-      all, [](const Cycle& c) { return c.truth.drive; }, [](const Cycle& c) { return c.truth.position_um; });
-  EXPECT_NEAR(stage.slope, 0.3, 0.05) << "30 um for 100 V, with a hysteresis";
-  const Line amplifier = fit(
-      all, [](const Cycle& c) { return c.truth.setpoint; }, [](const Cycle& c) { return c.truth.drive; });
-  EXPECT_NEAR(amplifier.slope, 1.0, 0.01);
-  const Line mode = fit(
-      all, [](const Cycle& c) { return c.truth.hysteresis_um; },
-      [](const Cycle& c) { return c.truth.position_um; });
-  EXPECT_NEAR(mode.slope, 1.0, 0.01);
-}
-
 }  // namespace
 }  // namespace hystcan::truth_test
