@@ -2,19 +2,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/hil/live_stage.h"
-#include "tests/support/shows.h"
 
 namespace hystcan::ctl_test {
 namespace {
 
-using hil::between;
 using hil::json;
-using hil::milliseconds;
-using hil::now_s;
-using hil::OnWire;
-using hil::Process;
 using hil::QuickStage;
-using hil::series;
 
 constexpr std::size_t x = 0;
 constexpr std::size_t y = 1;
@@ -45,27 +38,6 @@ TEST_F(Ctl, WatchShowsTheStatusAgainAndAgainUntilItIsInterrupted) {
   EXPECT_EQ(watch.wait(), 0) << watch.err();
 }
 
-TEST_F(Ctl, MovesAnAxisToAPositionWaitsForItAndResumesItsReference) {
-  start();
-  expect_done({"go", "x", "12.5"});
-  expect_done({"wait", "x", "--timeout", "60"});
-  const double arrived_s = now_s();
-  std::this_thread::sleep_for(milliseconds(100));
-  const double resumed_s = now_s();
-  expect_refused({"go", "x", "500"}, "outside");
-  expect_refused({"go", "x", "-10"}, "outside");
-  expect_done({"resume", "x"});
-  std::this_thread::sleep_for(milliseconds(500));
-  const json log = stage.bench.decoded_with_series();
-  const std::vector<OnWire> resting = between(series(log, "X", "SensorSample"), arrived_s, resumed_s);
-  ASSERT_GT(resting.size(), 45u);
-  for (const OnWire& sample : resting) EXPECT_NEAR(sample.value, 12.5, 0.02) << "tolerance_um";
-  const std::vector<OnWire> after = between(series(log, "X", "SensorSample"), resumed_s + 0.3, now_s());
-  const auto [low, high] = std::ranges::minmax(after, {}, &OnWire::value);
-  EXPECT_GT(high.value - low.value, 5.0) << "x follows its triangle again";
-  EXPECT_TRUE(log.at("first_fault").is_null());
-}
-
 TEST_F(Ctl, ReportsAFaultWithItsRemedyAndTheAxisTracksAgainAfterClearAndEnable) {
   start();
   ASSERT_TRUE(hil::shell("cansend vcan0 000#0201")) << "another node stops node 1 by NMT";
@@ -86,18 +58,6 @@ TEST_F(Ctl, ReportsAFaultWithItsRemedyAndTheAxisTracksAgainAfterClearAndEnable) 
   EXPECT_EQ(stage.axis_status(y).at("state"), "tracking");
   expect_done({"stop"});
   EXPECT_EQ(stage.bench.controller->wait(), 0) << "a cleared fault does not change the exit status";
-}
-
-TEST_F(Ctl, StopEndsTheControllerCleanly) {
-  shows("S-060");
-  start();
-  expect_done({"stop"});
-  EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
-  EXPECT_FALSE(std::filesystem::exists(stage.socket)) << "the socket is removed";
-  const json log = stage.log_at_rest();
-  hil::expect_both_safe(log);
-  EXPECT_EQ(log.at("last_command").at("enable"), 0);
-  EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 4.1) << "one cycle of 2000 V/s";
 }
 
 }  // namespace

@@ -32,9 +32,7 @@ struct ControllerProcess : testing::Test {
   void expect_clean_stop() {
     const json log = stage.log_at_rest();
     hil::expect_both_safe(log);
-    EXPECT_EQ(log.at("last_command").at("enable"), 0);
-    EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";
-    EXPECT_TRUE(log.at("first_fault").is_null());
+    hil::expect_stopped_by_a_ramp(log);
   }
 
   /// The amplifiers' own watchdog has switched them off, without a command of the controller.

@@ -188,4 +188,12 @@ class LiveBench {
   std::string log_;
 };
 
+/// By its log, x ended as after a stop: a ramp has brought the drive down, the last command switches it off.
+inline void expect_stopped_by_a_ramp(const json& log) {
+  EXPECT_EQ(log.at("last_command").at("enable"), 0);
+  EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);
+  EXPECT_NEAR(log.at("last_enabled_command").at("setpoint"), 0.0, 0.6) << "one cycle of 500 V/s";
+  EXPECT_TRUE(log.at("first_fault").is_null());
+}
+
 }  // namespace hystcan::hil

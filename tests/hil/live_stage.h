@@ -37,14 +37,6 @@ inline std::vector<OnWire> between(const std::vector<OnWire>& all, double from_s
   return part;
 }
 
-/// The largest change of a value from one frame to the next; 0 for fewer than two frames.
-inline double largest_step(const std::vector<OnWire>& values) {
-  double largest = 0.0;
-  for (std::size_t i = 1; i < values.size(); ++i)
-    largest = std::max(largest, std::abs(values[i].value - values[i - 1].value));
-  return largest;
-}
-
 /// The time of day, which is the clock of candump.
 inline double now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();

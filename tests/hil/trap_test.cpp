@@ -5,7 +5,6 @@
 #include <sched.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <memory>
 #include <optional>
@@ -68,8 +67,7 @@ class InProcess {
   }
 
   const std::string& refusal() const { return refusal_; }
-  /// From any thread.
-  bool is_or_was_watched() const { return watched_; }
+  bool was_watched() const { return watching_until_.has_value(); }
   controller::Controller& controller() { return controller_; }
 
  private:
@@ -85,7 +83,6 @@ class InProcess {
     refusal_ = support::trap_this_thread();
     watching_until_ = now + watched;
     support::watch(true);
-    watched_ = true;
   }
 
   config::Config config_;
@@ -98,7 +95,6 @@ class InProcess {
   controller::Controller controller_;
   std::optional<can::Time> settled_;
   std::optional<can::Time> watching_until_;
-  std::atomic<bool> watched_{false};
   std::string refusal_;
 };
 
@@ -107,24 +103,9 @@ TEST(Trap, ControlThreadOnSocketCanAllocatesLocksLogsAndOpensNothing) {
   InProcess program;
   std::thread([&] { program.run(seconds(1)); }).join();
   program.controller().send_safe_commands();
-  ASSERT_TRUE(program.is_or_was_watched()) << to_string(program.controller().axis(0).fault().cause);
+  ASSERT_TRUE(program.was_watched()) << to_string(program.controller().axis(0).fault().cause);
   EXPECT_EQ(program.controller().axis(0).state(), AxisState::tracking)
       << to_string(program.controller().axis(0).fault().cause);
-  EXPECT_EQ(support::heap_calls(), 0u);
-  EXPECT_EQ(support::trapped_call_count(), 0u) << testing::PrintToString(support::trapped_calls());
-  if (!program.refusal().empty()) GTEST_SKIP() << "allocations only: " << program.refusal();
-}
-
-/// The twin is killed while the thread is trapped.
-TEST(Trap, ControlThreadOnSocketCanFaultsWithoutAllocatingLockingLoggingOrOpening) {
-  hil::LiveBench bench({"vcan0", "vcan0"});
-  InProcess program;
-  std::thread control([&] { program.run(seconds(1)); });
-  const bool watched = hil::eventually([&] { return program.is_or_was_watched(); });
-  bench.twin->send(SIGKILL);
-  control.join();
-  ASSERT_TRUE(watched) << to_string(program.controller().axis(0).fault().cause);
-  EXPECT_EQ(program.controller().axis(0).state(), AxisState::faulted);
   EXPECT_EQ(support::heap_calls(), 0u);
   EXPECT_EQ(support::trapped_call_count(), 0u) << testing::PrintToString(support::trapped_calls());
   if (!program.refusal().empty()) GTEST_SKIP() << "allocations only: " << program.refusal();

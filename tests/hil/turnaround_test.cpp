@@ -5,14 +5,9 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <sched.h>
-#include <sys/epoll.h>
 #include <sys/socket.h>
 
-#include <array>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <cstdio>
-#include <functional>
 #include <thread>
 
 #include "tests/hil/live_bench.h"
@@ -48,72 +43,6 @@ int raw_socket(canid_t only) {
     frame.can_id = command_id;
     if (::write(socket, &frame, sizeof frame) < 0) break;
   }
-  _exit(1);
-}
-
-/// As the controller's bus receives: with the kernel's stamp, and room for one frame.
-class StampedSocket {
- public:
-  explicit StampedSocket(int flags) : flags_(flags) {
-    const int on = 1;
-    ::setsockopt(socket_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
-    ::setsockopt(socket_, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
-    message_.msg_hdr = {.msg_name = nullptr,
-                        .msg_namelen = 0,
-                        .msg_iov = &part_,
-                        .msg_iovlen = 1,
-                        .msg_control = control_.data(),
-                        .msg_controllen = control_.size(),
-                        .msg_flags = 0};
-  }
-  int get() const { return socket_; }
-  /// False: no frame was there.
-  bool answer() {
-    message_.msg_hdr.msg_controllen = control_.size();
-    if (::recvmmsg(socket_, &message_, 1, flags_, nullptr) != 1) return false;
-    frame_.can_id = command_id;
-    if (::write(socket_, &frame_, sizeof frame_) < 0) _exit(1);
-    return true;
-  }
-
- private:
-  int socket_ = raw_socket(sample_id);
-  int flags_;
-  can_frame frame_{};
-  iovec part_{&frame_, sizeof frame_};
-  alignas(cmsghdr) std::array<char, 64> control_{};
-  mmsghdr message_{};
-};
-
-[[noreturn]] void answer_with_stamps() {
-  for (StampedSocket socket(0);;) socket.answer();
-}
-
-[[noreturn]] void answer_after_epoll() {
-  StampedSocket socket(MSG_DONTWAIT);
-  const int epoll = epoll_create1(0);
-  epoll_event event{.events = EPOLLIN | EPOLLET, .data = {}};
-  epoll_ctl(epoll, EPOLL_CTL_ADD, socket.get(), &event);
-  for (;;) {
-    epoll_wait(epoll, &event, 1, -1);
-    while (socket.answer()) {
-    }
-  }
-}
-
-[[noreturn]] void answer_through_asio() {
-  StampedSocket socket(MSG_DONTWAIT);
-  boost::asio::io_context context(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE);
-  boost::asio::posix::stream_descriptor descriptor(context, socket.get());
-  std::function<void()> wait = [&] {
-    descriptor.async_wait(descriptor.wait_read, [&](boost::system::error_code) {
-      while (socket.answer()) {
-      }
-      wait();
-    });
-  };
-  wait();
-  context.run();
   _exit(1);
 }
 
@@ -238,20 +167,6 @@ TEST(IcountLatency, TheLatenessOfTheSyncIsMeasured) {
   const std::vector<double> us = latenesses();
   ASSERT_GT(us.size(), 980U * measured().count());
   hil::print_times("controller", "latenesses", us);
-}
-
-// What each part of the way in costs, beside a program that does nothing else.
-TEST(IcountLatency, TheWaysToWaitForASampleAreMeasuredBesideEachOther) {
-  struct Way {
-    const char* name;
-    void (*answer)();
-  };
-  for (const Way& way : {Way{"read()", answer_by_read}, Way{"recvmmsg() with the stamp", answer_with_stamps},
-                         Way{"epoll", answer_after_epoll}, Way{"Asio", answer_through_asio}}) {
-    const std::vector<double> us = of_bare_echo(1000, way.answer);
-    ASSERT_GT(us.size(), 980U) << way.name;
-    std::printf("%-26s p50 %5.1f us, p99.9 %5.1f us\n", way.name, quantile(us, 0.5), quantile(us, 0.999));
-  }
 }
 
 }  // namespace
