@@ -14,8 +14,8 @@
 
 #include "app/live/rehearsal_setup.h"
 #include "config/schema/config.h"
-#include "tests/bench/many_axes.h"
 #include "tests/support/hooked_connection.h"
+#include "tests/support/many_axes.h"
 #include "tests/support/oversleeper.h"
 #include "tests/support/shows.h"
 
@@ -37,7 +37,7 @@ rehearsal::Setup setup_of(std::size_t axes, bool in_shared_frames) {
     axis.control.wipe_slew_per_s = 2000.0;
     axis.control.wipe_dwell_s = 0.01;
   }
-  return in_shared_frames ? app::rehearsal_setup(config) : bench::many_axes(config, axes);
+  return in_shared_frames ? app::rehearsal_setup(config) : support::many_axes(config, axes);
 }
 
 /// What is found of the commands with Enable.

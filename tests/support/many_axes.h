@@ -9,7 +9,7 @@
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
 
-namespace hystcan::bench {
+namespace hystcan::support {
 
 inline std::string database_text(std::size_t axes) {
   const std::string guards =
@@ -59,4 +59,4 @@ inline rehearsal::Setup many_axes(const config::Config& config, std::size_t axes
   return setup;
 }
 
-}  // namespace hystcan::bench
+}  // namespace hystcan::support
