@@ -60,22 +60,6 @@ class StartSequence {
   std::vector<std::unique_ptr<twin::Twin>> twins_;
 };
 
-TEST(StartUp, TracksWhenTheTwinStartsFirst) {
-  StartSequence sequence;
-  sequence.start_twin(twin_config(shipped()));
-  sequence.run_for(seconds(2));
-  sequence.start_controller();
-  EXPECT_TRUE(sequence.track());
-}
-
-TEST(StartUp, TracksWhenTheControllerStartsFirst) {
-  StartSequence sequence;
-  sequence.start_controller();
-  sequence.run_for(seconds(2));
-  sequence.start_twin(twin_config(shipped()));
-  EXPECT_TRUE(sequence.track());
-}
-
 TEST(StartUp, TracksWhenOneAxisStartsAfterTheOther) {
   StartSequence sequence;
   sequence.start_twin(with_axes(twin_config(shipped()), {"y"}));
