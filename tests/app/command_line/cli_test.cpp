@@ -142,23 +142,6 @@ TEST_F(Cli, CheckReportsAMistakeInOneLineWithItsPlace) {
       << program.err();
 }
 
-TEST_F(Cli, AnInterfaceThatDoesNotExistFailsAtRunTime) {
-  for (const char* command : {"controller", "twin"}) {
-    Process program({HYSTCAN_PROGRAM, command, path("piezo.toml"), "--interface", "nocan7"});
-    EXPECT_EQ(program.wait(), failed) << command;
-    EXPECT_EQ(std::ranges::count(program.err(), '\n'), 1) << program.err();
-  }
-}
-
-TEST_F(Cli, RefusesAnInterfaceThatIsNotCan) {
-  Process program({HYSTCAN_PROGRAM, "twin", path("piezo.toml"), "--interface", "lo"});
-  EXPECT_EQ(program.wait(), failed);
-  const std::string error = program.err();
-  EXPECT_TRUE(error.find("lo is not a CAN interface") != std::string::npos ||
-              error.starts_with("hystcan: this kernel has no CAN support"))
-      << error;
-}
-
 TEST_F(Cli, CtlPrintsTheNumberOfRemovedFaults) {
   boost::asio::io_context context;
   using boost::asio::local::stream_protocol;

@@ -1,7 +1,5 @@
 // hystcan decode, and the errors of monitor without a bus.
 #include <gtest/gtest.h>
-#include <sys/stat.h>
-
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -169,13 +167,6 @@ TEST_F(Decode, JsonHasOneObjectPerFrame) {
   EXPECT_NE(program.err().find("7 frames lost by the recorder"), std::string::npos) << program.err();
 }
 
-TEST_F(Decode, DecodesTheFrameOfTheProtocolDocumentByTheShippedDatabase) {
-  Process program = run("(1.000000) vcan0 201#4E61BC00010703D9\n", {}, "hystcan.dbc");
-  EXPECT_EQ(program.wait(), done) << program.err();
-  EXPECT_TRUE(program.out().starts_with("(1.000000) vcan0 XAmpCommand Setpoint=12.345678 V, Enable=1"))
-      << program.out();
-}
-
 TEST_F(Decode, ReadsStandardInput) {
   write("a.log", "(1.500000) can0 101#02FFFF\n");
   Process program(
@@ -200,40 +191,11 @@ TEST_F(Decode, RefusesABadLogWithFileAndLine) {
   EXPECT_EQ(binary.wait(), bad_input);
 }
 
-TEST_F(Decode, ReportsAFullDisk) {
-  write("a.log", "(1.500000) can0 101#01FFFF\n");
-  Process program({"sh", "-c",
-                   std::string(HYSTCAN_PROGRAM) + " decode " + path("a.log") + " --dbc " + path("small.dbc") +
-                       " > /dev/full"});
-  EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("standard output: cannot be written"), std::string::npos) << program.err();
-}
-
 TEST_F(Decode, MonitorWithoutABusIsBadUsage) {
   Process program({HYSTCAN_PROGRAM, "monitor"});
   EXPECT_EQ(program.wait(), bad_input);
   EXPECT_NE(program.err().find("expected a configuration or --interface"), std::string::npos)
       << program.err();
-}
-
-TEST_F(Decode, ReadsAPipeThatIsNamedAsAFile) {
-  write("a.log", "(1.500000) can0 101#02FFFF\n");
-  Process program({"sh", "-c",
-                   "cat " + path("a.log") + " | " + std::string(HYSTCAN_PROGRAM) +
-                       " decode /dev/stdin --dbc " + path("small.dbc")});
-  EXPECT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.out().find("Two=131170"), std::string::npos) << program.out();
-}
-
-TEST_F(Decode, RefusesADeviceWithoutLinesAndAPipeWithoutAWriter) {
-  Process device({HYSTCAN_PROGRAM, "decode", "/dev/zero", "--dbc", path("small.dbc")});
-  EXPECT_EQ(device.wait(), bad_input);
-  EXPECT_NE(device.err().find("/dev/zero:1:512: found a longer line"), std::string::npos) << device.err();
-  ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
-  Process pipe({HYSTCAN_PROGRAM, "decode", path("fifo"), "--dbc", path("small.dbc")});
-  EXPECT_EQ(pipe.wait(), bad_input);
-  EXPECT_NE(pipe.err().find("cannot be read: it is a pipe to which nobody writes"), std::string::npos)
-      << pipe.err();
 }
 
 }  // namespace

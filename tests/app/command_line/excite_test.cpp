@@ -49,13 +49,6 @@ TEST_F(Excite, WritesSignalAxisAndUnitsIntoTheFile) {
       << read("record.csv").substr(0, 200);
 }
 
-TEST_F(Excite, WritesTheSameFileInEveryRehearsal) {
-  rehearsed();
-  const std::string before = read("record.csv");
-  rehearsed();
-  EXPECT_TRUE(read("record.csv") == before);
-}
-
 /// Mean output at an input on the rising, or on the falling branch.
 double mean_output(const Dataset& record, double input, double way) {
   double sum = 0.0;
@@ -98,16 +91,6 @@ TEST_F(Excite, DrivesAnAxisInAmperes) {
   const Dataset record = config::load_dataset(shipped / "record.csv").dataset;
   EXPECT_EQ(record.input_unit, "A");
   EXPECT_EQ(std::ranges::max(record.input), 3.0);
-}
-
-TEST_F(Excite, DoesNotDependOnTheControllersModel) {
-  rehearsed();
-  const std::string with_its_model = read("record.csv");
-  // A placeholder model without hysteresis and with half the stroke.
-  shipped.edit("piezo.model.toml", "[0, 0.222, 0.00102, -2.4e-06]", "[0, 0.15]");
-  shipped.edit("piezo.model.toml", "[1.5, 0.357, -0.00048, -2.4e-06]", "[0, 0.15]");
-  rehearsed();
-  EXPECT_TRUE(read("record.csv") == with_its_model);
 }
 
 TEST_F(Excite, KeepsTheRowsBeforeAFault) {
@@ -235,15 +218,6 @@ TEST_F(Excite, RefusesAMirroredSensorAtTheFirstSmallLoop) {
             std::string::npos)
       << program.err();
   EXPECT_FALSE(kept());
-}
-
-TEST_F(Excite, NeverOverwritesItsInputs) {
-  for (const char* input : {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"}) {
-    const std::string before = read(input);
-    Process program({HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--output", path(input), "--rehearse"});
-    EXPECT_EQ(program.wait(), bad_input) << input;
-    EXPECT_EQ(read(input), before);
-  }
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -46,20 +45,12 @@ class Identify : public Cli {
   static Dataset piezo_record(double steps = 75.0) {
     return record_of(model::Hysteresis(support::piezo_model()), steps);
   }
-  void write_record(const char* name, const Dataset& record, const std::string& before = "",
-                    const std::string& line_end = "\n") const {
+  void write_record(const char* name, const Dataset& record, const std::string& before = "") const {
     std::ofstream out(shipped / name, std::ios::binary);
     out.precision(17);
-    out << before << "time_s,input,output" << line_end;
+    out << before << "time_s,input,output\n";
     for (std::size_t i = 0; i < record.size(); ++i)
-      out << record.time_s[i] << ',' << record.input[i] << ',' << record.output[i] << line_end;
-  }
-  /// Applies `damage` to the text of a valid dataset.
-  void write_damaged(const char* name, const std::function<void(std::string&)>& damage) const {
-    write_record(name, piezo_record(10.0));
-    std::string text = read(name);
-    damage(text);
-    write(name, text);
+      out << record.time_s[i] << ',' << record.input[i] << ',' << record.output[i] << '\n';
   }
   /// Expects exit status 2, one line, and no file.
   void expect_refused(Process program, const std::string& words) const {
@@ -186,55 +177,6 @@ TEST_F(Identify, WritesTheMemoryOfADatasetThatBeginsAtANegativeInput) {
   ASSERT_EQ(again.wait(), done) << again.err();
   EXPECT_NEAR(nlohmann::json::parse(again.out())["rms_percent"].get<double>(),
               found["rms_percent"].get<double>(), 1e-3);
-}
-
-TEST_F(Identify, ReadsCsvFromWindowsAndSpreadsheets) {
-  const Dataset record = piezo_record(30.0);
-  write_record("plain.csv", record);
-  write_record("windows.csv", record, "\xEF\xBB\xBF", "\r\n");
-  std::string commas = read("plain.csv");
-  std::ranges::replace(commas, ',', ';');
-  std::ranges::replace(commas, '.', ',');
-  write("commas.csv", commas);
-  std::string plain;
-  for (const char* name : {"plain.csv", "windows.csv", "commas.csv"}) {
-    Process program = identify(name, {"--order", "3", "--overwrite"});
-    ASSERT_EQ(program.wait(), done) << name << ": " << program.err();
-    if (plain.empty()) plain = read("found.toml");
-    EXPECT_EQ(read("found.toml"), plain) << name;
-  }
-}
-
-TEST_F(Identify, RefusesAFileThatIsNotADatasetWithItsPlace) {
-  const auto after_header = [](std::string& text, const std::string& rows) {
-    text = "time_s,input,output\n" + rows;
-  };
-  write_damaged("bad.csv", [](std::string& text) { text.replace(text.find("output"), 6, "oops"); });
-  expect_refused(
-      identify("bad.csv"),
-      "bad.csv:1:1: no column is the output among time_s, input, oops, expected time_s, input, output, or "
-      "--columns TIME,INPUT,OUTPUT by names or numbers from 1 to 3");
-  write_damaged("bad.csv", [&](std::string& text) { after_header(text, "0,1,2\n1,nan,3\n"); });
-  expect_refused(identify("bad.csv"), "bad.csv:3:3: input is \"nan\", expected a finite number");
-  write_damaged("bad.csv", [&](std::string& text) { after_header(text, "0,1,2\n1,2,3\n1,3,4\n"); });
-  expect_refused(identify("bad.csv"), "bad.csv:4: time_s is 1 after 1, expected time to increase");
-  write("bad.csv", "");
-  expect_refused(identify("bad.csv"), "bad.csv:1:1: no header row");
-  write("bad.csv", "time_s,input,output\n");
-  expect_refused(identify("bad.csv"), "bad.csv: no rows, expected a dataset");
-  expect_refused(identify("none.csv"), "none.csv: cannot be read");
-}
-
-TEST_F(Identify, LeavesOutALastRowWithoutALineEnd) {
-  for (const bool cuts_a_field : {false, true}) {
-    write_damaged("cut.csv",
-                  [&](std::string& text) { text.resize(cuts_a_field ? text.rfind(',') : text.size() - 2); });
-    Process program = identify("cut.csv", {"--order", "3", "--overwrite"});
-    EXPECT_EQ(program.wait(), done);
-    EXPECT_NE(program.err().find("the last row has no line end and may be incomplete: left out"),
-              std::string::npos)
-        << program.err();
-  }
 }
 
 TEST_F(Identify, RefusesInvalidOptions) {
@@ -472,16 +414,6 @@ TEST_F(Validate, ReportsTheNumberOfSamplesBeyondTheThresholds) {
   Process program = validate("wider.csv");
   ASSERT_EQ(program.wait(), done) << program.err();
   EXPECT_NE(program.err().find("samples beyond the model's thresholds"), std::string::npos) << program.err();
-}
-
-TEST_F(Validate, NeverOverwritesItsInputs) {
-  write_record("record.csv", piezo_record());
-  ASSERT_EQ(identify("record.csv", {"--order", "3"}).wait(), done);
-  for (const char* name : {"record.csv", "found.toml"}) {
-    const std::string before = read(name);
-    EXPECT_EQ(validate("record.csv", {"--output", path(name)}).wait(), bad_input);
-    EXPECT_EQ(read(name), before);
-  }
 }
 
 }  // namespace

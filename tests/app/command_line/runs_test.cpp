@@ -26,13 +26,6 @@ TEST_F(Runs, ExportWritesTheSelectedSignals) {
       << process.out();
 }
 
-TEST_F(Runs, ExportRefusesWhatIsNoRun) {
-  Process process({HYSTCAN_PROGRAM, "export", path("piezo.toml")});
-  EXPECT_EQ(process.wait(), 2);
-  EXPECT_NE(process.err().find("expected a run's folder or a CSV of cycles"), std::string::npos)
-      << process.err();
-}
-
 TEST_F(Runs, AreListedAlsoWhereOneOfThemCannotBeRead) {
   const std::filesystem::path folder = shipped / "runs";
   std::filesystem::create_directories(folder / "run_1");

@@ -61,19 +61,6 @@ class CreepOfEveryKind : public SimulateCreep, public testing::WithParamInterfac
 INSTANTIATE_TEST_SUITE_P(Of, CreepOfEveryKind, testing::ValuesIn(every_kind(recursive_memory)),
                          [](const auto& test) { return test.param.name; });
 
-TEST_P(CreepOfEveryKind, InverseThenForwardReturnsTheOutput) {
-  write_record("in.csv", 500);
-  expect_done("in.csv", "there.csv");
-  expect_done("there.csv", "back.csv", {"--inverse"});
-  const std::vector<Row> there = rows_of(read("there.csv")), back = rows_of(read("back.csv"));
-  ASSERT_EQ(there.size(), 500u);
-  ASSERT_EQ(back.size(), 500u);
-  for (std::size_t i = 0; i < 500; ++i) {
-    EXPECT_NEAR(there[i].input, back[i].input, GetParam().input_tolerance) << i;
-    EXPECT_NEAR(there[i].output, back[i].output, 1e-11) << i;
-  }
-}
-
 TEST_P(CreepOfEveryKind, ContinuesFromASavedMemoryAsInOneRun) {
   write_record("in.csv", 400);
   const std::string record = read("in.csv"), header = "time_s,input\n";
@@ -88,21 +75,6 @@ TEST_P(CreepOfEveryKind, ContinuesFromASavedMemoryAsInOneRun) {
     const std::string b = read("b.csv");
     EXPECT_EQ(read("whole.csv"), read("a.csv") + b.substr(b.find('\n') + 1)) << rows;
   }
-}
-
-TEST_F(SimulateCreep, HoldsEachInputUntilTheNextRowAndBeginsSettled) {
-  write("in.csv", "time_s,input\n5,20\n9,20\n10,80\n10.1,80\n1000,80\n");
-  expect_done("in.csv", "crept.csv");
-  expect_done("in.csv", "at_once.csv", {"--quasi-static"});
-  const auto crept = rows_of(read("crept.csv")), h = rows_of(read("at_once.csv"));
-  EXPECT_DOUBLE_EQ(crept[0].output, h[0].output);
-  EXPECT_DOUBLE_EQ(crept[1].output, h[1].output);
-  const model::OutputCreep creep({.per_decade = 0.023});
-  auto late = creep.settled(h[1].output);
-  EXPECT_DOUBLE_EQ(crept[2].output, creep.output(late, h[2].output));
-  creep.advance(late, h[2].output, 10.1 - 10.0);
-  EXPECT_DOUBLE_EQ(crept[3].output, creep.output(late, h[2].output));
-  EXPECT_DOUBLE_EQ(crept[4].output, h[4].output);
 }
 
 TEST_F(SimulateCreep, SaysSoAndWithoutItGivesTheBitsOfAFileWithoutTheTable) {
@@ -203,13 +175,6 @@ TEST_F(SimulateCreep, OfAMemoryIsRefusedByAModelWithoutTheTable) {
   expect_refused("next.csv", {"--memory", path("memory.toml")},
                  ":12:9: creep stands in the memory of a model without [creep], expected none");
   expect_done("next.csv", "next_out.csv", {"--memory", path("memory.toml"), "--quasi-static"});
-}
-
-TEST_F(SimulateCreep, OfAModelFileIsRefusedAtItsPlace) {
-  write("stage.toml",
-        recursive_memory + std::string("\n[creep]\nper_decade = 0.1\nfrom_s = 0.001\nto_s = 1000.0\n"));
-  write("in.csv", "time_s,input\n0,50\n");
-  expect_refused("in.csv", {}, "leaves 0.35 of the output at once, expected at least 0.5");
 }
 
 class ValidateCreep : public SimulateCreep {

@@ -86,24 +86,6 @@ TEST_F(Simulate, RefusesADatasetInAnotherUnitThanTheModel) {
       << program.err();
 }
 
-TEST_F(Simulate, ReportsAFullDiskAndAMissingFolder) {
-  write("in.csv", "time_s,input\n0,1\n");
-  Process program = run("piezo.model.toml", "in.csv", "no/such/folder.csv");
-  EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("cannot be written: No such file or directory"), std::string::npos)
-      << program.err();
-}
-
-TEST_F(Simulate, NeverOverwritesItsInputs) {
-  write("in.csv", "input\n1\n");
-  for (const char* output : {"in.csv", "piezo.model.toml"}) {
-    const std::string before = read(output);
-    Process program = run("piezo.model.toml", "in.csv", output);
-    EXPECT_EQ(program.wait(), bad_input) << output;
-    EXPECT_EQ(read(output), before);
-  }
-}
-
 TEST_F(Simulate, WritesDirectlyToADevice) {
   std::filesystem::create_symlink("/dev/full", shipped / "full.csv");
   write("in.csv", "input\n1\n");
@@ -111,46 +93,6 @@ TEST_F(Simulate, WritesDirectlyToADevice) {
   EXPECT_EQ(program.wait(), failed);
   EXPECT_NE(program.err().find("No space left on device"), std::string::npos) << program.err();
   EXPECT_TRUE(std::filesystem::is_symlink(shipped / "full.csv"));
-}
-
-TEST_F(Simulate, RefusesAModelThatCannotBeInverted) {
-  shipped.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 1.0");
-  write("in.csv", "input\n1\n");
-  Process program = run("piezo.model.toml", "in.csv", "out.csv");
-  EXPECT_EQ(program.wait(), bad_input);
-  EXPECT_NE(program.err().find("k_ascending"), std::string::npos) << program.err();
-}
-
-TEST_F(Simulate, ContinuesFromASavedMemoryAsInOneRun) {
-  write_record("in.csv", 400);
-  const std::string record = read("in.csv");
-  const std::string header = "time_s,input\n";
-  std::size_t half = 0;
-  for (int i = 0; i < 251; ++i) half = record.find('\n', half) + 1;
-  write("first.csv", record.substr(0, half));
-  write("second.csv", header + record.substr(half));
-
-  Process whole = run("piezo.model.toml", "in.csv", "whole.csv");
-  ASSERT_EQ(whole.wait(), done) << whole.err();
-  Process first = run("piezo.model.toml", "first.csv", "a.csv", {"--save-memory", path("memory.toml")});
-  ASSERT_EQ(first.wait(), done) << first.err();
-  Process second = run("piezo.model.toml", "second.csv", "b.csv", {"--memory", path("memory.toml")});
-  ASSERT_EQ(second.wait(), done) << second.err();
-  const std::string b = read("b.csv");
-  EXPECT_EQ(read("whole.csv"), read("a.csv") + b.substr(b.find('\n') + 1));
-}
-
-TEST_F(Simulate, StartsFromAMemoryWrittenByHand) {
-  write("memory.toml",
-        "[memory]\nkind = \"recursive-memory\"\norigin = \"lower-threshold\"\n"
-        "turning_inputs = [80, 20]\ninput = 40\n");
-  write("in.csv", "input\n50\n");
-  write("driven.csv", "input\n100\n0\n80\n20\n40\n50\n");
-  Process given = run("piezo.model.toml", "in.csv", "given.csv", {"--memory", path("memory.toml")});
-  ASSERT_EQ(given.wait(), done) << given.err();
-  Process driven = run("piezo.model.toml", "driven.csv", "out.csv");
-  ASSERT_EQ(driven.wait(), done) << driven.err();
-  EXPECT_EQ(rows_of(read("given.csv"))[0].output, rows_of(read("out.csv"))[5].output);
 }
 
 struct BadMemory {
@@ -276,19 +218,6 @@ TEST_F(Simulate, ErasesItsBarBeforeItReportsAnError) {
   EXPECT_TRUE(erased) << screen;
 }
 
-// A shell without job control ignores SIGINT in its background jobs.
-TEST_F(Simulate, IsStoppedInTheBackgroundOfAScriptAndLeavesNothingBehind) {
-  std::string job;
-  for (const auto& word : command("piezo.model.toml", "/dev/stdin", "out.csv")) job += word + " ";
-  write("script.sh", "cd " + shipped.folder().string() + "\n" + "{ echo input; yes 1; } | " + job + "&\n" +
-                         "until ls out.csv.?????? 2>/dev/null; do :; done\n" + "kill -INT $!\nwait $!\n");
-  Process program({"sh", path("script.sh")});
-  EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("nothing is written"), std::string::npos) << program.err();
-  for (const auto& entry : std::filesystem::directory_iterator(shipped.folder()))
-    EXPECT_FALSE(entry.path().filename().string().starts_with("out.csv")) << entry.path();
-}
-
 TEST_F(Simulate, ReportsTheStepsTakenWithAFullMemory) {
   std::string text = "input\n";
   for (int i = 0; i < 5000; ++i)
@@ -307,20 +236,6 @@ TEST_F(Simulate, RefusesTwoOutputsInOneFile) {
     EXPECT_NE(program.err().find("is written twice"), std::string::npos) << program.err();
     EXPECT_FALSE(std::filesystem::exists(shipped / "x"));
   }
-}
-
-TEST_F(Simulate, FollowsALinkAndKeepsItsTargetIfItFails) {
-  write("target.csv", "precious");
-  std::filesystem::create_symlink("target.csv", shipped / "link.csv");
-  write("in.csv", "input\n1\n2\nthree\n");
-  Process fails = run("piezo.model.toml", "in.csv", "link.csv", {"--overwrite"});
-  EXPECT_EQ(fails.wait(), bad_input);
-  EXPECT_EQ(read("target.csv"), "precious");
-  write("in.csv", "input\n1\n2\n");
-  Process works = run("piezo.model.toml", "in.csv", "link.csv", {"--overwrite"});
-  EXPECT_EQ(works.wait(), done) << works.err();
-  EXPECT_TRUE(std::filesystem::is_symlink(shipped / "link.csv"));
-  EXPECT_EQ(rows_of(read("target.csv")).size(), 2u);
 }
 
 TEST_F(Simulate, LeavesNoFileIfItIsStoppedOrTheDiskIsFull) {
@@ -394,15 +309,6 @@ TEST_F(Simulate, RefusesAnHdf5FileWithItsPlaceAndLeavesNothing) {
   Process folder = run("piezo.model.toml", "in.csv", "none/out.h5");
   EXPECT_EQ(folder.wait(), failed);
   EXPECT_FALSE(std::filesystem::exists(shipped / "never.csv"));
-}
-
-TEST_F(Simulate, ReadsFromAPipe) {
-  write("in.csv", "input,time_s\n50,1\n20,2\n");
-  Process program({"sh", "-c",
-                   "cat " + path("in.csv") + " | " HYSTCAN_PROGRAM " simulate " + path("piezo.model.toml") +
-                       " --input /dev/stdin --output " + path("out.csv")});
-  ASSERT_EQ(program.wait(), done) << program.err();
-  EXPECT_EQ(rows_of(read("out.csv"))[1].time_s, 2.0);
 }
 
 TEST_F(Simulate, WithDynamicsNeedsThemInTheModelFileAndAnEvenRate) {

@@ -148,17 +148,6 @@ TEST_F(TuneRecord, RefusesARecordInAnotherUnitThanTheDrives) {
   expect_refused(run("ampere.csv"), "ampere.csv: the file says input_unit = \"A\", expected \"V\"");
 }
 
-TEST_F(TuneRecord, RefusesToWriteOverItsRecord) {
-  const std::string before = read("steps.csv");
-  expect_refused(run("steps.csv", {"--write", path("steps.csv")}), "steps.csv");
-  for (const char* option : {"--output", "--response"}) {
-    Process program({HYSTCAN_PROGRAM, "tune", path("piezo.toml"), "--record", path("steps.csv"), option,
-                     path("steps.csv")});
-    EXPECT_EQ(program.wait(), bad_input) << option;
-  }
-  EXPECT_EQ(read("steps.csv"), before);
-}
-
 TEST_F(TuneRecord, RefusesTheOptionsOfAnExperiment) {
   for (const char* option : {"--rehearse", "--clear-faults"})
     expect_refused(run("steps.csv", {option}), std::string("--record excludes ") + option);

@@ -217,6 +217,31 @@ TEST_F(Limits, ANumberThatADoubleCannotHoldOrThatIsSubnormalIsRefusedWithItsOpti
             "hystcan: --drive-max: 1e-308, expected at least 1e-6 above the lowest drive, 0\n");
 }
 
+TEST_F(Limits, NoOutputMayBeAnInput) {
+  write("d.csv", "time_s,input,output\n0,1,1\n1,2,2\n");
+  const Words stage{"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"};
+  const Words tune{"tune", path("piezo.toml"), "--output", path("tuning.toml")};
+  const Words of_record{"tune", path("piezo.toml"), "--record", path("d.csv")};
+  const std::vector<std::pair<Words, Words>> rows{
+      {{"validate", path("piezo.model.toml"), path("d.csv"), "--output"}, {"piezo.model.toml", "d.csv"}},
+      {{"simulate", path("piezo.model.toml"), "--input", path("d.csv"), "--overwrite", "--output"},
+       {"piezo.model.toml", "d.csv"}},
+      {{"excite", path("piezo.toml"), "--rehearse", "--overwrite", "--output"}, stage},
+      {{"tune", path("piezo.toml"), "--rehearse", "--output"}, stage},
+      {with(tune, {"--rehearse", "--write"}), stage},
+      {with(tune, {"--record", path("d.csv"), "--write"}), {"d.csv"}},
+      {with(of_record, {"--response"}), {"d.csv"}},
+      {with(of_record, {"--output"}), {"d.csv"}}};
+  for (const auto& [words, inputs] : rows)
+    for (const std::string& input : inputs) {
+      const std::string before = read(input.c_str());
+      const std::string message = refusal_of(with(words, {path(input.c_str())}));
+      EXPECT_NE(message.find(input + ": is an input too, expected another file"), std::string::npos)
+          << message;
+      EXPECT_EQ(read(input.c_str()), before) << input;
+    }
+}
+
 TEST_F(Limits, AFolderThatCannotBeMadeIsNamedInAPlainSentence) {
   EXPECT_EQ(refusal_of({"demo", "--config", path("piezo.toml"), "--output", path("piezo.toml")}),
             "hystcan: " + path("piezo.toml") + ": is not a folder, expected one for the output\n");
