@@ -127,24 +127,6 @@ TEST_F(TwoAxesInAFrame, SayThatAFaultedOneIsNotEnabledAndDriveTheOther) {
   EXPECT_NEAR(command_in(setup, 1, last).setpoint, 0.0, 1e-3);
 }
 
-TEST_F(TwoAxesInAFrame, FaultTogetherWhenTheirSensorIsSilent) {
-  silence_sensor("x", seconds(1));
-  run(seconds(3));
-  EXPECT_EQ(axis(0).state(), AxisState::faulted);
-  EXPECT_EQ(axis(1).state(), AxisState::faulted);
-}
-
-TEST_F(TwoAxesInAFrame, FaultOnAGlitchOfTheirSensorAndDoNotFollowIt) {
-  twin::FaultSpec glitch = twin::fault_spec(twin::Fault::sensor_offset, "x");
-  glitch.value = 6.5;
-  glitch.begins = seconds(2);
-  glitch.lasts = milliseconds(100);
-  setup.twin.faults = {glitch};
-  run(seconds(3));
-  EXPECT_EQ(to_string(axis(0).fault().cause), "position jumped");
-  EXPECT_LE(axis(0).fault().time_s, 2.0 + 6 * 250e-6);
-}
-
 TEST_F(TwoAxesInAFrame, BridgeAsManyLostSamplesAsOneAxisAloneDoes) {
   shows("S-092");
   silence_sensor("x", microseconds(750));  // three samples

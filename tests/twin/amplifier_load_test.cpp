@@ -24,33 +24,6 @@ Amplifier::Config coil() {
           .load_ohm = 2.0};
 }
 
-/// v' by the equations in amplifier.h, without a closed form.
-double rate_of(const Amplifier::Config& config, const Amplifier::State& state) {
-  double least = -config.slew_per_s;
-  double most = config.slew_per_s;
-  if (config.load_uF > 0.0) {
-    most = std::min(most, config.current_limit_A / (1e-6 * config.load_uF));
-    least = -most;
-  }
-  if (config.load_mH > 0.0) {
-    const double henry = 1e-3 * config.load_mH;
-    most = std::min(most, (config.voltage_limit_V - config.load_ohm * state.output) / henry);
-    least = std::max(least, (-config.voltage_limit_V - config.load_ohm * state.output) / henry);
-  }
-  return std::clamp(two_pi * config.bandwidth_Hz * (state.target - state.output), least, most);
-}
-
-/// Integrates by the midpoint rule.
-double integrated(const Amplifier::Config& config, Amplifier::State state, double total_s, int steps) {
-  const double dt_s = total_s / steps;
-  for (int i = 0; i < steps; ++i) {
-    Amplifier::State middle = state;
-    middle.output += 0.5 * dt_s * rate_of(config, state);
-    state.output += dt_s * rate_of(config, middle);
-  }
-  return state.output;
-}
-
 double uniform(double lo, double hi) { return lo + (hi - lo) * 1e-6 * *rc::gen::inRange(0, 1'000'001); }
 
 /// A voltage-limited coil of any size: the lag is steeper or flatter than the load, and the target is within
@@ -113,17 +86,6 @@ TEST(AmplifierWithACoil, WithoutResistanceIsSlewLimitedByItsVoltage) {
   EXPECT_NEAR(Amplifier(ideal, 1e-3)({.output = 0.0, .target = 4.0}).output, 1.0, 1e-12);
 }
 
-TEST(AmplifierWithACoil, HasTheSameOutputAfterOneStepAndAfterTwo) {
-  EXPECT_TRUE(rc::check("two parts of a step equal the whole, to rounding", [] {
-    const AnyCoil coil;
-    const double first_s = uniform(0.0, 1.0) * coil.total_s;
-    const auto once = Amplifier(coil.config, coil.total_s)(coil.state);
-    const auto half = Amplifier(coil.config, first_s)(coil.state);
-    const auto twice = Amplifier(coil.config, coil.total_s - first_s)(half);
-    RC_ASSERT(std::abs(once.output - twice.output) <= 1e-11);  // of up to 30 A, through logarithms
-  }));
-}
-
 TEST(AmplifierWithACoil, KeepsEveryLimitAndReachesItsEndMonotonically) {
   EXPECT_TRUE(rc::check("each small step within slew and voltage, towards the end and never past it", [] {
     const AnyCoil coil;
@@ -155,29 +117,6 @@ TEST(AmplifierWithACoil, ConvergesToItsTargetOrToWhatItsVoltageAllows) {
     const double total_s = 40.0 * slowest_s + 60.0 / coil.config.slew_per_s;
     RC_ASSERT(std::abs(Amplifier(coil.config, total_s)(coil.state).output - coil.end()) <= 1e-12);
   }));
-}
-
-// The error of the midpoint rule is of second order, except where the phases change: there it is (rate dt)^2
-// of the remaining distance.
-TEST(AmplifierWithACoil, EqualsAFineIntegration) {
-  EXPECT_TRUE(rc::check("20000 steps by the midpoint rule", [] {
-    AnyCoil coil;
-    coil.total_s *= 0.1;
-    constexpr int steps = 20'000;
-    const double exact = Amplifier(coil.config, coil.total_s)(coil.state).output;
-    const double fine = integrated(coil.config, coil.state, coil.total_s, steps);
-    const double rate_dt = two_pi * coil.config.bandwidth_Hz * coil.total_s / steps;
-    RC_ASSERT(std::abs(exact - fine) <= 1e-9 + 3.0 * rate_dt * rate_dt);
-  }));
-}
-
-TEST(AmplifierWithACapacitor, EqualsAFineIntegration) {
-  const Amplifier::Config config{
-      .slew_per_s = 2e5, .bandwidth_Hz = 800.0, .current_limit_A = 0.1, .load_uF = 2.0};
-  const Amplifier::State start{.output = 80.0, .target = 12.0};
-  for (const double total_s : {2e-4, 1e-3, 1.5e-3, 3e-3})
-    EXPECT_NEAR(Amplifier(config, total_s)(start).output, integrated(config, start, total_s, 100'000), 1e-6)
-        << total_s;
 }
 
 TEST(Amplifier, RoundsItsTargetToItsResolutionWithinTheRange) {

@@ -16,6 +16,7 @@ using std::chrono::milliseconds;
 struct Command {
   can::Time time;
   double drive;
+  bool moves;  ///< the target, within a millisecond; cut short, completed, or followed by a rest
 };
 
 /// A plant with all options, with the hysteresis of the piezo stage or with its butterfly.
@@ -37,10 +38,10 @@ double own_noise(can::Time time) { return 0.01 * std::sin(1e4 * can::seconds(tim
 std::vector<Command> any_commands() {
   std::vector<Command> commands;
   can::Time now{};
-  for (const auto& [pause_ns, drive_mV] : *rc::gen::container<std::vector<std::pair<int, int>>>(
-           rc::gen::pair(rc::gen::inRange(1, 3'000'000), rc::gen::inRange(-120'000, 120'000)))) {
-    commands.push_back({now += can::Duration{pause_ns}, 1e-3 * drive_mV});
-  }
+  for (const auto& [pause_ns, drive_mV, moves] :
+       *rc::gen::container<std::vector<std::tuple<int, int, bool>>>(rc::gen::tuple(
+           rc::gen::inRange(1, 3'000'000), rc::gen::inRange(-120'000, 120'000), rc::gen::arbitrary<bool>())))
+    commands.push_back({now += can::Duration{pause_ns}, 1e-3 * drive_mV, moves});
   return commands;
 }
 
@@ -59,7 +60,7 @@ std::vector<double> positions(const Plant::Config& config, const std::vector<Com
   };
   for (const Command& command : commands) {
     go_on(command.time);
-    plant.set_target(command.drive);
+    command.moves ? plant.move_target(command.drive, milliseconds(1)) : plant.set_target(command.drive);
   }
   go_on(now + milliseconds(5));
   return all;

@@ -115,39 +115,6 @@ TEST(MovingTarget, IsFollowedByTheAmplifiersStepAlsoWithinTheLag) {
   EXPECT_DOUBLE_EQ(after.target, 6.0 - 2000.0 * 7e-4);
 }
 
-/// The position at each change and 5 ms after the last one.
-template <class Look>
-std::vector<double> positions_um(const std::vector<std::pair<int, int>>& ways, Look look) {
-  Plant plant(piezo_stage(), can::Time{});
-  std::vector<double> all;
-  can::Time now{};
-  const auto go_on = [&](can::Duration pause) {
-    look(plant, now, now + pause);
-    plant.advance_to(now += pause);
-    all.push_back(plant.position_um());
-  };
-  for (const auto& [pause_ns, drive_mV] : ways) {
-    go_on(can::Duration{pause_ns});
-    plant.move_target(1e-3 * drive_mV, milliseconds(1));
-  }
-  go_on(milliseconds(5));
-  return all;
-}
-
-// Equal to the bit. Ways are cut short, completed, and followed by a rest.
-TEST(PlantWithAMovingTarget, HasTheSamePositionHoweverOftenItIsRead) {
-  EXPECT_TRUE(rc::check("looks", [] {
-    const auto ways = *rc::gen::container<std::vector<std::pair<int, int>>>(
-        rc::gen::pair(rc::gen::inRange(1, 3'000'000), rc::gen::inRange(-20'000, 120'000)));
-    const int pause_ns = *rc::gen::inRange(1000, 400'000);
-    const auto never = [](Plant&, can::Time, can::Time) {};
-    const auto often = [&](Plant& plant, can::Time now, can::Time to) {
-      while ((now += can::Duration{pause_ns}) < to) plant.advance_to(now);
-    };
-    RC_ASSERT(positions_um(ways, never) == positions_um(ways, often));
-  }));
-}
-
 // The output still rises for some 100 us after the target has turned. A plant with sub-steps of 1 ms that
 // turned only at their ends would keep another memory.
 TEST(PlantWithAMovingTarget, MissesNoTurningPointOfItsOutput) {

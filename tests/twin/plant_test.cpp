@@ -36,21 +36,6 @@ TEST(Plant, SettlesOnTheHysteresisCurve) {
   EXPECT_NEAR(plant.position_um(), support::piezo_model().ascending.value(50.0), 1e-9);
 }
 
-TEST(Plant, RemembersItsTurningPoints) {
-  Plant plant(config(), can::Time{});
-  can::Time now{};
-  const auto settle_at = [&](double drive) {
-    plant.set_target(drive);
-    plant.advance_to(now += milliseconds(500));
-    return plant.position_um();
-  };
-  settle_at(20.0);
-  const double going_up = settle_at(50.0);
-  settle_at(80.0);
-  const double coming_down = settle_at(50.0);
-  EXPECT_GT(coming_down - going_up, 1.0) << "um of hysteresis";
-}
-
 TEST(Plant, LimitsItsTargetToTheAmplifiersRange) {
   Plant plant(config(), can::Time{});
   plant.set_target(1e6);

@@ -187,17 +187,6 @@ TEST(SharedSensor, HasOtherNoiseForEachAxis) {
 
 // ---- faults
 
-TEST_F(SharedNode, ALostFrameIsLostForBothAxes) {
-  inject(Fault::no_reply, "y", Node::sensor);
-  heard_.clear();
-  drive(60.0, 20.0);
-  EXPECT_EQ(heard_[0x182], 0);
-  inject(Fault::watchdog_trip, "y", Node::amplifier);
-  drive(60.0, 20.0, 30);
-  EXPECT_EQ(amplifier(x).fault(), can::amp_fault::command_timeout);
-  EXPECT_EQ(amplifier(y).fault(), can::amp_fault::command_timeout);
-}
-
 TEST_F(SharedNode, AFaultOfTheNodeIsOneFaultWhicheverAxisNamesIt) {
   inject(Fault::no_reply, "x", Node::sensor);
   inject(Fault::no_reply, "y", Node::sensor);
@@ -206,13 +195,6 @@ TEST_F(SharedNode, AFaultOfTheNodeIsOneFaultWhicheverAxisNamesIt) {
   heard_.clear();
   drive(60.0, 20.0);
   EXPECT_EQ(heard_[0x182], 10);
-}
-
-TEST_F(SharedNode, AReplyThatIsLateIsLateForBothAxes) {
-  inject(Fault::late, "x", Node::sensor, 2.0);
-  drive(60.0, 20.0);
-  EXPECT_EQ(samples_[x]->sync_counter, counter_ - 2);
-  EXPECT_EQ(samples_[y]->sync_counter, counter_ - 2);
 }
 
 TEST_F(SharedNode, ANodeThatLosesItsSupplyLosesBothAxesAndBootsUpOnce) {

@@ -40,19 +40,6 @@ TEST(Creep, FollowsItsOperatorsAfterAStep) {
   }
 }
 
-TEST(Creep, IsEqualInEveryDecade) {
-  Plant plant(creeping_stage(), can::Time{});
-  plant.set_target(50.0);
-  double before_um = 0.0;
-  for (const double time_s : {0.1, 1.0, 10.0, 100.0}) {
-    plant.advance_to(at_s(time_s));
-    if (time_s > 0.1) {
-      EXPECT_NEAR(plant.position_um() - before_um, 15.0 * slow.per_decade, 0.01 * 15.0 * slow.per_decade);
-    }
-    before_um = plant.position_um();
-  }
-}
-
 /// The creep of a model file: h comes at once but for n w of it, which comes with the lags.
 Plant::Config stage_with_creeping_model() {
   Plant::Config config = linear_stage();
@@ -79,13 +66,6 @@ TEST(CreepOfTheModel, FollowsItsLagsAfterAStep) {
     plant.advance_to(at_s(time_s));
     EXPECT_NEAR(plant.position_um(), creep.output(state, 15.0), 2e-4) << time_s << " s";
   }
-}
-
-TEST(CreepOfTheModel, EndsAtTheOutputOfTheHysteresisAfterALongTime) {
-  Plant plant(stage_with_creeping_model(), can::Time{});
-  plant.set_target(50.0);
-  plant.advance_to(can::Time{} + std::chrono::hours(72));
-  EXPECT_NEAR(plant.position_um(), 15.0, 1e-12);
 }
 
 TEST(Creep, OfZeroPerDecadeIsNone) {
