@@ -53,22 +53,6 @@ TEST(HysteresisProperty, AgreesWithThePaperInDeeplyNestedLoops) {
   }));
 }
 
-TEST(HysteresisProperty, DoesNotDependOnTheSizeOfTheSteps) {
-  EXPECT_TRUE(rc::check("one step gives the same as eleven smaller steps", [] {
-    const Hysteresis model(RandomModel::draw());
-    const auto walk = random_walk(model.input_range(), 40);
-    HysteresisState big = model.virgin(walk[0]), small = big;
-    for (const double v : walk) {
-      const double from = small.input;
-      for (int i = 1; i <= 10; ++i) model.advance(small, from + (v - from) * i / 11.0);
-      model.advance(small, v);
-      model.advance(big, v);
-      RC_ASSERT(std::abs(small.output - big.output) <= 1e-12 * span_of(model));
-      RC_ASSERT(small.depth() == big.depth());
-    }
-  }));
-}
-
 TEST(HysteresisProperty, ReturnsToTheSameStateAfterAClosedExcursion) {
   EXPECT_TRUE(rc::check("a closed excursion inside the loop leaves output and memory as they were", [] {
     const Hysteresis model(RandomModel::draw());
@@ -84,22 +68,6 @@ TEST(HysteresisProperty, ReturnsToTheSameStateAfterAClosedExcursion) {
     const double onward = state.input + 0.5 * (state.input - start);
     RC_PRE(model.input_range().contains(onward));
     RC_ASSERT(model.advance(state, onward).value == model.forward(before, onward).value);
-  }));
-}
-
-TEST(HysteresisProperty, WipesOutSmallerExtremesAfterALargerOne) {
-  EXPECT_TRUE(rc::check("after a larger extreme the state is the same as without the smaller ones", [] {
-    const Hysteresis model(RandomModel::draw());
-    const Interval range = model.input_range();
-    HysteresisState eventful = model.at_lower_threshold(), plain = eventful;
-    const double top = range.lo + range.span() * *number(0.5, 0.95);
-    for (const double v : random_walk({range.lo + 0.01 * range.span(), top}, 30)) model.advance(eventful, v);
-    model.advance(eventful, top);
-    model.advance(plain, top);
-    for (const double v : random_walk(range, 10)) {
-      RC_ASSERT(eventful.depth() == plain.depth());
-      RC_ASSERT(model.advance(eventful, v).value == model.advance(plain, v).value);
-    }
   }));
 }
 
