@@ -117,14 +117,6 @@ TEST(Dbc, ReadsMultiplexing) {
   EXPECT_TRUE(multiplexing("Slow").is_switch);
 }
 
-TEST(Dbc, ReadsBit31OfTheIdentifierAsExtended) {
-  const Database database = parse_dbc(typical, "lab.dbc");
-  const Message& message = *database.find("Long");
-  EXPECT_TRUE(message.extended);
-  EXPECT_EQ(message.id, 0x18FEEDFEU);
-  EXPECT_EQ(message.length, 64);
-}
-
 TEST(Dbc, ReadsTheValueTypesOfIeeeSignals) {
   const Database database = parse_dbc(typical, "lab.dbc");
   EXPECT_EQ(database.find("Long")->find("Ratio")->value_type, ValueType::float32);
@@ -141,11 +133,6 @@ TEST(Dbc, ReadsDosLineEndsTabsAByteOrderMarkAndLatin1) {
   EXPECT_EQ(database.find("A")->find("S")->values.at(0), "\xC3\xBC\xC3\xA4");
   EXPECT_EQ(refusal("VERSION \"\"\r\n\r\n\tBO_ x"),
             "lab.dbc:3:6: found 'x', expected the identifier of a message");
-}
-
-TEST(Dbc, IgnoresCommentsAndValuesOfAbsentMessages) {
-  EXPECT_EQ(refusal("BO_ 1 A: 1 Amp\nCM_ BO_ 2 \"x\";\nVAL_ 1 B 0 \"x\" ;\nSIG_VALTYPE_ 2 C : 1;\n"),
-            "accepted");
 }
 
 TEST(DbcError, NamesThePlaceTheFoundTextAndTheExpectedText) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -114,13 +113,13 @@ TEST(SignalCodec, PacksOnlyItsOwnBits) {
   }));
 }
 
-TEST(SignalCodec, HandlesEveryLengthAtEveryBitOfEightAndOfNineBytes) {
-  for (const unsigned bytes : {8U, 9U}) {
+TEST(SignalCodec, HandlesEveryLengthAtEveryBitOfEightNineAndSixtyFourBytes) {
+  for (const unsigned bytes : {8U, 9U, 64U}) {
     for (const auto order : {ByteOrder::little_endian, ByteOrder::big_endian}) {
       for (unsigned length = 1; length <= 64; ++length) {
         for (unsigned at = 0; at + length <= 8 * bytes; ++at) {
           const unsigned start = order == ByteOrder::little_endian ? at : 8 * (at / 8) + 7 - at % 8;
-          const Signal signal = signal_at(start, length, order, true);
+          const Signal signal = signal_at(start, length, order, at % 2 == 0);
           Payload payload(bytes);
           for (std::size_t i = 0; i < bytes; ++i)
             payload[i] = static_cast<std::uint8_t>(0x9D * (i + 3) + length);
@@ -231,30 +230,6 @@ TEST(SignalCodec, ReadsAndWritesIeeeNumbers) {
   ASSERT_TRUE(SignalCodec(twice).pack(1.0, payload));
   EXPECT_EQ(payload, (Payload{0x3F, 0xF0, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(SignalCodec(twice).unpack(payload), 1.0);
-}
-
-TEST(SignalCodec, ReadsAnUnsigned64BitValueAsPositive) {
-  const SignalCodec codec(signal_at(0, 64, ByteOrder::little_endian, false));
-  const Payload payload(8, 0xFF);
-  EXPECT_EQ(codec.unpack(payload), 18446744073709551616.0);
-}
-
-TEST(SignalCodec, HandlesEveryLengthAtEveryBitOfAnFdFrame) {
-  for (const auto order : {ByteOrder::little_endian, ByteOrder::big_endian}) {
-    for (unsigned length = 1; length <= 64; ++length) {
-      for (unsigned at = 0; at + length <= 512; ++at) {
-        const unsigned start = order == ByteOrder::little_endian ? at : at ^ 7U;
-        const Signal signal = signal_at(start, length, order, at % 2 == 0);
-        Payload payload(64);
-        for (std::size_t i = 0; i < 64; ++i) payload[i] = static_cast<std::uint8_t>(0x9D * (i + 3) + length);
-        const SignalCodec codec(signal);
-        ASSERT_EQ(codec.unpack_raw(payload), oracle_unpack(signal, payload)) << length << " at " << start;
-        const Payload expected = oracle_pack(signal, 0x5A3C96F1E87B2D04, payload);
-        codec.pack_raw(0x5A3C96F1E87B2D04, payload);
-        ASSERT_EQ(payload, expected) << length << " at " << start;
-      }
-    }
-  }
 }
 
 TEST(SignalCodec, ReadsUnsigned64BitValuesAbove2To63AndPacksThem) {

@@ -205,18 +205,6 @@ TEST(SdoSetup, GivesTheReasonWhyTheNodeRefuses) {
             "object 0x2001:05: refused by the node with 0x06090031: value of the parameter too high");
 }
 
-TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
-  shows("S-109");
-  SdoSetup setup{1, {{.object = object, .content = {.value = 9, .bytes = 1}}}};
-  run(setup, 100, [&](const Frame& request) {
-    const bool write = request.data[0] == 0x2F;
-    return std::optional(frame_of(0x581, write ? Bytes{0x60, 0x01, 0x20, 0x05, 0, 0, 0, 0}
-                                               : Bytes{0x4F, 0x01, 0x20, 0x05, 8, 0, 0, 0}));
-  });
-  EXPECT_TRUE(setup.has_failed());
-  EXPECT_EQ(describe(setup.failure()), "object 0x2001:05: 0x9 was written, 0x8 was read back");
-}
-
 /// Runs the setup of one object of one byte, 9, against a node that answers each read with these bytes.
 SdoSetup set_up_with(const Bytes& answer_to_read) {
   SdoSetup setup{1, {{.object = object, .content = {.value = 9, .bytes = 1}}}};
@@ -225,6 +213,13 @@ SdoSetup set_up_with(const Bytes& answer_to_read) {
     return std::optional(frame_of(0x581, write ? Bytes{0x60, 0x01, 0x20, 0x05, 0, 0, 0, 0} : answer_to_read));
   });
   return setup;
+}
+
+TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
+  shows("S-109");
+  const SdoSetup setup = set_up_with({0x4F, 0x01, 0x20, 0x05, 8, 0, 0, 0});
+  EXPECT_TRUE(setup.has_failed());
+  EXPECT_EQ(describe(setup.failure()), "object 0x2001:05: 0x9 was written, 0x8 was read back");
 }
 
 TEST(SdoSetup, TakesAValueOfWhichTheNodeDoesNotStateTheSize) {

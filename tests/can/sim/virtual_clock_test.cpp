@@ -36,20 +36,6 @@ TEST(VirtualClock, ExpiresTimersUpToAndIncludingTheEnd) {
   EXPECT_EQ(rung, std::vector{at(10us)});
 }
 
-TEST(VirtualClock, RunsEventsOfOneInstantInTheOrderInWhichTheyWereArmed) {
-  VirtualClock clock;
-  std::string order;
-  const auto a = clock.make_timer([&] { order += 'a'; });
-  const auto b = clock.make_timer([&] { order += 'b'; });
-  const auto c = clock.make_timer([&] { order += 'c'; });
-  c->expire_at(at(1us));
-  a->expire_at(at(1us));
-  b->expire_at(at(1us));
-  c->expire_at(at(1us));  // armed again, so it comes last
-  clock.run_until(at(1us));
-  EXPECT_EQ(order, "abc");
-}
-
 TEST(VirtualClock, TreatsADeadlineInThePastAsDueNow) {
   VirtualClock clock;
   clock.run_until(at(1s));

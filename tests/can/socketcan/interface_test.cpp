@@ -7,23 +7,14 @@
 #include <boost/asio/io_context.hpp>
 
 #include "can/socketcan/socketcan_bus.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::can::interface_test {
 namespace {
 
-template <class Action>
-std::string refusal(Action action) {
-  try {
-    action();
-  } catch (const RunError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 /// If the kernel has no CAN, the message says so first, because no interface can help then.
 void expect_refused(const char* name, const std::string& what) {
-  const std::string reason = refusal([name] { require_can_interface(name); });
+  const std::string reason = support::refusal_of<RunError>([name] { require_can_interface(name); });
   EXPECT_TRUE(reason == what || reason.starts_with("this kernel has no CAN support (AF_CAN: ")) << reason;
 }
 
@@ -49,7 +40,7 @@ TEST(Interface, IsNeitherVirtualNorRealIfItIsAbsent) {
 
 TEST(SocketCanBus, IsRefusedIfTheInterfaceIsAbsentOrTheKernelHasNoCan) {
   boost::asio::io_context context;
-  const std::string what = refusal([&] { SocketCanBus bus(context, "vcan97", {}); });
+  const std::string what = support::refusal_of<RunError>([&] { SocketCanBus bus(context, "vcan97", {}); });
   EXPECT_TRUE(what.starts_with("this kernel has no CAN support (AF_CAN: ") ||
               what.starts_with("interface vcan97 does not exist; "))
       << what;

@@ -1,5 +1,6 @@
 // The interface goes down, comes up, disappears and comes back with the same name.
 #include "tests/can/socketcan/socketcan_fixture.h"
+#include "tests/support/refusal.h"
 #include "tests/support/shows.h"
 
 namespace hystcan::can::socketcan_interface_test {
@@ -7,12 +8,7 @@ namespace {
 
 std::string refusal(const std::string& interface) {
   boost::asio::io_context context;
-  try {
-    SocketCanBus bus(context, interface, {});
-  } catch (const RunError& error) {
-    return error.what();
-  }
-  return "opened";
+  return support::refusal_of<RunError>([&] { SocketCanBus bus(context, interface, {}); });
 }
 
 TEST_F(SocketCanInterface, MayGoDownAndComeUpAgain) {

@@ -16,13 +16,7 @@ constexpr ChainTiming timing{.rates = {}, .cycle = 2ms, .turnaround = 0ms};
 
 ChainSource source(ChainRole role, std::uint32_t id, unsigned bytes, Duration period) {
   ChainSource made;
-  made.frame = {.name = std::to_string(id),
-                .id = id,
-                .extended = false,
-                .bytes = bytes,
-                .period = period,
-                .jitter = {},
-                .deadline = period};
+  made.frame = {.name = std::to_string(id), .id = id, .bytes = bytes, .period = period, .deadline = period};
   made.role = role;
   if (role == ChainRole::sample || role == ChainRole::command) made.axes = {0};
   return made;

@@ -69,27 +69,10 @@ TEST(WorstFrameBits, OfAnFdFrameAreReachedWithinThreeDataBits) {
 /// Table 1 of Davis, Burns, Bril, Lukkien: 7 bytes are 125 bits, 1 ms at 125 kbit/s. Tindell's analysis
 /// considers only the first instance of C, finds 3 ms, and calls C schedulable.
 std::vector<PeriodicFrame> papers_table() {
-  return {{.name = "A",
-           .id = 1,
-           .extended = false,
-           .bytes = 7,
-           .period = 2500us,
-           .jitter = 0us,
-           .deadline = 2500us},
-          {.name = "B",
-           .id = 2,
-           .extended = false,
-           .bytes = 7,
-           .period = 3500us,
-           .jitter = 0us,
-           .deadline = 3250us},
-          {.name = "C",
-           .id = 3,
-           .extended = false,
-           .bytes = 7,
-           .period = 3500us,
-           .jitter = 0us,
-           .deadline = 3250us}};
+  const auto frame = [](const char* name, std::uint32_t id, Duration period, Duration deadline) {
+    return PeriodicFrame{.name = name, .id = id, .bytes = 7, .period = period, .deadline = deadline};
+  };
+  return {frame("A", 1, 2500us, 2500us), frame("B", 2, 3500us, 3250us), frame("C", 3, 3500us, 3250us)};
 }
 
 TEST(Schedulability, FindsTheSecondInstanceOfMessageCInThePaper) {
@@ -134,20 +117,9 @@ TEST(Schedulability, AddsForEachErrorTheErrorFrameAndTheLongestFrame) {
 }
 
 TEST(Schedulability, OrdersExtendedAfterStandardOfTheSameBase) {
-  const std::vector<PeriodicFrame> frames = {{.name = "e",
-                                              .id = 0x100U << 18U,
-                                              .extended = true,
-                                              .bytes = 8,
-                                              .period = 10ms,
-                                              .jitter = 0ms,
-                                              .deadline = 10ms},
-                                             {.name = "s",
-                                              .id = 0x100,
-                                              .extended = false,
-                                              .bytes = 8,
-                                              .period = 10ms,
-                                              .jitter = 0ms,
-                                              .deadline = 10ms}};
+  const std::vector<PeriodicFrame> frames = {
+      {.name = "e", .id = 0x100U << 18U, .extended = true, .period = 10ms, .deadline = 10ms},
+      {.name = "s", .id = 0x100, .period = 10ms, .deadline = 10ms}};
   const Schedule schedule = analyse(frames, {1'000'000});
   EXPECT_EQ(schedule.frames[0].blocking, 0us);
   EXPECT_EQ(schedule.frames[1].blocking, 160us);
