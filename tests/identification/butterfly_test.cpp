@@ -14,6 +14,7 @@
 #include "model/cubic_spline.h"
 #include "tests/identification/made_record.h"
 #include "tests/model/models.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::identification::butterfly_test {
 namespace {
@@ -122,12 +123,10 @@ TEST(IdentifyButterfly, OfOneSideIsRefusedWithTheDataset) {
   EXPECT_FALSE(passes_valley(one_side));
   IdentifyOptions options;
   options.output = ShapeOfOutput::butterfly;
-  try {
+  const std::string refusal = support::refusal_of<std::invalid_argument>([&] {
     identify({noisy(truth, 1), one_side}, options);
-    FAIL() << "it was taken";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("dataset 2 shows one side"), std::string::npos) << error.what();
-  }
+  });
+  EXPECT_NE(refusal.find("dataset 2 shows one side"), std::string::npos) << refusal;
 }
 
 TEST(IdentifyButterfly, OfARisingOutputSeesNoValley) {

@@ -1,7 +1,6 @@
 // An absolute sensor: a stroke of 30 um far from zero.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>

@@ -10,6 +10,7 @@
 #include "identification/identify.h"
 #include "tests/identification/made_record.h"
 #include "tests/model/models.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::identification::identify_refusal_test {
 namespace {
@@ -18,12 +19,9 @@ Dataset sound() { return record_of(model::Hysteresis(model::piezo_model()), 30.0
 
 void expect_refused(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
                     const std::string& words) {
-  try {
-    identify(datasets, options);
-    ADD_FAILURE() << "not refused, expected: " << words;
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-  }
+  const std::string refusal =
+      support::refusal_of<std::invalid_argument>([&] { identify(datasets, options); });
+  EXPECT_NE(refusal.find(words), std::string::npos) << refusal << ", expected: " << words;
 }
 
 TEST(IdentifyRefuses, AnEmptyListOfDatasets) { expect_refused({}, {}, "no dataset, expected at least one"); }

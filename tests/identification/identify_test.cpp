@@ -6,10 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
-#include <numbers>
 #include <random>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -166,24 +163,6 @@ TEST(Identify, FindsADelayToATenthOfASample) {
   const Identified found = identify({with_noise(dataset, 2e-4 * range.span() * 0.3, 3)}, {});
   report(found);
   EXPECT_NEAR(found.delay_s, 1.7e-3, 1e-4);
-}
-
-TEST(Identify, FitsOneModelToTwoDatasets) {
-  const Hysteresis truth(piezo_model());
-  const model::Interval range = truth.input_range();
-  const auto part_of = [&](const std::vector<double>& parts) {
-    return record_of(truth, truth.at_lower_threshold(),
-                     travelled(in_range(parts, range), range.span() / piezo_steps));
-  };
-  const std::vector<Dataset> datasets{part_of({0.0, 1.0, 0.0, 0.9, 0.2, 0.8, 0.3, 1.0, 0.0}),
-                                      part_of({0.0, 0.7, 0.1, 0.5, 0.2, 1.0, 0.5, 1.0, 0.0})};
-  IdentifyOptions options;
-  options.shape = CurveShape::polynomial(3);
-  const Identified found = identify(datasets, options);
-  ASSERT_EQ(found.misses.size(), 2U);
-  ASSERT_EQ(found.memories.size(), 2U);
-  for (std::size_t i = 0; i < datasets.size(); ++i) EXPECT_LT(against(found, datasets[i], i).max, 0.01);
-  EXPECT_NEAR(found.parameters.k_ascending, 0.05, 1e-3 * 0.05);
 }
 
 // Two sessions of one stage: another zero, another history, other rates.

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "model/hysteresis.h"

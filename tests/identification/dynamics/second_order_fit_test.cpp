@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "model/second_order.h"
-#include "tests/support/first_order.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::identification::second_order_fit_test {
 namespace {
@@ -75,12 +75,7 @@ Dataset with_seeded_noise(Dataset dataset, double rms, unsigned seed) {
 }
 
 std::string refusal(const Dataset& dataset) {
-  try {
-    const SecondOrderFit fit = fit_second_order(dataset);
-    return "found " + std::to_string(fit.natural_frequency_Hz.value) + " Hz";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
+  return support::refusal_of<std::invalid_argument>([&] { fit_second_order(dataset); });
 }
 
 void expect_found(const Truth& truth, const Dataset& dataset, double tolerance) {
@@ -208,9 +203,9 @@ TEST(SecondOrderFit, IsExactForAStepTrainBehindHysteresis) {
 TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
   const int fine = 50, rows = 600;
   const model::SecondOrder mode({300.0, 0.05}, cycle_s / fine);
-  const support::FirstOrder::Step lag({1500.0}, cycle_s / fine);
+  const double lag = -std::expm1(-2.0 * pi * 1500.0 * cycle_s / fine);  // of an input that is held
   const Drive drive = step_train(150);
-  support::FirstOrder::State amplifier{drive(0)};
+  double amplifier = drive(0);
   model::SecondOrder::State state{drive(0), 0.0};
   Dataset dataset{"V", "um", {}, {}, {}};
   for (int n = 0; n < rows; ++n) {
@@ -218,9 +213,9 @@ TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
     dataset.input.push_back(drive(n));
     dataset.output.push_back(0.3 * state.position);
     for (int i = 0; i < fine; ++i) {
-      const double before = amplifier.value;
-      amplifier = lag(amplifier, drive(n), drive(n));
-      state = mode(state, before, amplifier.value);
+      const double before = amplifier;
+      amplifier += lag * (drive(n) - amplifier);
+      state = mode(state, before, amplifier);
     }
   }
   const SecondOrderFit fit = fit_second_order(dataset);
