@@ -1,18 +1,10 @@
 // What holds for every width and scheme, and for those who do not see the page.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { openPage, seesTheLoopRun, startBrowser, startDemo, until } from './support.mjs';
+import { openPage, seesTheLoopRun, startDemoWithPage, until } from './support.mjs';
 
-let demo, browser;
-before(async () => {
-  demo = await startDemo();
-  browser = await startBrowser();
-});
-after(async () => {
-  await browser.close();
-  await demo.stop();
-});
+const { demo, browser } = await startDemoWithPage();
 
 const background = (page) => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
 /** Of 0..255, from "rgb(r, g, b)". */

@@ -34,13 +34,6 @@ async function giveToken(page, demo) {
   await page.press('#token', 'Enter');
 }
 
-test('The button asks for the token and stops', async (t) => {
-  const { demo, page } = await started(t);
-  await page.click('#stop');
-  await giveToken(page, demo);
-  await standsStill(page);
-});
-
 /** The keys that stop everywhere. */
 const pressStop = (page) => page.keyboard.press('Control+Shift+X');
 
