@@ -1,7 +1,6 @@
 // Sends the examples of docs/control_socket.md to a running controller in their order.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <fstream>
 #include <set>
 #include <string>

@@ -5,8 +5,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <limits>
-#include <memory>
 #include <string>
 
 #include "base/error.h"

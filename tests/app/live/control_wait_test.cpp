@@ -89,19 +89,6 @@ void without_in_position(const support::ShippedCopy& files) {
   files.edit("piezo.toml", text.substr(from, text.find("[[axis.control.setpoint]]") - from), "");
 }
 
-TEST(Wait, WorksWithTheShippedStage) {
-  const ControlBench bench;
-  ASSERT_TRUE(bench.axis_is(0, AxisState::tracking) && bench.axis_is(1, AxisState::tracking));
-  Client client = bench.client();
-  for (const char* axis : {"x", "y"}) {
-    ASSERT_TRUE(is_ok(client.ask({{"do", "go_to"}, {"axis", axis}, {"position_um", 12.5}})));
-    const json answer =
-        client.ask({{"do", "wait"}, {"axis", axis}, {"timeout_s", support::patience.count()}});
-    ASSERT_TRUE(is_ok(answer)) << answer;
-    EXPECT_NEAR(answer.at("position_um").get<double>(), 12.5, 0.05);
-  }
-}
-
 TEST(Wait, NeedsAnAxisWithInPosition) {
   const ControlBench bench(without_in_position);
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));

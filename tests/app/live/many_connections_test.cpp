@@ -40,11 +40,6 @@ TEST_F(ManyConnections, ThatAreIdleMakePlaceForOneThatStops) {
   EXPECT_TRUE(support::eventually([&] { return bench.asked_to_stop(); }));
 }
 
-TEST_F(ManyConnections, UpToTheTableSizeAreAllServed) {
-  connect(places);
-  for (Client& client : clients) EXPECT_TRUE(is_ok(client.ask(status)));
-}
-
 TEST_F(ManyConnections, BeyondTheTableSizeDropTheOneThatWasSilentLongest) {
   connect(places);
   for (Client& client : clients) ASSERT_TRUE(is_ok(client.ask(status)));

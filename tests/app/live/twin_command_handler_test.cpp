@@ -10,7 +10,6 @@
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "app/live/control_socket.h"
 #include "app/live/socket_place.h"

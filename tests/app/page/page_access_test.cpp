@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "base/error.h"
+#include "tests/support/refusal.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::app::page_access_test {
@@ -55,12 +56,7 @@ TEST(PageAccess, KnowsItsToken) {
 class TokenFile : public testing::Test {
  protected:
   std::string refused() const {
-    try {
-      token_of(file_);
-    } catch (const RunError& error) {
-      return error.what();
-    }
-    return "";
+    return support::refusal_of<RunError>([this] { token_of(file_); });
   }
   bool is_refused_for(const std::string& reason) const { return refused().find(reason) != std::string::npos; }
   void write(const std::string& text, mode_t mode) const {

@@ -286,11 +286,6 @@ TEST_F(PageServer, GoesOnTellingTheStateWhileOtherPagesAskForWhatTakesTime) {
   other.join();
 }
 
-TEST_F(PageServer, ShowsTheLoopUpToHalfTheControllersRate) {
-  const json curves = page()->ask({{"do", "bode"}, {"axis", "x"}});
-  EXPECT_DOUBLE_EQ(curves.at("frequency_Hz").back(), 500.0);
-}
-
 TEST_F(PageServer, TakesAViewFromTenToAThousandRowsPerSecond) {
   const auto peer = page();
   for (const double rate_Hz : {10.0, 1000.0})
