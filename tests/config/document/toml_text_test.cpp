@@ -6,6 +6,7 @@
 
 #include "config/schema/config.h"
 #include "config/schema/settings.h"
+#include "tests/support/refusal.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::config::toml_text_test {
@@ -76,12 +77,7 @@ struct HostileFile : testing::Test {
   support::ShippedCopy shipped;
 
   std::string refusal_of_load() const {
-    try {
-      load(shipped / "piezo.toml");
-      return "loaded";
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
+    return support::refusal_of<std::runtime_error>([this] { load(shipped / "piezo.toml"); });
   }
   /// Replaces the file by a pipe without a writer.
   void make_pipe(const char* name) const {

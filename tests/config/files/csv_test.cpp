@@ -24,12 +24,8 @@ class Csv : public testing::Test {
     return values;
   }
   std::string refusal(const std::string& text) {
-    try {
-      all(text);
-    } catch (const Error& error) {
-      return std::string(error.what()).substr(file_.string().size());
-    }
-    return "accepted";
+    const std::string message = support::refusal_of([&] { all(text); });
+    return message == "accepted" ? message : message.substr(file_.string().size());
   }
   std::filesystem::path file_ = support::scratch_file("data.csv");
 };

@@ -2,7 +2,6 @@
 // digit, or refused in one line. It is never read wrongly.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>

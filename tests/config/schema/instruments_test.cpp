@@ -1,7 +1,6 @@
 // The keys of the twin's amplifier and sensor.
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <ostream>
 
 #include "config/schema/config.h"
@@ -18,23 +17,6 @@ Setting of_twin(const std::string& key, const std::string& value) { return {"axi
 
 std::string refusal_of(const char* file, const std::vector<Setting>& settings) {
   return support::refusal_of([&] { load(file, settings); });
-}
-
-TEST(Instruments, AreIdealByDefault) {
-  const Config config = load(piezo);
-  const twin::AxisConfig& axis = config.axes[0].twin;
-  EXPECT_EQ(axis.plant.amplifier.current_limit_A, twin::Amplifier::unlimited);
-  EXPECT_EQ(axis.plant.amplifier.resolution, 0.0);
-  EXPECT_EQ(axis.watchdog_action, node::WatchdogAction::safe);
-  EXPECT_EQ(axis.apply, node::Apply::sync);
-  EXPECT_FALSE(axis.interpolate);
-  EXPECT_EQ(axis.enable_delay, can::Duration::zero());
-  EXPECT_EQ(axis.drive_noise.density_per_rtHz, 0.0);
-  EXPECT_EQ(axis.drive_noise.ripple, 0.0);
-  EXPECT_EQ(axis.sensor.bandwidth_Hz, 0.0);
-  EXPECT_EQ(axis.sensor.delay, can::Duration::zero());
-  EXPECT_EQ(axis.sensor.range_max_um, twin::Sensor::unbounded_um);
-  EXPECT_EQ(axis.sample_clock.sampling, node::Sampling::sync);
 }
 
 TEST(Instruments, OfAVoltageDriveAreReadInTheirUnits) {

@@ -12,7 +12,6 @@
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <set>
 
 #include "config/schema/config.h"
 #include "config/schema/schema.h"

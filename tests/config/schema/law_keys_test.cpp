@@ -1,8 +1,6 @@
 // The optional keys of the control law.
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <string>
 
 #include "config/schema/config.h"

@@ -232,16 +232,11 @@ std::string refused_at(const std::string& name, const std::string& what, const s
   const std::string text = support::read_file(shipped / "piezo.toml");
   const std::string folder = shipped.folder().string() + "/";
   const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<long>(text.find(name)), '\n');
-  try {
-    load(shipped / "piezo.toml");
-    return "nothing was refused";
-  } catch (const Error& error) {
-    std::string message = error.what();
-    for (auto at = message.find(folder); at != std::string::npos; at = message.find(folder))
-      message.erase(at, folder.size());
-    EXPECT_TRUE(message.starts_with("piezo.toml:" + std::to_string(line) + ":")) << message;
-    return message.substr(message.find(": ") + 2);
-  }
+  std::string message = support::refusal_of([&] { load(shipped / "piezo.toml"); });
+  for (auto at = message.find(folder); at != std::string::npos; at = message.find(folder))
+    message.erase(at, folder.size());
+  EXPECT_TRUE(message.starts_with("piezo.toml:" + std::to_string(line) + ":")) << message;
+  return message.substr(message.find(": ") + 2);
 }
 
 TEST(Load, AMissingFileIsReportedAtTheKeyThatNamesIt) {

@@ -20,13 +20,8 @@ void write(const std::filesystem::path& file, const std::string& text) { std::of
 std::string refusal(const std::string& text) {
   const support::ShippedCopy folder;
   write(folder / "r.csv", text);
-  try {
-    load_setpoint(folder / "r.csv");
-  } catch (const Error& error) {
-    const std::string message = error.what();
-    return message.substr(message.find("r.csv"));
-  }
-  return "accepted";
+  const std::string message = support::refusal_of([&] { load_setpoint(folder / "r.csv"); });
+  return message.substr(message.find("r.csv"));
 }
 
 TEST(SetpointFile, StartsAtItsFirstTime) {
@@ -144,13 +139,8 @@ TEST(SetpointKeys, MakeARaster) {
 std::string refusal_of_scan(const std::string& what, const std::string& with) {
   const support::ShippedCopy shipped;
   shipped.edit("raster.toml", what, with);
-  try {
-    load(shipped / "raster.toml");
-  } catch (const Error& error) {
-    const std::string message = error.what();
-    return message.substr(message.find(": ") + 2);
-  }
-  return "accepted";
+  const std::string message = support::refusal_of([&] { load(shipped / "raster.toml"); });
+  return message.substr(message.find(": ") + 2);
 }
 
 TEST(Scan, IsRefusedWhereItsAxesHaveDifferentLines) {
