@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/controller/analysis/simulated_loop.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::controller::learning_design_test {
 namespace {
@@ -115,12 +116,8 @@ TEST(LearningDesign, LearnsSomePeriodsTogetherWhereTheyAreAWholeNumberOfCycles) 
 
 TEST(LearningDesign, RefusesWhatItCannotLearn) {
   const auto refusal = [](const Shape& shape) {
-    try {
-      design_learning(stage(500.0, 0.05), shape, learning(10.0));
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return support::refusal_of<std::invalid_argument>(
+        [&] { design_learning(stage(500.0, 0.05), shape, learning(10.0)); });
   };
   EXPECT_NE(refusal(Hold{}).find("a hold does not repeat"), std::string::npos) << refusal(Hold{});
   EXPECT_NE(refusal(triangle(400.0)).find("a period of 2.5 cycles"), std::string::npos);

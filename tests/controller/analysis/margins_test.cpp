@@ -67,28 +67,6 @@ TEST(Margins, OfALoopWithoutGainsAreThoseOfNoLoop) {
   EXPECT_EQ(margins.bandwidth_Hz, 0.0);
 }
 
-// The resonance is far below the sampling rate. Its peak is ki / omega / (2 zeta), at -180 degrees.
-TEST(Margins, AgreeWithTheContinuousLoopAtAResonance) {
-  const double frequency_Hz = 100.0, zeta = 0.05, ki_per_s = 20.0;
-  const LinearLoop loop(
-      {.delays = {.amplifier_bandwidth_Hz = 1e7, .resonance_Hz = frequency_Hz, .damping_ratio = zeta},
-       .cycle_s = 1e-6});
-  const double peak = ki_per_s / (2.0 * pi * frequency_Hz) / (2.0 * zeta);
-  EXPECT_NEAR(margins_of(loop, {.ki_per_s = ki_per_s}).gain_margin * peak, 1.0,
-              2e-3);  // tolerance for the hold: omega T / (4 zeta)
-}
-
-TEST(Margins, OfTheShippedPiezoStageWithItsFormerGains) {
-  const LoopConfig shipped{.delays = {.command_delay = std::chrono::milliseconds(1),
-                                      .amplifier_bandwidth_Hz = 1500.0,
-                                      .resonance_Hz = 500.0,
-                                      .damping_ratio = 0.05}};
-  const Margins margins = margins_of(LinearLoop(shipped), {.kp = 0.05, .ki_per_s = 120.0});
-  EXPECT_TRUE(margins.stable);
-  EXPECT_NEAR(margins.phase_margin_deg, 85.5, 1.0);
-  EXPECT_NEAR(margins.gain_margin, 5.5, 0.5);
-}
-
 // With every part: the loop of the judgement is the loop of the law (controller/control/law.h), cycle by
 // cycle.
 TEST(Margins, AgreeWithTheLawInTheTimeDomain) {

@@ -79,24 +79,6 @@ RC_GTEST_PROP(AxisRetune, MovesTheDriveNoMoreThanTheReferenceDoes, ()) {
   }
 }
 
-TEST(AxisRetune, ChangesTheDriveAtRestOnlyByRounding) {
-  AxisConfig config = tracking_axis();
-  config.setpoint = {{.shape = Hold{.level_um = 12.0, .duration_s = 100.0}, .transition_s = 0.05}};
-  IdealStage stage(config);
-  ASSERT_TRUE(stage.tracks());
-  for (int i = 0; i < 2000; ++i) stage.cycle();
-  const double drive = stage.command.drive;
-  for (const Structure structure :
-       {Structure::average_pi, Structure::pi, Structure::inverse_pi, Structure::average_pi})
-    for (const double kp : {0.4, 0.0, 0.1}) {
-      config.law.structure = structure;
-      config.law.pi.kp = kp;
-      AxisTuning tuning(config, false);
-      ASSERT_EQ(stage.axis.retune(tuning), std::nullopt);
-      for (int i = 0; i < 20; ++i) ASSERT_NEAR(stage.cycle().drive, drive, 1e-6) << to_string(structure);
-    }
-}
-
 TEST(AxisRetune, StartsANewReferenceFromThePresentMotionWhereTheAccelerationIsLimited) {
   IdealStage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());

@@ -79,14 +79,6 @@ TEST(Axis, StopsWithoutARampWhileItIsWaiting) {
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
 }
 
-TEST(Axis, TracksAgainAfterItWasStopped) {
-  IdealStage stage;
-  ASSERT_TRUE(stage.tracks());
-  stage.axis.stop();
-  ASSERT_TRUE(stage.reaches(AxisState::offline));
-  EXPECT_TRUE(stage.tracks());
-}
-
 TEST(Axis, BridgesSingleLossesButTripsWhereHalfOfTheSamplesAreLost) {
   IdealStage seldom;
   ASSERT_TRUE(seldom.tracks());

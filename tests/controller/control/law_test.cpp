@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <limits>
-
 #include "model/hysteresis_parameters.h"
 #include "tests/support/piezo.h"
 #include "tests/support/wiped.h"
@@ -64,20 +61,6 @@ TEST(ControlLaw, AverageInvertsTheMeanOfTheTwoCurvesWhateverTheHistory) {
   }
 }
 
-TEST(ControlLaw, RestartsWithoutABumpInTheDriveWhateverTheSensorsOffset) {
-  for (const Structure structure : all_structures) {
-    ControlLaw restarted = law(structure);
-    step(restarted, 12.0, 12.0, 11.0);
-    const double measured_um = 4.5;  // the model is at 1.5 um at the lower threshold
-    const double reference_um = support::restart_at_lower_threshold(restarted, measured_um);
-    const ControlLaw::Demand first = restarted.propose({.reference_um = reference_um,
-                                                        .previewed_um = reference_um,
-                                                        .position_um = measured_um,
-                                                        .dt_s = dt_s});
-    EXPECT_NEAR(first.drive, 0.0, 1e-9) << to_string(structure);
-  }
-}
-
 TEST(ControlLaw, IntegralActsInDisplacementUnits) {
   ControlLaw both = law(Structure::inverse_pi);  // sensor and model agree at the start: no integral
   step(both, 10.0, 10.0, 9.0);
@@ -92,34 +75,6 @@ TEST(ControlLaw, BridgesALostSampleWithTheLastErrorWithoutIntegrating) {
   const ControlLaw::Demand bridged =
       both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = std::nullopt, .dt_s = dt_s});
   EXPECT_NEAR(bridged.position_um, 10.0 + 0.5 * 1.0 + 100.0 * 1.0 * dt_s, 1e-12);
-}
-
-// Each limiter in turn limits the drive while the error demands more. When the error changes its sign, the
-// demand must follow at once, without a delay by an accumulated integral.
-TEST(ControlLaw, DoesNotWindUpWhileTheGateLimitsTheDrive) {
-  ControlLaw both = law(Structure::inverse_pi);
-  for (int i = 0; i < 1000; ++i) {
-    both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 5.0, .dt_s = dt_s});
-    both.commit(20.0);  // a gate that limits the drive to 20 V
-  }
-  const ControlLaw::Demand after =
-      both.propose({.reference_um = 10.0, .previewed_um = 10.0, .position_um = 10.5, .dt_s = dt_s});
-  EXPECT_LT(after.position_um, 10.0) << "a second of 5 um error would be 500 um of integral";
-}
-
-TEST(ControlLaw, DoesNotWindUpAtTheModelsThreshold) {
-  ControlLaw both = law(Structure::inverse_pi);
-  std::uint8_t limits = limit::none;
-  for (int i = 0; i < 1000; ++i) {
-    const ControlLaw::Demand demand =
-        both.propose({.reference_um = 40.0, .previewed_um = 40.0, .position_um = 29.0, .dt_s = dt_s});
-    both.commit(demand.drive);
-    limits = demand.limits;
-  }
-  EXPECT_EQ(limits, limit::model) << "40 um is out of the model's reach, which is reported";
-  const ControlLaw::Demand after =
-      both.propose({.reference_um = 20.0, .previewed_um = 20.0, .position_um = 29.0, .dt_s = dt_s});
-  EXPECT_LT(after.drive, 90.0);
 }
 
 // The loop between the virgin curve and a turning point 1e-310 V above its start is 1.5 um high: its

@@ -83,41 +83,6 @@ TEST(Learning, TakesAwayWhatRepeatsInAPeriodThatIsNoWholeNumberOfCycles) {
   EXPECT_LT(std::sqrt(sum_of_squares / counted), 0.003);
 }
 
-TEST(Learning, KeepsToItsBound) {
-  Bench run(simple());
-  run.disturbance = [](std::size_t) { return 50.0; };
-  run.rms_of_periods(20);
-  EXPECT_EQ(run.learning.report().correction_max_um, 1.0);
-  EXPECT_LE(std::abs(run.correction_um), 1.0);
-}
-
-TEST(Learning, RestsWithoutSamplesAndAtALimit) {
-  for (const bool has_sample : {false, true}) {
-    Bench run(simple());
-    for (int i = 0; i < 200; ++i) run.step(has_sample, !has_sample);
-    EXPECT_EQ(run.correction_um, 0.0) << has_sample;
-  }
-}
-
-TEST(Learning, RestsInTransitionsAndAtLiveGoals) {
-  Bench run(simple());
-  for (int i = 0; i < 200; ++i) {
-    Trajectory::Point point = run.point();
-    (i % 2 == 0 ? point.in_transition : point.live) = true;
-    run.step_at(point);
-  }
-  for (const auto& segment : run.learning.table())
-    for (const double correction_um : segment) EXPECT_EQ(correction_um, 0.0);
-}
-
-TEST(Learning, LearnsNothingFromTheFirstPeriodOfASegment) {
-  Bench run(simple());
-  run.cycle = 0;
-  for (std::size_t i = 0; i < phases; ++i) run.step();
-  EXPECT_EQ(run.learning.report().correction_um, 0.0);
-  EXPECT_EQ(run.learning.table()[0][3], 0.0);
-}
-
 TEST(Learning, NoticesThatItDivergesAndTakesTheCorrectionBack) {
   Bench run(simple());
   run.gain = -1.0;  // every correction makes it worse
@@ -126,77 +91,6 @@ TEST(Learning, NoticesThatItDivergesAndTakesTheCorrectionBack) {
   EXPECT_NEAR(run.correction_um, 0.0, 1e-9);
   EXPECT_NEAR(run.rms_of_periods(1), 0.0707, 1e-3) << "as without learning";
   EXPECT_LT(run.largest_step_um, 0.3) << "the correction fades out";
-}
-
-TEST(Learning, BeginsAgainAtHalfTheRateAfterARest) {
-  Learning::Config config = simple();
-  config.rate = 1.0;
-  Bench run(config);
-  run.gain = 2.4;  // 1 - 2.4 grows, 1 - 1.2 decays
-  bool has_rested = false;
-  for (int period = 0; period < 40; ++period) {
-    run.rms_of_periods(1);
-    has_rested = has_rested || run.learning.report().state == LearningState::resting;
-  }
-  EXPECT_TRUE(has_rested);
-  EXPECT_EQ(run.learning.report().state, LearningState::learning);
-  EXPECT_LT(run.rms_of_periods(1), 1e-4);
-}
-
-// The correction makes errors of which each is a glitch: nothing is learnt from them, but they are judged.
-TEST(Learning, TakesBackACorrectionBehindErrorsThatAreAllGlitches) {
-  Bench run(simple());
-  run.rms_of_periods(20);
-  run.gain = -50.0;
-  run.rms_of_periods(6);
-  EXPECT_EQ(run.learning.report().state, LearningState::resting);
-  EXPECT_NEAR(run.rms_of_periods(1), 0.0707, 1e-3) << "as without learning";
-}
-
-TEST(Learning, TakesNothingFromAGlitch) {
-  Bench run(simple());
-  run.rms_of_periods(20);
-  const auto disturbance = run.disturbance;
-  run.disturbance = [&](std::size_t phase) { return phase < 4 ? 3.0 : disturbance(phase); };
-  run.rms_of_periods(1);
-  run.disturbance = disturbance;
-  EXPECT_LT(run.rms_of_periods(1), 1e-3) << "um, in the next period";
-  EXPECT_EQ(run.learning.report().state, LearningState::learning);
-}
-
-TEST(Learning, MeasuresEachSegmentByItself) {
-  Learning::Config config = simple();
-  config.plans.push_back(config.plans[0]);
-  Bench run(config);
-  const auto disturbance = run.disturbance;
-  double sum_um2 = 0.0;
-  constexpr std::size_t cycles_of_a_segment = 10 * phases, passes = 8;
-  for (std::size_t pass = 0; pass < passes; ++pass)
-    for (const std::size_t segment : {0U, 1U}) {
-      run.disturbance = [&](std::size_t phase) { return (segment == 0 ? 0.1 : 1.0) * disturbance(phase); };
-      run.cycle = 0;
-      for (std::size_t i = 0; i < cycles_of_a_segment; ++i) {
-        Trajectory::Point point = run.point();
-        point.segment = segment;
-        run.step_at(point);
-        if (pass + 1 == passes && i >= phases) sum_um2 += run.error_um * run.error_um;
-      }
-    }
-  EXPECT_EQ(run.learning.report().state, LearningState::learning);
-  EXPECT_LT(std::sqrt(sum_um2 / (2.0 * (cycles_of_a_segment - phases))), 1e-3)
-      << "um RMS behind the first period, of 0.007 and 0.07";
-}
-
-TEST(Learning, ForgetsWhatDoesNotRepeatAnyMore) {
-  Learning::Config config = simple();
-  config.forget_percent = 2.0;
-  Bench run(config);
-  run.rms_of_periods(20);
-  const double learnt_um = run.learning.report().correction_max_um;
-  run.disturbance = [](std::size_t) { return 0.0; };
-  run.gain = 0.0;  // no error tells it so
-  run.rms_of_periods(200);
-  EXPECT_LT(run.learning.report().correction_max_um, 0.05 * learnt_um);
 }
 
 TEST(Learning, LeavesWithoutAJump) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "controller/analysis/feed_forward_design.h"
 #include "controller/analysis/linear_loop.h"

@@ -191,20 +191,6 @@ TEST(Windup, SaturationOfTheModelCausesNoMoreOvershootThanTheLinearLoop) {
   EXPECT_NEAR(saturated.cycle(20.0), 20.0, 0.1) << "100 cycles are six time constants of the linear loop";
 }
 
-TEST(Windup, TheRangeOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
-  const PiGains pi{.kp = 0.2, .ki_per_s = 60.0};
-  Gate::Config narrow = wide_open;
-  narrow.drive_max = 70.0;
-  Loop linear(Structure::pi, pi, wide_open), saturated(Structure::pi, pi, narrow);
-  for (int i = 0; i < 500; ++i) {
-    linear.cycle(20.0);
-    saturated.cycle(29.0);
-  }
-  EXPECT_EQ(saturated.limits(), limit::range);
-  EXPECT_LE(overshoot_um(saturated, 10.0, 100), overshoot_um(linear, 10.0, 100) + 0.05);
-  EXPECT_NEAR(saturated.cycle(10.0), 10.0, 0.1);
-}
-
 TEST(Windup, TheSlewOfTheGateCausesNoMoreOvershootThanTheLinearLoop) {
   const PiGains pi{.kp = 0.2, .ki_per_s = 60.0};
   Gate::Config slow = wide_open;

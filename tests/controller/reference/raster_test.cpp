@@ -8,6 +8,7 @@
 
 #include "controller/reference/shape.h"
 #include "controller/reference/trajectory.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::controller::raster_test {
 namespace {
@@ -34,12 +35,7 @@ Raster one_way(ScanRole role) {
 }
 
 std::string refusal(Raster raster) {
-  try {
-    prepare(raster);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "accepted";
+  return support::refusal_of<std::invalid_argument>([&] { prepare(raster); });
 }
 
 TEST(Raster, LastsEquallyLongOnBothAxes) {

@@ -42,21 +42,6 @@ TEST(Staircase, JumpsToEachLevelWithoutARise) {
   EXPECT_DOUBLE_EQ(value_um(stairs, 0.2), 20.0);
 }
 
-TEST(Trajectory, IsContinuousFromEveryStartPosition) {
-  Trajectory trajectory({{.shape = Triangle{.low_um = 3, .high_um = 27, .frequency_Hz = 10, .cycles = 3}},
-                         {.shape = Staircase{.levels_um = {20, 10}, .rise_s = 0.05, .dwell_s = 0.05}}},
-                        true);
-  trajectory.start_from(14.0);
-  constexpr double dt_s = 1e-5;
-  double before = 14.0;
-  for (double t_s = 0.0; t_s < 2.5 * trajectory.length_s(); t_s += dt_s) {
-    const double now = trajectory.at(t_s).value_um;
-    ASSERT_NEAR(now, before, 1000.0 * dt_s)
-        << "at " << t_s << " s";  // no shape here moves faster than 1000 um/s
-    before = now;
-  }
-}
-
 /// Joined while a triangle of 10 Hz runs. Its transition of 0.1 s is shorter than the limits allow for 25 um.
 struct Joined {
   static constexpr double at_s = 0.73, start_um = 2.0;
@@ -243,21 +228,6 @@ TEST(Trajectory, BeginsAnewAtItsFirstValueWhereverItIs) {
   trajectory.start_from(0.0);
   for (const double t_s : {0.1, 0.3, 1.0, 3.0})
     EXPECT_EQ(trajectory.value_um(t_s), undisturbed.value_um(t_s)) << "from t = 0 again";
-}
-
-TEST(Trajectory, ReportsTheSegmentAndWhenItIsFinished) {
-  Trajectory trajectory({{.shape = Hold{.level_um = 1, .duration_s = 1}, .transition_s = 0.5},
-                         {.shape = Hold{.level_um = 2, .duration_s = 1}, .transition_s = 0.5}},
-                        false);
-  trajectory.start_from(0.0);
-  EXPECT_TRUE(trajectory.at(0.2).in_transition);
-  EXPECT_EQ(trajectory.at(0.7).segment, 0u);
-  EXPECT_DOUBLE_EQ(trajectory.at(0.7).shape_time_s, 0.7 - 0.5);
-  EXPECT_EQ(trajectory.at(1.7).segment, 1u);
-  EXPECT_TRUE(trajectory.at(1.7).in_transition);
-  EXPECT_FALSE(trajectory.at(2.9).finished);
-  EXPECT_TRUE(trajectory.at(3.1).finished);
-  EXPECT_DOUBLE_EQ(trajectory.at(3.1).value_um, 2.0);
 }
 
 TEST(SmoothStep, HasNoVelocityAtItsEnds) {

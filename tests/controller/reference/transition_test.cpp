@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace hystcan::controller::transition_test {
 namespace {
@@ -45,12 +44,6 @@ TEST(Transition, OfNoDurationIsAtItsEnd) {
   EXPECT_EQ(way.at(0.0).velocity_um_per_s, 0.0);
   EXPECT_EQ(way.peak_slew_um_per_s(), 0.0);
   EXPECT_EQ(way.peak_acceleration_um_per_s2(), 0.0);
-}
-
-TEST(Transition, FromRestHasTheKnownPeaks) {
-  const Transition way({.value_um = 27.0}, 3.0, 0.5);
-  EXPECT_NEAR(way.peak_slew_um_per_s(), 1.875 * 24.0 / 0.5, 1e-9);
-  EXPECT_NEAR(way.peak_acceleration_um_per_s2(), 10.0 / std::sqrt(3.0) * 24.0 / 0.25, 1e-9);
 }
 
 TEST(Transition, IsAsLongAsItsLimitsAskFor) {

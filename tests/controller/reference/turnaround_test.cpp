@@ -125,15 +125,6 @@ TEST(TriangleWithTurnarounds, LiesOnItsIdealLineButForTheShareOfTheTurnarounds) 
   EXPECT_GT(ideal_um(shape, 0.15), 27.4) << "its corners are beyond the ends";
 }
 
-TEST(TriangleWithTurnarounds, BeginsAndEndsAtRest) {
-  const Shape shape = triangle;
-  EXPECT_NEAR(motion(shape, 0.0).value_um, 3.0, 1e-12);
-  EXPECT_NEAR(motion(shape, 0.0).velocity_um_per_s, 0.0, 1e-9);
-  EXPECT_NEAR(motion(shape, 0.3 - 1e-9).velocity_um_per_s, 0.0, 1.0);
-  EXPECT_NEAR(value_um(shape, 0.3), 3.0, 1e-12);
-  EXPECT_NEAR(value_um(shape, 0.25), 27.0, 1e-9);
-}
-
 TEST(TriangleWithTurnarounds, IsTheSameToTheBitWithoutThem) {
   Triangle sharp = triangle;
   sharp.turnaround_percent = 0.0;
