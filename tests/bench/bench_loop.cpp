@@ -1,7 +1,7 @@
 // The whole closed loop in virtual time: frames encoded and decoded both ways, the simulated bus in between.
 //
 //   bench_loop        prints axis-cycles per second beside the budget, and beside the model alone in the
-//                     same run; then the cost of learning
+//                     same run; then the cost of learning, and that of an axis among 32
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -13,6 +13,7 @@
 #include "model/hysteresis.h"
 #include "rehearsal/rehearsal.h"
 #include "tests/bench/short_run.h"
+#include "tests/support/many_axes.h"
 #include "tests/support/rehearsed.h"
 
 namespace {
@@ -107,6 +108,17 @@ void print_cost_of_learning(rehearsal::Setup setup) {
               with - without, budget_ns, bench::verdict(with - without <= budget_ns));
 }
 
+/// The time of an axis-cycle must not grow with the number of axes.
+void print_cost_of_many_axes(const config::Config& config) {
+  constexpr double budget = 1.15;
+  const auto cycles_per_s = [&](std::size_t axes) {
+    return best_of([&] { return loop_cycles_per_s(support::many_axes(config, axes)); });
+  };
+  const double ratio = cycles_per_s(1) / cycles_per_s(32);
+  std::printf("an axis-cycle with 32 axes / with one: %.2f; budget %.2f: %s\n", ratio, budget,
+              bench::verdict(ratio <= budget));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -122,4 +134,5 @@ int main(int argc, char** argv) {
       "model alone (inverse, two advances):  %.0f cycles/s, %.0f ns each; the loop costs %.1f times that\n",
       model, 1e9 / model, model / loop);
   print_cost_of_learning(setup);
+  print_cost_of_many_axes(config);
 }

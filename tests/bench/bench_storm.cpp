@@ -2,7 +2,6 @@
 //
 //   bench_storm [HOURS = 24] [SEED = 1]      exit status 1 if any requirement is not met
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 
 #include "tests/bench/short_run.h"
