@@ -9,6 +9,7 @@
 #include <iterator>
 #include <string>
 
+#include "tests/support/refusal.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::can::input_stream_test {
@@ -22,12 +23,7 @@ std::string all_of(const std::filesystem::path& file) {
 }
 
 std::string refusal_of(const std::filesystem::path& file, milliseconds patience = milliseconds(20)) {
-  try {
-    open_input(file, patience);
-    return "opened";
-  } catch (const FileError& error) {
-    return error.what();
-  }
+  return support::refusal_of<FileError>([&] { open_input(file, patience); });
 }
 
 struct InputStream : testing::Test {

@@ -6,18 +6,14 @@
 #include <string>
 
 #include "can/dbc/database.h"
+#include "tests/support/refusal.h"
 #include "tests/support/shipped.h"
 
 namespace hystcan::can::regular_file_test {
 namespace {
 
 std::string refusal_of(const std::filesystem::path& file, std::size_t largest = 1000) {
-  try {
-    read_regular_file(file, largest);
-    return "read";
-  } catch (const FileError& error) {
-    return error.what();
-  }
+  return support::refusal_of<FileError>([&] { read_regular_file(file, largest); });
 }
 
 struct RegularFile : testing::Test {

@@ -11,7 +11,6 @@
 #include <random>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "can/dbc/signal_codec.h"
 #include "can/protocol/protocol.h"

@@ -9,8 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <vector>
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"

@@ -1,7 +1,6 @@
 // A raster scan over two axes in virtual time: the axes stay in phase, also after faults.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>

@@ -2,7 +2,6 @@
 // controller received. An error of sign or scale in one of them shows against the two others.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <optional>
 #include <vector>

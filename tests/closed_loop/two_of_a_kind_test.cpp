@@ -1,7 +1,6 @@
 // Two controllers, or two twins, on one bus: the second one does no harm, and the disturbed one reports it.
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <ostream>

@@ -2,8 +2,6 @@
 // limit first, `position jumped` or `position implausible`.
 #include <gtest/gtest.h>
 
-#include <string>
-
 #include "config/schema/config.h"
 #include "controller/analysis/linear_loop.h"
 #include "rehearsal/rehearsal.h"

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <limits>
 #include <span>
-#include <string_view>
 
 #include "can/dbc/database.h"
 #include "can/dbc/message_decoder.h"

@@ -2,7 +2,6 @@
 // with a reason and changes nothing, or the text has the value and is TOML as before.
 #include <sstream>
 #include <string>
-#include <vector>
 
 #include "base/error.h"
 #include "config/document/toml_edit.h"

@@ -3,11 +3,9 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
-#include <vector>
 
 #include "tests/hil/live_stage.h"
 #include "tests/support/scratch.h"

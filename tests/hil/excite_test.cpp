@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
 #include "config/files/dataset_file.h"
 #include "tests/hil/live_bench.h"

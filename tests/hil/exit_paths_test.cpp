@@ -1,6 +1,5 @@
 // The amplifiers end at their safe value in whatever way the controller ends: by a clean stop on a signal or
 // a hang-up of the terminal, by the amplifier's own watchdog if the process dies or hangs.
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <pty.h>

@@ -6,7 +6,6 @@
 // it; tests/can/socketcan/serial_adapter_test.cpp tests what a driver in bus-off does.
 #include <gtest/gtest.h>
 
-#include <string>
 #include <thread>
 
 #include "tests/hil/live_bench.h"

@@ -2,9 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <filesystem>
 #include <string>
-#include <vector>
 
 #include "tests/hil/live_stage.h"
 

@@ -2,7 +2,6 @@
 #include <rapidcheck.h>
 
 #include <cmath>
-#include <vector>
 
 #include "model/hysteresis.h"
 #include "tests/model/models.h"

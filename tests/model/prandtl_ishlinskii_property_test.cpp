@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <vector>
 
 #include "tests/model/plays.h"
 #include "tests/model/saved_text.h"

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "tests/model/models.h"
 
 namespace hystcan::model::simulation_test {

@@ -10,7 +10,6 @@
 // predicted.
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>

@@ -11,6 +11,7 @@
 #include "controller/telemetry.h"
 #include "tests/runs/scratch_runs.h"
 #include "tests/support/patience.h"
+#include "tests/support/refusal.h"
 
 namespace hystcan::runs::run_test {
 namespace {
@@ -18,12 +19,7 @@ namespace {
 using ARecordedRun = ScratchRuns;
 
 std::string refusal_of(const std::filesystem::path& run) {
-  try {
-    const RecordedRun read(run);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "it was read";
+  return support::refusal_of([&] { const RecordedRun read(run); });
 }
 
 TEST_F(ARecordedRun, IsReadBetweenTwoTimes) {

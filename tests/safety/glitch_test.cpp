@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "tests/support/fault_rig.h"
 #include "tests/support/shows.h"

@@ -4,7 +4,6 @@
 #include <rapidcheck.h>
 
 #include <array>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>

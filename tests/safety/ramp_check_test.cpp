@@ -8,7 +8,6 @@
 #include <deque>
 #include <functional>
 #include <random>
-#include <string>
 
 #include "model/hysteresis_parameters.h"
 #include "tests/controller/control/ideal_stage.h"

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <vector>
 
 #include "tests/support/shows.h"
 #include "tests/twin/stage.h"

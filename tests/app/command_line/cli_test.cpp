@@ -7,7 +7,6 @@
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/streambuf.hpp>
 #include <boost/asio/write.hpp>
-#include <cmath>
 #include <istream>
 #include <map>
 #include <nlohmann/json.hpp>

@@ -1,11 +1,9 @@
 // `hystcan identify` and `hystcan validate` as processes.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <thread>
 #include <utility>
 #include <vector>
 

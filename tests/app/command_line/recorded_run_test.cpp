@@ -1,7 +1,6 @@
 // `hystcan identify` and `hystcan validate` over recorded runs.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>

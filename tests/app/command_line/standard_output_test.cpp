@@ -1,7 +1,6 @@
 // Standard output that takes nothing: a full disk, a closed stream, a pipe whose reader has left.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/read_until.hpp>

@@ -1,7 +1,6 @@
 // What `hystcan tune` writes: whole configurations, tables, pictures.
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>

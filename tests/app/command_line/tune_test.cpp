@@ -1,11 +1,9 @@
 // `hystcan tune`, rehearsed: its estimates, proposals, predictions and errors.
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
-#include <sstream>
 #include <string>
 #include <vector>
 

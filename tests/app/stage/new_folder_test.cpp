@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "tests/support/refusal.h"
 #include "tests/support/scratch.h"
 
 namespace hystcan::app::new_folder_test {
@@ -55,12 +56,7 @@ TEST(NewFolder, OverwritesNothing) {
 }
 
 std::string refusal(const std::filesystem::path& path) {
-  try {
-    NewFolder folder(path);
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return {};
+  return support::refusal_of<std::exception>([&] { NewFolder folder(path); });
 }
 
 TEST(NewFolder, NamesTheGivenPathAndTheFolderThatRefusesIt) {
