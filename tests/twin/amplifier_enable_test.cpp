@@ -58,8 +58,7 @@ struct EnableBench : TwinBench {
     const can::Duration on_the_wire = arrivals[can::sync_id] - sent;
     clock_.run_until(time - on_the_wire);
     --counter_;  // the same frame again takes the same time
-    sync();
-    run(milliseconds(1));
+    cycle();
     EXPECT_EQ(arrivals[can::sync_id], time);
   }
 
@@ -169,8 +168,7 @@ TEST(AmplifierSoftStart, GoesEvenlyToItsSetpointAndIsThenEnabled) {
 TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtItsEnd) {
   shows("S-124");
   EnableBench bench({.soft_start = milliseconds(20), .command_timeout = milliseconds(200)});
-  bench.sync();
-  bench.run(milliseconds(1));
+  bench.cycle();
   bench.sync_that_arrives_at(bench.enable(50.0) + milliseconds(20));
   EXPECT_EQ(bench.state(), AmpState::enabled);
 }
@@ -188,10 +186,7 @@ TEST(AmplifierSoftStart, CountsTheSyncAtItsEndForTheNextStatus) {
 TEST(AmplifierSoftStart, EndsAtTheSafeDriveWhereTheCommandsStop) {
   EnableBench bench({.soft_start = milliseconds(100)});
   bench.drive(50.0, 50);
-  for (int i = 0; i < 25; ++i) {
-    bench.sync();
-    bench.run(milliseconds(1));
-  }
+  for (int i = 0; i < 25; ++i) bench.cycle();
   EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
   EXPECT_EQ(bench.state(), AmpState::ready);
   bench.drive(50.0, 50);
@@ -200,8 +195,7 @@ TEST(AmplifierSoftStart, EndsAtTheSafeDriveWhereTheCommandsStop) {
 
 TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtTheTimeoutOfTheCommands) {
   EnableBench bench({.soft_start = milliseconds(100)});
-  bench.sync();
-  bench.run(milliseconds(1));
+  bench.cycle();
   bench.sync_that_arrives_at(bench.enable(50.0) + milliseconds(20));
   EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
 }
@@ -213,8 +207,7 @@ TEST(AmplifierSoftStart, EndsWhereTheAmplifierIsSwitchedOff) {
   bench.sync();
   bench.command(0.0, false);
   bench.run(milliseconds(1));
-  bench.sync();
-  bench.run(milliseconds(1));
+  bench.cycle();
   EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
 }
 

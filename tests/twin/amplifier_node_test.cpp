@@ -149,8 +149,7 @@ TEST_F(AmplifierOnBus, ObeysTheCommandOfTheLastSyncAndOfTheOneBeforeAcrossTheWra
 TEST_F(AmplifierOnBus, AcceptsAnyCounterOfACommandAfterNmtStart) {
   shows("S-080");
   start_nodes();
-  sync();
-  run(milliseconds(1));
+  cycle();
   const can::Frame first = *encode_command_({.setpoint = 10.0, .enable = true, .sync_counter = counter_});
   tester_->send(first);
   run(milliseconds(1));
@@ -216,8 +215,7 @@ TEST(AmplifierWithBareFrames, IsEnabledByACommandAloneAndSendsNoStatus) {
   bench.sync();
   bench.command(50.0, false);
   bench.run(milliseconds(1));
-  bench.sync();
-  bench.run(milliseconds(1));
+  bench.cycle();
   EXPECT_EQ(bench.twin_.axes().front()->amplifier.state(), AmpState::enabled);
   EXPECT_NEAR(bench.output(), 50.0, 1e-3);
   bench.drive(50.0, 30);
@@ -409,10 +407,7 @@ TEST_F(AmplifierOnBus, SendsAStatusAtTheTenthSyncAfterItsLastOne) {
 
 TEST_F(AmplifierOnBus, SendsNoStatusAtASyncBeforeItIsOperational) {
   shows("S-146");
-  for (int i = 0; i < 50; ++i) {
-    sync();
-    run(milliseconds(1));
-  }
+  for (int i = 0; i < 50; ++i) cycle();
   EXPECT_EQ(statuses_, 0);
 }
 

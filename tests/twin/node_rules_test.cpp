@@ -101,14 +101,12 @@ TEST_F(NodeRules, ASecondNmtStartForgetsNoCounter) {
 TEST_F(NodeRules, ASensorTakesNoSecondSampleAtTheSameSync) {
   shows("S-148");
   start_nodes();
-  sync();
-  run(milliseconds(1));
+  cycle();
   const int before = heard_[0x182];
   tester_->send(can::sync_frame(counter_));
   run(milliseconds(1));
   EXPECT_EQ(heard_[0x182], before);
-  sync();
-  run(milliseconds(1));
+  cycle();
   EXPECT_EQ(heard_[0x182], before + 1);
 }
 
@@ -149,8 +147,7 @@ TEST_F(NodeRules, ASensorBootsUpAtResetCommunicationAndCountsFromZero) {
   EXPECT_EQ(sensor().state(), can::NmtState::pre_operational);
   start_nodes();
   frames_.clear();
-  sync();
-  run(milliseconds(1));
+  cycle();
   EXPECT_EQ(frames_.back().id, 0x182u);
   EXPECT_EQ(frames_.back().data[6], 0);
 }
@@ -233,8 +230,7 @@ TEST_F(NodeRules, ASyncWithAnotherCounterOrAnotherLengthIsIgnored) {
     tester_->send(wrong);
   run(milliseconds(2));
   EXPECT_EQ(frames_.size(), 4u) << "no sample answers";
-  sync();
-  run(milliseconds(1));
+  cycle();
   EXPECT_EQ(frames_.back().id, 0x182u);
 }
 
@@ -420,8 +416,7 @@ TEST_F(NodeRules, ASecondCauseHasItsEmergencyAtOnceAndItsBitInTheNextStatus) {
   EXPECT_EQ(emergencies_.back(), 0x5000);
   for (int i = 0; i < 10; ++i) {
     EXPECT_EQ(status_->fault, can::amp_fault::command_timeout);
-    sync();
-    run(milliseconds(1));
+    cycle();
   }
   EXPECT_EQ(status_->fault, can::amp_fault::command_timeout | node::internal_fault);
 }

@@ -24,13 +24,11 @@ TEST_F(TwinOnBus, SendsBootUpAndPreOperationalHeartbeatsUntilStarted) {
 
 TEST_F(TwinOnBus, AnswersEverySyncWithOneSampleOnceStarted) {
   shows("S-147");
-  sync();
-  run(milliseconds(1));
+  cycle();
   EXPECT_EQ(heard_[0x182], 0) << "pre-operational";
   start_nodes();
   for (int i = 0; i < 250; ++i) {  // beyond the counter's wrap at 240
-    sync();
-    run(milliseconds(1));
+    cycle();
     ASSERT_TRUE(sample_);
     ASSERT_EQ(sample_->sync_counter, counter_);
   }

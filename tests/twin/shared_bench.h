@@ -97,10 +97,11 @@ inline Config two_axes() {
 inline constexpr std::size_t x = 0;
 inline constexpr std::size_t y = 1;
 
-class SharedBench {
+class SharedBench : public NodeTester {
  public:
   explicit SharedBench(const Config& config = two_axes())
-      : twin_(config, database_, clock_, [this](auto) { return bus_.attach(); }) {
+      : NodeTester({1'000'000, 5'000'000}),
+        twin_(config, database_, clock_, [this](auto) { return bus_.attach(); }) {
     for (const std::size_t axis : {x, y}) {
       command_.push_back(*can::find_layout<can::AmpCommand>(database_, config.axes[axis].wire));
       const auto status = can::find_layout<can::AmpStatus>(database_, config.axes[axis].wire);
@@ -119,12 +120,6 @@ class SharedBench {
     run(config.heartbeat_period);  // the twin listens
   }
 
-  void start_nodes() {
-    tester_->send(can::nmt_frame({can::NmtCommand::start, 0}));
-    run(std::chrono::milliseconds(1));
-  }
-  void run(can::Duration time) { clock_.run_until(clock_.now() + time); }
-  void sync() { tester_->send(can::sync_frame(counter_ = can::next_sync_counter(counter_))); }
   void command(std::array<can::AmpCommand, 2> commands) {
     can::Frame frame = command_[x].frame();
     for (const std::size_t axis : {x, y}) {
@@ -156,21 +151,16 @@ class SharedBench {
     twin_.faults().inject(spec);
   }
 
-  can::VirtualClock clock_;
-  can::SimBus bus_{clock_, {1'000'000, 5'000'000}};
   can::Database database_ = can::parse_dbc(shared_dbc, "shared.dbc");
-  std::unique_ptr<can::Bus> tester_ = bus_.attach();
   Twin twin_;
   std::vector<can::Layout<can::AmpCommand>> command_;
   std::vector<std::optional<can::Decoder<can::AmpStatus>>> status_;
   std::vector<can::Decoder<can::SensorSample>> sample_;
   can::E2eProtector protector_{
       can::protection_of(*database_.find("Command"), two_axes().axes[0].wire.frames->command)};
-  std::map<std::uint32_t, int> heard_;
   std::array<std::optional<can::AmpStatus>, 2> statuses_;
   std::array<std::optional<can::SensorSample>, 2> samples_;
   can::Emergency emergency_;
-  std::uint8_t counter_ = 0;
 };
 
 }  // namespace hystcan::twin::shared_node_test

@@ -39,8 +39,7 @@ TEST_F(SharedNode, AnswersAnSdoRequestOnce) {
 TEST_F(SharedNode, ASampleFrameHoldsBothPositionsAndOneSyncCounter) {
   drive(60.0, 20.0, 20);
   heard_.clear();
-  sync();
-  run(milliseconds(1));
+  cycle();
   EXPECT_EQ(heard_[0x182], 1);
   ASSERT_TRUE(samples_[x] && samples_[y]);
   EXPECT_NEAR(samples_[x]->position_um, axis(x).plant.position_um(), 0.05);
@@ -94,8 +93,7 @@ TEST(SharedSensor, HasOneClockForAllItsAxes) {
   config.axes[0].axis.sample_clock = config.axes[1].axis.sample_clock;
   SharedBench bench(config);
   bench.start_nodes();
-  bench.sync();
-  bench.run(milliseconds(1));
+  bench.cycle();
   bench.heard_.clear();
   bench.run(milliseconds(10));
   EXPECT_NEAR(bench.heard_[0x182], 10, 1);
@@ -180,8 +178,7 @@ TEST(SharedSensor, HasOtherNoiseForEachAxis) {
   for (WiredAxisConfig& axis : config.axes) axis.axis.sensor.noise_um_rms = 0.1;
   SharedBench bench(config);
   bench.start_nodes();
-  bench.sync();
-  bench.run(milliseconds(1));
+  bench.cycle();
   EXPECT_NE(bench.samples_[x]->position_um, bench.samples_[y]->position_um);
 }
 
@@ -227,13 +224,11 @@ TEST_F(SharedNode, AWrongValueOfOneAxisLeavesThatOfTheOtherInAFrameThatIsAccepte
 TEST_F(SharedNode, TheSameFaultOfBothAxesHasAValueForEach) {
   inject(Fault::sensor_offset, "x", Node::sensor, 8.0);
   inject(Fault::sensor_offset, "y", Node::sensor, -5.0);
-  sync();
-  run(milliseconds(1));
+  cycle();
   EXPECT_NEAR(samples_[x]->position_um, axis(x).plant.position_um() + 8.0, 0.05);
   EXPECT_NEAR(samples_[y]->position_um, axis(y).plant.position_um() - 5.0, 0.05);
   EXPECT_EQ(twin_.faults().remove(Fault::sensor_offset, "x"), 1u);
-  sync();
-  run(milliseconds(1));
+  cycle();
   EXPECT_NEAR(samples_[x]->position_um, axis(x).plant.position_um(), 0.05);
   EXPECT_NEAR(samples_[y]->position_um, axis(y).plant.position_um() - 5.0, 0.05);
 }

@@ -135,8 +135,7 @@ std::vector<std::vector<std::uint32_t>> statuses_by_cycle(unsigned background_sl
   });
   for (int i = 0; i < cycles; ++i) {
     found.emplace_back();
-    bench.sync();
-    bench.run(milliseconds(1));
+    bench.cycle();
   }
   return found;
 }

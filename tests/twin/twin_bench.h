@@ -33,8 +33,32 @@ inline can::Message without_limits(can::Message message) {
   return message;
 }
 
+/// A bus, and a tester that sends on it in the place of the controller.
+class NodeTester {
+ public:
+  explicit NodeTester(const can::BitRates& rates = {1'000'000}) : bus_(clock_, rates) {}
+
+  void start_nodes() {
+    tester_->send(can::nmt_frame({can::NmtCommand::start, 0}));
+    run(std::chrono::milliseconds(1));
+  }
+  void run(can::Duration duration) { clock_.run_until(clock_.now() + duration); }
+  void sync() { tester_->send(can::sync_frame(counter_ = can::next_sync_counter(counter_))); }
+  /// A SYNC without a command.
+  void cycle() {
+    sync();
+    run(std::chrono::milliseconds(1));
+  }
+
+  can::VirtualClock clock_;
+  can::SimBus bus_;
+  std::unique_ptr<can::Bus> tester_ = bus_.attach();
+  std::map<std::uint32_t, int> heard_;
+  std::uint8_t counter_ = 0;
+};
+
 /// A bus with the twin, and a tester that keeps the received frames. The nodes have booted up.
-class TwinBench {
+class TwinBench : public NodeTester {
  public:
   explicit TwinBench(const Config& config = one_axis())
       : twin_(config, database_, clock_, [this](auto) { return bus_.attach(); }) {
@@ -51,12 +75,6 @@ class TwinBench {
     run(config.heartbeat_period);  // the twin listens
   }
 
-  void start_nodes() {
-    tester_->send(can::nmt_frame({can::NmtCommand::start, 0}));
-    run(std::chrono::milliseconds(1));
-  }
-  void run(can::Duration duration) { clock_.run_until(clock_.now() + duration); }
-  void sync() { tester_->send(can::sync_frame(counter_ = can::next_sync_counter(counter_))); }
   void command(double setpoint, bool enable, bool clear_fault = false) {
     tester_->send(*encode_command_(
         {.setpoint = setpoint, .enable = enable, .clear_fault = clear_fault, .sync_counter = counter_}));
@@ -76,20 +94,15 @@ class TwinBench {
     return plant.drive();
   }
 
-  can::VirtualClock clock_;
-  can::SimBus bus_{clock_, {1'000'000}};
   can::Database database_ = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
-  std::unique_ptr<can::Bus> tester_ = bus_.attach();
   can::Encoder<can::AmpCommand> encode_command_{without_limits(*database_.find("XAmpCommand"))};
   can::Decoder<can::AmpStatus> decode_status_{*database_.find("XAmpStatus")};
   can::Decoder<can::SensorSample> decode_sample_{*database_.find("XSensorSample")};
   Twin twin_;
-  std::map<std::uint32_t, int> heard_;
   std::vector<int> amplifier_heartbeats_;
   std::vector<int> emergencies_;
   std::optional<can::AmpStatus> status_;
   std::optional<can::SensorSample> sample_;
-  std::uint8_t counter_ = 0;
 };
 
 }  // namespace hystcan::twin
