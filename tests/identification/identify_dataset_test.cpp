@@ -130,6 +130,25 @@ TEST_F(PiezoStage, RisingAmplitudesAreFittedToAQuarterPercent) {
   EXPECT_LE(ours.max, 0.9);
 }
 
+// The input is delayed by one sample.
+TEST_F(PiezoStage, IsFittedByThirtyPlaysWithAnErrorOfAboutOnePercent) {
+  if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_dataset();
+  Dataset& dataset = datasets[0];
+  std::rotate(dataset.input.begin(), dataset.input.end() - 1, dataset.input.end());
+  dataset.input.front() = dataset.input[1];
+  const std::vector<double> weight(dataset.size(), 1.0);
+  const Samples samples{{}, dataset.input, dataset.output, weight, {-90.0, 90.0}};
+  const auto rms_percent = [&](const BaselineModel& baseline) {
+    return percent_of(baseline.prediction, dataset.output, Mask(dataset.size(), true)).rms;
+  };
+  const double of_plays = rms_percent(fit_prandtl_ishlinskii(samples, plays));
+  const double of_average = rms_percent(fit_average(samples, 5));
+  EXPECT_NEAR(of_plays, 0.9, 0.2);
+  EXPECT_GT(of_average, 2.0 * of_plays);
+  EXPECT_LT(rms_percent(fit_prandtl_ishlinskii_free_start(samples, plays)), of_plays);
+  EXPECT_LT(rms_percent(fit_preisach(samples, 20)), of_average);
+}
+
 // Curves of a higher order include those of a lower order. Their error is therefore not larger, even if many
 // branches are almost at the limit of going the wrong way.
 TEST_F(LongPiezoStage, AHigherOrderHasASmallerError) {
