@@ -171,7 +171,8 @@ TEST(Set, OfTheModelNeedsARestart) {
 void spoil_unnoticed(const support::ShippedCopy& files) {
   for (const auto& file : std::filesystem::directory_iterator(files.folder())) {
     const auto written = file.last_write_time();
-    std::ofstream(file.path()) << std::string(file.file_size(), '?');
+    const std::string nothing(file.file_size(), '?');
+    std::ofstream(file.path()) << nothing;
     std::filesystem::last_write_time(file.path(), written);
   }
 }
