@@ -1,8 +1,8 @@
 // A CAN bus in virtual time: the identifier decides arbitration, and a frame takes the time of its bits.
 //
 // The simulation runs as fast as the machine can, and its results are reproducible to the bit. One
-// VirtualClock (virtual_clock.h) drives any number of nodes. Each node attaches to a SimBus and gets the same interface, `Bus`,
-// as from SocketCAN.
+// VirtualClock (virtual_clock.h) drives any number of nodes. Each node attaches to a SimBus and gets the same
+// interface, `Bus`, as from SocketCAN.
 #pragma once
 
 #include <cstdint>

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "can/protocol/protocol.h"
+#include "node/amplifier_channel.h"
 #include "tests/node/tables.h"
-#include "twin/amplifier_node.h"
 #include "twin/noise.h"
 
 namespace hystcan::firmware {
@@ -187,14 +187,14 @@ class Amplifier final : public Caller {
     Axis& axis = axes_[number];
     const double safe = axis.config.plant.amplifier.safe_drive;
     axis.plant.advance_to(scheduler().now());
-    switch (tripped ? axis.config.watchdog_action : twin::WatchdogAction::safe) {
-      case twin::WatchdogAction::safe:
+    switch (tripped ? axis.config.watchdog_action : node::WatchdogAction::safe) {
+      case node::WatchdogAction::safe:
         return axis.plant.set_target(safe);
-      case twin::WatchdogAction::hold:
+      case node::WatchdogAction::hold:
         return;
-      case twin::WatchdogAction::ramp:
+      case node::WatchdogAction::ramp:
         return axis.plant.set_target(safe, twin::Amplifier::Course::ramp);
-      case twin::WatchdogAction::off:
+      case node::WatchdogAction::off:
         return axis.plant.set_target(0.0, twin::Amplifier::Course::off);
     }
   }
@@ -261,7 +261,7 @@ class Sensor final : public Caller {
     axis.plant.advance_to(scheduler().now());
     const twin::Sensor::Reading reading = axis.sensor.measure(scheduler().now(), axis.plant.position_um());
     position = axis.sample.to_value("position", "um", reading.position_um);
-    return reading.in_range ? std::uint8_t{0} : twin::sensor_status::out_of_range;
+    return reading.in_range ? std::uint8_t{0} : node::sensor_status::out_of_range;
   }
 
   void start_node() override { hystcan_sensor_start(&node_, now()); }

@@ -59,7 +59,7 @@ class Nodes {
   ~Nodes();
 
   void start();
-  /// As of twin::AmplifierChannel. `axis` counts through the configuration.
+  /// As of node::AmplifierChannel. `axis` counts through the configuration.
   void set_internal_fault(std::size_t axis, bool lasts);
   void set_relay_open(std::size_t axis, bool is_open);
 

@@ -12,11 +12,11 @@
 
 #include "can/sim/sim_bus.h"
 #include "config/schema/config.h"
+#include "node/amplifier_channel.h"
 #include "tests/node/firmware_nodes.h"
 #include "tests/node/traffic.h"
 #include "tests/support/long_run.h"
 #include "tests/twin/shared_bench.h"
-#include "twin/amplifier_node.h"
 #include "twin/twin.h"
 
 namespace hystcan::firmware::same_frames_test {
@@ -95,7 +95,7 @@ Stand stand(unsigned number) {
     axis.axis.enable_delay = std::array{relay, can::Duration::zero(), slow_relay}[variant % 3];
     axis.axis.soft_start = variant % 4 == 2 ? milliseconds(7) : can::Duration::zero();
     axis.axis.status_every = variant % 2 == 0 ? 10 : 3;
-    axis.axis.watchdog_action = static_cast<twin::WatchdogAction>(variant % 4);
+    axis.axis.watchdog_action = static_cast<node::WatchdogAction>(variant % 4);
     axis.axis.interpolate = variant % 5 == 3;
     axis.axis.sensor.range_max_um = 20.0;
     if (axis.wire.frames)
@@ -158,7 +158,7 @@ class Comparison {
   }
   void change_device() {
     const std::size_t axis = traffic_.pick(static_cast<unsigned>(twin_.axes().size()));
-    twin::AmplifierChannel& amplifier = twin_.axes()[axis]->amplifier;
+    node::AmplifierChannel& amplifier = twin_.axes()[axis]->amplifier;
     const bool begins = traffic_.chance(0.4);
     if (traffic_.chance(0.5)) {
       begins ? amplifier.begin_internal_fault() : amplifier.end_internal_fault();
