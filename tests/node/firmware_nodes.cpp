@@ -9,9 +9,10 @@
 #include <utility>
 
 #include "can/protocol/protocol.h"
-#include "node/amplifier_channel.h"
 #include "tests/node/tables.h"
 #include "twin/noise.h"
+#include "twin/simulated_amplifier.h"
+#include "twin/simulated_sensor.h"
 
 namespace hystcan::firmware {
 namespace {
@@ -114,7 +115,10 @@ class Amplifier final : public Caller {
   /// Returns its number in the node.
   unsigned add(const twin::WiredAxisConfig& config, const can::Database& database, twin::Plant& plant) {
     const Tables command(database, *can::message_map<can::AmpCommand>(config.wire), config.wire.drive_unit);
-    Axis axis{.config = config.axis, .plant = plant, .command = command, .unit = config.wire.drive_unit};
+    Axis axis{.config = config.axis,
+              .device = std::make_unique<twin::SimulatedAmplifier>(config.axis.plant.amplifier, plant),
+              .command = command,
+              .unit = config.wire.drive_unit};
     hystcan_amplifier_axis_config table{};
     table.setpoint = command.drive("setpoint");
     table.enable = command.number("enable");
@@ -157,8 +161,8 @@ class Amplifier final : public Caller {
 
  private:
   struct Axis {
-    twin::AxisConfig config;
-    twin::Plant& plant;
+    node::AmplifierConfig config;
+    std::unique_ptr<node::DriveOutput> device;
     Tables command;
     std::string unit;
     std::optional<Tables> status{};
@@ -173,36 +177,23 @@ class Amplifier final : public Caller {
     return axis.command.to_physical("setpoint", axis.unit, setpoint);
   }
   void aim(Axis& axis, double drive) {
-    axis.plant.advance_to(scheduler().now());
-    axis.plant.move_target(drive, axis.config.interpolate ? interpolation_ : can::Duration::zero());
+    axis.device->go_to(drive, scheduler().now(),
+                       axis.config.interpolate ? interpolation_ : can::Duration::zero());
   }
   void approach(unsigned number, std::int32_t setpoint, std::uint32_t elapsed) {
     Axis& axis = axes_[number];
-    axis.plant.advance_to(scheduler().now());
-    if (elapsed == 0) axis.soft_start_from = axis.plant.drive();
+    if (elapsed == 0) axis.soft_start_from = axis.device->output(scheduler().now());
     const double share = can::seconds(can::Duration{elapsed}) / can::seconds(axis.config.soft_start);
     if (elapsed != 0) aim(axis, std::lerp(axis.soft_start_from, physical(axis, setpoint), share));
   }
-  void leave(unsigned number, bool tripped) {
-    Axis& axis = axes_[number];
-    const double safe = axis.config.plant.amplifier.safe_drive;
-    axis.plant.advance_to(scheduler().now());
-    switch (tripped ? axis.config.watchdog_action : node::WatchdogAction::safe) {
-      case node::WatchdogAction::safe:
-        return axis.plant.set_target(safe);
-      case node::WatchdogAction::hold:
-        return;
-      case node::WatchdogAction::ramp:
-        return axis.plant.set_target(safe, twin::Amplifier::Course::ramp);
-      case node::WatchdogAction::off:
-        return axis.plant.set_target(0.0, twin::Amplifier::Course::off);
-    }
+  void leave(unsigned axis, bool tripped) {
+    axes_[axis].device->leave(tripped ? axes_[axis].config.watchdog_action : node::WatchdogAction::safe,
+                              scheduler().now());
   }
   std::int32_t output(unsigned number) {
-    Axis& axis = axes_[number];
-    axis.plant.advance_to(scheduler().now());
-    if (!axis.has_output) return 0;
-    return axis.status->to_value("output", axis.unit, axis.plant.drive());
+    const Axis& axis = axes_[number];
+    const double drive = axis.device->output(scheduler().now());
+    return axis.has_output ? axis.status->to_value("output", axis.unit, drive) : 0;
   }
 
   void start_node() override { hystcan_amplifier_start(&node_, now()); }
@@ -239,11 +230,11 @@ class Sensor final : public Caller {
 
   void add(const twin::WiredAxisConfig& config, const can::Database& database, twin::Plant& plant) {
     const Tables sample(database, *can::message_map<can::SensorSample>(config.wire), config.wire.drive_unit);
-    axes_.push_back({.sensor = twin::Sensor(config.axis.sensor,
-                                            twin::seed_of(seed_, config.wire.sensor_node, axes_.size()),
-                                            scheduler().now(), config.axis.plant.substep),
-                     .plant = plant,
-                     .sample = sample});
+    twin::Sensor sensor(config.axis.sensor, twin::seed_of(seed_, config.wire.sensor_node, axes_.size()),
+                        scheduler().now(), config.axis.plant.substep);
+    axes_.push_back(
+        {.device = std::make_unique<twin::SimulatedSensor>(std::move(sensor), plant, scheduler().now()),
+         .sample = sample});
     tables_.push_back({sample.position("position"), sample.number("sync_counter"), sample.number("status")});
     config_.axes = tables_.data();
     config_.axis_count = static_cast<std::uint8_t>(tables_.size());
@@ -251,17 +242,15 @@ class Sensor final : public Caller {
 
  private:
   struct Axis {
-    twin::Sensor sensor;
-    twin::Plant& plant;
+    std::unique_ptr<node::PositionInput> device;
     Tables sample;
   };
 
   std::uint8_t measure(unsigned number, std::int32_t& position) {
-    Axis& axis = axes_[number];
-    axis.plant.advance_to(scheduler().now());
-    const twin::Sensor::Reading reading = axis.sensor.measure(scheduler().now(), axis.plant.position_um());
+    const Axis& axis = axes_[number];
+    const node::PositionInput::Reading reading = axis.device->read(scheduler().now());
     position = axis.sample.to_value("position", "um", reading.position_um);
-    return reading.in_range ? std::uint8_t{0} : node::sensor_status::out_of_range;
+    return reading.status;
   }
 
   void start_node() override { hystcan_sensor_start(&node_, now()); }

@@ -1,5 +1,5 @@
 // The nodes of node/firmware on a simulated bus, with the tables of a configuration of the twin, and with the
-// twin's plant and sensor as their devices.
+// twin's devices behind them.
 #pragma once
 
 #include <cstdint>
@@ -53,7 +53,7 @@ class Sensor;
 /// All nodes of a twin.
 class Nodes {
  public:
-  /// As twin::Twin. The sensors of the configuration have no bandwidth and no delay.
+  /// As twin::Twin.
   Nodes(const twin::Config& config, const can::Database& database, can::Scheduler& scheduler,
         const can::Attach& attach);
   ~Nodes();

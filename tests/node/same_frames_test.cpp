@@ -12,7 +12,6 @@
 
 #include "can/sim/sim_bus.h"
 #include "config/schema/config.h"
-#include "node/amplifier_channel.h"
 #include "tests/node/firmware_nodes.h"
 #include "tests/node/traffic.h"
 #include "tests/support/long_run.h"
