@@ -16,8 +16,8 @@ namespace hystcan::app {
 
 void add_bus_options(CLI::App& command, BusOptions& options) {
   command.add_option("CONFIG", options.config, "configuration (TOML) that names interface and DBC");
-  command.add_option("--interface", options.interface, "CAN interface instead of the configured one")
-      ->check(interface_name());
+  add_checked(command, "--interface", options.interface, interface_name(),
+              "CAN interface instead of the configured one");
   command.add_option("--dbc", options.dbc, "CAN database (DBC) instead of the configured one");
 }
 

@@ -344,11 +344,10 @@ void add_controller(CLI::App& cli, int& status) {
   auto options = std::make_shared<ControllerArguments>();
   CLI::App* command = cli.add_subcommand("controller", "Control the axes on the bus");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
-  CLI::Option* interface =
-      command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
-          ->check(interface_name());
-  command->add_option("--duration", options->duration_s, "stop after this many seconds")
-      ->check(positive_seconds());
+  CLI::Option* interface = add_checked(*command, "--interface", options->interface, interface_name(),
+                                       "CAN interface instead of the configured one");
+  add_checked(*command, "--duration", options->duration_s, positive_seconds(),
+              "stop after this many seconds");
   command->add_flag("--once", options->once, "stop after one pass of the reference");
   CLI::Option* clear = command->add_flag("--clear-faults", options->clear_faults,
                                          "clear a fault that the amplifier has latched, then start");

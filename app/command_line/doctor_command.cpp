@@ -72,8 +72,8 @@ void add_doctor(CLI::App& cli, int& status) {
   CLI::App* command =
       cli.add_subcommand("doctor", "Check whether this computer and its bus can run a configuration");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
-  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
-      ->check(interface_name());
+  add_checked(*command, "--interface", options->interface, interface_name(),
+              "CAN interface instead of the configured one");
   command->add_flag("--send", options->send,
                     "measure the round trip on a real interface too: 200 empty frames with identifier 0x7FF");
   command->add_flag("--json", options->json, "print the findings as JSON");

@@ -266,37 +266,28 @@ void add_excite(CLI::App& cli, int& status) {
   command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
       ->required();
   command->add_flag("--overwrite", options->overwrite, "replace the file if it exists");
-  command
-      ->add_option("--signal", options->signal,
-                   "hysteresis: slow loops; step, chirp: small and fast, for the dynamics")
-      ->check(one_of({"hysteresis", "step", "chirp"}))
+  add_checked(*command, "--signal", options->signal, one_of({"hysteresis", "step", "chirp"}),
+              "hysteresis: slow loops; step, chirp: small and fast, for the dynamics")
       ->capture_default_str();
-  command->add_option("--low", options->low, "lowest drive; drive_min if left out")->check(finite_number());
-  command
-      ->add_option("--high", options->high,
-                   "highest drive; drive_max if left out. Step and chirp are centred between the two")
-      ->check(finite_number());
-  CLI::Option* slew = command->add_option("--slew", options->slew_per_s, "hysteresis: drive units per second")
-                          ->check(positive_number());
-  command
-      ->add_option("--period", options->period_s,
-                   "seconds of one major loop (100 / resonance, at least 2) or of one step up and down (0.4)")
-      ->check(positive_number())
+  add_checked(*command, "--low", options->low, finite_number(), "lowest drive; drive_min if left out");
+  add_checked(*command, "--high", options->high, finite_number(),
+              "highest drive; drive_max if left out. Step and chirp are centred between the two");
+  CLI::Option* slew = add_checked(*command, "--slew", options->slew_per_s, positive_number(),
+                                  "hysteresis: drive units per second");
+  add_checked(*command, "--period", options->period_s, positive_number(),
+              "seconds of one major loop (100 / resonance, at least 2) or of one step up and down (0.4)")
       ->excludes(slew);
-  command->add_option("--cycles", options->cycles, "major loops (2) or steps up and down (5)")
-      ->check(whole_number(1, Excitation::most_turns));
-  command
-      ->add_option("--levels", options->levels, "hysteresis: nested loops, and reversal curves each way (5)")
-      ->check(whole_number(0, Excitation::most_turns));
-  command
-      ->add_option("--amplitude", options->amplitude,
-                   "step, chirp: drive units; 5 % of high - low, less where the twin comes near a limit")
-      ->check(positive_number());
-  command->add_option("--frequency-from", options->from_Hz, "chirp: Hz; a thousandth of the cycle rate")
-      ->check(positive_number());
-  command->add_option("--frequency-to", options->to_Hz, "chirp: Hz; 0.4 of the cycle rate")
-      ->check(positive_number());
-  command->add_option("--duration", options->duration_s, "chirp: seconds (10)")->check(positive_seconds());
+  add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),
+              "major loops (2) or steps up and down (5)");
+  add_checked(*command, "--levels", options->levels, whole_number(0, Excitation::most_turns),
+              "hysteresis: nested loops, and reversal curves each way (5)");
+  add_checked(*command, "--amplitude", options->amplitude, positive_number(),
+              "step, chirp: drive units; 5 % of high - low, less where the twin comes near a limit");
+  add_checked(*command, "--frequency-from", options->from_Hz, positive_number(),
+              "chirp: Hz; a thousandth of the cycle rate");
+  add_checked(*command, "--frequency-to", options->to_Hz, positive_number(),
+              "chirp: Hz; 0.4 of the cycle rate");
+  add_checked(*command, "--duration", options->duration_s, positive_seconds(), "chirp: seconds (10)");
   add_open_loop_options(*command, options->run);
   command->callback([options, command, &status] {
     refuse_options_of_other_signals(*command, options->signal);

@@ -238,13 +238,10 @@ void add_identify(CLI::App& cli, int& status) {
                           "old model (TOML), recursive-memory: decides what the datasets do not determine");
   command->add_flag("--overwrite", options->overwrite, "replace model and memory if they exist");
   add_model_options(*command, options->model);
-  CLI::Option* delay =
-      command->add_option("--delay", options->asked.delay_s, "known delay of the output in seconds")
-          ->check(not_negative_number());
-  command
-      ->add_option("--delay-max", options->asked.longest_delay_s,
-                   "longest delay that is searched, in seconds")
-      ->check(not_negative_number())
+  CLI::Option* delay = add_checked(*command, "--delay", options->asked.delay_s, not_negative_number(),
+                                   "known delay of the output in seconds");
+  add_checked(*command, "--delay-max", options->asked.longest_delay_s, not_negative_number(),
+              "longest delay that is searched, in seconds")
       ->excludes(delay);
   command->add_flag("--common-zero", options->asked.common_zero,
                     "several datasets: their outputs have the same zero; if left out, each has its own");
@@ -255,14 +252,10 @@ void add_identify(CLI::App& cli, int& status) {
       ->add_flag("--dynamics", options->dynamics,
                  "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets")
       ->excludes(start);
-  command
-      ->add_option("--symmetry", options->symmetry,
-                   "even: x(v) = x(-v); butterfly: the branches cross beside zero (coercivity)")
-      ->check(one_of(words(identification::ShapeOfOutput{})));
-  command
-      ->add_option("--thresholds", options->thresholds,
-                   "observed: at the ends of the measured inputs, so that a drive reaches both")
-      ->check(one_of({"auto", "observed"}));
+  add_checked(*command, "--symmetry", options->symmetry, one_of(words(identification::ShapeOfOutput{})),
+              "even: x(v) = x(-v); butterfly: the branches cross beside zero (coercivity)");
+  add_checked(*command, "--thresholds", options->thresholds, one_of({"auto", "observed"}),
+              "observed: at the ends of the measured inputs, so that a drive reaches both");
   command->add_option("--initial-memory", options->initial_memory,
                       "write the memory at the start of the (first) dataset, for simulate --memory");
   command->add_option(

@@ -86,9 +86,9 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   command.add_option("--axis", facts.axes, "name of an axis; again for each further one")
       ->default_str("x")
       ->allow_extra_args(false);
-  command.add_option("--unit", facts.drive_unit, "unit of the drive: V or A")->check(one_of({"V", "A"}));
+  add_checked(command, "--unit", facts.drive_unit, one_of({"V", "A"}), "unit of the drive: V or A");
   const auto number = [&](const char* name, std::vector<double>& values, const char* what) {
-    command.add_option(name, values, what)->check(finite_number())->allow_extra_args(false);
+    add_checked(command, name, values, finite_number(), what)->allow_extra_args(false);
   };
   number("--drive-min", facts.drive_min, "lowest drive; one for all axes, or again for each");
   number("--drive-max", facts.drive_max, "highest drive");
@@ -99,7 +99,7 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   number("--resonance", facts.resonance_Hz, "first resonance, Hz; a step record shows it");
   number("--damping", facts.damping_ratio, "damping ratio of the resonance (0.02)");
   number("--sensor-delay", facts.sensor_delay_us, "us from the position to its sample (0: not known)");
-  command.add_option("--interface", facts.interface, "CAN interface (vcan0)")->check(interface_name());
+  add_checked(command, "--interface", facts.interface, interface_name(), "CAN interface (vcan0)");
   command.add_option("--dbc", facts.dbc, "DBC with the lab's own frames; the standard frames if left out");
   const auto role = [&](const char* name, const char* key, const char* what) {
     command.add_option(name, facts.roles[key], what)->type_name("MSG.SIG")->allow_extra_args(false);
@@ -112,8 +112,8 @@ void add_facts(CLI::App& command, InitOptions& facts) {
       .add_option("--role", facts.further_roles,
                   "a further signal of the lab's frames: status.state=MSG.SIG; again for each")
       ->allow_extra_args(false);
-  command.add_option("--nodes", facts.nodes, "node ids of amplifier and sensor, axis by axis: 1,2")
-      ->check(whole_number(1, 127))
+  add_checked(command, "--nodes", facts.nodes, whole_number(1, 127),
+              "node ids of amplifier and sensor, axis by axis: 1,2")
       ->delimiter(',');
 }
 
@@ -136,13 +136,11 @@ void add_init(CLI::App& cli, int& status) {
   command->add_option("--unseen", options->unseen, "loops that the model has not seen, to validate it with")
       ->allow_extra_args(false);
   add_facts(*command, *options);
-  command->add_option("--cycle-rate", options->rate_Hz, "samples and commands per second, Hz (1000)")
-      ->check(number_between(1.0, 10'000.0));
+  add_checked(*command, "--cycle-rate", options->rate_Hz, number_between(1.0, 10'000.0),
+              "samples and commands per second, Hz (1000)");
   add_column_options(*command, options->input.layout);
-  command
-      ->add_option("--rate", options->input.layout.rate_Hz,
-                   "sampling rate of the records in Hz, where they have no time or the number of the sample")
-      ->check(positive_number());
+  add_checked(*command, "--rate", options->input.layout.rate_Hz, positive_number(),
+              "sampling rate of the records in Hz, where they have no time or the number of the sample");
   add_model_options(*command, options->model);
   command->add_flag("--yes", options->yes, "take the defaults, ask nothing");
   command->add_flag("--accept", options->accept,

@@ -198,9 +198,8 @@ void add_monitor(CLI::App& cli, int& status) {
   auto options = std::make_shared<MonitorArguments>();
   CLI::App* command = cli.add_subcommand("monitor", "Show the traffic on the bus, one row per message");
   add_bus_options(*command, options->bus);
-  command
-      ->add_option("--period", options->period_s, "seconds between tables, also the window of the rates; 1")
-      ->check(positive_seconds());
+  add_checked(*command, "--period", options->period_s, positive_seconds(),
+              "seconds between tables, also the window of the rates; 1");
   command->add_flag("--once", options->once, "one table after one period");
   command->add_flag("--json", options->json, "a JSON object in one line for each table");
   command->callback([options, &status] { status = print_for_reader([&] { return run_monitor(*options); }); });

@@ -73,8 +73,8 @@ void add_page(CLI::App& cli, int& status) {
       cli.add_subcommand("page", "Serve the operator's page of a running controller, or twin, to browsers");
   command->add_option("CONFIG", options->config, "configuration (TOML) that the controller runs with")
       ->required();
-  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
-      ->check(interface_name());
+  add_checked(*command, "--interface", options->interface, interface_name(),
+              "CAN interface instead of the configured one");
   command->add_option("--listen", options->listen, "address and port; port 0 is any free one")
       ->capture_default_str();
   command->add_flag("--expose", options->expose,

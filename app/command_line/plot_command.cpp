@@ -87,13 +87,10 @@ void add_plot(CLI::App& cli, int& status) {
       ->check(one_of(picture_formats()))
       ->allow_extra_args(false);
   command->add_option("--axis", options->axis, "all axes if left out");
-  command->add_option("--table", options->table, "print the errors as a table")
-      ->check(one_of(table_formats()));
-  command->add_option("--width", options->plots.size.width_mm, "mm")
-      ->check(number_between(40, 1000))
+  add_checked(*command, "--table", options->table, one_of(table_formats()), "print the errors as a table");
+  add_checked(*command, "--width", options->plots.size.width_mm, number_between(40, 1000), "mm")
       ->capture_default_str();
-  command->add_option("--height", options->plots.size.height_mm, "mm")
-      ->check(number_between(30, 1000))
+  add_checked(*command, "--height", options->plots.size.height_mm, number_between(30, 1000), "mm")
       ->capture_default_str();
   add_interval_options(*command, options->interval);
   command->callback([options, &status] { status = print_for_reader([&] { return run_plot(*options); }); });

@@ -99,10 +99,8 @@ void add_status(CLI::App& cli, int& status) {
   CLI::App* command =
       cli.add_subcommand("status", "Show axes, nodes, bus and timing of a running controller");
   command->add_option("--socket", options->socket, "the control socket's file");
-  command
-      ->add_option("--interface", options->interface,
-                   "without --socket: the controller on this CAN interface")
-      ->check(interface_name())
+  add_checked(*command, "--interface", options->interface, interface_name(),
+              "without --socket: the controller on this CAN interface")
       ->capture_default_str();
   CLI::Option* watch = command->add_flag("--watch", options->watch, "redraw until q or Ctrl-C");
   command->add_flag("--json", options->json, "print the answer as JSON")->excludes(watch);

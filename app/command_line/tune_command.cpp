@@ -169,38 +169,31 @@ void add_tune(CLI::App& cli, int& status) {
   add_column_options(*command, options->layout);
   for (const char* of_record : {"--columns", "--output-from", "--output-scale"})
     command->get_option(of_record)->needs(record);
-  command->add_option("--centre", options->centre, "drive; the middle of drive_min and drive_max")
-      ->check(finite_number());
-  command->add_option("--amplitude", options->amplitude, "drive units; 1 % of drive_max - drive_min")
-      ->check(positive_number());
-  command->add_option("--period", options->period_s, "seconds of one step up and down")
-      ->check(positive_number())
+  add_checked(*command, "--centre", options->centre, finite_number(),
+              "drive; the middle of drive_min and drive_max");
+  add_checked(*command, "--amplitude", options->amplitude, positive_number(),
+              "drive units; 1 % of drive_max - drive_min");
+  add_checked(*command, "--period", options->period_s, positive_number(), "seconds of one step up and down")
       ->capture_default_str();
-  command->add_option("--cycles", options->cycles, "steps up and down")
-      ->check(whole_number(1, Excitation::most_turns))
+  add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),
+              "steps up and down")
       ->capture_default_str();
   CLI::Option* cautious = command->add_flag(
       "--cautious", options->cautious,
       "only the rule that counts no phase beyond -180 degrees; stays stable with any delay");
-  command
-      ->add_option("--peak-sensitivity", options->sensitivity.peak_sensitivity,
-                   "largest |1 / (1 + L)| of the proposed loop")
-      ->check(number_between(1.05, 10.0))
+  add_checked(*command, "--peak-sensitivity", options->sensitivity.peak_sensitivity,
+              number_between(1.05, 10.0), "largest |1 / (1 + L)| of the proposed loop")
       ->excludes(cautious)
       ->capture_default_str();
-  command
-      ->add_option("--resonance-percent", options->sensitivity.resonance_percent,
-                   "the resonance may be this far outside its interval")
-      ->check(number_between(0.0, 50.0))
+  add_checked(*command, "--resonance-percent", options->sensitivity.resonance_percent,
+              number_between(0.0, 50.0), "the resonance may be this far outside its interval")
       ->capture_default_str();
-  command->add_option("--phase-margin", options->phase_margin_deg, "with --cautious: phase margin, degrees")
-      ->check(number_between(0.1, 89.9))
+  add_checked(*command, "--phase-margin", options->phase_margin_deg, number_between(0.1, 89.9),
+              "with --cautious: phase margin, degrees")
       ->needs(cautious)
       ->capture_default_str();
-  command
-      ->add_option("--gain-margin", options->gain_margin_dB,
-                   "with --cautious: gain margin, dB (a factor of 2)")
-      ->check(number_between(0.1, 60.0))
+  add_checked(*command, "--gain-margin", options->gain_margin_dB, number_between(0.1, 60.0),
+              "with --cautious: gain margin, dB (a factor of 2)")
       ->needs(cautious);
   command->add_flag("--json", options->json, "print the result as JSON");
   add_open_loop_options(*command, options->run);

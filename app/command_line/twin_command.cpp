@@ -202,8 +202,8 @@ void add_twin(CLI::App& cli, int& status) {
   auto options = std::make_shared<TwinArguments>();
   CLI::App* command = cli.add_subcommand("twin", "Answer on the bus as amplifier and sensor nodes would");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
-  command->add_option("--interface", options->interface, "CAN interface instead of the configured one")
-      ->check(interface_name());
+  add_checked(*command, "--interface", options->interface, interface_name(),
+              "CAN interface instead of the configured one");
   command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");
   command->add_option("--axis", options->axes, "run only this axis; may be repeated")
       ->allow_extra_args(false);

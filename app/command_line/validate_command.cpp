@@ -149,15 +149,11 @@ void add_validate(CLI::App& cli, int& status) {
   command->add_option("--axis", options->input.axis, "axis of the recorded run; if left out, its only one");
   CLI::Option* memory =
       command->add_option("--memory", options->memory, "memory of the actuator at the first row (TOML)");
-  command
-      ->add_option(
-          "--estimate-from", options->estimate_s,
-          "estimate initial memory and output offset from this many seconds; if left out, from all rows")
-      ->check(positive_number())
+  add_checked(*command, "--estimate-from", options->estimate_s, positive_number(),
+              "estimate initial memory and output offset from this many seconds; if left out, from all rows")
       ->excludes(memory);
-  command
-      ->add_option("--delay", options->delay_s, "delay of the output in seconds, instead of the model file's")
-      ->check(not_negative_number());
+  add_checked(*command, "--delay", options->delay_s, not_negative_number(),
+              "delay of the output in seconds, instead of the model file's");
   command->add_flag("--quasi-static", options->quasi_static,
                     "the hysteresis alone, without [creep] and [dynamics] of the model file");
   command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);

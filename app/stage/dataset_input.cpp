@@ -274,23 +274,19 @@ void add_column_options(CLI::App& command, config::DatasetLayout& layout) {
       "the columns of time, input and output, by name or number: t,V,x; if left out, by likeness");
   command.add_option("--output-from", layout.output_from,
                      "file of the output, if each channel has a file of its own");
-  command
-      .add_option("--output-scale", layout.output_scale,
-                  "um per V of the output column, where it is no length: 12.5 for a sensor of 12.5 um/V")
-      ->check(finite_number());
+  add_checked(command, "--output-scale", layout.output_scale, finite_number(),
+              "um per V of the output column, where it is no length: 12.5 for a sensor of 12.5 um/V");
 }
 
 void add_layout_options(CLI::App& command, DatasetInput& input) {
   add_column_options(command, input.layout);
-  command
-      .add_option("--rate", input.layout.rate_Hz,
-                  "sampling rate in Hz, where there is no time or it is the number of the sample")
-      ->check(positive_number());
+  add_checked(command, "--rate", input.layout.rate_Hz, positive_number(),
+              "sampling rate in Hz, where there is no time or it is the number of the sample");
 }
 
 void add_interval_options(CLI::App& command, DatasetInput& input) {
-  command.add_option("--from", input.from_s, "leave out the rows before this time_s")->check(finite_number());
-  command.add_option("--to", input.to_s, "leave out the rows after this time_s")->check(finite_number());
+  add_checked(command, "--from", input.from_s, finite_number(), "leave out the rows before this time_s");
+  add_checked(command, "--to", input.to_s, finite_number(), "leave out the rows after this time_s");
   input.layout.has_interval_options = true;
 }
 

@@ -40,17 +40,13 @@ void ModelWords::apply_to(identification::IdentifyOptions& asked) const {
 }
 
 void add_model_options(CLI::App& command, ModelWords& words) {
-  command
-      .add_option("--order", words.order, "order of polynomial reference curves, or auto: chosen by hold-out")
-      ->check(order_or_auto());
-  command.add_option("--curves", words.curves, "polynomials, splines, or the better of both (auto)")
-      ->check(one_of({"auto", "polynomial", "spline"}));
-  command
-      .add_option(
-          "--creep", words.creep,
-          "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it "
-          "carries over")
-      ->check(creep_or_auto());
+  add_checked(command, "--order", words.order, order_or_auto(),
+              "order of polynomial reference curves, or auto: chosen by hold-out");
+  add_checked(command, "--curves", words.curves, one_of({"auto", "polynomial", "spline"}),
+              "polynomials, splines, or the better of both (auto)");
+  add_checked(command, "--creep", words.creep, creep_or_auto(),
+              "creep of the output in each decade of time, as a share: 0.02; none; or auto: found where it "
+              "carries over");
 }
 
 }  // namespace hystcan::app

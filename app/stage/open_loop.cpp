@@ -118,9 +118,8 @@ OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& 
 
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options) {
   command.add_option("--axis", options.axis, "name of the axis; the first one if left out");
-  CLI::Option* interface =
-      command.add_option("--interface", options.interface, "CAN interface instead of the configured one")
-          ->check(interface_name());
+  CLI::Option* interface = add_checked(command, "--interface", options.interface, interface_name(),
+                                       "CAN interface instead of the configured one");
   CLI::Option* clear = command.add_flag("--clear-faults", options.clear_faults,
                                         "clear a fault that the amplifier has latched, then start");
   command

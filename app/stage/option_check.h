@@ -2,15 +2,12 @@
 // option.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
-
-namespace CLI {
-class Validator;
-}  // namespace CLI
 
 namespace hystcan::app {
 
@@ -30,5 +27,12 @@ CLI::Validator one_of(std::span<const std::string_view> words);
 
 /// The name of a network interface, as Linux takes it.
 CLI::Validator interface_name();
+
+/// An option with such a check.
+template <class Value>
+CLI::Option* add_checked(CLI::App& command, const char* name, Value& value, const CLI::Validator& check,
+                         const char* help) {
+  return command.add_option(name, value, help)->check(check);
+}
 
 }  // namespace hystcan::app
