@@ -62,10 +62,7 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
   options.model.apply_to(asked);
   asked.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
   asked.observed_thresholds = options.thresholds == "observed";
-  asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
-    progress.update(++tries);
-    return stop_signalled == 0;
-  };
+  asked.go_on = counted_trials(progress);
   return asked;
 }
 
@@ -121,13 +118,8 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
                   const Identified& identified, const std::vector<std::string>& said) {
   std::vector<std::string> names;
   for (const auto& file : options.data) names.push_back(name_of(file));
-  Progress progress("comparing models", 0, "trials");
-  const auto undrawn = write_report(options.report, {datasets, names, identified, said},
-                                    [&, tries = std::uint64_t{0}]() mutable {
-                                      progress.update(++tries);
-                                      return stop_signalled == 0;
-                                    });
-  if (undrawn) note("hystcan: {}: {}\n", options.report.string(), *undrawn);
+  if (const auto undrawn = write_report(options.report, {datasets, names, identified, said}))
+    note("hystcan: {}: {}\n", options.report.string(), *undrawn);
 }
 
 /// The configuration that gets the model, before it has one.

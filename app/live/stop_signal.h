@@ -3,8 +3,11 @@
 #pragma once
 
 #include <csignal>
+#include <cstdint>
+#include <functional>
 
 #include "base/error.h"
+#include "base/terminal.h"
 
 namespace hystcan::app {
 
@@ -24,8 +27,12 @@ inline void throw_if_signalled() {
   if (stop_signalled != 0) throw RunError("stopped, nothing is written");
 }
 
-/// After this call, SIGINT ends the process, also in a background job. For a command that waits for its
-/// input.
-inline void end_at_a_signal() { std::signal(SIGINT, SIG_DFL); }
+/// For a search that goes on while this returns true: shows its trials, ends at a signal.
+inline std::function<bool()> counted_trials(Progress& progress) {
+  return [&progress, tries = std::uint64_t{0}]() mutable {
+    progress.update(++tries);
+    return stop_signalled == 0;
+  };
+}
 
 }  // namespace hystcan::app

@@ -37,26 +37,12 @@ Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
   identification::IdentifyOptions asked = records.model;
   asked.observed_thresholds = true;  // so that the start-up reaches both
-  asked.go_on = [&progress, tries = std::uint64_t{0}]() mutable {
-    progress.update(++tries);
-    return stop_signalled == 0;
-  };
+  asked.go_on = counted_trials(progress);
   try {
     return identification::identify(records.loops, asked);
   } catch (const std::invalid_argument& error) {
     throw Error(fmt::format("{}: {}", fmt::join(records.names(), ", "), error.what()));
   }
-}
-
-/// Returns why the report has no pictures, if it has none.
-std::optional<std::string> write_axis_report(const std::filesystem::path& folder, const AxisRecords& records,
-                                             const Identified& found, const std::vector<std::string>& said) {
-  Progress progress("comparing models", 0, "trials");
-  return write_report(folder, {records.loops, records.names(), found, said},
-                      [&progress, tries = std::uint64_t{0}]() mutable {
-                        progress.update(++tries);
-                        return stop_signalled == 0;
-                      });
 }
 
 std::string validation_line(const model::HysteresisParameters& parameters, double delay_s,
@@ -256,7 +242,8 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
   const std::vector<std::string> said = findings(records.loops, found);
   write_file(folder / model_name(axis), identified_model_text(found, records.loops, said));
   write_file(folder / plant_name(axis), plant_text(found, records));
-  const auto undrawn = write_axis_report(folder / (axis + ".report"), records, found, said);
+  const auto undrawn =
+      write_report(folder / (axis + ".report"), {records.loops, records.names(), found, said});
   throw_if_signalled();
   const double percent = 100.0 / found.output_span;
   print_lines(

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <system_error>
 
+#include "app/live/stop_signal.h"
 #include "app/stage/new_folder.h"
 #include "app/stage/pictures.h"
 #include "base/error.h"
@@ -176,8 +178,9 @@ const std::vector<std::string>& report_files() {
   return names;
 }
 
-std::optional<std::string> write_report(const std::filesystem::path& directory, IdentificationReport report,
-                                        const std::function<bool()>& go_on) {
+std::optional<std::string> write_report(const std::filesystem::path& directory, IdentificationReport report) {
+  Progress progress("comparing models", 0, "trials");
+  const std::function<bool()> go_on = counted_trials(progress);
   create_folder(directory);
   report.comparison = identification::compare(report.datasets, report.identified, go_on);
   std::optional<identification::Landscape> map;

@@ -9,7 +9,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,10 +56,8 @@ std::string page_of(const std::filesystem::path& directory, const Identification
 const std::vector<std::string>& report_files();
 
 /// Creates the folder, compares with the baselines (identification/baselines/comparison.h), which takes
-/// most of the time, and writes the report; an earlier one stays until this one is whole. When `go_on`
-/// returns false, it writes the results so far, and the page says so. Returns why a plot is missing, if one
-/// is.
-std::optional<std::string> write_report(const std::filesystem::path& directory, IdentificationReport report,
-                                        const std::function<bool()>& go_on);
+/// most of the time, and writes the report; an earlier one stays until this one is whole. At a signal, it
+/// writes the results so far, and the page says so. Returns why a plot is missing, if one is.
+std::optional<std::string> write_report(const std::filesystem::path& directory, IdentificationReport report);
 
 }  // namespace hystcan::app
