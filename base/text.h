@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <initializer_list>
 #include <iterator>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 #include <type_traits>
+#include <utility>
 
 namespace hystcan {
 
@@ -51,6 +53,19 @@ constexpr bool has_control_character(std::string_view text) {
   for (const char c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return true;
   return false;
+}
+
+/// The text with another one in the place of each of these characters.
+inline std::string with_replaced(std::string_view text,
+                                 std::initializer_list<std::pair<char, std::string_view>> by) {
+  std::string result;
+  for (const char& c : text) {
+    std::string_view put(&c, 1);
+    for (const auto& [from, to] : by)
+      if (from == c) put = to;
+    result += put;
+  }
+  return result;
 }
 
 /// Joins words and numbers into one text. Each number has the digits that restore its bits.

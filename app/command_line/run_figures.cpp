@@ -186,45 +186,33 @@ TableRow row_of(const RunFigures& run) {
 
 /// The text as the letters that it has: no command, no argument of the line above.
 std::string latex_text(std::string_view text) {
-  std::string escaped = text.starts_with('[') || text.starts_with('*') ? "{}" : "";
-  for (const char c : text) switch (c) {
-      case '\\':
-        escaped += "\\textbackslash{}";
-        break;
-      case '^':
-        escaped += "\\textasciicircum{}";
-        break;
-      case '~':
-        escaped += "\\textasciitilde{}";
-        break;
-      case '<':
-        escaped += "\\textless{}";
-        break;
-      case '>':
-        escaped += "\\textgreater{}";
-        break;
-      case '|':
-        escaped += "\\textbar{}";
-        break;
-      default:
-        if (std::string_view("_%&#${}").find(c) != std::string_view::npos) escaped += '\\';
-        escaped += c;
-    }
-  return escaped;
+  return (text.starts_with('[') || text.starts_with('*') ? "{}" : "") +
+         with_replaced(text, {{'\\', "\\textbackslash{}"},
+                              {'^', "\\textasciicircum{}"},
+                              {'~', "\\textasciitilde{}"},
+                              {'<', "\\textless{}"},
+                              {'>', "\\textgreater{}"},
+                              {'|', "\\textbar{}"},
+                              {'_', "\\_"},
+                              {'%', "\\%"},
+                              {'&', "\\&"},
+                              {'#', "\\#"},
+                              {'$', "\\$"},
+                              {'{', "\\{"},
+                              {'}', "\\}"}});
 }
 
 /// The text as the letters that it has: no HTML, no link, no further cell.
 std::string markdown_text(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '<' || c == '&') {
-      escaped += c == '<' ? "&lt;" : "&amp;";
-      continue;
-    }
-    if (std::string_view("\\`*[]|!").find(c) != std::string_view::npos) escaped += '\\';
-    escaped += c;
-  }
-  return escaped;
+  return with_replaced(text, {{'<', "&lt;"},
+                              {'&', "&amp;"},
+                              {'\\', "\\\\"},
+                              {'`', "\\`"},
+                              {'*', "\\*"},
+                              {'[', "\\["},
+                              {']', "\\]"},
+                              {'|', "\\|"},
+                              {'!', "\\!"}});
 }
 
 /// A spreadsheet computes a cell that begins with one of these letters, unless an apostrophe is before it.
