@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iterator>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -106,11 +105,8 @@ class DatasetRecorder {
     if (!row || !lost_.empty()) return;
     widen(input_, row->input);
     widen(output_, row->output);
-    line_.clear();
-    fmt::format_to(std::back_inserter(line_), "{:.17g},{:.17g},{:.17g}\n", row->time_s, row->input,
-                   row->output);
     try {
-      file_.write({line_.data(), line_.size()});
+      file_.write(fmt::format("{:.17g},{:.17g},{:.17g}\n", row->time_s, row->input, row->output));
     } catch (const RunError& error) {
       lost_ = error.what();
     }
@@ -139,7 +135,6 @@ class DatasetRecorder {
   OutputFile& file_;
   controller::ExcitationDataset record_;
   model::Interval input_{infinity, -infinity}, output_{infinity, -infinity};
-  fmt::memory_buffer line_;
   std::string lost_;
 };
 

@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -75,12 +74,9 @@ void write(const ValidateArguments& options, const Dataset& dataset, const Valid
   stop_at_a_signal();
   OutputFile out(options.output);
   out.write("time_s,input,output,predicted\n");
-  fmt::memory_buffer line;
   for (std::size_t i = 0; i < dataset.size(); ++i) {
-    line.clear();
-    fmt::format_to(std::back_inserter(line), "{:.17g},{:.17g},{:.17g},{:.17g}\n", dataset.time_s[i],
-                   dataset.input[i], dataset.output[i], outcome.predicted[i]);
-    out.write({line.data(), line.size()});
+    out.write(fmt::format("{:.17g},{:.17g},{:.17g},{:.17g}\n", dataset.time_s[i], dataset.input[i],
+                          dataset.output[i], outcome.predicted[i]));
     throw_if_signalled();
   }
   out.commit();
