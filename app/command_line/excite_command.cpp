@@ -37,10 +37,6 @@ struct ExciteArguments {
   bool overwrite = false;
 };
 
-double usual_amplitude(const ExciteArguments& options, const controller::Gate::Config& gate) {
-  return 0.05 * (options.high.value_or(gate.drive_max) - options.low.value_or(gate.drive_min));
-}
-
 /// Seconds of one major loop.
 double loop_period_s(const ExciteArguments& options, const config::Config& config) {
   return options.period_s.value_or(quasi_static_period_s(config.axes[0].control.delays.resonance_Hz));
@@ -54,7 +50,7 @@ Excitation::Config excitation(const ExciteArguments& options, const config::Conf
   const double high = options.high.value_or(gate.drive_max);
   if (!(low < high)) throw Error(fmt::format("--low is {}, expected less than --high, {}", low, high));
   const double centre = low + (high - low) / 2.0;
-  const double amplitude = options.amplitude.value_or(usual_amplitude(options, gate));
+  const double amplitude = options.amplitude.value_or(0.05 * (high - low));
   if (options.signal == "step")
     return Excitation::Steps{.centre = centre,
                              .amplitude = amplitude,
@@ -147,21 +143,13 @@ bool chooses_size(const ExciteArguments& options) {
 /// chirp).
 Excitation::Config chosen_excitation(const ExciteArguments& options, const config::Config& config,
                                      const twin::Config& twin) {
-  const config::AxisConfig& axis = config.axes[0];
   const Excitation::Config stated = excitation(options, config);
   if (!chooses_size(options)) return stated;
   if (const auto* loops = std::get_if<Excitation::Hysteresis>(&stated)) {
     in_open_loop(config, stated);  // refuses what the gate would limit
     return tried_small_first(config, twin, options.run, *loops);
   }
-  const controller::Gate::Config& gate = axis.control.gate;
-  const double usual = usual_amplitude(options, gate);
-  const double amplitude = amplitude_with_margin(
-      config, twin, usual, [&](double chosen) { return resized(stated, chosen / usual, gate.safe_drive); });
-  if (amplitude < usual)
-    note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", amplitude,
-         axis.wire.drive_unit, usual);
-  return resized(stated, amplitude / usual, gate.safe_drive);
+  return with_margin(config, twin, stated);
 }
 
 /// The records that tell apart what one record of loops leaves open.

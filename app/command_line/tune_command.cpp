@@ -8,11 +8,13 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "app/command_line/commands.h"
 #include "app/live/report.h"
 #include "app/stage/axis_completion.h"
+#include "app/stage/cautious_excitation.h"
 #include "app/stage/config_edit.h"
 #include "app/stage/open_loop.h"
 #include "app/stage/option_check.h"
@@ -66,7 +68,7 @@ Excitation::Steps chosen_steps(const TuneArguments& options, const config::Confi
                                const twin::Config& twin) {
   const Excitation::Steps stated = steps(options, config.axes[0].control.gate);
   in_open_loop(config, stated);  // refuses what is outside the range
-  return options.amplitude ? stated : with_safe_amplitude(stated, config, twin);
+  return options.amplitude ? stated : std::get<Excitation::Steps>(with_margin(config, twin, stated));
 }
 
 /// The files that were asked for, opened before the axis moves.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/live/report.h"
+#include "app/live/stop_signal.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "identification/characterisation.h"
@@ -99,6 +100,47 @@ std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hyste
   return smaller;
 }
 
+constexpr double amplitude_margin = 2.0;
+
+double amplitude_of(const Excitation::Config& excitation) {
+  if (const auto* steps = std::get_if<Excitation::Steps>(&excitation)) return steps->amplitude;
+  return std::get<Excitation::Chirp>(excitation).amplitude;
+}
+
+/// Why this excitation is too large.
+std::optional<std::string> excess_of(const config::Config& config, const twin::Config& twin,
+                                     const Excitation::Config& excitation) {
+  const controller::Supervisor::Config& limits = config.axes[0].control.supervision;
+  OpenLoopOptions rehearsed;
+  rehearsed.rehearse = true;
+  std::vector<double> positions_um;
+  try {
+    const OpenLoopEnd end = drive_in_open_loop(in_open_loop(config, excitation), twin, rehearsed,
+                                               [&](const controller::CycleRecord& record) {
+                                                 if (shows_position(record.report))
+                                                   positions_um.push_back(record.report.position_um);
+                                               });
+    if (stop_signalled != 0) throw RunError("stopped before the experiment, nothing is written");
+    if (end.axis.fault().cause != Cause::none) return describe(config.axes[0].wire.name, end.axis.fault());
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  if (positions_um.empty()) return "no sample came";
+  double jump_um = 0.0;
+  for (std::size_t i = 1; i < positions_um.size(); ++i)
+    jump_um = std::max(jump_um, std::abs(positions_um[i] - positions_um[i - 1]));
+  if (limits.position_jump_um > 0.0 && amplitude_margin * jump_um > limits.position_jump_um)
+    return fmt::format("{:.3g} um from sample to sample, position_jump_um is {:g}", jump_um,
+                       limits.position_jump_um);
+  const double first_um = positions_um.front();
+  const Interval seen{std::ranges::min(positions_um), std::ranges::max(positions_um)};
+  const auto twice = [&](double um) { return first_um + amplitude_margin * (um - first_um); };
+  if (twice(seen.lo) < limits.position_min_um || twice(seen.hi) > limits.position_max_um)
+    return fmt::format("{:.4g} to {:.4g} um, position_min_um and position_max_um are {:g} and {:g}", seen.lo,
+                       seen.hi, limits.position_min_um, limits.position_max_um);
+  return std::nullopt;
+}
+
 }  // namespace
 
 double quasi_static_period_s(double resonance_Hz) { return std::max(2.0, 100.0 / resonance_Hz); }
@@ -114,6 +156,27 @@ Excitation::Config resized(Excitation::Config excitation, double factor, double 
     chirp->amplitude *= factor;
   }
   return excitation;
+}
+
+Excitation::Config with_margin(const config::Config& config, const twin::Config& twin,
+                               const Excitation::Config& whole) {
+  const double safe_drive = config.axes[0].control.gate.safe_drive;
+  constexpr double smallest = 1.0 / 256.0;
+  const double amplitude = amplitude_of(whole);
+  std::string excess;
+  for (double factor = 1.0; factor >= smallest; factor /= 2.0) {
+    const Excitation::Config part = resized(whole, factor, safe_drive);
+    const auto found = excess_of(config, twin, part);
+    if (!found && factor < 1.0)
+      note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", factor * amplitude,
+           config.axes[0].wire.drive_unit, amplitude);
+    if (!found) return part;
+    excess = *found;
+  }
+  throw RunError(fmt::format(
+      "the experiment is too large for the twin even with an amplitude of {:.3g}: {}; nothing is written. "
+      "Look at [axis.twin] and at the limits of [axis.control], or state an --amplitude",
+      smallest * amplitude, excess));
 }
 
 bool is_of_size(const controller::Fault& fault) {

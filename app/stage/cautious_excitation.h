@@ -23,6 +23,13 @@ controller::Excitation::Hysteresis tried_small_first(const config::Config& confi
                                                      const OpenLoopOptions& run,
                                                      const controller::Excitation::Hysteresis& whole);
 
+/// Steps or a chirp of an amplitude that is not given: the twin tries them before the stage does. The first
+/// of `whole`, its half, its quarter ... that a rehearsal with the twin passes with a margin of 2: no fault,
+/// at most half of position_jump_um from sample to sample, and twice the travel within position_min_um and
+/// position_max_um. Notes if it is not `whole`. `config` has one axis. Throws RunError where none passes.
+controller::Excitation::Config with_margin(const config::Config& config, const twin::Config& twin,
+                                           const controller::Excitation::Config& whole);
+
 /// True: the position has left its limits, which a smaller excitation may keep to.
 bool is_of_size(const controller::Fault& fault);
 

@@ -23,43 +23,6 @@
 namespace hystcan::app {
 namespace {
 
-constexpr double amplitude_margin = 2.0;
-
-/// Why this excitation is too large.
-std::optional<std::string> excess_of(const config::Config& config, const twin::Config& twin,
-                                     const controller::Excitation::Config& excitation) {
-  const controller::Supervisor::Config& limits = config.axes[0].control.supervision;
-  OpenLoopOptions rehearsed;
-  rehearsed.rehearse = true;
-  std::vector<double> positions_um;
-  try {
-    const OpenLoopEnd end = drive_in_open_loop(in_open_loop(config, excitation), twin, rehearsed,
-                                               [&](const controller::CycleRecord& record) {
-                                                 if (shows_position(record.report))
-                                                   positions_um.push_back(record.report.position_um);
-                                               });
-    if (stop_signalled != 0) throw RunError("stopped before the experiment, nothing is written");
-    if (end.axis.fault().cause != controller::Cause::none)
-      return describe(config.axes[0].wire.name, end.axis.fault());
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  if (positions_um.empty()) return "no sample came";
-  double jump_um = 0.0;
-  for (std::size_t i = 1; i < positions_um.size(); ++i)
-    jump_um = std::max(jump_um, std::abs(positions_um[i] - positions_um[i - 1]));
-  if (limits.position_jump_um > 0.0 && amplitude_margin * jump_um > limits.position_jump_um)
-    return fmt::format("{:.3g} um from sample to sample, position_jump_um is {:g}", jump_um,
-                       limits.position_jump_um);
-  const double first_um = positions_um.front();
-  const model::Interval seen{std::ranges::min(positions_um), std::ranges::max(positions_um)};
-  const auto twice = [&](double um) { return first_um + amplitude_margin * (um - first_um); };
-  if (twice(seen.lo) < limits.position_min_um || twice(seen.hi) > limits.position_max_um)
-    return fmt::format("{:.4g} to {:.4g} um, position_min_um and position_max_um are {:g} and {:g}", seen.lo,
-                       seen.hi, limits.position_min_um, limits.position_max_um);
-  return std::nullopt;
-}
-
 using controller::Excitation;
 using OnRecord = std::function<void(const controller::CycleRecord&)>;
 
@@ -173,21 +136,6 @@ OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config&
 
 bool shows_position(const controller::AxisReport& report) {
   return report.state == controller::AxisState::tracking && !report.sample_missing;
-}
-
-double amplitude_with_margin(const config::Config& config, const twin::Config& twin, double amplitude,
-                             const std::function<controller::Excitation::Config(double)>& excitation) {
-  constexpr int halvings = 8;
-  std::string excess;
-  for (int i = 0; i <= halvings; ++i, amplitude /= 2.0) {
-    const auto found = excess_of(config, twin, excitation(amplitude));
-    if (!found) return amplitude;
-    excess = *found;
-  }
-  throw RunError(fmt::format(
-      "the experiment is too large for the twin even with an amplitude of {:.3g}: {}; nothing is written. "
-      "Look at [axis.twin] and at the limits of [axis.control], or state an --amplitude",
-      2.0 * amplitude, excess));
 }
 
 }  // namespace hystcan::app

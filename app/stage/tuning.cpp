@@ -172,21 +172,6 @@ config::Config at_rate(const TuningReport& report, config::Config config, double
 
 }  // namespace
 
-Excitation::Steps with_safe_amplitude(const Excitation::Steps& steps, const config::Config& config,
-                                      const twin::Config& twin) {
-  const auto with = [&](double amplitude) {
-    Excitation::Steps smaller = steps;
-    smaller.amplitude = amplitude;
-    return smaller;
-  };
-  const Excitation::Steps chosen =
-      with(amplitude_with_margin(config, twin, steps.amplitude, [&](double a) { return with(a); }));
-  if (chosen.amplitude < steps.amplitude)
-    note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", chosen.amplitude,
-         config.axes[0].wire.drive_unit, steps.amplitude);
-  return chosen;
-}
-
 /// The rows have the times of whole cycles, those that were left out included: sample and drive both follow
 /// the SYNC, so that its jitter of some microseconds does not affect the identified mode.
 Dataset measured_steps(const config::Config& config, const twin::Config& twin, const OpenLoopOptions& run,

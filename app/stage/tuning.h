@@ -18,11 +18,6 @@ namespace hystcan::app {
 inline constexpr std::array<std::pair<bool, bool>, 3> feed_forwards{
     {{false, false}, {true, false}, {false, true}}};
 
-/// The steps with a smaller amplitude where the twin comes near a limit (amplitude_with_margin), which is
-/// noted. `config` has one axis.
-controller::Excitation::Steps with_safe_amplitude(const controller::Excitation::Steps& steps,
-                                                  const config::Config& config, const twin::Config& twin);
-
 /// Drive and position in every cycle of the steps. Throws RunError if they do not come to their end.
 identification::Dataset measured_steps(const config::Config& config, const twin::Config& twin,
                                        const OpenLoopOptions& run,
