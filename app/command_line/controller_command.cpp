@@ -23,8 +23,8 @@
 #include "app/live/saved_states.h"
 #include "app/live/socket_place.h"
 #include "app/live/state_log.h"
-#include "app/live/stop_signal.h"
 #include "app/live/systemd_notifier.h"
+#include "app/stage/open_loop.h"
 #include "app/stage/option_check.h"
 #include "base/error.h"
 #include "base/output_file.h"
@@ -233,8 +233,6 @@ void start_recording(runs::Recorder& recorder) {
 /// With the twin on the simulated bus. Its log has the virtual time. Nothing that belongs to the real stage
 /// is touched: no socket, no black box, no saved memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
-  constexpr auto stride = std::chrono::milliseconds(10);
-  constexpr double patience_s = 60.0;  // longer than any start-up or ramp down
   std::vector<controller::TrackingStatistics> statistics;
   double limit_s = std::max(options.duration_s, patience_s);  // of an axis that never starts, or never ends
   for (const config::AxisConfig& axis : config.axes) {
@@ -262,16 +260,10 @@ int rehearse(const config::Config& config, const ControllerArguments& options) {
   for (const std::string& warning : config::supervision_warnings(config)) spdlog::warn(warning);
   for (const std::string& warning : config::setpoint_warnings(config)) spdlog::warn(warning);
 
-  stop_at_a_signal();
-  rehearsal.start();
   controller::Controller& controller = rehearsal.controller();
-  while (stop_signalled == 0 && rehearsal.time_s() <= limit_s &&
-         !is_done(controller, options, rehearsal.time_s(), can::seconds(config.controller.start_timeout)))
-    rehearsal.run_for(stride);
-  controller.request_stop();
-  for (const double asked_s = rehearsal.time_s();
-       !controller.stopped() && rehearsal.time_s() < asked_s + patience_s;)
-    rehearsal.run_for(stride);
+  run_and_stop(rehearsal, limit_s, [&] {
+    return is_done(controller, options, rehearsal.time_s(), can::seconds(config.controller.start_timeout));
+  });
 
   const auto lost = csv ? csv->close() : std::nullopt;
   const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, statistics);

@@ -31,22 +31,10 @@ bool has_ended(const controller::Axis& axis) {
 }
 
 OpenLoopEnd rehearse(const config::Config& config, const twin::Config& twin, const OnRecord& on_record) {
-  // Longer than any start-up or ramp down: a run that takes longer does not end.
-  constexpr double patience_s = 60.0;
-  constexpr auto stride = std::chrono::milliseconds(10);
   rehearsal::Rehearsal rehearsal(rehearsal_setup(config, twin), on_record);
-  controller::Controller& loop = rehearsal.controller();
-  const auto run_until = [&](auto condition, double limit_s) {
-    const can::Time start = rehearsal.clock().now();
-    while (!condition() && can::seconds(rehearsal.clock().now() - start) < limit_s) rehearsal.run_for(stride);
-  };
-  stop_at_a_signal();
-  rehearsal.start();
-  run_until([&] { return has_ended(loop.axis(0)) || stop_signalled != 0; },
-            patience_s + Excitation(*config.axes[0].control.excitation).length_s());
-  loop.request_stop();
-  run_until([&] { return loop.stopped(); }, patience_s);
-  return {loop.axis(0)};
+  run_and_stop(rehearsal, patience_s + Excitation(*config.axes[0].control.excitation).length_s(),
+               [&] { return has_ended(rehearsal.controller().axis(0)); });
+  return {rehearsal.controller().axis(0)};
 }
 
 OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& options,
@@ -89,6 +77,17 @@ void add_open_loop_options(CLI::App& command, OpenLoopOptions& options) {
       .add_flag("--rehearse", options.rehearse, "run on the simulated bus, with the twin, in virtual time")
       ->excludes(interface)
       ->excludes(clear);
+}
+
+void run_and_stop(rehearsal::Rehearsal& rehearsal, double limit_s, const std::function<bool()>& is_done) {
+  constexpr auto stride = std::chrono::milliseconds(10);
+  stop_at_a_signal();
+  rehearsal.start();
+  while (stop_signalled == 0 && rehearsal.time_s() <= limit_s && !is_done()) rehearsal.run_for(stride);
+  rehearsal.controller().request_stop();
+  for (const double asked_s = rehearsal.time_s();
+       !rehearsal.controller().stopped() && rehearsal.time_s() < asked_s + patience_s;)
+    rehearsal.run_for(stride);
 }
 
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options) {

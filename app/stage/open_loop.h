@@ -11,6 +11,7 @@
 #include "controller/control/axis.h"
 #include "controller/cycle_record.h"
 #include "controller/reference/excitation.h"
+#include "rehearsal/rehearsal.h"
 
 namespace CLI {
 class App;
@@ -28,6 +29,11 @@ struct OpenLoopOptions {
 
 /// --axis, --interface, --clear-faults, --rehearse.
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options);
+
+/// Longer than any start-up or ramp down: a run that takes longer does not end.
+inline constexpr double patience_s = 60.0;
+/// Runs in virtual time until `is_done`, the limit or a signal, then until every axis is safe.
+void run_and_stop(rehearsal::Rehearsal& rehearsal, double limit_s, const std::function<bool()>& is_done);
 
 /// The configuration with the chosen axis; the others rest. The twin keeps all axes, as on a real bus.
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options);
