@@ -119,10 +119,9 @@ int check(const std::filesystem::path& file) {
       print("# axis {}: the inverse makes up for creep: {:g} % in each decade of time from {:g} to {:g} s\n",
             axis.wire.name, 100.0 * creep->per_decade, creep->from_s, creep->to_s);
     print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
-    for (const config::Finding& finding : config::findings_of_loop(axis, config.controller.rate_Hz))
-      print("# axis {}: {}\n", axis.wire.name, line_of(finding));
-    for (const config::Finding& finding : config::findings_of_rate(axis, config.controller.rate_Hz))
-      print("# axis {}: {}\n", axis.wire.name, line_of(finding));
+    for (const auto findings : {config::findings_of_loop, config::findings_of_rate})
+      for (const config::Finding& finding : findings(axis, config.controller.rate_Hz))
+        print("# axis {}: {}\n", axis.wire.name, line_of(finding));
     for (const std::string& finding : config::findings_of_learning(axis, config.controller.rate_Hz))
       print("# axis {}: {}\n", axis.wire.name, finding);
     for (const std::string& loss : config::losses(axis.wire)) print("# axis {}: {}\n", axis.wire.name, loss);
@@ -136,11 +135,9 @@ int check(const std::filesystem::path& file) {
   print("# {} in {}; node ids, identifiers, units and ranges agree\n",
         counted(config.database.messages.size(), "message"), config.bus.dbc.string());
   for (const config::AxisConfig& axis : config.axes) show_mismatch(axis);
-  for (const std::string& warning : config::setpoint_warnings(config)) print("# warning: {}\n", warning);
-  for (const std::string& warning : config::supervision_warnings(config)) print("# warning: {}\n", warning);
-  for (const std::string& warning : config::protection_warnings(config)) print("# warning: {}\n", warning);
-  for (const std::string& warning : config::format_warnings(config)) print("# warning: {}\n", warning);
-  for (const std::string& warning : config::command_warnings(config)) print("# warning: {}\n", warning);
+  for (const auto warnings : {config::setpoint_warnings, config::supervision_warnings,
+                              config::protection_warnings, config::format_warnings, config::command_warnings})
+    for (const std::string& warning : warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config.database.warnings) print("# warning: {}\n", warning);
   if (config.database.further_warnings > 0)
     print("# warning: and {} more\n", config.database.further_warnings);

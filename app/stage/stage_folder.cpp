@@ -89,17 +89,13 @@ class NewFiles {
 /// What `hystcan check` warns of.
 void print_findings(const config::Config& config) {
   for (const config::AxisConfig& axis : config.axes) {
-    std::vector<config::Finding> findings = config::findings_of_loop(axis, config.controller.rate_Hz);
-    std::ranges::move(config::findings_of_rate(axis, config.controller.rate_Hz),
-                      std::back_inserter(findings));
-    for (const config::Finding& finding : findings)
-      if (finding.is_warning) print(fmt::format("{}: {}\n", axis.wire.name, line_of(finding)));
+    for (const auto findings : {config::findings_of_loop, config::findings_of_rate})
+      for (const config::Finding& finding : findings(axis, config.controller.rate_Hz))
+        if (finding.is_warning) print(fmt::format("{}: {}\n", axis.wire.name, line_of(finding)));
     print_lines(axis.wire.name, config::losses(axis.wire));
   }
-  for (const std::string& warning : config::supervision_warnings(config))
-    print(fmt::format("warning: {}\n", warning));
-  for (const std::string& warning : config::setpoint_warnings(config))
-    print(fmt::format("warning: {}\n", warning));
+  for (const auto warnings : {config::supervision_warnings, config::setpoint_warnings})
+    for (const std::string& warning : warnings(config)) print(fmt::format("warning: {}\n", warning));
 }
 
 std::vector<std::string> loop_names(const std::vector<TuningReport>& tuned) {
