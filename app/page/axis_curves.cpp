@@ -4,6 +4,7 @@
 #include <complex>
 #include <numbers>
 
+#include "app/stage/dynamics_text.h"
 #include "controller/analysis/linear_loop.h"
 
 namespace hystcan::app {
@@ -12,8 +13,6 @@ namespace {
 constexpr int points_of_a_curve = 400;
 constexpr int points_of_a_reference = 101;
 constexpr double lowest_Hz = 0.1;
-
-double decibels(double ratio) { return 20.0 * std::log10(ratio); }
 
 }  // namespace
 
@@ -45,17 +44,17 @@ nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s) {
     phase_deg -= 360.0 * std::round((phase_deg - last_deg) / 360.0);
     last_deg = phase_deg;
     curves["frequency_Hz"].push_back(frequency_Hz);
-    curves["loop_dB"].push_back(decibels(std::abs(open)));
+    curves["loop_dB"].push_back(decibel(std::abs(open)));
     curves["loop_deg"].push_back(phase_deg);
-    curves["sensitivity_dB"].push_back(-decibels(std::abs(1.0 + open)));
-    curves["closed_dB"].push_back(decibels(std::abs(open / (1.0 + open))));
+    curves["sensitivity_dB"].push_back(-decibel(std::abs(1.0 + open)));
+    curves["closed_dB"].push_back(decibel(std::abs(open / (1.0 + open))));
   }
   const controller::Margins margins = controller::margins_of(loop, pi);
   const auto number = [](double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
   };
   curves["stable"] = margins.stable;
-  curves["gain_margin_dB"] = number(decibels(margins.gain_margin));
+  curves["gain_margin_dB"] = number(decibel(margins.gain_margin));
   curves["phase_margin_deg"] = number(margins.phase_margin_deg);
   curves["crossover_Hz"] = margins.crossover_Hz > 0.0 ? number(margins.crossover_Hz) : nlohmann::json();
   curves["peak_sensitivity"] = number(margins.peak_sensitivity);
