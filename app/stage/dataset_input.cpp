@@ -173,14 +173,11 @@ void convert_output(Dataset& dataset, const std::string& unit, const std::filesy
 }
 
 Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
-  config::DatasetLayout layout = input.layout;
-  layout.from_s = input.from_s;
-  layout.to_s = input.to_s;
-  Dataset dataset = load_noting(file, layout);
+  Dataset dataset = load_noting(file, input.layout);
   keep_interval(dataset, span_of(input));
   if (dataset.size() == 0)
     throw Error(fmt::format("{}: no rows{}, expected a dataset", file.string(),
-                            input.from_s || input.to_s ? " between --from and --to" : ""));
+                            input.layout.from_s || input.layout.to_s ? " between --from and --to" : ""));
   return dataset;
 }
 
@@ -241,7 +238,7 @@ Dataset load_run(const std::filesystem::path& file, const std::string& axis, con
 
 runs::TimeSpan span_of(const DatasetInput& input) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  const runs::TimeSpan span{input.from_s.value_or(-infinity), input.to_s.value_or(infinity)};
+  const runs::TimeSpan span{input.layout.from_s.value_or(-infinity), input.layout.to_s.value_or(infinity)};
   if (span.from_s > span.to_s)
     throw Error(fmt::format("--from is {}, expected at most --to, {}", span.from_s, span.to_s));
   return span;
@@ -285,8 +282,9 @@ void add_layout_options(CLI::App& command, DatasetInput& input) {
 }
 
 void add_interval_options(CLI::App& command, DatasetInput& input) {
-  add_checked(command, "--from", input.from_s, finite_number(), "leave out the rows before this time_s");
-  add_checked(command, "--to", input.to_s, finite_number(), "leave out the rows after this time_s");
+  add_checked(command, "--from", input.layout.from_s, finite_number(),
+              "leave out the rows before this time_s");
+  add_checked(command, "--to", input.layout.to_s, finite_number(), "leave out the rows after this time_s");
   input.layout.has_interval_options = true;
 }
 

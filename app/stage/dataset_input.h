@@ -29,11 +29,10 @@ class App;
 namespace hystcan::app {
 
 struct DatasetInput {
-  std::optional<double> from_s, to_s;
   std::string axis;  ///< of recorded runs; empty: the only one
   std::string input_unit, output_unit;
   std::string model_output_unit;  ///< the outputs are converted to this length; empty: as they are
-  config::DatasetLayout layout;
+  config::DatasetLayout layout;   ///< with --from and --to
 };
 
 /// Throws Error if the unit that the file states (`# input_unit = "V"`) is not `expected`. An empty
