@@ -9,11 +9,19 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
-#include <utility>
 
 #include "model/reference_curve.h"
 
 namespace hystcan::model {
+
+/// True: x(v) = x(-v).
+template <class Model>
+bool is_even(const Model& model) {
+  if constexpr (requires { model.symmetry(); })
+    return model.symmetry() == decltype(model.symmetry())::even;
+  else
+    return false;
+}
 
 /// A limited value is not an error: the result contains the value and the reason.
 struct Prediction {
@@ -39,11 +47,6 @@ concept HysteresisOperator = requires(const M& model, const typename M::State& s
   { moved.output } -> std::same_as<double&>;
 };
 
-struct Row {
-  double input = 0.0;   ///< the argument of follow_input(), or the input that follow_output() found
-  double output = 0.0;  ///< the model's output at that input
-};
-
 struct Tally {
   std::size_t rows = 0;
   std::size_t saturated = 0;       ///< out of reach, replaced by the edge
@@ -54,39 +57,12 @@ struct Tally {
     if (step.saturated) ++saturated;
     if (!step.increasing) ++not_increasing;
   }
-};
-
-/// Runs a model row by row, from a recorded input or (inverted) from a wanted output: the core of
-/// `hystcan simulate`.
-template <HysteresisOperator Model>
-class Simulation {
- public:
-  using State = typename Model::State;
-
-  /// `drive_sign`: sign of the inputs that follow_output() finds; -1 makes sense only if symmetry is even.
-  Simulation(Model model, State start, double drive_sign = 1.0)
-      : model_(std::move(model)), state_(std::move(start)), drive_sign_(drive_sign) {}
-
-  Row follow_input(double input) {
-    tally_.count(model_.advance(state_, input));
-    return {input, state_.output};
+  Tally& operator+=(const Tally& other) {
+    rows += other.rows;
+    saturated += other.saturated;
+    not_increasing += other.not_increasing;
+    return *this;
   }
-  Row follow_output(double output) {
-    const Prediction drive = model_.inverse(state_, output);
-    model_.advance(state_, drive.value);
-    tally_.count(drive);
-    return {drive_sign_ * state_.input, state_.output};
-  }
-
-  const Tally& tally() const { return tally_; }
-  const Model& model() const { return model_; }
-  const State& state() const { return state_; }
-
- private:
-  Model model_;
-  State state_;
-  double drive_sign_;
-  Tally tally_;
 };
 
 }  // namespace hystcan::model

@@ -11,10 +11,10 @@
 #include "base/output_file.h"
 #include "base/text.h"
 #include "base/words.h"
+#include "config/files/actuator.h"
 #include "identification/dynamics/joint_dynamics.h"
 #include "identification/identify.h"
 #include "python/bindings.h"
-#include "python/model.h"
 
 namespace hystcan::python {
 namespace {
@@ -68,7 +68,7 @@ std::vector<Dataset> datasets_of(const py::object& t, const py::object& u, const
 }
 
 struct Result {
-  Model model;
+  config::Actuator model;
   py::object report;
   std::string text;
 };
@@ -122,19 +122,14 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
                           : identification::identify(datasets, options);
     said = app::findings(datasets, *identified);
   }
-  Model model;
-  model.model = std::make_shared<const model::AnyModel>(model::Hysteresis(identified->parameters));
-  model.name = "identified";
-  model.input_unit = identified->parameters.input_unit;
-  model.output_unit = identified->parameters.output_unit;
-  model.lag = identified->lag();
-  return {std::move(model), python_of(app::identification_json(*identified, said)),
+  return {config::Actuator::of(model::Hysteresis(identified->parameters), "identified", identified->lag()),
+          python_of(app::identification_json(*identified, said)),
           app::identified_model_text(*identified, datasets, said)};
 }
 
 void save_result(const Result& result, const std::filesystem::path& path) { write_file(path, result.text); }
 
-py::dict validate(const Model& model, const Array& t, const Array& u, const Array& y,
+py::dict validate(const config::Actuator& model, const Array& t, const Array& u, const Array& y,
                   const std::optional<double>& delay_s, const std::optional<double>& estimate_from_s,
                   bool offset) {
   identification::Lag lag = model.lag;

@@ -3,27 +3,32 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <utility>
 
+#include "app/stage/identification_result.h"
 #include "base/output_file.h"
-#include "model/hysteresis_operator.h"
+#include "config/files/actuator.h"
 #include "python/bindings.h"
-#include "python/model.h"
 
 namespace hystcan::python {
 namespace {
+
+using Model = config::Actuator;
+using Memory = config::ActuatorMemory;
+using config::Pass;
 
 /// RuntimeWarning, which a notebook shows once and a test can make an error.
 void warn_of(const Pass& pass, const char* what, const Model& model) {
   std::string text;
   if (pass.tally.saturated > 0)
-    text = fmt::format("{} of {} {} are out of reach and limited", pass.tally.saturated, pass.values.size(),
+    text = fmt::format("{} of {} {} are out of reach and limited", pass.tally.saturated, pass.outputs.size(),
                        what);
   if (pass.tally.not_increasing > 0)
     text += fmt::format("{}{} of {} lie on a branch that does not increase", text.empty() ? "" : "; ",
-                        pass.tally.not_increasing, pass.values.size());
+                        pass.tally.not_increasing, pass.outputs.size());
   if (text.empty()) return;
   if (PyErr_WarnEx(PyExc_RuntimeWarning, fmt::format("{}: {}", model.name, text).c_str(), 2) != 0)
     throw py::error_already_set();
@@ -66,7 +71,7 @@ py::array_t<double> run(const Model& model, Memory* memory, const Times& t, cons
     pass = work(state, times);
   }
   warn_of(pass, what, model);
-  return array_of(std::move(pass.values));
+  return array_of(std::move(pass.inputs.empty() ? pass.outputs : pass.inputs));
 }
 
 py::array_t<double> simulate(const Model& model, const Array& u, Memory* memory, const Times& t) {
@@ -94,7 +99,7 @@ double step_memory(Memory& memory, double u, const std::optional<double>& t) {
   if (!std::isfinite(time_s)) throw py::value_error(fmt::format("t is {}, expected a finite number", time_s));
   if (const auto before_s = memory.time_s(); before_s && !(time_s > *before_s))
     throw py::value_error(fmt::format("t is {} after {}, expected time to increase", time_s, *before_s));
-  return memory.simulate({&u, 1}, {&time_s, 1}).values[0];
+  return memory.simulate({&u, 1}, {&time_s, 1}).outputs[0];
 }
 
 void save_memory(const Memory& memory, const std::filesystem::path& path) { write_file(path, memory.text()); }
@@ -211,7 +216,9 @@ array([10., 20., 15.])
       .def(
           "load_memory",
           [](const Model& model, const std::filesystem::path& path) {
-            return Memory::load(model.model, model.lag.creep, path);
+            Memory memory = model.memory();
+            memory.load(path);
+            return memory;
           },
           py::arg("path"),
           R"(Read a memory that was saved, by Memory.save or `hystcan simulate --save-memory`.
@@ -230,26 +237,10 @@ Raises Error, with the place in the file, also if the memory belongs to another 
           "delay_s", [](const Model& model) { return model.lag.delay_s; },
           "Delay of the output that was identified with the model; else 0.")
       .def_property_readonly(
-          "dynamics",
-          [](const Model& model) -> py::object {
-            if (!model.lag.dynamics) return py::none();
-            py::dict dynamics;
-            dynamics["resonance_Hz"] = model.lag.dynamics->mode.natural_frequency_Hz;
-            dynamics["damping_ratio"] = model.lag.dynamics->mode.damping_ratio;
-            dynamics["delay_s"] = model.lag.dynamics->delay_s;
-            return dynamics;
-          },
+          "dynamics", [](const Model& model) { return python_of(app::json_of(model.lag.dynamics)); },
           "The mode and the delay behind the hysteresis, [dynamics] of the model file: a dict, or None.")
       .def_property_readonly(
-          "creep",
-          [](const Model& model) -> py::object {
-            if (!model.lag.creep) return py::none();
-            py::dict creep;
-            creep["per_decade"] = model.lag.creep->per_decade;
-            creep["from_s"] = model.lag.creep->from_s;
-            creep["to_s"] = model.lag.creep->to_s;
-            return creep;
-          },
+          "creep", [](const Model& model) { return python_of(app::json_of(model.lag.creep)); },
           "The creep behind the hysteresis, [creep] of the model file: a dict, or None.")
       .def("__repr__", [](const Model& model) {
         const model::Interval range = model.input_range();

@@ -6,17 +6,10 @@
 #include <utility>
 
 #include "base/text.h"
+#include "model/hysteresis_operator.h"
 
 namespace hystcan::twin {
 namespace {
-
-template <class Model>
-bool is_even(const Model& model) {
-  if constexpr (requires { model.symmetry(); })
-    return model.symmetry() == model::Symmetry::even;
-  else
-    return false;
-}
 
 /// A drive whose amplitude changes with every period, as under a learning controller, nests two turning
 /// points per period. A full memory merges branches, which is a jump that no real actuator makes.
@@ -89,7 +82,7 @@ Material::Kind<Model> Material::virgin(Model model, double drive, std::size_t br
 Material::Material(const model::AnyParameters& parameters, double drive, std::size_t branches)
     : kind_(std::visit([&](const auto& model) { return decltype(kind_)(virgin(model, drive, branches)); },
                        model::model_of(parameters))),
-      even_(std::visit([](const auto& kind) { return is_even(kind.model); }, kind_)),
+      even_(std::visit([](const auto& kind) { return model::is_even(kind.model); }, kind_)),
       drive_(drive) {}
 
 double Material::go_to(double drive) {

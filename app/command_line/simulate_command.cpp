@@ -5,29 +5,24 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <system_error>
-#include <variant>
-#include <vector>
+#include <utility>
 
 #include "app/command_line/commands.h"
 #include "app/command_line/pipeline.h"
 #include "app/command_line/row_files.h"
-#include "app/command_line/simulated_stage.h"
+#include "app/command_line/simulated_mode.h"
 #include "app/live/stop_signal.h"
 #include "app/stage/dataset_input.h"
+#include "app/stage/identification_result.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "base/terminal.h"
 #include "base/text.h"
-#include "config/files/memory_file.h"
-#include "config/files/model_file.h"
-#include "model/hysteresis_operator.h"
+#include "config/files/actuator.h"
 
 namespace hystcan::app {
 namespace {
-
-constexpr std::size_t capacity = 4096;
 
 struct SimulateArguments {
   std::filesystem::path model;
@@ -43,73 +38,40 @@ struct SimulateArguments {
   bool overwrite = false;
 };
 
-model::AnyModel load(const SimulateArguments& options) {
-  if (options.beyond_limit) return config::load_model_beyond_limit(options.model);
-  return config::load_any_model(options.model);
-}
-
-template <class Model>
-model::HysteresisState at_rest(const Model& model) {
-  return model.virgin(model.input_range().lo, capacity);
-}
-model::PlayState at_rest(const model::PrandtlIshlinskii& model) {
-  return model.virgin(model.input_range().lo);
-}
-
-template <class Model>
-bool is_even(const Model& model) {
-  return model.symmetry() == model::Symmetry::even;
-}
-bool is_even(const model::PrandtlIshlinskii&) { return false; }
-
-template <class Model>
-typename Model::State start(const SimulateArguments& options, const Model& model) {
-  return options.memory.empty() ? at_rest(model) : config::load_memory(options.memory, model, capacity);
-}
-
-template <class Model>
-model::Row follow(model::Simulation<Model>& simulation, bool inverse, double given) {
-  return inverse ? simulation.follow_output(given) : simulation.follow_input(given);
-}
-
-template <class Model>
-model::Row follow(model::Simulation<Model>& simulation, SimulatedCreep& creep, bool inverse, double time_s,
-                  double given) {
-  creep.hold_until(time_s);
-  model::Row row = follow(simulation, inverse, inverse ? creep.inverse(given) : given);
-  row.output = creep.follow(row.output);
-  return row;
-}
-
-template <class Model>
-void compute(model::Simulation<Model>& simulation, std::optional<SimulatedCreep>& creep, bool inverse,
-             SampleBlock& block) {
-  block.input.resize(block.given.size());
-  block.output.resize(block.given.size());
-  for (std::size_t i = 0; i < block.given.size(); ++i) {
-    const model::Row row = creep ? follow(simulation, *creep, inverse, block.time_s[i], block.given[i])
-                                 : follow(simulation, inverse, block.given[i]);
-    block.input[i] = row.input;
-    block.output[i] = row.output;
+/// A creep acts between the rows. `rows`: those before the block.
+void require_later_rows(const SimulateArguments& options, std::optional<double> before_s,
+                        const SampleBlock& block, std::size_t rows) {
+  for (const double time_s : block.time_s) {
+    if (before_s && !(time_s > *before_s))
+      throw Error(
+          rows == 0
+              ? fmt::format("{}: the first row is at {} s, expected more than {} s, time_s of {}; a memory "
+                            "without time_s is that of the first row",
+                            options.input.string(), time_s, *before_s, options.memory.string())
+              : fmt::format("{}: row {} is at {} s, expected more than {} s, the time of the row before: "
+                            "with [creep] a row lasts until the next one",
+                            options.input.string(), rows + 1, time_s, *before_s));
+    before_s = time_s;
+    ++rows;
   }
 }
 
-/// In constant memory. Returns the creep after the last row, if there is one.
-template <class Model>
-std::optional<SimulatedCreep> run(const SimulateArguments& options, model::Simulation<Model>& simulation,
-                                  RowOutput& out) {
+/// In constant memory. Returns what the rows had.
+model::Tally run(const SimulateArguments& options, const config::Actuator& actuator,
+                 config::ActuatorMemory& memory, RowOutput& out) {
   const std::unique_ptr<RowInput> rows = open_rows(options.input, options.inverse ? "output" : "input");
-  const auto& parameters = simulation.model().parameters();
   require_unit(options.input, options.inverse ? "output_unit" : "input_unit", rows->unit(),
-               options.inverse ? parameters.output_unit : parameters.input_unit, ", the model's");
+               options.inverse ? actuator.output_unit : actuator.input_unit, ", the model's");
+  if (memory.creeps() && !rows->timed())
+    throw Error(
+        fmt::format("{}: has no column time_s, expected one, because {} has [creep]; --quasi-static "
+                    "leaves the creep out",
+                    options.input.string(), options.model.string()));
+  std::optional<SimulatedMode> mode;
+  if (options.dynamics) mode.emplace(actuator, options.model, options.input);
   Progress progress("simulating", rows->size());
   std::uint64_t count = 0;
-  std::optional<SimulatedCreep> creep;
-  if (!options.quasi_static)
-    creep =
-        SimulatedCreep::load(options.model, options.input, options.memory, simulation.state().output, *rows);
-  std::optional<SimulatedMode> mode;
-  if (options.dynamics) mode.emplace(options.model, options.input);
+  model::Tally tally;
   run_pipeline<SampleBlock>(
       [&](SampleBlock& block) {
         if (stop_signalled != 0)
@@ -120,56 +82,53 @@ std::optional<SimulatedCreep> run(const SimulateArguments& options, model::Simul
         return is_one;
       },
       [&](SampleBlock& block) {
-        compute(simulation, creep, options.inverse, block);
+        if (memory.creeps()) require_later_rows(options, memory.time_s(), block, tally.rows);
+        config::Pass pass =
+            options.inverse ? memory.inverse(block.given, block.time_s, options.negative_drive ? -1.0 : 1.0)
+                            : memory.simulate(block.given, block.time_s);
+        tally += pass.tally;
+        block.input = options.inverse ? std::move(pass.inputs) : block.given;
+        block.output = std::move(pass.outputs);
         if (mode) mode->move(block);
       },
       [&](const SampleBlock& block) { out.write(block); });
   for (const std::string& left_out : rows->notes())
     note("hystcan: {}: {}\n", options.input.string(), left_out);
   if (count == 0) throw Error(fmt::format("{}: has no rows, expected at least one", options.input.string()));
-  return creep;
+  return tally;
 }
 
-template <class Model>
-void save(OutputFile& out, const model::Simulation<Model>& simulation,
-          const std::optional<SimulatedCreep>& creep) {
-  out.write(config::memory_text(simulation.model(), simulation.state()));
-  if (creep) out.write(creep->memory_text());
-  out.commit();
-}
-
-template <class Model>
-void report_simulation(const SimulateArguments& options, const model::Simulation<Model>& simulation,
-                       const std::optional<SimulatedCreep>& creep) {
-  const model::Tally& tally = simulation.tally();
-  const model::Interval& range = simulation.model().input_range();
+void report_simulation(const SimulateArguments& options, const config::Actuator& actuator,
+                       const config::ActuatorMemory& memory, const model::Tally& tally) {
+  const model::Interval range = actuator.input_range();
   note("{}: {}, {} of them limited to the thresholds {} and {} {}\n", options.output.string(),
-       counted(tally.rows, "row"), tally.saturated, range.lo, range.hi,
-       simulation.model().parameters().input_unit);
-  if (creep) note("with {}, of the model file\n", creep->text());
+       counted(tally.rows, "row"), tally.saturated, range.lo, range.hi, actuator.input_unit);
+  if (memory.creeps()) note("with {}, of the model file\n", creep_text(*actuator.lag.creep));
   if (tally.not_increasing > 0)
     note("{} on a branch that is not increasing: its inverse is not valid there\n",
          counted(tally.not_increasing, "row"));
-  if constexpr (requires { simulation.state().merged; })
-    if (simulation.state().merged > 0)
-      note("{} with a full memory of {} turning points: the innermost loops are lost\n",
-           counted(simulation.state().merged, "step"), capacity);
+  if (memory.merged() > 0)
+    note("{} with a full memory of {} turning points: the innermost loops are lost\n",
+         counted(memory.merged(), "step"), config::ActuatorMemory::capacity);
 }
 
-template <class Model>
-void simulate(const SimulateArguments& options, const Model& model) {
-  if (options.negative_drive && !is_even(model))
+void simulate(const SimulateArguments& options, const config::Actuator& actuator) {
+  if (options.negative_drive && !actuator.is_even())
     throw Error(fmt::format("{}: symmetry is \"none\", expected \"even\" with --negative-drive",
                             options.model.string()));
-  model::Simulation<Model> simulation(model, start(options, model), options.negative_drive ? -1.0 : 1.0);
-  const auto& parameters = model.parameters();
-  const auto out = make_rows(options.output, parameters.input_unit, parameters.output_unit);
-  std::optional<OutputFile> memory;
-  if (!options.save_memory.empty()) memory.emplace(options.save_memory);
-  const std::optional<SimulatedCreep> creep = run(options, simulation, *out);
+  config::ActuatorMemory memory = actuator.memory();
+  if (options.quasi_static && !options.memory.empty())
+    memory.load_hysteresis(options.memory);
+  else if (!options.memory.empty())
+    memory.load(options.memory);
+  const auto out = make_rows(options.output, actuator.input_unit, actuator.output_unit);
+  std::optional<OutputFile> saved;
+  if (!options.save_memory.empty()) saved.emplace(options.save_memory);
+  const model::Tally tally = run(options, actuator, memory, *out);
   out->commit();
-  if (memory) save(*memory, simulation, creep);
-  report_simulation(options, simulation, creep);
+  if (saved) saved->write(memory.text());
+  if (saved) saved->commit();
+  report_simulation(options, actuator, memory, tally);
 }
 
 int simulate(const SimulateArguments& options) {
@@ -182,7 +141,8 @@ int simulate(const SimulateArguments& options) {
     refuse_to_replace(options.save_memory, options.overwrite);
   if (!options.save_memory.empty()) refuse_to_share(options.output, options.save_memory);
   stop_at_a_signal();
-  std::visit([&](const auto& model) { simulate(options, model); }, load(options));
+  const config::Actuator actuator = config::Actuator::load(options.model, options.beyond_limit);
+  simulate(options, options.quasi_static ? actuator.quasi_static() : actuator);
   return done;
 }
 

@@ -28,6 +28,8 @@ std::string time_text(double s) {
   return s < 1.0 ? fmt::format("{:.3g} ms", 1e3 * s) : fmt::format("{:.3g} s", s);
 }
 
+}  // namespace
+
 nlohmann::json json_of(const std::optional<model::OutputCreep::Config>& creep) {
   if (!creep) return {};
   return {{"per_decade", creep->per_decade}, {"from_s", creep->from_s}, {"to_s", creep->to_s}};
@@ -39,8 +41,6 @@ nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics) {
           {"damping_ratio", dynamics->mode.damping_ratio},
           {"delay_s", dynamics->delay_s}};
 }
-
-}  // namespace
 
 using identification::ErrorNorms;
 using identification::Identified;

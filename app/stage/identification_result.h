@@ -21,6 +21,10 @@ std::string identified_model_text(const identification::Identified& identified,
 nlohmann::json identification_json(const identification::Identified& identified,
                                    const std::vector<std::string>& findings);
 
+/// Tables of a model file; null where it has none.
+nlohmann::json json_of(const std::optional<model::OutputCreep::Config>& creep);
+nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics);
+
 struct ValidationOptions {
   identification::Lag lag;
   std::optional<double> estimate_s;  ///< initial memory and offset from this many seconds; none: from all

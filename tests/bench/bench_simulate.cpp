@@ -71,8 +71,8 @@ double model_alone_s() {
   const model::Hysteresis model{config::load_model(model_file)};
   return best_s([&] {
     std::vector<double> outputs(inputs.size());
-    model::Simulation<model::Hysteresis> simulation(model, model.virgin(model.input_range().lo, 4096));
-    for (std::size_t i = 0; i < inputs.size(); ++i) outputs[i] = simulation.follow_input(inputs[i]).output;
+    model::HysteresisState state = model.virgin(model.input_range().lo, 4096);
+    for (std::size_t i = 0; i < inputs.size(); ++i) outputs[i] = model.advance(state, inputs[i]).value;
   });
 }
 

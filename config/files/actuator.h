@@ -1,4 +1,5 @@
-// A model of any kind with what its file says beside its parameters, and its memory, as Python holds them.
+// An actuator as its model file states it: hysteresis of any kind, with creep and dynamics behind it; and its
+// memory.
 #pragma once
 
 #include <cstddef>
@@ -16,25 +17,29 @@
 #include "model/hysteresis_operator.h"
 #include "model/output_creep.h"
 
-namespace hystcan::python {
+namespace hystcan::config {
 
 using SharedModel = std::shared_ptr<const model::AnyModel>;
-using AnyState = std::variant<model::HysteresisState, model::PlayState>;
 
-/// What the rows of one pass had.
+/// The rows of one pass.
 struct Pass {
-  std::vector<double> values;
+  std::vector<double> inputs;  ///< found for wanted outputs; empty where the inputs are given
+  std::vector<double> outputs;
   model::Tally tally{};
 };
 
-/// Of a model, and of the creep behind it. Creep needs the times of inputs and outputs, which increase.
-class Memory {
+/// Memory of the hysteresis, and of the creep behind it. Creep needs the times of inputs and outputs, which
+/// increase.
+class ActuatorMemory {
  public:
-  using Creep = std::optional<model::OutputCreep::Config>;
+  static constexpr std::size_t capacity = 4096;  ///< branches
 
   /// The initial ascending curve, at the lower threshold. The creep is settled at the first row.
-  Memory(SharedModel model, const Creep& creep);
-  static Memory load(SharedModel model, const Creep& creep, const std::filesystem::path& file);
+  ActuatorMemory(SharedModel model, const std::optional<model::OutputCreep::Config>& creep);
+  /// Of a memory file, which has a creep if this has one. Throws Error.
+  void load(const std::filesystem::path& file);
+  /// Of the hysteresis alone, whatever creep the file has.
+  void load_hysteresis(const std::filesystem::path& file);
 
   const SharedModel& model() const { return model_; }
   bool creeps() const { return creep_.has_value(); }
@@ -43,10 +48,12 @@ class Memory {
   std::optional<double> time_s() const;  ///< of the last row, if there is creep
   model::Interval reachable() const;
   std::vector<double> turning_inputs() const;  ///< oldest first; empty for play operators
+  std::uint64_t merged() const;                ///< steps with a full memory
   std::string text() const;                    ///< TOML, as `simulate --save-memory` writes it
 
   /// `time_s`: as many as inputs or outputs; read only if there is creep.
   Pass simulate(std::span<const double> inputs, std::span<const double> time_s);
+  /// `drive_sign`: of the inputs that are found; -1 makes sense only for an even model.
   Pass inverse(std::span<const double> outputs, std::span<const double> time_s, double drive_sign);
 
  private:
@@ -54,16 +61,17 @@ class Memory {
 
   SharedModel model_;
   std::optional<model::HeldCreep> creep_;
-  AnyState state_;
+  std::variant<model::HysteresisState, model::PlayState> state_;
 };
 
-class Model {
- public:
-  static Model load(const std::filesystem::path& file, bool beyond_limit);
+struct Actuator {
+  /// `beyond_limit`: also where branches do not all increase. Throws Error.
+  static Actuator load(const std::filesystem::path& file, bool beyond_limit);
+  static Actuator of(model::AnyModel model, std::string name, const identification::Lag& lag = {});
 
   /// The hysteresis alone, with its delay.
-  Model quasi_static() const;
-  Memory memory() const { return {model, lag.creep}; }
+  Actuator quasi_static() const;
+  ActuatorMemory memory() const { return {model, lag.creep}; }
 
   std::string kind() const;
   model::Interval input_range() const;
@@ -75,4 +83,4 @@ class Model {
   identification::Lag lag{};  ///< that was identified with it
 };
 
-}  // namespace hystcan::python
+}  // namespace hystcan::config

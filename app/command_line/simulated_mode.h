@@ -1,0 +1,36 @@
+// The mode behind hysteresis and creep in `simulate`, of the model file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/command_line/row_files.h"
+#include "config/files/actuator.h"
+#include "model/dynamics.h"
+
+namespace hystcan::app {
+
+/// The positions of a stage whose model file has [dynamics], at an even rate.
+class SimulatedMode {
+ public:
+  /// Throws Error if the actuator of this file has none.
+  SimulatedMode(const config::Actuator& actuator, const std::filesystem::path& file,
+                std::filesystem::path input);
+
+  /// From the outputs of the block to positions.
+  void move(SampleBlock& block);
+
+ private:
+  double next(double time_s, double at_rest);
+  [[noreturn]] void refuse(double step_s, const std::string& expected) const;
+
+  std::filesystem::path input_;
+  model::Dynamics dynamics_;
+  std::optional<model::DynamicOutput> output_;
+  std::uint64_t row_ = 0;
+  double first_ = 0.0, before_s_ = 0.0, cycle_s_ = 0.0;
+};
+
+}  // namespace hystcan::app
