@@ -33,56 +33,14 @@
 namespace hystcan::python {
 namespace {
 
-/// A rehearsal that is run step by step, keeps every cycle, and takes the commands of a control socket.
-class VirtualStage {
- public:
-  static constexpr double longest_s = 1e6;
-
-  /// `references`: instead of the configured ones, each followed once, by the name of the axis. Throws
-  /// Error.
-  VirtualStage(const std::filesystem::path& config, const std::vector<config::Setting>& overrides,
-               const std::map<std::string, controller::MonotoneCubic>& references);
-
-  const std::vector<std::string>& axes() const { return live_.axis_names(); }
-  double time_s();
-  /// Calls `go_on` some times a second; it throws to end the run.
-  void run_until(double time_s, const std::function<void()>& go_on);
-  /// Until every axis has finished its reference once, or one faults. Throws Error if none begins to
-  /// track.
-  void run_to_the_end(const std::function<void()>& go_on);
-
-  /// Name and values of each column of every cycle so far.
-  std::vector<std::pair<std::string, std::vector<double>>> signals(
-      const std::optional<std::string>& axis) const;
-  std::map<std::string, std::string> status();
-
-  /// Runs the few cycles that the answers take. Throw Error if a request is refused.
-  void set(const std::string& axis, const std::string& key, const std::string& toml_value);
-  void ask(controller::Request::Kind kind, const std::optional<std::string>& axis, double position_um);
-
- private:
-  void take(const controller::CycleRecord& record);
-  void ask_all(std::vector<std::unique_ptr<controller::Request>> requests);
-  bool has_faulted();
-  bool has_finished();
-
-  config::Config config_;
-  app::LiveConfig live_;
-  std::vector<std::vector<std::vector<double>>> columns_;  ///< [axis][column]
-  std::vector<double> true_um_;                            ///< newest of each axis
-  controller::RequestLink requests_;
-  std::vector<std::optional<double>> tracks_since_s_;
-  std::vector<double> lengths_s_;  ///< of one pass of each reference
-  std::unique_ptr<rehearsal::Rehearsal> loop_;
-};
-
-constexpr auto piece = std::chrono::milliseconds(500);
+constexpr double longest_s = 1e6;
 constexpr double start_up_limit_s = 60.0;  // longer than any start-up
 
 can::Duration duration_of(double time_s) {
   return std::chrono::ceil<can::Duration>(std::chrono::duration<double>(time_s));
 }
 
+/// `references`: instead of the configured ones, each followed once, by the name of the axis. Throws Error.
 config::Config configuration(const std::filesystem::path& file, const std::vector<config::Setting>& overrides,
                              const std::map<std::string, controller::MonotoneCubic>& references) {
   config::Config config = config::load(file, overrides);
@@ -103,121 +61,138 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
   return config;
 }
 
-VirtualStage::VirtualStage(const std::filesystem::path& config, const std::vector<config::Setting>& overrides,
-                           const std::map<std::string, controller::MonotoneCubic>& references)
-    : config_(configuration(config, overrides, references)),
-      live_(config, config_),
-      columns_(config_.axes.size(), std::vector<std::vector<double>>(controller::cycle_columns().size() + 1)),
-      true_um_(config_.axes.size()),
-      tracks_since_s_(config_.axes.size()),
-      loop_(std::make_unique<rehearsal::Rehearsal>(
-          app::rehearsal_setup(config_), [this](const controller::CycleRecord& record) { take(record); })) {
-  for (const config::AxisConfig& axis : config_.axes)
-    lengths_s_.push_back(controller::reference_of(axis.control).length_s());
-  loop_->controller().listen_to(requests_);
-  loop_->twin().on_truth([this](const twin::Truth& truth) { true_um_.at(truth.axis) = truth.position_um; });
-  loop_->start();
-}
-
-double VirtualStage::time_s() { return loop_->time_s(); }
-
-void VirtualStage::take(const controller::CycleRecord& record) {
-  auto& columns = columns_[record.axis];
-  std::size_t i = 0;
-  for (const controller::CycleColumn& column : controller::cycle_columns())
-    columns[i++].push_back(column.value(record));
-  columns[i].push_back(true_um_[record.axis]);
-  if (record.report.state == controller::AxisState::tracking && !tracks_since_s_[record.axis])
-    tracks_since_s_[record.axis] = record.time_s;
-}
-
-void VirtualStage::run_until(double end_s, const std::function<void()>& go_on) {
-  for (double left_s = end_s - time_s(); left_s > 0.0; left_s = end_s - time_s()) {
-    go_on();
-    loop_->run_for(std::min<can::Duration>(piece, duration_of(left_s)));
+/// A rehearsal that is run step by step, keeps every cycle, and takes the commands of a control socket.
+class VirtualStage {
+ public:
+  VirtualStage(const std::filesystem::path& file, config::Config config)
+      : config_(std::move(config)),
+        live_(file, config_),
+        columns_(config_.axes.size(),
+                 std::vector<std::vector<double>>(controller::cycle_columns().size() + 1)),
+        true_um_(config_.axes.size()),
+        tracks_since_s_(config_.axes.size()),
+        loop_(app::rehearsal_setup(config_),
+              [this](const controller::CycleRecord& record) { take(record); }) {
+    for (const config::AxisConfig& axis : config_.axes)
+      lengths_s_.push_back(controller::reference_of(axis.control).length_s());
+    loop_.controller().listen_to(requests_);
+    loop_.twin().on_truth([this](const twin::Truth& truth) { true_um_.at(truth.axis) = truth.position_um; });
+    loop_.start();
   }
-}
 
-bool VirtualStage::has_faulted() {
-  for (std::size_t i = 0; i < axes().size(); ++i)
-    if (loop_->controller().axis(i).state() == controller::AxisState::faulted) return true;
-  return false;
-}
+  const std::vector<std::string>& axes() const { return live_.axis_names(); }
+  double time_s() const { return loop_.time_s(); }
 
-bool VirtualStage::has_finished() {
-  for (std::size_t i = 0; i < axes().size(); ++i)
-    if (!tracks_since_s_[i] || time_s() < *tracks_since_s_[i] + lengths_s_[i]) return false;
-  return true;
-}
-
-void VirtualStage::run_to_the_end(const std::function<void()>& go_on) {
-  const double deadline_s = time_s() + start_up_limit_s + std::ranges::max(lengths_s_);
-  while (!has_faulted() && !has_finished() && time_s() < deadline_s) run_until(time_s() + 0.01, go_on);
-}
-
-std::vector<std::pair<std::string, std::vector<double>>> VirtualStage::signals(
-    const std::optional<std::string>& axis) const {
-  if (!axis && axes().size() != 1)
-    throw Error(fmt::format("there are {} axes, expected one of {}", axes().size(), fmt::join(axes(), ", ")));
-  const std::size_t index = axis ? live_.axis_index(*axis) : 0;
-  std::vector<std::pair<std::string, std::vector<double>>> signals;
-  std::size_t i = 0;
-  for (const controller::CycleColumn& column : controller::cycle_columns()) {
-    if (column.kind != controller::CycleColumn::Kind::axis)
-      signals.emplace_back(column.name, columns_[index][i]);
-    ++i;
+  /// In pieces, so that Ctrl-C ends it.
+  void run_until(double end_s) {
+    constexpr auto piece = std::chrono::milliseconds(500);
+    for (double left_s = end_s - time_s(); left_s > 0.0; left_s = end_s - time_s()) {
+      check_signals();
+      loop_.run_for(std::min<can::Duration>(piece, duration_of(left_s)));
+    }
   }
-  signals.emplace_back("true_position_um", columns_[index][i]);
-  return signals;
-}
 
-std::map<std::string, std::string> VirtualStage::status() {
-  std::map<std::string, std::string> states;
-  for (std::size_t i = 0; i < axes().size(); ++i) {
-    const controller::AxisReport& report = loop_->controller().axis(i).report();
-    states[axes()[i]] = report.cause == controller::Cause::none
-                            ? std::string(to_string(report.state))
-                            : fmt::format("{}: {}", to_string(report.state), to_string(report.cause));
+  /// Until every axis has finished its reference once, or one faults, or none begins to track in time.
+  void run_to_the_end() {
+    const double deadline_s = time_s() + start_up_limit_s + std::ranges::max(lengths_s_);
+    while (!is_over() && time_s() < deadline_s) run_until(time_s() + 0.01);
   }
-  return states;
-}
 
-void VirtualStage::set(const std::string& axis, const std::string& key, const std::string& toml_value) {
-  app::LiveConfig::Prepared prepared = live_.with(axis, key, toml_value);
-  if (!prepared.after_restart.empty())
-    throw Error(fmt::format("needs a restart: {}; give it in `settings` of a new Rehearsal",
-                            describe(prepared.after_restart.front())));
-  ask_all(std::move(prepared.requests));
-  live_.accept(prepared);
-}
-
-void VirtualStage::ask(controller::Request::Kind kind, const std::optional<std::string>& axis,
-                       double position_um) {
-  std::vector<std::unique_ptr<controller::Request>> requests;
-  for (std::size_t i = 0; i < axes().size(); ++i) {
-    if (axis && live_.axis_index(*axis) != i) continue;
-    requests.push_back(std::make_unique<controller::Request>());
-    requests.back()->kind = kind;
-    requests.back()->axis = i;
-    requests.back()->position_um = position_um;
+  /// The columns of every cycle so far.
+  py::dict signals(const std::optional<std::string>& axis) const {
+    if (!axis && axes().size() != 1)
+      throw Error(
+          fmt::format("there are {} axes, expected one of {}", axes().size(), fmt::join(axes(), ", ")));
+    const auto& columns = columns_[axis ? live_.axis_index(*axis) : 0];
+    py::dict signals;
+    std::size_t i = 0;
+    for (const controller::CycleColumn& column : controller::cycle_columns()) {
+      if (column.kind != controller::CycleColumn::Kind::axis)
+        signals[py::str(column.name)] = array_of(columns[i]);
+      ++i;
+    }
+    signals["true_position_um"] = array_of(columns[i]);
+    return signals;
   }
-  ask_all(std::move(requests));
-}
 
-void VirtualStage::ask_all(std::vector<std::unique_ptr<controller::Request>> requests) {
-  std::size_t open = requests.size();
-  for (auto& request : requests) requests_.ask(std::move(request));
-  const double deadline_s = time_s() + 1.0;
-  std::vector<std::string> refusals;
-  while (open > 0 && time_s() < deadline_s) {
-    loop_->run_for(duration_of(1.0 / config_.controller.rate_Hz));
-    for (auto answer = requests_.take_answer(); answer; answer = requests_.take_answer(), --open)
-      if (answer->refusal)
-        refusals.push_back(fmt::format("{}: {}", axes().at(answer->axis), to_string(*answer->refusal)));
+  std::map<std::string, std::string> status() {
+    std::map<std::string, std::string> states;
+    for (std::size_t i = 0; i < axes().size(); ++i) {
+      const controller::AxisReport& report = loop_.controller().axis(i).report();
+      states[axes()[i]] = report.cause == controller::Cause::none
+                              ? std::string(to_string(report.state))
+                              : fmt::format("{}: {}", to_string(report.state), to_string(report.cause));
+    }
+    return states;
   }
-  if (open > 0) refusals.emplace_back("no answer: the controller is not running yet, or it has ended");
-  if (!refusals.empty()) throw Error(fmt::format("{}", fmt::join(refusals, "; ")));
-}
+
+  // Both run the few cycles that the answers take. They throw Error if a request is refused.
+
+  void set(const std::string& axis, const std::string& key, const std::string& toml_value) {
+    app::LiveConfig::Prepared prepared = live_.with(axis, key, toml_value);
+    if (!prepared.after_restart.empty())
+      throw Error(fmt::format("needs a restart: {}; give it in `settings` of a new Rehearsal",
+                              describe(prepared.after_restart.front())));
+    ask_all(std::move(prepared.requests));
+    live_.accept(prepared);
+  }
+
+  void ask(controller::Request::Kind kind, const std::optional<std::string>& axis, double position_um) {
+    std::vector<std::unique_ptr<controller::Request>> requests;
+    for (std::size_t i = 0; i < axes().size(); ++i) {
+      if (axis && live_.axis_index(*axis) != i) continue;
+      requests.push_back(std::make_unique<controller::Request>());
+      requests.back()->kind = kind;
+      requests.back()->axis = i;
+      requests.back()->position_um = position_um;
+    }
+    ask_all(std::move(requests));
+  }
+
+ private:
+  void take(const controller::CycleRecord& record) {
+    auto& columns = columns_[record.axis];
+    std::size_t i = 0;
+    for (const controller::CycleColumn& column : controller::cycle_columns())
+      columns[i++].push_back(column.value(record));
+    columns[i].push_back(true_um_[record.axis]);
+    if (record.report.state == controller::AxisState::tracking && !tracks_since_s_[record.axis])
+      tracks_since_s_[record.axis] = record.time_s;
+  }
+
+  bool is_over() {
+    bool have_finished = true;
+    for (std::size_t i = 0; i < axes().size(); ++i) {
+      if (loop_.controller().axis(i).state() == controller::AxisState::faulted) return true;
+      have_finished = have_finished && tracks_since_s_[i] && time_s() >= *tracks_since_s_[i] + lengths_s_[i];
+    }
+    return have_finished;
+  }
+
+  void ask_all(std::vector<std::unique_ptr<controller::Request>> requests) {
+    std::size_t open = requests.size();
+    for (auto& request : requests) requests_.ask(std::move(request));
+    const double deadline_s = time_s() + 1.0;
+    std::vector<std::string> refusals;
+    while (open > 0 && time_s() < deadline_s) {
+      loop_.run_for(duration_of(1.0 / config_.controller.rate_Hz));
+      for (auto answer = requests_.take_answer(); answer; answer = requests_.take_answer(), --open)
+        if (answer->refusal)
+          refusals.push_back(fmt::format("{}: {}", axes().at(answer->axis), to_string(*answer->refusal)));
+    }
+    if (open > 0) refusals.emplace_back("no answer: the controller is not running yet, or it has ended");
+    if (!refusals.empty()) throw Error(fmt::format("{}", fmt::join(refusals, "; ")));
+  }
+
+  config::Config config_;
+  app::LiveConfig live_;
+  std::vector<std::vector<std::vector<double>>> columns_;  ///< [axis][column]
+  std::vector<double> true_um_;                            ///< newest of each axis
+  controller::RequestLink requests_;
+  std::vector<std::optional<double>> tracks_since_s_;
+  std::vector<double> lengths_s_;  ///< of one pass of each reference
+  rehearsal::Rehearsal loop_;
+};
 
 std::string toml_of(const py::object& value) {
   return py::module_::import("json").attr("dumps")(value).cast<std::string>();
@@ -267,28 +242,16 @@ std::unique_ptr<Rehearsal> make(const std::filesystem::path& config,
   for (const auto& [axis, points] : reference)
     references.emplace(
         axis, controller::MonotoneCubic(vector_of(points.first, "t"), vector_of(points.second, "y")));
-  return std::make_unique<Rehearsal>(std::make_unique<VirtualStage>(config, overrides, references));
+  return std::make_unique<Rehearsal>(
+      std::make_unique<VirtualStage>(config, configuration(config, overrides, references)));
 }
 
-py::dict signals_of(const VirtualStage& stage, const std::optional<std::string>& axis) {
-  py::dict result;
-  for (auto& [name, values] : stage.signals(axis)) result[name.c_str()] = array_of(std::move(values));
-  return result;
-}
-
-py::dict signals(Rehearsal& rehearsal, const std::optional<std::string>& axis) {
-  return signals_of(*Rehearsal::Use(rehearsal), axis);
-}
-
-/// In pieces, so that Ctrl-C ends it.
 void step(VirtualStage& stage, double duration_s) {
-  if (!(duration_s >= 0.0 && duration_s <= VirtualStage::longest_s))
+  if (!(duration_s >= 0.0 && duration_s <= longest_s))
     throw py::value_error("duration_s is out of range, expected 0 to 1e6");
   const Unlocked unlocked;
-  stage.run_until(stage.time_s() + duration_s, check_signals);
+  stage.run_until(stage.time_s() + duration_s);
 }
-
-void step_stage(Rehearsal& rehearsal, double duration_s) { step(*Rehearsal::Use(rehearsal), duration_s); }
 
 py::dict run_stage(Rehearsal& rehearsal, const std::optional<double>& duration_s) {
   const Rehearsal::Use stage(rehearsal);
@@ -296,10 +259,10 @@ py::dict run_stage(Rehearsal& rehearsal, const std::optional<double>& duration_s
     step(*stage, *duration_s);
   } else {
     const Unlocked unlocked;
-    stage->run_to_the_end(check_signals);
+    stage->run_to_the_end();
   }
   py::dict result;
-  for (const std::string& axis : stage->axes()) result[axis.c_str()] = signals_of(*stage, axis);
+  for (const std::string& axis : stage->axes()) result[axis.c_str()] = stage->signals(axis);
   return result;
 }
 
@@ -344,9 +307,16 @@ Raises Error for a configuration that the controller refuses.
 
 Returns the signals of each axis so far: run()["x"]["position_um"].
 )")
-      .def("step", &step_stage, py::arg("duration_s"), "Run for this virtual time, in seconds.")
-      .def("signals", &signals, py::arg("axis") = py::none(),
-           R"(Return the columns of every cycle so far, as arrays of shape (n,), by their names.
+      .def(
+          "step", [](Rehearsal& stage, double duration_s) { step(*Rehearsal::Use(stage), duration_s); },
+          py::arg("duration_s"), "Run for this virtual time, in seconds.")
+      .def(
+          "signals",
+          [](Rehearsal& stage, const std::optional<std::string>& axis) {
+            return Rehearsal::Use(stage)->signals(axis);
+          },
+          py::arg("axis") = py::none(),
+          R"(Return the columns of every cycle so far, as arrays of shape (n,), by their names.
 
 They are those of `controller --csv`, and true_position_um, the twin's position at the sample. A value that a cycle does
 not have is NaN. axis: may be left out if there is one.
