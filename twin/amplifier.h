@@ -44,15 +44,9 @@ struct DriveLimits {
 //
 // With an inductive load, a target beyond V / R is never reached: v ends at V / R.
 //
-// The equation is solved in closed form over a step of any length. Where v rises, v' is the least of a
-// constant and two lines that fall with v (lag and load). So v passes through at most three phases, each of
-// which ends at a known v: a ramp, then the flatter line, then the steeper line, each an exponential
-//
-//   v(t) = p - (p - v(0)) e^{-rate t},   rate = omega and p = target, or rate = R / L and p = V / R
-//
-// A falling v is the mirror image. Between two changes of the target v is monotone, so the hysteresis turns
-// only where the target changes. A target may also move in a straight line: then v may turn once in between
-// (twin/amplifier.h).
+// The equation is solved in closed form over a step of any length, phase by phase, as above. Between two
+// changes of the target v is monotone, so the hysteresis turns only where the target changes. A target may
+// also move in a straight line: then v may turn once in between.
 //
 // When the amplifier is switched off, its power stage is disconnected and the load discharges by itself:
 //
@@ -106,17 +100,12 @@ class Amplifier {
   State operator()(const State& state) const;
 
  private:
-  double drive(const State& state, double slew_per_s, double linear_error) const;
-  double drive_the_coil(const State& state, double slew_per_s) const;
-  State follow(const State& state) const;
+  static bool is_within(const DriveLimits& limits, const State& state);
 
   double dt_s_;
-  DriveLimits limits_;
-  double ramp_per_s_;
-  double linear_error_;  ///< below this error the lag is slower than the slew limit
-  double decay_;         ///< e^{-omega dt}
-  double load_decay_;    ///< e^{-dt R / L}
-  double discharge_s_;   ///< tau
+  DriveLimits limits_, ramp_limits_;
+  double decay_;        ///< e^{-omega dt}
+  double discharge_s_;  ///< tau
 };
 
 }  // namespace hystcan::twin
