@@ -102,10 +102,10 @@ std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view a
   std::ranges::copy_if(before, std::back_inserter(active_),
                        [&](const Active& one) { return !matches(one.spec); });
   for (const Active& one : before)
-    if (matches(one.spec)) release(one.spec);
+    if (matches(one.spec)) act(one.spec, false);
   for (std::size_t i = 0; i < axes_.size(); ++i)
     if (disturbances_[i].gain != 1.0 && matches({.kind = Fault::parameter_drift, .axis = axes_[i]->name}))
-      disturb(i, [](Disturbance& now) { now.gain = 1.0; });
+      disturb(i, &Disturbance::gain, 1.0);
   arm();
   return before.size() - active_.size();
 }
@@ -126,7 +126,7 @@ void FaultScheduler::end_what_is_due(can::Time now) {
        over = std::ranges::find_if(active_, is_over)) {
     const FaultSpec spec = over->spec;
     active_.erase(over);
-    release(spec);
+    act(spec, false);
   }
 }
 
@@ -169,45 +169,18 @@ void FaultScheduler::arm() {
 }
 
 void FaultScheduler::begin(const FaultSpec& spec) {
-  const std::size_t index = axis_of(spec);
-  Axis& axis = *axes_[index];
   const can::Time now = scheduler_.now();
   const bool until_removed = spec.lasts == can::Duration::zero();
   std::erase_if(active_, [&](const Active& one) { return same_place(one.spec, spec); });
   active_.push_back({.spec = spec,
                      .began = now,
                      .ends = until_removed ? can::Time::max() : now + spec.lasts,
-                     .gain_before = disturbances_[index].gain});
-  FaultyConnection& line = axis.line(spec.node);
-  switch (spec.kind) {
-    case Fault::parameter_drift:
-      break;
-    case Fault::resonance_shift:
-      disturb(index, [&](Disturbance& disturbance) { disturbance.resonance = 1.0 + spec.value; });
-      break;
-    case Fault::load_step:
-      disturb(index, [&](Disturbance& disturbance) { disturbance.load_um = spec.value; });
-      break;
-    case Fault::limited_output:
-      disturb(index, [&](Disturbance& disturbance) { disturbance.most_drive = spec.value; });
-      break;
-    case Fault::amplifier_trip:
-      axis.amplifier.begin_internal_fault();
-      break;
-    case Fault::relay_opens:
-      axis.amplifier.open_relay();
-      break;
-    case Fault::node_reboot:
-      line.begin(spec.kind, spec.value);
-      axis.node(spec.node).lose_power();
-      break;
-    default:
-      line.begin(spec.kind, spec.value, axis.channel(spec.node));
-  }
-  report(spec, true);
+                     .gain_before = disturbances_[axis_of(spec)].gain});
+  act(spec, true);
 }
 
-void FaultScheduler::release(const FaultSpec& spec) {
+/// Where the fault acts, when it begins and when it ends.
+void FaultScheduler::act(const FaultSpec& spec, bool begins) {
   const std::size_t index = axis_of(spec);
   Axis& axis = *axes_[index];
   FaultyConnection& line = axis.line(spec.node);
@@ -215,48 +188,44 @@ void FaultScheduler::release(const FaultSpec& spec) {
     case Fault::parameter_drift:
       break;
     case Fault::resonance_shift:
-      disturb(index, [](Disturbance& disturbance) { disturbance.resonance = 1.0; });
+      disturb(index, &Disturbance::resonance, begins ? 1.0 + spec.value : Disturbance{}.resonance);
       break;
     case Fault::load_step:
-      disturb(index, [](Disturbance& disturbance) { disturbance.load_um = 0.0; });
+      disturb(index, &Disturbance::load_um, begins ? spec.value : Disturbance{}.load_um);
       break;
     case Fault::limited_output:
-      disturb(index, [](Disturbance& disturbance) { disturbance.most_drive = Disturbance{}.most_drive; });
+      disturb(index, &Disturbance::most_drive, begins ? spec.value : Disturbance{}.most_drive);
       break;
     case Fault::amplifier_trip:
-      axis.amplifier.end_internal_fault();
+      begins ? axis.amplifier.begin_internal_fault() : axis.amplifier.end_internal_fault();
       break;
     case Fault::relay_opens:
-      axis.amplifier.release_relay();
-      break;
-    case Fault::node_reboot:
-    case Fault::bus_off:
-      line.end(spec.kind);
-      axis.node(spec.node).restart();
+      begins ? axis.amplifier.open_relay() : axis.amplifier.release_relay();
       break;
     default:
-      line.end(spec.kind, axis.channel(spec.node));
+      if (begins)
+        line.begin(spec.kind, spec.value, axis.channel(spec.node));
+      else
+        line.end(spec.kind, axis.channel(spec.node));
+      if (spec.kind == Fault::node_reboot && begins) axis.node(spec.node).lose_power();
+      if ((spec.kind == Fault::node_reboot || spec.kind == Fault::bus_off) && !begins)
+        axis.node(spec.node).restart();
   }
-  report(spec, false);
+  if (on_event_) on_event_(spec, begins, scheduler_.now());
 }
 
 void FaultScheduler::drift(const Active& active, can::Time now) {
   const double share =
       std::clamp(can::seconds(now - active.began) / can::seconds(active.spec.lasts), 0.0, 1.0);
   const double target = 1.0 + active.spec.value;
-  disturb(axis_of(active.spec), [&](Disturbance& disturbance) {
-    disturbance.gain = active.gain_before + share * (target - active.gain_before);
-  });
+  disturb(axis_of(active.spec), &Disturbance::gain,
+          active.gain_before + share * (target - active.gain_before));
 }
 
-void FaultScheduler::disturb(std::size_t axis, const std::function<void(Disturbance&)>& change) {
-  change(disturbances_[axis]);
+void FaultScheduler::disturb(std::size_t axis, double Disturbance::*what, double value) {
+  disturbances_[axis].*what = value;
   axes_[axis]->plant.advance_to(scheduler_.now());
   axes_[axis]->plant.disturb(disturbances_[axis]);
-}
-
-void FaultScheduler::report(const FaultSpec& spec, bool begins) const {
-  if (on_event_) on_event_(spec, begins, scheduler_.now());
 }
 
 }  // namespace hystcan::twin

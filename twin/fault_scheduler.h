@@ -64,10 +64,9 @@ class FaultScheduler {
   void end_what_is_due(can::Time now);
   void arm();
   void begin(const FaultSpec& spec);
-  void release(const FaultSpec& spec);
+  void act(const FaultSpec& spec, bool begins);
   void drift(const Active& active, can::Time now);
-  void disturb(std::size_t axis, const std::function<void(Disturbance&)>& change);
-  void report(const FaultSpec& spec, bool begins) const;
+  void disturb(std::size_t axis, double Disturbance::*what, double value);
 
   can::Scheduler& scheduler_;
   const Axes& axes_;
