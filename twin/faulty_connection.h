@@ -30,7 +30,6 @@ class SentMessage {
   SentMessage(const can::Message& message, const can::MessageMap& map, std::string_view value_role,
               std::string_view value_unit);
 
-  can::Filter filter() const { return filter_; }
   bool is(const can::Frame& frame) const {
     return frame.id == filter_.id && frame.extended == filter_.extended;
   }
