@@ -1,5 +1,6 @@
 // What all charts share: the place with a legend above the plot, the colours of axes, the ranges of scales.
 
+import uPlot from './uPlot.esm.js';
 import { element } from './dom.js';
 import { palette } from './theme.js';
 
@@ -29,6 +30,12 @@ export class Chart {
 
   showLegend() {
     this.legend.replaceChildren(element('b', { text: this.title }), ...this.legendKeys());
+  }
+
+  /** Draws with these options of uPlot from now on. */
+  make(options, data) {
+    this.uplot?.destroy();
+    this.uplot = new uPlot({ ...this.size, legend: { show: false }, ...options }, data, this.plot);
   }
 
   recolour() {

@@ -36,7 +36,6 @@ export class CurveChart extends Chart {
   }
 
   #build(data, curves) {
-    this.uplot?.destroy();
     this.curves = curves;
     this.showLegend();
     const axis = { ...colours(), labelSize: 16, labelGap: 0 };
@@ -45,10 +44,8 @@ export class CurveChart extends Chart {
       this.lowest === undefined
         ? uPlot.rangeNum(low, high, 0.1, true)
         : rangeAbove(this.lowest, low, high);
-    this.uplot = new uPlot(
+    this.make(
       {
-        ...this.size,
-        legend: { show: false },
         padding: [6, 18, 0, 0],
         scales: {
           x: { time: false, distr: 3, range: (_, low, high) => [low, high] },
@@ -71,7 +68,6 @@ export class CurveChart extends Chart {
         ],
       },
       data,
-      this.plot,
     );
   }
 }

@@ -1,6 +1,5 @@
 // The hysteresis loop: position against the drive that caused it, the newest bright, the older fading.
 
-import uPlot from './uPlot.esm.js';
 import { Chart, SteadyRange, colours, legendKey, linear } from './chart.js';
 import { element } from './dom.js';
 import { compact, plain } from './format.js';
@@ -96,7 +95,6 @@ export class LoopChart extends Chart {
   }
 
   #build() {
-    this.uplot?.destroy();
     this.data = [new Float64Array([0, 1]), new Float64Array(2)];
     const units = [...new Set(this.loops.map(({ unit }) => unit))].join(' or ');
     const axis = {
@@ -106,10 +104,8 @@ export class LoopChart extends Chart {
       values: (_, splits) => splits.map((mark) => compact(mark, 6)),
     };
     const range = (_, low, high) => [low ?? 0, high ?? 1];
-    this.uplot = new uPlot(
+    this.make(
       {
-        ...this.size,
-        legend: { show: false },
         padding: [6, 10, 0, 0],
         scales: { x: { time: false, range }, y: { auto: false, range } },
         cursor: {
@@ -125,7 +121,6 @@ export class LoopChart extends Chart {
         hooks: { draw: [(uplot) => this.#paint(uplot)], setSelect: [(uplot) => this.#select(uplot)] },
       },
       this.data,
-      this.plot,
     );
   }
 

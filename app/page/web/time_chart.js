@@ -4,7 +4,6 @@
 // dash (a number), width, trace: () => trace}.
 // uPlot itself gets two points only; the function `paths` of each series draws the trace between them.
 
-import uPlot from './uPlot.esm.js';
 import { Chart, SteadyRange, colours, legendKey, linear } from './chart.js';
 import { element, setText } from './dom.js';
 import { compact, plain } from './format.js';
@@ -100,17 +99,14 @@ export class TimeChart extends Chart {
   }
 
   #build() {
-    this.uplot?.destroy();
     this.x = new Float64Array([0, 1]);
     this.data = [this.x, ...this.lines.map(() => new Float64Array(2))];
     const scales = { x: { time: false } };
     for (const unit of this.units)
       scales[`y ${unit}`] = { auto: false, range: (_, low, high) => [low ?? 0, high ?? 1] };
-    this.uplot = new uPlot(
+    this.make(
       {
-        ...this.size,
         scales,
-        legend: { show: false },
         padding: [6, 10, 0, 0],
         cursor: {
           points: { show: false },
@@ -122,7 +118,6 @@ export class TimeChart extends Chart {
         hooks: { setSelect: [(uplot) => this.#select(uplot)] },
       },
       this.data,
-      this.plot,
     );
   }
 
