@@ -54,22 +54,11 @@ export class Cursors {
     if (titles.join() === this.titles) return;
     this.titles = titles.join();
     byId('cursor-tables').replaceChildren(
-      ...titles.map((title) =>
-        element(
-          'table',
-          { class: 'values' },
-          element(
-            'thead',
-            {},
-            element(
-              'tr',
-              {},
-              ...[title, 'A', 'B', 'B \u2212 A'].map((text) => element('th', { scope: 'col', text })),
-            ),
-          ),
-          element('tbody'),
-        ),
-      ),
+      ...titles.map((title) => {
+        const headings = [title, 'A', 'B', 'B \u2212 A'].map((text) => element('th', { scope: 'col', text }));
+        const head = element('thead', {}, element('tr', {}, ...headings));
+        return element('table', { class: 'values' }, head, element('tbody'));
+      }),
     );
   }
 
