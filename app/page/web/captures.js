@@ -106,11 +106,8 @@ export class CaptureView {
       columns.get('reference_um').map((reference, row) => reference - position[row]),
     );
     this.captures.unshift({
-      number: result.number,
-      on: result.on,
-      axis: result.axis,
+      ...result,
       time_s: result.trigger_time_s,
-      step: result.step,
       columns,
       rows,
       isShown: true,
@@ -183,11 +180,7 @@ export class CaptureView {
       label.hidden = !(on === 'level' || (on === 'step' && label.classList.contains('of-step')));
     if (!this.greeting) return;
     const name = on === 'level' ? byId('capture-signal').value : 'reference_um';
-    const unit = this.greeting.columns.find((column) => column.name === name)?.unit ?? '';
-    setText(
-      byId('capture-level-unit'),
-      unit === 'drive' ? (this.greeting.axes[byId('capture-axis').value]?.drive_unit ?? '') : unit,
-    );
+    setText(byId('capture-level-unit'), this.streams.controller.unitOf(name, byId('capture-axis').value));
   }
 
   #listChanged() {
@@ -231,7 +224,7 @@ export class CaptureView {
     const signal = byId('overlay-signal').value || 'tracking';
     const line = (one, column, at, look = {}) => ({
       label: `#${one.number} ${one.name} ${columnWord(column)}`,
-      unit: this.#unitOf(column, one.axis),
+      unit: this.streams.controller.unitOf(column, one.axis),
       colour: at,
       dash: at % 7,
       ...look,
@@ -254,19 +247,13 @@ export class CaptureView {
     this.chart.showValues();
   }
 
-  #unitOf(column, axis) {
-    const unit =
-      column === 'error_um' ? 'um' : (this.greeting.columns.find(({ name }) => name === column)?.unit ?? '');
-    return unit === 'drive' ? this.greeting.axes[axis].drive_unit : unit;
-  }
-
   #save(captures) {
     if (!captures.length) return;
     const names = [...captures[0].columns.keys()];
     const columns = [
       { name: 'capture' },
       { name: 'time_from_trigger', unit: 's' },
-      ...names.map((name) => ({ name, unit: this.#unitOf(name, captures[0].axis) })),
+      ...names.map((name) => ({ name, unit: this.streams.controller.unitOf(name, captures[0].axis) })),
     ];
     saveCsv(
       'captures',
