@@ -12,7 +12,7 @@ using namespace hystcan;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const fuzz::File file(data, size);
   fuzz::read_or_refuse(file, [&] {
-    config::CsvReader reader(file.path(), {"input"});
+    config::CsvReader reader(config::CsvLines(file.path()), {"input"});
     const std::size_t width = reader.add_if_present("time_s") ? 2 : 1;
     std::vector<double> row;
     while (reader.next(row)) {

@@ -142,7 +142,7 @@ TEST_F(Csv, ShortensALongTextInAMessage) {
 
 TEST_F(Csv, RefusesADeviceAndAFolderInOneLine) {
   const auto refusal_of = [](const char* file) -> std::string {
-    return support::refusal_of([&] { const CsvReader csv(file, {"input"}); });
+    return support::refusal_of([&] { const CsvReader csv(CsvLines(file), {"input"}); });
   };
   EXPECT_EQ(refusal_of("/dev/zero"), "/dev/zero:1:1048577: a longer line, expected at most 1048576 bytes");
   EXPECT_EQ(refusal_of("/"), "/: cannot be read: Is a directory, expected a CSV file");
