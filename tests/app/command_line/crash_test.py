@@ -219,6 +219,8 @@ class Trial:
         self.files, self.temporaries = contents(self.folder), temporaries(self.folder)
 
     def injected(self):
+        if not self.log.exists():  # the limit of a file's size is not injected
+            return []
         return [line for line in self.log.read_text(errors="replace").splitlines() if "(INJECTED)" in line]
 
 
@@ -295,6 +297,8 @@ class Test:
             self.complain(fault, f"exit status {trial.status}: {trial.err[-300:]}")
         name = TEMPORARY.sub("", os.path.basename(path))
         names = {os.path.basename(each) for each in self.changed} | {part for each in self.changed for part in each.split("/")}
+        names |= {TEMPORARY.sub("", os.path.basename(each)) for line in trial.injected()  # of another thread
+                  for each in re.findall(r'[<"]([^<>"]+)[>"]', line)}
         if not any(each in trial.err for each in names | {name}) or not re.search(WORDS[error], trial.err):
             self.complain(fault, f"no message with file and reason: {trial.err[-300:]!r}")
 
