@@ -1,5 +1,6 @@
 // For any bytes as run.json of a run's folder, the run is refused with the file's name, or read, and what was
 // read is written and read again.
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "runs/run.h"
