@@ -5,8 +5,8 @@
 
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <memory>
-#include <ranges>
 #include <utility>
 
 #include "app/live/control_protocol.h"
@@ -31,7 +31,9 @@ std::string page_commands() {
   std::map<int, std::string_view> words;
   for (const ControlCommand& row : protocol::commands)
     if (row.page_place > 0) words[row.page_place] = row.word;
-  return fmt::format("{}", fmt::join(std::views::values(words), ", "));
+  std::string text;
+  for (const auto& placed : words) text.append(text.empty() ? "" : ", ").append(placed.second);
+  return text;
 }
 
 /// The overrides that give the loop and the model in force, which do not depend on the setpoint.
