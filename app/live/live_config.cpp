@@ -66,8 +66,9 @@ LiveConfig::Prepared LiveConfig::without_the_last() const {
 LiveConfig::Prepared LiveConfig::prepare(History history) const {
   const config::Config config = config::load(file_, history.back(), files_);
   if (config.axes.size() != names_.size()) throw Error(difference(config, names_));
-  Prepared prepared{.settings = config::settings(file_, history.back(), files_),
-                    .history = std::move(history)};
+  Prepared prepared;
+  prepared.settings = config::settings(file_, history.back(), files_);
+  prepared.history = std::move(history);
   for (config::Change& change : config::changes(settings_, prepared.settings))
     if (change.effect == config::Effect::after_restart)
       prepared.after_restart.push_back(std::move(change));

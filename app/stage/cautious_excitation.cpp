@@ -161,13 +161,14 @@ Excitation::Config resized(Excitation::Config excitation, double factor, double 
 Excitation::Config with_margin(const config::Config& config, const twin::Config& twin,
                                const Excitation::Config& whole) {
   const double safe_drive = config.axes[0].control.gate.safe_drive;
-  constexpr double smallest = 1.0 / 256.0;
+  constexpr int most_halvings = 8;
   const double amplitude = amplitude_of(whole);
   std::string excess;
-  for (double factor = 1.0; factor >= smallest; factor /= 2.0) {
+  for (int halvings = 0; halvings <= most_halvings; ++halvings) {
+    const double factor = std::ldexp(1.0, -halvings);
     const Excitation::Config part = resized(whole, factor, safe_drive);
     const auto found = excess_of(config, twin, part);
-    if (!found && factor < 1.0)
+    if (!found && halvings > 0)
       note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", factor * amplitude,
            config.axes[0].wire.drive_unit, amplitude);
     if (!found) return part;
@@ -176,7 +177,7 @@ Excitation::Config with_margin(const config::Config& config, const twin::Config&
   throw RunError(fmt::format(
       "the experiment is too large for the twin even with an amplitude of {:.3g}: {}; nothing is written. "
       "Look at [axis.twin] and at the limits of [axis.control], or state an --amplitude",
-      smallest * amplitude, excess));
+      std::ldexp(amplitude, -most_halvings), excess));
 }
 
 bool is_of_size(const controller::Fault& fault) {

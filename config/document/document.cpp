@@ -35,7 +35,7 @@ Document::Document(std::filesystem::path file, std::string_view text) : file_(st
   root_ = read_ = std::make_shared<const toml::table>(std::move(root));
 }
 
-Document::Document(std::filesystem::path file, std::size_t largest)
+Document::Document(const std::filesystem::path& file, std::size_t largest)
     : Document(file, read_toml_file(file, largest)) {}
 
 Document Document::with(const std::vector<Setting>& overrides) const {

@@ -38,7 +38,7 @@ class Document {
   /// Of a file that has this text, or will have it.
   Document(std::filesystem::path file, std::string_view text);
   /// Reads a regular file of at most `largest` bytes.
-  explicit Document(std::filesystem::path file, std::size_t largest = largest_configuration);
+  explicit Document(const std::filesystem::path& file, std::size_t largest = largest_configuration);
   /// The same with other values of these keys.
   Document with(const std::vector<Setting>& overrides) const;
 
@@ -306,6 +306,7 @@ class Writer {
     else if constexpr (ListOfWords<T>)
       return list_of([&] {
         std::vector<std::string_view> chosen;
+        chosen.reserve(value.size());
         for (const auto word : value) chosen.push_back(word_of(word));
         return chosen;
       }());
