@@ -173,19 +173,20 @@ class AxisCheck : Checked {
 
 void check_nodes(const Checked& checked) {
   const Config& config = checked.config;
-  std::map<unsigned, std::string> taken{{config.controller.node, path_of(config, config.controller.node)}};
-  const auto take = [&](std::size_t i, const std::uint8_t& node) {
-    const std::string path = fmt::format("axis[{}].{}", i, path_of(config.axes[i], node));
-    if (const auto [before, is_new] = taken.emplace(node, path); !is_new)
-      checked.document.fail_at(
-          path, fmt::format("node {} is taken by {}, expected a node id of its own{}", node, before->second,
-                            before->second.substr(before->second.find('.')) == path.substr(path.find('.'))
-                                ? ", or the same message in [axis.frames]"
-                                : ""));
+  std::map<unsigned, const std::uint8_t*> taken{{config.controller.node, &config.controller.node}};
+  const auto take = [&](const std::uint8_t& node) {
+    const auto [before, is_new] = taken.emplace(node, &node);
+    if (is_new) return;
+    const std::string path = path_of(config, node), other = path_of(config, *before->second);
+    checked.document.fail_at(
+        path, fmt::format("node {} is taken by {}, expected a node id of its own{}", node, other,
+                          other.substr(other.find('.')) == path.substr(path.find('.'))
+                              ? ", or the same message in [axis.frames]"
+                              : ""));
   };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    if (first_sharing<can::AmpCommand>(config, i) == i) take(i, config.axes[i].wire.amplifier_node);
-    if (first_sharing<can::SensorSample>(config, i) == i) take(i, config.axes[i].wire.sensor_node);
+    if (first_sharing<can::AmpCommand>(config, i) == i) take(config.axes[i].wire.amplifier_node);
+    if (first_sharing<can::SensorSample>(config, i) == i) take(config.axes[i].wire.sensor_node);
   }
 }
 
