@@ -23,6 +23,15 @@ stage() {
   echo "$name: $spent" >&2
 }
 
+# configure_tree BUILD_TREE COMMAND...: the stage `configure`, with what the machine lacks for it.
+configure_tree() {
+  local tree=$1
+  shift
+  skip_unwritable_ccache
+  stage configure "$@"
+  report_missing_page "$tree"
+}
+
 # skip_unwritable_ccache: compiles without ccache if another user owns its folder, as after a first run with sudo.
 skip_unwritable_ccache() {
   local folder
