@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/system/system_error.hpp>
 #include <filesystem>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace hystcan {
 namespace {
@@ -18,6 +20,35 @@ const Error* as(const std::exception& error) {
 }
 
 }  // namespace
+
+PlacedError::PlacedError(std::string what, Advice advice, Place place)
+    : std::runtime_error(""), place_(std::move(place)), what_(std::move(what)), advice_(std::move(advice)) {
+  form();
+}
+
+void PlacedError::form() {
+  std::string text = place_.name;
+  for (const std::size_t number : {place_.line, place_.column})
+    if (number > 0) text += fmt::format(":{}", number);
+  if (!text.empty()) text += ": ";
+  text += what_;
+  if (!advice_.expected.empty()) text += ", expected " + advice_.expected;
+  if (!advice_.remedy.empty()) text += "; " + advice_.remedy;
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20; }, ' ');
+  std::runtime_error::operator=(std::runtime_error(text));
+}
+
+void PlacedError::rename_folder(const std::string& from, const std::string& to) {
+  if (place_.name == from || place_.name.starts_with(from + "/")) place_.name.replace(0, from.size(), to);
+  form();
+}
+
+void PlacedError::add_sentence(const std::string& sentence) {
+  std::string& last = advice_.expected.empty() ? what_ : advice_.expected;
+  (advice_.remedy.empty() ? last : advice_.remedy) += ". " + sentence;
+  form();
+}
 
 std::string error_text(const std::exception& error) {
   if (const auto* file = as<std::filesystem::filesystem_error>(error))

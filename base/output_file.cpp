@@ -1,7 +1,6 @@
 #include "base/output_file.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -28,7 +27,7 @@ int sync_folder(const std::filesystem::path& folder) {
 }  // namespace
 
 OutputFile::OutputFile(const std::filesystem::path& path, Kind kind) : kind_(kind), path_(path) {
-  if (path_.empty()) throw Error("output file is \"\", expected a name");
+  if (path_.empty()) throw Error("output file is \"\"", expect("a name"));
   if (kind_ == Kind::durable) {
     open_beside();
     return;
@@ -78,7 +77,7 @@ void OutputFile::commit() {
 }
 
 const std::filesystem::path& OutputFile::written() const {
-  if (written_.empty()) throw Error(fmt::format("{}: is no file, expected one", path_.string()));
+  if (written_.empty()) throw Error(path_, "is no file", expect("one"));
   return written_;
 }
 
@@ -90,8 +89,7 @@ void OutputFile::move_to_the_path() {
 }
 
 void OutputFile::fail(int error) const {
-  throw RunError(
-      fmt::format("{}: cannot be written: {}", path_.string(), std::generic_category().message(error)));
+  throw RunError(path_, "cannot be written: " + std::generic_category().message(error));
 }
 
 void write_file(const std::filesystem::path& path, std::string_view text) {
@@ -101,29 +99,28 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
 }
 
 void refuse_as_folder(const std::filesystem::path& folder) {
-  if (folder.empty()) throw Error("output folder is \"\", expected a name");
+  if (folder.empty()) throw Error("output folder is \"\"", expect("a name"));
   std::error_code error;
   if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
-    throw Error(fmt::format("{}: is not a folder, expected one for the output", folder.string()));
+    throw Error(folder, "is not a folder", expect("one for the output"));
   std::filesystem::path present = std::filesystem::absolute(folder);
   while (!std::filesystem::exists(present, error) && present.has_relative_path())
     present = present.parent_path();
   if (::access(present.c_str(), W_OK | X_OK) != 0)
-    throw RunError(
-        fmt::format("{}: cannot be created: {}", folder.string(), std::generic_category().message(errno)));
+    throw RunError(folder, "cannot be created: " + std::generic_category().message(errno));
 }
 
 void create_folder(const std::filesystem::path& folder) {
   refuse_as_folder(folder);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw RunError(fmt::format("{}: cannot be created: {}", folder.string(), error.message()));
+  if (error) throw RunError(folder, "cannot be created: " + error.message());
 }
 
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input) {
   std::error_code ignored;
   if (std::filesystem::equivalent(output, input, ignored))
-    throw Error(fmt::format("{}: is an input too, expected another file as output", output.string()));
+    throw Error(output, "is an input too", expect("another file as output"));
 }
 
 void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::filesystem::path& input) {
@@ -139,13 +136,13 @@ void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite) 
   const bool is_a_stream =
       name.starts_with("/dev/") || name.starts_with("/proc/");  // the shell has opened it
   if (!may_overwrite && !is_a_stream && std::filesystem::is_regular_file(output, ignored))
-    throw Error(fmt::format("{}: exists already, expected another name, or --overwrite", output.string()));
+    throw Error(output, "exists already", expect("another name, or --overwrite"));
 }
 
 void refuse_to_share(const std::filesystem::path& one, const std::filesystem::path& other) {
   std::error_code ignored;
   if (std::filesystem::weakly_canonical(one, ignored) == std::filesystem::weakly_canonical(other, ignored))
-    throw Error(fmt::format("{}: is written twice, expected two files", one.string()));
+    throw Error(one, "is written twice", expect("two files"));
 }
 
 }  // namespace hystcan
