@@ -13,17 +13,26 @@
 #include <system_error>
 #include <utility>
 
+#include "base/error.h"
+
 namespace hystcan {
 namespace {
 
-[[noreturn]] void refuse_input(int error) { throw FileError(std::generic_category().message(error)); }
+struct Input {
+  const std::filesystem::path& file;
+  const char* expected;
+
+  [[noreturn]] void refuse(const std::string& reason = std::generic_category().message(errno)) const {
+    throw Error(file, "cannot be read: " + reason, {.expected = expected});
+  }
+};
 
 class DescriptorBuffer : public std::streambuf {
  public:
   explicit DescriptorBuffer(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
 
   /// Waits until a process has the FIFO open for writing. Without one, a read ends at once.
-  void await_writer(std::chrono::milliseconds timeout) {
+  void await_writer(const Input& input, std::chrono::milliseconds timeout) {
     using WaitClock = std::chrono::steady_clock;
     constexpr int pause_ms = 10;
     const auto deadline = WaitClock::now() + timeout;
@@ -31,8 +40,8 @@ class DescriptorBuffer : public std::streambuf {
       const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
       if (received > 0) return take(received);
       if (received < 0 && errno == EAGAIN) return;  // a writer that has not written yet
-      if (received < 0 && errno != EINTR) refuse_input(errno);
-      if (WaitClock::now() > deadline) throw FileError("it is a pipe to which nobody writes");
+      if (received < 0 && errno != EINTR) input.refuse();
+      if (WaitClock::now() > deadline) input.refuse("it is a pipe to which nobody writes");
       ::poll(nullptr, 0, pause_ms);
     }
   }
@@ -62,49 +71,51 @@ class InputStream : public std::istream {
   explicit InputStream(Descriptor descriptor) : std::istream(nullptr), buffer_(std::move(descriptor)) {
     rdbuf(&buffer_);
   }
-  void await_writer(std::chrono::milliseconds timeout) { buffer_.await_writer(timeout); }
+  void await_writer(const Input& of, std::chrono::milliseconds timeout) { buffer_.await_writer(of, timeout); }
 
  private:
   DescriptorBuffer buffer_;
 };
 
-std::size_t size_of_regular(int descriptor) {
+std::size_t size_of_regular(int descriptor, const Input& input) {
   struct stat found {};
-  if (::fstat(descriptor, &found) != 0) refuse_input(errno);
-  if (S_ISDIR(found.st_mode)) refuse_input(EISDIR);
-  if (!S_ISREG(found.st_mode)) throw FileError("it is a pipe or a device");
+  if (::fstat(descriptor, &found) != 0) input.refuse();
+  if (S_ISDIR(found.st_mode)) input.refuse(std::generic_category().message(EISDIR));
+  if (!S_ISREG(found.st_mode)) input.refuse("it is a pipe or a device");
   return static_cast<std::size_t>(found.st_size);
 }
 
 }  // namespace
 
-std::string read_regular_file(const std::filesystem::path& file, std::size_t largest) {
+std::string read_regular_file(const std::filesystem::path& file, std::size_t largest, const char* expected) {
+  const Input input{file, expected};
   const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  if (descriptor.get() < 0) refuse_input(errno);
+  if (descriptor.get() < 0) input.refuse();
   std::string text;
-  text.reserve(std::min(size_of_regular(descriptor.get()), largest) + 1);  // one more finds the end
+  text.reserve(std::min(size_of_regular(descriptor.get(), input), largest) + 1);  // one more finds the end
   while (true) {
     const std::size_t before = text.size();
     text.resize(std::min(std::max(text.capacity(), before + 1), largest + 1));
     const ssize_t received = ::read(descriptor.get(), text.data() + before, text.size() - before);
-    if (received < 0 && errno != EINTR) refuse_input(errno);
+    if (received < 0 && errno != EINTR) input.refuse();
     text.resize(before + static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
     if (received == 0) return text;
-    if (text.size() > largest) throw FileError(fmt::format("it has more than {} bytes", largest));
+    if (text.size() > largest) input.refuse(fmt::format("it has more than {} bytes", largest));
   }
 }
 
-std::unique_ptr<std::istream> open_input(const std::filesystem::path& file,
+std::unique_ptr<std::istream> open_input(const std::filesystem::path& file, const char* expected,
                                          std::chrono::milliseconds timeout) {
+  const Input input{file, expected};
   Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   const int number = descriptor.get();
-  if (number < 0) refuse_input(errno);
+  if (number < 0) input.refuse();
   struct stat found {};
-  if (::fstat(number, &found) != 0) refuse_input(errno);
-  if (S_ISDIR(found.st_mode)) refuse_input(EISDIR);
+  if (::fstat(number, &found) != 0) input.refuse();
+  if (S_ISDIR(found.st_mode)) input.refuse(std::generic_category().message(EISDIR));
   auto stream = std::make_unique<InputStream>(std::move(descriptor));
-  if (S_ISFIFO(found.st_mode)) stream->await_writer(timeout);
-  if (::fcntl(number, F_SETFL, ::fcntl(number, F_GETFL) & ~O_NONBLOCK) != 0) refuse_input(errno);
+  if (S_ISFIFO(found.st_mode)) stream->await_writer(input, timeout);
+  if (::fcntl(number, F_SETFL, ::fcntl(number, F_GETFL) & ~O_NONBLOCK) != 0) input.refuse();
   return stream;
 }
 

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <istream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -32,24 +31,19 @@ class Descriptor {
   int number_;
 };
 
-/// The file cannot be read. what() is the reason without the name of the file: "Is a directory".
-class FileError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 /// The content of a regular file, without the traps of other kinds of file: a pipe or a terminal would wait
-/// for its other end, and a device never ends. Throws FileError if the file cannot be opened, is not a
-/// regular file, or has more than `largest` bytes. It never waits for another process.
-std::string read_regular_file(const std::filesystem::path& file, std::size_t largest);
+/// for its other end, and a device never ends. Throws Error, with `expected`, if the file cannot be opened,
+/// is not a regular file, or has more than `largest` bytes. It never waits for another process.
+std::string read_regular_file(const std::filesystem::path& file, std::size_t largest,
+                              const char* expected = "");
 
 /// How long a FIFO may wait for a process that opens it for writing.
 inline constexpr std::chrono::seconds fifo_open_timeout{3};
 
-/// A file that is read once from its beginning. It may be a pipe (/dev/stdin, a FIFO). Throws FileError if
-/// the file cannot be opened, is a directory, or is a FIFO that no program opens for writing. A signal that
-/// interrupts a wait for data makes the stream bad().
-std::unique_ptr<std::istream> open_input(const std::filesystem::path& file,
+/// A file that is read once from its beginning. It may be a pipe (/dev/stdin, a FIFO). Throws Error, with
+/// `expected`, if the file cannot be opened, is a directory, or is a FIFO that no program opens for writing.
+/// A signal that interrupts a wait for data makes the stream bad().
+std::unique_ptr<std::istream> open_input(const std::filesystem::path& file, const char* expected,
                                          std::chrono::milliseconds timeout = fifo_open_timeout);
 
 }  // namespace hystcan

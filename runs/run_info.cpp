@@ -120,8 +120,7 @@ class Reader {
  private:
   const json& of(const char* key, bool (json::*is_right)() const noexcept, const char* expected) const {
     const auto found = object_.find(key);
-    if (found == object_.end())
-      throw Error(fmt::format("{}: {} is missing, expected {}", file_.string(), key, expected));
+    if (found == object_.end()) throw Error(file_, fmt::format("{} is missing", key), {.expected = expected});
     if (!((*found).*is_right)()) refuse(key, *found, expected);
     return *found;
   }
@@ -129,8 +128,9 @@ class Reader {
     constexpr std::size_t longest = 40;
     const std::string text =  // dump() goes down by recursion
         found.is_structured() ? found.type_name() : found.dump(-1, ' ', true, json::error_handler_t::replace);
-    throw Error(fmt::format("{}: {} is {}{}, expected {}", file_.string(), key, text.substr(0, longest),
-                            text.size() > longest ? "..." : "", expected));
+    throw Error(file_,
+                fmt::format("{} is {}{}", key, text.substr(0, longest), text.size() > longest ? "..." : ""),
+                {.expected = expected});
   }
 
   const std::filesystem::path& file_;
@@ -148,7 +148,7 @@ json parsed(const std::filesystem::path& file, const std::string& text) {
   } catch (const json::out_of_range&) {  // 1e999
     what = "a number that is too large";
   }
-  throw Error(fmt::format("{}: {}, expected what hystcan writes of a run", file.string(), what));
+  throw Error(file, what, expect("what hystcan writes of a run"));
 }
 
 }  // namespace
@@ -193,20 +193,16 @@ json to_json(const RunInfo& info) {
 
 RunInfo read_run_info(const std::filesystem::path& run) {
   const std::filesystem::path file = run / info_name;
-  try {
-    const json object = parsed(file, read_regular_file(file, largest_info));
-    const Reader reader(file, object);
-    std::uint64_t version = 0;
-    reader("hystcan_run", version);
-    if (version != format_version)
-      throw Error(fmt::format("{}: hystcan_run is {}, expected {}: made by another version of hystcan",
-                              file.string(), version, format_version));
-    RunInfo info;
-    visit(reader, info);
-    return info;
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a run's folder", file.string(), error.what()));
-  }
+  const json object = parsed(file, read_regular_file(file, largest_info, "a run's folder"));
+  const Reader reader(file, object);
+  std::uint64_t version = 0;
+  reader("hystcan_run", version);
+  if (version != format_version)
+    throw Error(file, fmt::format("hystcan_run is {}", version),
+                expect("{}: made by another version of hystcan", format_version));
+  RunInfo info;
+  visit(reader, info);
+  return info;
 }
 
 void write_run_info(const std::filesystem::path& run, const RunInfo& info) {

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "app/stage/option_check.h"
-#include "base/input_file.h"
 #include "base/standard_streams.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
@@ -34,20 +33,13 @@ BusSource find_bus(const BusOptions& options) {
   if (!options.interface.empty()) source.interface = options.interface;
   if (!options.dbc.empty()) source.database = can::load_dbc(options.dbc);
   if (source.database) print_parse_warnings(*source.database);
-  if (source.interface.empty()) throw Error("no interface is named, expected a configuration or --interface");
+  if (source.interface.empty())
+    throw Error("no interface is named", expect("a configuration or --interface"));
   return source;
 }
 
-std::unique_ptr<std::istream> open_can_log(const std::filesystem::path& path) {
-  try {
-    return open_input(path);
-  } catch (const FileError& error) {
-    throw Error(path.string() + ": cannot be read: " + error.what() + ", expected a log of candump -L");
-  }
-}
-
 void require_frames(const std::string& name, std::uint64_t frames) {
-  if (frames == 0) throw Error(name + ": no frames, expected a log of candump -L");
+  if (frames == 0) throw Error(name, "no frames", {.expected = a_candump_log});
 }
 
 void print_parse_warnings(const can::Database& database) {

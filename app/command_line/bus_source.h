@@ -4,8 +4,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <istream>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -36,9 +34,8 @@ struct BusSource {
 /// Throws Error if no interface is named, and the errors of the files that it reads.
 BusSource find_bus(const BusOptions& options);
 
-/// Throws Error if the log cannot be read. It may be a pipe.
-std::unique_ptr<std::istream> open_can_log(const std::filesystem::path& path);
-
+/// What open_input() expects.
+inline constexpr const char* a_candump_log = "a log of candump -L";
 /// What is said of a log that a crash has cut.
 inline constexpr const char* last_line_left_out =
     "the last line has no line end and may be incomplete: left out";

@@ -13,6 +13,7 @@
 #include "app/command_line/bus_source.h"
 #include "app/command_line/commands.h"
 #include "app/command_line/frame_text.h"
+#include "base/input_file.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
 #include "can/log/candump.h"
@@ -96,7 +97,7 @@ int run_decode(const DecodeArguments& options) {
     decode(std::cin, "standard input", options, true, text, findings);
     return done;
   }
-  const auto stream = open_can_log(options.log);
+  const auto stream = open_input(options.log, a_candump_log);
   decode(*stream, options.log.string(), options, false, text, findings);
   return done;
 }

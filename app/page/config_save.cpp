@@ -179,15 +179,6 @@ std::string with_segments(const std::string& text, const std::string& name,
   return edited;
 }
 
-/// The file need not be TOML: an undo replaces one that somebody has broken.
-std::string text_of_file(const std::filesystem::path& file) {
-  try {
-    return read_regular_file(file, config::largest_configuration);
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}", file.string(), error.what()));
-  }
-}
-
 }  // namespace
 
 ConfigSave config_save(const std::string& before, const std::string& text) {
@@ -223,8 +214,7 @@ ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::
   try {
     (void)config::load_text(file, edit.text());
   } catch (const Error& error) {
-    throw Error(
-        fmt::format("nothing is saved, because the file could not be read any more: {}", error.what()));
+    throw Error("nothing is saved, because the file could not be read any more", error);
   }
   return config_save(before, edit.text());
 }
@@ -238,7 +228,8 @@ ConfigSave undo_of(const std::filesystem::path& file) {
   if (!std::filesystem::exists(kept))
     throw Error(fmt::format("there is no {}, so there is no save to undo", kept.string()));
   (void)config::load(kept);
-  ConfigSave undo = config_save(text_of_file(file), text_of_file(kept));
+  constexpr std::size_t most = config::largest_configuration;  // it need not be TOML: somebody has broken it
+  ConfigSave undo = config_save(read_regular_file(file, most), read_regular_file(kept, most));
   undo.undoes = true;
   return undo;
 }
@@ -254,8 +245,8 @@ void write_save(const std::filesystem::path& file, const ConfigSave& save) {
       std::filesystem::permissions(kept.written(), std::filesystem::status(target).permissions());
       kept.commit();
     } catch (const std::exception& error) {
-      throw RunError(fmt::format("the former file cannot be kept{}: {}",
-                                 save.undoes ? "" : ", so nothing is saved", error.what()));
+      throw RunError(
+          fmt::format("the former file cannot be kept{}", save.undoes ? "" : ", so nothing is saved"), error);
     }
   };
   // At every moment one of the two files has what the user wants back.

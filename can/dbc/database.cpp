@@ -11,20 +11,20 @@
 namespace hystcan::can {
 namespace {
 
-/// `FILE:LINE:COLUMN` of places in the text, which ascend. Lines end with LF, CR LF or CR.
+/// Places in the text, which ascend. Lines end with LF, CR LF or CR.
 class Places {
  public:
   Places(std::string_view text, const std::string& file_name)
       : file_name_(file_name), at_(text.data()), end_(text.data() + text.size()) {}
 
-  std::string operator()(const char* where) {
+  Place operator()(const char* where) {
     for (; at_ != where; ++at_, ++column_) {
       const bool ends = *at_ == '\n' || (*at_ == '\r' && (at_ + 1 == end_ || at_[1] != '\n'));
       if (!ends) continue;
       ++line_;
       column_ = 0;
     }
-    return file_name_ + ':' + std::to_string(line_) + ':' + std::to_string(column_);
+    return {file_name_, line_, column_};
   }
 
  private:
@@ -63,7 +63,7 @@ const Signal* Message::find(std::string_view signal) const { return find_named(s
 const Message* Database::find(std::string_view message) const { return find_named(messages, message); }
 
 Database parse_dbc(std::string_view text, const std::string& file_name) {
-  if (is_utf16(text)) throw Error(file_name + ":1:1: " + std::string(refusal_of_encoding(text)));
+  if (is_utf16(text)) throw Error({file_name, 1, 1}, refusal_of_encoding(text));
   text = without_byte_order_mark(text);
   Places place(text, file_name);
   try {
@@ -72,19 +72,16 @@ Database parse_dbc(std::string_view text, const std::string& file_name) {
     auto& warnings = reader.warnings();
     std::ranges::stable_sort(warnings, std::less<>{}, &dbc::Reader::Warning::first);
     database.warnings.reserve(warnings.size());
-    for (const auto& [where, what] : warnings) database.warnings.push_back(place(where) + ": " + what);
+    for (const auto& [where, what] : warnings)
+      database.warnings.emplace_back(Error(place(where), what).what());
     return database;
   } catch (const dbc::ParseError& error) {
-    throw Error(place(error.where) + ": found " + error.found + ", expected " + error.expected);
+    throw Error(place(error.where), "found " + error.found, {.expected = error.expected});
   }
 }
 
 Database load_dbc(const std::filesystem::path& file) {
-  try {
-    return parse_dbc(read_regular_file(file, dbc::largest_file), file.string());
-  } catch (const FileError& error) {
-    throw Error(file.string() + ": cannot be read: " + error.what());
-  }
+  return parse_dbc(read_regular_file(file, dbc::largest_file), file.string());
 }
 
 }  // namespace hystcan::can

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "base/input_file.h"
 #include "base/text.h"
 #include "config/document/closest.h"
 #include "config/document/format.h"
@@ -36,7 +37,7 @@ Document::Document(std::filesystem::path file, std::string_view text) : file_(st
 }
 
 Document::Document(const std::filesystem::path& file, std::size_t largest)
-    : Document(file, read_toml_file(file, largest)) {}
+    : Document(file, read_regular_file(file, largest, a_toml_file)) {}
 
 Document Document::with(const std::vector<Setting>& overrides) const {
   Document changed = *this;
@@ -56,13 +57,12 @@ void Document::put(const Setting& setting, toml::table& root) {
   try {
     parsed = parse_toml("value = " + setting.value + "\n", setting.path, setting.path);
   } catch (const Error&) {
-    throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", setting.path, setting.value));
+    throw Error(fmt::format("{} = {}: not a value", setting.path, setting.value), expect("one as in TOML"));
   }
   if (!above.empty() && !root.at_path(above)) put({above, "{}"}, root);
   toml::table* table = above.empty() ? &root : root.at_path(above).as_table();
   if (table == nullptr || key.find('[') != std::string::npos || parsed.size() != 1)
-    throw Error(
-        fmt::format("{}: there is no such key to set, expected one of the configuration", setting.path));
+    throw Error(setting.path, "there is no such key to set", expect("one of the configuration"));
   toml::node& value = *parsed.get("value");
   const toml::source_region origin = value.source();
   table->insert_or_assign(toml::key(key, toml::source_region(origin)), std::move(value));
@@ -74,10 +74,9 @@ std::filesystem::path Document::resolve(const std::filesystem::path& path) const
 }
 
 void Document::fail(const toml::source_region& where, const std::string& what) const {
-  if (where.path)
-    throw Error(fmt::format("{}: {}", *where.path, what));  // it stands in an override, not in the file
+  if (where.path) throw Error(*where.path, what);  // it stands in an override, not in the file
   const toml::source_position position = where.begin ? where.begin : toml::source_position{1, 1};
-  throw Error(fmt::format("{}:{}:{}: {}", file_.string(), position.line, position.column, what));
+  throw Error({file_, position.line, position.column}, what);
 }
 
 void Document::fail_at(std::string_view path, const std::string& what) const {
@@ -87,7 +86,7 @@ void Document::fail_at(std::string_view path, const std::string& what) const {
   }
   const auto override = std::find_if(overridden_.rbegin(), overridden_.rend(),
                                      [&](const std::string& of) { return is_within(path, of); });
-  if (override != overridden_.rend()) throw Error(fmt::format("{}: {}", *override, what));
+  if (override != overridden_.rend()) throw Error(*override, what);
   fail(path.empty() ? read_->source() : read_->at_path(path).node()->source(), what);
 }
 

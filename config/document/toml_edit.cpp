@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "config/document/toml_text.h"
 
@@ -101,7 +102,7 @@ struct TomlEdit::Place {
 TomlEdit::TomlEdit(std::string text, std::string name) : name_(std::move(name)) { take(std::move(text)); }
 
 TomlEdit TomlEdit::of_file(const std::filesystem::path& file, std::size_t largest) {
-  return {read_toml_file(file, largest), file.string()};
+  return {read_regular_file(file, largest, a_toml_file), file.string()};
 }
 
 void TomlEdit::take(std::string text) {
@@ -110,7 +111,7 @@ void TomlEdit::take(std::string text) {
 }
 
 void TomlEdit::fail(const toml::source_region& where, const std::string& what) const {
-  throw Error(fmt::format("{}:{}:{}: {}", name_, where.begin.line, where.begin.column, what));
+  throw Error({name_, where.begin.line, where.begin.column}, what);
 }
 
 std::size_t TomlEdit::line_start(std::size_t line) const {
@@ -188,10 +189,10 @@ void TomlEdit::insert_below(std::size_t line, const std::vector<std::string>& li
 
 void TomlEdit::set(const std::string& path, const std::string& value) {
   if (parse_toml("value = " + value, path).size() != 1)
-    throw Error(fmt::format("{} = {}: not a value, expected one as in TOML", path, value));
+    throw Error(fmt::format("{} = {}: not a value", path, value), expect("one as in TOML"));
   const Place place = find(path);
   if (!std::ranges::all_of(place.parts, can_stand_in_a_path))
-    throw Error(fmt::format("\"{}\" is no path of keys, expected one like axis[1].control.kp", path));
+    throw Error(fmt::format("\"{}\" is no path of keys", path), expect("one like axis[1].control.kp"));
   const toml::node& node = place.deepest();
   const toml::source_region where = node.source();
   if (place.is_complete()) {

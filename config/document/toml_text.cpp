@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "base/error.h"
-#include "base/input_file.h"
 #include "base/text.h"
 
 namespace hystcan::config {
@@ -84,15 +83,15 @@ class Scan {
 };
 static_assert(deepest_nesting == 16 && most_key_parts == 16, "as the messages say");
 
-std::string refusal_at(std::string_view text, std::size_t at, const char* what) {
+Place place_of(std::string_view text, std::size_t at, const std::string& name) {
   const std::string_view before = text.substr(0, at);
   const std::size_t line_start = before.rfind('\n') + 1;  // 0 in the first line
-  return fmt::format("{}:{}: {}", std::ranges::count(before, '\n') + 1, at - line_start + 1, what);
+  return {name, static_cast<std::size_t>(std::ranges::count(before, '\n')) + 1, at - line_start + 1};
 }
 
 }  // namespace
 
-std::optional<std::string> find_refusal(std::string_view text) {
+void refuse_hostile_toml(std::string_view text, const std::string& name) {
   Scan scan;
   for (std::size_t at = text.size() - without_byte_order_mark(text).size(); at < text.size();) {
     std::size_t next = at + 1;
@@ -106,10 +105,9 @@ std::optional<std::string> find_refusal(std::string_view text) {
     } else {
       wrong = scan.add(text[at]);
     }
-    if (wrong != nullptr) return refusal_at(text, at, wrong);
+    if (wrong != nullptr) throw Error(place_of(text, at, name), wrong, expect("TOML"));
     at = next;
   }
-  return std::nullopt;
 }
 
 std::string toml_string(std::string_view text) {
@@ -136,25 +134,15 @@ std::string toml_comment(std::string_view lines) {
   return comment;
 }
 
-std::string read_toml_file(const std::filesystem::path& file, std::size_t largest) {
-  try {
-    return read_regular_file(file, largest);
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a TOML file", file.string(), error.what()));
-  }
-}
-
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin) {
   if (const std::string_view other = refusal_of_encoding(text); !other.empty())
-    throw Error(fmt::format("{}:1:1: {}", name, other));
-  if (const auto refusal = find_refusal(text))
-    throw Error(fmt::format("{}:{}, expected TOML", name, *refusal));
+    throw Error({name, 1, 1}, other);
+  refuse_hostile_toml(text, name);
   try {
     return origin.empty() ? toml::parse(text) : toml::parse(text, origin);
   } catch (const toml::parse_error& error) {
     const toml::source_position place = error.source().begin;
-    throw Error(
-        fmt::format("{}:{}:{}: {}, expected TOML", name, place.line, place.column, error.description()));
+    throw Error({name, place.line, place.column}, error.description(), expect("TOML"));
   }
 }
 

@@ -5,8 +5,6 @@
 
 #include <toml++/toml.h>
 #include <cstddef>
-#include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -16,8 +14,8 @@ namespace hystcan::config {
 inline constexpr std::size_t deepest_nesting = 16;
 inline constexpr std::size_t most_key_parts = 16;
 
-/// Why the library must not see this text, after the place, counted from 1: "3:7: what"; none if it may.
-std::optional<std::string> find_refusal(std::string_view text);
+/// Throws Error `NAME:LINE:COLUMN: what, expected TOML` if the library must not see this text.
+void refuse_hostile_toml(std::string_view text, const std::string& name);
 
 /// The text as a string of TOML, in quotes: a reader gets the same text back.
 std::string toml_string(std::string_view text);
@@ -26,8 +24,8 @@ std::string toml_string(std::string_view text);
 /// control character.
 std::string toml_comment(std::string_view lines);
 
-/// The text of a regular file of at most `largest` bytes. Throws Error.
-std::string read_toml_file(const std::filesystem::path& file, std::size_t largest);
+/// What read_regular_file() expects.
+inline constexpr const char* a_toml_file = "a TOML file";
 
 /// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their
 /// path; no path if it is empty.

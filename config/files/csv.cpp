@@ -43,24 +43,12 @@ std::size_t end_of_field(std::string_view line, char separator) {
 /// A running controller reads this file too, so it must not wait for a pipe. The last row gets its line end.
 std::string text_of_setpoint(const std::filesystem::path& file) {
   constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
-  try {
-    std::string text = read_regular_file(file, largest);
-    if (!text.ends_with('\n')) text += '\n';
-    return text;
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
-  }
+  std::string text = read_regular_file(file, largest, a_csv_file);
+  if (!text.ends_with('\n')) text += '\n';
+  return text;
 }
 
 }  // namespace
-
-std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file) {
-  try {
-    return open_input(file);
-  } catch (const FileError& error) {
-    throw Error(fmt::format("{}: cannot be read: {}, expected a CSV file", file.string(), error.what()));
-  }
-}
 
 std::string_view trimmed(std::string_view text) {
   const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
@@ -145,7 +133,7 @@ std::vector<std::string> notes_of_end(bool is_cut, std::size_t zeros) {
 }
 
 CsvLines::CsvLines(std::filesystem::path file)
-    : file_(std::move(file)), stream_(open_csv(file_)), buffer_(buffer_of_a_line()) {}
+    : file_(std::move(file)), stream_(open_input(file_, a_csv_file)), buffer_(buffer_of_a_line()) {}
 
 CsvLines::CsvLines(std::filesystem::path file, std::string text)
     : file_(std::move(file)),
@@ -169,19 +157,17 @@ bool CsvLines::next() {
 bool CsvLines::read_line() {
   stream_->getline(buffer_.get(), longest_csv_line + 1);
   auto size = static_cast<std::size_t>(stream_->gcount());
-  if (stream_->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), line_number_));
+  if (stream_->bad()) throw Error({file_, line_number_}, "cannot be read further");
   if (stream_->eof() && size == 0) return false;
   ends_in_mid_line_ = stream_->eof();
   ++line_number_;
   bytes_read_ += size;
   if (!stream_->eof() && !stream_->fail()) --size;  // the end of the line is counted too
-  if (line_number_ == 1)
-    if (const std::string_view other = refusal_of_encoding({buffer_.get(), size}); !other.empty())
-      fail_in_column(0, std::string(other));
-  if (stream_->fail())
-    fail_in_column(longest_csv_line,
-                   fmt::format("a longer line, expected at most {} bytes", longest_csv_line));
   line_ = {buffer_.get(), size};
+  if (line_number_ == 1)
+    if (const std::string_view other = refusal_of_encoding(line_); !other.empty()) fail(std::string(other));
+  if (stream_->fail())
+    fail(line_.substr(size), fmt::format("a longer line, expected at most {} bytes", longest_csv_line));
   if (ends_in_mid_line_) {
     line_ = line_.substr(0, line_.find_last_not_of('\0') + 1);
     zeros_ = size - line_.size();
@@ -195,14 +181,8 @@ bool CsvLines::read_line() {
 std::string CsvLines::comment(std::string_view name) const { return comment_in(comments_, name); }
 
 void CsvLines::fail(std::string_view at, const std::string& what) const {
-  fail_in_column(static_cast<std::size_t>(at.data() - line_.data()), what);
-}
-
-void CsvLines::fail(const std::string& what) const { fail_in_column(0, what); }
-
-void CsvLines::fail_in_column(std::size_t column, const std::string& what) const {
-  throw Error(
-      fmt::format("{}:{}:{}: {}", file_.string(), std::max<std::size_t>(line_number_, 1), column + 1, what));
+  const auto column = static_cast<std::size_t>(at.data() - line_.data());
+  throw Error({file_, std::max<std::size_t>(line_number_, 1), column + 1}, what);
 }
 
 void require_width(const CsvLines& lines, std::size_t fields, std::size_t expected, char separator) {
@@ -279,14 +259,14 @@ controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
   std::vector<double> row;
   while (reader.next(row)) {
     if (!time_s.empty() && row[0] <= time_s.back())
-      throw Error(fmt::format("{}:{}:1: time_s is {} after {}, expected time to increase", file.string(),
-                              reader.line_number(), row[0], time_s.back()));
+      throw Error({file, reader.line_number(), 1},
+                  fmt::format("time_s is {} after {}", row[0], time_s.back()), expect("time to increase"));
     time_s.push_back(row[0]);
     position_um.push_back(row[1]);
   }
   if (time_s.size() < 2)
-    throw Error(fmt::format("{}:{}:1: a reference of {}, expected two or more", file.string(),
-                            reader.line_number(), counted(time_s.size(), "row")));
+    throw Error({file, reader.line_number(), 1},
+                fmt::format("a reference of {}", counted(time_s.size(), "row")), expect("two or more"));
   return {std::move(time_s), std::move(position_um)};
 }
 

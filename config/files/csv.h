@@ -26,8 +26,8 @@ inline constexpr std::size_t longest_csv_line = 1'048'576;  ///< bytes
 inline constexpr std::size_t most_comments = 1000;
 inline constexpr std::size_t longest_comment = 1024;  ///< bytes
 
-/// The file may be a pipe (base/input_file.h). Throws Error if it cannot be read.
-std::unique_ptr<std::istream> open_csv(const std::filesystem::path& file);
+/// What open_input() expects.
+inline constexpr const char* a_csv_file = "a CSV file";
 
 /// Without blanks and tabs at both ends.
 std::string_view trimmed(std::string_view text);
@@ -86,11 +86,10 @@ class CsvLines {
 
   /// Throws Error with the place: `at` points into the present line.
   [[noreturn]] void fail(std::string_view at, const std::string& what) const;
-  [[noreturn]] void fail(const std::string& what) const;  ///< at the beginning of the line
+  [[noreturn]] void fail(const std::string& what) const { fail(line_, what); }  ///< at its beginning
 
  private:
   bool read_line();
-  [[noreturn]] void fail_in_column(std::size_t column, const std::string& what) const;
 
   std::filesystem::path file_;
   std::unique_ptr<std::istream> stream_;

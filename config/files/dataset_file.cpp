@@ -83,7 +83,7 @@ class RowLoader {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(fmt::format("{}:{}: {}", reader_.file().string(), reader_.line_number(), what));
+    throw Error({reader_.file(), reader_.line_number()}, what);
   }
 
   std::string without_time() const {
@@ -196,8 +196,8 @@ class RowLoader {
       if (reader_.is_damaged()) fail_at_damage();
       require_increase(time_s);
       if (dataset.size() == most_rows_)
-        throw Error(fmt::format("{}:{}:1: one more row, expected at most {} rows", reader_.file().string(),
-                                reader_.line_number(), most_rows_));
+        throw Error({reader_.file(), reader_.line_number(), 1}, "one more row",
+                    expect("at most {} rows", most_rows_));
       add(time_s, row);
       if (layout_.to_s && time_s >= *layout_.to_s) return;
     }
@@ -235,14 +235,15 @@ class RowLoader {
   }
 
   [[noreturn]] void fail_at_damage() {
-    const std::string damage = reader_.damage_text();
+    const Error damage = reader_.damage_error();
+    std::string remedy;
     if (layout_.has_interval_options && !loaded_.dataset.time_s.empty())
-      throw Error(fmt::format("{}; --to {} ends before it", damage, loaded_.dataset.time_s.back()));
+      remedy = fmt::format("--to {} ends before it", loaded_.dataset.time_s.back());
     std::vector<double> row;
-    while (layout_.has_interval_options && columns_.has_time && reader_.read(row))
+    while (remedy.empty() && layout_.has_interval_options && columns_.has_time && reader_.read(row))
       if (!reader_.is_damaged())
-        throw Error(fmt::format("{}; --from {} begins behind it", damage, seconds_ * (row[0] - origin_)));
-    throw Error(damage);
+        remedy = fmt::format("--from {} begins behind it", seconds_ * (row[0] - origin_));
+    throw Error({}, damage, {.remedy = remedy});
   }
 
   void require_agreement() const {
@@ -250,8 +251,8 @@ class RowLoader {
     const bool counts_samples = seconds_ == 1.0 / rate_Hz_;
     if (rate_Hz_ > 0.0 && !counts_samples && columns_.has_time && time_s.size() > 1 &&
         !agrees_with_rate(time_s, rate_Hz_))
-      throw Error(fmt::format("{}: {} contradicts the rate, expected {} s from row to row at {}",
-                              reader_.file().string(), columns_.titles[0], 1.0 / rate_Hz_, origin_of_rate_));
+      throw Error(reader_.file(), fmt::format("{} contradicts the rate", columns_.titles[0]),
+                  expect("{} s from row to row at {}", 1.0 / rate_Hz_, origin_of_rate_));
   }
 
   LabCsvReader& reader_;
@@ -279,19 +280,20 @@ DatasetFile load_two_files(const std::filesystem::path& file, const DatasetLayou
   DatasetFile loaded = load_channel(file, layout, most_rows, ColumnMeaning::input);
   DatasetFile other = load_channel(layout.output_from, layout, most_rows, ColumnMeaning::output);
   identification::Dataset& dataset = loaded.dataset;
-  const std::string place = layout.output_from.string();
+  const std::filesystem::path& place = layout.output_from;
   if (other.dataset.size() != dataset.size())
-    throw Error(fmt::format("{}: {}, expected {} as in {}", place, counted(other.dataset.size(), "row"),
-                            dataset.size(), file.string()));
+    throw Error(place, counted(other.dataset.size(), "row"),
+                expect("{} as in {}", dataset.size(), file.string()));
   for (std::size_t i = 1; i < dataset.size(); ++i) {
     const double step_s = dataset.time_s[i] - dataset.time_s[i - 1];
     if (!is_one_time(dataset.time_s[i], other.dataset.time_s[i], step_s))
-      throw Error(fmt::format("{}: row {} is of {} s, expected {} s as in {}", place, i + 1,
-                              other.dataset.time_s[i], dataset.time_s[i], file.string()));
+      throw Error(place, fmt::format("row {} is of {} s", i + 1, other.dataset.time_s[i]),
+                  expect("{} s as in {}", dataset.time_s[i], file.string()));
   }
   dataset.output = std::move(other.dataset.output);
   dataset.output_unit = std::move(other.dataset.output_unit);
-  for (const std::string& said : other.notes) loaded.notes.push_back(fmt::format("{}: {}", place, said));
+  for (const std::string& said : other.notes)
+    loaded.notes.push_back(fmt::format("{}: {}", place.string(), said));
   return loaded;
 }
 

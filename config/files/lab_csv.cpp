@@ -125,8 +125,7 @@ void LabCsvReader::find_signs() {
                  static_cast<std::size_t>(fields_[i].data() - text_.text().data()) - line.begin + 1, i);
     if (is_enough && survey.has_decimal(has_comma ? ',' : '.')) break;
   }
-  if (const auto contradiction = survey.contradiction())
-    throw Error(fmt::format("{}: {}", file().string(), *contradiction));
+  if (const auto contradiction = survey.contradiction()) throw Error(file(), *contradiction);
   signs_ = survey.found();
 }
 
@@ -212,8 +211,6 @@ bool LabCsvReader::read(std::vector<double>& row) {
   return true;
 }
 
-std::string LabCsvReader::damage_text() const { return text_.place(line_, damage_->at) + damage_->what; }
-
 std::string LabCsvReader::comment(std::string_view name) const { return comment_in(head_.comments, name); }
 
 std::vector<std::string> LabCsvReader::notes() const {
@@ -226,7 +223,7 @@ std::vector<std::string> LabCsvReader::notes() const {
 }
 
 void LabCsvReader::fail_at_header(const std::string& what) const {
-  throw Error(fmt::format("{}:{}:1: {}", file().string(), head_.line, what));
+  throw Error({file(), head_.line, 1}, what);
 }
 
 }  // namespace hystcan::config

@@ -49,8 +49,7 @@ class LabCsvReader {
   /// cannot be read is NaN; then is_damaged().
   bool read(std::vector<double>& row);
   bool is_damaged() const { return damage_.has_value(); }
-  /// The place of the damage and what it is.
-  std::string damage_text() const;
+  Error damage_error() const { return {text_.place(line_, damage_->at), damage_->what}; }
 
   /// The one in the head; none where two differ.
   const std::optional<StatedRate>& rate() const { return head_.rate; }

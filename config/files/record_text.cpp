@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "config/files/csv.h"
 
@@ -44,7 +45,7 @@ RecordText::RecordText(std::filesystem::path file, std::size_t most_lines) : fil
 }
 
 void RecordText::read(std::size_t most_lines) {
-  const std::unique_ptr<std::istream> stream = open_csv(file_);
+  const std::unique_ptr<std::istream> stream = open_input(file_, a_csv_file);
   std::error_code unknown;
   const auto size = std::filesystem::file_size(file_, unknown);
   const bool is_regular = !unknown && size > 0;
@@ -56,30 +57,27 @@ void RecordText::read(std::size_t most_lines) {
     text_.resize(begin + block);
     stream->read(text_.data() + begin, static_cast<std::streamsize>(block));
     text_.resize(begin + static_cast<std::size_t>(stream->gcount()));
-    if (stream->bad()) throw Error(fmt::format("{}:{}: cannot be read further", file_.string(), lines + 1));
+    if (stream->bad()) throw Error({file_, lines + 1}, "cannot be read further");
     if (text_.size() == begin) return;
     if (begin == 0) refuse_other_kinds();
     lines += static_cast<std::size_t>(
         std::count(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.end(), '\n'));
-    if (lines > most_lines)
-      throw Error(
-          fmt::format("{}:{}:1: one more line, expected at most {}", file_.string(), lines, most_lines));
+    if (lines > most_lines) throw Error({file_, lines, 1}, "one more line", expect("at most {}", most_lines));
     // No more of a long line is read than is needed to refuse it.
     const std::size_t end = text_.rfind('\n');
     if (end != std::string::npos && end >= begin) line_begin = end + 1;
     if (text_.size() - line_begin > longest_csv_line)
-      throw Error(fmt::format("{}:{}:{}: a longer line, expected at most {} bytes", file_.string(), lines + 1,
-                              longest_csv_line + 1, longest_csv_line));
+      throw Error({file_, lines + 1, longest_csv_line + 1}, "a longer line",
+                  expect("at most {} bytes", longest_csv_line));
   }
 }
 
 void RecordText::refuse_other_kinds() const {
-  const std::string where = file_.string() + ":1:1: ";
   for (const Kind& kind : other_kinds)
     if (text_.starts_with(kind.begin))
-      throw Error(fmt::format("{}this is {}, expected text: save it as CSV", where, kind.found));
+      throw Error({file_, 1, 1}, fmt::format("this is {}", kind.found), expect("text: save it as CSV"));
   if (const std::string_view other = refusal_of_encoding(text_); !other.empty())
-    throw Error(where + std::string(other));
+    throw Error({file_, 1, 1}, other);
 }
 
 bool RecordText::next(TextLine& line) const {
@@ -102,16 +100,16 @@ bool RecordText::next_content(TextLine& line) const {
   return false;
 }
 
-std::string RecordText::place(const TextLine& line, std::string_view at) const {
+Place RecordText::place(const TextLine& line, std::string_view at) const {
   const std::size_t column =
       at.data() >= text_.data() + line.begin && at.data() <= text_.data() + text_.size()
           ? static_cast<std::size_t>(at.data() - text_.data()) - line.begin
           : 0;
-  return fmt::format("{}:{}:{}: ", file_.string(), std::max<std::size_t>(line.number, 1), column + 1);
+  return {file_, std::max<std::size_t>(line.number, 1), column + 1};
 }
 
 void RecordText::fail(const TextLine& line, std::string_view at, const std::string& what) const {
-  throw Error(place(line, at) + what);
+  throw Error(place(line, at), what);
 }
 
 }  // namespace hystcan::config

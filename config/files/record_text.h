@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/error.h"
+
 namespace hystcan::config {
 
 struct TextLine {
@@ -34,8 +36,8 @@ class RecordText {
   /// Like next(), without blank lines and comments.
   bool next_content(TextLine& line) const;
 
-  /// "FILE:LINE:COLUMN: "; `at` points into the line.
-  std::string place(const TextLine& line, std::string_view at) const;
+  /// `at` points into the line.
+  Place place(const TextLine& line, std::string_view at) const;
   /// Throws Error with the place; `at` points into the line.
   [[noreturn]] void fail(const TextLine& line, std::string_view at, const std::string& what) const;
 

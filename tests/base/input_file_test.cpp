@@ -18,12 +18,12 @@ namespace {
 using std::chrono::milliseconds;
 
 std::string all_of(const std::filesystem::path& file) {
-  const auto stream = open_input(file);
+  const auto stream = open_input(file, "a text");
   return {std::istreambuf_iterator<char>(*stream), {}};
 }
 
 std::string refusal_of(const std::filesystem::path& file, milliseconds patience = milliseconds(20)) {
-  return support::refusal_of<FileError>([&] { open_input(file, patience); });
+  return support::refusal_of([&] { open_input(file, "a text", patience); });
 }
 
 struct InputStream : testing::Test {
@@ -46,7 +46,7 @@ TEST_F(InputStream, ReadsAFifoToItsEnd) {
   const int reader = open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // so that the writer can open it
   const int writer = open(file.c_str(), O_WRONLY | O_CLOEXEC);
   ASSERT_EQ(write(writer, "first second", 12), 12);
-  const auto stream = open_input(file, milliseconds(0));
+  const auto stream = open_input(file, "a text", milliseconds(0));
   close(writer);
   close(reader);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(*stream), {}), "first second");
@@ -55,7 +55,7 @@ TEST_F(InputStream, ReadsAFifoToItsEnd) {
 TEST_F(InputStream, AcceptsAFifoWhoseWriterHasWrittenNothingYet) {
   make_fifo();
   const int both = open(file.c_str(), O_RDWR | O_CLOEXEC);
-  const auto stream = open_input(file, milliseconds(0));
+  const auto stream = open_input(file, "a text", milliseconds(0));
   ASSERT_EQ(write(both, "late", 4), 4);
   close(both);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(*stream), {}), "late");
@@ -63,12 +63,15 @@ TEST_F(InputStream, AcceptsAFifoWhoseWriterHasWrittenNothingYet) {
 
 TEST_F(InputStream, RefusesAFifoToWhichNobodyWrites) {
   make_fifo();
-  EXPECT_EQ(refusal_of(file), "it is a pipe to which nobody writes");
+  EXPECT_EQ(refusal_of(file),
+            file.string() + ": cannot be read: it is a pipe to which nobody writes, expected a text");
 }
 
 TEST_F(InputStream, RefusesAFolderAndAnAbsentFile) {
-  EXPECT_EQ(refusal_of(folder.folder()), "Is a directory");
-  EXPECT_EQ(refusal_of(folder / "none"), "No such file or directory");
+  EXPECT_EQ(refusal_of(folder.folder()),
+            folder.folder().string() + ": cannot be read: Is a directory, expected a text");
+  EXPECT_EQ(refusal_of(folder / "none"),
+            (folder / "none").string() + ": cannot be read: No such file or directory, expected a text");
 }
 
 }  // namespace

@@ -13,7 +13,9 @@ namespace hystcan::can::regular_file_test {
 namespace {
 
 std::string refusal_of(const std::filesystem::path& file, std::size_t largest = 1000) {
-  return support::refusal_of<FileError>([&] { read_regular_file(file, largest); });
+  const std::string text = support::refusal_of([&] { read_regular_file(file, largest); });
+  const std::string before = file.string() + ": cannot be read: ";
+  return text.starts_with(before) ? text.substr(before.size()) : text;
 }
 
 struct RegularFile : testing::Test {

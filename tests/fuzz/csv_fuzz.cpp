@@ -27,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     reader.select({0, reader.columns().size() - 1});
     std::vector<double> row;
     while (reader.read(row)) {
-      if (reader.is_damaged()) throw Error(reader.damage_text());
+      if (reader.is_damaged()) throw reader.damage_error();
       fuzz::demand(row.size() == 2);
       for (const double number : row) fuzz::demand(std::isfinite(number));
     }

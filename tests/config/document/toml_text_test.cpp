@@ -19,7 +19,12 @@ std::string repeated(const std::string& text, std::size_t times) {
 }
 
 /// `LINE:COLUMN: what`, or "none".
-std::string refusal_of(const std::string& text) { return find_refusal(text).value_or("none"); }
+std::string refusal_of(const std::string& text) {
+  const std::string refusal = support::refusal_of([&] { refuse_hostile_toml(text, "f"); });
+  constexpr std::string_view before = "f:", behind = ", expected TOML";
+  if (refusal == "accepted") return "none";
+  return refusal.substr(before.size(), refusal.size() - before.size() - behind.size());
+}
 
 constexpr const char* not_in_a_string = "a character outside ASCII that is not in a string";
 
