@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include "base/error.h"
@@ -18,9 +20,11 @@ using Kind = controller::CycleColumn::Kind;
 std::filesystem::path regular(std::filesystem::path file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
-    throw Error(fmt::format("{}: is no file, expected a run's folder or a CSV of cycles", file.string()));
+    throw Error(file, "is no file", expect("a run's folder or a CSV of cycles"));
   return file;
 }
+
+constexpr const char* needed_columns[] = {"cycle", "time_s", "axis", "state", "position_um"};
 
 /// The bits of "slew+model"; empty if a name is unknown.
 std::optional<double> bits_of(std::string_view text, const std::vector<std::string>& words) {
@@ -37,12 +41,29 @@ std::optional<double> bits_of(std::string_view text, const std::vector<std::stri
 
 }  // namespace
 
+bool has_cycles(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return false;
+  std::ifstream stream(file, std::ios::binary);
+  const auto buffer = std::make_unique_for_overwrite<char[]>(config::longest_csv_line + 1);
+  std::vector<std::string_view> fields;
+  while (stream.getline(buffer.get(), config::longest_csv_line + 1)) {
+    std::string_view line = without_byte_order_mark(buffer.get());
+    while (line.ends_with('\r')) line.remove_suffix(1);
+    if (config::trimmed(line).empty() || config::trimmed(line).starts_with('#')) continue;
+    config::split_fields(line, ',', fields);
+    return std::ranges::all_of(needed_columns,
+                               [&](const char* needed) { return std::ranges::count(fields, needed) > 0; });
+  }
+  return false;
+}
+
 CycleReader::CycleReader(std::filesystem::path file) : lines_(regular(std::move(file))) {
   if (!lines_.next()) lines_.fail("no header row, expected a CSV of cycles");
   lines_.end_comments();
   config::split_fields(lines_.text(), ',', fields_);
   header_.assign(fields_.begin(), fields_.end());
-  for (const char* needed : {"cycle", "time_s", "axis", "state", "position_um"})
+  for (const char* needed : needed_columns)
     if (!field_of(needed))
       lines_.fail(fmt::format("no column {}, expected a run's folder or a CSV of cycles", needed));
   axis_field_ = *field_of("axis");
@@ -60,8 +81,8 @@ bool CycleReader::add(std::string_view column) {
     std::vector<std::string_view> names;
     for (const auto& each : controller::cycle_columns())
       if (each.kind != Kind::axis) names.push_back(each.name);
-    throw Error(
-        fmt::format("no signal {}, expected one of {}", config::shortened(column), fmt::join(names, ", ")));
+    throw Error(fmt::format("no signal {}", config::shortened(column)),
+                expect("one of {}", fmt::join(names, ", ")));
   }
   const auto field = field_of(column);
   if (field) wanted_.push_back({known, *field, controller::words_of(*known)});

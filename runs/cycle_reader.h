@@ -14,6 +14,9 @@
 
 namespace hystcan::runs {
 
+/// True if the file is a CSV with the columns that every file of cycles has.
+bool has_cycles(const std::filesystem::path& file);
+
 class CycleReader {
  public:
   /// Throws Error if the file cannot be read or is no CSV of cycles.

@@ -56,8 +56,8 @@ void write_config(const Run& run, Hdf5Writer& file) {
 /// In a name of HDF5, a slash begins a group within the group, and a dot is the group itself.
 void require_group_name(const Run& run, const std::string& axis) {
   if (axis.empty() || axis == "." || axis.find('/') != std::string::npos)
-    throw Error(fmt::format("{}: axis \"{}\" cannot be the name of a group of HDF5; export it as CSV",
-                            run.path().string(), axis));
+    throw Error(run.path(), fmt::format("axis \"{}\" cannot be the name of a group of HDF5", axis),
+                {.remedy = "export it as CSV"});
 }
 
 void describe_axis(const RunAxis& axis, Hdf5Writer& file) {
@@ -70,8 +70,7 @@ void describe_axis(const RunAxis& axis, Hdf5Writer& file) {
 
 /// A run that ended before its first cycle, or a CSV that is a header alone, has none.
 const std::vector<RunAxis>& axes_in(const Run& run) {
-  if (run.info().axes.empty())
-    throw Error(fmt::format("{}: has no axes and no rows, expected those of a run", run.path().string()));
+  if (run.info().axes.empty()) throw Error(run.path(), "has no axes and no rows", expect("those of a run"));
   return run.info().axes;
 }
 
@@ -81,8 +80,8 @@ std::size_t axis_of(const Run& run, const std::optional<std::string>& axis) {
   const std::vector<RunAxis>& axes = axes_in(run);
   if (axis) return run.axis_index(*axis);
   if (axes.size() == 1) return 0;
-  throw Error(fmt::format("{}: has {} axes, expected --axis, one of {}", run.path().string(), axes.size(),
-                          fmt::join(run.info().axis_names(), ", ")));
+  throw Error(run.path(), fmt::format("has {} axes", axes.size()),
+              expect("--axis, one of {}", fmt::join(run.info().axis_names(), ", ")));
 }
 
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection) {
@@ -105,8 +104,7 @@ std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Sele
     }
     std::vector<std::string> known(present.size());
     std::ranges::transform(present, known.begin(), &Signal::name);
-    throw Error(fmt::format("{}: no signal {}, expected one of {}", run.path().string(), name,
-                            fmt::join(known, ", ")));
+    throw Error(run.path(), fmt::format("no signal {}", name), expect("one of {}", fmt::join(known, ", ")));
   }
   if (selection.signals.empty())
     for (const Signal& signal : present) add(signal.name);
@@ -115,8 +113,8 @@ std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Sele
 
 void require_rows(const Run& run, std::uint64_t rows) {
   if (rows == 0)
-    throw Error(fmt::format("{}: no rows are selected, expected some between {:g} and {:g} s",
-                            run.path().string(), run.info().first_s, run.info().last_s));
+    throw Error(run.path(), "no rows are selected",
+                expect("some between {:g} and {:g} s", run.info().first_s, run.info().last_s));
 }
 
 std::uint64_t export_csv(const Run& run, const Selection& selection,

@@ -58,8 +58,7 @@ Run::Run(std::filesystem::path path) : path_(std::move(path)) {
   if (std::filesystem::is_directory(path_, ignored)) {
     info_ = read_run_info(path_);
     parts_ = parts_of(path_);
-    if (parts_.empty())
-      throw Error(fmt::format("{}: has no cycles_*.csv, expected a run's folder", path_.string()));
+    if (parts_.empty()) throw Error(path_, "has no cycles_*.csv", expect("a run's folder"));
   } else {
     parts_ = {path_};
     if (is_part(path_)) info_ = read_run_info(folder_of(path_));
@@ -94,8 +93,7 @@ void Run::look_through() {
       auto found = std::ranges::find(names, axis);
       if (found == names.end()) {
         if (names.size() == RunSummary::most_axes)
-          throw Error(
-              fmt::format("{}:1: more than {} axes, expected fewer", part.string(), RunSummary::most_axes));
+          throw Error({part, 1}, fmt::format("more than {} axes", RunSummary::most_axes), expect("fewer"));
         found = names.emplace(names.end(), axis);
       }
       summary.add(static_cast<std::size_t>(found - names.begin()), row[0],
@@ -111,8 +109,8 @@ void Run::look_through() {
 std::size_t Run::axis_index(const std::string& axis) const {
   const auto found = std::ranges::find(info_.axes, axis, &RunAxis::name);
   if (found != info_.axes.end()) return static_cast<std::size_t>(found - info_.axes.begin());
-  throw Error(fmt::format("{}: no axis {}, expected one of {}", path_.string(), axis,
-                          fmt::join(info_.axis_names(), ", ")));
+  throw Error(path_, fmt::format("no axis {}", axis),
+              expect("one of {}", fmt::join(info_.axis_names(), ", ")));
 }
 
 std::vector<Signal> Run::signals(std::size_t axis) const {
@@ -171,8 +169,7 @@ void Run::read_part(const std::filesystem::path& part, std::span<const std::stri
   CycleReader reader(part);
   reader.add("time_s");
   for (const std::string& name : names)
-    if (!reader.add(name))
-      throw Error(fmt::format("{}: no column {}, expected it in its header", part.string(), name));
+    if (!reader.add(name)) throw Error(part, fmt::format("no column {}", name), expect("it in its header"));
   std::vector<double> row;
   for (std::string_view axis; reader.next(row, axis);) {
     if (row[0] > span.to_s) return;

@@ -64,15 +64,6 @@ std::uintmax_t bytes_below(const Path& folder) {
   return bytes;
 }
 
-bool had_a_fault(const Path& run) {
-  try {
-    return std::ranges::any_of(read_run_info(run).axes,
-                               [](const RunAxis& axis) { return !axis.faults.empty(); });
-  } catch (const Error&) {
-    return true;  // it is unknown
-  }
-}
-
 /// Runs that may go, in the order in which they go.
 std::vector<Path> dispensable(const Path& folder, const Path& current) {
   std::vector<Path> runs = runs_in(folder);
@@ -80,7 +71,7 @@ std::vector<Path> dispensable(const Path& folder, const Path& current) {
     return run.filename() == current.filename() || is_symlink(run) || exists(run / "keep") ||
            is_being_recorded(run);
   });
-  std::stable_partition(runs.begin(), runs.end(), [](const Path& run) { return !had_a_fault(run); });
+  std::stable_partition(runs.begin(), runs.end(), ended_without_fault);
   return runs;
 }
 
@@ -176,8 +167,7 @@ std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder) 
     if (entry->path().filename().string().starts_with(run_prefix) && exists(entry->path() / info_name))
       runs.push_back(entry->path());
   if (error)
-    throw Error(
-        fmt::format("{}: cannot be read: {}, expected a folder of runs", folder.string(), error.message()));
+    throw Error(folder, fmt::format("cannot be read: {}", error.message()), expect("a folder of runs"));
   std::ranges::sort(runs);
   return runs;
 }

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
@@ -203,6 +205,18 @@ RunInfo read_run_info(const std::filesystem::path& run) {
   RunInfo info;
   visit(reader, info);
   return info;
+}
+
+bool ended_without_fault(const std::filesystem::path& run) {
+  std::error_code ignored;
+  if (std::filesystem::file_size(run / info_name, ignored) > largest_info) return false;  // none: the largest
+  std::ifstream stream(run / info_name);
+  const json info = json::parse(stream, nullptr, false);
+  const auto axes = info.find("axes");
+  return axes != info.end() && axes->is_array() && std::ranges::all_of(*axes, [](const json& axis) {
+           const auto faults = axis.find("faults");
+           return faults != axis.end() && faults->is_array() && faults->empty();
+         });
 }
 
 void write_run_info(const std::filesystem::path& run, const RunInfo& info) {

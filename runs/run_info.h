@@ -93,6 +93,8 @@ class RunSummary {
 nlohmann::json to_json(const RunInfo& info);
 /// Reads RUN/run.json. Throws Error with the name of the file if it is no such file.
 RunInfo read_run_info(const std::filesystem::path& run);
+/// True if RUN/run.json lists the faults of each axis, and there are none.
+bool ended_without_fault(const std::filesystem::path& run);
 /// Replaces RUN/run.json in one step. Throws RunError.
 void write_run_info(const std::filesystem::path& run, const RunInfo& info);
 

@@ -91,17 +91,15 @@ class LongestStretch {
  private:
   void append(double time_s, double drive, double position_um) {
     if (present_.size() == config::most_dataset_rows)
-      throw Error(
-          fmt::format("{}: the axis is driven for more than {} rows, expected a part of them "
-                      "with --from and --to",
-                      name_, config::most_dataset_rows));
+      throw Error(name_, fmt::format("the axis is driven for more than {} rows", config::most_dataset_rows),
+                  expect("a part of them with --from and --to"));
     for (const double value : {time_s, drive, position_um})
       if (!(std::abs(value) <= identification::largest_value))
-        throw Error(fmt::format("{}: a value is {} in cycle {}, expected at most {} in magnitude", name_,
-                                value, before_->number, identification::largest_value));
+        throw Error(name_, fmt::format("a value is {} in cycle {}", value, before_->number),
+                    expect("at most {} in magnitude", identification::largest_value));
     if (present_.size() > 0 && !(time_s > present_.time_s.back()))
-      throw Error(fmt::format("{}: time_s is {} after {}, expected time to increase", name_, time_s,
-                              present_.time_s.back()));
+      throw Error(name_, fmt::format("time_s is {} after {}", time_s, present_.time_s.back()),
+                  expect("time to increase"));
     present_.time_s.push_back(time_s);
     present_.input.push_back(drive);
     present_.output.push_back(position_um);
@@ -118,13 +116,7 @@ class LongestStretch {
 /// Whether it is a folder or a CSV of cycles, and not a dataset.
 bool is_recorded_run(const std::filesystem::path& file) {
   std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) return true;
-  try {
-    runs::CycleReader reader(file);
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
+  return std::filesystem::is_directory(file, ignored) || runs::has_cycles(file);
 }
 
 /// The name of a unit in a dataset, its option on the command line, and its default.
@@ -157,8 +149,8 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
     note("hystcan: {}: {} is not given, {} assumed\n", file.string(), of.option, of.assumed);
   }
   if (has_control_character(unit))
-    throw Error(fmt::format("{}: {} has a control character, expected text of one line", file.string(),
-                            asked.empty() ? of.name : of.option));
+    throw Error(file, fmt::format("{} has a control character", asked.empty() ? of.name : of.option),
+                expect("text of one line"));
   unit = can::dbc::to_utf8(unit);
 }
 
@@ -176,8 +168,10 @@ Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
   Dataset dataset = load_noting(file, input.layout);
   keep_interval(dataset, span_of(input));
   if (dataset.size() == 0)
-    throw Error(fmt::format("{}: no rows{}, expected a dataset", file.string(),
-                            input.layout.from_s || input.layout.to_s ? " between --from and --to" : ""));
+    throw Error(
+        file,
+        fmt::format("no rows{}", input.layout.from_s || input.layout.to_s ? " between --from and --to" : ""),
+        expect("a dataset"));
   return dataset;
 }
 
@@ -185,8 +179,7 @@ Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
 Dataset load_run(const std::filesystem::path& run, const DatasetInput& input) {
   const config::DatasetLayout& layout = input.layout;
   if (!layout.columns.empty() || layout.rate_Hz || layout.output_scale || !layout.output_from.empty())
-    throw Error(
-        fmt::format("{}: a recorded run, expected no --columns, --rate and --output-scale", run.string()));
+    throw Error(run, "a recorded run", expect("no --columns, --rate and --output-scale"));
   return app::load_run(run, input.axis, span_of(input));
 }
 
@@ -214,7 +207,7 @@ runs::Run open_run(const std::filesystem::path& file) {
 
 Dataset load_run(const std::filesystem::path& file, const std::string& axis, const runs::TimeSpan& span) {
   const runs::Run run = open_run(file);
-  if (run.info().rows == 0) throw Error(fmt::format("{}: no rows, expected a run", file.string()));
+  if (run.info().rows == 0) throw Error(file, "no rows", expect("a run"));
   const std::size_t index = runs::axis_of(run, axis.empty() ? std::nullopt : std::optional(axis));
   const runs::RunAxis& about = run.info().axes[index];
   LongestStretch stretch(file.string());
@@ -225,10 +218,9 @@ Dataset load_run(const std::filesystem::path& file, const std::string& axis, con
                   });
   stretch.end_stretch();
   if (stretch.is_empty())
-    throw Error(
-        fmt::format("{}: axis {} is not driven there, expected cycles between {:g} and {:g} s "
-                    "in which it is initialising, ready or tracking",
-                    file.string(), about.name, run.info().first_s, run.info().last_s));
+    throw Error(file, fmt::format("axis {} is not driven there", about.name),
+                expect("cycles between {:g} and {:g} s in which it is initialising, ready or tracking",
+                       run.info().first_s, run.info().last_s));
   note("hystcan: {}: axis {}, {}\n", file.string(), about.name, stretch.text());
   Dataset dataset = stretch.take();
   dataset.input_unit = about.drive_unit;
@@ -240,14 +232,14 @@ runs::TimeSpan span_of(const DatasetInput& input) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const runs::TimeSpan span{input.layout.from_s.value_or(-infinity), input.layout.to_s.value_or(infinity)};
   if (span.from_s > span.to_s)
-    throw Error(fmt::format("--from is {}, expected at most --to, {}", span.from_s, span.to_s));
+    throw Error(fmt::format("--from is {}", span.from_s), expect("at most --to, {}", span.to_s));
   return span;
 }
 
 void require_run_for_axis(const std::vector<std::filesystem::path>& files, const DatasetInput& input,
                           const char* otherwise) {
   if (!input.axis.empty() && std::ranges::none_of(files, is_recorded_run))
-    throw Error(fmt::format("--axis is {}, expected a recorded run{}", input.axis, otherwise));
+    throw Error(fmt::format("--axis is {}", input.axis), expect("a recorded run{}", otherwise));
 }
 
 Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout) {
@@ -261,8 +253,8 @@ Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayo
 void require_unit(const std::filesystem::path& file, const char* name, const std::string& file_unit,
                   const std::string& expected, const char* suffix) {
   if (!file_unit.empty() && file_unit != expected)
-    throw Error(fmt::format("{}: the file says {} = \"{}\", expected \"{}\"{}", file.string(), name,
-                            file_unit, expected, suffix));
+    throw Error(file, fmt::format("the file says {} = \"{}\"", name, file_unit),
+                expect("\"{}\"{}", expected, suffix));
 }
 
 void add_column_options(CLI::App& command, config::DatasetLayout& layout) {
@@ -301,15 +293,15 @@ std::vector<Dataset> load_datasets(const std::vector<std::filesystem::path>& fil
                                    const DatasetInput& input) {
   span_of(input);
   if (files.size() > 1 && !input.layout.output_from.empty())
-    throw Error(fmt::format("--output-from is {}, expected one file with the input, not {}",
-                            input.layout.output_from.string(), files.size()));
+    throw Error(fmt::format("--output-from is {}", input.layout.output_from.string()),
+                expect("one file with the input, not {}", files.size()));
   std::vector<Dataset> datasets;
   for (const auto& file : files) {
     datasets.push_back(load(file, input));
     const Dataset &first = datasets.front(), &last = datasets.back();
     if (last.input_unit != first.input_unit || last.output_unit != first.output_unit)
-      throw Error(fmt::format("{}: {} to {}, expected {} to {} as in {}", file.string(), last.input_unit,
-                              last.output_unit, first.input_unit, first.output_unit, files.front().string()));
+      throw Error(file, fmt::format("{} to {}", last.input_unit, last.output_unit),
+                  expect("{} to {} as in {}", first.input_unit, first.output_unit, files.front().string()));
   }
   return datasets;
 }

@@ -47,6 +47,14 @@ TEST_F(CyclesOfAFile, AreReadByTheNamesOfTheirColumns) {
   EXPECT_FALSE(reader.next(row, axis));
 }
 
+TEST_F(CyclesOfAFile, AreFoundByTheHeaderAlone) {
+  EXPECT_TRUE(has_cycles(write("\xEF\xBB\xBF# remark\r\n\n" + header + "damaged")));
+  EXPECT_TRUE(has_cycles(write("state,axis,position_um,time_s,cycle\r\n")));
+  EXPECT_FALSE(has_cycles(write("time_s,input,output\n" + header)));
+  EXPECT_FALSE(has_cycles(write("# remark\n")));
+  EXPECT_FALSE(has_cycles(folder / "none"));
+}
+
 TEST_F(CyclesOfAFile, EndBeforeALastLineWithoutItsEnd) {
   const std::string row_text = header + "7,0.5,x,tracking,none,1.25,\n";
   for (const std::string& cut : {std::string("8,0.6,x,trac"), std::string(100'000, '\0')}) {

@@ -40,6 +40,13 @@ TEST_F(FolderLimit, RemovesTheOldestRunWithoutAFaultFirst) {
   EXPECT_EQ(keep(current, 1'500'000).removed, std::vector<std::string>{"run_1"});
 }
 
+TEST_F(FolderLimit, TakesARunWhoseDescriptionIsDamagedForOneWithAFault) {
+  std::ofstream(add("run_1") / info_name) << "{\"axes\": [{\"faults\": 1e999";
+  add("run_2");
+  const auto current = add("run_3");
+  EXPECT_EQ(keep(current, 2'500'000).removed, std::vector<std::string>{"run_2"});
+}
+
 TEST_F(FolderLimit, NeverRemovesWhatIsToBeKeptOrRecordedOrNoRun) {
   std::ofstream(add("run_1") / "keep") << "";
   const auto recorded = add("run_2");
