@@ -15,12 +15,12 @@ void require_known_format(const toml::table& root, const std::string& name) {
   if (node == nullptr) return;
   const auto format = node->value_exact<std::int64_t>();
   const toml::source_position at = node->source().begin;
-  const std::string is = fmt::format("{}:{}:{}: format is", name, at.line, at.column);
+  const Place place{name, at.line, at.column};
   if (!format || *format < 1)
-    throw Error(fmt::format("{} no number of a format, expected {}", is, newest_format));
+    throw Error(place, "format is no number of a format", {.expected = std::to_string(newest_format)});
   if (*format > newest_format)
-    throw Error(
-        fmt::format("{} {}, written for a newer hystcan, expected at most {}", is, *format, newest_format));
+    throw Error(place, fmt::format("format is {}, written for a newer hystcan", *format),
+                expect("at most {}", newest_format));
 }
 
 }  // namespace hystcan::config

@@ -50,8 +50,8 @@ class Choice {
     if (named.size() == 2 * width) named.resize(width);
     std::vector<std::size_t> found = reader_.value_columns();
     if (!layout_.columns.empty() && named.size() != width)
-      throw Error(fmt::format("--columns is {}, expected {} in each file, or in both one after the other",
-                              layout_.columns, width == 1 ? "the value" : "time and value"));
+      throw Error("--columns is " + layout_.columns, expect("{} in each file, or in both one after the other",
+                                                            width == 1 ? "the value" : "time and value"));
     if (!layout_.columns.empty()) {
       found.clear();
       for (const std::string& name : named) found.push_back(named_column(name));
@@ -126,8 +126,9 @@ class Choice {
     std::vector<std::string> named = named_columns();
     const std::size_t first = named.size() == 2 && layout_.rate_Hz ? 1 : 0;  // without time
     if (named.size() + first != 3 && named.size() != 4)
-      throw Error(fmt::format("--columns is {}, expected three names, of time, input and output{}",
-                              layout_.columns, first == 0 ? "; with --rate the time may be left out" : ""));
+      throw Error("--columns is " + layout_.columns,
+                  expect("three names, of time, input and output{}",
+                         first == 0 ? "; with --rate the time may be left out" : ""));
     std::optional<std::size_t> output_time;
     if (named.size() == 4) {
       output_time = named_column(named[2]);
@@ -135,8 +136,8 @@ class Choice {
     }
     for (std::size_t i = 0; i < named.size(); ++i) take(i + first, named_column(named[i]));
     if (takes_a_column_twice())
-      throw Error(fmt::format("--columns is {}: one column for two meanings, expected as many columns",
-                              layout_.columns));
+      throw Error("--columns is " + layout_.columns, "one column for two meanings",
+                  expect("as many columns"));
     if (output_time && *output_time != choice_.selected[0]) take_output_time(*output_time);
   }
 
