@@ -264,13 +264,13 @@ std::optional<LoggedFrame> CandumpReader::next() {
     auto size = static_cast<std::size_t>(stream_.gcount());
     if (stream_.eof() && size == 0) return std::nullopt;
     const auto refuse = [&](std::size_t at, const std::string& found, const std::string& expected) {
-      throw Error(fmt::format("{}:{}:{}: found {}, expected {}", name_, line_, at + 1, found, expected));
+      throw Error({name_, line_, at + 1}, fmt::format("found {}", found), {.expected = expected});
     };
-    if (stream_.bad()) throw Error(name_ + ": cannot be read");
+    if (stream_.bad()) throw Error(name_, "cannot be read");
     if (!stream_.eof() && !stream_.fail()) --size;  // the end of the line is counted too
     if (line_ == 1)
       if (const std::string other = refusal_of_file({buffer.data(), size}); !other.empty())
-        throw Error(fmt::format("{}:1:1: {}", name_, other));
+        throw Error({name_, 1, 1}, other);
     const bool is_longer = stream_.fail();
     const bool is_last_without_end = line_ > 1 && stream_.eof() && !stream_.bad();
     if (is_last_without_end || ends_in_zeros(stream_, {buffer.data(), size})) {

@@ -54,8 +54,8 @@ std::vector<std::byte> ask_for_link(const std::string& name) {
 void require_can_support() {
   const Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (socket.get() < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
-    throw RunError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(errno) +
-                   "); see scripts/guest for one that has");
+    throw RunError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(errno) + ")",
+                   {.remedy = "see scripts/guest for one that has"});
 }
 
 /// Throws RunError if the interface is absent or not a CAN interface.
@@ -64,10 +64,11 @@ Interface require_interface(const std::string& name) {
   const auto interface = query_interface(name);
   if (interface && interface->is_can) return *interface;
   if (interface) throw RunError("interface " + name + " is not a CAN interface");
-  throw RunError("interface " + name + " does not exist; " +
-                 (name.starts_with("vcan") ? "create it with: ip link add dev " + name +
-                                                 " type vcan && ip link set " + name + " up"
-                                           : "list the existing ones with: ip -brief link show type can"));
+  throw RunError(
+      "interface " + name + " does not exist",
+      {.remedy = name.starts_with("vcan")
+                     ? "create it with: ip link add dev " + name + " type vcan && ip link set " + name + " up"
+                     : "list the existing ones with: ip -brief link show type can"});
 }
 
 using Bytes = std::span<const std::byte>;
@@ -149,7 +150,7 @@ void read_link_info(Bytes info, Interface& interface) {
 }  // namespace
 
 void fail_at_interface(const std::string& name, const char* what) {
-  throw RunError("interface " + name + ": " + what + ": " + std::strerror(errno));
+  throw RunError("interface " + name, std::string(what) + ": " + std::strerror(errno));
 }
 
 std::optional<Interface> query_interface(const std::string& name) {
@@ -161,8 +162,9 @@ Interface require_can_interface(const std::string& name) {
   Interface interface = require_interface(name);
   if (!interface.up) {
     const bool real = interface.kind == "can" || (interface.kind.empty() && !name.starts_with("vcan"));
-    throw RunError("interface " + name + " is down; bring it up with: ip link set " + name + " up" +
-                   (real ? " type can bitrate 1000000" : ""));
+    throw RunError("interface " + name + " is down",
+                   {.remedy = "bring it up with: ip link set " + name + " up" +
+                              (real ? " type can bitrate 1000000" : "")});
   }
   return interface;
 }
@@ -174,8 +176,8 @@ bool is_virtual_interface(const std::string& name) {
 
 void require_able_to_send(const std::string& name, const Interface& interface) {
   if (!interface.listen_only) return;
-  throw RunError("interface " + name + " is listen-only; take it down and set: ip link set " + name +
-                 " type can listen-only off");
+  throw RunError("interface " + name + " is listen-only",
+                 {.remedy = "take it down and set: ip link set " + name + " type can listen-only off"});
 }
 
 void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates) {
@@ -183,10 +185,12 @@ void require_bit_rate(const std::string& name, const Interface& interface, const
   if (!interface.bitrate_bit_per_s) return;
   const double off = static_cast<double>(*interface.bitrate_bit_per_s) / rates.nominal_bit_per_s - 1.0;
   if (std::abs(off) <= rounding) return;
-  throw RunError(fmt::format(
-      "interface {0} has a bit rate of {1} bit/s, expected {2} bit/s; take it down and set: ip link set {0} "
-      "type can bitrate {2}, or correct bitrate_bit_per_s",
-      name, *interface.bitrate_bit_per_s, rates.nominal_bit_per_s));
+  throw RunError(
+      fmt::format("interface {} has a bit rate of {} bit/s", name, *interface.bitrate_bit_per_s),
+      {.expected = fmt::format("{} bit/s", rates.nominal_bit_per_s),
+       .remedy = fmt::format(
+           "take it down and set: ip link set {} type can bitrate {}, or correct bitrate_bit_per_s", name,
+           rates.nominal_bit_per_s)});
 }
 
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
@@ -199,8 +203,9 @@ void require_able_to_carry_fd(const std::string& name, const Interface& interfac
             ? fmt::format("type can bitrate {} dbitrate {} fd on", *interface.bitrate_bit_per_s,
                           wanted != 0 ? wanted : 4 * std::uint64_t{*interface.bitrate_bit_per_s})
             : "mtu 72";
-    throw RunError(fmt::format("interface {} {}, expected {} for {}; take it down and set: ip link set {} {}",
-                               name, found, expected, fmt::join(messages, ", "), name, settings));
+    throw RunError(fmt::format("interface {} {}", name, found),
+                   {.expected = fmt::format("{} for {}", expected, fmt::join(messages, ", ")),
+                    .remedy = fmt::format("take it down and set: ip link set {} {}", name, settings)});
   };
   if (!interface.fd) refuse("takes no CAN FD frames", "one that does");
   if (!interface.bitrate_bit_per_s || wanted == 0 || interface.data_bitrate_bit_per_s == wanted) return;
