@@ -41,7 +41,7 @@ void Hdf5Writer::add_text(const std::string& path, const std::string& text) {
 
 void Hdf5Writer::close() {
   send(json::array({"end"}));
-  if (const auto failure = python_.finish()) throw Hdf5Error(fmt::format("{}: {}", path_.string(), *failure));
+  if (const auto failure = python_.finish()) throw Hdf5Error(path_, *failure);
 }
 
 void Hdf5Writer::send(const json& message) {
@@ -50,7 +50,7 @@ void Hdf5Writer::send(const json& message) {
 
 void Hdf5Writer::send_bytes(std::string_view bytes) {
   if (python_.write(bytes)) return;
-  throw Hdf5Error(fmt::format("{}: {}", path_.string(), python_.finish().value_or("Python has ended")));
+  throw Hdf5Error(path_, python_.finish().value_or("Python has ended"));
 }
 
 }  // namespace hystcan::storage

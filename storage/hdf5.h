@@ -11,14 +11,14 @@
 #include <string_view>
 #include <vector>
 
+#include "base/error.h"
 #include "base/python_module.h"
 
 namespace hystcan::storage {
 
 /// A file that cannot be written: "FILE: what".
-class Hdf5Error : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+struct Hdf5Error : PlacedError {
+  using PlacedError::PlacedError;
 };
 
 inline constexpr std::string_view hdf5_package = "python3-h5py";
