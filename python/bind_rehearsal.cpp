@@ -48,13 +48,13 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
     const auto axis =
         std::ranges::find_if(config.axes, [&](const auto& each) { return each.wire.name == name; });
     if (axis == config.axes.end())
-      throw Error(fmt::format("{}: no axis {}, which a reference is given for", file.string(), name));
+      throw Error(file, fmt::format("no axis {}, which a reference is given for", name));
     const controller::MotionBounds range = curve.bounds();
     const auto& supervision = axis->control.supervision;
     if (range.lowest_um < supervision.position_min_um || range.highest_um > supervision.position_max_um)
-      throw Error(fmt::format("the reference of {} goes from {:g} to {:g} um, expected {:g} to {:g} um", name,
-                              range.lowest_um, range.highest_um, supervision.position_min_um,
-                              supervision.position_max_um));
+      throw Error(fmt::format("the reference of {} goes from {:g} to {:g} um", name, range.lowest_um,
+                              range.highest_um),
+                  expect("{:g} to {:g} um", supervision.position_min_um, supervision.position_max_um));
     axis->control.setpoint.assign(1, {.shape = controller::Table{.file = "reference", .curve = curve}});
     axis->control.repeat = false;
   }
@@ -101,8 +101,8 @@ class VirtualStage {
   /// The columns of every cycle so far.
   py::dict signals(const std::optional<std::string>& axis) const {
     if (!axis && axes().size() != 1)
-      throw Error(
-          fmt::format("there are {} axes, expected one of {}", axes().size(), fmt::join(axes(), ", ")));
+      throw Error(fmt::format("there are {} axes", axes().size()),
+                  expect("one of {}", fmt::join(axes(), ", ")));
     const auto& columns = columns_[axis ? live_.axis_index(*axis) : 0];
     py::dict signals;
     std::size_t i = 0;
@@ -131,8 +131,8 @@ class VirtualStage {
   void set(const std::string& axis, const std::string& key, const std::string& toml_value) {
     app::LiveConfig::Prepared prepared = live_.with(axis, key, toml_value);
     if (!prepared.after_restart.empty())
-      throw Error(fmt::format("needs a restart: {}; give it in `settings` of a new Rehearsal",
-                              describe(prepared.after_restart.front())));
+      throw Error(fmt::format("needs a restart: {}", describe(prepared.after_restart.front())),
+                  {.remedy = "give it in `settings` of a new Rehearsal"});
     ask_all(std::move(prepared.requests));
     live_.accept(prepared);
   }

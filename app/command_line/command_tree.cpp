@@ -178,7 +178,7 @@ void refuse_empty_values(CLI::App& command) {
 
 std::string usage_error(const CLI::App& cli, const CLI::ParseError& error) {
   const auto commands = named_commands(cli);
-  return Error(fmt::format("{}: {}", name_of(commands), reason_of(commands, error))).what();
+  return Error(name_of(commands), reason_of(commands, error)).what();
 }
 
 void add_examples(CLI::App& cli) {

@@ -226,7 +226,7 @@ void start_recording(runs::Recorder& recorder) {
   try {
     spdlog::info("recording to {}", recorder.start().string());
   } catch (const std::exception& error) {
-    throw RunError(fmt::format("no run can be recorded: {}", error_text(error)));
+    throw RunError("no run can be recorded", error);
   }
 }
 

@@ -41,11 +41,12 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
     return ask_socket(file, command, limit);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::timed_out)
-      throw RunError(fmt::format("{}: no answer within {:g} s (--timeout): the {} does not read its socket",
-                                 file.string(), std::chrono::duration<double>(*limit).count(), process));
+      throw RunError(file, fmt::format("no answer within {:g} s (--timeout): the {} does not read its socket",
+                                       std::chrono::duration<double>(*limit).count(), process));
     throw RunError(
-        fmt::format("{}: {}; is the {} running, with this interface? (--interface, --socket, control_socket)",
-                    file.string(), error.code().message(), process));
+        file, error.code().message(),
+        {.remedy = fmt::format(
+             "is the {} running, with this interface? (--interface, --socket, control_socket)", process)});
   }
 }
 

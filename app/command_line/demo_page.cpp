@@ -35,7 +35,7 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "hystcan-demo-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw RunError(fmt::format("{}: cannot be created", name));
+    if (mkdtemp(name.data()) == nullptr) throw RunError(name, "cannot be created");
     folder_ = name;
   }
   ~TemporaryFolder() {
@@ -136,7 +136,7 @@ int run_demo_page(const std::filesystem::path& given, const std::string& listen)
   // One rehearsal after the other, at the same sockets. Each reads the file anew.
   std::optional<PacedRehearsal> running;
   const auto start = [&] {
-    if (running && !running->has_ended()) throw RunError("the rehearsal runs; stop it first");
+    if (running && !running->has_ended()) throw RunError("the rehearsal runs", {.remedy = "stop it first"});
     config::Config config = config::load(file);
     for (config::AxisConfig& axis : config.axes) axis.control.repeat = true;
     running.reset();

@@ -48,7 +48,7 @@ Excitation::Config excitation(const ExciteArguments& options, const config::Conf
   constexpr double rest_cycles = 10.0;
   const double low = options.low.value_or(gate.drive_min);
   const double high = options.high.value_or(gate.drive_max);
-  if (!(low < high)) throw Error(fmt::format("--low is {}, expected less than --high, {}", low, high));
+  if (!(low < high)) throw Error(fmt::format("--low is {}", low), expect("less than --high, {}", high));
   const double centre = low + (high - low) / 2.0;
   const double amplitude = options.amplitude.value_or(0.05 * (high - low));
   if (options.signal == "step")
@@ -63,11 +63,11 @@ Excitation::Config excitation(const ExciteArguments& options, const config::Conf
                                   .to_Hz = options.to_Hz.value_or(0.4 * rate_Hz),
                                   .duration_s = options.duration_s.value_or(10.0)};
     if (chirp.from_Hz > chirp.to_Hz)
-      throw Error(fmt::format("--frequency-from is {} Hz, expected at most --frequency-to, {} Hz",
-                              chirp.from_Hz, chirp.to_Hz));
+      throw Error(fmt::format("--frequency-from is {} Hz", chirp.from_Hz),
+                  expect("at most --frequency-to, {} Hz", chirp.to_Hz));
     if (chirp.to_Hz > rate_Hz / 2.0)
-      throw Error(fmt::format("--frequency-to is {} Hz, expected at most half the cycle rate, {} Hz",
-                              chirp.to_Hz, rate_Hz / 2.0));
+      throw Error(fmt::format("--frequency-to is {} Hz", chirp.to_Hz),
+                  expect("at most half the cycle rate, {} Hz", rate_Hz / 2.0));
     return chirp;
   }
   return Excitation::Hysteresis{
@@ -234,8 +234,8 @@ void refuse_options_of_other_signals(const CLI::App& command, const std::string&
       {"--frequency-to", {"chirp"}},        {"--duration", {"chirp"}}};
   for (const auto& [option, signals] : table)
     if (command.count(option) > 0 && std::ranges::find(signals, signal) == signals.end())
-      throw Error(fmt::format("{} has no meaning with --signal {}, expected with {}", option, signal,
-                              fmt::join(signals, " or ")));
+      throw Error(fmt::format("{} has no meaning with --signal {}", option, signal),
+                  expect("with {}", fmt::join(signals, " or ")));
 }
 
 }  // namespace

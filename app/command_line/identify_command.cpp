@@ -69,16 +69,14 @@ identification::IdentifyOptions asked_for(const IdentifyArguments& options, Prog
 Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
                     const std::optional<identification::OldModel>& old) {
   Progress progress("identifying", 0, "trials");
-  try {
+  std::string names;
+  for (const auto& file : options.data) names += (names.empty() ? "" : ", ") + file.string();
+  return at_place(names, [&] {
     const identification::IdentifyOptions asked = asked_for(options, progress);
     if (old) return identification::identify_from(*old, datasets, asked);
     return options.dynamics ? identification::identify_dynamics(datasets, asked)
                             : identification::identify(datasets, asked);
-  } catch (const std::invalid_argument& error) {
-    std::string names;
-    for (const auto& file : options.data) names += (names.empty() ? "" : ", ") + file.string();
-    throw Error(fmt::format("{}: {}", names, error.what()));
-  }
+  });
 }
 
 void save_memory(const IdentifyArguments& options, const Dataset& dataset, const Identified& identified) {

@@ -31,13 +31,13 @@ std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
     if (files.empty() || files.size() == axes ||
         (axes == 1 && files.size() > 1 && option == std::string("--record")))
       return;
-    throw Error(
-        fmt::format("{} is there {} times, expected one for each of {} axes", option, files.size(), axes));
+    throw Error(fmt::format("{} is there {} times", option, files.size()),
+                expect("one for each of {} axes", axes));
   };
   require_one_each("--record", options.records);
   if (options.records.size() > 1 && !options.input.layout.output_from.empty())
-    throw Error(fmt::format("--output-from is {}, expected one --record, not {}",
-                            options.input.layout.output_from.string(), options.records.size()));
+    throw Error(fmt::format("--output-from is {}", options.input.layout.output_from.string()),
+                expect("one --record, not {}", options.records.size()));
   require_one_each("--step", options.steps);
   require_one_each("--unseen", options.unseen);
   if (options.records.empty()) {

@@ -63,8 +63,8 @@ int run_plot(PlotArguments options) {
   const DrawnPlots drawn = draw_runs(runs, plots);
   for (const std::string& lacking : drawn.lacking) note("{}\n", lacking);
   if (drawn.undrawn)
-    throw RunError(fmt::format("{}: no pictures: {}; their data (.csv) are there", plots.folder.string(),
-                               *drawn.undrawn));
+    throw RunError(plots.folder, fmt::format("no pictures: {}", *drawn.undrawn),
+                   {.remedy = "their data (.csv) are there"});
   for (const std::string& name : drawn.names)
     note("{}: {}\n", (plots.folder / name).string(), fmt::join(plots.formats, ", "));
   return done;

@@ -39,8 +39,8 @@ class CsvRows final : public RowInput {
     while (block.given.size() < SampleBlock::most && reader_.next(row_)) {
       const double time_s = timed_ ? row_[1] : static_cast<double>(rows_);
       if (time_s < previous_s_)
-        throw Error(fmt::format("{}:{}: time_s is {} after {}, expected time to increase", file_.string(),
-                                reader_.line_number(), time_s, previous_s_));
+        throw Error({file_, reader_.line_number()}, fmt::format("time_s is {} after {}", time_s, previous_s_),
+                    expect("time to increase"));
       previous_s_ = time_s;
       ++rows_;
       block.time_s.push_back(time_s);
@@ -106,14 +106,11 @@ class Hdf5Rows final : public RowInput {
   void read(std::vector<double>& values) {
     if (!python_.read({reinterpret_cast<char*>(values.data()), values.size() * sizeof(double)})) fail();
   }
-  [[noreturn]] void fail() {
-    throw Error(fmt::format("{}: {}", file_.string(), python_.finish().value_or("ends too early")));
-  }
+  [[noreturn]] void fail() { throw Error(file_, python_.finish().value_or("ends too early")); }
   void require(bool is_right, const std::string& column, std::size_t i, double value,
                const char* expected) const {
     if (!is_right)
-      throw Error(
-          fmt::format("{}: {}[{}] is {}, expected {}", file_.string(), column, read_ + i, value, expected));
+      throw Error(file_, fmt::format("{}[{}] is {}", column, read_ + i, value), {.expected = expected});
   }
 
   std::filesystem::path file_;

@@ -81,8 +81,7 @@ double tolerance_of(const runs::Run& run, std::size_t axis) {
   const auto found = std::ranges::find(settings, key, [](const auto& setting) { return setting.first; });
   if (found == settings.end()) return 0.0;
   const auto value = parsed_number<double>(found->second);
-  if (!value)
-    throw Error(fmt::format("{}: {} is '{}', expected a number", run.path().string(), key, found->second));
+  if (!value) throw Error(run.path(), fmt::format("{} is '{}'", key, found->second), expect("a number"));
   return *value;
 }
 
@@ -307,8 +306,8 @@ RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSp
     for (std::size_t i = 0; i < columns.front().size(); ++i) gatherer.take(columns, i);
   });
   if (figures.error.samples == 0)
-    throw Error(fmt::format("{}: axis {} does not track there, expected cycles in the state tracking",
-                            run.path().string(), about.name));
+    throw Error(run.path(), fmt::format("axis {} does not track there", about.name),
+                expect("cycles in the state tracking"));
   gatherer.finish();
   return figures;
 }

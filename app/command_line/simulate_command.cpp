@@ -42,15 +42,17 @@ struct SimulateArguments {
 void require_later_rows(const SimulateArguments& options, std::optional<double> before_s,
                         const SampleBlock& block, std::size_t rows) {
   for (const double time_s : block.time_s) {
-    if (before_s && !(time_s > *before_s))
+    const bool is_later = !before_s || time_s > *before_s;
+    if (!is_later && rows == 0)
       throw Error(
-          rows == 0
-              ? fmt::format("{}: the first row is at {} s, expected more than {} s, time_s of {}; a memory "
-                            "without time_s is that of the first row",
-                            options.input.string(), time_s, *before_s, options.memory.string())
-              : fmt::format("{}: row {} is at {} s, expected more than {} s, the time of the row before: "
-                            "with [creep] a row lasts until the next one",
-                            options.input.string(), rows + 1, time_s, *before_s));
+          options.input, fmt::format("the first row is at {} s", time_s),
+          {.expected = fmt::format("more than {} s, time_s of {}", *before_s, options.memory.string()),
+           .remedy = "a memory without time_s is that of the first row"});
+    if (!is_later)
+      throw Error(options.input, fmt::format("row {} is at {} s", rows + 1, time_s),
+                  expect("more than {} s, the time of the row before: with [creep] a row lasts until the "
+                         "next one",
+                         *before_s));
     before_s = time_s;
     ++rows;
   }
@@ -63,10 +65,9 @@ model::Tally run(const SimulateArguments& options, const config::Actuator& actua
   require_unit(options.input, options.inverse ? "output_unit" : "input_unit", rows->unit(),
                options.inverse ? actuator.output_unit : actuator.input_unit, ", the model's");
   if (memory.creeps() && !rows->timed())
-    throw Error(
-        fmt::format("{}: has no column time_s, expected one, because {} has [creep]; --quasi-static "
-                    "leaves the creep out",
-                    options.input.string(), options.model.string()));
+    throw Error(options.input, "has no column time_s",
+                {.expected = fmt::format("one, because {} has [creep]", options.model.string()),
+                 .remedy = "--quasi-static leaves the creep out"});
   std::optional<SimulatedMode> mode;
   if (options.dynamics) mode.emplace(actuator, options.model, options.input);
   Progress progress("simulating", rows->size());
@@ -75,7 +76,7 @@ model::Tally run(const SimulateArguments& options, const config::Actuator& actua
   run_pipeline<SampleBlock>(
       [&](SampleBlock& block) {
         if (stop_signalled != 0)
-          throw RunError(fmt::format("stopped in row {}; nothing is written", count + 1));
+          throw RunError(fmt::format("stopped in row {}", count + 1), {.remedy = "nothing is written"});
         const bool is_one = rows->next(block);
         count += block.given.size();
         progress.update(rows->done(), count);
@@ -94,7 +95,7 @@ model::Tally run(const SimulateArguments& options, const config::Actuator& actua
       [&](const SampleBlock& block) { out.write(block); });
   for (const std::string& left_out : rows->notes())
     note("hystcan: {}: {}\n", options.input.string(), left_out);
-  if (count == 0) throw Error(fmt::format("{}: has no rows, expected at least one", options.input.string()));
+  if (count == 0) throw Error(options.input, "has no rows", expect("at least one"));
   return tally;
 }
 
@@ -114,8 +115,7 @@ void report_simulation(const SimulateArguments& options, const config::Actuator&
 
 void simulate(const SimulateArguments& options, const config::Actuator& actuator) {
   if (options.negative_drive && !actuator.is_even())
-    throw Error(fmt::format("{}: symmetry is \"none\", expected \"even\" with --negative-drive",
-                            options.model.string()));
+    throw Error(options.model, "symmetry is \"none\"", expect("\"even\" with --negative-drive"));
   config::ActuatorMemory memory = actuator.memory();
   if (options.quasi_static && !options.memory.empty())
     memory.load_hysteresis(options.memory);

@@ -14,9 +14,8 @@ SimulatedMode::SimulatedMode(const config::Actuator& actuator, const std::filesy
     : input_(std::move(input)) {
   if (!actuator.lag.dynamics)
     throw Error(
-        fmt::format("{}: has no [dynamics], expected that table with --dynamics; `hystcan identify "
-                    "--dynamics` finds it",
-                    file.string()));
+        file, "has no [dynamics]",
+        {.expected = "that table with --dynamics", .remedy = "`hystcan identify --dynamics` finds it"});
   dynamics_ = *actuator.lag.dynamics;
 }
 
@@ -46,9 +45,8 @@ double SimulatedMode::next(double time_s, double at_rest) {
 }
 
 void SimulatedMode::refuse(double step_s, const std::string& expected) const {
-  throw Error(
-      fmt::format("{}: row {} is {:g} s after the row before, expected {}: --dynamics needs an even rate",
-                  input_.string(), row_ + 1, step_s, expected));
+  throw Error(input_, fmt::format("row {} is {:g} s after the row before", row_ + 1, step_s),
+              expect("{}: --dynamics needs an even rate", expected));
 }
 
 }  // namespace hystcan::app

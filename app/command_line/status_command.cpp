@@ -45,9 +45,8 @@ nlohmann::json ask(const StatusArguments& options) {
   try {
     return ask_socket(file, command_of(Verb::status), answer_limit);
   } catch (const std::system_error& error) {
-    throw RunError(
-        fmt::format("{}: {}; is the controller running, with this interface? (--interface, --socket)",
-                    file.string(), error.code().message()));
+    throw RunError(file, error.code().message(),
+                   {.remedy = "is the controller running, with this interface? (--interface, --socket)"});
   }
 }
 

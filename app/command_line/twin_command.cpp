@@ -127,11 +127,7 @@ void open(std::optional<ControlSocket>& control, std::optional<SampleStream>& st
 
 twin::Config twin_of(const config::Config& config, const TwinArguments& options) {
   if (options.axes.empty()) return twin_config(config);
-  try {
-    return twin::with_axes(twin_config(config), options.axes);
-  } catch (const std::invalid_argument& error) {
-    throw Error(fmt::format("--axis: {}", error.what()));
-  }
+  return at_place("--axis", [&] { return twin::with_axes(twin_config(config), options.axes); });
 }
 
 std::vector<std::string> names_of(const twin::Config& config) {
@@ -147,9 +143,9 @@ int run_twin(const TwinArguments& options) {
   const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
   if (!options.force_interface && !can::is_virtual_interface(interface))
     throw RunError(
-        fmt::format("{} is a real CAN interface: a twin on it would answer in the place of real nodes; "
-                    "use --force-interface if you want that",
-                    interface));
+        fmt::format("{} is a real CAN interface: a twin on it would answer in the place of real nodes",
+                    interface),
+        {.remedy = "use --force-interface if you want that"});
   if (!options.truth.empty()) refuse_to_overwrite(options.truth, options.config);
   LiveLoop loop(interface);
   twin::Twin twin(chosen, config.database, loop.scheduler(), loop.attach());
@@ -189,9 +185,9 @@ int run_twin(const TwinArguments& options) {
   if (truth)
     if (const auto lost = truth->close()) throw RunError(*lost);
   if (const auto node = twin.taken_node())
-    throw RunError(
-        fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
-                    interface, *node));
+    throw RunError(interface,
+                   fmt::format("node {} is on this bus already: another twin, or the real node", *node),
+                   {.remedy = "end one of the two"});
   if (lost_output) throw RunError(*lost_output);
   return done;
 }

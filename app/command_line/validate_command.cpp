@@ -59,15 +59,9 @@ ValidationOptions asked_for(const ValidateArguments& options, const model::Hyste
 Validation predict(const ValidateArguments& options, const model::Hysteresis& model, const Dataset& dataset) {
   if (const double lasts_s = dataset.time_s.back() - dataset.time_s.front();
       options.delay_s && *options.delay_s > lasts_s)
-    throw Error(fmt::format("--delay is {} s, expected at most the length of {}, {:g} s", *options.delay_s,
-                            options.data.string(), lasts_s));
-  try {
-    return validate(model, dataset, asked_for(options, model));
-  } catch (const Error&) {
-    throw;
-  } catch (const std::invalid_argument& error) {
-    throw Error(fmt::format("{}: {}", options.data.string(), error.what()));
-  }
+    throw Error(fmt::format("--delay is {} s", *options.delay_s),
+                expect("at most the length of {}, {:g} s", options.data.string(), lasts_s));
+  return at_place(options.data, [&] { return validate(model, dataset, asked_for(options, model)); });
 }
 
 void write(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome) {

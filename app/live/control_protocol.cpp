@@ -27,7 +27,7 @@ const ControlCommand& take_command(const json& command, Server server) {
     if (row.reply_of(server) != Reply::none) expected += fmt::format("{}, ", row.word);
   }
   expected.resize(expected.size() - 2);
-  throw Error(fmt::format("\"{}\" is not a command, expected {} or stop", what, expected));
+  throw Error(fmt::format("\"{}\" is not a command", what), expect("{} or stop", expected));
 }
 
 nlohmann::json parse_command(const std::string& line) {
@@ -46,14 +46,14 @@ json refusal(const std::string& reason) { return {{"ok", false}, {"error", reaso
 std::string text_of(const json& command, const char* key) {
   const auto found = command.find(key);
   if (found == command.end() || !found->is_string())
-    throw Error(fmt::format("\"{}\" is missing, expected a text", key));
+    throw Error(fmt::format("\"{}\" is missing", key), expect("a text"));
   return *found;
 }
 
 double number_of(const json& command, const char* key) {
   const auto found = command.find(key);
   if (found == command.end() || !found->is_number())
-    throw Error(fmt::format("\"{}\" is missing, expected a number", key));
+    throw Error(fmt::format("\"{}\" is missing", key), expect("a number"));
   return *found;
 }
 

@@ -155,7 +155,7 @@ json ControllerCommandHandler::status() const {
 json ControllerCommandHandler::record(const json& command) {
   const auto on = command.find("on");
   if (on == command.end() || !on->is_boolean())
-    throw Error("\"on\" is missing, expected true to record, or false to end the recording");
+    throw Error("\"on\" is missing", expect("true to record, or false to end the recording"));
   if (*on == true) {
     const std::filesystem::path run = outlets_.recorder.start();
     spdlog::info("recording to {}", run.string());
@@ -210,7 +210,7 @@ void ControllerCommandHandler::act(Request::Kind kind, const json& command, cons
 
 void ControllerCommandHandler::set(const json& command, const Answer& answer) {
   const auto value = command.find("value");
-  if (value == command.end()) throw Error("\"value\" is missing, expected a value as in TOML");
+  if (value == command.end()) throw Error("\"value\" is missing", expect("a value as in TOML"));
   apply(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), answer);
 }
 

@@ -37,7 +37,7 @@ LiveConfig::LiveConfig(std::filesystem::path file, const config::Config& config)
 std::size_t LiveConfig::axis_index(std::string_view name) const {
   const auto found = std::ranges::find(names_, name);
   if (found == names_.end())
-    throw Error(fmt::format("there is no axis \"{}\", expected {}", name, fmt::join(names_, ", ")));
+    throw Error(fmt::format("there is no axis \"{}\"", name), expect("{}", fmt::join(names_, ", ")));
   return static_cast<std::size_t>(found - names_.begin());
 }
 
@@ -46,7 +46,7 @@ LiveConfig::Prepared LiveConfig::reread() const { return prepare({{}}); }
 LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view key,
                                       const std::string& toml_value) const {
   if (key.size() > longest_key)
-    throw Error(fmt::format("the key has {} characters, expected at most {}", key.size(), longest_key));
+    throw Error(fmt::format("the key has {} characters", key.size()), expect("at most {}", longest_key));
   History history = history_;
   std::vector<config::Setting>& overrides = history.emplace_back(history_.back());
   const std::string path = fmt::format("axis[{}].{}.{}", axis_index(axis), config::control_key, key);

@@ -43,13 +43,11 @@ SavedStates::SavedStates(const config::Config& config) {
     if (!folder.empty()) axes_[i].file = folder / (axis.wire.name + ".state.toml");
     const bool restores = axis.control.start_up == MemorySource::restore;
     if (restores && folder.empty())
-      throw Error(fmt::format("{}: axis {} must restore its memory, expected state_dir in [controller]",
-                              config.file.string(), axis.wire.name));
+      throw Error(config.file, fmt::format("axis {} must restore its memory", axis.wire.name),
+                  expect("state_dir in [controller]"));
     if (restores && !std::filesystem::exists(axes_[i].file))
-      throw Error(
-          fmt::format("{}: there is no such file, so the last stop was not clean, expected it for "
-                      "start_up = \"restore\"; start once with \"wipe\"",
-                      axes_[i].file.string()));
+      throw Error(axes_[i].file, "there is no such file, so the last stop was not clean",
+                  {.expected = "it for start_up = \"restore\"", .remedy = "start once with \"wipe\""});
     if (axes_[i].file.empty() || !std::filesystem::exists(axes_[i].file)) continue;
     try {
       axes_[i].state = config::load_state(axes_[i].file, model::Hysteresis(axis.control.law.model));

@@ -39,14 +39,13 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
   std::error_code ignored;
   if (!std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) return;
   if (!id_of_socket(file))
-    throw RunError(
-        fmt::format("{}: is not a socket, expected a new file: name another control_socket", file.string()));
+    throw RunError(file, "is not a socket", expect("a new file: name another control_socket"));
   stream_protocol::socket probe(context);
   error_code error;
   probe.connect(stream_protocol::endpoint(file.string()), error);
   if (!error)
-    throw RunError(fmt::format("{}: another process listens there; end it, or name another control_socket",
-                               file.string()));
+    throw RunError(file, "another process listens there",
+                   {.remedy = "end it, or name another control_socket"});
   if (error == boost::asio::error::connection_refused) std::filesystem::remove(file);
 }
 
@@ -85,9 +84,8 @@ std::filesystem::path made_folder(const SocketPlaces& places) {
   std::filesystem::path folder = temporary_folder(places);
   mkdir(folder.c_str(), 0700);  // if this fails, the folder exists or the next line says why
   if (const auto reason = reason_against(folder, places.user))
-    throw RunError(fmt::format(
-        "{}: no place for the control socket: {}, expected a folder of user {} alone: set control_socket",
-        folder.string(), *reason, places.user));
+    throw RunError(folder, fmt::format("no place for the control socket: {}", *reason),
+                   expect("a folder of user {} alone: set control_socket", places.user));
   return folder;
 }
 
@@ -156,7 +154,7 @@ LocalListener::LocalListener(boost::asio::io_context& context, std::filesystem::
     acceptor_.listen();
     id_ = id_of_socket(file_);
   } catch (const boost::system::system_error& error) {
-    throw RunError(fmt::format("{}: cannot listen there: {}", file_.string(), error.code().message()));
+    throw RunError(file_, fmt::format("cannot listen there: {}", error.code().message()));
   }
   accept();
 }

@@ -26,15 +26,15 @@ std::string_view to_string(can::NmtState state) {
 twin::Fault fault_of(const json& command) {
   const std::string name = text_of(command, "kind");
   if (const auto kind = parse_word<twin::Fault>(name)) return *kind;
-  throw Error(fmt::format("there is no fault \"{}\", expected one of {}", name,
-                          fmt::join(words(twin::Fault{}), ", ")));
+  throw Error(fmt::format("there is no fault \"{}\"", name),
+              expect("one of {}", fmt::join(words(twin::Fault{}), ", ")));
 }
 
 can::Duration duration_of(const json& command) {
   if (!command.contains("duration_s")) return {};
   const double duration_s = number_of(command, "duration_s");
   if (!(duration_s > 0.0 && duration_s <= longest_s))
-    throw Error(fmt::format("duration_s is {:g}, expected more than 0, up to {:g}", duration_s, longest_s));
+    throw Error(fmt::format("duration_s is {:g}", duration_s), expect("more than 0, up to {:g}", longest_s));
   return can::Duration(std::llround(1e9 * duration_s));
 }
 
@@ -99,12 +99,12 @@ json TwinCommandHandler::inject(const json& command) {
   if (command.contains("node")) {
     const std::string name = text_of(command, "node");
     const auto node = parse_word<twin::Node>(name);
-    if (!node) throw Error(fmt::format("node is \"{}\", expected sensor or amplifier", name));
+    if (!node) throw Error(fmt::format("node is \"{}\"", name), expect("sensor or amplifier"));
     spec.node = *node;
   }
   if (command.contains("value")) {
     if (traits(spec.kind).unit.empty())
-      throw Error(fmt::format("{} takes no number, expected no value", traits(spec.kind).name));
+      throw Error(fmt::format("{} takes no number", traits(spec.kind).name), expect("no value"));
     spec.value = number_of(command, "value");
   }
   spec.lasts = duration_of(command);

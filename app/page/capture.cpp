@@ -28,7 +28,7 @@ template <std::size_t n>
 std::size_t index_in(const std::array<std::string_view, n>& words, const std::string& word, const char* key) {
   const auto found = std::ranges::find(words, word);
   if (found == words.end())
-    throw Error(fmt::format("{} is \"{}\", expected one of {}", key, word, fmt::join(words, ", ")));
+    throw Error(fmt::format("{} is \"{}\"", key, word), expect("one of {}", fmt::join(words, ", ")));
   return static_cast<std::size_t>(found - words.begin());
 }
 
@@ -40,7 +40,7 @@ std::size_t column_of(const json& greeting, const std::string& name) {
 double seconds_of(const json& request, const char* key) {
   const double time_s = number_of(request, key);
   if (!(time_s >= 0.0 && time_s <= longest_s))
-    throw Error(fmt::format("{} is {}, expected 0 to {}", key, time_s, longest_s));
+    throw Error(fmt::format("{} is {}", key, time_s), expect("0 to {}", longest_s));
   return time_s;
 }
 
@@ -66,12 +66,12 @@ Trigger::Trigger(const json& request, const json& greeting)
       on_(static_cast<On>(index_in(occasions, name_, "on"))) {
   const double axis = number_of(request, "axis");
   if (!(axis >= 0.0 && axis < static_cast<double>(greeting.at("axes").size()) && axis == std::floor(axis)))
-    throw Error(fmt::format("axis is {}, expected the number of one from 0", axis));
+    throw Error(fmt::format("axis is {}", axis), expect("the number of one from 0"));
   axis_ = static_cast<std::size_t>(axis);
   pre_s_ = seconds_of(request, "pre_s");
   post_s_ = seconds_of(request, "post_s");
   if (pre_s_ + post_s_ > longest_s)
-    throw Error(fmt::format("pre_s + post_s is {}, expected at most {}", pre_s_ + post_s_, longest_s));
+    throw Error(fmt::format("pre_s + post_s is {}", pre_s_ + post_s_), expect("at most {}", longest_s));
   repeats_ = request.contains("repeat") && request.at("repeat") == true;
   if (on_ == On::step || on_ == On::level) level_ = number_of(request, "level");
   if (on_ != On::level) return;

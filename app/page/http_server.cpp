@@ -316,7 +316,7 @@ HttpServer::HttpServer(boost::asio::io_context& context, const std::string& addr
     listener_ = std::make_unique<Listener>(context,
                                            tcp::endpoint(boost::asio::ip::make_address(address), port), page);
   } catch (const boost::system::system_error& error) {
-    throw RunError(fmt::format("{}:{}: {}", address, port, error.code().message()));
+    throw RunError(fmt::format("{}:{}", address, port), error.code().message());
   }
 }
 

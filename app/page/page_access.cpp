@@ -37,10 +37,6 @@ std::string name_of(const std::string& host) {
   return name;
 }
 
-[[noreturn]] void fail(const std::filesystem::path& file, const std::string& what) {
-  throw RunError(fmt::format("{}: {}", file.string(), what));
-}
-
 bool is_hexadecimal(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return std::isxdigit(c) != 0; });
 }
@@ -50,18 +46,20 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
   struct stat found {};
   struct stat folder {};
   if (fstat(opened.get(), &found) != 0 || stat(file.parent_path().c_str(), &folder) != 0)
-    fail(file, std::strerror(errno));
-  if (!S_ISREG(found.st_mode)) fail(file, "is no file, expected the token of the page");
+    throw RunError(file, std::strerror(errno));
+  if (!S_ISREG(found.st_mode)) throw RunError(file, "is no file", expect("the token of the page"));
   const bool is_trusted = found.st_uid == geteuid() || found.st_uid == folder.st_uid;
   if (!is_trusted || (found.st_mode & 077U) != 0)
-    fail(file, "is not the user's own or others may read it, expected mode 0600; remove it for a new token");
+    throw RunError(file, "is not the user's own or others may read it",
+                   {.expected = "mode 0600", .remedy = "remove it for a new token"});
   std::array<char, 2 * token_bytes + 2> text{};
   const ssize_t size = ::read(opened.get(), text.data(), text.size());
-  if (size < 0) fail(file, std::strerror(errno));
+  if (size < 0) throw RunError(file, std::strerror(errno));
   std::string token(text.data(), static_cast<std::size_t>(size));
   if (token.ends_with('\n')) token.pop_back();
   if (token.size() != 2 * token_bytes || !is_hexadecimal(token))
-    fail(file, "holds no token, expected 32 hexadecimal digits; remove it for a new token");
+    throw RunError(file, "holds no token",
+                   {.expected = "32 hexadecimal digits", .remedy = "remove it for a new token"});
   return token;
 }
 
@@ -69,7 +67,7 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
 std::optional<std::string> token_there(const std::filesystem::path& file) {
   const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (opened.get() >= 0) return read_token(file, opened);
-  if (errno != ENOENT) fail(file, fmt::format("cannot be read: {}", std::strerror(errno)));
+  if (errno != ENOENT) throw RunError(file, fmt::format("cannot be read: {}", std::strerror(errno)));
   return std::nullopt;
 }
 
@@ -87,14 +85,14 @@ int write_line(const Descriptor& into, std::string_view line) {
 std::optional<std::string> token_made(const std::filesystem::path& file) {
   std::string temporary = file.string() + ".XXXXXX";
   const Descriptor made(::mkostemp(temporary.data(), O_CLOEXEC));  // mode 0600
-  if (made.get() < 0) fail(file, fmt::format("cannot be created: {}", std::strerror(errno)));
+  if (made.get() < 0) throw RunError(file, fmt::format("cannot be created: {}", std::strerror(errno)));
   std::string token = new_token();
   int error = write_line(made, token + "\n");
   // Not renameat2(RENAME_NOREPLACE), which a network file system refuses.
   if (error == 0 && ::link(temporary.c_str(), file.c_str()) != 0) error = errno;
   ::unlink(temporary.c_str());
   if (error == 0) return token;
-  if (error != EEXIST) fail(file, fmt::format("cannot be written: {}", std::strerror(error)));
+  if (error != EEXIST) throw RunError(file, fmt::format("cannot be written: {}", std::strerror(error)));
   return std::nullopt;
 }
 
@@ -145,7 +143,7 @@ std::string token_of(const std::filesystem::path& file) {
   if (auto token = token_there(file)) return *std::move(token);
   if (auto token = token_made(file)) return *std::move(token);
   if (auto token = token_there(file)) return *std::move(token);  // of another program, made meanwhile
-  fail(file, "vanished while it was read");
+  throw RunError(file, "vanished while it was read");
 }
 
 }  // namespace hystcan::app

@@ -18,17 +18,17 @@ namespace {
 void require_intended(const PageListening& listening, const std::string& source) {
   if (is_loopback(listening.address)) return;
   if (source == "demo")
-    throw Error(fmt::format(
-        "--page {}: other machines can reach this address; the page of a demo is for this machine alone. "
+    throw Error(
+        "--page " + listening.address,
+        "other machines can reach this address; the page of a demo is for this machine alone. "
         "Forward the port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real "
-        "controller, hystcan page has --listen and --expose",
-        listening.address));
+        "controller, hystcan page has --listen and --expose");
   if (!listening.expose)
-    throw Error(fmt::format(
-        "--listen {}: other machines can reach this address. The page is not encrypted: who listens on the "
-        "network sees the token, and can then move the stage. Forward the port instead "
-        "(ssh -L 8080:localhost:8080 HOST), or say --expose",
-        listening.address));
+    throw Error(
+        "--listen " + listening.address,
+        "other machines can reach this address. The page is not encrypted: who listens on the network sees "
+        "the token, and can then move the stage. Forward the port instead (ssh -L 8080:localhost:8080 "
+        "HOST), or say --expose");
   spdlog::warn(
       "the page is open to the network, unencrypted: who listens there sees the token and can move the "
       "stage");
@@ -39,7 +39,7 @@ void require_intended(const PageListening& listening, const std::string& source)
 PageListening PageListening::at(const std::string& text) {
   const auto colon = text.rfind(':');
   const auto fail = [&]() -> void {
-    throw Error(fmt::format("\"{}\" is no address, expected one like 127.0.0.1:8080 or [::1]:8080", text));
+    throw Error(fmt::format("\"{}\" is no address", text), expect("one like 127.0.0.1:8080 or [::1]:8080"));
   };
   if (colon == std::string::npos) fail();
   PageListening result{.address = text.substr(0, colon), .port = 0};
@@ -67,7 +67,7 @@ PageHost::PageHost(PageOptions options, const PageListening& listening, const st
   try {
     server_ = std::make_unique<HttpServer>(context_, address_, listening.port, *service_);
   } catch (const RunError& error) {
-    throw RunError(fmt::format("{}; name another address with {}", error.what(), option));
+    throw RunError({}, error, {.remedy = fmt::format("name another address with {}", option)});
   }
 }
 

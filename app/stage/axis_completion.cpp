@@ -38,11 +38,8 @@ Identified identified_loops(const AxisRecords& records) {
   identification::IdentifyOptions asked = records.model;
   asked.observed_thresholds = true;  // so that the start-up reaches both
   asked.go_on = counted_trials(progress);
-  try {
-    return identification::identify(records.loops, asked);
-  } catch (const std::invalid_argument& error) {
-    throw Error(fmt::format("{}: {}", fmt::join(records.names(), ", "), error.what()));
-  }
+  return at_place(fmt::format("{}", fmt::join(records.names(), ", ")),
+                  [&] { return identification::identify(records.loops, asked); });
 }
 
 std::string validation_line(const model::HysteresisParameters& parameters, double delay_s,
@@ -259,11 +256,7 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
 
 std::optional<IdentifiedPlant> shown_plant(const AxisRecords& records, const controller::Delays& stated) {
   if (!records.step) return std::nullopt;
-  try {
-    return identified_plant(*records.step, stated);
-  } catch (const std::invalid_argument& error) {
-    throw Error(fmt::format("{}: {}", records.step_file->string(), error.what()));
-  }
+  return at_place(*records.step_file, [&] { return identified_plant(*records.step, stated); });
 }
 
 TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records,

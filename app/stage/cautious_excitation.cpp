@@ -67,9 +67,9 @@ std::optional<Interval> positions_of(const config::Config& config, const twin::C
   }
   end.require_finished(config.axes[0].wire.name, "stopped at a first loop, nothing is written");
   if (falls(drives, positions_um))
-    throw RunError(fmt::format("{}: {:g} to {:g} {}: {}; nothing is written", config.axes[0].wire.name,
-                               loop.low, loop.high, config.axes[0].wire.drive_unit,
-                               identification::OutputFalls().what()));
+    throw RunError(fmt::format("{}: {:g} to {:g} {}", config.axes[0].wire.name, loop.low, loop.high,
+                               config.axes[0].wire.drive_unit),
+                   identification::OutputFalls(), {.remedy = "nothing is written"});
   const auto [low_um, high_um] = std::ranges::minmax(positions_um);
   note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", loop.low, loop.high,
        config.axes[0].wire.drive_unit, low_um, high_um);

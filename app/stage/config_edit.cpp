@@ -84,7 +84,7 @@ std::size_t index_of_axis(const config::Config& config, const std::string& name)
   if (name.empty()) return 0;
   const auto found = std::ranges::find(config.axes, name, [](const auto& axis) { return axis.wire.name; });
   if (found == config.axes.end())
-    throw Error(fmt::format("{}: no axis {}, expected one of its names", config.file.string(), name));
+    throw Error(config.file, fmt::format("no axis {}", name), expect("one of its names"));
   return static_cast<std::size_t>(found - config.axes.begin());
 }
 
@@ -103,16 +103,14 @@ void refuse_to_write_into(const std::filesystem::path& written, const config::Co
   refuse_to_overwrite_inputs(written, config.file, config);
   refuse_to_share(written, output);
   if (!data.empty()) refuse_to_overwrite(written, data);
-  if (std::filesystem::exists(written))
-    throw Error(fmt::format("{}: exists already, expected a new file", written.string()));
+  if (std::filesystem::exists(written)) throw Error(written, "exists already", expect("a new file"));
   const auto folder = [](const std::filesystem::path& file) {
     std::error_code ignored;
     return std::filesystem::weakly_canonical(std::filesystem::absolute(file, ignored), ignored).parent_path();
   };
   if (folder(written) != folder(config.file))
-    throw Error(
-        fmt::format("{}: is not beside {}, expected a file in its folder: the paths in it count from there",
-                    written.string(), config.file.string()));
+    throw Error(written, fmt::format("is not beside {}", config.file.string()),
+                expect("a file in its folder: the paths in it count from there"));
 }
 
 }  // namespace hystcan::app

@@ -118,7 +118,7 @@ std::string response_table(const TuningReport& report, const identification::Dat
 
 void require_picture(const std::filesystem::path& picture) {
   if (picture.extension() != ".svg" && picture.extension() != ".png")
-    throw Error(fmt::format("{}: expected a name that ends with .svg or .png", picture.string()));
+    throw Error(picture, "expected a name that ends with .svg or .png");
 }
 
 std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,

@@ -134,8 +134,7 @@ void move_files(const std::filesystem::path& from, const std::filesystem::path& 
       std::filesystem::rename(from / name, to / name, error);
     else
       std::filesystem::remove(to / name, error);
-    if (error)
-      throw RunError(fmt::format("{}: cannot be replaced: {}", (to / name).string(), error.message()));
+    if (error) throw RunError(to / name, fmt::format("cannot be replaced: {}", error.message()));
   }
 }
 

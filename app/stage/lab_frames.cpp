@@ -136,8 +136,8 @@ class FrameQuestions {
         });
     if (answer.empty())
       throw Error(
-          fmt::format("{} missing: {}, expected {}", role.option(), what,
-                      found.empty() ? "a signal, but the DBC has none that may be it" : "one of: " + list));
+          fmt::format("{} missing: {}", role.option(), what),
+          {.expected = found.empty() ? "a signal, but the DBC has none that may be it" : "one of: " + list});
     if (answer == no_signal) return;
     const std::size_t dot = answer.find('.');
     map.message = answer.substr(0, dot);
@@ -247,8 +247,8 @@ void take_standard_frames(can::AxisWire& wire, const can::Database& database, co
   const Message& command = *database.find(prefix + std::string(can::AmpCommand::name));
   if (const Signal* setpoint = command.find("Setpoint");
       setpoint != nullptr && !can::decimal_step(setpoint->unit, wire.drive_unit))
-    throw Error(fmt::format("{}: the setpoint of {} is in {}, expected {} (--unit)", file, command.name,
-                            setpoint->unit, wire.drive_unit));
+    throw Error(file, fmt::format("the setpoint of {} is in {}", command.name, setpoint->unit),
+                expect("{} (--unit)", wire.drive_unit));
   wire.message_prefix = prefix;
   wire.amplifier_node = node_of(*database.find(prefix + std::string(can::AmpStatus::name)));
   wire.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
@@ -270,9 +270,10 @@ bool have_standard_frames(StageFacts& stage, const can::Database& database) {
   if (prefixes.empty()) return false;
   const std::string file = stage.config.bus.dbc.string();
   if (prefixes.size() < stage.axes.size())
-    throw Error(fmt::format("{}: it has the standard frames of {} ({}), expected those of {} axes", file,
-                            counted(prefixes.size(), "axis", "axes"), fmt::join(prefixes, ", "),
-                            stage.axes.size()));
+    throw Error(file,
+                fmt::format("it has the standard frames of {} ({})", counted(prefixes.size(), "axis", "axes"),
+                            fmt::join(prefixes, ", ")),
+                expect("those of {} axes", stage.axes.size()));
   for (AxisFacts& axis : stage.axes) {
     can::AxisWire& wire = axis.config.wire;
     take_standard_frames(wire, database, prefix_of(wire.name, prefixes), file);
@@ -288,8 +289,8 @@ void add_role(StatedRoles& roles, const std::string& text) {
   for (const Role& role : all_roles)
     if (role.own_option == nullptr) keys.push_back(role.key());
   if (key.size() == text.size() || std::ranges::count(keys, key) == 0)
-    throw Error(
-        fmt::format("--role: '{}', expected MSG.SIG behind one of: {}=", text, fmt::join(keys, "=, ")));
+    throw Error(fmt::format("--role: '{}'", text),
+                expect("MSG.SIG behind one of: {}=", fmt::join(keys, "=, ")));
   roles[key].push_back(text.substr(key.size() + 1));
 }
 
@@ -298,8 +299,7 @@ void find_frames(StageFacts& stage, const StatedRoles& stated, Questions& questi
   if (have_standard_frames(stage, database)) {
     for (const auto& [key, signals] : stated)
       if (!signals.empty())
-        throw Error(fmt::format("{}: it has the standard frames, expected no signal for {}",
-                                stage.config.bus.dbc.string(), key));
+        throw Error(stage.config.bus.dbc, "it has the standard frames", expect("no signal for {}", key));
     return;
   }
   for (std::size_t i = 0; i < stage.axes.size(); ++i)

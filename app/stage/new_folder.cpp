@@ -22,9 +22,9 @@ namespace {
     present = present.parent_path();
   if (present.empty()) present = ".";
   if (!std::filesystem::is_directory(present, ignored))
-    throw Error(fmt::format("{}: {} is not a folder, expected one", path.string(), present.string()));
-  throw RunError(fmt::format("{}: cannot be made in the folder {}: {}", path.string(), present.string(),
-                             std::generic_category().message(error)));
+    throw Error(path, fmt::format("{} is not a folder", present.string()), expect("one"));
+  throw RunError(path, fmt::format("cannot be made in the folder {}: {}", present.string(),
+                                   std::generic_category().message(error)));
 }
 
 /// Without a slash at its end, which would make its parent the folder itself.
@@ -36,17 +36,15 @@ std::filesystem::path named(const std::filesystem::path& path) {
 }  // namespace
 
 void require_new(const std::filesystem::path& path) {
-  if (path.empty()) throw Error("the folder has no name, expected one");
+  if (path.empty()) throw Error("the folder has no name", expect("one"));
   std::error_code error;
   const auto status = std::filesystem::symlink_status(path, error);
   if (!std::filesystem::exists(status)) return;
-  if (!std::filesystem::is_directory(status))
-    throw Error(fmt::format("{}: is there already, expected a new folder", path.string()));
+  if (!std::filesystem::is_directory(status)) throw Error(path, "is there already", expect("a new folder"));
   const bool is_empty = std::filesystem::is_empty(path, error);
-  if (error) throw RunError(fmt::format("{}: cannot be read: {}", path.string(), error.message()));
+  if (error) throw RunError(path, fmt::format("cannot be read: {}", error.message()));
   if (!is_empty)
-    throw Error(
-        fmt::format("{}: is not empty, expected a new folder; nothing is overwritten", path.string()));
+    throw Error(path, "is not empty", {.expected = "a new folder", .remedy = "nothing is overwritten"});
 }
 
 NewFolder::NewFolder(const std::filesystem::path& path) : given_(path) {

@@ -15,6 +15,7 @@
 #include "app/live/report.h"
 #include "app/live/state_log.h"
 #include "app/live/stop_signal.h"
+#include "app/stage/config_edit.h"
 #include "app/stage/option_check.h"
 #include "base/error.h"
 #include "controller/telemetry.h"
@@ -91,15 +92,10 @@ void run_and_stop(rehearsal::Rehearsal& rehearsal, double limit_s, const std::fu
 }
 
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options) {
-  auto chosen = config.axes.begin();
-  if (!options.axis.empty())
-    chosen = std::ranges::find(config.axes, options.axis,
-                               [](const config::AxisConfig& axis) { return axis.wire.name; });
-  if (chosen == config.axes.end())
-    throw Error(fmt::format("{}: no axis {}, expected one of its names", config.file.string(), options.axis));
-  config::AxisConfig axis = *chosen;
+  const config::AxisConfig& chosen = config.axes[index_of_axis(config, options.axis)];
+  config::AxisConfig axis = chosen;
   for (const config::AxisConfig& other : config.axes) {
-    if (&other == &*chosen) continue;
+    if (&other == &chosen) continue;
     config.resting.push_back({other.wire, other.control.gate.safe_drive});
     // The objects of a node that axes share may stand at another one.
     if (other.wire.amplifier_node == axis.wire.amplifier_node && axis.wire.amplifier_setup.empty())
@@ -124,7 +120,7 @@ config::Config in_open_loop(config::Config config, const Excitation::Config& exc
 
 void OpenLoopEnd::require_finished(const std::string& axis_name, const std::string& afterwards) const {
   if (axis.fault().cause != controller::Cause::none)
-    throw RunError(describe(axis_name, axis.fault()) + "; " + afterwards);
+    throw RunError(describe(axis_name, axis.fault()), {.remedy = afterwards});
   if (!axis.report().point.finished) throw RunError(afterwards);
 }
 

@@ -59,8 +59,7 @@ std::optional<std::string> objection(const Questions::Check<T>& check, const T& 
 
 template <class T>
 void require(const Question& question, const Questions::Check<T>& check, const T& stated) {
-  if (const auto wrong = objection(check, stated))
-    throw Error(fmt::format("{}: {}", question.option, *wrong));
+  if (const auto wrong = objection(check, stated)) throw Error(question.option, *wrong);
 }
 
 }  // namespace
@@ -140,8 +139,9 @@ std::string Questions::text(const Question& question, const std::optional<std::s
 
 void Questions::require_all() const {
   if (missing_.empty()) return;
-  throw Error(fmt::format("{} missing: {} no default; on a terminal, without --yes, `hystcan init` asks",
-                          fmt::join(missing_, ", "), missing_.size() == 1 ? "it has" : "they have"));
+  throw Error(fmt::format("{} missing: {} no default", fmt::join(missing_, ", "),
+                          missing_.size() == 1 ? "it has" : "they have"),
+              {.remedy = "on a terminal, without --yes, `hystcan init` asks"});
 }
 
 }  // namespace hystcan::app

@@ -33,8 +33,8 @@ std::optional<Value> of_axis(const char* option, const std::vector<Value>& value
                              std::size_t axes) {
   if (values.empty()) return std::nullopt;
   if (values.size() != 1 && values.size() != axes)
-    throw Error(fmt::format("{} has {} values, expected one, or one for each of {} axes", option,
-                            values.size(), axes));
+    throw Error(fmt::format("{} has {} values", option, values.size()),
+                expect("one, or one for each of {} axes", axes));
   return values.size() == 1 ? values.front() : values[i];
 }
 

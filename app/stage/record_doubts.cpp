@@ -60,8 +60,8 @@ void refuse_same_rows(const std::filesystem::path& file, const Dataset& dataset,
                       const std::filesystem::path& other_file, const Dataset& other) {
   if (identification::has_same_rows(dataset, other))
     throw Error(
-        fmt::format("{}: has the same rows as {}, which are one session and not two; leave one of them out",
-                    file.string(), other_file.string()));
+        file, fmt::format("has the same rows as {}, which are one session and not two", other_file.string()),
+        {.remedy = "leave one of them out"});
 }
 
 void refuse_same_rows(const std::vector<std::filesystem::path>& files, const std::vector<Dataset>& datasets) {

@@ -16,9 +16,9 @@ std::filesystem::path shipped_folder() {
   const auto of_the_tree = (program / "../../config").lexically_normal();
   for (const auto& folder : {installed, of_the_tree})
     if (std::filesystem::exists(folder / "piezo.toml")) return folder;
-  throw Error(fmt::format(
-      "the shipped configurations are neither in {} nor in {}, expected piezo.toml in one of them",
-      installed.string(), of_the_tree.string()));
+  throw Error(fmt::format("the shipped configurations are neither in {} nor in {}", installed.string(),
+                          of_the_tree.string()),
+              expect("piezo.toml in one of them"));
 }
 
 }  // namespace

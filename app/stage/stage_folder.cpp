@@ -37,24 +37,18 @@ constexpr const char* fast_config = "stage.fast.toml";
 void copy_into(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::copy_file(file, folder / file.filename(), error);
-  if (error) throw RunError(fmt::format("{}: cannot be copied: {}", file.string(), error.message()));
+  if (error) throw RunError(file, fmt::format("cannot be copied: {}", error.message()));
 }
 
 /// Messages name the folder that is to be, not the temporary one.
 template <class Body>
 void naming(const std::filesystem::path& folder, const std::filesystem::path& temporary, const Body& body) {
-  const std::string from = temporary.string(), to = folder.string();  // of now: it may get its name meanwhile
-  const auto renamed = [&](std::string what) {
-    for (auto at = what.find(from); at != std::string::npos; at = what.find(from, at + to.size()))
-      what.replace(at, from.size(), to);
-    return what;
-  };
+  const std::string from = temporary.string();  // of now: it may get its name meanwhile
   try {
     body();
-  } catch (const Error& error) {
-    throw Error(renamed(error.what()));
-  } catch (const RunError& error) {
-    throw RunError(renamed(error.what()));
+  } catch (PlacedError& error) {
+    error.rename_folder(from, folder.string());
+    throw;
   }
 }
 
@@ -67,9 +61,10 @@ class NewFiles {
     for (const std::string& name : names_)
       if (std::filesystem::exists(folder_ / name)) there.push_back(name);
     if (!there.empty())
-      throw Error(fmt::format(
-          "{}: {} {} there already, nothing is overwritten: move {} away to make it again", folder_.string(),
-          fmt::join(there, ", "), there.size() == 1 ? "is" : "are", there.size() == 1 ? "it" : "them"));
+      throw Error(folder_,
+                  fmt::format("{} {} there already, nothing is overwritten: move {} away to make it again",
+                              fmt::join(there, ", "), there.size() == 1 ? "is" : "are",
+                              there.size() == 1 ? "it" : "them"));
   }
   ~NewFiles() {
     std::error_code ignored;
@@ -162,13 +157,14 @@ void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std:
                    const Plants& plants, const Keep& keep) {
   try {
     tune_and_rehearse(stage, records, plants);
-  } catch (const RunError& error) {
+  } catch (RunError& error) {
     if (stop_signalled != 0) throw;
     if (!std::filesystem::exists(stage.file())) write_file(stage.file(), stage.text());
     keep();
-    throw RunError(fmt::format(
-        "{}. {} is kept with its models and reports, but is not complete: hystcan demo --config {}",
-        error.what(), folder.string(), shell_word(folder / stage_config)));
+    error.add_sentence(
+        fmt::format("{} is kept with its models and reports, but is not complete: hystcan demo --config {}",
+                    folder.string(), shell_word(folder / stage_config)));
+    throw;
   }
 }
 
@@ -246,9 +242,9 @@ AxisRecords records_beside(const std::filesystem::path& folder, const config::Ax
                       .step_file = if_there(named("step")),
                       .unseen_file = if_there(named("unseen"))};
   if (!std::filesystem::exists(records.loop_files.front()))
-    throw Error(fmt::format("{}: is not there, expected the record of `hystcan excite {} --axis {}`",
-                            records.loop_files.front().string(), shell_word(folder / first_config),
-                            shell_word(axis.wire.name)));
+    throw Error(records.loop_files.front(), "is not there",
+                expect("the record of `hystcan excite {} --axis {}`", shell_word(folder / first_config),
+                       shell_word(axis.wire.name)));
   if (auto slow = if_there(named("slow"))) records.loop_files.push_back(*slow);
   DatasetInput input;
   input.input_unit = axis.wire.drive_unit;
@@ -376,12 +372,11 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
 void continue_stage(const std::filesystem::path& folder, const ModelWords& model, bool accept) {
   const std::filesystem::path file = folder / first_config;
   if (!std::filesystem::exists(file) && std::filesystem::exists(folder / stage_config))
-    throw Error(
-        fmt::format("{0}: was made with --record, so that there is nothing to take up; change {1} and try it "
-                    "with `hystcan demo --config {1}`, or make the folder again",
-                    folder.string(), shell_word(folder / stage_config)));
-  if (!std::filesystem::exists(file))
-    throw Error(fmt::format("{}: is not there, expected a folder of `hystcan init`", file.string()));
+    throw Error(folder, "was made with --record, so that there is nothing to take up",
+                {.remedy = fmt::format(
+                     "change {0} and try it with `hystcan demo --config {0}`, or make the folder again",
+                     shell_word(folder / stage_config))});
+  if (!std::filesystem::exists(file)) throw Error(file, "is not there", expect("a folder of `hystcan init`"));
   Stage first(file, config::TomlEdit::of_file(file).text());
   std::vector<AxisRecords> records;
   std::vector<std::string> names{stage_config, fast_config};
@@ -413,8 +408,8 @@ void continue_stage(const std::filesystem::path& folder, const ModelWords& model
 void copy_preset(const std::string& preset, const std::filesystem::path& folder) {
   const std::vector<std::string> known = shipped_configurations();
   if (std::ranges::find(known, preset) == known.end())
-    throw Error(
-        fmt::format("--from {}: no such configuration, expected one of {}", preset, fmt::join(known, ", ")));
+    throw Error(fmt::format("--from {}: no such configuration", preset),
+                expect("one of {}", fmt::join(known, ", ")));
   const std::filesystem::path shipped = shipped_file(preset + ".toml");
   const config::Config config = config::load(shipped);
   std::vector<std::filesystem::path> files{shipped, shipped.parent_path() / config.bus.dbc};

@@ -28,13 +28,11 @@ void require_names(const std::vector<std::string>& axes) {
   for (std::size_t i = 0; i < axes.size(); ++i) {
     // A dot would take the place of the one before "first" and "model" in the names of files.
     if (!config::is_axis_name(axes[i]) || axes[i].find('.') != std::string::npos)
-      throw Error(
-          fmt::format("--axis is '{}', expected letters, digits, _ and -: 1 to 64 of them, files are "
-                      "named for it",
-                      axes[i]));
+      throw Error(fmt::format("--axis is '{}'", axes[i]),
+                  expect("letters, digits, _ and -: 1 to 64 of them, files are named for it"));
     if (std::find(axes.begin(), axes.begin() + static_cast<std::ptrdiff_t>(i), axes[i]) !=
         axes.begin() + static_cast<std::ptrdiff_t>(i))
-      throw Error(fmt::format("--axis {} is there twice, expected two names", axes[i]));
+      throw Error(fmt::format("--axis {} is there twice", axes[i]), expect("two names"));
   }
 }
 
@@ -163,7 +161,7 @@ class AxisQuestions {
       } catch (const identification::ModeNotShown& error) {
         if (!stated) note("{}: {}; so --resonance is needed\n", measured->step_file->string(), error.what());
       } catch (const std::invalid_argument& error) {
-        throw Error(fmt::format("{}: {}", measured->step_file->string(), error.what()));
+        throw Error(*measured->step_file, error);
       }
     }
     controller::Delays& delays = axis.config.control.delays;

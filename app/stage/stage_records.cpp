@@ -35,9 +35,8 @@ Interval extremes(const std::vector<Dataset>& datasets, std::vector<double> Data
 Dataset in_um(Dataset dataset, const std::filesystem::path& file) {
   const auto um = model::length_um(dataset.output_unit);
   if (!um)
-    throw Error(
-        fmt::format("{}: the output is in {}, expected a length: --output-scale says how many um one {} is",
-                    file.string(), dataset.output_unit, dataset.output_unit));
+    throw Error(file, fmt::format("the output is in {}", dataset.output_unit),
+                expect("a length: --output-scale says how many um one {} is", dataset.output_unit));
   for (double& value : dataset.output) value *= *um;
   dataset.output_unit = "um";
   return dataset;
@@ -49,18 +48,20 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
   const double slack = 1e-3 * allowed.span();
   if (drive.lo < allowed.lo - slack || drive.hi > allowed.hi + slack)
     throw Error(
-        fmt::format("{}: the drive goes from {:.6g} to {:.6g} {}, beyond --drive-min {:g} and "
-                    "--drive-max {:g}, expected a record within them",
-                    file.string(), drive.lo, drive.hi, unit, allowed.lo, allowed.hi));
+        file,
+        fmt::format("the drive goes from {:.6g} to {:.6g} {}, beyond --drive-min {:g} and --drive-max {:g}",
+                    drive.lo, drive.hi, unit, allowed.lo, allowed.hi),
+        expect("a record within them"));
   if (dataset.input_unit != unit)
-    throw Error(fmt::format("{}: the drive is in {}, expected {}", file.string(), dataset.input_unit, unit));
+    throw Error(file, fmt::format("the drive is in {}", dataset.input_unit), {.expected = unit});
 }
 
 /// The limits of a bench come from its records.
 void judge_record(const std::filesystem::path& file, Dataset& dataset, bool accept) {
   for (const RecordDoubt& doubt : leave_out_suspects(file, dataset)) {
     if (!accept)
-      throw Error(doubt.fact + ", and limits come from the record; record it again, or --accept it");
+      throw Error(doubt.fact + ", and limits come from the record",
+                  {.remedy = "record it again, or --accept it"});
     note("hystcan: {}\n", doubt.text());
   }
 }
@@ -92,8 +93,8 @@ void load(AxisRecords& records, const DatasetInput& input, bool accept) {
     records.loops[i] = in_um(std::move(records.loops[i]), records.loop_files[i]);
   const auto load_one = [&](const std::filesystem::path& file) {
     if (!input.layout.output_from.empty())
-      throw Error(fmt::format("--output-from is {}, expected one record of loops and no other",
-                              input.layout.output_from.string()));
+      throw Error(fmt::format("--output-from is {}", input.layout.output_from.string()),
+                  expect("one record of loops and no other"));
     return in_um(load_datasets({file}, input).front(), file);
   };
   if (records.step_file) records.step = load_one(*records.step_file);
@@ -114,10 +115,11 @@ void refuse_contradictions(const AxisRecords& records, const std::string& drive_
   const double tolerance = part > 0.95 ? 0.1 : 0.5;
   const double expected_um = *stroke_um * part;
   if (std::abs(records.travel_um().span() / expected_um - 1.0) > tolerance)
-    throw Error(fmt::format(
-        "{}: the position moves by {:.4g} um where --stroke {:g} and its drive make {:.4g} um "
-        "likely, expected about that: is the unit right? (--output-scale)",
-        records.loop_files.front().string(), records.travel_um().span(), *stroke_um, expected_um));
+    throw Error(
+        records.loop_files.front(),
+        fmt::format("the position moves by {:.4g} um where --stroke {:g} and its drive make {:.4g} um likely",
+                    records.travel_um().span(), *stroke_um, expected_um),
+        expect("about that: is the unit right? (--output-scale)"));
 }
 
 }  // namespace hystcan::app

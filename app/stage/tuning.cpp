@@ -212,12 +212,11 @@ IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& conf
   try {
     return identified_plant(record, config.axes[0].control.delays);
   } catch (const identification::OutputFalls& error) {
-    throw RunError(fmt::format("{}: {}; nothing is written", config.axes[0].wire.name, error.what()));
+    throw RunError(config.axes[0].wire.name, error, {.remedy = "nothing is written"});
   } catch (const std::invalid_argument& error) {
-    throw RunError(fmt::format(
-        "the experiment is not conclusive: {}; nothing is written. Try another --amplitude: a large step "
-        "shows the curvature of the loop, a small one is hidden by noise",
-        error.what()));
+    throw RunError("the experiment is not conclusive", error,
+                   {.remedy = "nothing is written. Try another --amplitude: a large step shows the curvature "
+                              "of the loop, a small one is hidden by noise"});
   }
 }
 
