@@ -19,6 +19,7 @@ using boost::system::error_code;
 
 constexpr std::size_t longest_line = 1'048'576;
 constexpr std::size_t most_waiting = 64;
+constexpr const char* given_up = "the connection was given up";
 
 }  // namespace
 
@@ -31,14 +32,27 @@ ControlLink::ControlLink(boost::asio::io_context& context, std::function<std::fi
       received_(longest_line) {}
 
 void ControlLink::ask(const nlohmann::json& command, Done done) {
-  if (waiting_.size() >= most_waiting) return done(refusal("too many commands at once"));
-  waiting_.push_back(
-      {command.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", std::move(done)});
+  const ControlCommand& row = take_command(command, Server::controller);
+  const bool reads = row.access == Access::reads;
+  if (!reads && waiting_.size() >= most_waiting) return done(refusal("too many commands at once"));
+  const auto place = row.verb == Verb::status && !waiting_.empty() ? waiting_.begin() + 1 : waiting_.end();
+  waiting_.insert(place, {command.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+                          std::move(done), reads});
   if (waiting_.size() == 1) begin();
 }
 
+void ControlLink::give_up_writing() {
+  if (!socket_.is_open()) return;
+  disconnect();
+  std::deque<Command> writes;
+  for (Command& command : std::exchange(waiting_, {}))
+    (command.reads ? waiting_ : writes).push_back(std::move(command));
+  refuse(given_up, writes);
+  if (is_busy()) begin();
+}
+
 void ControlLink::close() {
-  if (socket_.is_open()) fail("the connection was given up");
+  if (socket_.is_open()) fail(given_up);
 }
 
 void ControlLink::begin() {
@@ -83,17 +97,25 @@ void ControlLink::read() {
                                 }));
 }
 
-/// Everything that waits is refused: a command that was sent may have been carried out, so none is sent
-/// twice.
-void ControlLink::fail(const std::string& reason) {
+void ControlLink::disconnect() {
   ++connection_;
   limit_.cancel();
   error_code ignored;
   socket_.close(ignored);
   received_.consume(received_.size());
+}
+
+void ControlLink::refuse(const std::string& reason, const std::deque<Command>& commands) {
   const nlohmann::json refused = refusal(fmt::format("{}: {}", file_.string(), reason));
-  for (const Command& command : std::exchange(waiting_, {}))
+  for (const Command& command : commands)
     boost::asio::post(socket_.get_executor(), [done = command.done, refused] { done(refused); });
+}
+
+/// Everything that waits is refused: a command that was sent may have been carried out, so none is sent
+/// twice.
+void ControlLink::fail(const std::string& reason) {
+  disconnect();
+  refuse(reason, std::exchange(waiting_, {}));
 }
 
 }  // namespace hystcan::app

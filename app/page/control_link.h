@@ -1,5 +1,6 @@
-// A connection to a control socket that does not wait: commands are answered in their order. Connects when
-// there is a command. Every command gets one answer, also if no controller is there.
+// A connection to a control socket that does not wait: commands are answered in their order, but `status` goes
+// before those that wait. Connects when there is a command. Every command gets one answer, also if no
+// controller is there.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -25,7 +26,10 @@ class ControlLink {
               std::chrono::seconds answer_limit);
 
   void ask(const nlohmann::json& command, Done done);
-  /// Gives the right to write back. Commands under way are answered as refused.
+  /// Gives the right to write back: commands that write and have no answer yet are refused, those that read
+  /// go on, over a new connection.
+  void give_up_writing();
+  /// Commands under way are answered as refused.
   void close();
   bool is_busy() const { return !waiting_.empty(); }
 
@@ -33,6 +37,7 @@ class ControlLink {
   struct Command {
     std::string line;
     Done done;
+    bool reads;
   };
 
   /// The handler of an operation of this connection: an error ends it, an earlier connection no longer
@@ -48,6 +53,8 @@ class ControlLink {
   void connect();
   void write();
   void read();
+  void disconnect();
+  void refuse(const std::string& reason, const std::deque<Command>& commands);
   void fail(const std::string& reason);
 
   std::function<std::filesystem::path()> place_;

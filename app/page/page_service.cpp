@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "app/live/control_protocol.h"
 #include "app/page/assets.h"
 #include "app/page/open_metrics.h"
 
@@ -30,10 +31,11 @@ PageService::PageService(boost::asio::io_context& context, PageOptions options, 
             {.changed = [this] { stream_changed(twin_); },
              .row = [](std::span<const double>) {},
              .batch = [this](std::uint32_t lost) { batch(twin_, lost); }}),
-      role_(context, options_.controller_socket, options_.answer_limit, clients_, events_),
+      link_(context, options_.controller_socket, options_.answer_limit),
+      ending_(context, options_.controller_socket, options_.answer_limit),
+      role_(link_, ending_, clients_, events_),
       requests_(context, options_, access_, clients_, events_, controller_, role_),
       timer_(context),
-      looking_(context, options_.controller_socket, options_.answer_limit),
       bus_(options_.interface, options_.frames) {
   look();
 }
@@ -165,11 +167,13 @@ void PageService::look() {
     if (!cancelled) look();
   });
   bus_report_ = bus_.report();
-  if (looking_.is_busy()) {
+  if (looks_) {
     if (status_age_s() > longest_age_s) send_status();
     return;
   }
-  looking_.ask(command_of(Verb::status), [this](const json& answer) {
+  looks_ = true;
+  link_.ask(command_of(Verb::status), [this](const json& answer) {
+    looks_ = false;
     status_ = answer;
     status_came_ = std::chrono::steady_clock::now();
     send_status();

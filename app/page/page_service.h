@@ -3,6 +3,9 @@
 //
 //   PageStream (controller, twin) ──▶ PageEvents, captures, lanes ──▶ PageClients
 //   PageClients ──▶ PageRequests ──▶ WriterRole ──▶ ControlLink ──▶ control socket
+//
+// There are two connections to a controller: the stream, which takes no commands and never waits for this
+// process, and one for the commands. A `stop` or `disable` opens a third one, until it is answered.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -63,14 +66,15 @@ class PageService {
   PageClients clients_;
   PageEvents events_{clients_};
   PageStream controller_, twin_;
+  ControlLink link_, ending_;
   WriterRole role_;
   PageRequests requests_;
   std::uint32_t next_capture_ = 1;
 
   boost::asio::steady_timer timer_;
-  ControlLink looking_;
   BusCounters bus_;
   nlohmann::json bus_report_, status_;
+  bool looks_ = false;  ///< the answer to `status` is under way
   std::optional<std::chrono::steady_clock::time_point> status_came_;
 };
 

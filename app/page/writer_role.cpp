@@ -9,17 +9,12 @@ namespace hystcan::app {
 
 using nlohmann::json;
 
-WriterRole::WriterRole(boost::asio::io_context& context, const std::function<std::filesystem::path()>& place,
-                       std::chrono::seconds answer_limit, PageClients& clients, PageEvents& events)
-    : clients_(clients),
-      events_(events),
-      reading_(context, place, answer_limit),
-      writing_(context, place, answer_limit),
-      ending_(context, place, answer_limit) {}
+WriterRole::WriterRole(ControlLink& link, ControlLink& ending, PageClients& clients, PageEvents& events)
+    : clients_(clients), events_(events), link_(link), ending_(ending) {}
 
 void WriterRole::give_to(std::uint64_t client) {
   if (holder_ == client) return;
-  writing_.close();
+  link_.give_up_writing();
   if (client != 0)
     events_.add_act(client, "info", "takes control");
   else
@@ -36,34 +31,32 @@ void WriterRole::show_to(PageClient& client) const {
 void WriterRole::command(std::uint64_t client, const json& command, ControlLink::Done done) {
   ++changes_;
   const ControlCommand& row = take_command(command, Server::controller);
-  ControlLink& link = row.access == Access::ends ? ending_ : writing_;
-  link.ask(command, [this, client, command, verb = row.verb, done = std::move(done)](const json& answer) {
+  ControlLink& link = row.access == Access::ends ? ending_ : link_;
+  link.ask(command, [this, client, command, done = std::move(done)](const json& answer) {
     ++changes_;
     note_changes(answer);
     events_.add_command(client, command, answer);
     done(answer);
-    if (verb == Verb::stop) ending_.close();
+    if (!ending_.is_busy()) ending_.close();
   });
 }
 
 void WriterRole::read_settings(ControlLink::Done done) {
-  reading_.ask(command_of(Verb::settings),
-               [this, done = std::move(done), changes = changes_](const json& answer) {
-                 const bool is_new = changes == changes_ && !writing_.is_busy();
-                 try {
-                   if (is_new && answer.value("ok", false)) compare(answer.at("settings"));
-                 } catch (const std::exception& error) {  // it is no answer to `settings`
-                   return done(refusal(error_text(error)));
-                 }
-                 done(answer);
-               });
+  link_.ask(command_of(Verb::settings),
+            [this, done = std::move(done), changes = changes_](const json& answer) {
+              try {
+                if (changes == changes_ && answer.value("ok", false)) compare(answer.at("settings"));
+              } catch (const std::exception& error) {  // it is no answer to `settings`
+                return done(refusal(error_text(error)));
+              }
+              done(answer);
+            });
 }
 
-/// Links whose other end may be gone with the controller. The settings stay known: what changes until the
+/// The link's other end may be gone with the controller. The settings stay known: what changes until the
 /// next reading, at the same controller that was lost for a moment or at a new one, is an event too.
 void WriterRole::controller_changed() {
-  for (ControlLink* link : {&reading_, &writing_})
-    if (!link->is_busy()) link->close();
+  if (!link_.is_busy()) link_.close();
 }
 
 void WriterRole::note_changes(const json& answer) {

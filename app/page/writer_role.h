@@ -2,10 +2,7 @@
 // they are known here.
 #pragma once
 
-#include <boost/asio/io_context.hpp>
 #include <cstdint>
-#include <filesystem>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -17,9 +14,9 @@ namespace hystcan::app {
 
 class WriterRole {
  public:
-  /// `place`, `answer_limit`: as of ControlLink.
-  WriterRole(boost::asio::io_context& context, const std::function<std::filesystem::path()>& place,
-             std::chrono::seconds answer_limit, PageClients& clients, PageEvents& events);
+  /// `link`: to the controller. `ending`: to the same one, for the time of each `stop` and each `disable`: the
+  /// control socket answers the commands of a connection in order, and these wait behind no other command.
+  WriterRole(ControlLink& link, ControlLink& ending, PageClients& clients, PageEvents& events);
 
   bool is_free() const { return holder_ == 0; }
   bool is_of(const PageClient& client) const { return holder_ == client.number; }
@@ -27,8 +24,8 @@ class WriterRole {
   void give_to(std::uint64_t client);
   void show_to(PageClient& client) const;
 
-  /// Sends a command of this page and makes its events. `stop` and `disable` end something: they need no role
-  /// and wait behind no other command.
+  /// Sends a command of this page and makes its events. `stop` and `disable` end something: they need no
+  /// role.
   void command(std::uint64_t client, const nlohmann::json& command, ControlLink::Done done);
   /// The answer to `settings`. Makes events of those that no command of a page has changed.
   void read_settings(ControlLink::Done done);
@@ -41,7 +38,7 @@ class WriterRole {
 
   PageClients& clients_;
   PageEvents& events_;
-  ControlLink reading_, writing_, ending_;
+  ControlLink &link_, &ending_;
   std::uint64_t holder_ = 0;            ///< number of a client
   std::vector<config::Setting> known_;  ///< settings in force; empty: none read yet
   std::uint64_t changes_ = 0;           ///< commands of pages so far: answers from before one of them are old

@@ -7,6 +7,8 @@
 
 #include <atomic>
 #include <boost/asio/post.hpp>
+#include <filesystem>
+#include <fstream>
 #include <future>
 #include <memory>
 #include <thread>
@@ -208,6 +210,40 @@ TEST_F(PageServer, CutsAClientOffThatDoesNotReadAndServesTheOther) {
   do page_counters = alive->next("status").at("page");
   while (page_counters.at("clients") != 1);
   EXPECT_EQ(page_counters.at("cut_off"), 1);
+}
+
+/// Of the control socket; the kernel lists what is accepted with the path.
+std::size_t connections_to(const std::filesystem::path& socket) {
+  constexpr const char* connected = " 03 ";
+  std::ifstream list("/proc/net/unix");
+  std::size_t count = 0;
+  for (std::string line; std::getline(list, line);)
+    if (line.ends_with(" " + socket.string()) && line.find(connected) != std::string::npos) ++count;
+  return count;
+}
+
+TEST_F(PageServer, HasOneConnectionToTheControlSocket) {
+  const auto peer = writer();
+  EXPECT_TRUE(peer->is_ok(set_kp(0.1)));
+  EXPECT_TRUE(peer->is_ok({{"do", "settings"}}));
+  EXPECT_TRUE(peer->is_ok(command("disable")));
+  next_controller(*peer);
+  EXPECT_TRUE(support::eventually([&] { return connections_to(bench_.socket()) == 1; }));
+}
+
+TEST_F(PageServer, AnswersCommandsWhileAnotherPageDoesNotReadItsRows) {
+  const auto peer = writer(), slow = page_with_rows();
+  EXPECT_TRUE(slow->is_ok({{"do", "view"}, {"rate_Hz", 1000}}));
+  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(peer->is_ok(set_kp(0.01 * i)));
+}
+
+TEST_F(PageServer, AnswersARequestForSettingsDuringWhichTheRoleChanges) {
+  const auto reader = page(), one = writer(), other = writer();
+  for (int i = 0; i < 12; ++i) {  // no more of one page may wait
+    reader->send_frame(json{{"id", i}, {"do", "settings"}}.dump());
+    EXPECT_TRUE((i % 2 == 0 ? one : other)->is_ok({{"do", "take_writer"}, {"force", true}}));
+  }
+  for (int answers = 0; answers < 12; ++answers) EXPECT_EQ(reader->next("answer").value("error", ""), "");
 }
 
 TEST_F(PageServer, KeepsNothingOfConnectionsThatHaveEnded) {

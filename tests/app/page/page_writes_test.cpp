@@ -59,8 +59,9 @@ TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChangedWhileTheStreamWasL
   boost::asio::io_context context;
   PageClients clients;
   PageEvents events(clients);
-  WriterRole role(
-      context, [this] { return bench_.socket(); }, support::patience, clients, events);
+  const auto place = [this] { return bench_.socket(); };
+  ControlLink link(context, place, support::patience), ending(context, place, support::patience);
+  WriterRole role(link, ending, clients, events);
   const auto read = [&] {
     bool is_read = false;
     role.read_settings([&](const json& answer) { is_read = answer.value("ok", false); });
