@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/command_line/commands.h"
+#include "app/live/answer_json.h"
 #include "app/live/control_service.h"
 #include "app/live/cycle_outlets.h"
 #include "app/live/live_loop.h"
@@ -143,7 +144,7 @@ std::string results_text(const controller::Controller& controller, const StateLo
       axes.back()["rejected_samples"] =
           to_json(can::rejected_frames("", controller.wired_axis(i).sensor.samples().checker()));
     }
-    nlohmann::json results = to_json(counters);
+    nlohmann::json results = as_json(counters);
     results.update({{"dropped_records", dropped_records},
                     {"timing", to_json(controller.timing())},
                     {"events", closing.events},

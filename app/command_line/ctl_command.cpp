@@ -13,8 +13,8 @@
 
 #include "app/command_line/commands.h"
 #include "app/command_line/status_text.h"
+#include "app/live/answer_json.h"
 #include "app/live/control_client.h"
-#include "app/live/control_protocol.h"
 #include "app/live/socket_place.h"
 #include "app/stage/option_check.h"
 #include "base/error.h"
@@ -58,41 +58,37 @@ std::optional<std::chrono::milliseconds> limit_of(const CtlArguments& options, V
   return std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(limit_s));
 }
 
-void print_twin_status(const nlohmann::json& status) {
-  print("{:.1f} s\n", status.at("time_s").get<double>());
+void print_answer(const TwinStatusAnswer& status) {
+  print("{:.1f} s\n", status.time_s);
   print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", "axis", "amplifier", "sensor", "drive", "position um");
-  for (const nlohmann::json& axis : status.at("axes"))
-    print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", axis.at("name").get<std::string>(),
-          axis.at("amplifier").get<std::string>(), axis.at("sensor").get<std::string>(),
-          four_decimals(axis.at("drive")), four_decimals(axis.at("position_um")));
-  for (const nlohmann::json& fault : status.at("faults")) {
-    const std::string site = fault.value("node", "stage");
-    std::string line = fmt::format("{} of {}: {}", site, fault.at("axis").get<std::string>(),
-                                   fault.at("kind").get<std::string>());
-    if (fault.contains("value")) line += fmt::format(" {:g}", fault.at("value").get<double>());
-    line += fmt::format(", since {:.3f} s", fault.at("began_s").get<double>());
-    if (fault.contains("ends_s")) line += fmt::format(" until {:.3f} s", fault.at("ends_s").get<double>());
+  for (const TwinAxisAnswer& axis : status.axes)
+    print("{:<8} {:<10} {:<16} {:>10} {:>12}\n", axis.name, axis.amplifier, axis.sensor,
+          four_decimals(axis.drive), four_decimals(axis.position_um));
+  for (const TwinFaultAnswer& fault : status.faults) {
+    std::string line = fmt::format("{} of {}: {}", fault.node ? to_string(*fault.node) : "stage", fault.axis,
+                                   to_string(fault.kind));
+    if (fault.value) line += fmt::format(" {:g}", *fault.value);
+    line += fmt::format(", since {:.3f} s", fault.began_s);
+    if (fault.ends_s) line += fmt::format(" until {:.3f} s", *fault.ends_s);
     print("{}\n", line);
   }
 }
 
-void print_changes(const nlohmann::json& changes) {
-  for (const config::Change& change : changes_of(changes))
-    print("{}: {} -> {}\n", change.path, change.from, change.to);
+void print_answer(const std::vector<config::Change>& changes) {
+  for (const config::Change& change : changes) print("{}: {} -> {}\n", change.path, change.from, change.to);
 }
+void print_answer(const ChangesAnswer& answer) { print_answer(answer.changed); }
+void print_answer(const SettingsAnswer& answer) { print_answer(answer.unsaved); }
 
-void print_answer(const nlohmann::json& answer, Reply reply, Server server) {
-  const nlohmann::json& member = answer.value(word_of(reply), nlohmann::json());
-  if (reply == Reply::states && server == Server::twin) return print_twin_status(answer);
-  if (reply == Reply::states)
-    for (const std::string& line : status_lines(answer)) print("{}\n", line);
-  if (reply == Reply::fault || reply == Reply::run) print("{}\n", member.get<std::string>());
-  if (reply == Reply::count) print("{} removed\n", counted(member.get<std::size_t>(), "fault"));
-  if (reply == Reply::position) print("in position at {:.4f} um\n", member.get<double>());
-  if (reply == Reply::keys) print_changes(answer.at("unsaved"));
-  if (reply == Reply::changes) print_changes(member);
-  for (const nlohmann::json& line : answer.value("nothing_to_do", nlohmann::json::array()))
-    print("{}\n", line.get<std::string>());
+void print_answer(const StatusAnswer& status) {
+  for (const std::string& line : status_lines(status)) print("{}\n", line);
+}
+void print_answer(const FaultAnswer& answer) { print("{}\n", answer.fault); }
+void print_answer(const RunAnswer& answer) { print("{}\n", answer.run); }
+void print_answer(const RemovedAnswer& answer) { print("{} removed\n", counted(answer.removed, "fault")); }
+void print_answer(const PositionAnswer& answer) { print("in position at {:.4f} um\n", answer.position_um); }
+void print_answer(const DoneAnswer& answer) {
+  for (const std::string& line : answer.nothing_to_do) print("{}\n", line);
 }
 
 int run(const CtlArguments& options, const ControlCommand& row) {
@@ -104,8 +100,10 @@ int run(const CtlArguments& options, const ControlCommand& row) {
   const nlohmann::json answer =
       exchange(file, options.command, to_twin ? "twin" : "controller", limit_of(options, row.verb));
   if (options.json) print("{}\n", answer.dump(2));
-  if (!answer.value("ok", false)) throw RunError(answer.value("error", "the answer has no \"error\""));
-  if (!options.json) print_answer(answer, row.reply_of(server), server);
+  with_answer(row.reply_of(server), [&](auto kind) {
+    const auto read = read_answer<decltype(kind)>(answer);
+    if (!options.json) print_answer(read);
+  });
   return done;
 }
 

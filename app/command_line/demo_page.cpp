@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "app/live/answer_json.h"
 #include "app/live/control_service.h"
 #include "app/live/cycle_outlets.h"
 #include "app/live/rehearsal_setup.h"
@@ -72,7 +73,7 @@ class PacedRehearsal {
         twin_handler_(rehearsal_.twin(), rehearsal_.clock(), [this] { ending_ = true; }),
         twin_socket_(std::in_place, context_, folder / "twin.sock", twin_handler_),
         twin_stream_(std::in_place, context_, stream_beside(folder / "twin.sock"),
-                     stream_greeting(config, twin_config(config)).dump(), truths_) {
+                     as_json(stream_greeting(config, twin_config(config))).dump(), truths_) {
     rehearsal_.controller().listen_to(service_->requests());
     rehearsal_.twin().on_truth([this](const twin::Truth& truth) {
       if (truths_.is_listening()) truths_.put(sample_of(truth, can::Time()));

@@ -14,6 +14,7 @@
 
 #include "app/command_line/commands.h"
 #include "app/command_line/status_text.h"
+#include "app/live/answer_json.h"
 #include "app/live/control_client.h"
 #include "app/live/control_protocol.h"
 #include "app/live/socket_place.h"
@@ -56,12 +57,12 @@ void print_lines(const std::vector<std::string>& lines) {
 }
 
 /// A controller that has ended, or is not there yet, is asked again.
-int watch(const StatusArguments& options, const std::function<nlohmann::json()>& bus) {
+int watch(const StatusArguments& options, const std::function<std::optional<BusReport>()>& bus) {
   const auto lines = [&] {
     try {
-      return status_screen(ask(options), bus(), "");
+      return status_screen(read_answer<StatusAnswer>(ask(options)), bus(), "");
     } catch (const RunError& error) {
-      return status_screen(nullptr, bus(), fmt::format("no answer, trying again: {}", error.what()));
+      return status_screen({}, bus(), fmt::format("no answer, trying again: {}", error.what()));
     }
   };
   stop_at_a_signal();
@@ -81,13 +82,13 @@ int watch(const StatusArguments& options, const std::function<nlohmann::json()>&
 
 int run_status(const StatusArguments& options) {
   BusCounters counters(options.interface, {});
-  const auto bus = [&] { return options.shows_bus ? counters.report() : nlohmann::json(); };
+  const auto bus = [&] { return options.shows_bus ? std::optional(counters.report()) : std::nullopt; };
   if (options.watch) return watch(options, bus);
   const nlohmann::json status = ask(options);
   if (options.json)
     print(status.dump(2) + "\n");
   else
-    print_lines(status_screen(status, bus(), ""));
+    print_lines(status_screen(read_answer<StatusAnswer>(status), bus(), ""));
   return done;
 }
 

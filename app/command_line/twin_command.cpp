@@ -16,6 +16,7 @@
 
 #include "app/command_line/commands.h"
 #include "app/command_line/truth_log.h"
+#include "app/live/answer_json.h"
 #include "app/live/control_socket.h"
 #include "app/live/live_loop.h"
 #include "app/live/machine_setup.h"
@@ -175,7 +176,8 @@ int run_twin(const TwinArguments& options) {
   });
   std::optional<ControlSocket> socket;
   std::optional<SampleStream> stream;
-  open(socket, stream, options, interface, loop, handler, stream_greeting(config, chosen).dump(), samples);
+  open(socket, stream, options, interface, loop, handler, as_json(stream_greeting(config, chosen)).dump(),
+       samples);
   TwinWatch watch(twin, loop.scheduler(), interface, end);
   loop.run([&](int) { end(); });
   watch.log_bus();

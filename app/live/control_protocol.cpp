@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/live/answer_json.h"
 #include "base/error.h"
 
 namespace hystcan::app {
@@ -41,7 +42,7 @@ nlohmann::json parse_command(const std::string& line) {
   return is_deep ? nlohmann::json() : command;
 }
 
-json refusal(const std::string& reason) { return {{"ok", false}, {"error", reason}}; }
+json refusal(const std::string& reason) { return answer_json(RefusedAnswer{.error = reason}); }
 
 std::string text_of(const json& command, const char* key) {
   const auto found = command.find(key);
@@ -55,20 +56,6 @@ double number_of(const json& command, const char* key) {
   if (found == command.end() || !found->is_number())
     throw Error(fmt::format("\"{}\" is missing", key), expect("a number"));
   return *found;
-}
-
-json to_json(const std::vector<config::Change>& changes) {
-  json list = json::array();
-  for (const config::Change& change : changes)
-    list.push_back({{"key", change.path}, {"from", change.from}, {"to", change.to}});
-  return list;
-}
-
-std::vector<config::Change> changes_of(const json& list) {
-  std::vector<config::Change> changes;
-  changes.reserve(list.size());
-  for (const json& change : list) changes.push_back({change.at("key"), change.at("from"), change.at("to")});
-  return changes;
 }
 
 }  // namespace hystcan::app

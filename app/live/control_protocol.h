@@ -11,10 +11,8 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "base/words.h"
-#include "config/schema/settings.h"
 #include "controller/requests.h"
 
 namespace hystcan::app {
@@ -45,11 +43,22 @@ enum class Server : std::uint8_t { controller, twin };
 enum class Access : std::uint8_t { reads, ends, writes };
 constexpr auto words(Access) { return std::to_array<std::string_view>({"reads", "ends", "writes"}); }
 
-/// What the answer has beside `ok`, by the name of its member; none: the server does not take the command.
-enum class Reply : std::uint8_t { none, done, changes, run, position, fault, count, keys, states };
+/// The answer (app/live/control_answers.h); none: the server does not take the command.
+enum class Reply : std::uint8_t {
+  none,
+  done,
+  changes,
+  run,
+  position,
+  fault,
+  count,
+  keys,
+  states,
+  twin_states
+};
 constexpr auto words(Reply) {
   return std::to_array<std::string_view>(
-      {"", "ok", "changed", "run", "position_um", "fault", "removed", "settings", "axes"});
+      {"-", "done", "changes", "run", "position", "fault", "removed", "settings", "status", "twin status"});
 }
 
 struct Argument {
@@ -109,7 +118,7 @@ inline constexpr auto old_faults =
                              {"axis", "--axis", Type::text, "x", "all axes if left out", false}});
 
 inline constexpr auto commands = std::to_array<ControlCommand>({
-    {status, "status", reads, states, states, 0, nothing, "show the state of every axis"},
+    {status, "status", reads, states, twin_states, 0, nothing, "show the state of every axis"},
     {reload, "reload", writes, changes, none, 5, nothing, "read the configuration file again"},
     {undo, "undo", writes, changes, none, 4, nothing, "take back the last set since the file was read"},
     {settings, "settings", reads, keys, none, 0, nothing,
@@ -156,9 +165,5 @@ std::string text_of(const nlohmann::json& command, const char* key);
 double number_of(const nlohmann::json& command, const char* key);
 
 nlohmann::json refusal(const std::string& reason);
-
-/// A list of {"key": ..., "from": ..., "to": ...}, to write and to read.
-nlohmann::json to_json(const std::vector<config::Change>& changes);
-std::vector<config::Change> changes_of(const nlohmann::json& list);
 
 }  // namespace hystcan::app

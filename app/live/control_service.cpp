@@ -5,6 +5,7 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
 
+#include "app/live/answer_json.h"
 #include "app/live/samples.h"
 #include "base/error.h"
 #include "base/threads.h"
@@ -45,7 +46,7 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
       watch_(context_, {config_file}, [this] { handler_.reload({ignore_answer}); }) {
   if (!socket.empty()) {
     socket_.emplace(context_, socket, handler_);
-    open_stream(stream_beside(socket), stream_greeting(config).dump(), outlets.samples);
+    open_stream(stream_beside(socket), as_json(stream_greeting(config)).dump(), outlets.samples);
     spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
   }
   if (!watch_.is_watching())

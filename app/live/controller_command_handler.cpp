@@ -7,7 +7,7 @@
 #include <chrono>
 #include <utility>
 
-#include "app/live/report.h"
+#include "app/live/answer_json.h"
 #include "base/error.h"
 
 namespace hystcan::app {
@@ -34,60 +34,42 @@ std::string toml_of(const json& value) {
   return value.is_array() ? "[" + joined_members + "]" : "{" + joined_members + "}";
 }
 
-json to_json(const std::string& name, const controller::CycleRecord& record) {
+AxisAnswer answer_of(const std::string& name, const controller::CycleRecord& record) {
   const controller::AxisReport& report = record.report;
-  json axis{{"name", name},
-            {"state", to_string(report.state)},
-            {"fault", to_string(report.cause)},
-            {"position_um", report.position_um},
-            {"drive", report.drive},
-            {"amplifier_output", record.amplifier_output},
-            {"amplifier_output_age_s", record.amplifier_output_age_s},
-            {"limits", controller::limits_to_string(report.limits)},
-            {"sample_missing", report.sample_missing}};
+  AxisAnswer axis{.name = name,
+                  .state = report.state,
+                  .fault = std::string(to_string(report.cause)),
+                  .position_um = report.position_um,
+                  .drive = report.drive,
+                  .amplifier_output = record.amplifier_output,
+                  .amplifier_output_age_s = record.amplifier_output_age_s,
+                  .limits = controller::limits_to_string(report.limits),
+                  .sample_missing = report.sample_missing};
   if (!report.arming_blocks.empty()) {
-    axis["waits_for"] = to_string(report.arming_blocks.first());
+    axis.waits_for = to_string(report.arming_blocks.first());
     for (const controller::ArmingBlock block : report.arming_blocks.members())
-      axis["waits_for_all"].push_back(to_string(block));
+      axis.waits_for_all.emplace_back(to_string(block));
   }
   if (report.cause != controller::Cause::none) {
-    axis["fault_time_s"] = report.fault_time_s;
-    axis["remedy"] = remedy(report.cause);
+    axis.fault_time_s = report.fault_time_s;
+    axis.remedy = remedy(report.cause);
   }
-  if (report.state != AxisState::tracking) return axis;
-  axis["reference_um"] = report.reference_um;
-  axis["error_um"] = report.reference_um - report.position_um;
-  axis["finished"] = report.point.finished;
-  axis["live_goal"] = report.point.live;
-  axis["arrival"] = to_string(report.arrival);
-  if (const controller::Learning::Report& learning = report.learning;
-      learning.state != controller::LearningState::off)
-    axis["learning"] = {{"state", to_string(learning.state)},
-                        {"periods", learning.periods},
-                        {"rms_um", learning.rms_um},
-                        {"first_rms_um", learning.first_rms_um},
-                        {"correction_um", learning.correction_um},
-                        {"correction_max_um", learning.correction_max_um}};
+  if (!axis.tracks()) return axis;
+  axis.reference_um = report.reference_um;
+  axis.error_um = report.reference_um - report.position_um;
+  axis.finished = report.point.finished;
+  axis.live_goal = report.point.live;
+  axis.arrival = report.arrival;
+  axis.learning = report.learning;
   return axis;
 }
 
-json to_json(const runs::RunWriter::Status& status) {
-  json recording{{"on", status.is_recording}};
-  if (status.run.empty()) return recording;
-  recording.update({{"run", status.run.string()},
-                    {"rows", status.rows},
-                    {"rows_lost", status.rows_lost},
-                    {"bytes", status.bytes}});
-  if (!status.failure.empty()) recording["failure"] = status.failure;
-  return recording;
-}
-
-json timing_json(const controller::CycleRecord& record) {
+TimingAnswer timing_of(const controller::CycleRecord& record) {
   const auto us = [](can::Duration duration) { return 1e6 * can::seconds(duration); };
-  return {{"period_us", us(record.phases.period)},
-          {"lateness_us", us(record.phases.lateness)},
-          {"turnaround_us", us(record.phases.turnaround())},
-          {"execution_us", us(record.phases.execution)}};
+  return {.period_us = us(record.phases.period),
+          .lateness_us = us(record.phases.lateness),
+          .turnaround_us = us(record.phases.turnaround()),
+          .execution_us = us(record.phases.execution)};
 }
 
 std::string joined(const std::vector<config::Change>& changes) {
@@ -105,7 +87,8 @@ json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle
   if (report.state == AxisState::faulted) return refusal(fmt::format("faulted: {}", to_string(report.cause)));
   if (report.state == AxisState::offline) return refusal("the axis was stopped");
   if (report.state != AxisState::tracking) return {};
-  if (report.arrival == Arrival::in_position) return {{"ok", true}, {"position_um", report.position_um}};
+  if (report.arrival == Arrival::in_position)
+    return answer_json(PositionAnswer{.position_um = report.position_um});
   if (report.arrival == Arrival::failed) return refusal("not in position within timeout_ms");
   if (report.arrival == Arrival::not_judged)
     return refusal("the axis has no [axis.control.in_position], expected one to wait for");
@@ -137,19 +120,17 @@ void ControllerCommandHandler::carry_out(Verb verb, const json& command, const A
 }
 
 json ControllerCommandHandler::status() const {
-  json axes = json::array();
   const auto newest = outlets_.board.newest();
-  for (std::size_t i = 0; i < newest.size(); ++i) axes.push_back(to_json(live_.axis_names()[i], newest[i]));
-  json status{{"ok", true},
-              {"time_s", newest.front().time_s},
-              {"age_s", outlets_.board.age_s()},
-              {"timing", timing_json(newest.front())},
-              {"recording", to_json(outlets_.recorder.status())},
-              {"axes", axes}};
-  status.update(to_json(newest.front().counters));
+  StatusAnswer status{.time_s = newest.front().time_s,
+                      .age_s = outlets_.board.age_s(),
+                      .counters = newest.front().counters,
+                      .timing = timing_of(newest.front()),
+                      .recording = outlets_.recorder.status()};
+  for (std::size_t i = 0; i < newest.size(); ++i)
+    status.axes.push_back(answer_of(live_.axis_names()[i], newest[i]));
   if (const auto event = outlets_.board.last_event())
-    status["last_event"] = {{"text", describe(*event->event)}, {"time_s", event->time_s}};
-  return status;
+    status.last_event = {.text = describe(*event->event), .time_s = event->time_s};
+  return answer_json(std::move(status));
 }
 
 json ControllerCommandHandler::record(const json& command) {
@@ -159,12 +140,12 @@ json ControllerCommandHandler::record(const json& command) {
   if (*on == true) {
     const std::filesystem::path run = outlets_.recorder.start();
     spdlog::info("recording to {}", run.string());
-    return {{"ok", true}, {"run", run.string()}};
+    return answer_json(RunAnswer{.run = run.string()});
   }
   const std::filesystem::path run = outlets_.recorder.stop();
   if (run.empty()) return refusal("nothing is recorded");
   spdlog::info("the recording to {} ends", run.string());
-  return {{"ok", true}, {"run", run.string()}};
+  return answer_json(RunAnswer{.run = run.string()});
 }
 
 /// The named axis; all axes if none is named.
@@ -181,9 +162,9 @@ std::vector<std::string> ControllerCommandHandler::texts_of(const Outcome& outco
   return texts;
 }
 
-json ControllerCommandHandler::refusal_of(const Outcome& outcome) {
-  json refused = refusal(fmt::format("{}", fmt::join(texts_of(outcome), "; ")));
-  for (const auto& [axis, why] : outcome) refused["refusals"][axis] = controller::name_of(why);
+RefusedAnswer ControllerCommandHandler::refusal_of(const Outcome& outcome) {
+  RefusedAnswer refused{.error = fmt::format("{}", fmt::join(texts_of(outcome), "; "))};
+  for (const auto& [axis, why] : outcome) refused.refusals[axis] = controller::name_of(why);
   return refused;
 }
 
@@ -201,10 +182,8 @@ void ControllerCommandHandler::act(Request::Kind kind, const json& command, cons
   ask_all(std::move(requests), [asked, answer](const Outcome& outcome) {
     const auto needless =
         static_cast<std::size_t>(std::ranges::count_if(outcome, controller::is_needless, &Refused::why));
-    if (needless == asked || needless < outcome.size()) return answer(refusal_of(outcome));
-    json done{{"ok", true}};
-    if (needless > 0) done["nothing_to_do"] = texts_of(outcome);
-    answer(done);
+    if (needless == asked || needless < outcome.size()) return answer(answer_json(refusal_of(outcome)));
+    answer(answer_json(DoneAnswer{.nothing_to_do = texts_of(outcome)}));
   });
 }
 
@@ -216,19 +195,13 @@ void ControllerCommandHandler::set(const json& command, const Answer& answer) {
 
 json ControllerCommandHandler::settings() const {
   const std::string file = std::filesystem::absolute(live_.file()).string();
-  json list = json::array();
-  for (const config::Setting& setting : live_.settings())
-    list.push_back({{"key", setting.path}, {"value", setting.value}});
   try {
-    return {{"ok", true},
-            {"file", file},
-            {"settings", list},
-            {"unsaved", to_json(config::changes(live_.settings_of_file(), live_.settings()))},
-            {"undo", live_.single_settings()}};
+    return answer_json(SettingsAnswer{.file = file,
+                                      .settings = live_.settings(),
+                                      .unsaved = config::changes(live_.settings_of_file(), live_.settings()),
+                                      .undo = live_.single_settings()});
   } catch (const Error& error) {  // the file has been changed and is invalid
-    json refused = refusal(error.what());
-    refused["file"] = file;
-    return refused;
+    return answer_json(RefusedAnswer{.error = error.what(), .file = file});
   }
 }
 
@@ -252,15 +225,15 @@ void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, const Answer
   const auto shared = std::make_shared<LiveConfig::Prepared>(std::move(prepared));
   ask_all(std::move(requests), [this, shared, answer](const Outcome& outcome) {
     if (!outcome.empty()) {
-      const json refused = refusal_of(outcome);
-      spdlog::error("configuration not applied: {}", refused.at("error").get<std::string>());
+      const RefusedAnswer refused = refusal_of(outcome);
+      spdlog::error("configuration not applied: {}", refused.error);
       live_.mark_uncertain(*shared);
-      return answer(refused);
+      return answer(answer_json(refused));
     }
     live_.accept(*shared);
     outlets_.recorder.add(shared->at_once);
     for (const config::Change& change : shared->at_once) spdlog::info("configuration: {}", describe(change));
-    answer({{"ok", true}, {"changed", to_json(shared->at_once)}});
+    answer(answer_json(ChangesAnswer{.changed = shared->at_once}));
   });
 }
 

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "app/live/command_handler.h"
+#include "app/live/control_answers.h"
 #include "app/live/cycle_outlets.h"
 #include "app/live/live_config.h"
 #include "controller/requests.h"
@@ -58,7 +59,7 @@ class ControllerCommandHandler final : public CommandHandler {
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
                std::function<void(const Outcome&)> done);
   static std::vector<std::string> texts_of(const Outcome& outcome);
-  static nlohmann::json refusal_of(const Outcome& outcome);
+  static RefusedAnswer refusal_of(const Outcome& outcome);
   std::vector<std::size_t> axes_of(const nlohmann::json& command) const;
   void arm();
   void collect_answers();

@@ -128,14 +128,6 @@ nlohmann::json to_json(const BusClosing& closing) {
   return object;
 }
 
-nlohmann::json to_json(const controller::CycleCounters& counters) {
-  return {{"cycles", counters.cycles},
-          {"missed_cycles", counters.missed_cycles},
-          {"missing_samples", counters.missing_samples},
-          {"late_samples", counters.late_samples},
-          {"replaced_commands", counters.replaced_commands}};
-}
-
 nlohmann::json to_json(const controller::CycleTiming& timing) {
   nlohmann::json object;
   for (const controller::NamedTime& time : controller::cycle_times()) {

@@ -36,7 +36,6 @@ std::vector<std::string> describe(const BusClosing& closing);
 /// The bus, and under "rejected" each message with its causes.
 nlohmann::json to_json(const BusClosing& closing);
 
-nlohmann::json to_json(const controller::CycleCounters& counters);
 /// Keys: period, wake_up, turnaround, execution.
 nlohmann::json to_json(const controller::CycleTiming& timing);
 std::vector<std::string> describe(const controller::CycleTiming& timing);

@@ -1,7 +1,6 @@
 #include "app/live/samples.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -24,10 +23,6 @@ std::vector<std::string> words_of(std::string_view column) {
   return controller::words_of(*controller::find_cycle_column(column));
 }
 
-nlohmann::json greeting_of(const char* stream, const config::Config& config) {
-  return {{"stream", stream}, {"version", 1}, {"rate_Hz", config.controller.rate_Hz}};
-}
-
 }  // namespace
 
 std::array<double, streamed_columns.size()> sample_of(const controller::CycleRecord& record) {
@@ -48,28 +43,27 @@ std::array<double, truth_columns.size()> sample_of(const twin::Truth& truth, can
           truth.measured_um};
 }
 
-nlohmann::json stream_greeting(const config::Config& config) {
-  nlohmann::json greeting = greeting_of("controller", config);
-  greeting["states"] = words_of("state");
-  greeting["faults"] = words_of("fault");
-  greeting["limits"] = words_of("limits");
+StreamGreeting stream_greeting(const config::Config& config) {
+  StreamGreeting greeting{.stream = "controller",
+                          .rate_Hz = config.controller.rate_Hz,
+                          .states = words_of("state"),
+                          .faults = words_of("fault"),
+                          .limits = words_of("limits")};
   for (const controller::CycleColumn* column : columns())
-    greeting["columns"].push_back({{"name", column->name}, {"unit", column->unit}});
+    greeting.columns.push_back({std::string(column->name), std::string(column->unit)});
   for (const config::AxisConfig& axis : config.axes)
-    greeting["axes"].push_back({{"name", axis.wire.name},
-                                {"drive_unit", axis.wire.drive_unit},
-                                {"tolerance_um", controller::settling_tolerance_um(axis.control)}});
+    greeting.axes.push_back(
+        {axis.wire.name, axis.wire.drive_unit, controller::settling_tolerance_um(axis.control)});
   return greeting;
 }
 
-nlohmann::json stream_greeting(const config::Config& config, const twin::Config& twin) {
-  nlohmann::json greeting = greeting_of("twin", config);
+StreamGreeting stream_greeting(const config::Config& config, const twin::Config& twin) {
+  StreamGreeting greeting{.stream = "twin", .rate_Hz = config.controller.rate_Hz};
   for (const auto& [name, unit] : truth_columns)
-    greeting["columns"].push_back({{"name", name}, {"unit", unit}});
+    greeting.columns.push_back({std::string(name), std::string(unit)});
   for (const twin::WiredAxisConfig& axis : twin.axes) {
     const auto same = [&](const config::AxisConfig& of) { return of.wire.name == axis.wire.name; };
-    greeting["axes"].push_back(
-        {{"name", axis.wire.name}, {"drive_unit", std::ranges::find_if(config.axes, same)->wire.drive_unit}});
+    greeting.axes.push_back({axis.wire.name, std::ranges::find_if(config.axes, same)->wire.drive_unit});
   }
   return greeting;
 }

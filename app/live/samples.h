@@ -2,8 +2,11 @@
 #pragma once
 
 #include <array>
-#include <nlohmann/json_fwd.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "can/scheduler.h"
 #include "config/schema/config.h"
@@ -35,9 +38,55 @@ std::array<double, streamed_columns.size()> sample_of(const controller::CycleRec
 /// Times count from `started`.
 std::array<double, truth_columns.size()> sample_of(const twin::Truth& truth, can::Time started);
 
-/// The first line of the stream of a controller: columns, rate, axes, and the words of states, faults and
-/// limits by their number; and of that of a twin.
-nlohmann::json stream_greeting(const config::Config& config);
-nlohmann::json stream_greeting(const config::Config& config, const twin::Config& twin);
+struct StreamColumn {
+  std::string name;
+  std::string unit{};
+};
+template <class V>
+void visit(V& v, StreamColumn& c) {
+  v.member("name", c.name, {"", "name"});
+  v.member("unit", c.unit, {"", "unit; `drive`: the drive unit of the axis"});
+}
+
+struct StreamAxis {
+  std::string name;
+  std::string drive_unit{};
+  std::optional<double> tolerance_um{};
+};
+template <class V>
+void visit(V& v, StreamAxis& a) {
+  v.member("name", a.name, {"", "name in the configuration"});
+  v.member("drive_unit", a.drive_unit, {"", "unit of its drive"});
+  v.optional("tolerance_um", a.tolerance_um, a.tolerance_um.has_value(),
+             {"um", "of a controller: that of `[axis.control.in_position]`, or 0"});
+}
+
+/// The first line of a stream.
+struct StreamGreeting {
+  std::string stream{};
+  std::uint64_t version = 1;
+  double rate_Hz = 0.0;
+  std::vector<StreamColumn> columns{};
+  std::vector<StreamAxis> axes{};
+  std::vector<std::string> states{}, faults{}, limits{};
+};
+template <class V>
+void visit(V& v, StreamGreeting& g) {
+  v.member("stream", g.stream, {"", "`controller` or `twin`"});
+  v.member("version", g.version, {"", "1"});
+  v.member("rate_Hz", g.rate_Hz, {"Hz", "rate of the cycles"});
+  v.member("columns", g.columns, {"", "the numbers of a row"});
+  v.member("axes", g.axes, {"", "each axis; the column `axis` is its index"});
+  v.optional("states", g.states, !g.states.empty(),
+             {"", "of a controller: the words whose index is in the column `state`"});
+  v.optional("faults", g.faults, !g.faults.empty(),
+             {"", "of a controller: the words whose index is in the column `fault`"});
+  v.optional("limits", g.limits, !g.limits.empty(),
+             {"", "of a controller: the words of the bits in the column `limits`"});
+}
+
+/// Of a controller, and of a twin.
+StreamGreeting stream_greeting(const config::Config& config);
+StreamGreeting stream_greeting(const config::Config& config, const twin::Config& twin);
 
 }  // namespace hystcan::app

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/live/answer_json.h"
 #include "base/error.h"
 #include "config/schema/config.h"
 
@@ -58,34 +59,33 @@ void TwinCommandHandler::carry_out(Verb verb, const json& command, const Answer&
   if (verb == Verb::inject) return answer(inject(command));
   if (verb == Verb::remove) return answer(remove(command));
   stop_();
-  answer({{"ok", true}});
+  answer(answer_json(DoneAnswer{}));
 }
 
 json TwinCommandHandler::status() {
   const can::Time now = scheduler_.now();
-  json axes = json::array();
+  TwinStatusAnswer status{.time_s = time_s(now)};
   for (const auto& axis : twin_.axes()) {
     axis->plant.advance_to(now);
-    axes.push_back({{"name", axis->name},
-                    {"amplifier", to_string(axis->amplifier.state())},
-                    {"amplifier_fault", axis->amplifier.fault()},
-                    {"sensor", to_string(axis->sensor.node().state())},
-                    {"drive", axis->plant.drive()},
-                    {"position_um", axis->plant.position_um()}});
+    status.axes.push_back({.name = axis->name,
+                           .amplifier = std::string(to_string(axis->amplifier.state())),
+                           .amplifier_fault = axis->amplifier.fault(),
+                           .sensor = std::string(to_string(axis->sensor.node().state())),
+                           .drive = axis->plant.drive(),
+                           .position_um = axis->plant.position_um()});
   }
-  json faults = json::array();
-  for (const auto& fault : twin_.faults().active()) faults.push_back(describe(fault));
-  return {{"ok", true}, {"time_s", time_s(now)}, {"axes", axes}, {"faults", faults}};
+  for (const auto& fault : twin_.faults().active()) status.faults.push_back(answer_of(fault));
+  return answer_json(std::move(status));
 }
 
-json TwinCommandHandler::describe(const twin::FaultScheduler::Active& fault) const {
+TwinFaultAnswer TwinCommandHandler::answer_of(const twin::FaultScheduler::Active& fault) const {
   const twin::FaultSpec& spec = fault.spec;
   const twin::FaultTraits& kind = traits(spec.kind);
-  json description{{"kind", kind.name}, {"axis", spec.axis}, {"began_s", time_s(fault.began)}};
-  if (kind.site != twin::FaultSite::plant) description["node"] = to_string(spec.node);
-  if (!kind.unit.empty()) description["value"] = spec.value;
-  if (spec.lasts > can::Duration::zero()) description["ends_s"] = time_s(fault.ends);
-  return description;
+  TwinFaultAnswer answer{.kind = spec.kind, .axis = spec.axis, .began_s = time_s(fault.began)};
+  if (kind.site != twin::FaultSite::plant) answer.node = spec.node;
+  if (!kind.unit.empty()) answer.value = spec.value;
+  if (spec.lasts > can::Duration::zero()) answer.ends_s = time_s(fault.ends);
+  return answer;
 }
 
 /// The axis named in the command; a twin with one axis needs no name.
@@ -109,14 +109,14 @@ json TwinCommandHandler::inject(const json& command) {
   }
   spec.lasts = duration_of(command);
   twin_.faults().inject(spec);
-  return {{"ok", true}, {"fault", twin::describe(spec)}};
+  return answer_json(FaultAnswer{.fault = twin::describe(spec)});
 }
 
 json TwinCommandHandler::remove(const json& command) {
   std::optional<twin::Fault> kind;
   if (command.contains("kind")) kind = fault_of(command);
   const std::string axis = command.contains("axis") ? text_of(command, "axis") : "";
-  return {{"ok", true}, {"removed", twin_.faults().remove(kind, axis)}};
+  return answer_json(RemovedAnswer{.removed = twin_.faults().remove(kind, axis)});
 }
 
 }  // namespace hystcan::app

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "app/live/command_handler.h"
+#include "app/live/control_answers.h"
 #include "twin/twin.h"
 
 namespace hystcan::app {
@@ -27,7 +28,7 @@ class TwinCommandHandler final : public CommandHandler {
   nlohmann::json status();
   nlohmann::json inject(const nlohmann::json& command);
   nlohmann::json remove(const nlohmann::json& command);
-  nlohmann::json describe(const twin::FaultScheduler::Active& fault) const;
+  TwinFaultAnswer answer_of(const twin::FaultScheduler::Active& fault) const;
   std::string axis_of(const nlohmann::json& command) const;
   double time_s(can::Time time) const { return can::seconds(time - started_); }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "can/frame_bits.h"
@@ -69,9 +68,9 @@ double AverageFrames::busy_s(double frames, double bytes) const {
 
 /// A virtual interface receives what it sends, and counts it twice.
 std::optional<BusCounters::Count> BusCounters::count(Clock::time_point now) const {
-  const std::filesystem::path folder = network_ / interface_;
+  const std::filesystem::path folder = network_ / report_.interface;
   std::error_code ignored;
-  if (interface_.empty() || !std::filesystem::exists(folder, ignored)) return std::nullopt;
+  if (report_.interface.empty() || !std::filesystem::exists(folder, ignored)) return std::nullopt;
   const std::filesystem::path statistics = folder / "statistics";
   Count counted{now, number_in(statistics / "tx_packets"), number_in(statistics / "tx_bytes")};
   if (std::filesystem::exists(folder / "device", ignored)) {
@@ -82,35 +81,31 @@ std::optional<BusCounters::Count> BusCounters::count(Clock::time_point now) cons
 }
 
 std::string BusCounters::state() const {
-  if (interface_.empty()) return "simulated";
+  if (report_.interface.empty()) return "simulated";
   std::error_code ignored;
-  if (!std::filesystem::exists(network_ / interface_, ignored)) return "missing";
+  if (!std::filesystem::exists(network_ / report_.interface, ignored)) return "missing";
   std::string flags;
-  std::ifstream(network_ / interface_ / "flags") >> flags;
+  std::ifstream(network_ / report_.interface / "flags") >> flags;
   const bool is_up = !flags.empty() && (std::strtoul(flags.c_str(), nullptr, 16) & 1UL) != 0;
   return is_up ? "up" : "down";
 }
 
-nlohmann::json BusCounters::report(Clock::time_point now) {
-  const auto number = [](const std::optional<double>& value) {
-    return value ? nlohmann::json(*value) : nlohmann::json();
-  };
+BusReport BusCounters::report(Clock::time_point now) {
   const std::optional<Count> counted = count(now);
   if (!counted || !last_ || counted->frames < last_->frames) {
-    frames_per_s_ = load_percent_ = std::nullopt;
+    report_ = {.interface = report_.interface};
     last_ = counted;
   } else if (now - last_->time >= shortest_time) {
     const double time_s = std::chrono::duration<double>(now - last_->time).count();
     const auto frames = static_cast<double>(counted->frames - last_->frames);
     const auto bytes = static_cast<double>(counted->bytes - last_->bytes);
-    frames_per_s_ = frames / time_s;
-    if (average_.bitrate_bit_per_s > 0.0) load_percent_ = 100.0 * average_.busy_s(frames, bytes) / time_s;
+    report_.frames_per_s = frames / time_s;
+    if (average_.bitrate_bit_per_s > 0.0)
+      report_.load_percent = 100.0 * average_.busy_s(frames, bytes) / time_s;
     last_ = counted;
   }
-  return {{"interface", interface_},
-          {"state", state()},
-          {"frames_per_s", number(frames_per_s_)},
-          {"load_percent", number(load_percent_)}};
+  report_.state = state();
+  return report_;
 }
 
 }  // namespace hystcan::app

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -25,6 +25,21 @@ struct AverageFrames {
 };
 AverageFrames average_frames(const config::Config& config);
 
+/// The state of an interface; the rates are NaN where they are not known.
+struct BusReport {
+  std::string interface;
+  std::string state{};  ///< "up", "down", "missing", "simulated"
+  double frames_per_s = std::numeric_limits<double>::quiet_NaN();
+  double load_percent = std::numeric_limits<double>::quiet_NaN();
+};
+template <class V>
+void visit(V& v, BusReport& a) {
+  v.member("interface", a.interface, {"", "name"});
+  v.member("state", a.state, {"", "`up`, `down`, `missing`, `simulated`"});
+  v.member("frames_per_s", a.frames_per_s, {"1/s", "frames of the interface"});
+  v.member("load_percent", a.load_percent, {"%", "load, estimated from the counters of the interface"});
+}
+
 class BusCounters {
  public:
   using Clock = std::chrono::steady_clock;
@@ -32,10 +47,10 @@ class BusCounters {
   /// An empty interface is a simulated bus.
   BusCounters(std::string interface, const AverageFrames& average,
               std::filesystem::path network = "/sys/class/net")
-      : interface_(std::move(interface)), average_(average), network_(std::move(network)) {}
+      : average_(average), network_(std::move(network)), report_{.interface = std::move(interface)} {}
 
-  /// Rates since the call before, if that is long enough ago. docs/page_protocol.md has the keys.
-  nlohmann::json report(Clock::time_point now = Clock::now());
+  /// Rates since the call before, if that is long enough ago.
+  BusReport report(Clock::time_point now = Clock::now());
 
  private:
   struct Count {
@@ -46,11 +61,10 @@ class BusCounters {
   std::optional<Count> count(Clock::time_point now) const;
   std::string state() const;
 
-  std::string interface_;
   AverageFrames average_;
   std::filesystem::path network_;
   std::optional<Count> last_;
-  std::optional<double> frames_per_s_, load_percent_;
+  BusReport report_;
 };
 
 }  // namespace hystcan::app

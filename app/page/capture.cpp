@@ -32,7 +32,7 @@ std::size_t index_in(const std::array<std::string_view, n>& words, const std::st
   return static_cast<std::size_t>(found - words.begin());
 }
 
-std::size_t column_of(const json& greeting, const std::string& name) {
+std::size_t column_of(const StreamGreeting& greeting, const std::string& name) {
   if (const auto column = column_in(greeting, name)) return *column;
   throw Error(fmt::format("the stream has no column \"{}\"", name));
 }
@@ -46,8 +46,8 @@ double seconds_of(const json& request, const char* key) {
 
 }  // namespace
 
-CycleColumns CycleColumns::of(const json& greeting) {
-  return {.count = greeting.at("columns").size(),
+CycleColumns CycleColumns::of(const StreamGreeting& greeting) {
+  return {.count = greeting.columns.size(),
           .time = column_of(greeting, "time_s"),
           .axis = column_of(greeting, "axis"),
           .state = column_of(greeting, "state"),
@@ -60,12 +60,12 @@ CycleColumns CycleColumns::of(const json& greeting) {
           .lateness = column_of(greeting, "lateness_us")};
 }
 
-Trigger::Trigger(const json& request, const json& greeting)
+Trigger::Trigger(const json& request, const StreamGreeting& greeting)
     : at_(CycleColumns::of(greeting)),
       name_(text_of(request, "on")),
       on_(static_cast<On>(index_in(occasions, name_, "on"))) {
   const double axis = number_of(request, "axis");
-  if (!(axis >= 0.0 && axis < static_cast<double>(greeting.at("axes").size()) && axis == std::floor(axis)))
+  if (!(axis >= 0.0 && axis < static_cast<double>(greeting.axes.size()) && axis == std::floor(axis)))
     throw Error(fmt::format("axis is {}", axis), expect("the number of one from 0"));
   axis_ = static_cast<std::size_t>(axis);
   pre_s_ = seconds_of(request, "pre_s");

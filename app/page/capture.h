@@ -18,7 +18,7 @@ namespace hystcan::app {
 struct CycleColumns {
   std::size_t count, time, axis, state, fault, reference, position, missing, line, turnaround, lateness;
   /// Throws Error if one is missing.
-  static CycleColumns of(const nlohmann::json& greeting);
+  static CycleColumns of(const StreamGreeting& greeting);
 };
 
 struct Capture {
@@ -36,7 +36,7 @@ nlohmann::json step_of(const Capture& capture, const CycleColumns& at, double to
 class Trigger {
  public:
   /// Throws Error where the request is incomplete or out of range.
-  Trigger(const nlohmann::json& request, const nlohmann::json& greeting);
+  Trigger(const nlohmann::json& request, const StreamGreeting& greeting);
 
   /// The event, as it was asked for.
   const std::string& name() const { return name_; }

@@ -1,5 +1,5 @@
-// A connection to a control socket that does not wait: commands are answered in their order, but `status` goes
-// before those that wait. Connects when there is a command. Every command gets one answer, also if no
+// A connection to a control socket that does not wait: commands are answered in their order, but `status`
+// goes before those that wait. Connects when there is a command. Every command gets one answer, also if no
 // controller is there.
 #pragma once
 

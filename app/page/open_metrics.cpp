@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/text.h"
+#include "base/words.h"
 
 namespace hystcan::app {
 namespace {
@@ -24,9 +25,9 @@ class MetricsText {
     if (!unit.empty() && is_open_) text_ += fmt::format("# UNIT hystcan_{} {}\n", name, unit);
     text_ += fmt::format("# HELP hystcan_{} {}\n", name, help);
   }
-  /// `labels`: with braces, or empty. No line if the value is no number.
+  /// `labels`: with braces, or empty. No line if the value is not a finite number.
   void sample(std::string_view name, const std::string& labels, const json& value) {
-    if (!value.is_number()) return;
+    if (!std::isfinite(value.get<double>())) return;
     text_ += fmt::format("hystcan_{}{} {}\n", name, labels, value.dump());
   }
   void counter(const std::string& name, std::string_view help, const json& value) {
@@ -61,33 +62,28 @@ std::string label_value(const std::string& text) {
   return with_replaced(text, {{'\\', "\\\\"}, {'"', "\\\""}, {'\n', "\\n"}});
 }
 
-std::string axis_label(const json& axis) {
-  return fmt::format("axis=\"{}\"", label_value(axis.at("name").get<std::string>()));
-}
+std::string axis_label(const AxisAnswer& axis) { return fmt::format("axis=\"{}\"", label_value(axis.name)); }
 
-void put_axes(MetricsText& text, const json& axes, const json& states) {
+void put_axes(MetricsText& text, const std::vector<AxisAnswer>& axes) {
   text.family("axis_state", "stateset", "state of the axis");
-  for (const json& axis : axes)
-    for (const json& state : states)
+  for (const AxisAnswer& axis : axes)
+    for (const controller::AxisState state : every<controller::AxisState>())
       text.sample("axis_state",
-                  fmt::format("{{{},hystcan_axis_state=\"{}\"}}", axis_label(axis),
-                              label_value(state.get<std::string>())),
-                  axis.at("state") == state ? 1 : 0);
+                  fmt::format("{{{},hystcan_axis_state=\"{}\"}}", axis_label(axis), to_string(state)),
+                  axis.state == state ? 1 : 0);
   text.family(text.is_open() ? "axis_fault" : "axis_fault_info", "info", "latched fault of the axis");
-  for (const json& axis : axes)
+  for (const AxisAnswer& axis : axes)
     text.sample("axis_fault_info",
-                fmt::format("{{{},cause=\"{}\"}}", axis_label(axis),
-                            label_value(axis.at("fault").get<std::string>())),
-                1);
-  for (const auto& [key, name, help] :
-       {std::array{"position_um", "axis_position_um", "measured position, um"},
-        std::array{"reference_um", "axis_reference_um", "reference, um"},
-        std::array{"error_um", "axis_error_um", "reference - position, um"},
-        std::array{"drive", "axis_drive", "commanded drive, in the drive unit of the axis"}}) {
+                fmt::format("{{{},cause=\"{}\"}}", axis_label(axis), label_value(axis.fault)), 1);
+  const auto put = [&](std::string_view name, std::string_view help, double AxisAnswer::*value) {
     text.family(name, "gauge", help);
-    for (const json& axis : axes)
-      text.sample(name, fmt::format("{{{}}}", axis_label(axis)), axis.value(key, json()));
-  }
+    for (const AxisAnswer& axis : axes)
+      text.sample(name, fmt::format("{{{}}}", axis_label(axis)), axis.*value);
+  };
+  put("axis_position_um", "measured position, um", &AxisAnswer::position_um);
+  put("axis_reference_um", "reference, um", &AxisAnswer::reference_um);
+  put("axis_error_um", "reference - position, um", &AxisAnswer::error_um);
+  put("axis_drive", "commanded drive, in the drive unit of the axis", &AxisAnswer::drive);
 }
 
 }  // namespace
@@ -101,29 +97,27 @@ const char* metrics_type(bool is_open) {
                  : "text/plain; version=0.0.4; charset=utf-8";
 }
 
-std::string metrics_text(bool is_open, const json& status, double age_s, const json& states, const json& bus,
-                         const metrics::Histogram& turnaround, const metrics::Histogram& lateness,
-                         const PageCounters& page) {
+std::string metrics_text(bool is_open, const std::optional<StatusAnswer>& status, double age_s,
+                         const BusReport& bus, const metrics::Histogram& turnaround,
+                         const metrics::Histogram& lateness, const PageCounters& page) {
   MetricsText text(is_open);
-  const bool is_up = status.is_object() && status.value("ok", false);
-  text.gauge("up", "1 if the controller answers", is_up ? 1 : 0);
+  text.gauge("up", "1 if the controller answers", status ? 1 : 0);
   text.family("status_age_seconds", "gauge", "since the controller last answered", "seconds");
-  text.sample("status_age_seconds", "", std::isfinite(age_s) ? json(age_s) : json());
-  if (is_up) {
-    text.counter("cycles", "cycles of the controller since its start", status.value("cycles", json()));
-    text.counter("missed_cycles", "cycles left out", status.value("missed_cycles", json()));
-    text.counter("missing_samples", "cycles without a sample", status.value("missing_samples", json()));
-    text.counter("late_samples", "samples after the end of their cycle",
-                 status.value("late_samples", json()));
+  text.sample("status_age_seconds", "", age_s);
+  if (status) {
+    const controller::CycleCounters& counters = status->counters;
+    text.counter("cycles", "cycles of the controller since its start", counters.cycles);
+    text.counter("missed_cycles", "cycles left out", counters.missed_cycles);
+    text.counter("missing_samples", "cycles without a sample", counters.missing_samples);
+    text.counter("late_samples", "samples after the end of their cycle", counters.late_samples);
     text.counter("replaced_commands", "commands whose place a newer one took before they had left",
-                 status.value("replaced_commands", json()));
-    put_axes(text, status.at("axes"), states.is_array() ? states : json::array());
+                 counters.replaced_commands);
+    put_axes(text, status->axes);
   }
   text.histogram("turnaround_seconds", "from the received sample to the sent command", turnaround);
   text.histogram("lateness_seconds", "begin of a cycle after its time", lateness);
-  text.gauge("bus_frames_per_second", "frames on the interface", bus.value("frames_per_s", json()));
-  text.gauge("bus_load_percent", "estimated from the counters of the interface",
-             bus.value("load_percent", json()));
+  text.gauge("bus_frames_per_second", "frames on the interface", bus.frames_per_s);
+  text.gauge("bus_load_percent", "estimated from the counters of the interface", bus.load_percent);
   text.gauge("page_clients", "clients at the page", page.clients);
   text.counter("page_cut_off", "clients that did not read or sent too much", page.cut_off);
   text.counter("page_refused", "requests of a foreign host or origin, or with a wrong token", page.refused);

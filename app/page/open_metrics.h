@@ -2,10 +2,12 @@
 // older text format of Prometheus, which knows neither stateset nor info.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "app/live/control_answers.h"
+#include "app/page/bus_counters.h"
 #include "app/page/page_clients.h"
 #include "metrics/statistics.h"
 
@@ -15,12 +17,10 @@ namespace hystcan::app {
 bool accepts_open_metrics(std::string_view accept);
 const char* metrics_type(bool is_open);
 
-/// `is_open`: as OpenMetrics. `status`: the answer of the control socket; null: none, or too old. `age_s`:
-/// since the last answer; infinite: none yet. `states`: all there are; null if not known. `bus`: as
-/// BusCounters::report().
-std::string metrics_text(bool is_open, const nlohmann::json& status, double age_s,
-                         const nlohmann::json& states, const nlohmann::json& bus,
-                         const metrics::Histogram& turnaround, const metrics::Histogram& lateness,
-                         const PageCounters& page);
+/// `is_open`: as OpenMetrics. `status`: of the controller; empty: none, or too old. `age_s`: since the last
+/// answer; infinite: none yet.
+std::string metrics_text(bool is_open, const std::optional<StatusAnswer>& status, double age_s,
+                         const BusReport& bus, const metrics::Histogram& turnaround,
+                         const metrics::Histogram& lateness, const PageCounters& page);
 
 }  // namespace hystcan::app

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/live/answer_json.h"
 #include "app/live/control_protocol.h"
 #include "controller/control/fault.h"
 
@@ -24,10 +25,9 @@ metrics::Histogram cycle_time_histogram() {
 }
 
 /// The word with this number; the number itself if the list has no such word.
-std::string word_of(const json& words, double number) {
+std::string word_of(const std::vector<std::string>& words, double number) {
   const auto index = static_cast<std::size_t>(number);
-  return number >= 0.0 && index < words.size() ? words[index].get<std::string>()
-                                               : fmt::format("{:g}", number);
+  return number >= 0.0 && index < words.size() ? words[index] : fmt::format("{:g}", number);
 }
 
 std::string dumped(const json& command, const char* key) {
@@ -75,23 +75,25 @@ std::string name_of_page(std::uint64_t page) { return fmt::format("page {}", pag
 }  // namespace
 
 std::vector<json> command_events(const std::string& by, const json& command, const json& answer) {
-  const std::string words = words_of_command(command);
-  if (!answer.value("ok", false))
-    return {act_event(by, "warning", fmt::format("{}: refused: {}", words, answer.value("error", "")))};
-  if (const auto changed = answer.find("changed"); changed != answer.end() && !changed->empty())
-    return change_events(by, command.at("do"), changes_of(*changed));
-  const std::string run = answer.value("run", "");
-  return {act_event(by, take_command(command, Server::controller).verb == Verb::stop ? "warning" : "info",
-                    run.empty() ? words : fmt::format("{}: {}", words, run))};
+  std::string words = words_of_command(command);
+  const ControlCommand& row = take_command(command, Server::controller);
+  if (!is_done(answer))
+    return {act_event(by, "warning",
+                      fmt::format("{}: refused: {}", words, read_object<RefusedAnswer>(answer).error))};
+  if (row.controller == Reply::changes)
+    if (const auto changed = read_answer<ChangesAnswer>(answer).changed; !changed.empty())
+      return change_events(by, std::string(row.word), changed);
+  if (row.controller == Reply::run) words += ": " + read_answer<RunAnswer>(answer).run;
+  return {act_event(by, row.verb == Verb::stop ? "warning" : "info", words)};
 }
 
 PageEvents::PageEvents(PageClients& clients)
     : clients_(clients), turnaround_us_(cycle_time_histogram()), lateness_us_(cycle_time_histogram()) {}
 
-void PageEvents::begin(const json& greeting) {
+void PageEvents::begin(const StreamGreeting& greeting) {
   at_ = CycleColumns::of(greeting);
   greeting_ = greeting;
-  last_.assign(greeting.at("axes").size(), {-1.0, 0.0});
+  last_.assign(greeting.axes.size(), {-1.0, 0.0});
 }
 
 void PageEvents::put(std::span<const double> row) {
@@ -124,16 +126,16 @@ void PageEvents::add(json event) {
 
 json PageEvents::event_of(std::span<const double> row) const {
   const auto axis = static_cast<std::size_t>(row[at_.axis]);
-  const std::string name = greeting_.at("axes")[axis].at("name");
+  const std::string& name = greeting_.axes[axis].name;
   json event{{"type", "event"}, {"axis", axis}, {"level", "info"}};
   const double fault = row[at_.fault];
   if (fault == 0.0) {
-    event["text"] = fmt::format("{}: {}", name, word_of(greeting_.at("states"), row[at_.state]));
+    event["text"] = fmt::format("{}: {}", name, word_of(greeting_.states, row[at_.state]));
     return event;
   }
   event["level"] = "error";
-  event["text"] = fmt::format("{}: {}: {}", name, word_of(greeting_.at("states"), row[at_.state]),
-                              word_of(greeting_.at("faults"), fault));
+  event["text"] = fmt::format("{}: {}: {}", name, word_of(greeting_.states, row[at_.state]),
+                              word_of(greeting_.faults, fault));
   if (fault > 0.0 && fault < static_cast<double>(controller::cause_count))
     event["remedy"] = controller::remedy(static_cast<controller::Cause>(fault));
   return event;

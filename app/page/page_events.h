@@ -29,7 +29,7 @@ class PageEvents {
   explicit PageEvents(PageClients& clients);
 
   /// A controller has begun. Throws Error if a column is missing.
-  void begin(const nlohmann::json& greeting);
+  void begin(const StreamGreeting& greeting);
   void put(std::span<const double> row);
 
   /// What this page did; `level`: "info", "warning".
@@ -48,7 +48,7 @@ class PageEvents {
   void add(nlohmann::json event);
 
   PageClients& clients_;
-  nlohmann::json greeting_;
+  StreamGreeting greeting_;
   CycleColumns at_{};
   std::vector<std::pair<double, double>> last_;  ///< per axis: state and fault
   double newest_s_ = std::numeric_limits<double>::quiet_NaN();

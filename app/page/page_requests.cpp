@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "app/live/answer_json.h"
 #include "app/live/control_protocol.h"
 #include "app/page/axis_curves.h"
 #include "app/stage/config_edit.h"
@@ -37,10 +38,10 @@ std::string page_commands() {
 }
 
 /// The overrides that give the loop and the model in force, which do not depend on the setpoint.
-std::vector<config::Setting> overrides_of(const json& unsaved) {
+std::vector<config::Setting> overrides_of(const std::vector<config::Change>& unsaved) {
   const std::string of_segments = fmt::format(".{}[", config::setpoint_key);
   std::vector<config::Setting> overrides;
-  for (const config::Change& change : changes_of(unsaved))
+  for (const config::Change& change : unsaved)
     if (!change.to.empty() && change.path.find(of_segments) == std::string::npos)
       overrides.push_back({change.path, change.to});
   return overrides;
@@ -151,22 +152,27 @@ void PageRequests::view(PageClient& client, const Asked& asked, const json& requ
 }
 
 /// Throws Error if the controller runs with another file than the page's.
-void PageRequests::require_the_same_file(const json& settings) const {
-  const std::filesystem::path of_controller = settings.at("file").get<std::string>();
+void PageRequests::require_the_same_file(const SettingsAnswer& settings) const {
   std::error_code error;
-  if (!std::filesystem::equivalent(of_controller, options_.config, error))
+  if (!std::filesystem::equivalent(settings.file, options_.config, error))
     throw Error(fmt::format("the controller runs with {}, this page with {}: start it with the same file",
-                            of_controller.string(), options_.config.string()));
+                            settings.file, options_.config.string()));
 }
 
-void PageRequests::with_settings(const Asked& asked, std::function<void(const json& settings)> work,
+void PageRequests::with_settings(const Asked& asked, std::function<void(const SettingsAnswer&)> work,
                                  bool needs_valid_file) {
   const bool waits =
       queue_.add(asked.client, [=, this, work = std::move(work)](const RequestQueue::Done& done) {
         role_.read_settings([=, this](const json& answer) {
           try {
-            const bool names_file = !needs_valid_file && answer.contains("file");
-            answer.value("ok", false) || names_file ? work(answer) : reply(asked, answer);
+            if (is_done(answer)) {
+              work(read_answer<SettingsAnswer>(answer));
+            } else if (const auto refused = read_object<RefusedAnswer>(answer);
+                       !needs_valid_file && !refused.file.empty()) {
+              work({.file = refused.file});
+            } else {
+              reply(asked, answer);
+            }
           } catch (const std::exception& error) {
             refuse(asked, error_text(error));
           }
@@ -178,10 +184,11 @@ void PageRequests::with_settings(const Asked& asked, std::function<void(const js
 }
 
 void PageRequests::settings(PageClient&, const Asked& asked, const json&) {
-  with_settings(asked, [this, asked](json answer) {
+  with_settings(asked, [this, asked](const SettingsAnswer& settings) {
+    json answer = answer_json(settings);
     answer.erase("file");
-    for (json& setting : answer.at("settings"))
-      setting["unit"] = config::unit_of(setting.at("key").get<std::string>());
+    for (std::size_t i = 0; i < settings.settings.size(); ++i)
+      answer["settings"][i]["unit"] = config::unit_of(settings.settings[i].path);
     answer["keys"] = keys_json(config::load_as_written(options_.config, {}, files_));
     answer["undo_save"] = std::filesystem::exists(kept_beside(options_.config));
     reply(asked, std::move(answer));
@@ -191,9 +198,9 @@ void PageRequests::settings(PageClient&, const Asked& asked, const json&) {
 void PageRequests::reply_of_axis(const Asked& asked, const json& request,
                                  json (*make)(const config::AxisConfig& axis, double cycle_s)) {
   const std::string axis = text_of(request, "axis");
-  with_settings(asked, [this, asked, axis, make](const json& answer) {
-    require_the_same_file(answer);
-    const config::Config config = config::load(options_.config, overrides_of(answer.at("unsaved")), files_);
+  with_settings(asked, [this, asked, axis, make](const SettingsAnswer& settings) {
+    require_the_same_file(settings);
+    const config::Config config = config::load(options_.config, overrides_of(settings.unsaved), files_);
     json made = make(config.axes[index_of_axis(config, axis)], 1.0 / config.controller.rate_Hz);
     made["ok"] = true;
     reply(asked, std::move(made));
@@ -243,9 +250,8 @@ void PageRequests::command(PageClient& client, const Asked& asked, const json& r
   if (row->access != Access::ends && !role_.is_of(client)) return refuse(asked, no_role);
   spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
   role_.command(asked.client, *command, [this, asked](const json& answer) {
-    const bool is_done = answer.value("ok", false);
-    json body{{"ok", is_done}, {"answer", answer}};
-    if (!is_done) body["error"] = answer.value("error", "refused");
+    json body{{"ok", is_done(answer)}, {"answer", answer}};
+    if (!is_done(answer)) body["error"] = read_object<RefusedAnswer>(answer).error;
     reply(asked, std::move(body));
   });
 }
@@ -267,25 +273,25 @@ void PageRequests::start(PageClient&, const Asked& asked, const json&) {
 }
 
 void PageRequests::save(PageClient&, const Asked& asked, const json& request) {
-  reply_or_write(asked, request, [this](const json& answer) {
-    return save_of(options_.config, changes_of(answer.at("unsaved")));
+  reply_or_write(asked, request, [this](const SettingsAnswer& settings) {
+    return save_of(options_.config, settings.unsaved);
   });
 }
 
 void PageRequests::undo_save(PageClient&, const Asked& asked, const json& request) {
   reply_or_write(
-      asked, request, [this](const json&) { return undo_of(options_.config); }, false);
+      asked, request, [this](const SettingsAnswer&) { return undo_of(options_.config); }, false);
 }
 
 void PageRequests::reply_or_write(const Asked& asked, const json& request,
-                                  std::function<ConfigSave(const json& settings)> make,
+                                  std::function<ConfigSave(const SettingsAnswer&)> make,
                                   bool needs_valid_file) {
   const std::string digest = request.contains("digest") ? text_of(request, "digest") : "";
   with_settings(
       asked,
-      [this, asked, digest, make = std::move(make)](const json& answer) {
-        require_the_same_file(answer);
-        const ConfigSave save = make(answer);
+      [this, asked, digest, make = std::move(make)](const SettingsAnswer& settings) {
+        require_the_same_file(settings);
+        const ConfigSave save = make(settings);
         json body{{"ok", true}, {"kept", kept_beside(options_.config).filename().string()}};
         if (digest.empty()) {
           body.update({{"diff", save.diff}, {"digest", save.digest}});
@@ -303,7 +309,8 @@ void PageRequests::reply_or_write(const Asked& asked, const json& request,
         // The controller takes the restored file over; if it does not, `not_applied` says why.
         role_.command(asked.client, command_of(Verb::reload),
                       [this, asked, body = std::move(body)](const json& reloaded) mutable {
-                        if (!reloaded.value("ok", false)) body["not_applied"] = reloaded.value("error", "");
+                        if (!is_done(reloaded))
+                          body["not_applied"] = read_object<RefusedAnswer>(reloaded).error;
                         reply(asked, std::move(body));
                       });
       },

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "app/live/control_answers.h"
 #include "app/page/config_save.h"
 #include "app/page/page_access.h"
 #include "app/page/page_clients.h"
@@ -54,17 +55,17 @@ class PageRequests {
   void save(PageClient&, const Asked&, const nlohmann::json&);
   void undo_save(PageClient&, const Asked&, const nlohmann::json&);
 
-  /// `work` is called with the answer to `settings`, when it is this client's turn.
-  void with_settings(const Asked& asked, std::function<void(const nlohmann::json& settings)> work,
+  /// `work` is called with the answer to `settings`, when it is this client's turn; with its `file` alone if
+  /// that is invalid and need not be valid.
+  void with_settings(const Asked& asked, std::function<void(const SettingsAnswer&)> work,
                      bool needs_valid_file = true);
   /// Replies with what `make` makes of the axis with the settings in force.
   void reply_of_axis(const Asked& asked, const nlohmann::json& request,
                      nlohmann::json (*make)(const config::AxisConfig& axis, double cycle_s));
   /// Replies with the difference; if the request has its digest, writes the file.
   void reply_or_write(const Asked& asked, const nlohmann::json& request,
-                      std::function<ConfigSave(const nlohmann::json& settings)> make,
-                      bool needs_valid_file = true);
-  void require_the_same_file(const nlohmann::json& settings) const;
+                      std::function<ConfigSave(const SettingsAnswer&)> make, bool needs_valid_file = true);
+  void require_the_same_file(const SettingsAnswer& settings) const;
 
   boost::asio::io_context& context_;
   const PageOptions& options_;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "app/live/answer_json.h"
 #include "app/live/control_protocol.h"
 #include "app/page/assets.h"
 #include "app/page/open_metrics.h"
@@ -52,10 +53,9 @@ HttpResponse PageService::answer(const HttpRequest& request) {
     return {.status = 405, .body = "Nothing changes by HTTP; expected GET.\n"};
   const std::string path = request.target.substr(0, request.target.find('?'));
   if (path == "/metrics") {
-    const json states = controller_.is_there() ? controller_.greeting().value("states", json()) : json();
     const bool is_open = accepts_open_metrics(request.accept);
     return {.type = metrics_type(is_open),
-            .body = metrics_text(is_open, status_known(), status_age_s(), states, bus_report_,
+            .body = metrics_text(is_open, status_known(), status_age_s(), bus_report_,
                                  events_.turnaround_us(), events_.lateness_us(), clients_.counters)};
   }
   if (path == "/socket") return {.status = 426, .body = "This is a WebSocket.\n"};
@@ -147,7 +147,7 @@ void PageService::send_rows(PageClient& client, const PageStream& stream, const 
 void PageService::send_capture(PageClient& client, const Capture& capture) {
   const Trigger& trigger = *client.trigger;
   const std::uint32_t number = next_capture_++;
-  const json& axis = controller_.greeting().at("axes")[trigger.axis()];
+  const StreamAxis& axis = controller_.greeting().axes[trigger.axis()];
   const auto rows = static_cast<std::uint32_t>(capture.rows.size() / controller_.history().columns());
   client.send({{"type", "capture"},
                {"number", number},
@@ -155,7 +155,7 @@ void PageService::send_capture(PageClient& client, const Capture& capture) {
                {"axis", trigger.axis()},
                {"trigger_row", capture.trigger_row},
                {"trigger_time_s", capture.trigger_time_s},
-               {"step", step_of(capture, events_.columns(), axis.value("tolerance_um", 0.0))},
+               {"step", step_of(capture, events_.columns(), axis.tolerance_um.value_or(0.0))},
                {"stream", "controller"}});
   client.web.send_rows({capture_kind, rows, 0, number},
                        std::make_shared<const std::vector<double>>(capture.rows));
@@ -174,8 +174,12 @@ void PageService::look() {
   looks_ = true;
   link_.ask(command_of(Verb::status), [this](const json& answer) {
     looks_ = false;
-    status_ = answer;
+    status_.reset();
     status_came_ = std::chrono::steady_clock::now();
+    try {
+      status_ = read_answer<StatusAnswer>(answer);
+    } catch (const RunError&) {  // the controller is not there
+    }
     send_status();
   });
 }
@@ -186,17 +190,17 @@ double PageService::status_age_s() const {
              : std::numeric_limits<double>::infinity();
 }
 
-const json& PageService::status_known() const {
-  static const json unknown;
-  return status_age_s() <= longest_age_s && status_.value("ok", false) ? status_ : unknown;
+std::optional<StatusAnswer> PageService::status_known() const {
+  return status_age_s() <= longest_age_s ? status_ : std::nullopt;
 }
 
 void PageService::send_status() {
   const PageCounters& counters = clients_.counters;
+  const std::optional<StatusAnswer> known = status_known();
   clients_.send_all({{"type", "status"},
-                     {"controller", status_known()},
+                     {"controller", known ? answer_json(*known) : json()},
                      {"age_s", status_came_ ? json(status_age_s()) : json()},
-                     {"bus", bus_report_},
+                     {"bus", as_json(bus_report_)},
                      {"timing",
                       {{"upper_us", events_.turnaround_us().upper_edges()},
                        {"turnaround_us", events_.turnaround_us().counts()},

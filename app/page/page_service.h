@@ -11,11 +11,11 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string_view>
 
+#include "app/live/control_answers.h"
 #include "app/page/bus_counters.h"
 #include "app/page/control_link.h"
 #include "app/page/http_server.h"
@@ -57,9 +57,9 @@ class PageService {
   void send_status();
   /// Seconds since the last answer; infinite before the first.
   double status_age_s() const;
-  /// The state of the controller; null if it does not answer, or if the last answers that were due have not
+  /// The state of the controller; empty if it does not answer, or if the last answers that were due have not
   /// come.
-  const nlohmann::json& status_known() const;
+  std::optional<StatusAnswer> status_known() const;
 
   PageOptions options_;
   PageAccess access_;
@@ -73,7 +73,8 @@ class PageService {
 
   boost::asio::steady_timer timer_;
   BusCounters bus_;
-  nlohmann::json bus_report_, status_;
+  BusReport bus_report_{};
+  std::optional<StatusAnswer> status_;
   bool looks_ = false;  ///< the answer to `status` is under way
   std::optional<std::chrono::steady_clock::time_point> status_came_;
 };

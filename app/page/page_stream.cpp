@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "app/live/answer_json.h"
 #include "app/live/control_protocol.h"
 #include "app/live/sample_stream.h"
 #include "base/error.h"
@@ -78,8 +79,8 @@ void PageStream::read_greeting() {
         if (line.size() > longest_greeting)
           return fail("is not a stream of hystcan: its greeting is too long");
         try {
-          const nlohmann::json greeting = parse_command(line);
-          if (greeting.at("columns").empty() || greeting.at("version") != 1)
+          const auto greeting = read_object<StreamGreeting>(parse_command(line));
+          if (greeting.columns.empty() || greeting.version != StreamGreeting().version)
             return fail("is a stream of another version");
           begin(greeting);
         } catch (const std::exception& invalid) {
@@ -125,19 +126,19 @@ void PageStream::fail(const std::string& reason) {
   });
 }
 
-void PageStream::begin(const nlohmann::json& greeting) {
+void PageStream::begin(const StreamGreeting& greeting) {
   const auto axis = column_in(greeting, "axis");
   if (!axis) throw std::runtime_error("it has no column \"axis\"");
-  const double rate = greeting.at("rate_Hz").get<double>();
-  const std::size_t axes = greeting.at("axes").size();
-  if (greeting.at("stream") != name_) throw std::runtime_error("it is the stream of another process");
+  const double rate = greeting.rate_Hz;
+  const std::size_t axes = greeting.axes.size();
+  if (greeting.stream != name_) throw std::runtime_error("it is the stream of another process");
   if (axes == 0 || axes > most_axes || !(rate > 0.0 && rate <= fastest_Hz))
     throw std::runtime_error("its axes or its rate are not those of a stream");
   axis_ = *axis;
   const double rows_per_s = rate * static_cast<double>(axes);
   const double rows =
       std::clamp(history_s * rows_per_s, 1.0, std::max(most_history_rows, shortest_history_s * rows_per_s));
-  history_.emplace(greeting.at("columns").size(), static_cast<std::size_t>(rows));
+  history_.emplace(greeting.columns.size(), static_cast<std::size_t>(rows));
   greeting_ = greeting;
   lanes_.clear();
   hooks_.changed();
@@ -146,7 +147,7 @@ void PageStream::begin(const nlohmann::json& greeting) {
 void PageStream::take(std::span<const double> values, std::uint32_t lost) {
   ++batch_;
   batch_begin_ = history_->end();
-  const auto axes = static_cast<double>(greeting_.at("axes").size());
+  const auto axes = static_cast<double>(greeting_.axes.size());
   const std::size_t columns = history_->columns();
   for (; values.size() >= columns; values = values.subspan(columns)) {
     const std::span<const double> row = values.first(columns);
@@ -161,22 +162,23 @@ void PageStream::take(std::span<const double> values, std::uint32_t lost) {
 void PageStream::end(const std::string& reason) {
   const bool was_there = history_.has_value();
   history_.reset();
-  greeting_ = nullptr;
   lanes_.clear();
   if (std::exchange(reason_, reason) != reason || was_there) hooks_.changed();
 }
 
 nlohmann::json PageStream::message() const {
-  nlohmann::json message{{"type", "stream"}, {"name", name_}, {"greeting", greeting_}};
-  if (greeting_.is_null()) message["reason"] = reason_;
+  const nlohmann::json greeting = is_there() ? as_json(greeting_) : nlohmann::json();
+  nlohmann::json message{{"type", "stream"}, {"name", name_}, {"greeting", greeting}};
+  if (!is_there()) message["reason"] = reason_;
   return message;
 }
 
 RowBlock PageStream::rows_at(double rate) {
-  const double rate_Hz = greeting_.at("rate_Hz").get<double>();
   auto lane = lanes_.find(rate);
   if (lane == lanes_.end())
-    lane = lanes_.emplace(rate, Lane{RowDecimator(greeting_, RowDecimator::bucket_for(rate_Hz, rate))}).first;
+    lane =
+        lanes_.emplace(rate, Lane{RowDecimator(greeting_, RowDecimator::bucket_for(greeting_.rate_Hz, rate))})
+            .first;
   auto& [decimator, batch, rows] = lane->second;
   if (std::exchange(batch, batch_) == batch_) return rows;
   for (std::uint64_t i = std::max(batch_begin_, history_->first()); i < history_->end(); ++i)

@@ -36,8 +36,8 @@ class PageStream {
 
   std::uint32_t kind() const { return kind_; }
   bool is_there() const { return history_.has_value(); }
-  /// Null if it is not there.
-  const nlohmann::json& greeting() const { return greeting_; }
+  /// Of a stream that is there.
+  const StreamGreeting& greeting() const { return greeting_; }
   const RowHistory& history() const { return *history_; }
   /// For the client: `stream`.
   nlohmann::json message() const;
@@ -71,7 +71,7 @@ class PageStream {
   void await();
   void fail(const std::string& reason);
   /// Throws if it does not understand the greeting.
-  void begin(const nlohmann::json& greeting);
+  void begin(const StreamGreeting& greeting);
   void take(std::span<const double> values, std::uint32_t lost);
   void end(const std::string& reason);
 
@@ -84,7 +84,7 @@ class PageStream {
   boost::asio::streambuf received_;
   std::filesystem::path file_;
   std::uint64_t attempt_ = 0;  ///< what is left of an earlier one does not count
-  nlohmann::json greeting_;
+  StreamGreeting greeting_;
   std::string reason_ = "not connected yet";
   std::size_t axis_ = 0;  ///< column with the axis of a row
   std::optional<RowHistory> history_;

@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace hystcan::app {
 
-std::optional<std::size_t> column_in(const nlohmann::json& greeting, std::string_view name) {
-  const nlohmann::json& columns = greeting.at("columns");
-  for (std::size_t i = 0; i < columns.size(); ++i)
-    if (columns[i].at("name") == name) return i;
-  return std::nullopt;
+std::optional<std::size_t> column_in(const StreamGreeting& greeting, std::string_view name) {
+  const auto found = std::ranges::find(greeting.columns, name, &StreamColumn::name);
+  if (found == greeting.columns.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - greeting.columns.begin());
 }
 
-RowDecimator::RowDecimator(const nlohmann::json& greeting, std::size_t bucket)
+RowDecimator::RowDecimator(const StreamGreeting& greeting, std::size_t bucket)
     : axis_(column_in(greeting, "axis").value()), bits_(column_in(greeting, "limits")), bucket_(bucket) {
   for (const char* name : {"state", "fault"})
     if (const auto column = column_in(greeting, name)) states_.push_back(*column);

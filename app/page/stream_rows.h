@@ -5,11 +5,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
+
+#include "app/live/samples.h"
 
 namespace hystcan::app {
 
@@ -45,7 +46,7 @@ class RowHistory {
 };
 
 /// The column of this name in a stream with this greeting; empty if there is none.
-std::optional<std::size_t> column_in(const nlohmann::json& greeting, std::string_view name);
+std::optional<std::size_t> column_in(const StreamGreeting& greeting, std::string_view name);
 
 /// Of some consecutive rows of an axis the least and the largest value of each column. NaN counts only if all
 /// are NaN. A change of `state` or `fault` is never within such rows, and a bit of `limits` that was set is
@@ -53,7 +54,7 @@ std::optional<std::size_t> column_in(const nlohmann::json& greeting, std::string
 class RowDecimator {
  public:
   /// The stream has a column `axis`. `bucket`: rows that become two. 1 or 2: each row as it is.
-  RowDecimator(const nlohmann::json& greeting, std::size_t bucket);
+  RowDecimator(const StreamGreeting& greeting, std::size_t bucket);
   /// The bucket that leaves at most `most_Hz` rows of an axis from `rate_Hz`.
   static std::size_t bucket_for(double rate_Hz, double most_Hz);
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "app/live/answer_json.h"
 #include "app/live/control_protocol.h"
 #include "base/error.h"
 
@@ -32,9 +33,9 @@ void WriterRole::command(std::uint64_t client, const json& command, ControlLink:
   ++changes_;
   const ControlCommand& row = take_command(command, Server::controller);
   ControlLink& link = row.access == Access::ends ? ending_ : link_;
-  link.ask(command, [this, client, command, done = std::move(done)](const json& answer) {
+  link.ask(command, [this, client, command, &row, done = std::move(done)](const json& answer) {
     ++changes_;
-    note_changes(answer);
+    if (row.controller == Reply::changes && is_done(answer)) note(read_answer<ChangesAnswer>(answer).changed);
     events_.add_command(client, command, answer);
     done(answer);
     if (!ending_.is_busy()) ending_.close();
@@ -45,7 +46,8 @@ void WriterRole::read_settings(ControlLink::Done done) {
   link_.ask(command_of(Verb::settings),
             [this, done = std::move(done), changes = changes_](const json& answer) {
               try {
-                if (changes == changes_ && answer.value("ok", false)) compare(answer.at("settings"));
+                if (changes == changes_ && is_done(answer))
+                  compare(read_answer<SettingsAnswer>(answer).settings);
               } catch (const std::exception& error) {  // it is no answer to `settings`
                 return done(refusal(error_text(error)));
               }
@@ -59,21 +61,17 @@ void WriterRole::controller_changed() {
   if (!link_.is_busy()) link_.close();
 }
 
-void WriterRole::note_changes(const json& answer) {
-  const auto changed = answer.find("changed");
-  if (changed == answer.end() || known_.empty()) return;
-  for (const config::Change& change : changes_of(*changed)) {
+void WriterRole::note(const std::vector<config::Change>& changes) {
+  if (known_.empty()) return;
+  for (const config::Change& change : changes) {
     std::erase_if(known_, [&](const config::Setting& setting) { return setting.path == change.path; });
     if (!change.to.empty()) known_.push_back({change.path, change.to});
   }
 }
 
-void WriterRole::compare(const json& settings) {
-  std::vector<config::Setting> now;
-  now.reserve(settings.size());
-  for (const json& setting : settings) now.push_back({setting.at("key"), setting.at("value")});
+void WriterRole::compare(const std::vector<config::Setting>& now) {
   if (!known_.empty()) events_.add_foreign_changes(config::changes(known_, now));
-  known_ = std::move(now);
+  known_ = now;
 }
 
 }  // namespace hystcan::app

@@ -14,8 +14,8 @@ namespace hystcan::app {
 
 class WriterRole {
  public:
-  /// `link`: to the controller. `ending`: to the same one, for the time of each `stop` and each `disable`: the
-  /// control socket answers the commands of a connection in order, and these wait behind no other command.
+  /// `link`: to the controller. `ending`: to the same one, for the time of each `stop` and each `disable`:
+  /// the control socket answers the commands of a connection in order, and these wait behind no other one.
   WriterRole(ControlLink& link, ControlLink& ending, PageClients& clients, PageEvents& events);
 
   bool is_free() const { return holder_ == 0; }
@@ -27,14 +27,14 @@ class WriterRole {
   /// Sends a command of this page and makes its events. `stop` and `disable` end something: they need no
   /// role.
   void command(std::uint64_t client, const nlohmann::json& command, ControlLink::Done done);
-  /// The answer to `settings`. Makes events of those that no command of a page has changed.
+  /// Gets the answer to `settings`. Makes events of those that no command of a page has changed.
   void read_settings(ControlLink::Done done);
   /// The controller has begun or ended, or its stream was lost.
   void controller_changed();
 
  private:
-  void note_changes(const nlohmann::json& answer);
-  void compare(const nlohmann::json& settings);
+  void note(const std::vector<config::Change>& changes);
+  void compare(const std::vector<config::Setting>& now);
 
   PageClients& clients_;
   PageEvents& events_;

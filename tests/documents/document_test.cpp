@@ -14,10 +14,13 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "app/command_line/commands.h"
+#include "app/live/answer_json.h"
 #include "app/live/control_protocol.h"
+#include "app/live/samples.h"
 #include "tests/support/process.h"
 
 namespace hystcan::documents::document_test {
@@ -315,17 +318,77 @@ TEST(LatencyDocument, HasTheRatesOfTheProgram) {
 
 TEST(ControlSocketDocument, HasTheTableOfTheCommands) {
   std::string table = "| `do` | arguments | it | controller | twin |\n|---|---|---|---|---|\n";
-  const auto member = [](app::Reply reply) {
-    return reply == app::Reply::none ? std::string("-") : fmt::format("`{}`", word_of(reply));
-  };
   for (const app::ControlCommand& row : app::protocol::commands) {
     std::vector<std::string> arguments;
     for (const auto& [name, ctl, type, example, meaning, is_needed] : row.arguments)
       arguments.push_back(is_needed ? fmt::format("`{}`", name) : fmt::format("[`{}`]", name));
     table += fmt::format("| `{}` | {} | {} | {} | {} |\n", row.word, fmt::join(arguments, ", "),
-                         word_of(row.access), member(row.controller), member(row.twin));
+                         word_of(row.access), word_of(row.controller), word_of(row.twin));
   }
   expect_part(source / "docs/control_socket.md", "<!-- commands -->\n", "<!-- end -->", table);
+}
+
+/// The members of an answer, and of each struct within it.
+class AnswerMembers {
+ public:
+  struct Row {
+    std::string path;  ///< of the struct within the answer: `axes[]`
+    std::vector<std::string> members{};
+  };
+
+  template <class Answer>
+  explicit AnswerMembers(Answer answer) {
+    look_into(answer, "");
+  }
+
+  template <class T>
+  void member(const char* name, T& value, app::About about) {
+    const bool has_unit_in_name = std::string_view(name).ends_with(about.unit);
+    rows[row_].members.push_back(
+        fmt::format("`{}`{}: {}", name, has_unit_in_name ? std::string() : fmt::format(" ({})", about.unit),
+                    about.meaning));
+    names.insert(name);
+    const std::string& path = rows[row_].path;
+    look_into(value, path.empty() ? name : fmt::format("{}.{}", path, name));
+  }
+  template <class T>
+  void optional(const char* name, T& value, bool, app::About about) {
+    member(name, value, about);
+  }
+
+  std::vector<Row> rows;
+  std::set<std::string> names;
+
+ private:
+  template <class T>
+  void look_into(T& value, const std::string& path) {
+    using app::visit;
+    if constexpr (app::is_list<T> || app::is_optional<T>) {
+      typename T::value_type element{};
+      look_into(element, app::is_list<T> ? path + "[]" : path);
+    } else if constexpr (!app::is_value<T>) {
+      const std::size_t before = std::exchange(row_, rows.size());
+      rows.push_back({path});
+      visit(*this, value);
+      row_ = before;
+    }
+  }
+
+  std::size_t row_ = 0;
+};
+
+TEST(ControlSocketDocument, HasTheTableOfTheAnswers) {
+  std::string table = "| answer | members |\n|---|---|\n";
+  const auto add = [&](std::string_view name, const AnswerMembers& answer) {
+    for (const auto& [path, members] : answer.rows)
+      table += fmt::format("| {}{} | {} |\n", name, path.empty() ? path : fmt::format(": `{}`", path),
+                           fmt::join(members, "<br>"));
+  };
+  for (const app::Reply reply : every<app::Reply>())
+    app::with_answer(reply, [&](auto answer) { add(word_of(reply), AnswerMembers(answer)); });
+  add("refusal", AnswerMembers(app::RefusedAnswer{}));
+  add("greeting of the stream", AnswerMembers(app::StreamGreeting{}));
+  expect_part(source / "docs/control_socket.md", "<!-- answers -->\n", "<!-- end -->", table);
 }
 
 /// The first groups of all matches.
@@ -356,6 +419,25 @@ TEST(Clients, SendNoCommandThatTheTableLacks) {
   for (const auto& script : fs::directory_iterator(source / "app/page/web"))
     for (const std::string& word : matches(script.path(), "\\bdo: '(\\w+)'"))
       EXPECT_TRUE(of_page.contains(word)) << script.path() << ": " << word;
+}
+
+TEST(Clients, ReadNoMemberThatTheAnswersLack) {
+  std::set<std::string> known{"ok"};
+  for (const app::Reply reply : every<app::Reply>())
+    app::with_answer(reply, [&](auto answer) { known.merge(AnswerMembers(answer).names); });
+  known.merge(AnswerMembers(app::RefusedAnswer{}).names);
+  known.merge(AnswerMembers(app::StreamGreeting{}).names);
+  const fs::path web = source / "app/page/web";
+  auto read = matches(source / "python/hystcan/client.py", R"re(\["(\w+)"\])re");
+  read.merge(matches(web / "steering.js", R"(\banswer\.answer\?\.(\w+))"));
+  read.merge(matches(web / "status_view.js", R"(\b(?:controller|recording|axis)\??\.(\w+))"));
+  EXPECT_GT(read.size(), 15U);
+  EXPECT_TRUE(std::ranges::includes(known, read)) << fmt::format("{}", fmt::join(read, " "));
+  // The words of the view with an underscore are members of the status, or what the page's server adds.
+  known.merge(matches(source / "docs/page_protocol.md", "`(\\w+)`"));
+  known.insert("peak_um");  // of the shown time
+  const auto words = matches(web / "status_view.js", "\\b([a-z]+(?:_[a-z]+)+)\\b");
+  EXPECT_TRUE(std::ranges::includes(known, words)) << fmt::format("{}", fmt::join(words, " "));
 }
 
 }  // namespace

@@ -16,10 +16,17 @@ using namespace hystcan;
 
 namespace {
 
-const nlohmann::json greeting = nlohmann::json::parse(R"({"axes": [{"name": "x"}, {"name": "y"}], "columns": [
-  {"name": "time_s"}, {"name": "axis"}, {"name": "state"}, {"name": "fault"}, {"name": "reference_um"},
-  {"name": "scan_line"}, {"name": "turnaround_us"}, {"name": "lateness_us"}, {"name": "position_um"},
-  {"name": "sample_missing"}]})");
+const app::StreamGreeting greeting{.columns = {{"time_s"},
+                                               {"axis"},
+                                               {"state"},
+                                               {"fault"},
+                                               {"reference_um"},
+                                               {"scan_line"},
+                                               {"turnaround_us"},
+                                               {"lateness_us"},
+                                               {"position_um"},
+                                               {"sample_missing"}},
+                                   .axes = {{"x"}, {"y"}}};
 
 class CountingClient final : public app::WebClient {
  public:
@@ -44,7 +51,7 @@ void read_as_a_trigger(const std::string& line) {
   try {
     app::Trigger trigger(request, greeting);
     fuzz::demand(trigger.axis() < 2);
-    app::RowHistory history(greeting.at("columns").size(), 100);
+    app::RowHistory history(greeting.columns.size(), 100);
     for (double value : {0.0, 1.0, -1.0, 20.0}) {  // the sanitizers see a column that is not there
       const std::vector<double> row(history.columns(), value);
       history.put(row);

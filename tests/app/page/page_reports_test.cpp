@@ -33,12 +33,6 @@ TEST(LineDiff, ShowsWhatChangesWithTwoLinesAround) {
   EXPECT_EQ(line_diff("a\n", "a\nb\n"), "  a\n+ b\n");
 }
 
-TEST(Changes, ComeBackFromTheirJson) {
-  const json list = json::parse(R"([{"key": "axis[0].control.kp", "from": "0", "to": "'a'"}])");
-  EXPECT_EQ(to_json(changes_of(list)), list);
-  EXPECT_EQ(to_json(std::vector<config::Change>{}), json::array());
-}
-
 TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
   const support::ShippedCopy files;
   const std::vector<config::Change> unsaved{{"axis[0].control.kp", "0", "0.25"},
@@ -56,6 +50,7 @@ TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
 }
 
 const metrics::Histogram no_times({});
+const BusReport no_bus{};
 
 std::vector<config::Change> segment_changes(
     std::size_t index, std::initializer_list<std::pair<const char*, const char*>> values) {
@@ -153,12 +148,12 @@ TEST_F(FakeInterface, HasTheRateAndTheLoadOfItsCounters) {
   BusCounters bus("can0", {.bitrate_bit_per_s = 1e6}, network_);
   const BusCounters::Clock::time_point start;
   count(1000, 8000);
-  EXPECT_TRUE(bus.report(start).at("frames_per_s").is_null());
+  EXPECT_TRUE(std::isnan(bus.report(start).frames_per_s));
   count(3000, 24'000);
-  const json report = bus.report(start + std::chrono::seconds(1));
-  EXPECT_EQ(report.at("state"), "up");
-  EXPECT_DOUBLE_EQ(report.at("frames_per_s"), 2000.0);
-  EXPECT_NEAR(report.at("load_percent"), 100.0 * 2000 * 111 * 1.1 / 1e6, 1e-9);
+  const BusReport report = bus.report(start + std::chrono::seconds(1));
+  EXPECT_EQ(report.state, "up");
+  EXPECT_DOUBLE_EQ(report.frames_per_s, 2000.0);
+  EXPECT_NEAR(report.load_percent, 100.0 * 2000 * 111 * 1.1 / 1e6, 1e-9);
 }
 
 // A command and a sample of 20 bytes in each cycle, 230 of their bits at 5 Mbit/s, beside a SYNC.
@@ -180,13 +175,13 @@ TEST_F(FakeInterface, HasTheLoadOfFdFramesWithBothBitRates) {
   bus.report(start);
   count(3000, 2000 * 20 + 1000);
   const double sync_s = 1.1 * (47 + 8) / 1e6;
-  EXPECT_NEAR(bus.report(start + std::chrono::seconds(1)).at("load_percent"),
+  EXPECT_NEAR(bus.report(start + std::chrono::seconds(1)).load_percent,
               100.0 * (2000 * average.fd_time_s + 1000 * sync_s), 0.5);
 }
 
 TEST_F(FakeInterface, SaysThatItIsNotThereOrSimulated) {
-  EXPECT_EQ(BusCounters("can9", {}, network_).report().at("state"), "missing");
-  EXPECT_EQ(BusCounters("", {}, network_).report().at("state"), "simulated");
+  EXPECT_EQ(BusCounters("can9", {}, network_).report().state, "missing");
+  EXPECT_EQ(BusCounters("", {}, network_).report().state, "simulated");
 }
 
 // https://prometheus.io/docs/specs/om/open_metrics_spec: a family before its samples, counters end in _total,
@@ -194,16 +189,11 @@ TEST_F(FakeInterface, SaysThatItIsNotThereOrSimulated) {
 TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
   metrics::Histogram times({50.0});
   for (const double time_us : {0.5, 30.0, 1e9}) times.add(time_us);
-  const json status{{"ok", true},
-                    {"cycles", 12},
-                    {"axes",
-                     {{{"name", "a\"b"},
-                       {"state", "tracking"},
-                       {"fault", "none"},
-                       {"position_um", 1.5},
-                       {"drive", nullptr}}}}};
-  const std::string text = metrics_text(true, status, 0.1, {"offline", "tracking"}, {{"frames_per_s", 3.5}},
-                                        times, times, {.clients = 2});
+  const StatusAnswer status{
+      .counters = {.cycles = 12},
+      .axes = {{.name = "a\"b", .state = controller::AxisState::tracking, .position_um = 1.5}}};
+  const std::string text = metrics_text(true, status, 0.1, {.interface = "can0", .frames_per_s = 3.5}, times,
+                                        times, {.clients = 2});
   std::istringstream lines(text);
   std::string family, last;
   std::set<std::string> families;
@@ -227,9 +217,8 @@ TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
 TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
   EXPECT_FALSE(accepts_open_metrics("*/*"));
   EXPECT_TRUE(accepts_open_metrics("application/openmetrics-text;version=1.0.0;q=0.5,text/plain;q=0.2"));
-  const json status{{"ok", true}, {"cycles", 12}, {"axes", json::array()}};
-  const std::string text =
-      metrics_text(false, status, 0.1, {"offline"}, json::object(), no_times, no_times, {});
+  const StatusAnswer status{.counters = {.cycles = 12}};
+  const std::string text = metrics_text(false, status, 0.1, no_bus, no_times, no_times, {});
   for (const char* unknown : {"stateset", " info\n", "# UNIT", "# EOF"})
     EXPECT_EQ(text.find(unknown), std::string::npos) << unknown;
   EXPECT_NE(text.find("# TYPE hystcan_cycles_total counter\n"), std::string::npos);
@@ -237,9 +226,8 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
 
 // Prometheus's own promtool tries the rules themselves (scripts/check alerts).
 TEST(Metrics, AreThoseOfTheShippedAlertsAndTheDashboard) {
-  const json axis{{"name", "x"}, {"state", "tracking"}, {"fault", "none"}};
-  const std::string text = metrics_text(false, {{"ok", true}, {"axes", {axis}}}, 0.1, {"tracking"},
-                                        json::object(), no_times, no_times, {});
+  const StatusAnswer status{.axes = {{.name = "x"}}};
+  const std::string text = metrics_text(false, status, 0.1, no_bus, no_times, no_times, {});
   const std::regex name("hystcan_[a-z_]+");
   for (const char* file : {"/share/prometheus/hystcan.rules.yml", "/share/grafana/hystcan.json"}) {
     const std::string shipped = support::read_file(HYSTCAN_SOURCE_DIR + std::string(file));
@@ -257,8 +245,7 @@ TEST(Metrics, AreThoseOfTheShippedAlertsAndTheDashboard) {
 }
 
 TEST(OpenMetrics, SayThatTheControllerIsNotThereAndHowOldTheLastAnswerIs) {
-  const json none;
-  const std::string text = metrics_text(true, none, 7.5, nullptr, json::object(), no_times, no_times, {});
+  const std::string text = metrics_text(true, {}, 7.5, no_bus, no_times, no_times, {});
   EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos);
   EXPECT_NE(text.find("hystcan_status_age_seconds 7.5\n"), std::string::npos);
   EXPECT_EQ(text.find("hystcan_cycles"), std::string::npos);

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "app/live/answer_json.h"
 #include "app/page/page_events.h"
 #include "app/page/writer_role.h"
 #include "tests/app/page/page_bench.h"
@@ -79,10 +80,9 @@ TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChangedWhileTheStreamWasL
 }
 
 TEST(CommandEvents, NameTheFirstOfManyChangesAndTheNumberOfTheOthers) {
-  json changes = json::array();
-  for (int i = 0; i < 25; ++i)
-    changes.push_back({{"key", "k" + std::to_string(i)}, {"from", ""}, {"to", "1"}});
-  const auto events = command_events("page 1", {{"do", "reload"}}, {{"ok", true}, {"changed", changes}});
+  ChangesAnswer answer;
+  for (int i = 0; i < 25; ++i) answer.changed.push_back({"k" + std::to_string(i), "", "1"});
+  const auto events = command_events("page 1", {{"do", "reload"}}, answer_json(answer));
   ASSERT_EQ(events.size(), 21u);
   EXPECT_EQ(events.front().at("text"), "reload k0: (none) -> 1");
   EXPECT_EQ(events.back().at("text"), "reload: 5 more keys");

@@ -19,9 +19,9 @@ using nlohmann::json;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-json greeting_with(const std::vector<const char*>& columns) {
-  json greeting;
-  for (const char* column : columns) greeting["columns"].push_back({{"name", column}});
+StreamGreeting greeting_with(const std::vector<const char*>& columns) {
+  StreamGreeting greeting;
+  for (const char* column : columns) greeting.columns.push_back({column});
   return greeting;
 }
 
@@ -82,10 +82,17 @@ TEST(RowHistory, KeepsTheNewestRows) {
   for (std::uint64_t i = 2; i < 5; ++i) EXPECT_EQ(history.row(i)[0], static_cast<double>(i));
 }
 
-const json greeting = json::parse(R"({"axes": [{"name": "x"}, {"name": "y"}], "columns": [
-  {"name": "time_s"}, {"name": "axis"}, {"name": "state"}, {"name": "fault"}, {"name": "reference_um"},
-  {"name": "scan_line"}, {"name": "turnaround_us"}, {"name": "lateness_us"}, {"name": "position_um"},
-  {"name": "sample_missing"}]})");
+const StreamGreeting greeting{.columns = {{"time_s"},
+                                          {"axis"},
+                                          {"state"},
+                                          {"fault"},
+                                          {"reference_um"},
+                                          {"scan_line"},
+                                          {"turnaround_us"},
+                                          {"lateness_us"},
+                                          {"position_um"},
+                                          {"sample_missing"}},
+                              .axes = {{"x"}, {"y"}}};
 
 /// Two axes at 1 kHz, with the position of axis 0 from a function of the time in ms.
 class Stream {

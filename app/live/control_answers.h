@@ -1,0 +1,328 @@
+// The answers of a control socket, one struct for each, with the members that it has beside `ok`. A `visit`
+// gives the name, the unit and the meaning of each member; one that is `optional` is there under the
+// condition that its meaning has. app/live/answer_json.h writes and reads the answers with it, and the table
+// of docs/control_socket.md is made from it.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/live/control_protocol.h"
+#include "config/schema/settings.h"
+#include "controller/cycle_record.h"
+#include "runs/run_writer.h"
+#include "twin/fault.h"
+
+namespace hystcan::app {
+
+struct About {
+  std::string_view unit;  ///< empty: none
+  std::string_view meaning;
+};
+
+/// A value that is not there: null on the wire.
+inline constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
+
+struct RefusedAnswer {
+  std::string error;
+  std::map<std::string, std::string> refusals{};  ///< by the name of the axis
+  std::string file{};
+};
+template <class V>
+void visit(V& v, RefusedAnswer& a) {
+  v.member("error", a.error, {"", "the reason"});
+  v.optional(
+      "refusals", a.refusals, !a.refusals.empty(),
+      {"",
+       "the reason's name for each axis that refuses (`controller/control/refusal.h`), by which a program "
+       "decides"});
+  v.optional("file", a.file, !a.file.empty(), {"", "the configuration file, if `settings` finds it invalid"});
+}
+
+struct DoneAnswer {
+  std::vector<std::string> nothing_to_do{};
+};
+template <class V>
+void visit(V& v, DoneAnswer& a) {
+  v.optional("nothing_to_do", a.nothing_to_do, !a.nothing_to_do.empty(),
+             {"", "each axis that was so already, with its reason: `y: there is no fault to clear`"});
+}
+
+template <class V>
+void visit(V& v, config::Change& a) {
+  v.member("key", a.path, {"", "`axis[0].control.kp`"});
+  v.member("from", a.from, {"", "former value as TOML; empty: none"});
+  v.member("to", a.to, {"", "value in force as TOML; empty: none"});
+}
+template <class V>
+void visit(V& v, config::Setting& a) {
+  v.member("key", a.path, {"", "each key in force"});
+  v.member("value", a.value, {"", "its value as TOML"});
+}
+
+struct ChangesAnswer {
+  std::vector<config::Change> changed;
+};
+template <class V>
+void visit(V& v, ChangesAnswer& a) {
+  v.member("changed", a.changed, {"", "the keys that have got another value"});
+}
+
+struct SettingsAnswer {
+  std::string file;
+  std::vector<config::Setting> settings{};
+  std::vector<config::Change> unsaved{};
+  std::uint64_t undo = 0;
+};
+template <class V>
+void visit(V& v, SettingsAnswer& a) {
+  v.member("file", a.file, {"", "the configuration file"});
+  v.member("settings", a.settings, {"", "the configuration in force"});
+  v.member("unsaved", a.unsaved, {"", "the keys whose value in the file (`from`) is another"});
+  v.member("undo", a.undo, {"", "how many `set` can be taken back"});
+}
+
+struct RunAnswer {
+  std::string run;
+};
+template <class V>
+void visit(V& v, RunAnswer& a) {
+  v.member("run", a.run, {"", "the folder of the [run](runs.md)"});
+}
+
+struct PositionAnswer {
+  double position_um = no_value;
+};
+template <class V>
+void visit(V& v, PositionAnswer& a) {
+  v.member("position_um", a.position_um, {"um", "the position in which the axis has arrived"});
+}
+
+template <class V>
+void visit(V& v, controller::CycleCounters& a) {
+  v.member("cycles", a.cycles, {"", "cycles of the controller since its start"});
+  v.member("missed_cycles", a.missed_cycles, {"", "cycles left out, because the computer was too slow"});
+  v.member("missing_samples", a.missing_samples, {"", "cycles of an axis in use without a sample in time"});
+  v.member("late_samples", a.late_samples, {"", "samples after the end of their cycle"});
+  v.member("replaced_commands", a.replaced_commands,
+           {"", "commands whose place a newer one took before they had left"});
+}
+
+struct TimingAnswer {
+  double period_us = 0.0;
+  double lateness_us = 0.0;
+  double turnaround_us = 0.0;
+  double execution_us = 0.0;
+};
+template <class V>
+void visit(V& v, TimingAnswer& a) {
+  v.member("period_us", a.period_us, {"us", "from the last SYNC to this one"});
+  v.member("lateness_us", a.lateness_us, {"us", "from the time of the SYNC to the SYNC"});
+  v.member("turnaround_us", a.turnaround_us, {"us", "from the sample to the command; 0 without a sample"});
+  v.member("execution_us", a.execution_us, {"us", "to compute the command"});
+}
+
+template <class V>
+void visit(V& v, runs::RunWriter::Status& a) {
+  const bool has_run = !a.run.empty();
+  v.member("on", a.is_recording, {"", "true during a recording"});
+  v.optional("run", a.run, has_run, {"", "after the first [run](runs.md): its folder"});
+  v.optional("rows", a.rows, has_run, {"", "its rows"});
+  v.optional("rows_lost", a.rows_lost, has_run, {"", "rows that found no place on the disk"});
+  v.optional("bytes", a.bytes, has_run, {"bytes", "size of its CSV files"});
+  v.optional("failure", a.failure, !a.failure.empty(), {"", "why it ended before it was asked to"});
+}
+
+struct LastEvent {
+  std::string text;
+  double time_s = no_value;
+};
+template <class V>
+void visit(V& v, LastEvent& a) {
+  v.member("text", a.text, {"", "the event"});
+  v.member("time_s", a.time_s, {"s", "its time since the start"});
+}
+
+template <class V>
+void visit(V& v, controller::Learning::Report& a) {
+  v.member("state", a.state, {"", "`learning`, `resting`, `frozen`, `diverged`"});
+  v.member("periods", a.periods, {"", "periods judged"});
+  v.member("rms_um", a.rms_um, {"um", "RMS error of the last one"});
+  v.member("first_rms_um", a.first_rms_um, {"um", "RMS error without learning"});
+  v.member("correction_um", a.correction_um, {"um", "the correction now"});
+  v.member("correction_max_um", a.correction_max_um, {"um", "the largest one of the last period"});
+}
+
+struct AxisAnswer {
+  std::string name;
+  controller::AxisState state = controller::AxisState::offline;
+  std::string fault{};
+  double position_um = no_value;
+  double drive = no_value;
+  double amplifier_output = no_value;
+  double amplifier_output_age_s = no_value;
+  std::string limits{};
+  bool sample_missing = false;
+  std::string waits_for{};
+  std::vector<std::string> waits_for_all{};
+  double fault_time_s = no_value;
+  std::string remedy{};
+  double reference_um = no_value;
+  double error_um = no_value;
+  bool finished = false;
+  bool live_goal = false;
+  controller::Arrival arrival = controller::Arrival::not_judged;
+  controller::Learning::Report learning{};
+
+  bool tracks() const { return state == controller::AxisState::tracking; }
+};
+template <class V>
+void visit(V& v, AxisAnswer& a) {
+  const bool waits = !a.waits_for_all.empty(), has_fault = !a.remedy.empty();
+  v.member("name", a.name, {"", "name in the configuration"});
+  v.member("state", a.state,
+           {"", "`offline`, `waiting`, `initialising`, `ready`, `tracking`, [`faulted`](safety.md)"});
+  v.member("fault", a.fault, {"", "`none`, or what the axis has faulted with"});
+  v.member("position_um", a.position_um, {"um", "the last measured position"});
+  v.member("drive", a.drive, {"drive unit of the axis", "the commanded drive"});
+  v.member("amplifier_output", a.amplifier_output,
+           {"drive unit", "the output in the amplifier's last status; a drive that changes is ahead of it"});
+  v.member("amplifier_output_age_s", a.amplifier_output_age_s,
+           {"s", "age of that status; null before the first one"});
+  v.member("limits", a.limits, {"", "what limits the drive: `slew+model`; empty: nothing"});
+  v.member("sample_missing", a.sample_missing, {"", "true if the cycle had no sample"});
+  v.optional("waits_for", a.waits_for, waits,
+             {"", "if the axis is not driven yet, or waits to track: the first thing that is missing"});
+  v.optional(
+      "waits_for_all", a.waits_for_all, waits,
+      {"",
+       "all that is missing now: of each node the first thing, because its further ones depend on it, and "
+       "of a ready amplifier both output and rest"});
+  v.optional("fault_time_s", a.fault_time_s, has_fault, {"s", "of a faulted axis: the time of the fault"});
+  v.optional("remedy", a.remedy, has_fault, {"", "of a faulted axis: what to do"});
+  v.optional("reference_um", a.reference_um, a.tracks(), {"um", "while tracking: the reference"});
+  v.optional("error_um", a.error_um, a.tracks(), {"um", "while tracking: reference - position"});
+  v.optional("finished", a.finished, a.tracks(), {"", "while tracking: true at the end of the reference"});
+  v.optional("live_goal", a.live_goal, a.tracks(),
+             {"", "while tracking: true if the axis follows `go_to` and not the configured reference"});
+  v.optional("arrival", a.arrival, a.tracks(),
+             {"",
+              "while tracking: `not judged`, `moving`, `in position`, `failed` "
+              "([meaning](configuration/loop.md#axiscontrolin_position-has-the-stage-arrived))"});
+  v.optional("learning", a.learning, a.learning.state != controller::LearningState::off,
+             {"", "while tracking, with `[axis.control.learning]`"});
+}
+
+struct StatusAnswer {
+  double time_s = no_value;
+  double age_s = no_value;
+  controller::CycleCounters counters{};
+  TimingAnswer timing{};
+  runs::RunWriter::Status recording{};
+  std::optional<LastEvent> last_event{};
+  std::vector<AxisAnswer> axes{};
+};
+template <class V>
+void visit(V& v, StatusAnswer& a) {
+  v.member("time_s", a.time_s, {"s", "time of the newest cycle since the start"});
+  v.member(
+      "age_s", a.age_s,
+      {"s",
+       "time since it was recorded, usually less than 0.02 s; if it grows, there are no newer cycles, and "
+       "the other values are as old"});
+  visit(v, a.counters);
+  v.member("timing", a.timing, {"", "times of the newest cycle"});
+  v.member("recording", a.recording, {"", "the recording"});
+  v.optional(
+      "last_event", a.last_event, a.last_event.has_value(),
+      {"",
+       "after an event of a node: emergency, not set up, foreign NMT command, a sample of no SYNC, a frame "
+       "of another controller"});
+  v.member("axes", a.axes, {"", "the newest cycle of each axis"});
+}
+
+struct FaultAnswer {
+  std::string fault;
+};
+template <class V>
+void visit(V& v, FaultAnswer& a) {
+  v.member("fault", a.fault, {"", "the injected fault in words"});
+}
+
+struct RemovedAnswer {
+  std::uint64_t removed = 0;
+};
+template <class V>
+void visit(V& v, RemovedAnswer& a) {
+  v.member("removed", a.removed, {"", "number of faults removed"});
+}
+
+struct TwinAxisAnswer {
+  std::string name;
+  std::string amplifier{};
+  std::uint64_t amplifier_fault = 0;
+  std::string sensor{};
+  double drive = no_value;
+  double position_um = no_value;
+};
+template <class V>
+void visit(V& v, TwinAxisAnswer& a) {
+  v.member("name", a.name, {"", "name in the configuration"});
+  v.member("amplifier", a.amplifier, {"", "`off`, `ready`, `enabled`, `tripped`"});
+  v.member("amplifier_fault", a.amplifier_fault, {"", "the fault flags of its status"});
+  v.member("sensor", a.sensor, {"", "`off`, `pre-operational`, `operational`, `stopped`"});
+  v.member("drive", a.drive, {"drive unit", "the true drive, which the nodes may not show"});
+  v.member("position_um", a.position_um, {"um", "the true position"});
+}
+
+struct TwinFaultAnswer {
+  twin::Fault kind = twin::Fault::no_reply;
+  std::string axis{};
+  std::optional<twin::Node> node{};
+  std::optional<double> value{};
+  double began_s = no_value;
+  std::optional<double> ends_s{};
+};
+template <class V>
+void visit(V& v, TwinFaultAnswer& a) {
+  v.member("kind", a.kind, {"", "[kind of the fault](twin.md#faults)"});
+  v.member("axis", a.axis, {"", "its axis"});
+  v.optional("node", a.node, a.node.has_value(), {"", "`sensor` or `amplifier`, unless it is in the stage"});
+  v.optional("value", a.value, a.value.has_value(),
+             {"", "its strength, in the unit of the kind if it has one"});
+  v.member("began_s", a.began_s, {"s", "since the twin's start"});
+  v.optional("ends_s", a.ends_s, a.ends_s.has_value(), {"s", "if it ends by itself"});
+}
+
+struct TwinStatusAnswer {
+  double time_s = no_value;
+  std::vector<TwinAxisAnswer> axes{};
+  std::vector<TwinFaultAnswer> faults{};
+};
+template <class V>
+void visit(V& v, TwinStatusAnswer& a) {
+  v.member("time_s", a.time_s, {"s", "time since the twin's start"});
+  v.member("axes", a.axes, {"", "each axis"});
+  v.member("faults", a.faults, {"", "each active fault"});
+}
+
+/// Calls `use` with an empty answer of this kind; not at all for `none`.
+template <class Use>
+void with_answer(Reply reply, Use use) {
+  if (reply == Reply::done) use(DoneAnswer{});
+  if (reply == Reply::changes) use(ChangesAnswer{});
+  if (reply == Reply::run) use(RunAnswer{});
+  if (reply == Reply::position) use(PositionAnswer{});
+  if (reply == Reply::fault) use(FaultAnswer{});
+  if (reply == Reply::count) use(RemovedAnswer{});
+  if (reply == Reply::keys) use(SettingsAnswer{});
+  if (reply == Reply::states) use(StatusAnswer{});
+  if (reply == Reply::twin_states) use(TwinStatusAnswer{});
+}
+
+}  // namespace hystcan::app
