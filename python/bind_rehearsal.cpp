@@ -42,8 +42,9 @@ can::Duration duration_of(double time_s) {
 
 /// `references`: instead of the configured ones, each followed once, by the name of the axis. Throws Error.
 config::Config configuration(const std::filesystem::path& file, const std::vector<config::Setting>& overrides,
-                             const std::map<std::string, controller::MonotoneCubic>& references) {
-  config::Config config = config::load(file, overrides);
+                             const std::map<std::string, controller::MonotoneCubic>& references,
+                             const config::ReadFiles& files) {
+  config::Config config = config::load(file, overrides, files);
   for (const auto& [name, curve] : references) {
     const auto axis =
         std::ranges::find_if(config.axes, [&](const auto& each) { return each.wire.name == name; });
@@ -64,9 +65,9 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
 /// A rehearsal that is run step by step, keeps every cycle, and takes the commands of a control socket.
 class VirtualStage {
  public:
-  VirtualStage(const std::filesystem::path& file, config::Config config)
+  VirtualStage(const std::filesystem::path& file, config::Config config, config::ReadFiles files)
       : config_(std::move(config)),
-        live_(file, config_),
+        live_(file, config_, std::move(files)),
         columns_(config_.axes.size(),
                  std::vector<std::vector<double>>(controller::cycle_columns().size() + 1)),
         true_um_(config_.axes.size()),
@@ -242,8 +243,10 @@ std::unique_ptr<Rehearsal> make(const std::filesystem::path& config,
   for (const auto& [axis, points] : reference)
     references.emplace(
         axis, controller::MonotoneCubic(vector_of(points.first, "t"), vector_of(points.second, "y")));
+  config::ReadFiles files;
+  config::Config loaded = configuration(config, overrides, references, files);
   return std::make_unique<Rehearsal>(
-      std::make_unique<VirtualStage>(config, configuration(config, overrides, references)));
+      std::make_unique<VirtualStage>(config, std::move(loaded), std::move(files)));
 }
 
 void step(VirtualStage& stage, double duration_s) {

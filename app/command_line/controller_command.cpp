@@ -276,7 +276,8 @@ int rehearse(const config::Config& config, const ControllerArguments& options) {
 }
 
 int run_controller(ControllerArguments options) {
-  config::Config config = config::load(options.config);
+  config::ReadFiles files;
+  config::Config config = config::load(options.config, {}, files);
   if (options.rehearse && options.duration_s == 0.0) options.once = true;
   if (!options.interface.empty()) config.bus.interface = options.interface;
   if (options.once)
@@ -302,8 +303,8 @@ int run_controller(ControllerArguments options) {
   if (config.record.at_start) start_recording(recorder.outlets().recorder);
   telemetry = std::make_unique<controller::TelemetryThread>(
       [&](const controller::CycleRecord& record) { recorder.consume(record); });
-  auto control =
-      std::make_unique<ControlService>(options.config, config, socket_of(config), recorder.outlets());
+  auto control = std::make_unique<ControlService>(options.config, config, std::move(files), socket_of(config),
+                                                  recorder.outlets());
   controller.listen_to(control->requests());
   spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops", counted(config.axes.size(), "axis", "axes"),
                config.controller.rate_Hz, config.bus.interface);

@@ -63,13 +63,14 @@ std::filesystem::path copy_of(const std::filesystem::path& shipped, const Tempor
 /// its own.
 class PacedRehearsal {
  public:
-  PacedRehearsal(const std::filesystem::path& file, const config::Config& config,
+  /// `files`: with which `config` was loaded.
+  PacedRehearsal(const std::filesystem::path& file, const config::Config& config, config::ReadFiles files,
                  const TemporaryFolder& folder)
       : outlets_(config, runs::describe(config, config::settings(config.file), "demo"), bus_log_sink()),
         truths_(truth_columns.size(), 20'000),
         rehearsal_(rehearsal_setup(config),
                    [this](const controller::CycleRecord& record) { outlets_.put(record); }),
-        service_(std::in_place, file, config, folder / "control.sock", outlets_),
+        service_(std::in_place, file, config, std::move(files), folder / "control.sock", outlets_),
         twin_handler_(rehearsal_.twin(), rehearsal_.clock(), [this] { ending_ = true; }),
         twin_socket_(std::in_place, context_, folder / "twin.sock", twin_handler_),
         twin_stream_(std::in_place, context_, stream_beside(folder / "twin.sock"),
@@ -138,10 +139,11 @@ int run_demo_page(const std::filesystem::path& given, const std::string& listen)
   std::optional<PacedRehearsal> running;
   const auto start = [&] {
     if (running && !running->has_ended()) throw RunError("the rehearsal runs", {.remedy = "stop it first"});
-    config::Config config = config::load(file);
+    config::ReadFiles files;
+    config::Config config = config::load(file, {}, files);
     for (config::AxisConfig& axis : config.axes) axis.control.repeat = true;
     running.reset();
-    running.emplace(file, config, folder);
+    running.emplace(file, config, std::move(files), folder);
   };
   const std::string token = new_token();
   PageHost host({.config = file,

@@ -40,8 +40,9 @@ void run_despite_exceptions(boost::asio::io_context& context) {
 }
 
 ControlService::ControlService(const std::filesystem::path& config_file, const config::Config& config,
-                               const std::filesystem::path& socket, CycleOutlets& outlets)
-    : live_(config_file, config),
+                               config::ReadFiles files, const std::filesystem::path& socket,
+                               CycleOutlets& outlets)
+    : live_(config_file, config, std::move(files)),
       handler_(context_, requests_, outlets, live_),
       watch_(context_, {config_file}, [this] { handler_.reload({ignore_answer}); }) {
   if (!socket.empty()) {

@@ -22,10 +22,10 @@ void run_despite_exceptions(boost::asio::io_context& context);
 
 class ControlService {
  public:
-  /// An empty `socket` means that there is none, and no stream beside it. Throws RunError if it cannot be
-  /// opened.
+  /// `files`: those of LiveConfig. An empty `socket` means that there is none, and no stream beside it.
+  /// Throws RunError if it cannot be opened.
   ControlService(const std::filesystem::path& config_file, const config::Config& config,
-                 const std::filesystem::path& socket, CycleOutlets& outlets);
+                 config::ReadFiles files, const std::filesystem::path& socket, CycleOutlets& outlets);
   ~ControlService();  ///< answers waiting clients and ends the thread
   ControlService(const ControlService&) = delete;
   ControlService& operator=(const ControlService&) = delete;

@@ -29,10 +29,11 @@ std::string difference(const config::Config& config, const std::vector<std::stri
 
 }  // namespace
 
-LiveConfig::LiveConfig(std::filesystem::path file, const config::Config& config)
-    : file_(std::move(file)), names_(config::axis_names(config)), settings_(settings_of_file()) {
-  static_cast<void>(config::load(file_, {}, files_));  // so that the first change reads no file
-}
+LiveConfig::LiveConfig(std::filesystem::path file, const config::Config& config, config::ReadFiles files)
+    : file_(std::move(file)),
+      files_(std::move(files)),
+      names_(config::axis_names(config)),
+      settings_(settings_of_file()) {}
 
 std::size_t LiveConfig::axis_index(std::string_view name) const {
   const auto found = std::ranges::find(names_, name);

@@ -18,8 +18,9 @@ namespace hystcan::app {
 
 class LiveConfig {
  public:
-  /// The configuration at the start of the process.
-  LiveConfig(std::filesystem::path file, const config::Config& config);
+  /// The configuration at the start of the process. `files`: with which it was loaded, so that no change
+  /// reads a file that is as it was.
+  LiveConfig(std::filesystem::path file, const config::Config& config, config::ReadFiles files = {});
 
   /// The overrides of the file after each single setting: the last are in force. Never empty.
   using History = std::vector<std::vector<config::Setting>>;

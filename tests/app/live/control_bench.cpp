@@ -80,7 +80,8 @@ ControlBench::ControlBench(const std::function<void(const support::ShippedCopy&)
                    steps_[record.axis].push_back(
                        {record.cycle, report.state, report.reference_um, report.position_um, report.drive});
                  }),
-      service_(std::make_unique<ControlService>(files_ / "piezo.toml", config_, socket(), outlets_)) {
+      service_(std::make_unique<ControlService>(files_ / "piezo.toml", config_, config::ReadFiles{}, socket(),
+                                                outlets_)) {
   rehearsal_.controller().listen_to(service_->requests());
   thread_ = std::thread([this] { run(); });
 }

@@ -182,7 +182,9 @@ TEST(LiveConfig, ChangesASettingWithoutReadingAFile) {
   const std::filesystem::path file = files / "piezo.toml";
   for (const auto& each : std::filesystem::directory_iterator(files.folder()))
     std::filesystem::last_write_time(each, each.last_write_time() - std::chrono::hours(1));
-  LiveConfig live(file, config::load(file));
+  config::ReadFiles read;
+  const config::Config config = config::load(file, {}, read);
+  LiveConfig live(file, config, std::move(read));
   spoil_unnoticed(files);
   const LiveConfig::Prepared changed = live.with("x", "kp", "0.2");
   ASSERT_EQ(changed.requests.size(), 1u);
