@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "model/fingerprint.h"
 #include "model/memory_model_impl.h"
 #include "model/validity.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "model/cubic_spline.h"
+#include "model/fingerprint.h"
 #include "model/memory.h"
-#include "model/memory_text.h"
 #include "model/output_map.h"
 #include "model/reference_curve.h"
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "model/fingerprint.h"
 #include "model/memory_model_impl.h"
 #include "model/validity.h"
 

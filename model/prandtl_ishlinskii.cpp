@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "model/fingerprint.h"
 #include "model/memory_text.h"
 
 namespace hystcan::model {

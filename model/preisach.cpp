@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "base/text.h"
+#include "model/fingerprint.h"
 #include "model/memory_model_impl.h"
-#include "model/memory_text.h"
 
 namespace hystcan::model {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/dynamics.h"
+#include "model/held_mode.h"
 
 namespace hystcan::identification {
 namespace {

@@ -1,4 +1,4 @@
-#include "model/dynamics.h"
+#include "model/held_mode.h"
 
 #include <gtest/gtest.h>
 

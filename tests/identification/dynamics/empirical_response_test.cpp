@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "model/dynamics.h"
+#include "model/held_mode.h"
 
 namespace hystcan::identification::empirical_response_test {
 namespace {
