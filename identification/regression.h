@@ -11,36 +11,13 @@
 #include <cstddef>
 #include <vector>
 
+#include "identification/branch_rows.h"
 #include "identification/curve_basis.h"
 #include "identification/dataset.h"
+#include "identification/normal_equations.h"
 #include "identification/path.h"
 
 namespace hystcan::identification {
-
-/// Outputs and slopes along a path for a given k, as rows of the linear problem in theta, the coefficients of
-/// the reference curves (curve_basis.h). On each branch of a path
-///
-///   x = f_0(v) + c - S phi(d),    d = |h(v) - h(v_s)|
-///
-/// c and S are linear in theta (model/hysteresis.h). Each branch has one row for c and one for S, which are
-/// computed at its reversal.
-class BranchRows {
- public:
-  /// `basis` must outlive the rows.
-  BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace);
-
-  auto offset(std::size_t branch) const { return offset_.col(static_cast<Eigen::Index>(branch)); }  // c
-  auto convergence(std::size_t branch) const {
-    return convergence_.col(static_cast<Eigen::Index>(branch));
-  }  // S
-  /// dx/dh at `input` on a branch of the path.
-  Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
-
- private:
-  const CurveBasis& basis_;
-  Pace pace_;
-  Eigen::MatrixXd offset_, convergence_;  // a column for each branch
-};
 
 /// What a dataset has of its own beside the curves.
 struct Nuisances {
@@ -48,47 +25,6 @@ struct Nuisances {
   bool drift = false;
 
   Eigen::Index count() const { return (offset ? 1 : 0) + (drift ? 1 : 0); }
-};
-
-/// The normal equations of
-///   sum (row theta - y)^2 = theta' H theta - 2 g' theta + square
-struct NormalEquations {
-  Eigen::MatrixXd H;
-  Eigen::VectorXd g;
-  double square = 0.0;
-  double samples = 0.0;
-
-  explicit NormalEquations(Eigen::Index unknowns)
-      : H(Eigen::MatrixXd::Zero(unknowns, unknowns)), g(Eigen::VectorXd::Zero(unknowns)) {}
-  NormalEquations& operator+=(const NormalEquations& other);
-  /// Takes away a share of equations that are part of these.
-  void take_away(const NormalEquations& other, double share);
-  /// Adds equations whose first `shared` unknowns are the first ones here; the others stand from `own` on.
-  void add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own);
-  /// False if a k is so negative that branches grow beyond every number.
-  bool is_finite() const { return H.allFinite() && g.allFinite(); }
-  /// The equations for outputs divided by `gain`.
-  void divide_outputs(double gain);
-  double residual_square(const Eigen::VectorXd& theta) const;
-  /// The residuals without the part that `direction` can explain: theta + a direction has the least square
-  /// for every theta.
-  void leave_out(const Eigen::VectorXd& direction);
-};
-
-/// Equations of which the last unknowns are eliminated: for every value of the others they are at their best.
-class Eliminated {
- public:
-  /// `kept`: the first unknowns.
-  Eliminated(const NormalEquations& system, Eigen::Index kept);
-
-  const NormalEquations& rest() const { return rest_; }
-  /// `theta`, then the best values of the eliminated unknowns.
-  Eigen::VectorXd completed(const Eigen::VectorXd& theta) const;
-
- private:
-  NormalEquations rest_;
-  Eigen::VectorXd alone_;     // the eliminated unknowns at theta = 0
-  Eigen::MatrixXd by_theta_;  // how they follow theta
 };
 
 class Regression {
