@@ -12,6 +12,7 @@
 #include "controller/cycle_record.h"
 #include "runs/cycle_reader.h"
 #include "runs/run_folder.h"
+#include "runs/run_summary.h"
 
 namespace hystcan::runs {
 namespace {

@@ -17,9 +17,6 @@
 #include <utility>
 #include <vector>
 
-#include "controller/control/axis.h"
-#include "metrics/statistics.h"
-
 namespace hystcan::runs {
 
 inline constexpr const char* run_prefix = "run_";
@@ -62,32 +59,6 @@ struct RunInfo {
       settings{};  ///< keys in force at the start, with their values as TOML
 
   std::vector<std::string> axis_names() const;
-};
-
-/// Counts what the axes of a run did, row by row.
-class RunSummary {
- public:
-  static constexpr std::size_t most_faults = 100;  ///< of an axis; later ones are left out
-  static constexpr std::size_t most_axes = 64;
-
-  explicit RunSummary(std::size_t axes) : axes_(axes) {}
-
-  /// One row of an axis. `error_um` counts while the axis tracks.
-  void add(std::size_t axis, double time_s, controller::AxisState state, controller::Cause cause,
-           double error_um);
-  std::uint64_t rows() const { return rows_; }
-  /// Writes rows, times and the summaries of the axes.
-  void put_into(RunInfo& info) const;
-
- private:
-  struct Axis {
-    std::vector<RunFault> faults;
-    metrics::ErrorStatistics error{};
-    controller::Cause cause = controller::Cause::none;
-  };
-  std::vector<Axis> axes_;
-  std::uint64_t rows_ = 0;
-  double first_s_ = 0.0, last_s_ = 0.0;
 };
 
 nlohmann::json to_json(const RunInfo& info);

@@ -23,6 +23,7 @@
 #include "runs/bus_log.h"
 #include "runs/run_folder.h"
 #include "runs/run_info.h"
+#include "runs/run_summary.h"
 
 namespace hystcan::runs {
 
