@@ -21,6 +21,8 @@
 #include "config/schema/check.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
+#include "config/schema/setpoint_warnings.h"
+#include "config/schema/wiring.h"
 #include "model/validity.h"
 
 namespace hystcan::app {

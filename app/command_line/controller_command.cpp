@@ -33,6 +33,7 @@
 #include "base/text.h"
 #include "config/schema/check.h"
 #include "config/schema/config.h"
+#include "config/schema/setpoint_warnings.h"
 #include "config/schema/settings.h"
 #include "controller/black_box.h"
 #include "controller/control/statistics.h"

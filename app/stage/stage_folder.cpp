@@ -26,6 +26,7 @@
 #include "config/schema/check.h"
 #include "config/schema/config.h"
 #include "config/schema/frames.h"
+#include "config/schema/setpoint_warnings.h"
 
 namespace hystcan::app {
 namespace {

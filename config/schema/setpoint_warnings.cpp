@@ -1,4 +1,4 @@
-#include "config/schema/check.h"
+#include "config/schema/setpoint_warnings.h"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,10 @@
+#include "config/schema/wiring.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "can/protocol/protocol.h"
-#include "config/schema/bus_plan.h"
 
 namespace hystcan::config {
 namespace {

@@ -7,6 +7,7 @@
 #include "config/files/model_file.h"
 #include "config/schema/check.h"
 #include "config/schema/config.h"
+#include "config/schema/setpoint_warnings.h"
 #include "tests/support/scratch.h"
 
 namespace hystcan::app::config_text_test {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "config/schema/wiring.h"
 #include "tests/support/refusal.h"
 #include "tests/support/shipped.h"
 

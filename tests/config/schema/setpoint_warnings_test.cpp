@@ -1,9 +1,10 @@
-#include "config/schema/check.h"
+#include "config/schema/setpoint_warnings.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
+#include "config/schema/check.h"
 #include "config/schema/config.h"
 
 namespace hystcan::config::setpoint_warnings_test {
