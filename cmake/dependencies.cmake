@@ -1,7 +1,11 @@
 # Debian 12 packages; scripts/packages names them. Third-party headers come in as SYSTEM: their warnings are not ours.
 find_package(Threads REQUIRED)
-find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(Boost 1.74 REQUIRED)
+# Eigen 3.4 and 5 each refuse a range of versions that has both.
+find_package(Eigen3 REQUIRED NO_MODULE)
+if(Eigen3_VERSION VERSION_LESS 3.4)
+  message(FATAL_ERROR "Eigen ${Eigen3_VERSION} is too old: hystcan needs 3.4")
+endif()
+find_package(Boost 1.74 REQUIRED CONFIG)
 find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(tomlplusplus REQUIRED)

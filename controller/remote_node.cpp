@@ -1,6 +1,7 @@
 #include "controller/remote_node.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>

@@ -1,6 +1,7 @@
 #include "runs/cycle_reader.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <fstream>

@@ -1,6 +1,7 @@
 #include "app/command_line/commands.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>

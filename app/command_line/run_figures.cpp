@@ -1,6 +1,7 @@
 #include "app/command_line/run_figures.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>

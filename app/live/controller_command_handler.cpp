@@ -1,6 +1,7 @@
 #include "app/live/controller_command_handler.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "app/live/live_config.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>

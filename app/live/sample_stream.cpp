@@ -50,7 +50,7 @@ class SampleStream::Session : public std::enable_shared_from_this<Session> {
   void close() {
     error_code ignored;
     socket_.close(ignored);
-    limit_.cancel(ignored);
+    limit_.cancel();
   }
 
  private:

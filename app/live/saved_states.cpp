@@ -1,6 +1,7 @@
 #include "app/live/saved_states.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <string>

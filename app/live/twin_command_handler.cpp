@@ -1,6 +1,7 @@
 #include "app/live/twin_command_handler.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <cmath>

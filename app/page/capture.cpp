@@ -1,6 +1,7 @@
 #include "app/page/capture.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,7 @@
 #include "app/stage/axis_completion.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>

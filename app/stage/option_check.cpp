@@ -1,6 +1,7 @@
 #include "app/stage/option_check.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "app/stage/stage_folder.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <optional>

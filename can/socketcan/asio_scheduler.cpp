@@ -29,8 +29,7 @@ class Alarm : public std::enable_shared_from_this<Alarm> {
     deadline_.reset();
     waiting_until_.reset();
     ++generation_;
-    boost::system::error_code ignored;
-    timer_.cancel(ignored);
+    timer_.cancel();
   }
 
  private:

@@ -57,8 +57,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   void close() {
     closed_ = true;
     error_code ignored;
-    retry_timer_.cancel(ignored);
-    restart_timer_.cancel(ignored);
+    retry_timer_.cancel();
+    restart_timer_.cancel();
     socket_.close(ignored);
   }
 

@@ -75,7 +75,7 @@ VectorXd ModeResponse::combined_input(const VectorXd& amplitudes) const {
 
 Eigen::MatrixXd ModeResponse::fitted(Eigen::MatrixXd cycles) const {
   if (dataset_.rows() == cycles.rows()) return cycles;
-  return cycles(dataset_.cycles, Eigen::all);
+  return cycles(dataset_.cycles, Eigen::seqN(0, cycles.cols()));
 }
 
 Eigen::MatrixXd ModeResponse::columns(const ModePoint& point) const {

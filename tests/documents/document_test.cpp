@@ -2,6 +2,7 @@
 // program or the script; scripts/site checks its links. HYSTCAN_WRITE_TABLES=1 in the environment writes
 // these tables.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 

@@ -50,7 +50,7 @@ double best_nonnegative(const MatrixXd& a, const VectorXd& b) {
   double best = b.norm();
   for (unsigned bits = 1; bits < 1U << a.cols(); ++bits) {
     const std::vector<Index> some = chosen(bits, a.cols());
-    const MatrixXd part = a(Eigen::all, some);
+    const MatrixXd part = a(Eigen::seqN(0, a.rows()), some);
     const VectorXd x = part.colPivHouseholderQr().solve(b);
     if ((x.array() >= 0.0).all()) best = std::min(best, (part * x - b).norm());
   }
@@ -68,8 +68,8 @@ double best_within(const MatrixXd& a, const VectorXd& b, const MatrixXd& g, cons
     MatrixXd kkt = MatrixXd::Zero(p + n, p + n);
     VectorXd right(p + n);
     kkt.topLeftCorner(p, p) = a.transpose() * a;
-    kkt.topRightCorner(p, n) = g(some, Eigen::all).transpose();
-    kkt.bottomLeftCorner(n, p) = g(some, Eigen::all);
+    kkt.topRightCorner(p, n) = g(some, Eigen::seqN(0, p)).transpose();
+    kkt.bottomLeftCorner(n, p) = g(some, Eigen::seqN(0, p));
     right << a.transpose() * b, h(some);
     const VectorXd x = kkt.fullPivLu().solve(right).head(p);
     if (((g * x - h).array() >= -1e-9).all()) best = std::min(best, (a * x - b).norm());
@@ -203,7 +203,7 @@ TEST(ConstrainedLeastSquares, MeetsManyInequalitiesInAllUnits) {
     std::vector<Index> active;
     for (Index i = 0; i < g.rows(); ++i)
       if (slopes[i] < 1e-9 * unit) active.push_back(i);
-    const MatrixXd tight = g(active, Eigen::all).transpose();
+    const MatrixXd tight = g(active, Eigen::seqN(0, g.cols())).transpose();
     const VectorXd multipliers = solve_nonnegative(tight, gradient);
     EXPECT_LT((tight * multipliers - gradient).norm(), 1e-8 * (a.transpose() * b).norm());
   }
