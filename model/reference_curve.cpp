@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "model/extended.h"
 
 namespace hystcan::model {
 namespace {
@@ -24,15 +25,22 @@ void check_numbers(const std::vector<double>& coefficients, const Interval& doma
     refuse("reference curve interval [", domain.lo, ", ", domain.hi, "], expected finite lo < hi");
 }
 
+std::vector<double> doubles(const std::vector<Extended>& numbers) {
+  std::vector<double> result(numbers.size());
+  std::ranges::transform(numbers, result.begin(),
+                         [](Extended number) { return static_cast<double>(number); });
+  return result;
+}
+
 // Horner's rule on p(centre + radius s). The partial sums are Chebyshev series:
 //   s T_j = (T_{j+1} + T_{|j-1|}) / 2
 std::vector<double> chebyshev_from_power(const std::vector<double>& power, const Interval& domain) {
-  const long double centre = (static_cast<long double>(domain.lo) + domain.hi) / 2;
-  const long double radius = (static_cast<long double>(domain.hi) - domain.lo) / 2;
+  const Extended centre = (Extended(domain.lo) + domain.hi) / 2;
+  const Extended radius = (Extended(domain.hi) - domain.lo) / 2;
   const std::size_t n = power.size();
-  std::vector<long double> sum(n, 0.0L), next(n, 0.0L);
+  std::vector<Extended> sum(n), next(n);
   for (std::size_t i = n; i-- > 0;) {
-    next.assign(n, 0.0L);
+    next.assign(n, {});
     for (std::size_t j = 0; j < n; ++j) {
       next[j] += centre * sum[j];
       if (j + 1 < n) next[j + 1] += radius * (j == 0 ? sum[j] : sum[j] / 2);
@@ -41,15 +49,15 @@ std::vector<double> chebyshev_from_power(const std::vector<double>& power, const
     next[0] += power[i];
     sum.swap(next);
   }
-  return {sum.begin(), sum.end()};
+  return doubles(sum);
 }
 
 // Clenshaw's recurrence with polynomials in place of numbers: b_j = c_j + 2 s b_{j+1} - b_{j+2}.
-std::vector<long double> power_from_chebyshev(const std::vector<double>& c) {
+std::vector<Extended> power_from_chebyshev(const std::vector<double>& c) {
   const std::size_t n = c.size();
-  std::vector<long double> b1(n + 1, 0.0L), b2(n + 1, 0.0L), b0(n + 1, 0.0L);
+  std::vector<Extended> b1(n + 1), b2(n + 1), b0(n + 1);
   for (std::size_t j = n; j-- > 0;) {
-    const long double twice = j == 0 ? 1.0L : 2.0L;
+    const Extended twice = j == 0 ? 1.0L : 2.0L;
     for (std::size_t i = n; i > 0; --i) b0[i] = twice * b1[i - 1] - b2[i];
     b0[0] = c[j] - b2[0];
     b2.swap(b1);
@@ -60,9 +68,9 @@ std::vector<long double> power_from_chebyshev(const std::vector<double>& c) {
 }
 
 template <class Numbers>
-long double sum_of_magnitudes(const Numbers& numbers) {
-  long double sum = 0.0L;
-  for (const auto number : numbers) sum += std::abs(number);
+Extended sum_of_magnitudes(const Numbers& numbers) {
+  Extended sum;
+  for (const Extended number : numbers) sum += number.magnitude();
   return sum;
 }
 
@@ -79,10 +87,10 @@ std::vector<double> checked(Basis basis, const std::vector<double>& coefficients
 }  // namespace
 
 ChebyshevSeries::ChebyshevSeries(std::vector<double> coefficients) : chebyshev_(std::move(coefficients)) {
-  const std::vector<long double> powers = power_from_chebyshev(chebyshev_);
+  const std::vector<Extended> powers = power_from_chebyshev(chebyshev_);
   if (sum_of_magnitudes(powers) > 16 * sum_of_magnitudes(chebyshev_)) return;
-  powers_.assign((powers.size() + 3) / 4 * 4, 0.0);
-  std::ranges::transform(powers, powers_.begin(), [](long double a) { return static_cast<double>(a); });
+  powers_ = doubles(powers);
+  powers_.resize((powers.size() + 3) / 4 * 4);
 }
 
 // c'_{j-1} = c'_{j+1} + 2 j c_j; then c'_0 is halved, and all are multiplied by ds/dv.

@@ -122,6 +122,13 @@ TEST(SecondOrder, KeepsItsAmplitudeWithoutDamping) {
   EXPECT_NEAR(std::hypot(state.position, state.velocity / omega), 1.0, 1e-10);
 }
 
+// 113 bits of significand, as long double has on arm64, would give ...dp-15.
+TEST(SecondOrder, HasTheSameBitsOnEveryProcessor) {
+  const State after = SecondOrder({frequency_Hz, 1.42}, 1e-3)({0.0, 1.0}, 0.0, 0.0);
+  EXPECT_EQ(after.position, 0x1.c9b19d7db75aep-15);
+  EXPECT_EQ(after.velocity, -0x1.ffea8b519e733p-5);
+}
+
 TEST(SecondOrder, RefusesInvalidParameters) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto make = [](double f, double zeta, double dt) { SecondOrder({f, zeta}, dt); };

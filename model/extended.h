@@ -1,0 +1,39 @@
+// A number with 64 significant bits, whose arithmetic gives the same bits on every processor. On x86-64
+// `long double` is such a number. On arm64 it has 113 bits: each result is rounded to 64 bits, by Veltkamp's
+// splitting (twice rounded, it differs from x86-64 with a probability of 2^-49).
+#pragma once
+
+#include <compare>
+#include <limits>
+
+namespace hystcan::model {
+
+class Extended {
+ public:
+  Extended(long double value = 0.0L) : value_(rounded(value)) {}
+  explicit operator double() const { return static_cast<double>(value_); }
+
+  friend Extended operator+(Extended a, Extended b) { return a.value_ + b.value_; }
+  friend Extended operator-(Extended a, Extended b) { return a.value_ - b.value_; }
+  friend Extended operator*(Extended a, Extended b) { return a.value_ * b.value_; }
+  friend Extended operator/(Extended a, Extended b) { return a.value_ / b.value_; }
+  friend auto operator<=>(Extended a, Extended b) = default;
+  Extended& operator+=(Extended b) { return *this = *this + b; }
+  Extended operator-() const { return -value_; }
+  Extended magnitude() const { return value_ < 0.0L ? -value_ : value_; }
+
+ private:
+  static constexpr int digits = 64, own_digits = std::numeric_limits<long double>::digits;
+  static_assert(own_digits >= digits, "long double has less than 64 bits on this processor");
+
+  static long double rounded(long double value) {
+    if constexpr (own_digits == digits) return value;
+    // The sum has the unit of the lowest bit that stays.
+    const long double above = value * (static_cast<long double>(1ULL << (own_digits - digits)) + 1.0L);
+    return above - (above - value);
+  }
+
+  long double value_;
+};
+
+}  // namespace hystcan::model
