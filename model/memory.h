@@ -67,6 +67,11 @@ constexpr auto words(Origin) {
   return std::to_array<std::string_view>({"virgin", "lower-threshold", "upper-threshold"});
 }
 
+struct Point {
+  double input = 0.0;
+  double level = 0.0;
+};
+
 /// The whole memory of the actuator.
 ///
 /// When the memory is full, a reversal makes no new branch. The path goes backwards on the innermost branch
@@ -80,6 +85,8 @@ struct HysteresisState {
   double level = 0.0;   ///< on the branch
   double output = 0.0;  ///< the level, or its map
   std::size_t merged = 0;
+  std::array<Point, 2>
+      passed{};  ///< the points before the present one, latest first: the inverse starts from them
 
   std::size_t depth() const { return branches.size(); }
   Direction direction() const { return direction(depth() - 1); }
@@ -87,11 +94,6 @@ struct HysteresisState {
     return (index % 2 == 0) == (origin != Origin::upper_threshold) ? Direction::ascending
                                                                    : Direction::descending;
   }
-};
-
-struct Point {
-  double input = 0.0;
-  double level = 0.0;
 };
 
 /// A memory as a list of turning points, outermost first, without the threshold where it began. This is the

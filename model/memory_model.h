@@ -118,7 +118,8 @@ class MemoryModel {
   Prediction on_branch(const State& state, double input) const;
   Prediction advance_past(State& state, double input) const;
   double follow(const Segment& segment, double input) const;
-  double solve(const Branch& branch, Direction direction, Point begin, double end, double level) const;
+  static double extrapolated(const State& state, double level);
+  double solve(const Branch& branch, Direction direction, Bracket inputs, double level) const;
 
   Law law_;
   Branch lower_, upper_;     // the branches that start at L_0 and at U_0

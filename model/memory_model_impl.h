@@ -17,7 +17,7 @@ template <BranchLaw Law>
 struct MemoryModel<Law>::Segment {
   Branch branch;
   Direction direction = Direction::ascending;  // of the branch
-  Point begin;                                 // a point of the branch, at or before the goal
+  double begin = 0.0;                          // input of a point of the branch, at or before the goal
   double end_input = 0.0;                      // input of a point of the branch beyond the goal
   std::size_t kept = 0;                        // branches that stay, with the one in use unless it is new
   bool is_new = false;                         // the branch starts at the present point
@@ -83,6 +83,8 @@ HysteresisState MemoryModel<Law>::from(Origin origin, std::size_t capacity) cons
 
 template <BranchLaw Law>
 void MemoryModel<Law>::put(State& state, double input, double level) {
+  state.passed[1] = state.passed[0];
+  state.passed[0] = {state.input, state.level};
   state.input = input;
   state.level = state.output = level;
 }
@@ -148,7 +150,7 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   const auto reached = [&](const Branch& target) { return sign(way) * (to - target.*axis) >= 0.0; };
 
   Segment segment;
-  segment.begin = {state.input, state.level};
+  segment.begin = state.input;
   segment.kept = top + 1;
   const bool turned = way != state.direction();
   if (turned && (top == 0 || !reached(branches[top]))) {
@@ -163,7 +165,7 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   while (j >= 2 && reached(branches[j - 1])) j -= 2;
   if (j < top) {
     segment.passed = &branches[j + 1];
-    segment.begin = {segment.passed->start_input, segment.passed->start_level};
+    segment.begin = segment.passed->start_input;
   }
   segment.end_input = target(state, j).start_input;
   segment.kept = j + 1;
@@ -243,7 +245,8 @@ Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
   if (stays_on_branch<&Branch::start_level>(state, state.level, output)) {
     const Branch& branch = state.branches.back();
     const double end = target(state, state.depth() - 1).start_input;
-    const double input = solve(branch, state.direction(), {state.input, state.level}, end, output);
+    const double input =
+        solve(branch, state.direction(), {state.input, end, extrapolated(state, output)}, output);
     return {input, false, branch.increasing, true};
   }
   if (!std::isfinite(output)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
@@ -258,15 +261,27 @@ Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
   const bool at_turning_point = segment.passed && segment.passed->start_level == output;
   const double input =
       at_turning_point ? segment.passed->start_input
-                       : solve(segment.branch, segment.direction, segment.begin, segment.end_input, output);
+                       : solve(segment.branch, segment.direction, {segment.begin, segment.end_input}, output);
   return {input, false, segment.branch.increasing, true};
 }
 
+// The input where a parabola v(x) through the present point and the two before it has this level. A path
+// turns seldom; where it has turned since, the guess is poor and costs one evaluation.
 template <BranchLaw Law>
-double MemoryModel<Law>::solve(const Branch& branch, Direction direction, Point begin, double end,
+double MemoryModel<Law>::extrapolated(const State& state, double level) {
+  const auto& [before, first] = state.passed;
+  const double step = state.input - before.input, rise = state.level - before.level;
+  const double earlier_step = before.input - first.input, earlier_rise = before.level - first.level;
+  const double bend =
+      (step * earlier_rise - earlier_step * rise) / (rise * earlier_rise * (rise + earlier_rise));
+  return state.input + (level - state.level) * (step / rise + bend * (level - before.level));
+}
+
+template <BranchLaw Law>
+double MemoryModel<Law>::solve(const Branch& branch, Direction direction, Bracket inputs,
                                double level) const {
-  return root_of_increasing([&](double v) { return law_.jet(branch, direction, v); }, begin.input, end,
-                            begin.level - level, level, tolerance_);
+  return root_of_increasing([&](double v) { return law_.jet(branch, direction, v); }, inputs, level,
+                            tolerance_);
 }
 
 template <BranchLaw Law>

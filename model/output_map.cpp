@@ -50,9 +50,7 @@ Prediction OutputMap::inverse(double output) const {
   if (output <= least) return {lo, output < least};
   if (output >= most) return {hi, output > most};
   const double start = lo + (hi - lo) * std::sqrt((output - least) / (most - least));
-  const double residual = value(start) - output;
-  const auto jet_at = [this](double m) { return series_.jet(m); };
-  return {root_of_increasing(jet_at, start, residual < 0.0 ? hi : lo, residual, output,
+  return {root_of_increasing([this](double m) { return series_.jet(m); }, {lo, hi, start}, output,
                              {.value = 2e-16 * std::max(std::abs(least), std::abs(most))})};
 }
 

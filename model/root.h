@@ -15,25 +15,32 @@ struct RootTolerance {
   double slope = 0.0;
 };
 
-/// The v between `begin` and `end` with f(v) = `value`, by Halley's method from `begin`, inside a bracket
-/// that every step narrows. Where the function hardly rises or bends much, a step is Newton's, or halves the
-/// bracket.
+/// Where a root is searched: between two inputs, from a third one if it lies between them, else from `begin`.
+struct Bracket {
+  double begin = 0.0;
+  double end = 0.0;
+  double guess = begin;
+};
+
+/// The v between `begin` and `end` with f(v) = `value`, by Halley's method inside a bracket that every step
+/// narrows. Where the function hardly rises or bends much, a step is Newton's, or halves the bracket.
 ///
-/// `jet_at(v)` gives f, f' and f'' (Jet). f increases, f(end) lies beyond `value` as seen from `begin`, and
-/// `residual` is f(begin) - value.
+/// `jet_at(v)` gives f, f' and f'' (Jet). f increases, and f(end) lies beyond `value` as seen from `begin`.
 template <class JetAt>
-double root_of_increasing(const JetAt& jet_at, double begin, double end, double residual, double value,
+double root_of_increasing(const JetAt& jet_at, const Bracket& inputs, double value,
                           const RootTolerance& tolerance) {
-  double lo = std::min(begin, end), hi = std::max(begin, end);
-  double v = begin;
-  Jet here = jet_at(v);
+  double lo = std::min(inputs.begin, inputs.end), hi = std::max(inputs.begin, inputs.end);
+  double v = lo < inputs.guess && inputs.guess < hi ? inputs.guess : inputs.begin;
   double previous_step = hi - lo;
-  for (int i = 0; i < 100 && hi - lo > 0.0 && std::abs(residual) > tolerance.value; ++i) {
+  for (int i = 0; i < 100; ++i) {
+    const Jet here = jet_at(v);
+    const double residual = here.value - value;
+    if (!(hi - lo > 0.0 && std::abs(residual) > tolerance.value)) break;
     (residual < 0.0 ? lo : hi) = v;
     // Halley's v - 2 r f' / (2 f'^2 - r f'') if the curvature is small, else Newton's v - r / f'.
     const double square = here.slope * here.slope, bent = 2.0 * square - residual * here.curvature;
     const bool mild = bent > square && bent < 4.0 * square;
-    const double step = residual * (mild ? 2.0 * here.slope / bent : 1.0 / here.slope);
+    const double step = residual * (mild ? 2.0 * here.slope : 1.0) / (mild ? bent : here.slope);
     double next = v - step;
     if (std::abs(step) < tolerance.step && here.slope > tolerance.slope) return std::clamp(next, lo, hi);
     const bool wild = !(here.slope > 0.0) || (i > 2 && std::abs(step) > 0.5 * previous_step);
@@ -45,8 +52,6 @@ double root_of_increasing(const JetAt& jet_at, double begin, double end, double 
     }
     previous_step = std::abs(next - v);
     v = next;
-    here = jet_at(v);
-    residual = here.value - value;
   }
   return v;
 }
