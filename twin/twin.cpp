@@ -49,17 +49,13 @@ Connected<Made> Twin::connect(const can::Attach& attach, const FaultyConnection:
     made.line = line.get();
     return line;
   };
-  auto node = std::make_unique<Made>(arguments..., scheduler_, through_faults);
-  made.node = node.get();
-  nodes_.push_back(std::move(node));
+  made.node = &station_.add(std::make_unique<Made>(arguments..., scheduler_, through_faults));
   return made;
 }
 
 Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
            const can::Attach& attach)
-    : scheduler_(scheduler),
-      heartbeat_period_(config.heartbeat_period),
-      listened_(scheduler.make_timer([this] { start_nodes(); })) {
+    : scheduler_(scheduler), station_(scheduler, config.heartbeat_period) {
   axes_.reserve(config.axes.size());
   for (const WiredAxisConfig& axis : config.axes) {
     Connected<node::AmplifierNode> amplifier;
@@ -107,32 +103,12 @@ void Twin::on_truth(const TruthHandler& handler) {
 }
 
 void Twin::start() {
-  started_ = scheduler_.now();
-  listened_->expire_at(started_ + heartbeat_period_);
-}
-
-void Twin::start_nodes() {
-  if (taken_node()) return;
-  for (const auto& node : nodes_) node->start();
-  faults_->start(started_);
-}
-
-std::optional<std::uint8_t> Twin::taken_node() const {
-  const auto taken = std::ranges::find_if(nodes_, [](const auto& node) { return node->is_taken(); });
-  if (taken == nodes_.end()) return std::nullopt;
-  return (*taken)->number();
-}
-
-std::vector<const can::Bus*> Twin::connections() const {
-  std::vector<const can::Bus*> all;
-  all.reserve(nodes_.size());
-  for (const auto& node : nodes_) all.push_back(&node->bus());
-  return all;
+  station_.start([this, started = scheduler_.now()] { faults_->start(started); });
 }
 
 void Twin::shut_down() {
   faults_->stop();
-  for (const auto& node : nodes_) node->shut_down();
+  station_.shut_down();
 }
 
 }  // namespace hystcan::twin

@@ -16,6 +16,7 @@
 #include "can/dbc/database.h"
 #include "can/scheduler.h"
 #include "model/coupling.h"
+#include "node/station.h"
 #include "twin/fault_scheduler.h"
 
 namespace hystcan::twin {
@@ -46,17 +47,13 @@ class Twin {
   Twin(const Twin&) = delete;
   Twin& operator=(const Twin&) = delete;
 
-  /// Listens for one heartbeat period, then starts all nodes; starts none where the bus already has one of
-  /// their numbers.
+  /// As node::Station::start; the faults begin with it.
   void start();
-  /// The number of a node that another node on the bus has too, if there is one.
-  std::optional<std::uint8_t> taken_node() const;
   /// Switches every amplifier off; their outputs end at the safe value.
   void shut_down();
 
+  const node::Station& station() const { return station_; }
   const Axes& axes() const { return axes_; }
-  /// The connections of all nodes.
-  std::vector<const can::Bus*> connections() const;
   /// `handler` is called at every sample of every axis; it does not delay the sample.
   void on_truth(const TruthHandler& handler);
   FaultScheduler& faults() { return *faults_; }
@@ -66,15 +63,11 @@ class Twin {
   template <class Made, class... Arguments>
   Connected<Made> connect(const can::Attach& attach, const FaultyConnection::Config& config,
                           const Arguments&... arguments);
-  void start_nodes();
 
   can::Scheduler& scheduler_;
-  can::Duration heartbeat_period_;
-  std::unique_ptr<can::Timer> listened_;
-  std::vector<std::unique_ptr<node::BusNode>> nodes_;
+  node::Station station_;
   Axes axes_;
   std::unique_ptr<FaultScheduler> faults_;
-  can::Time started_{};
 };
 
 }  // namespace hystcan::twin

@@ -2,16 +2,12 @@
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
-#include <array>
 #include <chrono>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include "app/command_line/commands.h"
@@ -20,11 +16,10 @@
 #include "app/live/control_socket.h"
 #include "app/live/live_loop.h"
 #include "app/live/machine_setup.h"
-#include "app/live/report.h"
+#include "app/live/node_watch.h"
 #include "app/live/sample_stream.h"
 #include "app/live/samples.h"
 #include "app/live/socket_place.h"
-#include "app/live/state_log.h"
 #include "app/live/twin_command_handler.h"
 #include "app/stage/option_check.h"
 #include "base/output_file.h"
@@ -44,60 +39,11 @@ struct TwinArguments {
   std::filesystem::path truth;
 };
 
-/// Logs the changes of the amplifiers and of the bus.
-class TwinWatch {
- public:
-  /// Calls `on_taken` if another node on the bus has the id of one of the twin's nodes.
-  TwinWatch(const twin::Twin& twin, can::Scheduler& scheduler, const std::string& interface,
-            std::function<void()> on_taken)
-      : twin_(twin),
-        scheduler_(scheduler),
-        started_(scheduler.now()),
-        seen_(twin.axes().size()),
-        bus_log_(interface, bus_log_sink()),
-        on_taken_(std::move(on_taken)),
-        timer_(scheduler.make_timer([this] { look(); })) {
-    look();
-  }
-
-  void log_bus() {
-    const auto connections = twin_.connections();
-    bus_log_.sample(can::report_of(connections, can::seconds(scheduler_.now() - started_)));
-    bus_log_.write();
-  }
-
- private:
-  void look() {
-    for (std::size_t i = 0; i < seen_.size(); ++i) {
-      const node::AmplifierChannel& amplifier = twin_.axes()[i]->amplifier;
-      if (std::exchange(seen_[i], amplifier.state()) == amplifier.state()) continue;
-      const bool silence = (amplifier.fault() & can::amp_fault::command_timeout) != 0;
-      spdlog::info("{}: amplifier {}{}", twin_.axes()[i]->name, to_string(amplifier.state()),
-                   silence ? ": commands have stopped, output at its safe value" : "");
-    }
-    log_bus();
-    if (twin_.taken_node()) return on_taken_();
-    timer_->expire_at(scheduler_.now() + std::chrono::milliseconds(50));
-  }
-
-  const twin::Twin& twin_;
-  can::Scheduler& scheduler_;
-  can::Time started_;
-  std::vector<can::AmpState> seen_;
-  can::BusHealthLog bus_log_;
-  std::function<void()> on_taken_;
-  std::unique_ptr<can::Timer> timer_;
-};
-
-BusClosing closing_of(const twin::Twin& twin) {
-  const auto connections = twin.connections();
-  BusClosing closing{.bus = can::report_of(connections, 0.0)};
-  closing.rejected.reserve(twin.axes().size());
-  for (const auto& axis : twin.axes())
-    if (axis->amplifier.index() == 0)  // the axes of a node share the command
-      closing.rejected.push_back(can::rejected_frames(can::message_map<can::AmpCommand>(axis->wire)->message,
-                                                      axis->amplifier.node().checker()));
-  return closing;
+std::vector<WatchedAmplifier> amplifiers_of(const twin::Twin& twin) {
+  std::vector<WatchedAmplifier> amplifiers;
+  amplifiers.reserve(twin.axes().size());
+  for (const auto& axis : twin.axes()) amplifiers.push_back({axis->wire, &axis->amplifier});
+  return amplifiers;
 }
 
 /// Logs the begin and end of every fault with the time since the twin's start.
@@ -178,18 +124,13 @@ int run_twin(const TwinArguments& options) {
   std::optional<SampleStream> stream;
   open(socket, stream, options, interface, loop, handler, as_json(stream_greeting(config, chosen)).dump(),
        samples);
-  TwinWatch watch(twin, loop.scheduler(), interface, end);
+  NodeWatch watch(twin.station(), amplifiers_of(twin), loop.scheduler(), interface, end);
   loop.run([&](int) { end(); });
   watch.log_bus();
-  std::string closing;
-  for (const std::string& line : describe(closing_of(twin))) closing += line + "\n";
-  const auto lost_output = print_patiently(closing);
+  const auto lost_output = print_patiently(closing_text(twin.station(), amplifiers_of(twin)));
   if (truth)
     if (const auto lost = truth->close()) throw RunError(*lost);
-  if (const auto node = twin.taken_node())
-    throw RunError(interface,
-                   fmt::format("node {} is on this bus already: another twin, or the real node", *node),
-                   {.remedy = "end one of the two"});
+  refuse_if_taken(twin.station(), interface);
   if (lost_output) throw RunError(*lost_output);
   return done;
 }

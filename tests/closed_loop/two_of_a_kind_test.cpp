@@ -168,9 +168,9 @@ TEST_F(SharedBus, ASecondTwinDetectsTheFirstAndStaysSilent) {
   twin::Twin second(twin_config(config), config.database, rehearsal.clock(), rehearsal.attach());
   second.start();
   rehearsal.run_for(std::chrono::seconds(1));
-  EXPECT_TRUE(second.taken_node());
-  for (const can::Bus* bus : second.connections()) EXPECT_EQ(bus->counters().sent, 0u);
-  EXPECT_FALSE(rehearsal.twin().taken_node());
+  EXPECT_TRUE(second.station().taken_node());
+  for (const can::Bus* bus : second.station().connections()) EXPECT_EQ(bus->counters().sent, 0u);
+  EXPECT_FALSE(rehearsal.twin().station().taken_node());
   EXPECT_EQ(loop.axis(0).state(), AxisState::tracking);
 }
 
@@ -178,11 +178,11 @@ TEST_F(SharedBus, ANodeOfTheTwinGoesOffAndStaysSilentWhenAForeignNodeHasItsNumbe
   shows("S-155");
   track();
   send(can::heartbeat_frame(1, can::NmtState::operational));
-  EXPECT_EQ(rehearsal.twin().taken_node(), 1);
+  EXPECT_EQ(rehearsal.twin().station().taken_node(), 1);
   EXPECT_EQ(rehearsal.twin().axes()[0]->amplifier.state(), can::AmpState::off);
-  const std::uint64_t sent = rehearsal.twin().connections()[0]->counters().sent;
+  const std::uint64_t sent = rehearsal.twin().station().connections()[0]->counters().sent;
   rehearsal.run_for(std::chrono::seconds(1));
-  EXPECT_EQ(rehearsal.twin().connections()[0]->counters().sent, sent);
+  EXPECT_EQ(rehearsal.twin().station().connections()[0]->counters().sent, sent);
   EXPECT_EQ(loop.axis(0).state(), AxisState::faulted) << "the stage no longer follows, or the node is silent";
 }
 

@@ -24,7 +24,7 @@ TEST(SharedNodes, BootUpOnceAndSendOneHeartbeatEach) {
   for (const std::uint32_t id : {0x701u, 0x702u}) EXPECT_EQ(bench.heard_[id], 1) << "boot-up";
   bench.run(milliseconds(200));
   for (const std::uint32_t id : {0x701u, 0x702u}) EXPECT_EQ(bench.heard_[id], 3);
-  EXPECT_EQ(bench.twin_.connections().size(), 2u);
+  EXPECT_EQ(bench.twin_.station().connections().size(), 2u);
 }
 
 TEST_F(SharedNode, AnswersAnSdoRequestOnce) {

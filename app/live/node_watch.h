@@ -1,0 +1,48 @@
+// What a process with nodes logs: the states of the amplifiers, and the bus.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "can/bus_health_log.h"
+#include "can/protocol/protocol.h"
+#include "node/amplifier_channel.h"
+#include "node/station.h"
+
+namespace hystcan::app {
+
+struct WatchedAmplifier {
+  can::AxisWire wire;
+  const node::AmplifierChannel* amplifier = nullptr;
+};
+
+class NodeWatch {
+ public:
+  /// Calls `on_taken` if another node on the bus has the number of one of these.
+  NodeWatch(const node::Station& station, std::vector<WatchedAmplifier> amplifiers, can::Scheduler& scheduler,
+            const std::string& interface, std::function<void()> on_taken);
+
+  void log_bus();
+
+ private:
+  void look();
+
+  const node::Station& station_;
+  std::vector<WatchedAmplifier> amplifiers_;
+  can::Scheduler& scheduler_;
+  can::Time started_;
+  std::vector<can::AmpState> seen_;
+  can::BusHealthLog bus_log_;
+  std::function<void()> on_taken_;
+  std::unique_ptr<can::Timer> timer_;
+};
+
+/// The end of a run: the bus, and the rejected commands of each amplifier node.
+std::string closing_text(const node::Station& station, const std::vector<WatchedAmplifier>& amplifiers);
+
+/// Throws RunError if another node has the number of one of these.
+void refuse_if_taken(const node::Station& station, const std::string& interface);
+
+}  // namespace hystcan::app
