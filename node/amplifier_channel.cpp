@@ -45,6 +45,7 @@ AmplifierChannel::AmplifierChannel(const can::AxisWire& wire, const AmplifierCon
 }
 
 void AmplifierChannel::on_sync(can::Time received) {
+  watch_output();
   if (state_ == can::AmpState::enabled && config_.apply == Apply::sync)
     output_.go_to(setpoint_, received, interpolation_);
   if (soft_start_begun_) start_softly(received);
@@ -73,6 +74,7 @@ void AmplifierChannel::clear_fault() {
 
 void AmplifierChannel::begin_to_enable() {
   if (relay_is_open_ || std::exchange(is_enabling_, true)) return;
+  output_.switch_on();
   if (config_.enable_delay == can::Duration::zero()) return connect();
   relay_closes_at_ = scheduler_.now() + config_.enable_delay;
   relay_->expire_at(relay_closes_at_);
@@ -124,6 +126,15 @@ void AmplifierChannel::begin_internal_fault() {
   }
   trip(internal_fault, emergency_device_hardware);
   node_.report();
+}
+
+void AmplifierChannel::watch_output() {
+  const bool works = output_.works();
+  if (std::exchange(output_works_, works) == works) return;
+  if (works)
+    end_internal_fault();
+  else
+    begin_internal_fault();
 }
 
 void AmplifierChannel::open_relay() {

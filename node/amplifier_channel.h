@@ -43,6 +43,7 @@ class AmplifierChannel {
   void on_sync(can::Time received);
   void on_nmt(can::NmtState state);
   void boot_up();
+  void watch_output();
   void clear_fault();
   void begin_to_enable();
   void check_relay();
@@ -79,6 +80,7 @@ class AmplifierChannel {
   bool status_is_due_ = false;
   bool is_enabling_ = false;
   bool has_internal_cause_ = false;
+  bool output_works_ = true;
   bool relay_is_open_ = false;  ///< by a fault
 };
 

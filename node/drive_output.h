@@ -29,10 +29,14 @@ class DriveOutput {
   virtual ~DriveOutput() = default;
 
   virtual bool reaches(double drive) const = 0;
+  /// Connects the output to the actuator, at the drive of the last call.
+  virtual void switch_on() {}
   /// Moves the output from `from` on to this drive, in a straight line of this duration; zero: at once.
   virtual void go_to(double drive, can::Time from, can::Duration within = {}) = 0;
   virtual void leave(WatchdogAction action, can::Time from) = 0;
   virtual double output(can::Time at) = 0;
+  /// Called at each SYNC; false: the device has failed, or may not drive.
+  virtual bool works() { return true; }
 };
 
 }  // namespace hystcan::node

@@ -10,6 +10,7 @@ namespace hystcan::node {
 /// Bits of SensorSample.Status.
 namespace sensor_status {
 inline constexpr std::uint8_t out_of_range = 0x01;  ///< the reading is saturated
+inline constexpr std::uint8_t no_position = 0x02;   ///< the conversion failed, or is at an end of its range
 }  // namespace sensor_status
 
 class PositionInput {

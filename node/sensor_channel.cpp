@@ -7,14 +7,16 @@ SensorChannel::SensorChannel(const can::AxisWire& wire, const SampleClock& clock
     : node_(node),
       index_(node.channels_.size()),
       input_(input),
-      layout_(*can::find_layout<can::SensorSample>(database, wire)) {
+      layout_(*can::find_layout<can::SensorSample>(database, wire)),
+      sends_status_(can::message_map<can::SensorSample>(wire)->carries("status")) {
   node_.add(*this, clock);
 }
 
+// A failure that the message cannot carry is a sample that is missing.
 bool SensorChannel::sample(can::Time time, std::uint8_t sync_counter, can::Frame& frame) {
   const PositionInput::Reading reading = input_.read(time);
   sample_ = {.position_um = reading.position_um, .sync_counter = sync_counter, .status = reading.status};
-  return layout_.put(sample_, frame);
+  return (sends_status_ || !has_failed()) && layout_.put(sample_, frame);
 }
 
 }  // namespace hystcan::node

@@ -21,6 +21,8 @@ class SensorChannel {
 
   SensorNode& node() const { return node_; }
   std::size_t index() const { return index_; }  ///< among the channels of the node
+  /// Its last sample has no position.
+  bool has_failed() const { return (sample_.status & sensor_status::no_position) != 0; }
 
   /// The handler is called at each sample, with the sample that will be sent.
   using SampleHandler = std::function<void(can::Time, const can::SensorSample&)>;
@@ -35,6 +37,7 @@ class SensorChannel {
   std::size_t index_;
   PositionInput& input_;
   can::Layout<can::SensorSample> layout_;
+  bool sends_status_;
   can::SensorSample sample_;
   SampleHandler on_sample_;
 };

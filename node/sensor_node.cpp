@@ -1,5 +1,6 @@
 #include "node/sensor_node.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -73,8 +74,18 @@ void SensorNode::sample(can::Time time) {
     protector_.seal(frame);
     line().send(frame);
   }
+  report_failures();
   for (SensorChannel* channel : channels_)
     if (channel->on_sample_) channel->on_sample_(time, channel->sample_);
+}
+
+void SensorNode::report_failures() {
+  const bool fails = std::ranges::any_of(channels_, &SensorChannel::has_failed);
+  if (std::exchange(has_failed_, fails) == fails) return;
+  constexpr std::uint16_t emergency_device_hardware = 0x5000;
+  line().send(
+      can::emergency_frame(number(), {.code = fails ? emergency_device_hardware : std::uint16_t{0},
+                                      .error_register = fails ? std::uint8_t{0x01} : std::uint8_t{0}}));
 }
 
 }  // namespace hystcan::node

@@ -35,13 +35,16 @@ class SensorNode final : public BusNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_clock();
   void sample(can::Time time);
+  /// Sends an emergency when a device fails, and another one when all work again.
+  void report_failures();
 
   can::Scheduler& scheduler_;
   SampleClock sample_clock_;
   double period_ns_;  ///< of its own clock
   std::unique_ptr<can::Timer> clock_;
   can::Time clock_started_{};
-  std::int64_t ticks_ = 0;      ///< of its own clock, since clock_started_
+  std::int64_t ticks_ = 0;  ///< of its own clock, since clock_started_
+  bool has_failed_ = false;
   std::uint8_t last_sync_ = 0;  ///< counter of the last received SYNC; 0: none yet
   can::E2eProtector protector_;
   std::vector<SensorChannel*> channels_;
