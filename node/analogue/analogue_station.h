@@ -1,0 +1,80 @@
+// The nodes of axes whose amplifiers and sensors are connected to cards.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "can/bus.h"
+#include "can/dbc/database.h"
+#include "node/amplifier_channel.h"
+#include "node/analogue/card_input.h"
+#include "node/analogue/card_output.h"
+#include "node/sensor_channel.h"
+#include "node/station.h"
+
+namespace hystcan::node {
+
+/// The cards that are open, by their names: axes may share one.
+class Cards {
+ public:
+  /// `open` opens a card by its name, as open_card() does.
+  using Open = std::function<std::unique_ptr<Card>(const std::string& device)>;
+  explicit Cards(Open open) : open_(std::move(open)) {}
+
+  /// Throws ChannelError.
+  Card& card(const std::string& device);
+
+ private:
+  Open open_;
+  std::map<std::string, std::unique_ptr<Card>, std::less<>> cards_;
+};
+
+/// The devices of one axis. Throws ChannelError if the card lacks what the axis needs.
+struct AnalogueDevices {
+  AnalogueDevices(const WiredAnalogueAxis& wired, Cards& cards)
+      : axis(wired),
+        output(axis.config, axis.drives, cards.card(axis.config.device)),
+        input(axis.config, cards.card(axis.config.device)) {}
+  AnalogueDevices(const AnalogueDevices&) = delete;
+  AnalogueDevices& operator=(const AnalogueDevices&) = delete;
+
+  WiredAnalogueAxis axis;
+  CardOutput output;
+  CardInput input;
+};
+using AllDevices = std::vector<std::unique_ptr<AnalogueDevices>>;
+
+/// The channels of one axis of its two nodes.
+struct AnalogueAxis {
+  AnalogueAxis(AnalogueDevices& devices, const CommonConfig& common, const can::Database& database,
+               can::Scheduler& scheduler, AmplifierNode& amplifier_node, SensorNode& sensor_node);
+  AnalogueAxis(const AnalogueAxis&) = delete;
+  AnalogueAxis& operator=(const AnalogueAxis&) = delete;
+
+  can::AxisWire wire;
+  AmplifierChannel amplifier;
+  SensorChannel sensor;
+};
+
+// At a SYNC the amplifier nodes apply the last setpoints, then the sensor nodes sample. Linux delivers a
+// frame to the latest connection first, so those of the amplifier nodes are made last.
+
+class AnalogueStation {
+ public:
+  /// Axes with the same node number share the node.
+  AnalogueStation(const AllDevices& devices, const CommonConfig& common, const can::Database& database,
+                  can::Scheduler& scheduler, const can::Attach& attach);
+
+  Station& station() { return station_; }
+  const Station& station() const { return station_; }
+  const std::vector<std::unique_ptr<AnalogueAxis>>& axes() const { return axes_; }
+
+ private:
+  Station station_;
+  std::vector<std::unique_ptr<AnalogueAxis>> axes_;
+};
+
+}  // namespace hystcan::node

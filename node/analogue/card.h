@@ -1,0 +1,111 @@
+// A card with converters and digital lines, or the converters of a Raspberry Pi's HAT.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/error.h"
+
+namespace hystcan::node {
+
+/// Volts.
+struct VoltageRange {
+  double lo = 0.0;
+  double hi = 0.0;
+  double step = 0.0;  ///< least significant bit
+};
+
+class VoltageOutput {
+ public:
+  VoltageOutput() = default;
+  VoltageOutput(const VoltageOutput&) = delete;
+  VoltageOutput& operator=(const VoltageOutput&) = delete;
+  virtual ~VoltageOutput() = default;
+  virtual const VoltageRange& range() const = 0;
+  /// False: the conversion has failed.
+  virtual bool write(double volts) = 0;
+};
+
+class VoltageInput {
+ public:
+  VoltageInput() = default;
+  VoltageInput(const VoltageInput&) = delete;
+  VoltageInput& operator=(const VoltageInput&) = delete;
+  virtual ~VoltageInput() = default;
+  virtual const VoltageRange& range() const = 0;
+  /// Converts now; empty: the conversion has failed.
+  virtual std::optional<double> read() = 0;
+};
+
+class LineOutput {
+ public:
+  LineOutput() = default;
+  LineOutput(const LineOutput&) = delete;
+  LineOutput& operator=(const LineOutput&) = delete;
+  virtual ~LineOutput() = default;
+  virtual bool write(bool on) = 0;
+};
+
+class LineInput {
+ public:
+  LineInput() = default;
+  LineInput(const LineInput&) = delete;
+  LineInput& operator=(const LineInput&) = delete;
+  virtual ~LineInput() = default;
+  virtual std::optional<bool> read() = 0;
+};
+
+/// Against what a voltage is measured.
+enum class VoltageReference : std::uint8_t { ground, common, differential };
+constexpr auto words(VoltageReference) {
+  return std::to_array<std::string_view>({"ground", "common", "differential"});
+}
+
+/// A place on a card.
+struct CardChannel {
+  unsigned subdevice = 0;
+  unsigned channel = 0;
+  std::string range;  ///< "0..10 V"; empty: the first range of the channel
+  VoltageReference reference = VoltageReference::ground;
+};
+
+class Card {
+ public:
+  Card() = default;
+  Card(const Card&) = delete;
+  Card& operator=(const Card&) = delete;
+  virtual ~Card() = default;
+
+  /// Each throws Error, with what the card has, if the card lacks the channel, its direction or its range.
+  virtual std::unique_ptr<VoltageOutput> output(const CardChannel& place) = 0;
+  virtual std::unique_ptr<VoltageInput> input(const CardChannel& place) = 0;
+  virtual std::unique_ptr<LineOutput> line_output(const CardChannel& place) = 0;
+  virtual std::unique_ptr<LineInput> line_input(const CardChannel& place) = 0;
+};
+
+/// Opens a real card; `device`: "comedi:/dev/comedi0". Throws Error if that fails, or if this program lacks
+/// the library.
+std::unique_ptr<Card> open_card(const std::string& device);
+
+/// The card lacks what a key of [axis.analogue] names. what() has the remedy.
+class ChannelError : public Error {
+ public:
+  ChannelError(std::string_view lacking_key, const std::string& what) : Error(what), key(lacking_key) {}
+  std::string key;  ///< "drive_output"
+};
+
+/// Returns what `open` returns; an Error becomes that of the key.
+template <class Open>
+auto opened(std::string_view key, Open open) {
+  try {
+    return open();
+  } catch (const Error& error) {
+    throw ChannelError(key, error.what());
+  }
+}
+
+}  // namespace hystcan::node

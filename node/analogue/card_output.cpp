@@ -1,0 +1,98 @@
+#include "node/analogue/card_output.h"
+
+#include <fmt/format.h>
+
+#include <string_view>
+#include <utility>
+
+namespace hystcan::node {
+namespace {
+
+/// A line that is active at the other level.
+class Inverted final : public LineOutput {
+ public:
+  explicit Inverted(std::unique_ptr<LineOutput> line) : line_(std::move(line)) {}
+  bool write(bool on) override { return line_->write(!on); }
+
+ private:
+  std::unique_ptr<LineOutput> line_;
+};
+
+std::unique_ptr<LineOutput> line_output(Card& card, const std::optional<LineConfig>& config,
+                                        std::string_view key) {
+  if (!config) return nullptr;
+  auto line = opened(key, [&] { return card.line_output(config->place); });
+  if (config->active == ActiveLevel::high) return line;
+  return std::make_unique<Inverted>(std::move(line));
+}
+
+}  // namespace
+
+CardOutput::CardOutput(const AnalogueConfig& config, const DriveRange& drives, Card& card)
+    : config_(config),
+      drives_(drives),
+      output_(opened("drive_output", [&] { return card.output(config.drive_output); })),
+      enable_(line_output(card, config.enable_line, "enable_line")),
+      charge_pump_(line_output(card, config.charge_pump_line, "charge_pump_line")),
+      written_(drives.safe) {
+  if (config.output_input)
+    monitor_ = opened("output_input", [&] { return card.input(*config.output_input); });
+  if (config.interlock_line)
+    interlock_ = opened("interlock_line", [&] { return card.line_input(config.interlock_line->place); });
+  const VoltageRange& range = output_->range();
+  for (const double drive : {drives.min, drives.max, drives.safe}) {
+    const double volts = config.volts_per_drive * drive;
+    if (volts < range.lo || volts > range.hi)
+      throw ChannelError(
+          "volts_per_drive",
+          fmt::format("a drive of {:g} needs {:g} V; the output has {:g} to {:g} V: choose another range, or "
+                      "limit the drive in [axis.control]",
+                      drive, volts, range.lo, range.hi));
+  }
+}
+
+bool CardOutput::reaches(double drive) const { return drive >= drives_.min && drive <= drives_.max; }
+
+void CardOutput::switch_on() {
+  if (enable_ && !enable_->write(true)) has_failed_ = true;
+}
+
+void CardOutput::go_to(double drive, can::Time, can::Duration) { write(drive); }
+
+void CardOutput::leave(WatchdogAction, can::Time) { make_safe(); }
+
+bool CardOutput::make_safe() {
+  const bool is_written = write(drives_.safe);
+  const bool is_off = !enable_ || enable_->write(false);
+  has_failed_ |= !is_off;
+  return is_written && is_off;
+}
+
+double CardOutput::output(can::Time) {
+  if (!monitor_) return written_;
+  const std::optional<double> volts = monitor_->read();
+  has_failed_ |= !volts;
+  return volts.value_or(config_.volts_per_drive * written_) / config_.volts_per_drive;
+}
+
+bool CardOutput::works() {
+  if (charge_pump_) has_failed_ |= !charge_pump_->write(pump_is_high_ = !pump_is_high_);
+  if (!std::exchange(has_failed_, false)) return !interlock_is_active();
+  write(drives_.safe);
+  return false;
+}
+
+bool CardOutput::interlock_is_active() {
+  if (!interlock_) return false;
+  const std::optional<bool> is_high = interlock_->read();
+  return !is_high || *is_high == (config_.interlock_line->active == ActiveLevel::high);
+}
+
+bool CardOutput::write(double drive) {
+  written_ = drive;
+  const bool is_written = output_->write(config_.volts_per_drive * drive);
+  has_failed_ |= !is_written;
+  return is_written;
+}
+
+}  // namespace hystcan::node

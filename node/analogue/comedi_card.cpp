@@ -1,0 +1,202 @@
+#include "node/analogue/comedi_card.h"
+
+#include <comedilib.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "base/text.h"
+
+namespace hystcan::node {
+namespace {
+
+struct Close {
+  void operator()(comedi_t* device) const { comedi_close(device); }
+};
+using Device = std::shared_ptr<comedi_t>;
+
+static_assert(AREF_GROUND == static_cast<int>(VoltageReference::ground) &&
+              AREF_COMMON == static_cast<int>(VoltageReference::common) &&
+              AREF_DIFF == static_cast<int>(VoltageReference::differential));
+
+/// A channel of a card, and how volts and the numbers of its converter belong together.
+struct Converter {
+  Device device;
+  unsigned subdevice = 0;
+  unsigned channel = 0;
+  unsigned range_index = 0;
+  unsigned reference = AREF_GROUND;
+  comedi_range* range = nullptr;  ///< of the library
+  lsampl_t largest = 0;
+  VoltageRange volts{};
+};
+
+class ComediOutput final : public VoltageOutput {
+ public:
+  explicit ComediOutput(Converter converter) : converter_(std::move(converter)) {}
+  const VoltageRange& range() const override { return converter_.volts; }
+  bool write(double volts) override {
+    const Converter& c = converter_;
+    return comedi_data_write(c.device.get(), c.subdevice, c.channel, c.range_index, c.reference,
+                             comedi_from_phys(volts, c.range, c.largest)) == 1;
+  }
+
+ private:
+  Converter converter_;
+};
+
+class ComediInput final : public VoltageInput {
+ public:
+  explicit ComediInput(Converter converter) : converter_(std::move(converter)) {}
+  const VoltageRange& range() const override { return converter_.volts; }
+  std::optional<double> read() override {
+    const Converter& c = converter_;
+    lsampl_t data = 0;
+    if (comedi_data_read(c.device.get(), c.subdevice, c.channel, c.range_index, c.reference, &data) != 1)
+      return std::nullopt;
+    return std::lerp(c.volts.lo, c.volts.hi, static_cast<double>(data) / c.largest);
+  }
+
+ private:
+  Converter converter_;
+};
+
+class ComediLineOutput final : public LineOutput {
+ public:
+  ComediLineOutput(Device device, const CardChannel& place) : device_(std::move(device)), place_(place) {}
+  bool write(bool on) override {
+    return comedi_dio_write(device_.get(), place_.subdevice, place_.channel, on ? 1 : 0) == 1;
+  }
+
+ private:
+  Device device_;
+  CardChannel place_;
+};
+
+class ComediLineInput final : public LineInput {
+ public:
+  ComediLineInput(Device device, const CardChannel& place) : device_(std::move(device)), place_(place) {}
+  std::optional<bool> read() override {
+    unsigned bit = 0;
+    if (comedi_dio_read(device_.get(), place_.subdevice, place_.channel, &bit) != 1) return std::nullopt;
+    return bit != 0;
+  }
+
+ private:
+  Device device_;
+  CardChannel place_;
+};
+
+std::string text_of(const comedi_range& range) { return fmt::format("{:g}..{:g} V", range.min, range.max); }
+
+class ComediCard final : public Card {
+ public:
+  explicit ComediCard(const std::string& file) : file_(file), device_(comedi_open(file.c_str()), Close{}) {
+    if (!device_) throw Error(fmt::format("{}: {}", file, reason(errno)));
+  }
+
+  std::unique_ptr<VoltageOutput> output(const CardChannel& place) override {
+    Converter found = converter(place, COMEDI_SUBD_AO, "analogue outputs");
+    own(place);
+    return std::make_unique<ComediOutput>(std::move(found));
+  }
+  std::unique_ptr<VoltageInput> input(const CardChannel& place) override {
+    return std::make_unique<ComediInput>(converter(place, COMEDI_SUBD_AI, "analogue inputs"));
+  }
+  std::unique_ptr<LineOutput> line_output(const CardChannel& place) override {
+    check_line(place, COMEDI_SUBD_DO, COMEDI_OUTPUT);
+    return std::make_unique<ComediLineOutput>(device_, place);
+  }
+  std::unique_ptr<LineInput> line_input(const CardChannel& place) override {
+    check_line(place, COMEDI_SUBD_DI, COMEDI_INPUT);
+    return std::make_unique<ComediLineInput>(device_, place);
+  }
+
+ private:
+  static std::string reason(int error) {
+    if (error == EACCES || error == EPERM)
+      return "no permission; add the user to the group of the file, and log in again: sudo adduser USER iocard";
+    if (error == EBUSY) return "another program has the device; end it";
+    if (error == ENOENT || error == ENXIO || error == ENODEV)
+      return "there is no such card; load its driver, or name another one (ls /dev/comedi*)";
+    return comedi_strerror(comedi_errno());
+  }
+
+  /// Another process that drives this output is refused, by a lock of a byte of the device file for each
+  /// channel. A child process shares the lock.
+  void own(const CardChannel& place) const {
+    struct flock lock {};
+    lock.l_type = F_WRLCK;
+    lock.l_whence = SEEK_SET;
+    lock.l_start = static_cast<off_t>(place.subdevice) * 65'536 + place.channel;
+    lock.l_len = 1;
+    if (fcntl(comedi_fileno(device_.get()), F_OFD_SETLK, &lock) != 0)
+      throw Error(fmt::format("{}: another process drives channel {} of subdevice {}; end it", file_,
+                              place.channel, place.subdevice));
+  }
+
+  void check_channel(const CardChannel& place, std::string_view kind) const {
+    const int channels = comedi_get_n_channels(device_.get(), place.subdevice);
+    if (channels <= 0 || place.channel >= static_cast<unsigned>(channels))
+      throw Error(fmt::format("{}: subdevice {} has no channel {}; it has {} {}", file_, place.subdevice,
+                              place.channel, std::max(channels, 0), kind));
+  }
+
+  void check_line(const CardChannel& place, int only, unsigned direction) {
+    const int type = comedi_get_subdevice_type(device_.get(), place.subdevice);
+    if (type != only && type != COMEDI_SUBD_DIO)
+      throw Error(fmt::format("{}: subdevice {} has no digital {}", file_, place.subdevice,
+                              direction == COMEDI_OUTPUT ? "outputs" : "inputs"));
+    check_channel(place, "lines");
+    if (type == COMEDI_SUBD_DIO &&
+        comedi_dio_config(device_.get(), place.subdevice, place.channel, direction) < 0)
+      throw Error(fmt::format("{}: line {} of subdevice {} cannot be an {}", file_, place.channel,
+                              place.subdevice, direction == COMEDI_OUTPUT ? "output" : "input"));
+  }
+
+  Converter converter(const CardChannel& place, int type, std::string_view kind) {
+    comedi_t* const device = device_.get();
+    if (comedi_get_subdevice_type(device, place.subdevice) != type)
+      throw Error(fmt::format("{}: subdevice {} has no {}", file_, place.subdevice, kind));
+    check_channel(place, kind);
+    Converter found{.device = device_, .subdevice = place.subdevice, .channel = place.channel};
+    found.range_index = range_index(place);
+    found.reference = static_cast<unsigned>(place.reference);
+    found.range = comedi_get_range(device, place.subdevice, place.channel, found.range_index);
+    found.largest = comedi_get_maxdata(device, place.subdevice, place.channel);
+    const double steps = found.largest;
+    found.volts = {found.range->min, found.range->max, (found.range->max - found.range->min) / steps};
+    return found;
+  }
+
+  unsigned range_index(const CardChannel& place) const {
+    const int count = comedi_get_n_ranges(device_.get(), place.subdevice, place.channel);
+    std::vector<std::string> names;
+    for (int i = 0; i < count; ++i) {
+      const comedi_range* const range =
+          comedi_get_range(device_.get(), place.subdevice, place.channel, static_cast<unsigned>(i));
+      if (range == nullptr || range->unit != UNIT_volt) continue;
+      names.push_back(text_of(*range));
+      if (place.range.empty() || names.back() == place.range) return static_cast<unsigned>(i);
+    }
+    throw Error(fmt::format("{}: channel {} of subdevice {} has no range \"{}\"; it has {}", file_,
+                            place.channel, place.subdevice, place.range, fmt::join(names, ", ")));
+  }
+
+  std::string file_;
+  Device device_;
+};
+
+}  // namespace
+
+std::unique_ptr<Card> open_comedi_card(const std::string& file) { return std::make_unique<ComediCard>(file); }
+
+}  // namespace hystcan::node

@@ -1,0 +1,57 @@
+// What is connected to a card, as [axis.analogue] describes it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "can/protocol/protocol.h"
+#include "node/analogue/card.h"
+#include "node/config.h"
+
+namespace hystcan::node {
+
+enum class ActiveLevel : std::uint8_t { high, low };
+constexpr auto words(ActiveLevel) { return std::to_array<std::string_view>({"high", "low"}); }
+
+struct LineConfig {
+  CardChannel place;
+  ActiveLevel active = ActiveLevel::high;
+};
+
+struct InputConfig {
+  CardChannel place;
+  unsigned average = 1;  ///< number of conversions for each sample
+};
+
+/// drive = volts / volts_per_drive,   position = zero + um_per_V * volts
+struct AnalogueConfig {
+  std::string device;  ///< open_card()
+  CardChannel drive_output;
+  double volts_per_drive = 1.0;
+  InputConfig position_input;
+  double position_um_per_V = 1.0;
+  double position_zero_um = 0.0;
+  std::optional<CardChannel> output_input{};  ///< amplifier's monitor; empty: its output is what was written
+  std::optional<LineConfig> enable_line{};
+  std::optional<LineConfig> interlock_line{};    ///< while it is active, the amplifier is faulted
+  std::optional<LineConfig> charge_pump_line{};  ///< toggles at each SYNC
+  AmplifierConfig amplifier{.command_timeout = std::chrono::milliseconds(20)};
+};
+
+/// In drive units; the node refuses a setpoint beyond the range.
+struct DriveRange {
+  double min = 0.0;
+  double max = 0.0;
+  double safe = 0.0;
+};
+
+struct WiredAnalogueAxis {
+  can::AxisWire wire;
+  AnalogueConfig config;
+  DriveRange drives;
+};
+
+}  // namespace hystcan::node

@@ -1,0 +1,23 @@
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "node/analogue/card.h"
+#ifdef HYSTCAN_COMEDI
+#include "node/analogue/comedi_card.h"
+#endif
+
+namespace hystcan::node {
+
+std::unique_ptr<Card> open_card(const std::string& device) {
+  if (device.starts_with("comedi:")) {
+#ifdef HYSTCAN_COMEDI
+    return open_comedi_card(device.substr(7));
+#else
+    throw Error(fmt::format(
+        "{}: this program was built without libcomedi; install libcomedi-dev and build again", device));
+#endif
+  }
+  throw Error(fmt::format("device \"{}\" is not known (examples: comedi:/dev/comedi0, simulated)", device));
+}
+
+}  // namespace hystcan::node

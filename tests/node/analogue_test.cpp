@@ -1,0 +1,277 @@
+// An amplifier and a sensor on a card: devices, nodes and guard.
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+
+#include "node/analogue/analogue_station.h"
+#include "node/analogue/guard.h"
+#include "tests/node/fake_card.h"
+#include "tests/support/refusal.h"
+#include "tests/twin/twin_bench.h"
+
+namespace hystcan::node::analogue_test {
+namespace {
+
+constexpr DriveRange drives{.min = 0.0, .max = 90.0, .safe = 5.0};
+
+struct OnACard : testing::Test {
+  FakeCard card;
+  AnalogueConfig config = connected_to_fake();
+};
+
+using CardInputTest = OnACard;
+
+TEST_F(CardInputTest, ScalesVoltsToPositions) {
+  config.position_zero_um = 1.0;
+  CardInput input(config, card);
+  card.inputs_V[0] = 2.0;
+  EXPECT_DOUBLE_EQ(input.read({}).position_um, 7.0);
+  EXPECT_EQ(input.read({}).status, 0);
+}
+
+TEST_F(CardInputTest, HasNoPositionAtAnEndOfItsRange) {
+  CardInput input(config, card);
+  for (const double rail_V : {-10.0, 10.0}) {
+    card.inputs_V[0] = rail_V;
+    EXPECT_EQ(input.read({}).status, sensor_status::out_of_range | sensor_status::no_position);
+  }
+}
+
+TEST_F(CardInputTest, HasNoPositionWhenAConversionFails) {
+  CardInput input(config, card);
+  card.inputs_V[0] = 2.0;
+  input.read({});
+  card.fails = true;
+  EXPECT_EQ(input.read({}).status, sensor_status::no_position);
+  EXPECT_EQ(input.read({}).position_um, 0.0) << "an old position";
+}
+
+using CardOutputTest = OnACard;
+
+TEST_F(CardOutputTest, WritesTheVoltsOfADrive) {
+  CardOutput output(config, drives, card);
+  output.go_to(80.0, {}, {});
+  EXPECT_DOUBLE_EQ(card.outputs_V[0], 8.0);
+}
+
+TEST_F(CardOutputTest, ReportsItsMonitor) {
+  CardOutput output(config, drives, card);
+  card.inputs_V[1] = 4.0;
+  EXPECT_DOUBLE_EQ(output.output({}), 40.0);
+}
+
+TEST_F(CardOutputTest, ReportsWhatWasWrittenWithoutAMonitor) {
+  config.output_input.reset();
+  CardOutput output(config, drives, card);
+  output.go_to(80.0, {}, {});
+  EXPECT_DOUBLE_EQ(output.output({}), 80.0);
+}
+
+TEST_F(CardOutputTest, RefusesADriveBeyondTheRangeOfTheCard) {
+  config.volts_per_drive = 0.2;
+  EXPECT_EQ(
+      support::refusal_of([&] { CardOutput(config, drives, card); }),
+      "a drive of 90 needs 18 V; the output has -10 to 10 V: choose another range, or limit the drive in "
+      "[axis.control]");
+}
+
+TEST_F(CardOutputTest, NamesTheKeyOfAChannelThatTheCardLacks) {
+  config.output_input->channel = 8;
+  try {
+    CardOutput(config, drives, card);
+    FAIL();
+  } catch (const ChannelError& error) {
+    EXPECT_EQ(error.key, "output_input");
+    EXPECT_STREQ(error.what(), "the card has 8 channels");
+  }
+}
+
+TEST_F(CardOutputTest, SwitchesOffBehindTheSafeDrive) {
+  CardOutput output(config, drives, card);
+  output.switch_on();
+  EXPECT_FALSE(card.lines[0]) << "active low";
+  output.go_to(80.0, {}, {});
+  card.order.clear();
+  output.leave(WatchdogAction::hold, {});
+  EXPECT_EQ(card.order, (std::vector<std::string>{"output", "line"}));
+  EXPECT_DOUBLE_EQ(card.outputs_V[0], 0.5);
+  EXPECT_TRUE(card.lines[0]);
+}
+
+TEST_F(CardOutputTest, DoesNotWorkAfterAFailureUntilTheSafeDriveIsWritten) {
+  CardOutput output(config, drives, card);
+  EXPECT_TRUE(output.works());
+  card.fails = true;
+  output.go_to(80.0, {}, {});
+  EXPECT_FALSE(output.works());
+  card.fails = false;
+  EXPECT_FALSE(output.works());
+  EXPECT_DOUBLE_EQ(card.outputs_V[0], 0.5);
+  EXPECT_TRUE(output.works());
+}
+
+TEST_F(CardOutputTest, DoesNotWorkWhileTheInterlockIsActive) {
+  CardOutput output(config, drives, card);
+  card.lines[1] = true;
+  EXPECT_FALSE(output.works());
+  card.lines[1] = false;
+  EXPECT_TRUE(output.works());
+}
+
+TEST_F(CardOutputTest, TogglesTheChargePumpAtEachSync) {
+  CardOutput output(config, drives, card);
+  for (int i = 0; i < 4; ++i) {
+    output.works();
+    EXPECT_EQ(card.lines[2], i % 2 == 0);
+  }
+}
+
+/// One axis on the fake card, and a tester that keeps what its nodes send.
+struct StationBench : twin::NodeTester {
+  StationBench() {
+    tester_->on_frame([this](const can::Frame& frame, can::Time) {
+      if (const auto emergency = can::parse_emergency(frame); emergency && frame.id < 0x100)
+        emergencies[frame.id - 0x80].push_back(emergency->code);
+      if (frame.id == 0x181)
+        if (const auto decoded = decode_status(frame)) status = *decoded;
+      if (frame.id == 0x182)
+        if (const auto decoded = decode_sample(frame)) sample = *decoded;
+    });
+    station.station().start([] {});
+    run(common.heartbeat_period);
+    start_nodes();
+  }
+  void drive(double setpoint, int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      sync();
+      tester_->send(*encode({.setpoint = setpoint, .enable = true, .sync_counter = counter_}));
+      run(std::chrono::milliseconds(1));
+    }
+  }
+
+  FakeCard* card = nullptr;
+  can::Database database = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
+  CommonConfig common{.heartbeat_period = std::chrono::milliseconds(100)};
+  Cards cards{[this](const std::string&) {
+    auto made = std::make_unique<FakeCard>();
+    card = made.get();
+    return made;
+  }};
+  AllDevices devices = [this] {
+    AllDevices all;
+    all.push_back(std::make_unique<AnalogueDevices>(
+        WiredAnalogueAxis{{.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2},
+                          connected_to_fake(),
+                          drives},
+        cards));
+    return all;
+  }();
+  AnalogueStation station{devices, common, database, clock_, [this](auto) { return bus_.attach(); }};
+  can::Encoder<can::AmpCommand> encode{twin::without_limits(*database.find("XAmpCommand"))};
+  can::Decoder<can::AmpStatus> decode_status{*database.find("XAmpStatus")};
+  can::Decoder<can::SensorSample> decode_sample{*database.find("XSensorSample")};
+  std::map<std::uint32_t, std::vector<int>> emergencies;  ///< by node
+  std::optional<can::SensorSample> sample;
+  std::optional<can::AmpStatus> status;
+};
+
+TEST(AnalogueStation, DrivesTheCardAtTheSyncAfterTheCommand) {
+  StationBench bench;
+  bench.drive(40.0, 3);
+  EXPECT_DOUBLE_EQ(bench.card->outputs_V[0], 4.0);
+  EXPECT_EQ(bench.sample->status, 0);
+}
+
+TEST(AnalogueStation, ReportsAFailedConversionOnceAndItsEnd) {
+  StationBench bench;
+  bench.drive(40.0, 3);
+  bench.card->fails = true;
+  bench.drive(40.0, 3);
+  EXPECT_EQ(bench.sample->status, sensor_status::no_position);
+  EXPECT_EQ(bench.emergencies[2], (std::vector<int>{0x5000}));
+  EXPECT_EQ(bench.emergencies[1], (std::vector<int>{0x5000}));
+  EXPECT_EQ(bench.status->state, can::AmpState::fault);
+  bench.card->fails = false;
+  bench.drive(40.0, 3);
+  EXPECT_EQ(bench.emergencies[2], (std::vector<int>{0x5000, 0}));
+  EXPECT_EQ(bench.status->state, can::AmpState::fault) << "until a command clears it";
+  EXPECT_DOUBLE_EQ(bench.card->outputs_V[0], 0.5);
+}
+
+TEST(AnalogueStation, ReportsARailOfTheSensor) {
+  StationBench bench;
+  bench.card->inputs_V[0] = 10.0;
+  bench.drive(40.0, 3);
+  EXPECT_NE(bench.sample->status, 0);
+  EXPECT_EQ(bench.emergencies[2], (std::vector<int>{0x5000}));
+}
+
+/// A flag that processes share.
+class SharedFlag {
+ public:
+  bool set() const {
+    place_->store(true);
+    return true;
+  }
+  bool is_set() const { return place_->load(); }
+
+ private:
+  std::atomic<bool>* place_ = static_cast<std::atomic<bool>*>(
+      mmap(nullptr, sizeof(std::atomic<bool>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+};
+
+TEST(Guard, MakesTheOutputsSafeWhenItIsTried) {
+  const SharedFlag safe;
+  Guard guard([&] { return safe.set(); });
+  EXPECT_FALSE(safe.is_set());
+  EXPECT_TRUE(guard.abandon());
+  EXPECT_TRUE(safe.is_set());
+}
+
+TEST(Guard, ReportsThatTheCardRefuses) {
+  EXPECT_FALSE(Guard([] { return false; }).abandon());
+}
+
+TEST(Guard, MakesTheOutputsSafeAfterItsNodeWasKilled) {
+  const SharedFlag ready, safe;
+  const pid_t node = fork();
+  if (node == 0) {
+    Guard guard([&] { return safe.set(); });
+    ready.set();
+    while (true) pause();
+  }
+  const auto wait_for = [](const SharedFlag& flag) {
+    for (int i = 0; i < 10'000 && !flag.is_set(); ++i) usleep(1000);
+    return flag.is_set();
+  };
+  ASSERT_TRUE(wait_for(ready));
+  kill(node, SIGKILL);
+  waitpid(node, nullptr, 0);
+  EXPECT_TRUE(wait_for(safe));
+}
+
+TEST(Guard, IsSeenToDie) {
+  Guard guard([] { return true; });
+  kill(guard.process(), SIGKILL);
+  pollfd end{.fd = guard.descriptor(), .events = POLLIN, .revents = 0};
+  EXPECT_EQ(poll(&end, 1, 10'000), 1);
+  EXPECT_FALSE(guard.abandon());
+}
+
+TEST(OpenCard, RefusesAKindThatIsNotKnown) {
+  EXPECT_EQ(support::refusal_of([] { open_card("nidaq:0"); }),
+            "device \"nidaq:0\" is not known (examples: comedi:/dev/comedi0, simulated)");
+}
+
+TEST(OpenCard, RefusesACardThatIsNotThere) {
+  EXPECT_EQ(support::refusal_of([] { open_card("comedi:/dev/comedi99"); }),
+            "/dev/comedi99: there is no such card; load its driver, or name another one (ls /dev/comedi*)");
+}
+
+}  // namespace
+}  // namespace hystcan::node::analogue_test
