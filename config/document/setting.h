@@ -18,10 +18,10 @@ enum class Effect : std::uint8_t {
   at_once,        ///< the running controller, between two cycles
   at_next_start,  ///< the same, for the next start of the axis
   new_reference,  ///< the running controller, whose reference begins again
-  on_twin         ///< the twin, when it is started again
+  on_nodes        ///< the twin or the node, when it is started again
 };
 constexpr bool is_taken_over(Effect effect) {
-  return effect != Effect::after_restart && effect != Effect::on_twin;
+  return effect != Effect::after_restart && effect != Effect::on_nodes;
 }
 
 /// A key by its path ("axis[0].control.kp") and its value, as TOML.

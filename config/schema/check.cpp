@@ -268,6 +268,7 @@ void check_agreement(const Checked& checked) {
     check_instruments(checked, i);
   }
   check_scans(checked);
+  check_analogue(checked);
   check_faults(checked);
   check_sharing(checked);
   check_identifiers(checked);

@@ -52,6 +52,8 @@ std::vector<std::string> command_warnings(const Config& config);
 void check_identifiers(const Checked& checked);
 /// The keys of a twin's amplifier and sensor.
 void check_instruments(const Checked& checked, std::size_t axis);
+/// The scales of [axis.analogue] are not 0, and no two axes use one channel.
+void check_analogue(const Checked& checked);
 /// command_delay_us of every axis whose setpoints take effect on receipt: more than 0, and at most the latest
 /// end of the command on the bus. The bus must have passed check_bus().
 void check_receipt_delays(const Checked& checked);

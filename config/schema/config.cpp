@@ -247,6 +247,16 @@ twin::Config twin_config(const Config& config) {
   return derived;
 }
 
+std::vector<node::WiredAnalogueAxis> analogue_axes(const Config& config) {
+  std::vector<node::WiredAnalogueAxis> axes;
+  for (const AxisConfig& axis : config.axes) {
+    const controller::Gate::Config& gate = axis.control.gate;
+    if (axis.analogue)
+      axes.push_back({axis.wire, *axis.analogue, {gate.drive_min, gate.drive_max, gate.safe_drive}});
+  }
+  return axes;
+}
+
 void derive(Config& config, std::size_t i) {
   controller::AxisConfig& control = config.axes[i].control;
   const controller::ReferenceLimits usual =

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@
 #include "config/document/setting.h"
 #include "config/files/read_files.h"
 #include "controller/controller.h"
+#include "node/analogue/config.h"
 #include "twin/twin.h"
 
 namespace hystcan::config {
@@ -51,6 +53,7 @@ struct AxisConfig {
   bool scan_marker = false;
   std::filesystem::path twin_model;
   twin::AxisConfig twin;
+  std::optional<node::AnalogueConfig> analogue{};
 };
 
 /// [record]: runs on disk (runs/recorder.h).
@@ -80,6 +83,8 @@ std::vector<std::string> axis_names(const Config& config);
 controller::Config controller_config(const Config& config);
 /// What the twin is made from.
 twin::Config twin_config(const Config& config);
+/// Those with [axis.analogue]. The node accepts the drives of [axis.control].
+std::vector<node::WiredAnalogueAxis> analogue_axes(const Config& config);
 
 /// Reads and checks `file` and all files that it names, those of `files` only if they have changed since; the
 /// overrides replace values of `file`. Throws Error.

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "config/document/document.h"
+#include "config/schema/analogue_schema.h"
 #include "config/schema/frames.h"
 #include "config/schema/twin_schema.h"
 
@@ -392,6 +393,7 @@ void visit(V& v, AxisConfig& axis) {
   v.optional_table("frames", axis.wire.frames, [](V& sub, auto& value) { visit_frames(sub, value); });
   v.table(control_key, axis, [](V& sub, AxisConfig& value) { visit_control(sub, value); });
   v.table("twin", axis, [](V& sub, AxisConfig& value) { visit_twin(sub, value); });
+  v.optional_table("analogue", axis.analogue, plain);
 }
 
 template <class V>

@@ -116,7 +116,7 @@ template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
-  v.takes_effect(Effect::on_twin);
+  v.takes_effect(Effect::on_nodes);
   v.optional("model", axis.twin_model, any,
              {"the twin's own model file, of any kind", "required"});  // as in [axis.control]
   v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive,
@@ -178,7 +178,7 @@ void visit(V& v, twin::RandomFaults& r) {
 
 template <class V>
 void visit(V& v, twin::CommonConfig& t) {
-  v.takes_effect(Effect::on_twin);
+  v.takes_effect(Effect::on_nodes);
   v.optional("seed", t.seed, any, {"seed of all noise, of the sensors and of the amplifiers"});
   v.required("heartbeat_ms", t.heartbeat_period, positive, {"heartbeat period of the nodes"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };

@@ -115,8 +115,8 @@ TEST(EffectOfAKey, IsWhatTakesOverItsChange) {
                                      {"axis[0].live_setpoint", Effect::after_restart},
                                      {"bus.interface", Effect::after_restart},
                                      {"controller.rate_Hz", Effect::after_restart},
-                                     {"axis[0].twin.noise_um_rms", Effect::on_twin},
-                                     {"twin.seed", Effect::on_twin}}) {
+                                     {"axis[0].twin.noise_um_rms", Effect::on_nodes},
+                                     {"twin.seed", Effect::on_nodes}}) {
     const auto found = std::ranges::find(all, path, &Setting::path);
     ASSERT_NE(found, all.end()) << path;
     EXPECT_EQ(found->effect, effect) << path;

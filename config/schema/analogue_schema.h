@@ -1,0 +1,53 @@
+// The keys of [axis.analogue]: an amplifier and a sensor that are connected to a card.
+#pragma once
+
+#include "config/document/document.h"
+#include "node/analogue/config.h"
+
+namespace hystcan::config {
+
+template <class V>
+void visit(V& v, node::CardChannel& place) {
+  v.optional("subdevice", place.subdevice, any, {"number of the subdevice of comedi"});
+  v.required("channel", place.channel, any, {"number of the channel"});
+  v.optional("range", place.range, any, {"range of the converter: `0..10 V`", "the first of the channel"});
+  v.optional("reference", place.reference, any, {"against what the voltage is measured"});
+}
+
+template <class V>
+void visit(V& v, node::InputConfig& input) {
+  visit(v, input.place);
+  v.optional("average", input.average, {.lo = 1, .hi = 1000}, {"number of conversions for each sample"});
+}
+
+template <class V>
+void visit(V& v, node::LineConfig& line) {
+  v.optional("subdevice", line.place.subdevice, any, {"number of the subdevice of comedi"});
+  v.required("line", line.place.channel, any, {"number of the digital line"});
+  v.optional("active", line.active, any, {"level of the active line"});
+}
+
+template <class V>
+void visit(V& v, node::AnalogueConfig& a) {
+  v.takes_effect(Effect::on_nodes);
+  const auto plain = [](V& sub, auto& value) { visit(sub, value); };
+  v.required("device", a.device, any,
+             {"the card: `comedi:/dev/comedi0`; `simulated`: the stage of `[axis.twin]`"});
+  v.table("drive_output", a.drive_output, plain);
+  v.required("volts_per_drive", a.volts_per_drive, any,
+             {"volts of the output for one unit of the drive; 0.1 for an amplifier of 10 V/V"});
+  v.table("position_input", a.position_input, plain);
+  v.required("position_um_per_V", a.position_um_per_V, any, {"scale of the sensor"});
+  v.optional("position_zero_um", a.position_zero_um, any, {"position at 0 V"});
+  v.optional_table("output_input", a.output_input, plain);
+  v.optional_table("enable_line", a.enable_line, plain);
+  v.optional_table("interlock_line", a.interlock_line, plain);
+  v.optional_table("charge_pump_line", a.charge_pump_line, plain);
+  v.optional("enable_delay_ms", a.amplifier.enable_delay, {.lo = 0.0, .hi = 10'000.0},
+             {"time from the enable line until the output is connected"});
+  v.optional("command_timeout_ms", a.amplifier.command_timeout, positive, {"timeout of the watchdog"});
+  v.optional("status_every", a.amplifier.status_every, {.lo = 1, .hi = 1000},
+             {"period of `AmpStatus` in SYNCs"});
+}
+
+}  // namespace hystcan::config
