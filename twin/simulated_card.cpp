@@ -1,0 +1,184 @@
+#include "twin/simulated_card.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "base/error.h"
+
+namespace hystcan::twin {
+namespace {
+
+double converted(const node::VoltageRange& range, double volts) {
+  return range.lo + range.step * std::round((std::clamp(volts, range.lo, range.hi) - range.lo) / range.step);
+}
+
+class SimulatedOutput final : public node::VoltageOutput {
+ public:
+  SimulatedOutput(const node::VoltageRange& range, std::function<void(double)> set)
+      : range_(range), set_(std::move(set)) {}
+  const node::VoltageRange& range() const override { return range_; }
+  bool write(double volts) override {
+    set_(converted(range_, volts));
+    return true;
+  }
+
+ private:
+  node::VoltageRange range_;
+  std::function<void(double)> set_;
+};
+
+class SimulatedInput final : public node::VoltageInput {
+ public:
+  SimulatedInput(const node::VoltageRange& range, std::function<double()> volts)
+      : range_(range), volts_(std::move(volts)) {}
+  const node::VoltageRange& range() const override { return range_; }
+  std::optional<double> read() override { return converted(range_, volts_()); }
+
+ private:
+  node::VoltageRange range_;
+  std::function<double()> volts_;
+};
+
+class UnusedLine final : public node::LineOutput {
+ public:
+  bool write(bool) override { return true; }
+};
+
+class SteadyLine final : public node::LineInput {
+ public:
+  explicit SteadyLine(bool level) : level_(level) {}
+  std::optional<bool> read() override { return level_; }
+
+ private:
+  bool level_;
+};
+
+unsigned bits_of(const std::string& name) {
+  constexpr unsigned usual = 16, most = 24;
+  if (name == SimulatedCard::device) return usual;
+  unsigned bits = 0;
+  const std::string prefix = std::string(SimulatedCard::device) + ":";
+  const char* const end = name.data() + name.size();
+  const auto read = name.starts_with(prefix) ? std::from_chars(name.data() + prefix.size(), end, bits)
+                                             : std::from_chars_result{nullptr, std::errc{}};
+  if (read.ptr != end || read.ec != std::errc{} || bits < 2 || bits > most)
+    throw Error(
+        fmt::format("device \"{}\" is not known, expected simulated:BITS with 2 to {} bits", name, most));
+  return bits;
+}
+
+bool is_at(const node::CardChannel& one, const node::CardChannel& other) {
+  return one.subdevice == other.subdevice && one.channel == other.channel;
+}
+
+}  // namespace
+
+struct SimulatedCard::Stage {
+  Stage(const node::WiredAnalogueAxis& axis, const AxisConfig& stage, std::uint64_t seed, can::Time start)
+      : wired(axis),
+        plant(stage.plant, start),
+        sensor(Sensor(stage.sensor, seed_of(seed, axis.wire.sensor_node, 0), start, stage.plant.substep),
+               plant, start),
+        drive_noise(stage.drive_noise, stage.plant.substep, start,
+                    seed_of(seed, axis.wire.amplifier_node, 0)) {
+    if (!drive_noise.is_silent()) plant.set_drive_noise([this](can::Time time) { return drive_noise(time); });
+  }
+
+  node::WiredAnalogueAxis wired;
+  Plant plant;
+  SimulatedSensor sensor;
+  DriveNoise drive_noise;
+};
+
+SimulatedCard::SimulatedCard(const std::string& name, const Config& config,
+                             const std::vector<node::WiredAnalogueAxis>& axes, can::Scheduler& scheduler)
+    : bits_(bits_of(name)), scheduler_(scheduler) {
+  for (const node::WiredAnalogueAxis& axis : axes) {
+    if (axis.config.device != name) continue;
+    const auto twin = std::ranges::find(config.axes, axis.wire.name,
+                                        [](const WiredAxisConfig& one) { return one.wire.name; });
+    stages_.push_back(std::make_unique<Stage>(axis, twin->axis, config.seed, scheduler.now()));
+  }
+  couple(config);
+}
+
+SimulatedCard::~SimulatedCard() = default;
+
+void SimulatedCard::couple(const Config& config) {
+  const auto stage_of = [&](const std::string& name) {
+    const auto found = std::ranges::find(stages_, name, [](const auto& one) { return one->wired.wire.name; });
+    return found == stages_.end() ? nullptr : found->get();
+  };
+  for (const WiredAxisConfig& axis : config.axes)
+    for (const model::Coupling& coupling : axis.axis.couplings)
+      if (Stage* to = stage_of(axis.wire.name), *from = stage_of(coupling.from);
+          to != nullptr && from != nullptr)
+        to->plant.couple(from->plant, coupling.um_per_um);
+}
+
+Plant& SimulatedCard::plant(std::string_view axis) {
+  const auto found = std::ranges::find(stages_, axis, [](const auto& one) { return one->wired.wire.name; });
+  Plant& plant = (*found)->plant;
+  plant.advance_to(scheduler_.now());
+  return plant;
+}
+
+node::VoltageRange SimulatedCard::range_of(const node::CardChannel& place) const {
+  const auto range = [&](double lo, double hi) {
+    return node::VoltageRange{lo, hi, (hi - lo) / (std::exp2(bits_) - 1.0)};
+  };
+  if (place.range.empty() || place.range == "-10..10 V") return range(-10.0, 10.0);
+  if (place.range == "0..10 V") return range(0.0, 10.0);
+  throw Error(fmt::format("{}: channel {} has no range \"{}\"; it has -10..10 V, 0..10 V", device,
+                          place.channel, place.range));
+}
+
+std::unique_ptr<node::VoltageOutput> SimulatedCard::output(const node::CardChannel& place) {
+  for (const auto& stage : stages_) {
+    const node::AnalogueConfig& config = stage->wired.config;
+    if (!is_at(config.drive_output, place)) continue;
+    return std::make_unique<SimulatedOutput>(
+        range_of(place),
+        [this, &plant = stage->plant, volts_per_drive = config.volts_per_drive](double volts) {
+          plant.advance_to(scheduler_.now());
+          plant.set_target(volts / volts_per_drive);
+        });
+  }
+  throw Error(fmt::format("{}: no axis has channel {} as its output", device, place.channel));
+}
+
+std::unique_ptr<node::VoltageInput> SimulatedCard::input(const node::CardChannel& place) {
+  for (const auto& stage : stages_) {
+    const node::AnalogueConfig& config = stage->wired.config;
+    if (is_at(config.position_input.place, place))
+      return std::make_unique<SimulatedInput>(range_of(place), [this, &stage = *stage, &config] {
+        return (stage.sensor.read(scheduler_.now()).position_um - config.position_zero_um) /
+               config.position_um_per_V;
+      });
+    if (config.output_input && is_at(*config.output_input, place))
+      return std::make_unique<SimulatedInput>(range_of(place), [this, &plant = stage->plant, &config] {
+        plant.advance_to(scheduler_.now());
+        return plant.drive() * config.volts_per_drive;
+      });
+  }
+  throw Error(fmt::format("{}: no axis has channel {} as an input", device, place.channel));
+}
+
+std::unique_ptr<node::LineOutput> SimulatedCard::line_output(const node::CardChannel&) {
+  return std::make_unique<UnusedLine>();
+}
+
+std::unique_ptr<node::LineInput> SimulatedCard::line_input(const node::CardChannel& place) {
+  const auto is_active_low = [&](const auto& stage) {
+    const auto& line = stage->wired.config.interlock_line;
+    return line && is_at(line->place, place) && line->active == node::ActiveLevel::low;
+  };
+  return std::make_unique<SteadyLine>(std::ranges::any_of(stages_, is_active_low));
+}
+
+}  // namespace hystcan::twin

@@ -1,0 +1,57 @@
+// A card whose converters are connected to simulated stages.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "node/analogue/config.h"
+#include "twin/config.h"
+#include "twin/simulated_amplifier.h"
+#include "twin/simulated_sensor.h"
+
+namespace hystcan::twin {
+
+// Of each axis, by the channels that its [axis.analogue] names:
+//
+//   drive_output     amplifier of [axis.twin], target = volts / volts_per_drive
+//   position_input   volts = (reading of the sensor of [axis.twin] - position_zero) / position_um_per_V
+//   output_input     volts = volts_per_drive * output of the amplifier
+//   enable_line and charge_pump_line have no effect; interlock_line is not active
+//
+// A converter of N bits has the range [lo, hi], -10..10 V or 0..10 V:
+//
+//   step = (hi - lo) / (2^N - 1),   volts = lo + step round((min(max(v, lo), hi) - lo) / step)
+
+class SimulatedCard final : public node::Card {
+ public:
+  static constexpr std::string_view device = "simulated";
+  /// True for "simulated" (16 bits) and "simulated:BITS".
+  static bool has_name(std::string_view name) { return name.starts_with(device); }
+
+  /// Those of the axes that are connected to the device `name`. Throws Error if the name has no valid number
+  /// of bits.
+  SimulatedCard(const std::string& name, const Config& config,
+                const std::vector<node::WiredAnalogueAxis>& axes, can::Scheduler& scheduler);
+  ~SimulatedCard() override;
+
+  std::unique_ptr<node::VoltageOutput> output(const node::CardChannel& place) override;
+  std::unique_ptr<node::VoltageInput> input(const node::CardChannel& place) override;
+  std::unique_ptr<node::LineOutput> line_output(const node::CardChannel& place) override;
+  std::unique_ptr<node::LineInput> line_input(const node::CardChannel& place) override;
+
+  /// The stage of an axis, at the present time.
+  Plant& plant(std::string_view axis);
+
+ private:
+  struct Stage;
+  node::VoltageRange range_of(const node::CardChannel& place) const;
+  void couple(const Config& config);
+
+  unsigned bits_;
+  can::Scheduler& scheduler_;
+  std::vector<std::unique_ptr<Stage>> stages_;
+};
+
+}  // namespace hystcan::twin
