@@ -124,6 +124,7 @@ Examples examples() {
        {"hystcan controller config/piezo.toml",
         "hystcan controller config/piezo.toml --interface can0 --record runs"}},
       {"twin", {"hystcan twin config/piezo.toml --interface vcan0"}},
+      {"node", {"hystcan node stage.toml --read", "hystcan node stage.toml --interface vcan0"}},
       {"excite", {"hystcan excite config/piezo.toml --axis x --output loops.csv --rehearse"}},
       {"identify",
        {"hystcan identify loops.csv --output stage.model.toml --report report",
@@ -189,9 +190,9 @@ void add_examples(CLI::App& cli) {
 
 void add_commands(CLI::App& cli, int& status) {
   for (const AddCommand add :
-       {add_demo,    add_init,     add_controller, add_twin,   add_excite, add_identify,  add_validate,
-        add_tune,    add_simulate, add_check,      add_doctor, add_ctl,    add_status,    add_page,
-        add_monitor, add_decode,   add_runs,       add_plot,   add_export, add_completion})
+       {add_demo, add_init,     add_controller, add_twin,   add_excite, add_identify, add_validate,
+        add_tune, add_simulate, add_check,      add_doctor, add_ctl,    add_status,   add_node,
+        add_page, add_monitor,  add_decode,     add_runs,   add_plot,   add_export,   add_completion})
     add(cli, status);
   refuse_empty_values(cli);
   add_examples(cli);

@@ -36,6 +36,7 @@ void add_export(CLI::App& cli, int& status);
 void add_identify(CLI::App& cli, int& status);
 void add_init(CLI::App& cli, int& status);
 void add_monitor(CLI::App& cli, int& status);
+void add_node(CLI::App& cli, int& status);
 void add_page(CLI::App& cli, int& status);
 void add_plot(CLI::App& cli, int& status);
 void add_runs(CLI::App& cli, int& status);

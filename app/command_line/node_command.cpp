@@ -1,0 +1,212 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/command_line/commands.h"
+#include "app/live/live_loop.h"
+#include "app/live/machine_setup.h"
+#include "app/live/node_watch.h"
+#include "app/stage/option_check.h"
+#include "base/standard_streams.h"
+#include "config/document/document.h"
+#include "config/schema/config.h"
+#include "node/analogue/analogue_station.h"
+#include "node/analogue/guard.h"
+#include "twin/simulated_card.h"
+
+namespace hystcan::app {
+namespace {
+
+struct NodeArguments {
+  std::filesystem::path config;
+  std::string interface;
+  bool reads = false;
+};
+
+using AnalogueAxes = std::vector<node::WiredAnalogueAxis>;
+
+/// Calls `open` for an axis; an error of its card becomes one at the key of the configuration.
+template <class Open>
+auto at_its_key(const config::Config& config, const node::WiredAnalogueAxis& axis, Open open) {
+  try {
+    return open();
+  } catch (const node::ChannelError& error) {
+    const auto found = std::ranges::find(config.axes, axis.wire.name,
+                                         [](const config::AxisConfig& one) { return one.wire.name; });
+    config::Document(config.file)
+        .fail_at(fmt::format("axis[{}].analogue.{}", found - config.axes.begin(), error.key), error.what());
+  }
+}
+
+/// What --read shows of an axis. Nothing is written to the card.
+class Readings {
+ public:
+  Readings(const node::WiredAnalogueAxis& axis, node::Cards& cards) : axis_(axis) {
+    node::Card& card = cards.card(axis.config.device);
+    position_ = node::opened("position_input", [&] { return card.input(axis.config.position_input.place); });
+    if (const auto& monitor = axis.config.output_input)
+      output_ = node::opened("output_input", [&] { return card.input(*monitor); });
+  }
+
+  std::string line() {
+    const node::AnalogueConfig& config = axis_.config;
+    std::string text = fmt::format(
+        "{}: position {}", axis_.wire.name, in_volts(*position_, [&](double volts) {
+          return fmt::format("{:.4f} um", config.position_zero_um + config.position_um_per_V * volts);
+        }));
+    if (output_)
+      text += fmt::format("; output {}", in_volts(*output_, [&](double volts) {
+                            return fmt::format("{:.4f} {}", volts / config.volts_per_drive,
+                                               axis_.wire.drive_unit);
+                          }));
+    return text + "\n";
+  }
+
+ private:
+  static std::string in_volts(node::VoltageInput& input, const std::function<std::string(double)>& physical) {
+    const std::optional<double> volts = input.read();
+    if (!volts) return "conversion failed";
+    return fmt::format("{:.5f} V = {}", *volts, physical(*volts));
+  }
+
+  const node::WiredAnalogueAxis& axis_;
+  std::unique_ptr<node::VoltageInput> position_;
+  std::unique_ptr<node::VoltageInput> output_;  ///< null: the amplifier has no monitor
+};
+
+node::Cards::Open opener(const config::Config& config, const AnalogueAxes& axes, can::Scheduler& scheduler) {
+  return [&](const std::string& device) -> std::unique_ptr<node::Card> {
+    if (!twin::SimulatedCard::has_name(device)) return node::open_card(device);
+    return std::make_unique<twin::SimulatedCard>(device, twin_config(config), axes, scheduler);
+  };
+}
+
+int show_readings(const config::Config& config, const AnalogueAxes& axes) {
+  boost::asio::io_context context;
+  can::AsioScheduler scheduler(context);
+  boost::asio::signal_set signals(context, SIGINT, SIGTERM);
+  signals.async_wait([&](const boost::system::error_code&, int) { context.stop(); });
+  node::Cards cards(opener(config, axes, scheduler));
+  std::vector<std::unique_ptr<Readings>> all;
+  for (const node::WiredAnalogueAxis& axis : axes)
+    all.push_back(at_its_key(config, axis, [&] { return std::make_unique<Readings>(axis, cards); }));
+  std::unique_ptr<can::Timer> timer;
+  const auto show = [&] {
+    for (const auto& one : all) print(one->line());
+    timer->expire_at(scheduler.now() + std::chrono::milliseconds(200));
+  };
+  timer = scheduler.make_timer(show);
+  show();
+  context.run();
+  return done;
+}
+
+node::AllDevices open_devices(const config::Config& config, const AnalogueAxes& axes, node::Cards& cards) {
+  node::AllDevices devices;
+  for (const node::WiredAnalogueAxis& axis : axes)
+    devices.push_back(
+        at_its_key(config, axis, [&] { return std::make_unique<node::AnalogueDevices>(axis, cards); }));
+  return devices;
+}
+
+/// A guard of these outputs. Another one has shown in a trial that it makes them safe.
+std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices) {
+  const auto make_safe = [&devices] {
+    bool all = true;
+    for (const auto& one : devices) all = one->output.make_safe() && all;
+    return all;
+  };
+  node::Guard trial(make_safe);
+  const auto begun = std::chrono::steady_clock::now();
+  if (!trial.abandon())
+    throw RunError(
+        "the guard cannot write the safe drives: the card refuses them, or another program uses it");
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begun;
+  auto guard = std::make_unique<node::Guard>(make_safe);
+  spdlog::info("guard (process {}): tried, safe within {:.1f} ms", guard->process(), took.count());
+  return guard;
+}
+
+/// The CPUs of [controller.realtime] are those of the control thread.
+void become_realtime_beside(const config::Config& config) {
+  config::Config elsewhere = config;
+  if (elsewhere.controller.realtime) elsewhere.controller.realtime->cpus.clear();
+  become_realtime(elsewhere);
+}
+
+std::vector<WatchedAmplifier> amplifiers_of(const node::AnalogueStation& station) {
+  std::vector<WatchedAmplifier> amplifiers;
+  for (const auto& axis : station.axes()) amplifiers.push_back({axis->wire, &axis->amplifier});
+  return amplifiers;
+}
+
+int run_node(const NodeArguments& options) {
+  const config::Config config = config::load(options.config);
+  const AnalogueAxes axes = analogue_axes(config);
+  if (axes.empty())
+    throw Error(fmt::format("{}: no axis has the table [axis.analogue], expected the card of at least one",
+                            config.file.string()));
+  if (options.reads) return show_readings(config, axes);
+  const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
+  LiveLoop loop(interface);
+  node::Cards cards(opener(config, axes, loop.scheduler()));
+  const node::AllDevices devices = open_devices(config, axes, cards);
+  const auto guard = tried_guard(devices);  // before there are sockets, which it would share
+  node::AnalogueStation station(devices, twin_config(config), config.database, loop.scheduler(),
+                                loop.attach());
+  check_interface(config, interface);
+  become_realtime_beside(config);
+  station.station().start([] {});
+  for (const node::WiredAnalogueAxis& axis : axes)
+    spdlog::info("{}: amplifier node {}, sensor node {} on {}, {}", axis.wire.name, axis.wire.amplifier_node,
+                 axis.wire.sensor_node, interface, axis.config.device);
+  const auto end = [&] {
+    station.station().shut_down();
+    loop.stop();
+  };
+  bool guard_died = false;
+  boost::asio::posix::stream_descriptor end_of_guard(loop.context(), guard->descriptor());
+  end_of_guard.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                          [&](const boost::system::error_code& error) {
+                            if (error) return;
+                            guard_died = true;
+                            end();
+                          });
+  NodeWatch watch(station.station(), amplifiers_of(station), loop.scheduler(), interface, end);
+  loop.run([&](int) { end(); });
+  end_of_guard.release();
+  watch.log_bus();
+  const auto lost_output = print_patiently(closing_text(station.station(), amplifiers_of(station)));
+  refuse_if_taken(station.station(), interface);
+  if (guard_died) throw RunError("the guard process has died: the outputs are safe; start the node again");
+  if (!guard->abandon()) throw RunError("the card refuses the safe drives: switch the amplifiers off");
+  if (lost_output) throw RunError(*lost_output);
+  return done;
+}
+
+}  // namespace
+
+void add_node(CLI::App& cli, int& status) {
+  auto options = std::make_shared<NodeArguments>();
+  CLI::App* command =
+      cli.add_subcommand("node", "Make a DAQ card the amplifier node and the sensor node of analogue axes");
+  command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
+  add_checked(*command, "--interface", options->interface, interface_name(),
+              "CAN interface instead of the configured one");
+  command->add_flag("--read", options->reads,
+                    "show volts and physical values five times a second; write nothing");
+  command->callback([options, &status] { status = run_node(*options); });
+}
+
+}  // namespace hystcan::app
