@@ -2,7 +2,7 @@
 set(units ${PROJECT_BINARY_DIR}/service)
 file(READ service/sandbox.conf sandbox)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS service/sandbox.conf)
-foreach(unit IN ITEMS hystcan-controller@.service hystcan-page@.service)
+foreach(unit IN ITEMS hystcan-controller@.service hystcan-node@.service hystcan-page@.service)
   configure_file(service/${unit}.in ${units}/${unit} @ONLY)
   install(FILES ${units}/${unit} DESTINATION lib/systemd/system)
 endforeach()
