@@ -119,7 +119,9 @@ class MemoryModel {
   Prediction advance_past(State& state, double input) const;
   double follow(const Segment& segment, double input) const;
   static double extrapolated(const State& state, double level);
-  double solve(const Branch& branch, Direction direction, Bracket inputs, double level) const;
+  bool is_rounding(double levels) const { return std::abs(levels) <= 4.0 * tolerance_.value; }
+  double solve(const Branch& branch, Direction direction, double begin, const Branch& end, double guess,
+               double level) const;
 
   Law law_;
   Branch lower_, upper_;     // the branches that start at L_0 and at U_0

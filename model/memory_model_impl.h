@@ -18,7 +18,7 @@ struct MemoryModel<Law>::Segment {
   Branch branch;
   Direction direction = Direction::ascending;  // of the branch
   double begin = 0.0;                          // input of a point of the branch, at or before the goal
-  double end_input = 0.0;                      // input of a point of the branch beyond the goal
+  const Branch* end = nullptr;                 // its start is a point of the branch at or beyond the goal
   std::size_t kept = 0;                        // branches that stay, with the one in use unless it is new
   bool is_new = false;                         // the branch starts at the present point
   bool backwards = false;                      // the memory is full
@@ -154,7 +154,7 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   segment.kept = top + 1;
   const bool turned = way != state.direction();
   if (turned && (top == 0 || !reached(branches[top]))) {
-    segment.end_input = branches[top].start_input;
+    segment.end = &branches[top];
     segment.is_new = !branches.full();
     segment.backwards = branches.full();
     segment.branch = segment.is_new ? law_.reversed(state) : branches[top];
@@ -167,7 +167,7 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
     segment.passed = &branches[j + 1];
     segment.begin = segment.passed->start_input;
   }
-  segment.end_input = target(state, j).start_input;
+  segment.end = &target(state, j);
   segment.kept = j + 1;
   segment.branch = branches[j];
   segment.direction = way;
@@ -242,26 +242,26 @@ double MemoryModel<Law>::follow(const Segment& segment, double input) const {
 
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
+  const bool increasing = state.branches.back().increasing;
+  if (is_rounding(output - state.level)) return {state.input, false, increasing, true};
   if (stays_on_branch<&Branch::start_level>(state, state.level, output)) {
-    const Branch& branch = state.branches.back();
-    const double end = target(state, state.depth() - 1).start_input;
-    const double input =
-        solve(branch, state.direction(), {state.input, end, extrapolated(state, output)}, output);
-    return {input, false, branch.increasing, true};
+    const Branch& end = target(state, state.depth() - 1);
+    const double guess = extrapolated(state, output);
+    return {solve(state.branches.back(), state.direction(), state.input, end, guess, output), false,
+            increasing, true};
   }
   if (!std::isfinite(output)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
-  if (output == state.level) return {state.input, false, state.branches.back().increasing, true};
   if (output > state.level && output >= upper_.start_level)
     return {upper_.start_input, output > upper_.start_level, upper_.increasing, true};
   if (output < state.level && state.level < lower_.start_level)  // on the virgin curve no output is lower
-    return {state.input, true, state.branches.back().increasing, true};
+    return {state.input, true, increasing, true};
   if (output < state.level && output <= lower_.start_level)
     return {lower_.start_input, output < lower_.start_level, lower_.increasing, true};
   const Segment segment = locate<&Branch::start_level>(state, state.level, output);
-  const bool at_turning_point = segment.passed && segment.passed->start_level == output;
-  const double input =
-      at_turning_point ? segment.passed->start_input
-                       : solve(segment.branch, segment.direction, {segment.begin, segment.end_input}, output);
+  const bool at_turning_point = segment.passed && is_rounding(output - segment.passed->start_level);
+  const double input = at_turning_point ? segment.passed->start_input
+                                        : solve(segment.branch, segment.direction, segment.begin,
+                                                *segment.end, segment.begin, output);
   return {input, false, segment.branch.increasing, true};
 }
 
@@ -277,11 +277,14 @@ double MemoryModel<Law>::extrapolated(const State& state, double level) {
   return state.input + (level - state.level) * (step / rise + bend * (level - before.level));
 }
 
+// The input between `begin` and the start of `end`. It is the latter where the levels differ by rounding, so
+// that rounding alone makes no turning point.
 template <BranchLaw Law>
-double MemoryModel<Law>::solve(const Branch& branch, Direction direction, Bracket inputs,
-                               double level) const {
-  return root_of_increasing([&](double v) { return law_.jet(branch, direction, v); }, inputs, level,
-                            tolerance_);
+double MemoryModel<Law>::solve(const Branch& branch, Direction direction, double begin, const Branch& end,
+                               double guess, double level) const {
+  if (is_rounding(level - end.start_level)) return end.start_input;
+  return root_of_increasing([&](double v) { return law_.jet(branch, direction, v); },
+                            {begin, end.start_input, guess}, level, tolerance_);
 }
 
 template <BranchLaw Law>
