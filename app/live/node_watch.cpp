@@ -60,9 +60,9 @@ std::string closing_text(const node::Station& station, const std::vector<Watched
 void refuse_if_taken(const node::Station& station, const std::string& interface) {
   const auto taken = station.taken_node();
   if (!taken) return;
-  throw RunError(
-      fmt::format("{}: node {} is on this bus already: another twin, or the real node; end one of the two",
-                  interface, *taken));
+  throw RunError(interface,
+                 fmt::format("node {} is on this bus already: another twin, or the real node", *taken),
+                 {.remedy = "end one of the two"});
 }
 
 }  // namespace hystcan::app

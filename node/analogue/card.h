@@ -94,7 +94,7 @@ std::unique_ptr<Card> open_card(const std::string& device);
 /// The card lacks what a key of [axis.analogue] names. what() has the remedy.
 class ChannelError : public Error {
  public:
-  ChannelError(std::string_view lacking_key, const std::string& what) : Error(what), key(lacking_key) {}
+  ChannelError(std::string_view lacking_key, const Error& error) : Error(error), key(lacking_key) {}
   std::string key;  ///< "drive_output"
 };
 
@@ -104,7 +104,7 @@ auto opened(std::string_view key, Open open) {
   try {
     return open();
   } catch (const Error& error) {
-    throw ChannelError(key, error.what());
+    throw ChannelError(key, error);
   }
 }
 
