@@ -22,16 +22,20 @@ AnalogueStation::AnalogueStation(const AllDevices& devices, const CommonConfig& 
                                  const can::Database& database, can::Scheduler& scheduler,
                                  const can::Attach& attach)
     : station_(scheduler, common.heartbeat_period) {
+  const can::Attach share = [this](std::span<const can::Filter> filters) {
+    return connection_.attach(filters);
+  };
   std::map<std::uint8_t, AmplifierNode*> amplifiers;
   std::map<std::uint8_t, SensorNode*> sensors;
   for (const auto& one : devices)
-    if (SensorNode*& node = sensors[one->axis.wire.sensor_node]; node == nullptr)
-      node = &station_.add(
-          std::make_unique<SensorNode>(one->axis.wire, SampleClock{}, common, database, scheduler, attach));
-  for (const auto& one : devices)
     if (AmplifierNode*& node = amplifiers[one->axis.wire.amplifier_node]; node == nullptr)
       node =
-          &station_.add(std::make_unique<AmplifierNode>(one->axis.wire, common, database, scheduler, attach));
+          &station_.add(std::make_unique<AmplifierNode>(one->axis.wire, common, database, scheduler, share));
+  for (const auto& one : devices)
+    if (SensorNode*& node = sensors[one->axis.wire.sensor_node]; node == nullptr)
+      node = &station_.add(
+          std::make_unique<SensorNode>(one->axis.wire, SampleClock{}, common, database, scheduler, share));
+  connection_.open(attach);
   for (const auto& one : devices)
     axes_.push_back(std::make_unique<AnalogueAxis>(*one, common, database, scheduler,
                                                    *amplifiers[one->axis.wire.amplifier_node],

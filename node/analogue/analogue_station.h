@@ -13,6 +13,7 @@
 #include "node/analogue/card_input.h"
 #include "node/analogue/card_output.h"
 #include "node/sensor_channel.h"
+#include "node/shared_connection.h"
 #include "node/station.h"
 
 namespace hystcan::node {
@@ -59,8 +60,8 @@ struct AnalogueAxis {
   SensorChannel sensor;
 };
 
-// At a SYNC the amplifier nodes apply the last setpoints, then the sensor nodes sample. Linux delivers a
-// frame to the latest connection first, so those of the amplifier nodes are made last.
+// At a SYNC the amplifier nodes apply the last setpoints, then the sensor nodes sample, then the samples and
+// the statuses are sent.
 
 class AnalogueStation {
  public:
@@ -73,6 +74,7 @@ class AnalogueStation {
   const std::vector<std::unique_ptr<AnalogueAxis>>& axes() const { return axes_; }
 
  private:
+  SharedConnection connection_;
   Station station_;
   std::vector<std::unique_ptr<AnalogueAxis>> axes_;
 };
