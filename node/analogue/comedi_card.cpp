@@ -123,7 +123,8 @@ class ComediCard final : public Card {
  private:
   static std::string reason(int error) {
     if (error == EACCES || error == EPERM)
-      return "no permission; add the user to the group of the file, and log in again: sudo adduser USER iocard";
+      return "no permission; add the user to the group of the file, then log in again: sudo adduser USER "
+             "iocard";
     if (error == EBUSY) return "another program has the device; end it";
     if (error == ENOENT || error == ENXIO || error == ENODEV)
       return "there is no such card; load its driver, or name another one (ls /dev/comedi*)";

@@ -24,35 +24,44 @@ void ignore_signals() {
     std::signal(signal, SIG_IGN);
 }
 
-/// The best that this user may have; a refusal is no error.
+/// The best that this user may have; a refusal is no error. Pages are locked when they are used: to lock all
+/// would copy those of the node, and the end of the guard would take milliseconds.
 void hurry() {
   const sched_param priority{.sched_priority = sched_get_priority_max(SCHED_FIFO)};
   sched_setscheduler(0, SCHED_FIFO, &priority);
-  mlockall(MCL_CURRENT | MCL_FUTURE);
+  mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
 }
 
-/// Waits for a byte; false: the other end is closed.
-bool receive(int socket) {
-  char byte = 0;
-  ssize_t count = -1;
-  do count = recv(socket, &byte, 1, 0);
-  while (count < 0 && errno == EINTR);
-  return count == 1;
+/// A robust lock that this thread has, in memory that a child shares.
+pthread_mutex_t* held_lock() {
+  void* const place =
+      mmap(nullptr, sizeof(pthread_mutex_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (place == MAP_FAILED) throw RunError(std::string("no guard process: ") + std::strerror(errno));
+  auto* const lock = static_cast<pthread_mutex_t*>(place);
+  pthread_mutexattr_t kind;
+  pthread_mutexattr_init(&kind);
+  pthread_mutexattr_setpshared(&kind, PTHREAD_PROCESS_SHARED);
+  pthread_mutexattr_setrobust(&kind, PTHREAD_MUTEX_ROBUST);
+  pthread_mutex_init(lock, &kind);
+  pthread_mutexattr_destroy(&kind);
+  pthread_mutex_lock(lock);
+  return lock;
 }
 
-[[noreturn]] void guard(int socket, const std::function<bool()>& make_safe) {
+[[noreturn]] void guard(pthread_mutex_t* life, int socket, const std::function<bool()>& make_safe) {
   prctl(PR_SET_NAME, "hystcan-guard");
   ignore_signals();
   hurry();
+  make_safe();  // all that it uses is in memory now
   constexpr char ready = 'r';
   send(socket, &ready, 1, MSG_NOSIGNAL);
-  receive(socket);
+  pthread_mutex_lock(life);
   _exit(make_safe() ? 0 : 1);
 }
 
 }  // namespace
 
-Guard::Guard(const std::function<bool()>& make_safe) {
+Guard::Guard(const std::function<bool()>& make_safe) : life_(held_lock()) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
     throw RunError(std::string("no guard process: ") + std::strerror(errno));
@@ -60,19 +69,27 @@ Guard::Guard(const std::function<bool()>& make_safe) {
   if (process_ < 0) throw RunError(std::string("no guard process: ") + std::strerror(errno));
   if (process_ == 0) {
     close(ends[0]);
-    guard(ends[1], make_safe);
+    guard(life_, ends[1], make_safe);
   }
   close(ends[1]);
   socket_ = ends[0];
-  if (!receive(socket_)) throw RunError("no guard process: it has ended");
+  char byte = 0;
+  ssize_t count = -1;
+  do count = recv(socket_, &byte, 1, 0);
+  while (count < 0 && errno == EINTR);
+  if (count != 1) throw RunError("no guard process: it has ended");
 }
 
 bool Guard::abandon() noexcept {
   if (socket_ < 0) return false;
+  pthread_mutex_unlock(life_);
+  int status = 0;
+  const bool has_ended = waitpid(process_, &status, 0) == process_;
   close(socket_);
   socket_ = -1;
-  int status = 0;
-  return waitpid(process_, &status, 0) == process_ && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  pthread_mutex_destroy(life_);
+  munmap(life_, sizeof(pthread_mutex_t));
+  return has_ended && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace hystcan::node

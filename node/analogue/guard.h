@@ -1,16 +1,18 @@
 // A process that makes an output safe after this process has died, whatever killed it.
 #pragma once
 
+#include <pthread.h>
 #include <sys/types.h>
 
 #include <functional>
 
 namespace hystcan::node {
 
-// A DAQ card holds its last voltage. The guard is a child process that waits for the end of a pipe, of which
-// this process has the only other end: the kernel closes it when this process ends in any way.
+// A DAQ card holds its last voltage. The guard is a child process that waits for a lock. The thread that has
+// made the guard has this lock, which is robust: the kernel releases it when that thread ends in any way,
+// before it returns the memory of the process and closes its files, which takes milliseconds.
 //
-//   node ends in any way  the guard calls `make_safe` and ends
+//   thread ends           the guard calls `make_safe` and ends
 //   trial                 abandon(): the same, and whether the guard has succeeded
 //   guard dies            descriptor() becomes readable: the node has to stop driving
 //
@@ -18,7 +20,8 @@ namespace hystcan::node {
 
 class Guard {
  public:
-  /// Forks: the guard shares what this process has open, which should be the cards alone. Throws RunError.
+  /// Forks: the guard shares what this process has open, which should be the cards alone. It also calls
+  /// `make_safe` at once. Throws RunError.
   explicit Guard(const std::function<bool()>& make_safe);
   ~Guard() { abandon(); }
   Guard(const Guard&) = delete;
@@ -27,10 +30,12 @@ class Guard {
   /// Readable, with an end of file, once the guard has died.
   int descriptor() const { return socket_; }
   pid_t process() const { return process_; }
-  /// True if the guard has made the outputs safe. No effect when called again.
+  /// On the thread that has made the guard. True if the guard has made the outputs safe. Has no effect when
+  /// called again.
   bool abandon() noexcept;
 
  private:
+  pthread_mutex_t* life_ = nullptr;  ///< in memory that both processes have
   int socket_ = -1;
   pid_t process_ = -1;
 };

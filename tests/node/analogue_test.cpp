@@ -211,26 +211,27 @@ TEST(AnalogueStation, ReportsARailOfTheSensor) {
   EXPECT_EQ(bench.emergencies[2], (std::vector<int>{0x5000}));
 }
 
-/// A flag that processes share.
-class SharedFlag {
+/// A number that processes share.
+class SharedCount {
  public:
-  bool set() const {
-    place_->store(true);
-    return true;
+  bool add() const { return ++*place_ != 0; }
+  int value() const { return *place_; }
+  bool reaches(int value) const {
+    for (int i = 0; i < 10'000 && *place_ != value; ++i) usleep(1000);
+    return *place_ == value;
   }
-  bool is_set() const { return place_->load(); }
 
  private:
-  std::atomic<bool>* place_ = static_cast<std::atomic<bool>*>(
-      mmap(nullptr, sizeof(std::atomic<bool>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  std::atomic<int>* place_ = static_cast<std::atomic<int>*>(
+      mmap(nullptr, sizeof(std::atomic<int>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
 };
 
-TEST(Guard, MakesTheOutputsSafeWhenItIsTried) {
-  const SharedFlag safe;
-  Guard guard([&] { return safe.set(); });
-  EXPECT_FALSE(safe.is_set());
+TEST(Guard, MakesTheOutputsSafeAtItsStartAndAtTheEnd) {
+  const SharedCount safe;
+  Guard guard([&] { return safe.add(); });
+  EXPECT_EQ(safe.value(), 1);
   EXPECT_TRUE(guard.abandon());
-  EXPECT_TRUE(safe.is_set());
+  EXPECT_EQ(safe.value(), 2);
 }
 
 TEST(Guard, ReportsThatTheCardRefuses) {
@@ -238,21 +239,17 @@ TEST(Guard, ReportsThatTheCardRefuses) {
 }
 
 TEST(Guard, MakesTheOutputsSafeAfterItsNodeWasKilled) {
-  const SharedFlag ready, safe;
+  const SharedCount ready, safe;
   const pid_t node = fork();
   if (node == 0) {
-    Guard guard([&] { return safe.set(); });
-    ready.set();
+    Guard guard([&] { return safe.add(); });
+    ready.add();
     while (true) pause();
   }
-  const auto wait_for = [](const SharedFlag& flag) {
-    for (int i = 0; i < 10'000 && !flag.is_set(); ++i) usleep(1000);
-    return flag.is_set();
-  };
-  ASSERT_TRUE(wait_for(ready));
+  ASSERT_TRUE(ready.reaches(1));
   kill(node, SIGKILL);
   waitpid(node, nullptr, 0);
-  EXPECT_TRUE(wait_for(safe));
+  EXPECT_TRUE(safe.reaches(2));
 }
 
 TEST(Guard, IsSeenToDie) {
