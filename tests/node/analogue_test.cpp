@@ -137,6 +137,7 @@ struct StationBench : twin::NodeTester {
     tester_->on_frame([this](const can::Frame& frame, can::Time) {
       if (const auto emergency = can::parse_emergency(frame); emergency && frame.id < 0x100)
         emergencies[frame.id - 0x80].push_back(emergency->code);
+      received.push_back(frame.id);
       if (frame.id == 0x181)
         if (const auto decoded = decode_status(frame)) status = *decoded;
       if (frame.id == 0x182)
@@ -176,6 +177,7 @@ struct StationBench : twin::NodeTester {
   can::Decoder<can::AmpStatus> decode_status{*database.find("XAmpStatus")};
   can::Decoder<can::SensorSample> decode_sample{*database.find("XSensorSample")};
   std::map<std::uint32_t, std::vector<int>> emergencies;  ///< by node
+  std::vector<std::uint32_t> received;
   std::optional<can::SensorSample> sample;
   std::optional<can::AmpStatus> status;
 };
@@ -185,6 +187,23 @@ TEST(AnalogueStation, DrivesTheCardAtTheSyncAfterTheCommand) {
   bench.drive(40.0, 3);
   EXPECT_DOUBLE_EQ(bench.card->outputs_V[0], 4.0);
   EXPECT_EQ(bench.sample->status, 0);
+}
+
+TEST(AnalogueStation, SetsTheOutputBeforeItReadsTheInputAtASync) {
+  StationBench bench;
+  bench.drive(40.0, 3);
+  bench.card->order.clear();
+  bench.cycle();
+  EXPECT_EQ(bench.card->order, (std::vector<std::string>{"line", "output", "input"})) << "charge pump first";
+}
+
+TEST(AnalogueStation, SendsTheSampleOfASyncBeforeTheStatus) {
+  StationBench bench;
+  for (int cycle = 0; cycle < 30; ++cycle) {
+    bench.received.clear();
+    bench.drive(40.0, 1);
+    EXPECT_EQ(bench.received.front(), 0x182u) << cycle;
+  }
 }
 
 TEST(AnalogueStation, ReportsAFailedConversionOnceAndItsEnd) {

@@ -16,7 +16,7 @@ struct FakeCard final : Card {
   std::map<unsigned, double> outputs_V;
   std::map<unsigned, double> inputs_V;
   std::map<unsigned, bool> lines;
-  std::vector<std::string> order;  ///< of what was written
+  std::vector<std::string> order;  ///< of the conversions and of what was written to lines
   bool fails = false;
 
   std::unique_ptr<VoltageOutput> output(const CardChannel& place) override {
@@ -56,6 +56,7 @@ struct FakeCard final : Card {
     const VoltageRange& range() const override { return card.range; }
     std::optional<double> read() override {
       if (card.fails) return std::nullopt;
+      card.order.push_back("input");
       return card.inputs_V[channel];
     }
     FakeCard& card;
