@@ -285,7 +285,9 @@ TEST(OpenCard, RefusesAKindThatIsNotKnown) {
 }
 
 TEST(OpenCard, RefusesACardThatIsNotThere) {
-  EXPECT_EQ(support::refusal_of([] { open_card("comedi:/dev/comedi99"); }),
+  const std::string refusal = support::refusal_of([] { open_card("comedi:/dev/comedi99"); });
+  if (refusal.find("built without libcomedi") != std::string::npos) GTEST_SKIP() << refusal;
+  EXPECT_EQ(refusal,
             "/dev/comedi99: there is no such card; load its driver, or name another one (ls /dev/comedi*)");
 }
 

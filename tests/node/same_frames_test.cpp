@@ -137,7 +137,7 @@ class Comparison {
         send(can::heartbeat_frame(heartbeats_of_others_, can::NmtState::operational));
       if (const auto found = compare(counts)) return "cycle " + std::to_string(i) + ": " + *found;
     }
-    for (const can::Bus* bus : twin_.connections())
+    for (const can::Bus* bus : twin_.station().connections())
       counts["frames"] += static_cast<int>(bus->counters().sent);
     return std::nullopt;
   }

@@ -227,6 +227,10 @@ TEST(KeyTables, OfTheDocumentsAreThoseOfTheProgram) {
   remove_repeated(tables, "[[axis.sensor_setup]]", "[[axis.amplifier_setup]]");
   remove_repeated(tables, "[axis.frames.status]", "[axis.frames.command]");
   remove_repeated(tables, "[axis.frames.sample]", "[axis.frames.command]");
+  for (const char* channel : {"[axis.analogue.position_input]", "[axis.analogue.output_input]"})
+    remove_repeated(tables, channel, "[axis.analogue.drive_output]");
+  for (const char* line : {"[axis.analogue.interlock_line]", "[axis.analogue.charge_pump_line]"})
+    remove_repeated(tables, line, "[axis.analogue.enable_line]");
   remove_repeated(tables, "[[axis.twin.coupling]]", "[[axis.control.coupling]]");
   remove_repeated(tables, R"([[axis.control.setpoint]] kind = "sine")",
                   R"([[axis.control.setpoint]] kind = "triangle")");
