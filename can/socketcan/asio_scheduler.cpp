@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "can/socketcan/cancel_timer.h"
+
 namespace hystcan::can {
 namespace {
 
@@ -29,7 +31,7 @@ class Alarm : public std::enable_shared_from_this<Alarm> {
     deadline_.reset();
     waiting_until_.reset();
     ++generation_;
-    timer_.cancel();
+    cancel_timer(timer_);
   }
 
  private:

@@ -8,6 +8,7 @@
 #include <cerrno>
 
 #include "can/log/error_frame.h"
+#include "can/socketcan/cancel_timer.h"
 #include "can/socketcan/interface.h"
 #include "can/socketcan/raw_socket.h"
 
@@ -57,8 +58,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   void close() {
     closed_ = true;
     error_code ignored;
-    retry_timer_.cancel();
-    restart_timer_.cancel();
+    cancel_timer(retry_timer_);
+    cancel_timer(restart_timer_);
     socket_.close(ignored);
   }
 
