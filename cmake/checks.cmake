@@ -35,6 +35,7 @@ add_check(alerts 300 10)
 add_check(firmware 300 10)
 add_check(promises 60 1)
 add_check(evidence 60 1 check_long)
+add_check(platforms 14400 1000 check_long)
 add_check(site 300 30)
 # Both build in build/asan.
 set_tests_properties(check.fuzz PROPERTIES DEPENDS check.asan)
