@@ -53,7 +53,7 @@ auto at_its_key(const config::Config& config, const node::WiredAnalogueAxis& axi
 class Readings {
  public:
   Readings(const node::WiredAnalogueAxis& axis, node::Cards& cards) : axis_(axis) {
-    node::Card& card = cards.card(axis.config.device);
+    node::AxisCard card(cards, axis.config.device);
     position_ = node::opened("position_input", [&] { return card.input(axis.config.position_input.place); });
     if (const auto& monitor = axis.config.output_input)
       output_ = node::opened("output_input", [&] { return card.input(*monitor); });

@@ -8,6 +8,7 @@ namespace hystcan::config {
 
 template <class V>
 void visit(V& v, node::CardChannel& place) {
+  v.optional("device", place.device, any, {"the card with the channel", "that of the axis"});
   v.optional("subdevice", place.subdevice, any, {"number of the subdevice of comedi"});
   v.required("channel", place.channel, any, {"number of the channel"});
   v.optional("range", place.range, any, {"range of the converter: `0..10 V`", "the first of the channel"});
@@ -22,6 +23,7 @@ void visit(V& v, node::InputConfig& input) {
 
 template <class V>
 void visit(V& v, node::LineConfig& line) {
+  v.optional("device", line.place.device, any, {"the card with the line", "that of the axis"});
   v.optional("subdevice", line.place.subdevice, any, {"number of the subdevice of comedi"});
   v.required("line", line.place.channel, any, {"number of the digital line"});
   v.optional("active", line.active, any, {"level of the active line"});
@@ -32,7 +34,7 @@ void visit(V& v, node::AnalogueConfig& a) {
   v.takes_effect(Effect::on_nodes);
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.required("device", a.device, any,
-             {"the card: `comedi:/dev/comedi0`; `simulated`: the stage of `[axis.twin]`"});
+             {"the card: `comedi:/dev/comedi0`, `iio:ad5791`; `simulated`: the stage of `[axis.twin]`"});
   v.table("drive_output", a.drive_output, plain);
   v.required("volts_per_drive", a.volts_per_drive, any,
              {"volts of the output for one unit of the drive; 0.1 for an amplifier of 10 V/V"});

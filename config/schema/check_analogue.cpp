@@ -22,11 +22,15 @@ struct ChannelUse {
 };
 
 std::vector<ChannelUse> uses_of(const node::AnalogueConfig& a) {
-  std::vector<ChannelUse> uses{{a.device, "output", &a.drive_output, a.drive_output},
-                               {a.device, "input", &a.position_input.place, a.position_input}};
-  if (a.output_input) uses.push_back({a.device, "input", &*a.output_input, *a.output_input});
+  std::vector<ChannelUse> uses;
+  const auto add = [&](std::string_view kind, const node::CardChannel& place, const Member& member) {
+    uses.push_back({place.device.empty() ? a.device : place.device, kind, &place, member});
+  };
+  add("output", a.drive_output, a.drive_output);
+  add("input", a.position_input.place, a.position_input);
+  if (a.output_input) add("input", *a.output_input, *a.output_input);
   for (const auto* line : {&a.enable_line, &a.interlock_line, &a.charge_pump_line})
-    if (*line) uses.push_back({a.device, "line", &(*line)->place, **line});
+    if (*line) add("line", (*line)->place, **line);
   return uses;
 }
 

@@ -10,6 +10,7 @@
 #include "can/bus.h"
 #include "can/dbc/database.h"
 #include "node/amplifier_channel.h"
+#include "node/analogue/axis_card.h"
 #include "node/analogue/card_input.h"
 #include "node/analogue/card_output.h"
 #include "node/sensor_channel.h"
@@ -37,12 +38,14 @@ class Cards {
 struct AnalogueDevices {
   AnalogueDevices(const WiredAnalogueAxis& wired, Cards& cards)
       : axis(wired),
-        output(axis.config, axis.drives, cards.card(axis.config.device)),
-        input(axis.config, cards.card(axis.config.device)) {}
+        card(cards, axis.config.device),
+        output(axis.config, axis.drives, card),
+        input(axis.config, card) {}
   AnalogueDevices(const AnalogueDevices&) = delete;
   AnalogueDevices& operator=(const AnalogueDevices&) = delete;
 
   WiredAnalogueAxis axis;
+  AxisCard card;
   CardOutput output;
   CardInput input;
 };

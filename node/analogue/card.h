@@ -67,6 +67,7 @@ constexpr auto words(VoltageReference) {
 
 /// A place on a card.
 struct CardChannel {
+  std::string device{};  ///< open_card(); empty: that of the axis
   unsigned subdevice = 0;
   unsigned channel = 0;
   std::string range;  ///< "0..10 V"; empty: the first range of the channel
@@ -87,8 +88,8 @@ class Card {
   virtual std::unique_ptr<LineInput> line_input(const CardChannel& place) = 0;
 };
 
-/// Opens a real card; `device`: "comedi:/dev/comedi0". Throws Error if that fails, or if this program lacks
-/// the library.
+/// Opens a real card; `device`: "comedi:/dev/comedi0", "iio:ad5791". Throws Error if that fails, or if this
+/// program lacks the library.
 std::unique_ptr<Card> open_card(const std::string& device);
 
 /// The card lacks what a key of [axis.analogue] names. what() has the remedy.

@@ -5,6 +5,9 @@
 #ifdef HYSTCAN_COMEDI
 #include "node/analogue/comedi_card.h"
 #endif
+#ifdef HYSTCAN_IIO
+#include "node/analogue/iio_card.h"
+#endif
 
 namespace hystcan::node {
 
@@ -17,7 +20,16 @@ std::unique_ptr<Card> open_card(const std::string& device) {
         "{}: this program was built without libcomedi; install libcomedi-dev and build again", device));
 #endif
   }
-  throw Error(fmt::format("device \"{}\" is not known (examples: comedi:/dev/comedi0, simulated)", device));
+  if (device.starts_with("iio:")) {
+#ifdef HYSTCAN_IIO
+    return open_iio_card(device.substr(4));
+#else
+    throw Error(
+        fmt::format("{}: this program was built without libiio; install libiio-dev and build again", device));
+#endif
+  }
+  throw Error(fmt::format("device \"{}\" is not known (examples: comedi:/dev/comedi0, iio:ad5791, simulated)",
+                          device));
 }
 
 }  // namespace hystcan::node

@@ -281,7 +281,7 @@ TEST(Guard, IsSeenToDie) {
 
 TEST(OpenCard, RefusesAKindThatIsNotKnown) {
   EXPECT_EQ(support::refusal_of([] { open_card("nidaq:0"); }),
-            "device \"nidaq:0\" is not known (examples: comedi:/dev/comedi0, simulated)");
+            "device \"nidaq:0\" is not known (examples: comedi:/dev/comedi0, iio:ad5791, simulated)");
 }
 
 TEST(OpenCard, RefusesACardThatIsNotThere) {

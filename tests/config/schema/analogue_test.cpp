@@ -48,6 +48,12 @@ TEST(Analogue, IsReadWithItsChannelsAndLines) {
   EXPECT_FALSE(analogue.enable_line);
 }
 
+TEST(Analogue, MayHaveTheSameChannelOfTwoCards) {
+  const Config config = load(piezo, on_a_card({of_y("position_input.device", "\"iio:ads8688\""),
+                                               of_y("position_input.channel", "0")}));
+  EXPECT_EQ(config.axes[1].analogue->position_input.place.device, "iio:ads8688");
+}
+
 TEST(Analogue, OfAnAxisIsLeftOutWithoutATable) { EXPECT_FALSE(load(piezo).axes[0].analogue); }
 
 TEST(Analogue, TakesItsDrivesFromTheControl) {

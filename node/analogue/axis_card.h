@@ -1,0 +1,31 @@
+// The cards of one axis as one: a channel may be on another card than the axis names.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "node/analogue/card.h"
+
+namespace hystcan::node {
+
+class Cards;
+
+/// The card of `CardChannel::device`, or else the card of the axis, has the channel.
+class AxisCard final : public Card {
+ public:
+  /// Opens the card `device` of the axis. Throws ChannelError.
+  AxisCard(Cards& cards, const std::string& device);
+
+  std::unique_ptr<VoltageOutput> output(const CardChannel& place) override;
+  std::unique_ptr<VoltageInput> input(const CardChannel& place) override;
+  std::unique_ptr<LineOutput> line_output(const CardChannel& place) override;
+  std::unique_ptr<LineInput> line_input(const CardChannel& place) override;
+
+ private:
+  Card& card_at(const CardChannel& place);
+
+  Cards& cards_;
+  Card& own_;
+};
+
+}  // namespace hystcan::node

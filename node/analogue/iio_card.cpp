@@ -1,0 +1,293 @@
+#include "node/analogue/iio_card.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <iio.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "base/input_file.h"
+#include "base/text.h"
+
+namespace hystcan::node {
+namespace {
+
+struct DestroyContext {
+  void operator()(iio_context* context) const { iio_context_destroy(context); }
+};
+using IioContext = std::shared_ptr<iio_context>;
+
+struct RawRange {
+  double lo = 0.0;
+  double hi = 0.0;
+};
+
+/// A scale and an offset as the driver writes them.
+struct IioScale {
+  std::string scale_mV;
+  std::string offset;
+
+  /// NaN if the driver writes no number.
+  static double number(const std::string& text) { return parsed_number<double>(text).value_or(NAN); }
+  double step_V() const { return 1e-3 * number(scale_mV); }
+  double volts(double raw) const { return step_V() * (raw + number(offset)); }
+};
+
+/// A channel, and how volts and its raw values belong together.
+struct IioConverter {
+  IioContext context;  ///< owns the channel
+  iio_channel* channel = nullptr;
+  VoltageRange volts{};
+  double offset = 0.0;  ///< of the raw value
+};
+
+/// Empty: the channel has no such attribute.
+std::string attribute(const iio_channel* channel, const char* name) {
+  std::array<char, 4096> text{};
+  if (iio_channel_find_attr(channel, name) == nullptr) return {};
+  const auto length = iio_channel_attr_read(channel, name, text.data(), text.size());
+  if (length <= 0) return {};
+  std::string value(text.data());
+  while (!value.empty() && std::isspace(static_cast<unsigned char>(value.back())) != 0) value.pop_back();
+  return value;
+}
+
+std::vector<std::string> words_of(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return c == '[' || c == ']'; }, ' ');
+  std::istringstream stream(text);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(std::move(word));
+  return words;
+}
+
+/// Empty: the driver does not state it.
+std::optional<RawRange> raw_range(const iio_channel* channel) {
+  const std::vector<std::string> stated = words_of(attribute(channel, "raw_available"));  // [lo step hi]
+  if (stated.size() == 3) {
+    const auto lo = parsed_number<double>(stated[0]), hi = parsed_number<double>(stated[2]);
+    if (lo && hi && *lo < *hi) return RawRange{*lo, *hi};
+  }
+  if (!iio_channel_is_scan_element(channel)) return std::nullopt;
+  const iio_data_format& format = *iio_channel_get_data_format(channel);
+  const double values = std::exp2(format.bits);
+  return format.is_signed ? RawRange{-0.5 * values, 0.5 * values - 1.0} : RawRange{0.0, values - 1.0};
+}
+
+/// "0..10 V"; empty: another text.
+std::optional<VoltageRange> parsed_range(std::string_view text) {
+  const auto dots = text.find("..");
+  if (dots == std::string_view::npos || !text.ends_with(" V")) return std::nullopt;
+  const auto lo = parsed_number<double>(text.substr(0, dots));
+  const auto hi = parsed_number<double>(text.substr(dots + 2, text.size() - dots - 4));
+  if (!lo || !hi || !(*lo < *hi)) return std::nullopt;
+  return VoltageRange{.lo = *lo, .hi = *hi};
+}
+
+class IioOutput final : public VoltageOutput {
+ public:
+  IioOutput(IioConverter converter, Descriptor lock)
+      : converter_(std::move(converter)),
+        lock_(std::move(lock)),
+        is_down_(iio_channel_find_attr(converter_.channel, "powerdown") != nullptr) {}
+
+  const VoltageRange& range() const override { return converter_.volts; }
+  bool write(double volts) override {
+    const VoltageRange& range = converter_.volts;
+    const auto raw = std::llround(std::clamp(volts, range.lo, range.hi) / range.step - converter_.offset);
+    if (iio_channel_attr_write_longlong(converter_.channel, "raw", raw) < 0) return false;
+    if (!is_down_) return true;
+    is_down_ = iio_channel_attr_write_bool(converter_.channel, "powerdown", false) < 0;
+    return !is_down_;
+  }
+
+ private:
+  IioConverter converter_;
+  Descriptor lock_;
+  bool is_down_;  ///< perhaps: many chips start without a voltage, which follows the first value
+};
+
+class IioInput final : public VoltageInput {
+ public:
+  explicit IioInput(IioConverter converter) : converter_(std::move(converter)) {}
+  const VoltageRange& range() const override { return converter_.volts; }
+  std::optional<double> read() override {
+    long long raw = 0;
+    if (iio_channel_attr_read_longlong(converter_.channel, "raw", &raw) < 0) return std::nullopt;
+    return converter_.volts.step * (static_cast<double>(raw) + converter_.offset);
+  }
+
+ private:
+  IioConverter converter_;
+};
+
+class IioCard final : public Card {
+ public:
+  explicit IioCard(const std::string& name)
+      : name_("iio:" + name), context_(iio_create_local_context(), DestroyContext{}) {
+    if (context_) device_ = iio_context_find_device(context_.get(), name.c_str());
+    if (device_ == nullptr)
+      throw Error(fmt::format("{}: there is no such IIO device; {}", name_,
+                              devices().empty()
+                                  ? "load the driver of the chip (the device-tree overlay of a HAT)"
+                                  : fmt::format("this computer has {}", fmt::join(devices(), ", "))));
+  }
+
+  std::unique_ptr<VoltageOutput> output(const CardChannel& place) override {
+    iio_channel* const found = channel(place, true);
+    Descriptor lock = own(found, place);
+    return std::make_unique<IioOutput>(converter(found, place), std::move(lock));
+  }
+  std::unique_ptr<VoltageInput> input(const CardChannel& place) override {
+    return std::make_unique<IioInput>(converter(channel(place, false), place));
+  }
+  std::unique_ptr<LineOutput> line_output(const CardChannel&) override { refuse_lines(); }
+  std::unique_ptr<LineInput> line_input(const CardChannel&) override { refuse_lines(); }
+
+ private:
+  [[noreturn]] void refuse_lines() const {
+    throw Error(
+        fmt::format("{}: IIO has no digital lines; leave the line out, or name a card that has lines "
+                    "as its device",
+                    name_));
+  }
+
+  std::vector<std::string> devices() const {
+    std::vector<std::string> names;
+    for (unsigned i = 0; context_ && i < iio_context_get_devices_count(context_.get()); ++i)
+      if (const char* const name = iio_device_get_name(iio_context_get_device(context_.get(), i)))
+        names.emplace_back(name);
+    return names;
+  }
+
+  iio_channel* channel(const CardChannel& place, bool is_output) const {
+    if (place.subdevice != 0)
+      throw Error(fmt::format("{}: an IIO device has no subdevices; leave subdevice out", name_));
+    const std::string alone = fmt::format("voltage{}", place.channel);
+    std::vector<std::string> names;
+    for (unsigned i = 0; i < iio_device_get_channels_count(device_); ++i) {
+      iio_channel* const one = iio_device_get_channel(device_, i);
+      if (iio_channel_is_output(one) != is_output || iio_channel_find_attr(one, "raw") == nullptr) continue;
+      names.emplace_back(iio_channel_get_id(one));
+      const bool is_it = place.reference == VoltageReference::differential
+                             ? names.back().starts_with(alone + "-")
+                             : names.back() == alone;
+      if (is_it) return one;
+    }
+    throw Error(fmt::format("{}: there is no {} {}{}; it has {}", name_, is_output ? "output" : "input",
+                            alone, place.reference == VoltageReference::differential ? "-N" : "",
+                            names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  }
+
+  /// Another process that drives this output is refused, by a lock of the attribute that is written. A child
+  /// process shares the lock.
+  Descriptor own(const iio_channel* output, const CardChannel& place) const {
+    const std::string file = fmt::format("/sys/bus/iio/devices/{}/{}", iio_device_get_id(device_),
+                                         iio_channel_attr_get_filename(output, "raw"));
+    Descriptor raw(open(file.c_str(), O_WRONLY | O_CLOEXEC));
+    if (raw.get() < 0 && (errno == EACCES || errno == EPERM))
+      throw Error(fmt::format("{}: no permission; let udev give the file to the group of the cards", file));
+    if (raw.get() < 0) throw Error(fmt::format("{}: {}", file, std::strerror(errno)));
+    struct flock lock {};
+    lock.l_type = F_WRLCK;
+    lock.l_whence = SEEK_SET;
+    if (fcntl(raw.get(), F_OFD_SETLK, &lock) != 0)
+      throw Error(fmt::format("{}: another process drives channel {}; end it", name_, place.channel));
+    return raw;
+  }
+
+  IioConverter converter(iio_channel* channel, const CardChannel& place) {
+    const IioScale scale = chosen_scale(channel, place);
+    IioConverter found{.context = context_, .channel = channel, .offset = IioScale::number(scale.offset)};
+    if (const auto raw = raw_range(channel))
+      found.volts = {.lo = scale.volts(raw->lo), .hi = scale.volts(raw->hi)};
+    else
+      found.volts = parsed_range(place.range).value();
+    found.volts.step = scale.step_V();
+    return found;
+  }
+
+  /// Sets the range of the channel.
+  IioScale chosen_scale(iio_channel* channel, const CardChannel& place) {
+    const IioScale present = present_scale(channel);
+    if (!(present.step_V() > 0.0))
+      throw Error(fmt::format("{}: channel {} has no scale above 0", name_, place.channel));
+    const auto raw = raw_range(channel);
+    if (!raw && !parsed_range(place.range))
+      throw Error(
+          fmt::format("{}: channel {} does not state its range; set range to the volts of its "
+                      "reference (example: \"0..10 V\")",
+                      name_, place.channel));
+    if (!raw) return present;
+    std::vector<std::string> names;
+    for (const IioScale& one : scales(channel, present)) {
+      std::string range = fmt::format("{:.4g}..{:.4g} V", one.volts(raw->lo), one.volts(raw->hi));
+      if (place.range.empty() || range == place.range) {
+        set(channel, one, range, place);
+        return one;
+      }
+      if (std::ranges::find(names, range) == names.end()) names.push_back(std::move(range));
+    }
+    throw Error(fmt::format("{}: channel {} has no range \"{}\"; it has {}", name_, place.channel,
+                            place.range, fmt::join(names, ", ")));
+  }
+
+  static IioScale present_scale(const iio_channel* channel) {
+    const std::string offset = attribute(channel, "offset");
+    return {attribute(channel, "scale"), offset.empty() ? "0" : offset};
+  }
+
+  /// The present one first.
+  static std::vector<IioScale> scales(const iio_channel* channel, const IioScale& present) {
+    std::vector<IioScale> all{present};
+    std::vector<std::string> offsets = words_of(attribute(channel, "offset_available"));
+    if (offsets.empty()) offsets = {present.offset};
+    for (const std::string& scale : words_of(attribute(channel, "scale_available")))
+      for (const std::string& offset : offsets) all.push_back({scale, offset});
+    return all;
+  }
+
+  /// Channels may share the attribute.
+  void set(iio_channel* channel, const IioScale& scale, const std::string& range, const CardChannel& place) {
+    const char* const file = iio_channel_attr_get_filename(channel, "scale");
+    const std::string& first = ranges_.try_emplace(file == nullptr ? "" : file, range).first->second;
+    if (first != range)
+      throw Error(fmt::format("{}: channel {} shares its range with another one, which has \"{}\"", name_,
+                              place.channel, first));
+    const auto is_set = [&] {
+      const IioScale now = present_scale(channel);
+      return now.volts(0.0) == scale.volts(0.0) && now.step_V() == scale.step_V();
+    };
+    // Not every pair exists: the scale may have to follow the offset.
+    for (const auto& [name, value] : {std::pair("scale", &scale.scale_mV), std::pair("offset", &scale.offset),
+                                      std::pair("scale", &scale.scale_mV)})
+      if (!is_set()) iio_channel_attr_write(channel, name, value->c_str());
+    if (!is_set())
+      throw Error(
+          fmt::format("{}: the driver refuses to set range \"{}\" of channel {}; set it as root, or "
+                      "leave range out",
+                      name_, range, place.channel));
+  }
+
+  std::string name_;
+  IioContext context_;
+  iio_device* device_ = nullptr;
+  std::map<std::string, std::string> ranges_;  ///< by the attribute of the scale
+};
+
+}  // namespace
+
+std::unique_ptr<Card> open_iio_card(const std::string& name) { return std::make_unique<IioCard>(name); }
+
+}  // namespace hystcan::node
