@@ -57,6 +57,7 @@ int run_doctor(const DoctorArguments& options) {
   findings.push_back(examine_wake_up(config.controller, std::chrono::seconds(1)));
   findings.push_back(examine_receive_path(config.controller, interface));
   std::ranges::move(examine_interface(config, interface, options.send), std::back_inserter(findings));
+  std::ranges::move(examine_analogue(config), std::back_inserter(findings));
 
   if (options.json)
     print_findings_json(findings);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "app/command_line/commands.h"
+#include "app/live/card_opener.h"
 #include "app/live/live_loop.h"
 #include "app/live/machine_setup.h"
 #include "app/live/node_watch.h"
@@ -23,7 +24,6 @@
 #include "config/schema/config.h"
 #include "node/analogue/analogue_station.h"
 #include "node/analogue/guard.h"
-#include "twin/simulated_card.h"
 
 namespace hystcan::app {
 namespace {
@@ -85,19 +85,12 @@ class Readings {
   std::unique_ptr<node::VoltageInput> output_;  ///< null: the amplifier has no monitor
 };
 
-node::Cards::Open opener(const config::Config& config, const AnalogueAxes& axes, can::Scheduler& scheduler) {
-  return [&](const std::string& device) -> std::unique_ptr<node::Card> {
-    if (!twin::SimulatedCard::has_name(device)) return node::open_card(device);
-    return std::make_unique<twin::SimulatedCard>(device, twin_config(config), axes, scheduler);
-  };
-}
-
 int show_readings(const config::Config& config, const AnalogueAxes& axes) {
   boost::asio::io_context context;
   can::AsioScheduler scheduler(context);
   boost::asio::signal_set signals(context, SIGINT, SIGTERM);
   signals.async_wait([&](const boost::system::error_code&, int) { context.stop(); });
-  node::Cards cards(opener(config, axes, scheduler));
+  node::Cards cards(card_opener(config, axes, scheduler));
   std::vector<std::unique_ptr<Readings>> all;
   for (const node::WiredAnalogueAxis& axis : axes)
     all.push_back(at_its_key(config, axis, [&] { return std::make_unique<Readings>(axis, cards); }));
@@ -160,7 +153,7 @@ int run_node(const NodeArguments& options) {
   if (options.reads) return show_readings(config, axes);
   const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
   LiveLoop loop(interface);
-  node::Cards cards(opener(config, axes, loop.scheduler()));
+  node::Cards cards(card_opener(config, axes, loop.scheduler()));
   const node::AllDevices devices = open_devices(config, axes, cards);
   const auto guard = tried_guard(devices);  // before there are sockets, which it would share
   node::AnalogueStation station(devices, twin_config(config), config.database, loop.scheduler(),

@@ -2,6 +2,8 @@
 // was found, a verdict and a cure.
 #pragma once
 
+#include <sched.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -53,6 +55,19 @@ inline Finding judged(std::string check, bool is_good, std::string figure, std::
   return {std::move(check), Verdict::doubtful, std::move(figure), std::move(cure)};
 }
 
+/// How the kernel schedules a process.
+struct SchedulingClass {
+  int policy = 0;
+  int priority = 0;
+  bool is_realtime() const { return policy == SCHED_FIFO || policy == SCHED_RR; }
+};
+/// "FIFO 45", "not real-time".
+std::string to_string(const SchedulingClass& scheduling);
+/// `process`: a folder of /proc.
+SchedulingClass class_of(const std::filesystem::path& process);
+/// The value of a line of the file `status` of a folder of /proc; `key`: "VmLck:". Empty if there is none.
+std::string status_of(const std::filesystem::path& process, std::string_view key);
+
 // The checks compare with what the configuration asks for.
 
 /// Kernel, clock source, governors, idle states and processors, from /proc and /sys below `root`.
@@ -75,5 +90,9 @@ Finding examine_formats(const config::Config& config, std::span<const can::Frame
 /// only if the interface is virtual or `send` is true, and then measures how long a frame takes from one
 /// socket to another.
 std::vector<Finding> examine_interface(const config::Config& config, const std::string& interface, bool send);
+/// The cards of [axis.analogue]: ranges, resolution, noise of the position, time of a sample; class and
+/// locked memory of the node that runs. Writes no output and no line, and leaves the cards of a running
+/// node alone.
+std::vector<Finding> examine_analogue(const config::Config& config, const std::filesystem::path& root = "/");
 
 }  // namespace hystcan::app

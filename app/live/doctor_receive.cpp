@@ -19,34 +19,9 @@ constexpr int polling_priority = 80;
 struct KernelThread {
   int pid = 0;
   std::string name;
-  int policy = 0, priority = 0;
+  SchedulingClass scheduling{};
   std::string cpus{};  ///< "0-3"
-
-  bool is_realtime() const { return policy == SCHED_FIFO || policy == SCHED_RR; }
 };
-
-/// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name before them has
-/// brackets.
-void read_class(const std::filesystem::path& process, KernelThread& thread) {
-  const std::string stat = first_line(process / "stat");
-  const auto name_end = stat.rfind(')');
-  if (name_end == std::string::npos) return;
-  std::istringstream fields(stat.substr(name_end + 1));
-  std::string skipped;
-  for (int field = 3; field < 40; ++field) fields >> skipped;
-  fields >> thread.priority >> thread.policy;
-}
-
-std::string allowed_cpus(const std::filesystem::path& process) {
-  constexpr std::string_view key = "Cpus_allowed_list:";
-  std::ifstream stream(process / "status");
-  for (std::string line; std::getline(stream, line);) {
-    if (!line.starts_with(key)) continue;
-    const auto begin = line.find_first_not_of(" \t", key.size());
-    return begin == std::string::npos ? std::string() : line.substr(begin);
-  }
-  return {};
-}
 
 /// Interrupt threads are `irq/NN-can0`, or have the name of the adapter's bus; polling threads are
 /// `napi/can0-NN`.
@@ -59,8 +34,8 @@ std::vector<KernelThread> threads_of(const std::string& interface, const std::fi
     KernelThread thread{.pid = *pid, .name = first_line(entry.path() / "comm")};
     const bool is_irq = thread.name.starts_with("irq/") && thread.name.ends_with("-" + interface);
     if (!is_irq && !thread.name.starts_with("napi/" + interface + "-")) continue;
-    read_class(entry.path(), thread);
-    thread.cpus = allowed_cpus(entry.path());
+    thread.scheduling = class_of(entry.path());
+    thread.cpus = status_of(entry.path(), "Cpus_allowed_list:");
     threads.push_back(std::move(thread));
   }
   std::ranges::sort(threads, {}, &KernelThread::name);
@@ -68,12 +43,38 @@ std::vector<KernelThread> threads_of(const std::string& interface, const std::fi
 }
 
 std::string described(const KernelThread& thread) {
-  return fmt::format("{} {} on {}", thread.name,
-                     thread.is_realtime() ? fmt::format("FIFO {}", thread.priority) : "not real-time",
-                     thread.cpus);
+  return fmt::format("{} {} on {}", thread.name, to_string(thread.scheduling), thread.cpus);
 }
 
 }  // namespace
+
+std::string to_string(const SchedulingClass& scheduling) {
+  return scheduling.is_realtime() ? fmt::format("FIFO {}", scheduling.priority) : "not real-time";
+}
+
+/// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name before them has
+/// brackets.
+SchedulingClass class_of(const std::filesystem::path& process) {
+  SchedulingClass found;
+  const std::string stat = first_line(process / "stat");
+  const auto name_end = stat.rfind(')');
+  if (name_end == std::string::npos) return found;
+  std::istringstream fields(stat.substr(name_end + 1));
+  std::string skipped;
+  for (int field = 3; field < 40; ++field) fields >> skipped;
+  fields >> found.priority >> found.policy;
+  return found;
+}
+
+std::string status_of(const std::filesystem::path& process, std::string_view key) {
+  std::ifstream stream(process / "status");
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.starts_with(key)) continue;
+    const auto begin = line.find_first_not_of(" \t", key.size());
+    return begin == std::string::npos ? std::string() : line.substr(begin);
+  }
+  return {};
+}
 
 Finding examine_receive_path(const controller::CommonConfig& config, const std::string& interface,
                              const std::filesystem::path& root) {
@@ -92,7 +93,7 @@ Finding examine_receive_path(const controller::CommonConfig& config, const std::
   const auto irq =
       std::ranges::find_if(threads, [](const KernelThread& t) { return t.name.starts_with("irq/"); });
   for (const KernelThread& thread : threads) {
-    if (!thread.is_realtime() || thread.priority <= own)
+    if (!thread.scheduling.is_realtime() || thread.scheduling.priority <= own)
       cures.push_back(fmt::format("chrt -f -p {} {}", polling_priority, thread.pid));
     if (irq != threads.end() && thread.cpus != irq->cpus)
       cures.push_back(fmt::format("taskset -pc {} {}", irq->cpus, thread.pid));

@@ -1,0 +1,167 @@
+// The checks of the cards of analogue axes, and of the process that drives them.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "app/live/card_opener.h"
+#include "app/live/doctor.h"
+#include "base/text.h"
+#include "can/socketcan/asio_scheduler.h"
+#include "controller/timing.h"
+
+namespace hystcan::app {
+namespace {
+
+/// A sample above this share of the period leaves hardly any time for the output and other axes.
+constexpr double good_sample_share = 0.2;
+constexpr int most_samples = 1000;
+constexpr std::chrono::milliseconds longest_sampling{300};
+
+/// Samples of a sensor, as fast as the card gives them.
+struct Sampling {
+  controller::TimeStatistics times;
+  int count = 0;
+  double sum_um = 0.0, sum_um2 = 0.0;  ///< of the differences to the first position
+  int without_position = 0;
+
+  double rms_nm() const {
+    const double mean_um = sum_um / count;
+    return 1e3 * std::sqrt(std::max(0.0, sum_um2 / count - mean_um * mean_um));
+  }
+};
+
+Sampling sample(node::CardInput& input) {
+  Sampling result;
+  std::optional<double> first_um;
+  const auto begun = std::chrono::steady_clock::now();
+  for (auto at = begun; at - begun < longest_sampling && result.count < most_samples; ++result.count) {
+    const node::PositionInput::Reading reading = input.read({});
+    const auto end = std::chrono::steady_clock::now();
+    result.times.add(end - std::exchange(at, end));
+    result.without_position += reading.status != 0 ? 1 : 0;
+    if (!first_um) first_um = reading.position_um;
+    const double um = reading.position_um - *first_um;
+    result.sum_um += um;
+    result.sum_um2 += um * um;
+  }
+  return result;
+}
+
+Finding examine_output(const node::AnalogueDevices& devices) {
+  const node::VoltageRange& range = devices.output.range();
+  const double volts_per_drive = devices.axis.config.volts_per_drive;
+  const auto [min, max, safe] = devices.axis.drives;
+  return {devices.axis.wire.name + " output", Verdict::good,
+          fmt::format("{:.4g} to {:.4g} V, of which the drives need {:.4g} to {:.4g} V; one bit is {:.3g} {}",
+                      range.lo, range.hi, volts_per_drive * min, volts_per_drive * max,
+                      range.step / std::abs(volts_per_drive), devices.axis.wire.drive_unit)};
+}
+
+Finding examine_input(const node::AnalogueDevices& devices) {
+  const node::VoltageRange& range = devices.input.range();
+  const node::AnalogueConfig& config = devices.axis.config;
+  const auto position_um = [&](double volts) {
+    return config.position_zero_um + config.position_um_per_V * volts;
+  };
+  return {devices.axis.wire.name + " input", Verdict::good,
+          fmt::format("{:.4g} to {:.4g} V are {:.4g} to {:.4g} um; one bit is {:.3g} nm", range.lo, range.hi,
+                      position_um(range.lo), position_um(range.hi),
+                      1e3 * std::abs(config.position_um_per_V) * range.step)};
+}
+
+std::vector<Finding> examine_samples(node::AnalogueDevices& devices, double rate_Hz) {
+  const std::string& axis = devices.axis.wire.name;
+  const Sampling samples = sample(devices.input);
+  if (samples.without_position > 0)
+    return {{axis + " noise", Verdict::bad,
+             fmt::format("{} of {} samples have no position", samples.without_position, samples.count),
+             "check the sensor's supply and cable, and the range of position_input (hystcan node --read)"}};
+  const controller::TimeSummary times = samples.times.summary();
+  const double period_us = 1e6 / rate_Hz;
+  return {
+      {axis + " noise", Verdict::good,
+       fmt::format("{:.3g} nm RMS in {} samples", samples.rms_nm(), samples.count)},
+      judged(axis + " sample", times.p99_us <= good_sample_share * period_us,
+             fmt::format("mean {:.0f} us, p99 {:.0f} us, max {:.0f} us for {}", times.mean_us, times.p99_us,
+                         times.max_us, counted(devices.axis.config.position_input.average, "conversion")),
+             "lower average of position_input, use a faster card, or lower rate_Hz")};
+}
+
+/// To open a line as an output would drive it.
+node::WiredAnalogueAxis without_driven_lines(node::WiredAnalogueAxis axis) {
+  axis.config.enable_line.reset();
+  axis.config.charge_pump_line.reset();
+  return axis;
+}
+
+std::vector<Finding> examine_axis(const config::Config& config, const node::WiredAnalogueAxis& axis,
+                                  node::Cards& cards) try {
+  node::AnalogueDevices devices(without_driven_lines(axis), cards);
+  const std::string& other = axis.config.position_input.place.device;
+  std::vector<Finding> findings{
+      {axis.wire.name + " device", Verdict::good,
+       other.empty() ? axis.config.device : fmt::format("{}, input {}", axis.config.device, other)},
+      examine_output(devices),
+      examine_input(devices)};
+  std::ranges::move(examine_samples(devices, config.controller.rate_Hz), std::back_inserter(findings));
+  return findings;
+} catch (const node::ChannelError& error) {
+  return {refused(axis.wire.name + " " + error.key, Verdict::bad, error.what())};
+}
+
+/// The processes `hystcan node`, without their guards.
+std::vector<std::filesystem::path> node_processes(const std::filesystem::path& root) {
+  std::vector<std::filesystem::path> found;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(root / "proc", none)) {
+    if (!parsed_number<int>(entry.path().filename().string())) continue;
+    if (first_line(entry.path() / "comm") != "hystcan") continue;
+    const std::string arguments = first_line(entry.path() / "cmdline");  // with a NUL behind each
+    if (arguments.find(std::string("\0node\0", 6)) != std::string::npos) found.push_back(entry.path());
+  }
+  return found;
+}
+
+Finding examine_node(const std::filesystem::path& process) {
+  const SchedulingClass scheduling = class_of(process);
+  const std::string locked = status_of(process, "VmLck:");
+  return judged("node", scheduling.is_realtime() && !locked.starts_with("0 "),
+                fmt::format("process {}: {}, {} locked", process.filename().string(), to_string(scheduling),
+                            locked.empty() ? "nothing" : locked),
+                "set priority and lock_memory in [controller.realtime], and start the node again");
+}
+
+Finding examine_future_node(const controller::Realtime& asked) {
+  return judged("node", asked.priority > 0 && asked.lock_memory,
+                fmt::format("is not running; will have {}, memory {}",
+                            asked.priority > 0 ? fmt::format("FIFO {}", asked.priority) : "no priority",
+                            asked.lock_memory ? "locked" : "not locked"),
+                "set priority and lock_memory in [controller.realtime]");
+}
+
+}  // namespace
+
+std::vector<Finding> examine_analogue(const config::Config& config, const std::filesystem::path& root) {
+  const std::vector<node::WiredAnalogueAxis> axes = analogue_axes(config);
+  if (axes.empty()) return {};
+  std::vector<Finding> findings;
+  std::ranges::transform(node_processes(root), std::back_inserter(findings), examine_node);
+  if (!findings.empty()) {
+    findings.push_back({"cards", Verdict::good, "not tried: a node is running, which drives them"});
+    return findings;
+  }
+  findings.push_back(examine_future_node(config.controller.realtime.value_or(controller::Realtime{})));
+  boost::asio::io_context context;
+  can::AsioScheduler scheduler(context);
+  node::Cards cards(card_opener(config, axes, scheduler));
+  for (const node::WiredAnalogueAxis& axis : axes)
+    std::ranges::move(examine_axis(config, axis, cards), std::back_inserter(findings));
+  return findings;
+}
+
+}  // namespace hystcan::app
