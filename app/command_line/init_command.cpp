@@ -86,6 +86,9 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   command.add_option("--axis", facts.axes, "name of an axis; again for each further one")
       ->default_str("x")
       ->allow_extra_args(false);
+  command.add_option("--card", facts.card,
+                     "card of an analogue amplifier and sensor: comedi:/dev/comedi0, iio:ad5791, simulated; "
+                     "can where they are nodes on CAN (can)");
   add_checked(command, "--unit", facts.drive_unit, one_of({"V", "A"}), "unit of the drive: V or A");
   const auto number = [&](const char* name, std::vector<double>& values, const char* what) {
     add_checked(command, name, values, finite_number(), what)->allow_extra_args(false);
@@ -99,6 +102,9 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   number("--resonance", facts.resonance_Hz, "first resonance, Hz; a step record shows it");
   number("--damping", facts.damping_ratio, "damping ratio of the resonance (0.02)");
   number("--sensor-delay", facts.sensor_delay_us, "us from the position to its sample (0: not known)");
+  number("--volts-per-drive", facts.volts_per_drive,
+         "volts of the card for one unit of the drive (0.1: an amplifier of 10 V/V)");
+  number("--um-per-V", facts.um_per_V, "um for 1 V of an analogue sensor (--output-scale)");
   add_checked(command, "--interface", facts.interface, interface_name(), "CAN interface (vcan0)");
   command.add_option("--dbc", facts.dbc, "DBC with the lab's own frames; the standard frames if left out");
   const auto role = [&](const char* name, const char* key, const char* what) {

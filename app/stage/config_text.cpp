@@ -19,7 +19,7 @@ constexpr const char* heading =
     "# Written by `hystcan init`. `assumed` marks what nobody has stated or measured: look at it.\n"
     "#\n"
     "#   hystcan check FILE         the values in force and their consequences\n"
-    "#   hystcan twin FILE          the twin on the bus ...\n"
+    "#   hystcan {}\n"
     "#   hystcan controller FILE    ... and the controller\n"
     "\n";
 
@@ -43,6 +43,7 @@ class FirstAxis {
     set_delays();
     set_reference();
     set_twin();
+    set_analogue();
     return axis_;
   }
 
@@ -163,6 +164,14 @@ class FirstAxis {
     if (delays.sensor_delay.count() > 0) remark(twin.sensor.delay, "stated");
   }
 
+  void set_analogue() {
+    if (!axis_.analogue) return;
+    remark(axis_.analogue->drive_output.channel, "assumed, as the input: `hystcan doctor` examines the card");
+    remark(axis_.analogue->volts_per_drive, "stated: the amplifier's gain");
+    remark(axis_.analogue->position_um_per_V, "stated: the sensor");
+    remark(axis_.analogue->position_zero_um, "assumed: position at 0 V");
+  }
+
   const AxisFacts& facts_;
   double rate_Hz_;
   std::string path_;
@@ -187,7 +196,10 @@ std::string config_text(const StageFacts& facts) {
   for (std::size_t i = 0; i < facts.axes.size(); ++i)
     config.axes.push_back(
         FirstAxis(facts.axes[i], config.controller.rate_Hz, fmt::format("axis[{}].", i), remarks).make());
-  return heading + config::file_text(config, remarks);
+  const bool is_analogue = config.axes.front().analogue.has_value();
+  return fmt::format(heading, is_analogue ? "node FILE          the card on the bus ..."
+                                          : "twin FILE          the twin on the bus ...") +
+         config::file_text(config, remarks);
 }
 
 }  // namespace hystcan::app

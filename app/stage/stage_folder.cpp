@@ -170,15 +170,21 @@ void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std:
   }
 }
 
+/// The command that answers on the bus: that of a card, if there is one.
+std::string_view nodes_of(const config::Config& config) {
+  return config.axes.front().analogue ? "node" : "twin";
+}
+
 /// `made` is `folder`, or will be.
-void print_ready(const std::filesystem::path& made, const std::filesystem::path& folder) {
+void print_ready(const std::filesystem::path& made, const std::filesystem::path& folder,
+                 std::string_view nodes) {
   const std::string file = shell_word(folder / stage_config), fast = shell_word(folder / fast_config);
   print(
       fmt::format("\n{0}: complete. Next:\n"
                   "  hystcan check {0}                  # the values in force, the bus, the margins\n"
                   "  hystcan demo --config {0}          # five control structures, with a picture\n"
-                  "  hystcan twin {0} & hystcan controller {0}\n",
-                  file));
+                  "  hystcan {1} {0} & hystcan controller {0}\n",
+                  file, nodes));
   if (std::filesystem::exists(made / fast_config))
     print(fmt::format("  hystcan demo --config {}     # the faster loop, once the cautious one has run\n",
                       fast));
@@ -199,6 +205,7 @@ void print_excitations(const std::filesystem::path& folder, const config::Config
   const std::string file = shell_word(folder / first_config);
   print(fmt::format(
       "{}: a straight line stands for the model. Next, with --rehearse to try them on the twin:\n", file));
+  if (config.axes.front().analogue) print(fmt::format("  hystcan node {} &\n", file));
   for (const config::AxisConfig& axis : config.axes) {
     const std::string& name = axis.wire.name;
     const auto command = [&](const char* output, const std::string& more) {
@@ -366,7 +373,7 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
     stage = Stage(file, config_text(facts));
     tuned_or_kept(stage, folder, records, plants, [&] { made.commit(); });
     print_positions(facts, records);
-    print_ready(made.path(), folder);
+    print_ready(made.path(), folder, nodes_of(stage.config));
   });
   made.commit();
 }
@@ -404,7 +411,7 @@ void continue_stage(const std::filesystem::path& folder, const ModelWords& model
   Stage stage(folder / stage_config, first.text());
   tuned_or_kept(stage, folder, records, shown_plants(stage, records), [&] { made.keep(); });
   made.keep();
-  print_ready(folder, folder);
+  print_ready(folder, folder, nodes_of(stage.config));
 }
 
 void copy_preset(const std::string& preset, const std::filesystem::path& folder) {

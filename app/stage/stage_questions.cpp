@@ -24,6 +24,8 @@ namespace {
 
 using model::Interval;
 
+constexpr const char* on_can = "can";
+
 void require_names(const std::vector<std::string>& axes) {
   for (std::size_t i = 0; i < axes.size(); ++i) {
     // A dot would take the place of the one before "first" and "model" in the names of files.
@@ -57,11 +59,23 @@ class AxisQuestions {
                  return unless(value >= 0.0 && value <= 100'000.0, "{:g}, expected 0 to 100000", value);
                });
     axis.config.control.delays.sensor_delay = std::chrono::nanoseconds(std::llround(1e3 * sensor_delay_us));
+    if (card_ != on_can) wire_to_card(axis.config.analogue.emplace());
     const controller::Gate::Config& gate = axis.config.control.gate;
     if (const AxisRecords* measured = record())
       refuse_contradictions(*measured, unit_, {gate.drive_min, gate.drive_max},
                             of_axis("--stroke", stated_.stroke_um, i, stated_.axes.size()));
     return axis;
+  }
+
+  void ask_card() {
+    card_ = questions_.text(
+        {"--card", "Amplifier on CAN, or analogue", "",
+         "can, or the card of an analogue one: comedi:/dev/comedi0, iio:ad5791, simulated"},
+        stated_.card, on_can, [](const std::string& card) {
+          const bool is_sound = card == on_can || card == "simulated" || card.starts_with("comedi:") ||
+                                card.starts_with("iio:");
+          return unless(is_sound, "'{}', expected can, comedi:FILE, iio:NAME or simulated", card);
+        });
   }
 
   void ask_unit() {
@@ -84,6 +98,7 @@ class AxisQuestions {
                 const Questions::Check<double>& check = {}) {
     std::optional<double> known = of_axis(question.option.c_str(), stated, axis_, stated_.axes.size());
     if (!known && axis_ > 0) known = measured ? measured : answer;
+    if (known && std::isnan(*known)) return *known;  // missing, as for the first axis
     answer = questions_.number(question, known, measured ? measured : usual, check);
     return *answer;
   }
@@ -176,6 +191,25 @@ class AxisQuestions {
         !damping_ratio && stated_.damping_ratio.empty() && delays.damping_ratio == usual_damping_ratio;
   }
 
+  /// The channels of a card are taken in the order of the axes.
+  void wire_to_card(node::AnalogueConfig& analogue) {
+    const auto is_scale = [](double value) {
+      return unless(value != 0.0 && std::abs(value) <= 1e6,
+                    "{:g}, expected at most 1e6 in magnitude, and not 0", value);
+    };
+    constexpr unsigned usual_output_subdevice = 1;
+    analogue.device = card_;
+    analogue.drive_output.channel = analogue.position_input.place.channel = static_cast<unsigned>(axis_);
+    if (card_.starts_with("comedi:")) analogue.drive_output.subdevice = usual_output_subdevice;
+    const auto usual_volts = unit_ == "V" ? std::optional(0.1) : std::nullopt;
+    analogue.volts_per_drive = number({"--volts-per-drive", "Volts of the card for a drive of 1 " + unit_,
+                                       "V", "0.1 for an amplifier of 10 V/V"},
+                                      stated_.volts_per_drive, {}, usual_volts, volts_per_drive_, is_scale);
+    analogue.position_um_per_V =
+        number({"--um-per-V", "Position for 1 V of the sensor", "um", "the sensor's data sheet has it"},
+               stated_.um_per_V, {}, stated_.input.layout.output_scale, um_per_V_, is_scale);
+  }
+
   /// What a step shows is not asked for.
   double known_or_asked(const Question& question, std::optional<double> shown,
                         const std::vector<double>& stated, std::optional<double> usual,
@@ -190,9 +224,9 @@ class AxisQuestions {
   const std::vector<AxisRecords>& records_;
   Questions& questions_;
   std::size_t axis_ = 0;
-  std::string unit_;
+  std::string unit_, card_;
   std::optional<double> drive_min_, drive_max_, safe_drive_, stroke_um_, sensor_at_safe_um_, resonance_Hz_,
-      damping_ratio_, sensor_delay_us_;
+      damping_ratio_, sensor_delay_us_, volts_per_drive_, um_per_V_;
 };
 
 std::vector<int> parsed_nodes(const std::string& text) {
@@ -269,9 +303,11 @@ void ask_about_the_bus(StageFacts& stage, const InitOptions& stated, Questions& 
       });
   const std::filesystem::path shipped = shipped_dbc(stage.axes.front().config.wire.drive_unit);
   const std::string own = shipped.filename().string();
+  const bool has_own_nodes = stage.axes.front().config.analogue.has_value();
+  const auto known = stated.dbc || !has_own_nodes ? stated.dbc : std::optional(own);
   const std::string dbc =
       questions.text({"--dbc", "DBC of the frames", "", "a lab's own; " + own + " has the standard ones"},
-                     stated.dbc, own, [&](const std::string& file) -> std::optional<std::string> {
+                     known, own, [&](const std::string& file) -> std::optional<std::string> {
                        if (file == own && !std::filesystem::exists(file)) return std::nullopt;
                        try {
                          can::load_dbc(file);
@@ -288,6 +324,7 @@ StageFacts asked_from_the_first(const InitOptions& stated, const std::vector<Axi
   questions.begin();
   StageFacts stage;
   AxisQuestions axes(stated, records, questions);
+  axes.ask_card();
   axes.ask_unit();
   for (std::size_t i = 0; i < stated.axes.size(); ++i) stage.axes.push_back(axes.ask(i));
   ask_about_the_bus(stage, stated, questions);

@@ -27,12 +27,12 @@ struct InitOptions {
   ModelWords model{};
   // What is known of the stage:
   std::vector<std::string> axes{};
-  std::optional<std::string> drive_unit{}, interface {
+  std::optional<std::string> drive_unit{}, card{}, interface {
   }, dbc{};
   StatedRoles roles{};                       ///< of the lab's own signals
   std::vector<std::string> further_roles{};  ///< "status.state=MSG.SIG", to be added to `roles`
   std::vector<double> drive_min{}, drive_max{}, safe_drive{}, stroke_um{}, sensor_at_safe_um{},
-      resonance_Hz{}, damping_ratio{}, sensor_delay_us{};
+      resonance_Hz{}, damping_ratio{}, sensor_delay_us{}, volts_per_drive{}, um_per_V{};
   std::vector<int> nodes{};  ///< amplifier and sensor of the first axis, of the second one ...
   std::optional<double> rate_Hz{};
 };
