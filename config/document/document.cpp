@@ -74,21 +74,21 @@ std::filesystem::path Document::resolve(const std::filesystem::path& path) const
   return file_.parent_path() / path;
 }
 
-void Document::fail(const toml::source_region& where, const std::string& what) const {
-  if (where.path) throw Error(*where.path, what);  // it stands in an override, not in the file
+Place Document::place_of(const toml::source_region& where) const {
+  if (where.path) return *where.path;  // it stands in an override, not in the file
   const toml::source_position position = where.begin ? where.begin : toml::source_position{1, 1};
-  throw Error({file_, position.line, position.column}, what);
+  return {file_, position.line, position.column};
 }
 
-void Document::fail_at(std::string_view path, const std::string& what) const {
+Place Document::place_at(std::string_view path) const {
   while (!path.empty() && !has(path)) {
     const auto cut = path.find_last_of(".[");
     path = path.substr(0, cut == std::string_view::npos ? 0 : cut);
   }
   const auto override = std::find_if(overridden_.rbegin(), overridden_.rend(),
                                      [&](const std::string& of) { return is_within(path, of); });
-  if (override != overridden_.rend()) throw Error(*override, what);
-  fail(path.empty() ? read_->source() : read_->at_path(path).node()->source(), what);
+  if (override != overridden_.rend()) return *override;
+  return place_of(path.empty() ? read_->source() : read_->at_path(path).node()->source());
 }
 
 std::string Range::describe() const {
@@ -151,9 +151,10 @@ void Reader::finish() const {
     if (known_.contains(key.str())) continue;
     const auto meant = meant_by(key.str(), {known_.begin(), known_.end()});
     if (lacks_choice_ && !meant) continue;
-    document_.fail(key.source(), fmt::format("unknown key {}{}, expected one of {}", key.str(),
-                                             meant ? fmt::format(" (did you mean {}?)", *meant) : "",
-                                             fmt::join(known_, ", ")));
+    throw Error(
+        document_.place_of(key.source()),
+        fmt::format("unknown key {}{}", key.str(), meant ? fmt::format(" (did you mean {}?)", *meant) : ""),
+        expect("one of {}", fmt::join(known_, ", ")));
   }
   if (!missing_.empty())
     document_.fail_at(path_, fmt::format("missing key {}, expected in {}", missing_,

@@ -48,11 +48,13 @@ class Document {
   /// Resolves a path of the file, which is relative to the file's own folder.
   std::filesystem::path resolve(const std::filesystem::path& path) const;
 
-  /// The message begins with FILE:LINE:COLUMN, or with the key where an override stands.
-  [[noreturn]] void fail(const toml::source_region& where, const std::string& what) const;
-  /// Reports the place of the key with this path ("axis[1].amplifier_node"), or of the nearest table above
-  /// it.
-  [[noreturn]] void fail_at(std::string_view path, const std::string& what) const;
+  /// FILE:LINE:COLUMN, or the key where an override stands.
+  Place place_of(const toml::source_region& where) const;
+  /// The place of the key with this path ("axis[1].amplifier_node"), or of the nearest table above it.
+  Place place_at(std::string_view path) const;
+  [[noreturn]] void fail_at(std::string_view path, const std::string& what) const {
+    throw Error(place_at(path), what);
+  }
 
  private:
   void put(const Setting& setting, toml::table& root);

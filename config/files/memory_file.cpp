@@ -100,8 +100,8 @@ model::HysteresisState remembered(const Document& document, const MemoryFile& ra
                              capacity);
   } catch (const model::MemoryError& error) {
     const bool present = error.index >= raw.turning_inputs.size();
-    document.fail_at(present ? "memory.input" : fmt::format("memory.turning_inputs[{}]", error.index),
-                     error.what());
+    const auto turning_point = fmt::format("memory.turning_inputs[{}]", error.index);
+    throw Error(document.place_at(present ? "memory.input" : turning_point), error);
   }
 }
 
@@ -137,11 +137,7 @@ model::PlayState load_memory(const std::filesystem::path& file, const model::Pra
                              std::size_t) {
   const Document document(file, largest_model_file);
   const MemoryFile raw = read(document, model);
-  try {
-    return model.restore(raw.input, raw.plays);
-  } catch (const std::invalid_argument& error) {
-    document.fail_at("memory.plays", error.what());
-  }
+  return at_place(document.place_at("memory.plays"), [&] { return model.restore(raw.input, raw.plays); });
 }
 
 std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,

@@ -123,9 +123,9 @@ auto made(const Document& document, const std::string& key, Make make) {
     return make();
   } catch (const model::BranchError& error) {
     const bool up = error.direction == model::Direction::ascending;
-    document.fail_at(up ? "hysteresis.k_ascending" : "hysteresis.k_descending", error.what());
+    throw Error(document.place_at(up ? "hysteresis.k_ascending" : "hysteresis.k_descending"), error);
   } catch (const std::invalid_argument& error) {
-    document.fail_at(key, error.what());
+    throw Error(document.place_at(key), error);
   }
 }
 

@@ -135,7 +135,7 @@ class AxisCheck : Checked {
     try {
       return controller::motion_bounds(controller::prepared(segment.shape));
     } catch (const std::invalid_argument& error) {
-      fail(segment, "{}", error.what());
+      throw Error(place_of(segment), error);
     }
   }
 

@@ -26,10 +26,11 @@ struct Checked {
   const Document& document;
   const Config& config;
 
+  Place place_of(const Member& member) const { return document.place_at(path_of(config, member)); }
   /// Throws Error at the key of this member.
   template <class... Args>
   [[noreturn]] void fail(const Member& member, fmt::format_string<Args...> format, Args&&... args) const {
-    document.fail_at(path_of(config, member), fmt::format(format, std::forward<Args>(args)...));
+    throw Error(place_of(member), fmt::format(format, std::forward<Args>(args)...));
   }
 };
 

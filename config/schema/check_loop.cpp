@@ -62,7 +62,7 @@ void plan_filters(const Document& document, Config& config, std::size_t index) {
   try {
     controller::plan_learning(control, config.controller.rate_Hz);
   } catch (const std::invalid_argument& error) {
-    Checked{document, config}.fail(*control.learning, "{}", error.what());
+    throw Error(Checked{document, config}.place_of(*control.learning), error);
   }
 }
 
