@@ -45,9 +45,10 @@ CardOutput::CardOutput(const AnalogueConfig& config, const DriveRange& drives, C
     if (volts < range.lo || volts > range.hi)
       throw ChannelError(
           "volts_per_drive",
-          Error(fmt::format("a drive of {:g} needs {:g} V; the output has {:g} to {:g} V: choose another range, "
-                            "or limit the drive in [axis.control]",
-                            drive, volts, range.lo, range.hi)));
+          Error(fmt::format(
+              "a drive of {:g} needs {:g} V; the output has {:g} to {:g} V: choose another range, "
+              "or limit the drive in [axis.control]",
+              drive, volts, range.lo, range.hi)));
   }
 }
 
