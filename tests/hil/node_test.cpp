@@ -121,7 +121,7 @@ int tracked_s() {
   return asked == nullptr ? 1 : std::stoi(asked);
 }
 
-TEST_F(IcountAnalogueNode, SamplesWhatItHasJustWrittenWithin100MicrosecondsAndMissesNoCycle) {
+TEST_F(IcountAnalogueNode, Sends99PercentOfItsSamplesWithin100MicrosecondsOfSyncAndMissesNoCycle) {
   track();
   std::this_thread::sleep_for(std::chrono::seconds(tracked_s()));
   const hil::json report = bench_->stop_and_report(0);
