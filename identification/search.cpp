@@ -15,7 +15,7 @@
 namespace hystcan::identification {
 namespace {
 
-using Kind = InitialMemory::Kind;
+using MemoryKind = InitialMemory::Kind;
 
 // Each step of the search makes a new one. A step back is the one before it.
 struct SearchState {
@@ -50,20 +50,21 @@ bool has_enough(double least, const TrialCost& cost) { return std::isfinite(leas
 SearchState with_memories(SearchState state, TrialCost& cost) {
   const Problem& problem = cost.problem();
   std::vector<InitialMemory>& memories = state.found.trial.memories;
-  memories.assign(problem.excerpts.size(), {Kind::from_lower, 0.0});
+  memories.assign(problem.excerpts.size(), {MemoryKind::from_lower, 0.0});
   for (std::size_t i = 0; i < memories.size(); ++i) {
     const double first = problem.excerpts[i].first_input();
     const bool mid_range = first > problem.observed.lo && first < problem.observed.hi;
     double least = infinite_cost;
     InitialMemory chosen;
-    for (const Kind kind : {Kind::from_lower, Kind::virgin, Kind::from_upper, Kind::nested}) {
-      if (!mid_range && (kind == Kind::from_upper || kind == Kind::nested)) continue;
+    for (const MemoryKind kind :
+         {MemoryKind::from_lower, MemoryKind::virgin, MemoryKind::from_upper, MemoryKind::nested}) {
+      if (!mid_range && (kind == MemoryKind::from_upper || kind == MemoryKind::nested)) continue;
       Trial trial = state.trial();
       trial.memories[i] = {kind, 0.0};
       for (const double k : cost.paces({0.3, 2.0, 6.0})) {
         if (has_enough(least, cost)) break;
         trial.k_span_ascending = trial.k_span_descending = k;
-        const double limit = least * (kind == Kind::from_lower ? 1.0 : criteria.added);
+        const double limit = least * (kind == MemoryKind::from_lower ? 1.0 : criteria.added);
         if (const double c = cost(trial, limit); c < limit) {
           least = c;
           chosen = trial.memories[i];
@@ -73,7 +74,7 @@ SearchState with_memories(SearchState state, TrialCost& cost) {
     memories[i] = chosen;
   }
   for (std::size_t i = 0; i < memories.size(); ++i)
-    if (memories[i].kind == Kind::nested) state.unknowns.push_back(bias_of(i, 0.0));
+    if (memories[i].kind == MemoryKind::nested) state.unknowns.push_back(bias_of(i, 0.0));
   return state;
 }
 

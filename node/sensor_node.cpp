@@ -82,9 +82,9 @@ void SensorNode::sample(can::Time time) {
 void SensorNode::report_failures() {
   const bool fails = std::ranges::any_of(channels_, &SensorChannel::has_failed);
   if (std::exchange(has_failed_, fails) == fails) return;
-  constexpr std::uint16_t emergency_device_hardware = 0x5000;
+  constexpr std::uint16_t hardware_fails = 0x5000;  // CiA 301: device hardware
   line().send(
-      can::emergency_frame(number(), {.code = fails ? emergency_device_hardware : std::uint16_t{0},
+      can::emergency_frame(number(), {.code = fails ? hardware_fails : std::uint16_t{0},
                                       .error_register = fails ? std::uint8_t{0x01} : std::uint8_t{0}}));
 }
 

@@ -1,7 +1,6 @@
 #include "node/shared_connection.h"
 
 #include <algorithm>
-#include <ranges>
 #include <utility>
 
 namespace hystcan::node {
@@ -70,7 +69,7 @@ void SharedConnection::deliver(const can::Frame& frame, can::Time received) {
   is_delivering_ = true;
   for (const Part* part : parts_) part->deliver(frame, received);
   is_delivering_ = false;
-  for (Part* part : std::views::reverse(parts_)) part->send_waiting();
+  std::for_each(parts_.rbegin(), parts_.rend(), [](Part* part) { part->send_waiting(); });
 }
 
 }  // namespace hystcan::node
