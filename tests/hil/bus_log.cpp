@@ -129,8 +129,8 @@ class Findings {
     const auto last = last_counter_.find(frame.identifier);
     if (last != last_counter_.end() && counter != (last->second + 1) % 16) is_wrong("counter");
     last_counter_[frame.identifier] = counter;
-    const auto raw = static_cast<std::int32_t>(data[0] | data[1] << 8 | data[2] << 16 |
-                                               static_cast<std::uint32_t>(data[3]) << 24);
+    const auto raw = static_cast<std::int32_t>(std::uint32_t{data[0]} | std::uint32_t{data[1]} << 8 |
+                                               std::uint32_t{data[2]} << 16 | std::uint32_t{data[3]} << 24);
     const double value = raw * 1e-6;
     if (is_axis_status && !add_axis_status(message.axis, value, data)) return;
     if (with_series_)
