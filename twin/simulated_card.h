@@ -40,6 +40,7 @@ class SimulatedCard final : public node::Card {
   std::unique_ptr<node::VoltageInput> input(const node::CardChannel& place) override;
   std::unique_ptr<node::LineOutput> line_output(const node::CardChannel& place) override;
   std::unique_ptr<node::LineInput> line_input(const node::CardChannel& place) override;
+  void check_line_output(const node::CardChannel&) override {}
 
   /// The stage of an axis, at the present time.
   Plant& plant(std::string_view axis);

@@ -97,6 +97,7 @@ int show_readings(const config::Config& config, const AnalogueAxes& axes) {
   std::unique_ptr<can::Timer> timer;
   const auto show = [&] {
     for (const auto& one : all) print(one->line());
+    flush_output();
     timer->expire_at(scheduler.now() + std::chrono::milliseconds(200));
   };
   timer = scheduler.make_timer(show);

@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "can/socketcan/asio_scheduler.h"
 #include "controller/timing.h"
+#include "node/analogue/axis_card.h"
 
 namespace hystcan::app {
 namespace {
@@ -92,6 +93,14 @@ std::vector<Finding> examine_samples(node::AnalogueDevices& devices, double rate
              "lower average of position_input, use a faster card, or lower rate_Hz")};
 }
 
+/// Throws ChannelError if the card lacks a line that the node will drive.
+void check_driven_lines(const node::AnalogueConfig& config, node::Cards& cards) {
+  const std::pair<const char*, const std::optional<node::LineConfig>&> lines[] = {
+      {"enable_line", config.enable_line}, {"charge_pump_line", config.charge_pump_line}};
+  for (const auto& [key, line] : lines)
+    if (line) node::opened(key, [&] { node::AxisCard(cards, config.device).check_line_output(line->place); });
+}
+
 /// To open a line as an output would drive it.
 node::WiredAnalogueAxis without_driven_lines(node::WiredAnalogueAxis axis) {
   axis.config.enable_line.reset();
@@ -101,6 +110,7 @@ node::WiredAnalogueAxis without_driven_lines(node::WiredAnalogueAxis axis) {
 
 std::vector<Finding> examine_axis(const config::Config& config, const node::WiredAnalogueAxis& axis,
                                   node::Cards& cards) try {
+  check_driven_lines(axis.config, cards);
   node::AnalogueDevices devices(without_driven_lines(axis), cards);
   const std::string& other = axis.config.position_input.place.device;
   std::vector<Finding> findings{

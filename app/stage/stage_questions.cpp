@@ -72,9 +72,9 @@ class AxisQuestions {
         {"--card", "Amplifier on CAN, or analogue", "",
          "can, or the card of an analogue one: comedi:/dev/comedi0, iio:ad5791, simulated"},
         stated_.card, on_can, [](const std::string& card) {
-          const bool is_sound = card == on_can || card == "simulated" || card.starts_with("comedi:") ||
-                                card.starts_with("iio:");
-          return unless(is_sound, "'{}', expected can, comedi:FILE, iio:NAME or simulated", card);
+          const bool is_sound = card == on_can || card == "simulated" || card.starts_with("simulated:") ||
+                                card.starts_with("comedi:/") || (card.starts_with("iio:") && card != "iio:");
+          return unless(is_sound, "'{}', expected can, comedi:FILE, iio:NAME or simulated[:BITS]", card);
         });
   }
 

@@ -86,6 +86,8 @@ class Card {
   virtual std::unique_ptr<VoltageInput> input(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineOutput> line_output(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineInput> line_input(const CardChannel& place) = 0;
+  /// Throws as line_output() does, and drives nothing.
+  virtual void check_line_output(const CardChannel& place) = 0;
 };
 
 /// Opens a real card; `device`: "comedi:/dev/comedi0", "iio:ad5791". Throws Error if that fails, or if this

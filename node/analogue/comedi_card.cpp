@@ -112,13 +112,16 @@ class ComediCard final : public Card {
     return std::make_unique<ComediInput>(converter(place, COMEDI_SUBD_AI, "analogue inputs"));
   }
   std::unique_ptr<LineOutput> line_output(const CardChannel& place) override {
-    check_line(place, COMEDI_SUBD_DO, COMEDI_OUTPUT);
+    check_line_output(place);
+    direct(place, COMEDI_OUTPUT);
     return std::make_unique<ComediLineOutput>(device_, place);
   }
   std::unique_ptr<LineInput> line_input(const CardChannel& place) override {
-    check_line(place, COMEDI_SUBD_DI, COMEDI_INPUT);
+    check_line(place, COMEDI_SUBD_DI, "inputs");
+    direct(place, COMEDI_INPUT);
     return std::make_unique<ComediLineInput>(device_, place);
   }
+  void check_line_output(const CardChannel& place) override { check_line(place, COMEDI_SUBD_DO, "outputs"); }
 
  private:
   static std::string reason(int error) {
@@ -128,6 +131,7 @@ class ComediCard final : public Card {
     if (error == EBUSY) return "another program has the device; end it";
     if (error == ENOENT || error == ENXIO || error == ENODEV)
       return "there is no such card; load its driver, or name another one (ls /dev/comedi*)";
+    if (error == ENOTTY || error == EISDIR) return "it is no comedi device; name one (ls /dev/comedi*)";
     return comedi_strerror(comedi_errno());
   }
 
@@ -151,14 +155,17 @@ class ComediCard final : public Card {
                               place.channel, std::max(channels, 0), kind));
   }
 
-  void check_line(const CardChannel& place, int only, unsigned direction) {
+  void check_line(const CardChannel& place, int only, std::string_view kind) const {
     const int type = comedi_get_subdevice_type(device_.get(), place.subdevice);
     if (type != only && type != COMEDI_SUBD_DIO)
-      throw Error(fmt::format("{}: subdevice {} has no digital {}", file_, place.subdevice,
-                              direction == COMEDI_OUTPUT ? "outputs" : "inputs"));
+      throw Error(fmt::format("{}: subdevice {} has no digital {}", file_, place.subdevice, kind));
     check_channel(place, "lines");
-    if (type == COMEDI_SUBD_DIO &&
-        comedi_dio_config(device_.get(), place.subdevice, place.channel, direction) < 0)
+  }
+
+  void direct(const CardChannel& place, unsigned direction) {
+    comedi_t* const device = device_.get();
+    if (comedi_get_subdevice_type(device, place.subdevice) == COMEDI_SUBD_DIO &&
+        comedi_dio_config(device, place.subdevice, place.channel, direction) < 0)
       throw Error(fmt::format("{}: line {} of subdevice {} cannot be an {}", file_, place.channel,
                               place.subdevice, direction == COMEDI_OUTPUT ? "output" : "input"));
   }

@@ -24,7 +24,9 @@ namespace hystcan::node {
 namespace {
 
 struct DestroyContext {
-  void operator()(iio_context* context) const { iio_context_destroy(context); }
+  void operator()(iio_context* context) const {
+    if (context != nullptr) iio_context_destroy(context);
+  }
 };
 using IioContext = std::shared_ptr<iio_context>;
 
@@ -154,6 +156,7 @@ class IioCard final : public Card {
   }
   std::unique_ptr<LineOutput> line_output(const CardChannel&) override { refuse_lines(); }
   std::unique_ptr<LineInput> line_input(const CardChannel&) override { refuse_lines(); }
+  void check_line_output(const CardChannel&) override { refuse_lines(); }
 
  private:
   [[noreturn]] void refuse_lines() const {

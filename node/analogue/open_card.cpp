@@ -12,7 +12,7 @@
 namespace hystcan::node {
 
 std::unique_ptr<Card> open_card(const std::string& device) {
-  if (device.starts_with("comedi:")) {
+  if (device.starts_with("comedi:/")) {
 #ifdef HYSTCAN_COMEDI
     return open_comedi_card(device.substr(7));
 #else
@@ -20,7 +20,7 @@ std::unique_ptr<Card> open_card(const std::string& device) {
         "{}: this program was built without libcomedi; install libcomedi-dev and build again", device));
 #endif
   }
-  if (device.starts_with("iio:")) {
+  if (device.starts_with("iio:") && device != "iio:") {
 #ifdef HYSTCAN_IIO
     return open_iio_card(device.substr(4));
 #else
@@ -28,8 +28,8 @@ std::unique_ptr<Card> open_card(const std::string& device) {
         fmt::format("{}: this program was built without libiio; install libiio-dev and build again", device));
 #endif
   }
-  throw Error(fmt::format("device \"{}\" is not known (examples: comedi:/dev/comedi0, iio:ad5791, simulated)",
-                          device));
+  throw Error(fmt::format(
+      "device \"{}\" is not known; name one as comedi:/dev/comedi0, iio:ad5791 or simulated", device));
 }
 
 }  // namespace hystcan::node

@@ -281,7 +281,18 @@ TEST(Guard, IsSeenToDie) {
 
 TEST(OpenCard, RefusesAKindThatIsNotKnown) {
   EXPECT_EQ(support::refusal_of([] { open_card("nidaq:0"); }),
-            "device \"nidaq:0\" is not known (examples: comedi:/dev/comedi0, iio:ad5791, simulated)");
+            "device \"nidaq:0\" is not known; name one as comedi:/dev/comedi0, iio:ad5791 or simulated");
+}
+
+TEST(OpenCard, RefusesAConverterThatIsNotThere) {
+  const std::string refusal = support::refusal_of([] { open_card("iio:no-such-chip"); });
+  EXPECT_TRUE(refusal.starts_with("iio:no-such-chip: ")) << refusal;
+}
+
+TEST(OpenCard, RefusesAFileThatIsNoCard) {
+  const std::string refusal = support::refusal_of([] { open_card("comedi:/dev/null"); });
+  if (refusal.find("built without libcomedi") != std::string::npos) GTEST_SKIP() << refusal;
+  EXPECT_EQ(refusal, "/dev/null: it is no comedi device; name one (ls /dev/comedi*)");
 }
 
 TEST(OpenCard, RefusesACardThatIsNotThere) {

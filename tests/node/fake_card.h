@@ -30,6 +30,7 @@ struct FakeCard final : Card {
   std::unique_ptr<LineOutput> line_output(const CardChannel& place) override {
     return std::make_unique<OutLine>(*this, place.channel);
   }
+  void check_line_output(const CardChannel&) override {}
   std::unique_ptr<LineInput> line_input(const CardChannel& place) override {
     return std::make_unique<InLine>(*this, place.channel);
   }

@@ -72,6 +72,12 @@ TEST_F(AnalogueAxis, IsBadAtTheKeyThatTheCardLacks) {
   EXPECT_EQ(of("x position_input").cure, "it has -10..10 V, 0..10 V");
 }
 
+TEST_F(AnalogueAxis, IsBadAtADrivenLineThatTheCardLacks) {
+  settings.push_back({"axis[0].analogue.charge_pump_line.device", "\"comedi:/dev/null\""});
+  settings.push_back({"axis[0].analogue.charge_pump_line.line", "0"});
+  EXPECT_EQ(of("x charge_pump_line").verdict, Verdict::bad);
+}
+
 TEST_F(AnalogueAxis, IsBadWithoutAPosition) {
   settings.push_back({"axis[0].analogue.position_zero_um", "1000.0"});  // 0 um would be -200 V
   EXPECT_EQ(of("x noise").verdict, Verdict::bad);
