@@ -3,7 +3,6 @@
 // splitting (twice rounded, it differs from x86-64 with a probability of 2^-49).
 #pragma once
 
-#include <compare>
 #include <limits>
 
 namespace hystcan::model {
@@ -17,7 +16,8 @@ class Extended {
   friend Extended operator-(Extended a, Extended b) { return a.value_ - b.value_; }
   friend Extended operator*(Extended a, Extended b) { return a.value_ * b.value_; }
   friend Extended operator/(Extended a, Extended b) { return a.value_ / b.value_; }
-  friend auto operator<=>(Extended a, Extended b) = default;
+  friend bool operator<(Extended a, Extended b) { return a.value_ < b.value_; }
+  friend bool operator>(Extended a, Extended b) { return a.value_ > b.value_; }
   Extended& operator+=(Extended b) { return *this = *this + b; }
   Extended operator-() const { return -value_; }
   Extended magnitude() const { return value_ < 0.0L ? -value_ : value_; }

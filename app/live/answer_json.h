@@ -131,7 +131,8 @@ void read_value(const nlohmann::json& from, T& to, const std::string& place) {
     for (std::size_t i = 0; i < to.size(); ++i) read_value(from[i], to[i], fmt::format("{}[{}]", place, i));
   } else if constexpr (std::is_same_v<T, std::map<std::string, std::string>>) {
     require(from.is_object(), "an object");
-    for (const auto& [key, value] : from.items()) read_value(value, to[key], place + "." + key);
+    for (const auto& [key, value] : from.items())
+      read_value(value, to[key], fmt::format("{}.{}", place, key));
   } else {
     require(from.is_object(), "an object");
     AnswerReader reader(from, place.empty() ? "" : place + ".");

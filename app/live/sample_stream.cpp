@@ -7,6 +7,8 @@
 #include <chrono>
 #include <utility>
 
+#include "can/socketcan/cancel_timer.h"
+
 namespace hystcan::app {
 namespace {
 
@@ -50,7 +52,7 @@ class SampleStream::Session : public std::enable_shared_from_this<Session> {
   void close() {
     error_code ignored;
     socket_.close(ignored);
-    limit_.cancel();
+    can::cancel_timer(limit_);
   }
 
  private:
