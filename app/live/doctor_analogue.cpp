@@ -95,10 +95,12 @@ std::vector<Finding> examine_samples(node::AnalogueDevices& devices, double rate
 
 /// Throws ChannelError if the card lacks a line that the node will drive.
 void check_driven_lines(const node::AnalogueConfig& config, node::Cards& cards) {
-  const std::pair<const char*, const std::optional<node::LineConfig>&> lines[] = {
-      {"enable_line", config.enable_line}, {"charge_pump_line", config.charge_pump_line}};
-  for (const auto& [key, line] : lines)
-    if (line) node::opened(key, [&] { node::AxisCard(cards, config.device).check_line_output(line->place); });
+  const auto check = [&](const char* key, const std::optional<node::LineConfig>& line) {
+    if (!line) return;
+    node::opened(key, [&] { node::AxisCard(cards, config.device).check_line_output(line->place); });
+  };
+  check("enable_line", config.enable_line);
+  check("charge_pump_line", config.charge_pump_line);
 }
 
 /// To open a line as an output would drive it.
