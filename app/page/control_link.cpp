@@ -35,7 +35,8 @@ void ControlLink::ask(const nlohmann::json& command, Done done) {
   const ControlCommand& row = take_command(command, Server::controller);
   const bool reads = row.access == Access::reads;
   if (!reads && waiting_.size() >= most_waiting) return done(refusal("too many commands at once"));
-  const auto place = row.verb == Verb::status && !waiting_.empty() ? waiting_.begin() + 1 : waiting_.end();
+  const auto place =
+      row.verb == Verb::status && !waiting_.empty() ? std::next(waiting_.begin()) : waiting_.end();
   waiting_.insert(place, {command.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                           std::move(done), reads});
   if (waiting_.size() == 1) begin();
@@ -44,7 +45,7 @@ void ControlLink::ask(const nlohmann::json& command, Done done) {
 void ControlLink::give_up_writing() {
   if (!socket_.is_open()) return;
   disconnect();
-  std::deque<Command> writes;
+  std::list<Command> writes;
   for (Command& command : std::exchange(waiting_, {}))
     (command.reads ? waiting_ : writes).push_back(std::move(command));
   refuse(given_up, writes);
@@ -105,7 +106,7 @@ void ControlLink::disconnect() {
   received_.consume(received_.size());
 }
 
-void ControlLink::refuse(const std::string& reason, const std::deque<Command>& commands) {
+void ControlLink::refuse(const std::string& reason, const std::list<Command>& commands) {
   const nlohmann::json refused = refusal(fmt::format("{}: {}", file_.string(), reason));
   for (const Command& command : commands)
     boost::asio::post(socket_.get_executor(), [done = command.done, refused] { done(refused); });

@@ -8,9 +8,9 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/streambuf.hpp>
 #include <chrono>
-#include <deque>
 #include <filesystem>
 #include <functional>
+#include <list>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -54,7 +54,7 @@ class ControlLink {
   void write();
   void read();
   void disconnect();
-  void refuse(const std::string& reason, const std::deque<Command>& commands);
+  void refuse(const std::string& reason, const std::list<Command>& commands);
   void fail(const std::string& reason);
 
   std::function<std::filesystem::path()> place_;
@@ -63,7 +63,7 @@ class ControlLink {
   boost::asio::steady_timer limit_;
   boost::asio::streambuf received_;
   std::filesystem::path file_;
-  std::deque<Command> waiting_;
+  std::list<Command> waiting_;
   std::uint64_t connection_ = 0;  ///< what is left of an earlier one does not count
 };
 
