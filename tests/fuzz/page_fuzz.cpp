@@ -10,23 +10,14 @@
 #include "app/live/control_protocol.h"
 #include "app/page/page_service.h"
 #include "base/error.h"
+#include "tests/app/page/two_axes.h"
 #include "tests/fuzz/demand.h"
 
 using namespace hystcan;
 
 namespace {
 
-const app::StreamGreeting greeting{.columns = {{"time_s"},
-                                               {"axis"},
-                                               {"state"},
-                                               {"fault"},
-                                               {"reference_um"},
-                                               {"scan_line"},
-                                               {"turnaround_us"},
-                                               {"lateness_us"},
-                                               {"position_um"},
-                                               {"sample_missing"}},
-                                   .axes = {{"x"}, {"y"}}};
+const app::StreamGreeting greeting = app::two_axes();
 
 class CountingClient final : public app::WebClient {
  public:

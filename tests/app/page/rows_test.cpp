@@ -11,6 +11,7 @@
 #include "app/page/capture.h"
 #include "app/page/stream_rows.h"
 #include "base/error.h"
+#include "tests/app/page/two_axes.h"
 
 namespace hystcan::app::rows_test {
 namespace {
@@ -82,17 +83,7 @@ TEST(RowHistory, KeepsTheNewestRows) {
   for (std::uint64_t i = 2; i < 5; ++i) EXPECT_EQ(history.row(i)[0], static_cast<double>(i));
 }
 
-const StreamGreeting greeting{.columns = {{"time_s"},
-                                          {"axis"},
-                                          {"state"},
-                                          {"fault"},
-                                          {"reference_um"},
-                                          {"scan_line"},
-                                          {"turnaround_us"},
-                                          {"lateness_us"},
-                                          {"position_um"},
-                                          {"sample_missing"}},
-                              .axes = {{"x"}, {"y"}}};
+const StreamGreeting greeting = two_axes();
 
 /// Two axes at 1 kHz, with the position of axis 0 from a function of the time in ms.
 class Stream {
