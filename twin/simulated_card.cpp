@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <utility>
 
 #include "base/error.h"
+#include "base/text.h"
 
 namespace hystcan::twin {
 namespace {
@@ -61,15 +61,14 @@ class SteadyLine final : public node::LineInput {
 unsigned bits_of(const std::string& name) {
   constexpr unsigned usual = 16, most = 24;
   if (name == SimulatedCard::device) return usual;
-  unsigned bits = 0;
-  const std::string prefix = std::string(SimulatedCard::device) + ":";
-  const char* const end = name.data() + name.size();
-  const auto read = name.starts_with(prefix) ? std::from_chars(name.data() + prefix.size(), end, bits)
-                                             : std::from_chars_result{nullptr, std::errc{}};
-  if (read.ptr != end || read.ec != std::errc{} || bits < 2 || bits > most)
-    throw Error(
-        fmt::format("device \"{}\" is not known, expected simulated:BITS with 2 to {} bits", name, most));
-  return bits;
+  const std::string_view suffix = std::string_view(name).substr(SimulatedCard::device.size());
+  const auto bits = suffix.starts_with(":") && !suffix.starts_with(":+")
+                        ? parsed_number<unsigned>(suffix.substr(1))
+                        : std::nullopt;
+  if (!bits || *bits < 2 || *bits > most)
+    throw Error(fmt::format("device \"{}\" is not known", name),
+                expect("simulated:BITS with 2 to {} bits", most));
+  return *bits;
 }
 
 bool is_at(const node::CardChannel& one, const node::CardChannel& other) {
@@ -134,8 +133,8 @@ node::VoltageRange SimulatedCard::range_of(const node::CardChannel& place) const
   };
   if (place.range.empty() || place.range == "-10..10 V") return range(-10.0, 10.0);
   if (place.range == "0..10 V") return range(0.0, 10.0);
-  throw Error(fmt::format("{}: channel {} has no range \"{}\"; it has -10..10 V, 0..10 V", device,
-                          place.channel, place.range));
+  throw Error(device, fmt::format("channel {} has no range \"{}\"", place.channel, place.range),
+              {.remedy = "it has -10..10 V, 0..10 V"});
 }
 
 std::unique_ptr<node::VoltageOutput> SimulatedCard::output(const node::CardChannel& place) {
@@ -149,7 +148,7 @@ std::unique_ptr<node::VoltageOutput> SimulatedCard::output(const node::CardChann
           plant.set_target(volts / volts_per_drive);
         });
   }
-  throw Error(fmt::format("{}: no axis has channel {} as its output", device, place.channel));
+  throw Error(device, fmt::format("no axis has channel {} as its output", place.channel));
 }
 
 std::unique_ptr<node::VoltageInput> SimulatedCard::input(const node::CardChannel& place) {
@@ -166,7 +165,7 @@ std::unique_ptr<node::VoltageInput> SimulatedCard::input(const node::CardChannel
         return plant.drive() * config.volts_per_drive;
       });
   }
-  throw Error(fmt::format("{}: no axis has channel {} as an input", device, place.channel));
+  throw Error(device, fmt::format("no axis has channel {} as an input", place.channel));
 }
 
 std::unique_ptr<node::LineOutput> SimulatedCard::line_output(const node::CardChannel&) {

@@ -61,10 +61,10 @@ class Readings {
 
   std::string line() {
     const node::AnalogueConfig& config = axis_.config;
-    std::string text = fmt::format(
-        "{}: position {}", axis_.wire.name, in_volts(*position_, [&](double volts) {
-          return fmt::format("{:.4f} um", config.position_zero_um + config.position_um_per_V * volts);
-        }));
+    std::string text =
+        fmt::format("{}: position {}", axis_.wire.name, in_volts(*position_, [&](double volts) {
+                      return fmt::format("{:.4f} um", config.position_um(volts));
+                    }));
     if (output_)
       text += fmt::format("; output {}", in_volts(*output_, [&](double volts) {
                             return fmt::format("{:.4f} {}", volts / config.volts_per_drive,
@@ -149,8 +149,7 @@ int run_node(const NodeArguments& options) {
   const config::Config config = config::load(options.config);
   const AnalogueAxes axes = analogue_axes(config);
   if (axes.empty())
-    throw Error(fmt::format("{}: no axis has the table [axis.analogue], expected the card of at least one",
-                            config.file.string()));
+    throw Error(config.file, "no axis has the table [axis.analogue]", expect("the card of at least one"));
   if (options.reads) return show_readings(config, axes);
   const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
   LiveLoop loop(interface);

@@ -66,12 +66,9 @@ Finding examine_output(const node::AnalogueDevices& devices) {
 Finding examine_input(const node::AnalogueDevices& devices) {
   const node::VoltageRange& range = devices.input.range();
   const node::AnalogueConfig& config = devices.axis.config;
-  const auto position_um = [&](double volts) {
-    return config.position_zero_um + config.position_um_per_V * volts;
-  };
   return {devices.axis.wire.name + " input", Verdict::good,
           fmt::format("{:.4g} to {:.4g} V are {:.4g} to {:.4g} um; one bit is {:.3g} nm", range.lo, range.hi,
-                      position_um(range.lo), position_um(range.hi),
+                      config.position_um(range.lo), config.position_um(range.hi),
                       1e3 * std::abs(config.position_um_per_V) * range.step)};
 }
 

@@ -1,7 +1,6 @@
 #include "node/analogue/comedi_card.h"
 
 #include <comedilib.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -14,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "node/analogue/lock_byte.h"
 
 namespace hystcan::node {
 namespace {
@@ -100,7 +100,7 @@ std::string text_of(const comedi_range& range) { return fmt::format("{:g}..{:g} 
 class ComediCard final : public Card {
  public:
   explicit ComediCard(const std::string& file) : file_(file), device_(comedi_open(file.c_str()), Close{}) {
-    if (!device_) throw Error(fmt::format("{}: {}", file, reason(errno)));
+    if (!device_) throw Error(file, reason(errno));
   }
 
   std::unique_ptr<VoltageOutput> output(const CardChannel& place) override {
@@ -138,27 +138,25 @@ class ComediCard final : public Card {
   /// Another process that drives this output is refused, by a lock of a byte of the device file for each
   /// channel. A child process shares the lock.
   void own(const CardChannel& place) const {
-    struct flock lock {};
-    lock.l_type = F_WRLCK;
-    lock.l_whence = SEEK_SET;
-    lock.l_start = static_cast<off_t>(place.subdevice) * 65'536 + place.channel;
-    lock.l_len = 1;
-    if (fcntl(comedi_fileno(device_.get()), F_OFD_SETLK, &lock) != 0)
-      throw Error(fmt::format("{}: another process drives channel {} of subdevice {}; end it", file_,
-                              place.channel, place.subdevice));
+    const auto byte = static_cast<off_t>(place.subdevice) * 65'536 + place.channel;
+    if (!lock_byte(comedi_fileno(device_.get()), byte))
+      throw Error(
+          file_,
+          fmt::format("another process drives channel {} of subdevice {}", place.channel, place.subdevice),
+          {.remedy = "end it"});
   }
 
   void check_channel(const CardChannel& place, std::string_view kind) const {
     const int channels = comedi_get_n_channels(device_.get(), place.subdevice);
     if (channels <= 0 || place.channel >= static_cast<unsigned>(channels))
-      throw Error(fmt::format("{}: subdevice {} has no channel {}; it has {} {}", file_, place.subdevice,
-                              place.channel, std::max(channels, 0), kind));
+      throw Error(file_, fmt::format("subdevice {} has no channel {}", place.subdevice, place.channel),
+                  {.remedy = fmt::format("it has {} {}", std::max(channels, 0), kind)});
   }
 
   void check_line(const CardChannel& place, int only, std::string_view kind) const {
     const int type = comedi_get_subdevice_type(device_.get(), place.subdevice);
     if (type != only && type != COMEDI_SUBD_DIO)
-      throw Error(fmt::format("{}: subdevice {} has no digital {}", file_, place.subdevice, kind));
+      throw Error(file_, fmt::format("subdevice {} has no digital {}", place.subdevice, kind));
     check_channel(place, "lines");
   }
 
@@ -166,14 +164,14 @@ class ComediCard final : public Card {
     comedi_t* const device = device_.get();
     if (comedi_get_subdevice_type(device, place.subdevice) == COMEDI_SUBD_DIO &&
         comedi_dio_config(device, place.subdevice, place.channel, direction) < 0)
-      throw Error(fmt::format("{}: line {} of subdevice {} cannot be an {}", file_, place.channel,
-                              place.subdevice, direction == COMEDI_OUTPUT ? "output" : "input"));
+      throw Error(file_, fmt::format("line {} of subdevice {} cannot be an {}", place.channel,
+                                     place.subdevice, direction == COMEDI_OUTPUT ? "output" : "input"));
   }
 
   Converter converter(const CardChannel& place, int type, std::string_view kind) {
     comedi_t* const device = device_.get();
     if (comedi_get_subdevice_type(device, place.subdevice) != type)
-      throw Error(fmt::format("{}: subdevice {} has no {}", file_, place.subdevice, kind));
+      throw Error(file_, fmt::format("subdevice {} has no {}", place.subdevice, kind));
     check_channel(place, kind);
     Converter found{.device = device_, .subdevice = place.subdevice, .channel = place.channel};
     found.range_index = range_index(place);
@@ -195,8 +193,10 @@ class ComediCard final : public Card {
       names.push_back(text_of(*range));
       if (place.range.empty() || names.back() == place.range) return static_cast<unsigned>(i);
     }
-    throw Error(fmt::format("{}: channel {} of subdevice {} has no range \"{}\"; it has {}", file_,
-                            place.channel, place.subdevice, place.range, fmt::join(names, ", ")));
+    throw Error(file_,
+                fmt::format("channel {} of subdevice {} has no range \"{}\"", place.channel, place.subdevice,
+                            place.range),
+                {.remedy = fmt::format("it has {}", fmt::join(names, ", "))});
   }
 
   std::string file_;

@@ -39,6 +39,8 @@ struct AnalogueConfig {
   std::optional<LineConfig> interlock_line{};    ///< while it is active, the amplifier is faulted
   std::optional<LineConfig> charge_pump_line{};  ///< toggles at each SYNC
   AmplifierConfig amplifier{.command_timeout = std::chrono::milliseconds(20)};
+
+  double position_um(double volts) const { return position_zero_um + position_um_per_V * volts; }
 };
 
 /// In drive units; the node refuses a setpoint beyond the range.

@@ -11,7 +11,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <string>
 
 #include "base/error.h"
 
@@ -32,11 +31,13 @@ void hurry() {
   mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
 }
 
+[[noreturn]] void fail() { throw RunError("no guard process", std::strerror(errno)); }
+
 /// A robust lock that this thread has, in memory that a child shares.
 pthread_mutex_t* held_lock() {
   void* const place =
       mmap(nullptr, sizeof(pthread_mutex_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (place == MAP_FAILED) throw RunError(std::string("no guard process: ") + std::strerror(errno));
+  if (place == MAP_FAILED) fail();
   auto* const lock = static_cast<pthread_mutex_t*>(place);
   pthread_mutexattr_t kind;
   pthread_mutexattr_init(&kind);
@@ -63,10 +64,9 @@ pthread_mutex_t* held_lock() {
 
 Guard::Guard(const std::function<bool()>& make_safe) : life_(held_lock()) {
   std::array<int, 2> ends{};
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
-    throw RunError(std::string("no guard process: ") + std::strerror(errno));
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) fail();
   process_ = fork();
-  if (process_ < 0) throw RunError(std::string("no guard process: ") + std::strerror(errno));
+  if (process_ < 0) fail();
   if (process_ == 0) {
     close(ends[0]);
     guard(life_, ends[1], make_safe);
@@ -77,7 +77,7 @@ Guard::Guard(const std::function<bool()>& make_safe) : life_(held_lock()) {
   ssize_t count = -1;
   do count = recv(socket_, &byte, 1, 0);
   while (count < 0 && errno == EINTR);
-  if (count != 1) throw RunError("no guard process: it has ended");
+  if (count != 1) throw RunError("no guard process", "it has ended");
 }
 
 bool Guard::abandon() noexcept {

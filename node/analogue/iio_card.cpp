@@ -19,6 +19,7 @@
 #include "base/error.h"
 #include "base/input_file.h"
 #include "base/text.h"
+#include "node/analogue/lock_byte.h"
 
 namespace hystcan::node {
 namespace {
@@ -140,10 +141,10 @@ class IioCard final : public Card {
       : name_("iio:" + name), context_(iio_create_local_context(), DestroyContext{}) {
     if (context_) device_ = iio_context_find_device(context_.get(), name.c_str());
     if (device_ == nullptr)
-      throw Error(fmt::format("{}: there is no such IIO device; {}", name_,
-                              devices().empty()
-                                  ? "load the driver of the chip (the device-tree overlay of a HAT)"
-                                  : fmt::format("this computer has {}", fmt::join(devices(), ", "))));
+      throw Error(
+          name_, "there is no such IIO device",
+          {.remedy = devices().empty() ? "load the driver of the chip (the device-tree overlay of a HAT)"
+                                       : fmt::format("this computer has {}", fmt::join(devices(), ", "))});
   }
 
   std::unique_ptr<VoltageOutput> output(const CardChannel& place) override {
@@ -160,10 +161,8 @@ class IioCard final : public Card {
 
  private:
   [[noreturn]] void refuse_lines() const {
-    throw Error(
-        fmt::format("{}: IIO has no digital lines; leave the line out, or name a card that has lines "
-                    "as its device",
-                    name_));
+    throw Error(name_, "IIO has no digital lines",
+                {.remedy = "leave the line out, or name a card that has lines as its device"});
   }
 
   std::vector<std::string> devices() const {
@@ -176,7 +175,7 @@ class IioCard final : public Card {
 
   iio_channel* channel(const CardChannel& place, bool is_output) const {
     if (place.subdevice != 0)
-      throw Error(fmt::format("{}: an IIO device has no subdevices; leave subdevice out", name_));
+      throw Error(name_, "an IIO device has no subdevices", {.remedy = "leave subdevice out"});
     const std::string alone = fmt::format("voltage{}", place.channel);
     std::vector<std::string> names;
     for (unsigned i = 0; i < iio_device_get_channels_count(device_); ++i) {
@@ -188,9 +187,10 @@ class IioCard final : public Card {
                              : names.back() == alone;
       if (is_it) return one;
     }
-    throw Error(fmt::format("{}: there is no {} {}{}; it has {}", name_, is_output ? "output" : "input",
-                            alone, place.reference == VoltageReference::differential ? "-N" : "",
-                            names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+    throw Error(name_,
+                fmt::format("there is no {} {}{}", is_output ? "output" : "input", alone,
+                            place.reference == VoltageReference::differential ? "-N" : ""),
+                {.remedy = names.empty() ? "it has none" : fmt::format("it has {}", fmt::join(names, ", "))});
   }
 
   /// Another process that drives this output is refused, by a lock of the attribute that is written. A child
@@ -200,13 +200,11 @@ class IioCard final : public Card {
                                          iio_channel_attr_get_filename(output, "raw"));
     Descriptor raw(open(file.c_str(), O_WRONLY | O_CLOEXEC));
     if (raw.get() < 0 && (errno == EACCES || errno == EPERM))
-      throw Error(fmt::format("{}: no permission; let udev give the file to the group of the cards", file));
-    if (raw.get() < 0) throw Error(fmt::format("{}: {}", file, std::strerror(errno)));
-    struct flock lock {};
-    lock.l_type = F_WRLCK;
-    lock.l_whence = SEEK_SET;
-    if (fcntl(raw.get(), F_OFD_SETLK, &lock) != 0)
-      throw Error(fmt::format("{}: another process drives channel {}; end it", name_, place.channel));
+      throw Error(file, "no permission", {.remedy = "let udev give the file to the group of the cards"});
+    if (raw.get() < 0) throw Error(file, std::strerror(errno));
+    if (!lock_byte(raw.get(), 0))
+      throw Error(name_, fmt::format("another process drives channel {}", place.channel),
+                  {.remedy = "end it"});
     return raw;
   }
 
@@ -225,13 +223,11 @@ class IioCard final : public Card {
   IioScale chosen_scale(iio_channel* channel, const CardChannel& place) {
     const IioScale present = present_scale(channel);
     if (!(present.step_V() > 0.0))
-      throw Error(fmt::format("{}: channel {} has no scale above 0", name_, place.channel));
+      throw Error(name_, fmt::format("channel {} has no scale above 0", place.channel));
     const auto raw = raw_range(channel);
     if (!raw && !parsed_range(place.range))
-      throw Error(
-          fmt::format("{}: channel {} does not state its range; set range to the volts of its "
-                      "reference (example: \"0..10 V\")",
-                      name_, place.channel));
+      throw Error(name_, fmt::format("channel {} does not state its range", place.channel),
+                  {.remedy = "set range to the volts of its reference (example: \"0..10 V\")"});
     if (!raw) return present;
     std::vector<std::string> names;
     for (const IioScale& one : scales(channel, present)) {
@@ -242,8 +238,8 @@ class IioCard final : public Card {
       }
       if (std::ranges::find(names, range) == names.end()) names.push_back(std::move(range));
     }
-    throw Error(fmt::format("{}: channel {} has no range \"{}\"; it has {}", name_, place.channel,
-                            place.range, fmt::join(names, ", ")));
+    throw Error(name_, fmt::format("channel {} has no range \"{}\"", place.channel, place.range),
+                {.remedy = fmt::format("it has {}", fmt::join(names, ", "))});
   }
 
   static IioScale present_scale(const iio_channel* channel) {
@@ -266,8 +262,8 @@ class IioCard final : public Card {
     const char* const file = iio_channel_attr_get_filename(channel, "scale");
     const std::string& first = ranges_.try_emplace(file == nullptr ? "" : file, range).first->second;
     if (first != range)
-      throw Error(fmt::format("{}: channel {} shares its range with another one, which has \"{}\"", name_,
-                              place.channel, first));
+      throw Error(name_, fmt::format("channel {} shares its range with another one, which has \"{}\"",
+                                     place.channel, first));
     const auto is_set = [&] {
       const IioScale now = present_scale(channel);
       return now.volts(0.0) == scale.volts(0.0) && now.step_V() == scale.step_V();
@@ -277,10 +273,9 @@ class IioCard final : public Card {
                                       std::pair("scale", &scale.scale_mV)})
       if (!is_set()) iio_channel_attr_write(channel, name, value->c_str());
     if (!is_set())
-      throw Error(
-          fmt::format("{}: the driver refuses to set range \"{}\" of channel {}; set it as root, or "
-                      "leave range out",
-                      name_, range, place.channel));
+      throw Error(name_,
+                  fmt::format("the driver refuses to set range \"{}\" of channel {}", range, place.channel),
+                  {.remedy = "set it as root, or leave range out"});
   }
 
   std::string name_;

@@ -16,20 +16,20 @@ std::unique_ptr<Card> open_card(const std::string& device) {
 #ifdef HYSTCAN_COMEDI
     return open_comedi_card(device.substr(7));
 #else
-    throw Error(fmt::format(
-        "{}: this program was built without libcomedi; install libcomedi-dev and build again", device));
+    throw Error(device, "this program was built without libcomedi",
+                {.remedy = "install libcomedi-dev and build again"});
 #endif
   }
   if (device.starts_with("iio:") && device != "iio:") {
 #ifdef HYSTCAN_IIO
     return open_iio_card(device.substr(4));
 #else
-    throw Error(
-        fmt::format("{}: this program was built without libiio; install libiio-dev and build again", device));
+    throw Error(device, "this program was built without libiio",
+                {.remedy = "install libiio-dev and build again"});
 #endif
   }
-  throw Error(fmt::format(
-      "device \"{}\" is not known; name one as comedi:/dev/comedi0, iio:ad5791 or simulated", device));
+  throw Error(fmt::format("device \"{}\" is not known", device),
+              {.remedy = "name one as comedi:/dev/comedi0, iio:ad5791 or simulated"});
 }
 
 }  // namespace hystcan::node

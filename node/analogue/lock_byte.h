@@ -1,0 +1,19 @@
+// A lock that shows another process which output is driven.
+#pragma once
+
+#include <fcntl.h>
+
+namespace hystcan::node {
+
+/// Locks a byte of a file for all who share its open description, a child process too. False: another one has
+/// the lock.
+inline bool lock_byte(int file, off_t byte) {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  lock.l_start = byte;
+  lock.l_len = 1;
+  return fcntl(file, F_OFD_SETLK, &lock) == 0;
+}
+
+}  // namespace hystcan::node
