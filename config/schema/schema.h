@@ -17,18 +17,18 @@ void visit(V& v, BusConfig& bus) {
   v.required("interface", bus.interface, any,
              {"CAN interface of `controller` and `twin`; `--interface` overrides it"});
   v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000},
-             {"bit rate of the interface, of the simulated bus and of the check below"});
+             {"nominal bit rate of the interface and the simulated bus, also for the check below"});
   v.optional(
       "data_bitrate_bit_per_s", bus.data_bitrate_bit_per_s, {.lo = 0, .hi = 8'000'000},
-      {"bit rate of the data phase of CAN FD, on the interface and on the simulated bus; 0: frames of CAN "
-       "FD do not switch the bit rate"});
+      {"CAN FD bit rate of the data phase, on the interface and on the simulated bus; 0: CAN FD frames do "
+       "not switch the bit rate"});
   v.required("dbc", bus.dbc, any, {"the CAN database"});
   v.optional("turnaround_us", bus.turnaround, not_negative,
-             {"reaction time of sensor and controller together, for the check below"});
+             {"combined reaction time of sensor and controller, for the check below"});
   v.optional(
       "background_slots", bus.background_slots, {.lo = 0, .hi = can::sync_counter_max},
       {"cycles in a round in which heartbeats and statuses have [slots](../protocol/cycle.md#background-slots); a "
-       "divisor of 240; 0: they come at any time"});
+       "divisor of 240; 0: they are sent at any time"});
 }
 
 /// [controller.realtime].
@@ -37,73 +37,70 @@ void visit(V& v, controller::Realtime& r) {
   v.optional("priority", r.priority, {.lo = 0, .hi = 99},
              {"`SCHED_FIFO` priority; 0: the class in which the program was started"});
   v.optional("lock_memory", r.lock_memory, any,
-             {"all memory stays resident (`mlockall`); stack and heap are touched beforehand"});
-  v.optional("cpus", r.cpus, any,
-             {"the processors on which the thread may run, 0 to 1023; empty: no restriction"});
+             {"locks all memory (`mlockall`) and touches stack and heap at the start"});
+  v.optional("cpus", r.cpus, any, {"processors for the thread, 0 to 1023; empty: all"});
 }
 
 template <class V>
 void visit(V& v, controller::CommonConfig& c) {
   v.required("rate_Hz", c.rate_Hz, {.lo = 1.0, .hi = rate_max_Hz},
-             {"SYNC rate, which is the control rate of all axes"});
+             {"SYNC rate, and control rate of all axes"});
   v.optional("node", c.node, {.lo = 1, .hi = 127}, {"node id of the controller's own heartbeat"});
   v.optional("heartbeat_ms", c.heartbeat_period, positive,
-             {"period of its heartbeat and of the NMT start requests"});
+             {"period of the controller's heartbeat and of its NMT start requests"});
   v.optional(
       "heartbeat_timeout_ms", c.heartbeat_timeout, positive,
-      {"a node without a heartbeat for this time is silent; at least two periods of the nodes' heartbeats"});
-  v.optional(
-      "command_deadline_us", c.command_deadline, not_negative,
-      {"a command frame of several axes goes out at the latest so long after SYNC; 0: nine tenths of the cycle"});
+      {"time without a heartbeat after which a node is silent; at least two heartbeat periods of the nodes"});
+  v.optional("command_deadline_us", c.command_deadline, not_negative,
+             {"latest time after SYNC to send a command frame of several axes; 0: nine tenths of the cycle"});
   v.optional("wake_up_warn_us", c.lateness_warn, not_negative,
-             {"the log reports a SYNC that is later than this; 0: never"});
+             {"SYNC delay above which the log reports it; 0: never"});
   v.optional("wake_up_trip_us", c.lateness_trip, not_negative,
-             {"a SYNC that is later than this faults every axis in use; 0: never"});
-  v.optional("start_together", c.start_together, any, {"the first axis that is ready waits for the others"});
-  v.optional("start_timeout_s", c.start_timeout, not_negative, {"it waits no longer than this"});
+             {"SYNC delay above which every axis in use faults; 0: never"});
+  v.optional("start_together", c.start_together, any, {"an axis that is ready waits for the others"});
+  v.optional("start_timeout_s", c.start_timeout, not_negative, {"longest wait of an axis for the others"});
   v.optional("control_socket", c.control_socket, any, {"file of the [control socket](../control_socket.md)"});
-  v.optional("state_dir", c.state_folder, any, {"folder of the state files; none: nothing is saved"});
+  v.optional("state_dir", c.state_folder, any, {"folder of the state files; empty: no state is saved"});
   v.optional("black_box_dir", c.black_box.folder, any,
              {"folder of the [black boxes](../deployment.md#the-black-box)"});
   v.optional("black_box_files", c.black_box.files, {.lo = 0, .hi = 10'000},
-             {"largest number of black boxes in that folder; 0: none is written"});
+             {"maximum number of black boxes in that folder; 0: none is written"});
   v.optional_table("realtime", c.realtime, [](V& sub, auto& value) { visit(sub, value); });
 }
 
 template <class V>
 void visit(V& v, controller::Hold& s) {
-  v.required("level_um", s.level_um, any, {"the reference rests there"});
-  v.required("duration_s", s.duration_s, positive, {"for this time"});
+  v.required("level_um", s.level_um, any, {"position of the rest"});
+  v.required("duration_s", s.duration_s, positive, {"duration of the rest"});
 }
 template <class V>
 void visit(V& v, controller::Step& s) {
   v.required("from_um", s.from_um, any, {"first level"});
-  v.required("to_um", s.to_um, any, {"the other level"});
+  v.required("to_um", s.to_um, any, {"position after a step"});
   v.required("dwell_s", s.dwell_s, positive, {"rest before, between and after the steps"});
-  v.optional("steps", s.steps, {.lo = 1, .hi = 1e6},
-             {"number of steps; each goes from one level to the other at once"});
+  v.optional("steps", s.steps, {.lo = 1, .hi = 1e6}, {"number of steps, each from one level to the other"});
 }
 template <class V>
 void visit(V& v, controller::Ramp& s) {
-  v.required("from_um", s.from_um, any, {"where it begins"});
-  v.required("to_um", s.to_um, any, {"where it ends"});
-  v.required("duration_s", s.duration_s, positive, {"time of the way"});
+  v.required("from_um", s.from_um, any, {"first position"});
+  v.required("to_um", s.to_um, any, {"last position"});
+  v.required("duration_s", s.duration_s, positive, {"duration of the ramp"});
 }
 inline constexpr Range turnaround_range{.lo = 0.0, .hi = 50.0};
 
 template <class V, class Periodic>
 void visit_periodic(V& v, Periodic& s) {
-  v.required("low_um", s.low_um, any, {"lowest position, where it begins"});
+  v.required("low_um", s.low_um, any, {"lowest position, also the first"});
   v.required("high_um", s.high_um, any, {"highest position"});
-  v.required("frequency_Hz", s.frequency_Hz, positive, {"periods in a second"});
+  v.required("frequency_Hz", s.frequency_Hz, positive, {"periods per second"});
   v.required("cycles", s.cycles, {.lo = 0.0, .hi = 1e6, .lo_excluded = true},
-             {"number of periods, also a part of one"});
+             {"number of periods; a fraction is allowed"});
 }
 template <class V>
 void visit(V& v, controller::Triangle& s) {
   visit_periodic(v, s);
   v.optional("turnaround_percent", s.turnaround_percent, turnaround_range,
-             {"share of a period that its [turnarounds](#turnarounds) take together; 0: sharp corners"});
+             {"share of each period for its [turnarounds](#turnarounds), both together; 0: sharp corners"});
 }
 template <class V>
 void visit(V& v, controller::Sine& s) {
@@ -113,21 +110,22 @@ template <class V>
 void visit(V& v, controller::Chirp& s) {
   v.required("low_um", s.low_um, any, {"lowest position"});
   v.required("high_um", s.high_um, any, {"highest position"});
-  v.required("from_Hz", s.from_Hz, positive, {"frequency at the beginning; it changes linearly"});
+  v.required("from_Hz", s.from_Hz, positive, {"frequency at the start; it changes linearly"});
   v.required("to_Hz", s.to_Hz, positive, {"frequency at the end"});
-  v.required("duration_s", s.duration_s, positive, {"time of the chirp without its fades"});
+  v.required("duration_s", s.duration_s, positive, {"duration of the chirp without its fades"});
   v.optional("fade_s", s.fade_s, positive,
-             {"time before and after it in which it comes from its centre and goes there"});
+             {"duration of the fade-in from the centre, and of the fade-out to it"});
 }
 template <class V>
 void visit(V& v, controller::MultiSine& s) {
-  v.required("centre_um", s.centre_um, any, {"where the sum of cosines is zero"});
-  v.required("amplitudes_um", s.amplitudes_um, positive, {"one for each cosine"});
+  v.required("centre_um", s.centre_um, any, {"position at which the sum of cosines is zero"});
+  v.required("amplitudes_um", s.amplitudes_um, positive, {"amplitude of each cosine"});
   v.required("frequencies_Hz", s.frequencies_Hz, positive, {"as many"});
-  v.optional("phases_deg", s.phases_deg, any, {"as many; none: Schroeder's phases, which give a low peak"});
-  v.required("duration_s", s.duration_s, positive, {"time of the sum without its fades"});
+  v.optional("phases_deg", s.phases_deg, any,
+             {"phase of each cosine; empty: Schroeder's phases, which give a low peak"});
+  v.required("duration_s", s.duration_s, positive, {"duration of the sum without its fades"});
   v.optional("fade_s", s.fade_s, positive,
-             {"time before and after it in which it comes from its centre and goes there"});
+             {"duration of the fade-in from the centre, and of the fade-out to it"});
 }
 template <class V>
 void visit(V& v, controller::Table& s) {
@@ -136,43 +134,42 @@ void visit(V& v, controller::Table& s) {
 }
 template <class V>
 void visit(V& v, controller::Staircase& s) {
-  v.required("levels_um", s.levels_um, any, {"the levels, one after the other"});
-  v.optional("rise_s", s.rise_s, not_negative, {"time of the way to a level; 0: a step"});
+  v.required("levels_um", s.levels_um, any, {"levels in sequence"});
+  v.optional("rise_s", s.rise_s, not_negative, {"time to move to a level; 0: a step"});
   v.required("dwell_s", s.dwell_s, positive, {"rest at each level"});
 }
 
 template <class V>
 void visit(V& v, controller::Raster& s) {
   constexpr Range counted{.lo = 1, .hi = 65'535};
-  v.required("role", s.role, any,
-             {"the axis that follows the lines, or the axis that goes from line to line"});
+  v.required("role", s.role, any, {"`fast`: the axis along the lines; `slow`: the axis from line to line"});
   v.required("low_um", s.low_um, any, {"`fast`: one end of a line; `slow`: the first line"});
   v.required("high_um", s.high_um, any, {"`fast`: the other end; `slow`: the last line"});
-  v.required("line_rate_Hz", s.line_rate_Hz, positive, {"lines in a second"});
-  v.required("lines", s.lines, {.lo = 2, .hi = counted.hi}, {"lines of a frame"});
+  v.required("line_rate_Hz", s.line_rate_Hz, positive, {"lines per second"});
+  v.required("lines", s.lines, {.lo = 2, .hi = counted.hi}, {"lines per frame"});
   v.optional("return_lines", s.return_lines, counted,
-             {"time of the way back to the first line, at the end of each frame, in lines"});
+             {"time to return to the first line after each frame, in lines"});
   v.optional("frames", s.frames, counted, {"number of frames"});
   v.optional("pixels", s.pixels, {.lo = 0, .hi = counted.hi},
-             {"pixels of a line, for the CSV; 0: not counted"});
+             {"pixels per line, for the CSV; 0: not counted"});
   v.optional("both_directions", s.both_directions, any,
-             {"`true`: one line up, the next down; `false`: all up, with a flyback"});
+             {"`true`: lines alternate up and down; `false`: all lines up, with a flyback"});
   if (!s.both_directions)
     v.optional("flyback_percent", s.flyback_percent, {.lo = 1.0, .hi = 99.0},
-               {"without `both_directions`: share of the time of a line for the flyback"});
-  v.optional("slow", s.slow, any, {"the slow axis rests on each line, or rises evenly"});
+               {"share of the line time for the flyback, if `both_directions` is false"});
+  v.optional("slow", s.slow, any, {"whether the slow axis rests on each line or moves at constant speed"});
   v.optional("turnaround_percent", s.turnaround_percent, turnaround_range,
-             {"share of the time of a line that its turnarounds take together"});
+             {"share of the line time for its turnarounds, both together"});
 }
 
 template <class V>
 void visit(V& v, controller::Segment& segment) {
   v.takes_effect(Effect::new_reference);
   std::string kind = to_string(segment.shape);
-  v.choice("kind", kind, controller::shape_kinds, {"the shape of the segment"});
+  v.choice("kind", kind, controller::shape_kinds, {"shape of the segment"});
   v.alternative([&] { segment.shape = controller::shape_of_kind(kind); });
   v.optional("transition_s", segment.transition_s, positive,
-             {"time of the smooth path to the first value of the shape; "
+             {"duration of the smooth path to the first position; "
               "longer if the limits of the reference require it"});
   std::visit([&](auto& shape) { visit(v, shape); }, segment.shape);
 }
@@ -180,19 +177,19 @@ void visit(V& v, controller::Segment& segment) {
 template <class V>
 void visit(V& v, controller::Delays& d) {
   v.required("command_delay_us", d.command_delay, not_negative,
-             {"time from a SYNC until its command takes effect"});
+             {"delay from a SYNC until its command takes effect"});
   v.optional("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive,
              {"small-signal bandwidth, -3 dB", "of the model"});  // these three: else of the model file
   v.optional("resonance_Hz", d.resonance_Hz, positive,
              {"first mode of the stage with its load", "of the model"});
   v.optional("damping_ratio", d.damping_ratio, not_negative, {"damping ratio of that mode", "of the model"});
   v.optional("interpolated", d.interpolated, any,
-             {"the amplifier goes to a setpoint in a straight line within a cycle"});
+             {"the amplifier ramps linearly to each setpoint within a cycle"});
   v.optional("second_order", d.second_order, any, {"also compensates the second moment of the chain"});
   v.optional("plant_inverse", d.plant_inverse, any,
-             {"compensates the whole chain, its mode too, for the position between the samples"});
+             {"compensates the whole chain including its mode, also between the samples"});
   v.optional("sensor_delay_us", d.sensor_delay, {.lo = 0.0, .hi = 100'000.0},
-             {"time from the position to its sample"});
+             {"delay from the position to its sample"});
   v.optional("sensor_bandwidth_Hz", d.sensor_bandwidth_Hz, not_negative,
              {"bandwidth of the sensor, -3 dB; 0: not limited"});
 }
@@ -201,7 +198,7 @@ template <class V>
 void visit(V& v, controller::Notch::Config& n) {
   v.required("frequency_Hz", n.frequency_Hz, positive,
              {"frequency of the largest attenuation, less than half of `rate_Hz`"});
-  v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0}, {"remaining gain at that frequency"});
+  v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0}, {"gain at that frequency"});
   v.required("width", n.width, positive, {"damping ratio of the denominator"});
 }
 
@@ -209,12 +206,12 @@ template <class V>
 void visit(V& v, controller::Learning::Config& l) {
   v.required("correction_max_um", l.correction_max_um, positive, {"largest correction"});
   v.optional("rate", l.rate, {.lo = 0.0, .hi = 1.0, .lo_excluded = true},
-             {"share of the error that one period corrects"});
+             {"share of the error that is corrected in one period"});
   v.optional("forget_percent", l.forget_percent, {.lo = 0.0, .hi = 50.0, .lo_excluded = true},
-             {"of the correction, forgotten in one period"});
+             {"share of the correction that is dropped in one period"});
   v.optional("resonance_percent", l.resonance_percent, {.lo = 0.0, .hi = 50.0},
-             {"the resonance may be this far off, and the error still decays"});
-  v.optional("frozen", l.frozen, any, {"corrects with what it has learnt, and learns no more"});
+             {"largest deviation of the resonance at which the error still decays"});
+  v.optional("frozen", l.frozen, any, {"keeps the learnt correction and stops learning"});
 }
 
 /// The limits that trip an axis, also in [axis.control].
@@ -222,32 +219,33 @@ template <class V>
 void visit_supervision(V& v, controller::AxisConfig& c) {
   controller::Supervisor::Config& s = c.supervision;
   v.required("position_min_um", s.position_min_um, any, {"`position implausible`: the lowest position"});
-  v.required("position_max_um", s.position_max_um, any, {"and the highest one"});
+  v.required("position_max_um", s.position_max_um, any, {"`position implausible`: the highest position"});
   v.optional("position_jump_um", s.position_jump_um, not_negative,
              {"`position jumped`: largest motion in a cycle; 0: off"});
   v.required("following_error_um", c.following_error.error_um, positive,
              {"`following error`: largest error against the reference"});
   v.optional("following_error_lag_ms", c.following_error.lag, not_negative,
-             {"and the reference of so long ago counts too"});
+             {"`following error`: age up to which a past reference counts too"});
   v.optional("following_error_cycles", c.following_error.cycles, {.lo = 1},
-             {"for so many cycles in succession"});
+             {"`following error`: consecutive cycles with that error"});
   v.optional("missing_samples", s.missing_samples, {.lo = 0, .hi = 1000},
-             {"`sample missing`: so many may be missing in succession"});
-  v.optional("frozen_cycles", s.frozen_cycles, any, {"`position frozen`: as many equal samples; 0: off"});
-  v.optional("saturated_s", s.saturated_s, not_negative,
-             {"`saturated`: the drive stands at its limit for so long; 0: off"});
-  v.optional("bus_passive_s", s.bus_passive_s, not_negative, {"`bus passive`: for so long; 0: off"});
+             {"`sample missing`: maximum consecutive missing samples"});
+  v.optional("frozen_cycles", s.frozen_cycles, any,
+             {"`position frozen`: number of consecutive equal samples; 0: off"});
+  v.optional("saturated_s", s.saturated_s, not_negative, {"`saturated`: time at the drive limit; 0: off"});
+  v.optional("bus_passive_s", s.bus_passive_s, not_negative,
+             {"`bus passive`: time in the error-passive state; 0: off"});
   v.optional("status_timeout_ms", s.status_timeout, not_negative,
-             {"`status missing`: for so long, at least two periods of `status_every`; 0: off"});
+             {"`status missing`: time without a status, at least two periods of `status_every`; 0: off"});
 }
 
 template <class V>
 void visit(V& v, controller::InPosition::Config& c) {
-  v.required("tolerance_um", c.tolerance_um, positive, {"largest error at which the stage is in position"});
+  v.required("tolerance_um", c.tolerance_um, positive, {"maximum error of a stage in position"});
   v.required("window_ms", c.window, not_negative,
              {"time for which the error must stay within the tolerance"});
   v.required("timeout_ms", c.timeout, positive,
-             {"time after which the positioning has failed, at least `window_ms`"});
+             {"time after which the positioning fails, at least `window_ms`"});
 }
 
 inline constexpr Range enable_delay_range{.lo = 0.0, .hi = 10'000.0};
@@ -265,17 +263,17 @@ void visit_control(V& v, AxisConfig& axis) {
   v.required("structure", c.law.structure, any, {"control structure: [theory](../theory/control_law.md)"});
   v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative, {"integral gain"});
-  v.optional("deadband_um", c.law.deadband_um, not_negative, {"deadband of the error at the input of PI"});
+  v.optional("deadband_um", c.law.deadband_um, not_negative, {"error deadband at the PI input"});
   v.optional("measurement_filter_Hz", c.law.measurement_filter_Hz, not_negative,
-             {"corner of a first-order low pass at the input of PI; 0: none"});
-  v.required("drive_min_" + unit, c.gate.drive_min, any, {"no command below this leaves the controller"});
+             {"corner frequency of a first-order low pass at the PI input; 0: none"});
+  v.required("drive_min_" + unit, c.gate.drive_min, any, {"lowest drive in a command"});
   v.required("drive_max_" + unit, c.gate.drive_max, any,
-             {"and none above this, which must reach the model's upper threshold"});
+             {"highest drive in a command, at least the model's upper threshold"});
   v.required("safe_drive_" + unit, c.gate.safe_drive, any,
-             {"drive of the safe command, which does not enable the amplifier", {}, Effect::after_restart});
-  v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive, {"the drive changes no faster"});
+             {"drive of the safe command, which also disables the amplifier", {}, Effect::after_restart});
+  v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive, {"maximum rate of change of the drive"});
   v.optional("start_up", c.start_up, any,
-             {"how the memory of the actuator becomes known", {}, Effect::at_next_start});
+             {"source of the actuator's memory at the start", {}, Effect::at_next_start});
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive,
              {"speed of the ramps at the start and at the end", {}, Effect::at_next_start});
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative,
@@ -285,21 +283,21 @@ void visit_control(V& v, AxisConfig& axis) {
               "that [leaves the drive in hand](../safety.md#stopping-without-a-blow); 0: off"});
   if (reports_state(axis.wire))
     v.optional("enable_delay_ms", c.enable_delay, enable_delay_range,
-               {"the least time from Enable until the drive moves; "
-                "required where the amplifier does not report its state"});
+               {"minimum time from Enable until the drive moves; "
+                "required if the amplifier does not report its state"});
   else
     v.required("enable_delay_ms", c.enable_delay, enable_delay_range,
-               {"the least time from Enable until the drive moves"});
+               {"minimum time from Enable until the drive moves"});
   v.optional("verify_watchdog", c.verify_watchdog, any,
-             {"try the amplifier's watchdog before the first use"});
+             {"tests the amplifier's watchdog before the first use"});
   visit_supervision(v, c);
-  v.optional("repeat", c.repeat, any, {"the reference starts again at its end", {}, Effect::new_reference});
+  v.optional("repeat", c.repeat, any, {"the reference repeats", {}, Effect::new_reference});
   v.limit_or_inf("reference_slew_um_per_s", c.reference_limits.slew_um_per_s,
                  c.transition_limits.slew_um_per_s,
-                 {"largest speed of the reference", "see below", Effect::new_reference});
+                 {"maximum speed of the reference", "see below", Effect::new_reference});
   v.limit_or_inf("reference_acceleration_um_per_s2", c.reference_limits.acceleration_um_per_s2,
                  c.transition_limits.acceleration_um_per_s2,
-                 {"largest acceleration of the reference", "see below", Effect::new_reference});
+                 {"maximum acceleration of the reference", "see below", Effect::new_reference});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_table("notch", c.law.notch, plain);
   v.optional_table("learning", c.learning, plain);
@@ -311,20 +309,21 @@ void visit_control(V& v, AxisConfig& axis) {
 
 template <class V>
 void visit_crc(V& v, can::MessageMap& map) {
-  v.required("crc", map.crc, any, {"name of its signal, a whole byte, or two for `CRC-16`; only with a CRC"});
+  v.required("crc", map.crc, any,
+             {"name of the CRC signal, a whole byte, or two for `CRC-16`; only with a CRC"});
   v.optional("polynomial", map.polynomial, any,
-             {"of the CRC; the default of messages of more than 8 bytes is `CRC-16`"});
+             {"polynomial of the CRC; default `CRC-16` for messages of more than 8 bytes"});
   v.required("crc_covers", map.data_id.kind, any,
-             {"what precedes the payload: `identifier`, `data_id`, or nothing: `payload`"});
+             {"value in front of the payload: `identifier`, `data_id`, or none (`payload`)"});
   if (map.data_id.kind == can::DataId::Kind::number)
-    v.required("data_id", map.data_id.number, any, {"only with `crc_covers = \"data_id\"`"});
+    v.required("data_id", map.data_id.number, any, {"the data id; only with `crc_covers = \"data_id\"`"});
 }
 
 template <class V>
 void visit_integrity(V& v, can::MessageMap& map) {
   v.required("integrity", map.integrity, any, {"protection of the message"});
   if (map.integrity == can::Integrity::none) return;
-  v.required("counter", map.counter, any, {"name of its signal; only with a counter"});
+  v.required("counter", map.counter, any, {"name of the counter signal; only with a counter"});
   if (map.integrity == can::Integrity::counter_crc) visit_crc(v, map);
 }
 
@@ -342,7 +341,8 @@ void visit_frame(V& v, can::MessageMap& map) {
   };
   std::apply([&](const auto&... field) { (name(field), ...); }, Payload::fields());
   if (map.carries("state")) {
-    v.optional("state_off", map.states.off, any, {"raw values of the state; the amplifier sends the first"});
+    v.optional("state_off", map.states.off, any,
+               {"raw values of this state; the nodes of hystcan send the first"});
     v.optional("state_ready", map.states.ready, any, {"likewise"});
     v.optional("state_enabled", map.states.enabled, any, {"likewise"});
     v.optional("state_fault", map.states.fault, any, {"likewise"});
@@ -364,27 +364,27 @@ template <class V>
 void visit(V& v, can::SdoWrite& write) {
   v.required("index", write.object.index, {.lo = 1}, {"index of the object, up to 0xFFFF"});
   v.required("subindex", write.object.subindex, any, {"sub-index of the object, up to 255"});
-  v.required("value", write.content.value, any, {"value to write, which `bytes` have room for"});
+  v.required("value", write.content.value, any, {"value to write, which must fit into `bytes`"});
   v.required("bytes", write.content.bytes, {.lo = 1, .hi = 4}, {"size of the object"});
 }
 
 template <class V>
 void visit(V& v, AxisConfig& axis) {
   v.required("name", axis.wire.name, any,
-             {"name of the axis in logs and files, its own: letters, digits, `_`, `.` and `-`"});
+             {"unique name of the axis in logs and files: letters, digits, `_`, `.` and `-`"});
   v.optional("message_prefix", axis.wire.message_prefix, any,
-             {"of the standard messages, see below", "required without `[axis.frames]`"});
+             {"prefix of the standard messages, see below", "required without `[axis.frames]`"});
   v.required("drive_unit", axis.wire.drive_unit, any, {"unit of the drive, as in the model file"});
   v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127},
-             {"node id of the amplifier, its own"});
-  v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127}, {"node id of the sensor, its own"});
+             {"unique node id of the amplifier"});
+  v.required("sensor_node", axis.wire.sensor_node, {.lo = 1, .hi = 127}, {"unique node id of the sensor"});
   v.optional("live_setpoint", axis.live_setpoint, any,
              {"the controller obeys `<Axis>Setpoint` frames: [below](#live_setpoint-positions-over-can)"});
   v.optional("scan_marker", axis.scan_marker, any,
              {"the controller sends `<Axis>ScanMarker` when a line of a `raster` begins: "
               "[below](#scan_marker-the-lines-of-a-scan-over-can)"});
   v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0},
-             {"time in which a node must answer one request"});
+             {"time limit for a node's answer to one request"});
   v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100},
              {"attempts for each object, in total"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
@@ -400,14 +400,14 @@ template <class V>
 void visit(V& v, RecordConfig& r) {
   v.optional("dir", r.folder, any, {"folder of the runs, relative to the working directory"});
   v.optional("at_start", r.at_start, any,
-             {"record from the start on; otherwise from `ctl record on`, or from the page"});
-  v.optional("bus_log", r.bus_log, any, {"keep the traffic of the interface too, in candump format"});
+             {"records from the start; otherwise after `ctl record on` or a click on the page"});
+  v.optional("bus_log", r.bus_log, any, {"also records the frames of the interface, in candump format"});
   v.optional("part_MB", r.part_MB, {.lo = 1.0, .hi = 1e5},
-             {"a CSV of this size ends, and the next part begins"});
-  v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6}, {"likewise at this age"});
+             {"maximum size of a part; the next one begins then"});
+  v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6}, {"maximum duration of a part"});
   v.optional(
       "limit_GB", r.limit_GB, {.lo = 0.01, .hi = 1e6},
-      {"largest size of all runs in the folder; [what goes first](../runs.md#when-the-folder-is-full)"});
+      {"maximum size of all runs in the folder; [what is deleted first](../runs.md#when-the-folder-is-full)"});
 }
 
 template <class V>

@@ -11,9 +11,9 @@ namespace hystcan::config {
 /// [[axis.control.coupling]], [[axis.twin.coupling]].
 template <class V>
 void visit(V& v, model::Coupling& c) {
-  v.required("from", c.from, any, {"the axis that moves this one"});
+  v.required("from", c.from, any, {"axis that moves this one"});
   v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5},
-             {"position added here for each um of the other axis"});
+             {"position of this axis per um of the other one"});
 }
 
 /// In the place of the unit in a description of all keys.
@@ -24,13 +24,13 @@ template <class V>
 void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifier) {
   if (unit == "V" || unit == any_drive_unit) {
     v.optional("current_limit_A", amplifier.current_limit_A, positive,
-               {"drive in V: limit of the current into `load_uF`", "unlimited"});
+               {"drive in V: current limit into `load_uF`", "unlimited"});
     v.optional("load_uF", amplifier.load_uF, not_negative,
                {"drive in V: the capacitance behind the amplifier; 0: none"});
   }
   if (unit == "A" || unit == any_drive_unit) {
     v.optional("voltage_limit_V", amplifier.voltage_limit_V, positive,
-               {"drive in A: limit of the voltage across `load_mH` and `load_ohm`", "unlimited"});
+               {"drive in A: voltage limit across `load_mH` and `load_ohm`", "unlimited"});
     v.optional("load_mH", amplifier.load_mH, not_negative,
                {"drive in A: the inductance of the coil; 0: none"});
   }
@@ -45,20 +45,19 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   v.optional("drive_resolution_" + unit, amplifier.resolution, not_negative,
              {"least significant bit of the converter; 0: not quantised"});
   v.optional("drive_noise_" + unit + "_per_rtHz", t.drive_noise.density_per_rtHz, not_negative,
-             {"density of the white noise of the output"});
+             {"one-sided density of the white noise at the output"});
   v.optional("ripple_" + unit, t.drive_noise.ripple, not_negative, {"amplitude of a sine on the output"});
   v.optional("ripple_Hz", t.drive_noise.ripple_Hz, not_negative,
              {"frequency of that sine, up to half a cycle in `substep_us`"});
-  v.optional("watchdog_action", t.watchdog_action, any, {"what the output does when commands stop"});
+  v.optional("watchdog_action", t.watchdog_action, any, {"reaction of the output when commands stop"});
   v.optional("watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s, positive,
              {"speed of the ramp; `slew` and the load may be slower", "required with `ramp`"});
-  v.optional("apply", t.apply, any, {"when a setpoint takes effect"});
-  v.optional("interpolate", t.interpolate, any,
-             {"the drive goes to a setpoint in a straight line within a cycle"});
+  v.optional("apply", t.apply, any, {"event at which a setpoint takes effect"});
+  v.optional("interpolate", t.interpolate, any, {"the drive ramps linearly to each setpoint within a cycle"});
   v.optional("enable_delay_ms", t.enable_delay, {.lo = 0.0, .hi = 10'000.0},
-             {"time from Enable until a relay connects the output, which rests meanwhile"});
+             {"time from Enable until a relay connects the output"});
   v.optional("soft_start_ms", t.soft_start, {.lo = 0.0, .hi = 10'000.0},
-             {"then the output goes evenly to the setpoint; only after that it is \"enabled\""});
+             {"duration of the linear ramp to the setpoint after that; the state is \"enabled\" at its end"});
 }
 
 /// [axis.twin.sensor]: keys of the sensor other than white noise and resolution.
@@ -73,17 +72,18 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
              {"age of the position that the sensor reads"});
   v.optional("drift_um_per_h", sensor.drift_um_per_h, any, {"linear drift since the start of the twin"});
   v.optional("gain_error_percent", sensor.gain_error_percent, {.lo = -300.0, .hi = 300.0},
-             {"error in percent of the position; -200: a reversed sensor"});  // -200: reversed
+             {"gain error in percent of the position; -200: a reversed sensor"});  // -200: reversed
   v.optional("offset_um", sensor.offset_um, any, {"constant error"});
   v.optional("nonlinearity_percent", sensor.nonlinearity_percent, {.lo = -10.0, .hi = 10.0},
-             {"nonlinear error in percent of the range"});
-  v.optional("range_min_um", sensor.range_min_um, any, {"least position that the sensor reads", "unbounded"});
+             {"nonlinearity in percent of the range"});
+  v.optional("range_min_um", sensor.range_min_um, any,
+             {"lowest position that the sensor reads", "unbounded"});
   v.optional("range_max_um", sensor.range_max_um, any, {"largest one", "unbounded"});
-  v.optional("sampling", t.sample_clock.sampling, any, {"samples at the SYNC, or by a clock of its own"});
+  v.optional("sampling", t.sample_clock.sampling, any, {"samples at the SYNC or by its own clock"});
   v.optional("sample_rate_Hz", t.sample_clock.rate_Hz, {.lo = 0.0, .hi = 10'000.0},
-             {"rate of that clock; 0: `rate_Hz`"});
+             {"rate of the sensor's own clock; 0: `rate_Hz`"});
   v.optional("skew_ppm", t.sample_clock.skew_ppm, {.lo = -10'000.0, .hi = 10'000.0},
-             {"by how much that clock is fast"});
+             {"error of the sensor's own clock; positive: fast"});
 }
 
 /// [axis.twin.second_mode], [axis.twin.creep], [axis.twin.temperature], [[axis.twin.coupling]].
@@ -99,16 +99,17 @@ void visit(V& v, twin::LogarithmicCreep& creep) {
   v.required("per_decade", creep.per_decade, {.lo = -0.1, .hi = 0.1},
              {"creep in each decade of time after a step, as a share of the step"});
   v.required("from_s", creep.from_s, positive,
-             {"begin of the interval in which the creep is logarithmic in time"});
+             {"start of the interval in which creep is logarithmic in time"});
   v.required("to_s", creep.to_s, positive, {"end of that interval"});
 }
 template <class V>
 void visit(V& v, twin::Temperature& temperature) {
   v.required("swing_K", temperature.swing_K, not_negative, {"amplitude of the ambient temperature"});
   v.required("period_s", temperature.period_s, positive, {"period of the ambient temperature"});
-  v.required("expansion_um_per_K", temperature.expansion_um_per_K, any, {"moves the position"});
+  v.required("expansion_um_per_K", temperature.expansion_um_per_K, any,
+             {"thermal expansion of the position"});
   v.required("gain_per_K", temperature.gain_per_K, any,
-             {"relative change of the travel from the start, less than 1 / `swing_K`"});
+             {"relative change of the stroke, less than 1 / `swing_K`"});
 }
 
 /// [axis.twin]: the physical axis.
@@ -123,11 +124,11 @@ void visit_twin(V& v, AxisConfig& axis) {
              {"mechanical mode", "of the model"});  // and bandwidth_Hz: else of the model file
   v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative,
              {"damping ratio of the mode", "of the model"});
-  v.required("drive_min_" + unit, t.plant.amplifier.drive_min, any, {"least output of the amplifier"});
+  v.required("drive_min_" + unit, t.plant.amplifier.drive_min, any, {"lowest output of the amplifier"});
   v.required("drive_max_" + unit, t.plant.amplifier.drive_max, any,
-             {"largest one, which must reach the model's upper threshold"});
+             {"highest output of the amplifier, at least the model's upper threshold"});
   v.required("safe_drive_" + unit, t.plant.amplifier.safe_drive, any,
-             {"output of the amplifier when it is not enabled"});
+             {"output of the amplifier if it is not enabled"});
   v.required("slew_" + unit + "_per_s", t.plant.amplifier.slew_per_s, positive, {"slew limit"});
   v.optional("bandwidth_Hz", t.plant.amplifier.bandwidth_Hz, positive, {"first-order lag", "of the model"});
   v.required("command_timeout_ms", t.command_timeout, positive, {"timeout of the watchdog"});
@@ -155,14 +156,14 @@ void visit(V& v, twin::FaultSpec& f) {
   v.required("axis", f.axis, any, {"name of an axis"});
   if (its.site != twin::FaultSite::plant)
     v.optional("node", f.node, any,
-               {"the node at fault; not for kinds that affect the stage", "depends on the kind"});
-  v.required("at_s", f.begins, not_negative, {"begin, since the start of the twin"});
+               {"node with the fault; not for kinds that affect the stage", "depends on the kind"});
+  v.required("at_s", f.begins, not_negative, {"start of the fault, since the start of the twin"});
   v.required("duration_s", f.lasts, positive, {"duration of the fault"});
   if (!its.unit.empty())
     v.optional("value", f.value, {.lo = its.lowest, .hi = its.highest},
-               {"only for kinds that take a number", "of the kind"});
+               {"number of the fault, for kinds that have one", "of the kind"});
   v.optional("repeat_every_s", f.repeat_every, not_negative,
-             {"time from one begin to the next, more than `duration_s`; 0: the fault comes once"});
+             {"period of a repeated fault, more than `duration_s`; 0: once"});
 }
 
 /// [twin.random_faults].
@@ -171,7 +172,8 @@ void visit(V& v, twin::RandomFaults& r) {
   v.optional("seed", r.seed, any, {"the same seed gives the same faults"});
   v.required("rate_per_hour", r.rate_per_hour, {.lo = 0.0, .hi = 36'000.0, .lo_excluded = true},
              {"rate of all faults together"});
-  v.optional("duration_min_s", r.shortest, positive, {"least duration; durations are distributed evenly"});
+  v.optional("duration_min_s", r.shortest, positive,
+             {"shortest duration; durations are uniformly distributed"});
   v.optional("duration_max_s", r.longest, positive, {"largest one"});
   v.optional("kinds", r.kinds, any, {"names of kinds, for example `[\"late\", \"load_step\"]`", "all"});
 }
@@ -179,7 +181,7 @@ void visit(V& v, twin::RandomFaults& r) {
 template <class V>
 void visit(V& v, twin::CommonConfig& t) {
   v.takes_effect(Effect::on_nodes);
-  v.optional("seed", t.seed, any, {"seed of all noise, of the sensors and of the amplifiers"});
+  v.optional("seed", t.seed, any, {"seed of the noise of all sensors and amplifiers"});
   v.required("heartbeat_ms", t.heartbeat_period, positive, {"heartbeat period of the nodes"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_list("fault", t.faults, plain);

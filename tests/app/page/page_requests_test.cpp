@@ -26,10 +26,9 @@ TEST_F(PageServer, TellsOfEachKeyThatCanChangeWhatAFormNeeds) {
                                                         {"meaning", "proportional gain"},
                                                         {"unit", "um/um"},
                                                         {"range", "a number >= 0"}}));
-  EXPECT_EQ(with_key(keys, "axis[1].control.drive_min_V"),
-            (json{{"key", "axis[1].control.drive_min_V"},
-                  {"meaning", "no command below this leaves the controller"},
-                  {"unit", "V"}}));
+  EXPECT_EQ(with_key(keys, "axis[1].control.drive_min_V"), (json{{"key", "axis[1].control.drive_min_V"},
+                                                                 {"meaning", "lowest drive in a command"},
+                                                                 {"unit", "V"}}));
   EXPECT_EQ(with_key(keys, "axis[0].control.start_up").at("choices"), (json{"wipe", "assume", "restore"}));
 }
 
