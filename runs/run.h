@@ -40,7 +40,7 @@ class Run {
   const RunInfo& info() const { return info_; }
   /// The folder's or file's name, for titles: run_20261123T092000.123Z.
   std::string name() const;
-  /// "FILE: the last row has no line end and may be incomplete: left out", one for each part.
+  /// "FILE: ignoring the last row: it has no line end and may be incomplete", one for each part.
   /// Reads the end of each part.
   std::vector<std::string> notes() const;
   std::size_t axis_index(const std::string& axis) const;

@@ -20,7 +20,7 @@ Config with_axes(Config config, const std::vector<std::string>& names) {
   for (const std::string& name : names)
     if (std::ranges::none_of(config.axes,
                              [&](const WiredAxisConfig& axis) { return axis.wire.name == name; }))
-      throw std::invalid_argument("there is no axis \"" + name + "\", expected one of the configuration's");
+      throw std::invalid_argument("there is no axis \"" + name + "\", expected an axis of the configuration");
   for (const WiredAxisConfig& kept : config.axes)
     for (const WiredAxisConfig& left : config.axes)
       if (is_named(kept.wire.name) && !is_named(left.wire.name) && share_a_node(kept.wire, left.wire))

@@ -277,7 +277,7 @@ std::optional<LoggedFrame> CandumpReader::next() {
       is_cut_ = true;
       return std::nullopt;
     }
-    if (is_longer) refuse(size, "a longer line", "at most " + std::to_string(size) + " characters");
+    if (is_longer) refuse(size, "the line is too long", "at most " + std::to_string(size) + " characters");
     std::string_view text(buffer.data(), size);
     if (line_ == 1) text = without_byte_order_mark(text);
     if (text.ends_with('\r')) text.remove_suffix(1);

@@ -58,12 +58,13 @@ void Document::put(const Setting& setting, toml::table& root) {
   try {
     parsed = parse_toml("value = " + setting.value + "\n", setting.path, setting.path);
   } catch (const Error&) {
-    throw Error(fmt::format("{} = {}: not a value", setting.path, setting.value), expect("one as in TOML"));
+    throw Error(fmt::format("{} = {}: not a TOML value", setting.path, setting.value),
+                expect("for example 1.5, true or \"text\""));
   }
   if (!above.empty() && !root.at_path(above)) put({above, "{}"}, root);
   toml::table* table = above.empty() ? &root : root.at_path(above).as_table();
   if (table == nullptr || key.find('[') != std::string::npos || parsed.size() != 1)
-    throw Error(setting.path, "there is no such key to set", expect("one of the configuration"));
+    throw Error(setting.path, "unknown key", expect("a key of the configuration"));
   toml::node& value = *parsed.get("value");
   const toml::source_region origin = value.source();
   table->insert_or_assign(toml::key(key, toml::source_region(origin)), std::move(value));

@@ -189,10 +189,11 @@ void TomlEdit::insert_below(std::size_t line, const std::vector<std::string>& li
 
 void TomlEdit::set(const std::string& path, const std::string& value) {
   if (parse_toml("value = " + value, path).size() != 1)
-    throw Error(fmt::format("{} = {}: not a value", path, value), expect("one as in TOML"));
+    throw Error(fmt::format("{} = {}: not a TOML value", path, value),
+                expect("for example 1.5, true or \"text\""));
   const Place place = find(path);
   if (!std::ranges::all_of(place.parts, can_stand_in_a_path))
-    throw Error(fmt::format("\"{}\" is no path of keys", path), expect("one like axis[1].control.kp"));
+    throw Error(fmt::format("\"{}\" is not a path of keys", path), expect("for example axis[1].control.kp"));
   const toml::node& node = place.deepest();
   const toml::source_region where = node.source();
   if (place.is_complete()) {
@@ -204,7 +205,7 @@ void TomlEdit::set(const std::string& path, const std::string& value) {
   const std::size_t found = place.nodes.size() - 1, missing = place.parts.size() - found;
   const std::string header = place.header(found);
   if (found == 0 || !node.is_table() || is_index(place.parts[found]) || missing > 2)
-    fail(where, fmt::format("there is no place for {}, expected the table above it", path));
+    fail(where, fmt::format("the table that contains {} is missing", path));
   const toml::table& table = *node.as_table();
   const bool only_implied = std::ranges::any_of(table, [&](const auto& entry) {
     return has_header(entry.second) && entry.second.source().begin == where.begin;
@@ -235,8 +236,7 @@ void TomlEdit::comment_out(const std::string& path) {
   if (!place.is_complete()) return;
   const toml::node& node = place.deepest();
   if (place.within_inline || place.nodes.size() < 2 || is_index(place.parts.back()))
-    fail(node.source(),
-         fmt::format("{} stands in a list or in a table within one line, expected a line of its own", path));
+    fail(node.source(), fmt::format("{} is in a list or an inline table, expected a line of its own", path));
   if (node.is_array() && has_header(node))
     fail(node.source(), fmt::format("{} is a list of tables, expected a key or a table", path));
   std::size_t first = node.source().begin.line, last = node.source().end.line;

@@ -127,8 +127,8 @@ std::string listed(const std::vector<std::string>& names) {
 
 std::vector<std::string> notes_of_end(bool is_cut, std::size_t zeros) {
   std::vector<std::string> notes;
-  if (is_cut) notes.emplace_back("the last row has no line end and may be incomplete: left out");
-  if (zeros > 0) notes.push_back(fmt::format("{} at the end left out", counted(zeros, "zero byte")));
+  if (is_cut) notes.emplace_back("ignoring the last row: it has no line end and may be incomplete");
+  if (zeros > 0) notes.push_back(fmt::format("ignoring {} at the end", counted(zeros, "zero byte")));
   return notes;
 }
 
@@ -167,7 +167,8 @@ bool CsvLines::read_line() {
   if (line_number_ == 1)
     if (const std::string_view other = refusal_of_encoding(line_); !other.empty()) fail(std::string(other));
   if (stream_->fail())
-    fail(line_.substr(size), fmt::format("a longer line, expected at most {} bytes", longest_csv_line));
+    fail(line_.substr(size),
+         fmt::format("the line is too long, expected at most {} bytes", longest_csv_line));
   if (ends_in_mid_line_) {
     line_ = line_.substr(0, line_.find_last_not_of('\0') + 1);
     zeros_ = size - line_.size();
@@ -188,9 +189,8 @@ void CsvLines::fail(std::string_view at, const std::string& what) const {
 void require_width(const CsvLines& lines, std::size_t fields, std::size_t expected, char separator) {
   if (fields == expected) return;
   const bool commas = separator == ',' && fields == 2 * expected;
-  lines.fail(
-      fmt::format("the row has {}, expected {} as in the header{}", counted(fields, "field"), expected,
-                  commas ? ": decimal commas are read where semicolons stand between the fields" : ""));
+  lines.fail(fmt::format("the row has {}, expected {} as in the header{}", counted(fields, "field"), expected,
+                         commas ? ": decimal commas need semicolons between the fields" : ""));
 }
 
 double finite_number(const CsvLines& lines, std::string_view field, const std::string& name, char separator) {
@@ -266,7 +266,7 @@ controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
   }
   if (time_s.size() < 2)
     throw Error({file, reader.line_number(), 1},
-                fmt::format("a reference of {}", counted(time_s.size(), "row")), expect("two or more"));
+                fmt::format("the reference has {}", counted(time_s.size(), "row")), expect("at least two"));
   return {std::move(time_s), std::move(position_um)};
 }
 

@@ -136,8 +136,8 @@ class Choice {
     }
     for (std::size_t i = 0; i < named.size(); ++i) take(i + first, named_column(named[i]));
     if (takes_a_column_twice())
-      throw Error("--columns is " + layout_.columns, "one column for two meanings",
-                  expect("as many columns"));
+      throw Error("--columns is " + layout_.columns, "the same column is named twice",
+                  expect("different columns"));
     if (output_time && *output_time != choice_.selected[0]) take_output_time(*output_time);
   }
 
@@ -194,7 +194,7 @@ class Choice {
     }
     if (takes_a_column_twice())
       reader_.fail_at_header(fmt::format(
-          "one column for two meanings among {}, expected --columns TIME,INPUT,OUTPUT", listed_columns()));
+          "one column fits two meanings among {}, expected --columns TIME,INPUT,OUTPUT", listed_columns()));
     if (times.second) take_output_time(*times.second);
   }
 
@@ -248,8 +248,8 @@ class Choice {
       reader_.fail_at_header(fmt::format("the unit of {} is not known, expected one of {}",
                                          shortened(time.title), listed_units(ColumnMeaning::time)));
     if (choice_.by_likeness && !layout_.rate_Hz && time.unit.empty() && counts_samples(lower_case(time.name)))
-      reader_.fail_at_header(fmt::format(
-          "{} is the number of the sample, expected --rate, the samples per second", shortened(time.title)));
+      reader_.fail_at_header(fmt::format("{} counts the samples, expected --rate, the samples per second",
+                                         shortened(time.title)));
   }
 
   void require_no_time() const {
@@ -283,7 +283,7 @@ class Choice {
     choice_.output_unit = output.base;
     choice_.output_scale = output.factor;
     if (layout_.output_scale && output.meaning == ColumnMeaning::output)
-      reader_.fail_at_header(fmt::format("{} is a length in {}, expected no --output-scale",
+      reader_.fail_at_header(fmt::format("{} is a length in {}: --output-scale is not allowed",
                                          shortened(choice_.titles[2]), output.symbol));
     if (layout_.output_scale) {
       choice_.output_scale *= *layout_.output_scale;

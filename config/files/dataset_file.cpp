@@ -64,7 +64,7 @@ class RowLoader {
       origin_of_rate_ = fmt::format("--rate {}", rate_Hz_);
     } else if (reader.rate()) {
       rate_Hz_ = reader.rate()->rate_Hz;
-      origin_of_rate_ = fmt::format("\"{}\" (--rate says otherwise)", shortened(reader.rate()->line));
+      origin_of_rate_ = fmt::format("\"{}\" (--rate overrides it)", shortened(reader.rate()->line));
       if (!columns.time_unit_s) seconds_ = 1.0 / rate_Hz_;
     }
     reader_.select(columns.selected, columns.has_time);
@@ -105,7 +105,7 @@ class RowLoader {
     const UnitWord* unit = find_unit(output_unit);
     if (unit != nullptr && unit->meaning == ColumnMeaning::output)
       reader_.fail_at_header(
-          fmt::format("the file says output_unit = \"{}\", expected no --output-scale", output_unit));
+          fmt::format("output_unit is \"{}\" in the file: --output-scale is not allowed", output_unit));
     loaded_.dataset.output_unit = "um";
     output_scale_ *= *layout_.output_scale;
   }
@@ -124,7 +124,7 @@ class RowLoader {
                                             *layout_.output_scale, unit.empty() ? "1" : unit, title));
       else if (!unit.empty())
         loaded_.notes.push_back(
-            fmt::format("the unit {} of {} is not known, its numbers are taken as they are", unit, title));
+            fmt::format("the unit {} of {} is unknown, so its numbers are not converted", unit, title));
     }
   }
 
@@ -153,7 +153,7 @@ class RowLoader {
       if (first >= epoch.first && first < epoch.last && step > 0.0 && step <= epoch.longest_step) {
         seconds_ = epoch.unit_s;
         origin_ = first;
-        loaded_.notes.push_back(fmt::format("{} is taken as {} since 1970, and counts from the first row",
+        loaded_.notes.push_back(fmt::format("{} is taken as {} since 1970; time starts at the first row",
                                             columns_.titles[0], epoch.name));
         return;
       }
@@ -179,7 +179,7 @@ class RowLoader {
     if (!columns_.time_unit_s && step == std::round(step) && step > 0.0) return 1.0 / rate_Hz_;
     constexpr double rounded = 0.2;  // 0.0003 s at 3 kHz; agrees_with_rate() looks at all rows
     if (std::abs(unit_s * step * rate_Hz_ - 1.0) < rounded) return unit_s;
-    fail(fmt::format("{} increases by {} s, expected {} s at {}, or the number of the sample; {}",
+    fail(fmt::format("{} increases by {} s, expected {} s at {}, or a count of samples; {}",
                      columns_.titles[0], unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));
   }
 
@@ -196,7 +196,7 @@ class RowLoader {
       if (reader_.is_damaged()) fail_at_damage();
       require_increase(time_s);
       if (dataset.size() == most_rows_)
-        throw Error({reader_.file(), reader_.line_number(), 1}, "one more row",
+        throw Error({reader_.file(), reader_.line_number(), 1}, "too many rows",
                     expect("at most {} rows", most_rows_));
       add(time_s, row);
       if (layout_.to_s && time_s >= *layout_.to_s) return;
@@ -230,8 +230,8 @@ class RowLoader {
     const double step_s = dataset.size() > 1 ? time_s - dataset.time_s[dataset.size() - 2] : 0.0;
     const double output_time_s = seconds_ * (row.back() - origin_);
     if (dataset.size() > 1 && !is_one_time(time_s, output_time_s, step_s))
-      fail(fmt::format("the input is of {} s and the output of {} s, expected both at the same time", time_s,
-                       output_time_s));
+      fail(fmt::format("the time of the input is {} s and that of the output {} s, expected equal times",
+                       time_s, output_time_s));
   }
 
   [[noreturn]] void fail_at_damage() {
@@ -242,7 +242,7 @@ class RowLoader {
     std::vector<double> row;
     while (remedy.empty() && layout_.has_interval_options && columns_.has_time && reader_.read(row))
       if (!reader_.is_damaged())
-        remedy = fmt::format("--from {} begins behind it", seconds_ * (row[0] - origin_));
+        remedy = fmt::format("--from {} starts after it", seconds_ * (row[0] - origin_));
     throw Error({}, damage, {.remedy = remedy});
   }
 
@@ -287,7 +287,7 @@ DatasetFile load_two_files(const std::filesystem::path& file, const DatasetLayou
   for (std::size_t i = 1; i < dataset.size(); ++i) {
     const double step_s = dataset.time_s[i] - dataset.time_s[i - 1];
     if (!is_one_time(dataset.time_s[i], other.dataset.time_s[i], step_s))
-      throw Error(place, fmt::format("row {} is of {} s", i + 1, other.dataset.time_s[i]),
+      throw Error(place, fmt::format("the time of row {} is {} s", i + 1, other.dataset.time_s[i]),
                   expect("{} s as in {}", dataset.time_s[i], file.string()));
   }
   dataset.output = std::move(other.dataset.output);

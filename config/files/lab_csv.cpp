@@ -218,7 +218,7 @@ std::vector<std::string> LabCsvReader::notes() const {
   if (!signs_.note.empty()) notes.push_back(signs_.note);
   for (std::string& left_out : notes_of_end(leaves_out_last_, is_at_end_ ? text_.zeros() : 0))
     notes.push_back(std::move(left_out));
-  if (is_at_end_ && has_foot_) notes.emplace_back("what is below the rows is left out");
+  if (is_at_end_ && has_foot_) notes.emplace_back("ignoring the text below the rows");
   return notes;
 }
 

@@ -127,7 +127,7 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
   if (!document.root().contains("stop"))
     document.fail_at("", "missing table [stop], expected a whole file that a controller has saved");
   if (document.has("memory.creep"))
-    document.fail_at("memory.creep", "creep stands in a state file, expected it in a memory file only");
+    document.fail_at("memory.creep", "creep is not allowed in a state file, only in a memory file");
   MemoryFile raw = read(document, model);
   return {.memory = remembered(document, raw, model, model::Hysteresis::default_capacity),
           .learnt = std::move(raw.learnt)};
@@ -146,11 +146,11 @@ std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::
   const MemoryFile raw = read(document);
   const bool has_time = document.has("memory.time_s");
   if (!document.has("memory.creep")) {
-    if (has_time) document.fail_at("memory.time_s", "time_s stands without creep, expected both");
+    if (has_time) document.fail_at("memory.time_s", "time_s is present without creep, expected both");
     return std::nullopt;
   }
   if (creep.lags() == 0)
-    document.fail_at("memory.creep", "creep stands in the memory of a model without [creep], expected none");
+    document.fail_at("memory.creep", "creep is not allowed in the memory of a model without [creep]");
   if (raw.creep.size() != creep.lags())
     document.fail_at("memory.creep",
                      fmt::format("creep has {} values, expected {}: the lags of the model's [creep]",

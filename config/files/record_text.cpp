@@ -62,12 +62,13 @@ void RecordText::read(std::size_t most_lines) {
     if (begin == 0) refuse_other_kinds();
     lines += static_cast<std::size_t>(
         std::count(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.end(), '\n'));
-    if (lines > most_lines) throw Error({file_, lines, 1}, "one more line", expect("at most {}", most_lines));
+    if (lines > most_lines)
+      throw Error({file_, lines, 1}, "too many lines", expect("at most {}", most_lines));
     // No more of a long line is read than is needed to refuse it.
     const std::size_t end = text_.rfind('\n');
     if (end != std::string::npos && end >= begin) line_begin = end + 1;
     if (text_.size() - line_begin > longest_csv_line)
-      throw Error({file_, lines + 1, longest_csv_line + 1}, "a longer line",
+      throw Error({file_, lines + 1, longest_csv_line + 1}, "the line is too long",
                   expect("at most {} bytes", longest_csv_line));
   }
 }

@@ -209,8 +209,8 @@ void check_command_deadline(const Checked& checked, const BusPlan& plan) {
                                             [](const PlannedFrame& planned) { return planned.frame.name; });
       if (sample->response && *sample->response <= deadline) continue;
       checked.fail(config.controller.command_deadline,
-                   "command_deadline_us is {:.0f} in force, expected at least {:.0f}: only then "
-                   "all samples {} have come",
+                   "command_deadline_us is effectively {:.0f}, expected at least {:.0f}: only then "
+                   "all samples {} have arrived",
                    1e6 * can::seconds(deadline), 1e6 * can::seconds(sample->response.value_or(plan.cycle)),
                    message);
     }
@@ -233,23 +233,23 @@ void check_slots(const Checked& checked) {
   if (slots == 0) return;
   const auto fail = [&](const std::string& text) { checked.fail(slots, "{}", text); };
   if (can::sync_counter_max % slots != 0)
-    fail(fmt::format("background_slots is {}, expected a divisor of {}, up to which the SYNC counter counts",
-                     slots, can::sync_counter_max));
+    fail(fmt::format("background_slots is {}, expected a divisor of {}, the highest SYNC counter", slots,
+                     can::sync_counter_max));
   std::map<unsigned, std::pair<unsigned, std::string>> owners;  // by slot
   for (const auto& [node, name] : nodes_of(config)) {
     const unsigned slot = *slot_of(config, node);
     const auto [other, is_new] = owners.try_emplace(slot, node, name);
     if (!is_new)
       fail(fmt::format(
-          "nodes {} ({}) and {} ({}) have the same slot, {} of {}, expected numbers with different "
+          "nodes {} ({}) and {} ({}) have the same slot, {} of {}, expected node ids with different "
           "remainders",
           other->second.first, other->second.second, node, name, slot, slots));
   }
   const Duration longest = std::min(config.twin.heartbeat_period, config.controller.heartbeat_period);
   if (2 * round_of(config) > longest)
     fail(fmt::format(
-        "two rounds of {} cycles take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms: a "
-        "status has the slots that no heartbeat takes",
+        "two rounds of {} cycles take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms: statuses "
+        "use the slots without a heartbeat",
         slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(longest)));
   const Duration gap =
       round_of(config) + std::max(config.twin.heartbeat_period, config.controller.heartbeat_period);
@@ -346,9 +346,9 @@ void check_bus(const Checked& checked) {
   const auto us = [](Duration duration) { return 1e6 * can::seconds(duration); };
   const std::string found =
       plan.last_command
-          ? fmt::format("the last command may begin as late as {:.0f} us after its SYNC, at {} bit/s",
+          ? fmt::format("the last command may start {:.0f} us after its SYNC, at {} bit/s",
                         us(*plan.last_command), config.bus.bitrate_bit_per_s)
-          : fmt::format("the bus is loaded to {:.0f} % of {} bit/s, and commands come too late",
+          : fmt::format("the bus is loaded to {:.0f} % of {} bit/s, and commands arrive too late",
                         1e2 * plan.load, config.bus.bitrate_bit_per_s);
   const double fastest_Hz = fastest_rate_Hz(config);
   const std::string cure =

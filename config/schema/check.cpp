@@ -78,7 +78,7 @@ class AxisCheck : Checked {
   void check_drive_range(const auto& drive, const model::Interval& thresholds) const {
     const double &min = drive.drive_min, &max = drive.drive_max, &safe = drive.safe_drive;
     if (!(min < max)) fail(max, "drive_max is {}, expected more than drive_min, {}", max, min);
-    if (safe < min || safe > max) fail(safe, "safe_drive is {}, expected within {} and {}", safe, min, max);
+    if (safe < min || safe > max) fail(safe, "safe_drive is {}, expected {} to {}", safe, min, max);
     if (max < thresholds.hi)
       fail(max, "drive_max is {}, expected at least {}: the model's upper threshold must be reached", max,
            thresholds.hi);
@@ -118,7 +118,7 @@ class AxisCheck : Checked {
     const controller::MotionBounds bounds = motion_bounds_of(segment);
     for (const double value : {bounds.lowest_um, bounds.highest_um})
       if (value < control.supervision.position_min_um || value > control.supervision.position_max_um)
-        fail(segment, "the setpoint goes to {} um, expected within {} and {} um", value,
+        fail(segment, "the setpoint reaches {} um, expected {} to {} um", value,
              control.supervision.position_min_um, control.supervision.position_max_um);
     const auto [slew_limit, acceleration_limit] = control.reference_limits;
     if (bounds.peak_slew_um_per_s > slew_limit * rounding)
@@ -178,11 +178,11 @@ void check_nodes(const Checked& checked) {
     const auto [before, is_new] = taken.emplace(node, &node);
     if (is_new) return;
     const std::string path = path_of(config, node), other = path_of(config, *before->second);
-    checked.document.fail_at(
-        path, fmt::format("node {} is taken by {}, expected a node id of its own{}", node, other,
-                          other.substr(other.find('.')) == path.substr(path.find('.'))
-                              ? ", or the same message in [axis.frames]"
-                              : ""));
+    checked.document.fail_at(path,
+                             fmt::format("node {} is used by {}, expected an unused node id{}", node, other,
+                                         other.substr(other.find('.')) == path.substr(path.find('.'))
+                                             ? ", or the same message in [axis.frames]"
+                                             : ""));
   };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     if (first_sharing<can::AmpCommand>(config, i) == i) take(config.axes[i].wire.amplifier_node);
@@ -196,7 +196,8 @@ void check_names(const Checked& checked) {
     const std::string& name = axis.wire.name;
     if (!is_axis_name(name))
       checked.fail(name, "name is \"{}\", expected {}", in_one_line(shortened(name)), expected_axis_name);
-    if (!taken.insert(name).second) checked.fail(name, "the name {} is taken, expected one of its own", name);
+    if (!taken.insert(name).second)
+      checked.fail(name, "the name {} is used by another axis, expected a unique name", name);
   }
 }
 
@@ -229,7 +230,7 @@ void check_faults(const Checked& checked) {
     const auto axis = std::ranges::find(
         config.axes, fault.axis, [](const AxisConfig& one) -> const auto& { return one.wire.name; });
     if (axis == config.axes.end())
-      checked.fail(fault.axis, "axis is \"{}\", expected the name of one", fault.axis);
+      checked.fail(fault.axis, "axis is \"{}\", expected the name of an axis", fault.axis);
     if (const auto why = reason_against(fault, axis->wire)) checked.fail(fault.kind, "{}", *why);
     if (fault.repeat_every > can::Duration::zero() && fault.repeat_every <= fault.lasts)
       checked.fail(fault.repeat_every, "repeat_every_s is {:g}, expected more than duration_s, {:g}",

@@ -80,10 +80,10 @@ class FrameCheck : Checked {
       fail(key,
            fmt::format("signal {} lies outside message {}, which has {} bytes", name, message_->name,
                        message_->length),
-           "it within the message: another place, or a longer message");
+           "a signal within the message: move the signal, or make the message longer");
     if (signal->multiplexing.present_at)
       fail(key, fmt::format("signal {} of message {} is multiplexed", name, message_->name),
-           "one that is in every frame");
+           "a signal that is in every frame");
     if (!can::is_decodable(*signal))
       fail(key, fmt::format("signal {} of message {} has {} bits", name, message_->name, signal->length),
            "1 to 64, or 32 or 64 for an IEEE 754 number");
@@ -98,7 +98,7 @@ class FrameCheck : Checked {
       for (std::size_t i = 0; i < bits.size(); ++i) {
         if ((taken[i] & bits[i]) != 0)
           fail(key, fmt::format("signal {} of message {} overlaps another", signal->name, message_->name),
-               "bits of its own");
+               "unused bits");
         taken[i] = static_cast<std::uint8_t>(taken[i] | bits[i]);
       }
     }
@@ -282,7 +282,7 @@ std::vector<std::string> protection_warnings(const Config& config) {
       if (covered > most)
         warnings.push_back(fmt::format(
             "message {} of axis {}: {} covers {} bytes, but finds every two wrong bits in at most "
-            "{}: polynomial = \"CRC-16\", with two bytes for the CRC, would do",
+            "{}: use polynomial = \"CRC-16\", with two bytes for the CRC",
             name, axis.wire.name, word_of(protection.polynomial), covered, most));
     }
   return warnings;
@@ -294,9 +294,9 @@ std::vector<std::string> format_warnings(const Config& config) {
     const can::Message& message = *config.database.find(name);
     if (message.fd) continue;
     warnings.push_back(fmt::format(
-        "message {} (BO_ {}) in {} has {} bytes, and its VFrameFormat is that of classical CAN: it is sent "
-        "as CAN FD without bit-rate switch; VFrameFormat = \"{}CAN_FD\", and CANFD_BRS = 1 if it switches "
-        "the bit rate, would do",
+        "message {} (BO_ {}) in {} has {} bytes, but its VFrameFormat is classical CAN: it is sent "
+        "as CAN FD without bit-rate switch; set VFrameFormat = \"{}CAN_FD\", and CANFD_BRS = 1 for a "
+        "bit-rate switch",
         name, can::Database::key_of(message.id, message.extended), config.bus.dbc.string(), message.length,
         message.extended ? "Extended" : "Standard"));
   }
@@ -321,10 +321,9 @@ void check_identifiers(const Checked& checked) {
     const can::Message& message = can::find_message(config.database, *map);
     const auto [before, is_new] = taken.emplace(message.id, message.name);
     if (!is_new)
-      checked.document.fail_at(place,
-                               fmt::format("message {} has identifier 0x{:X}, which is taken by {}, expected "
-                                           "one of its own",
-                                           message.name, message.id, before->second));
+      checked.document.fail_at(place, fmt::format("message {} has identifier 0x{:X}, which {} uses, expected "
+                                                  "an unused identifier",
+                                                  message.name, message.id, before->second));
   };
   const auto take_once = [&]<class Payload>(std::size_t i, const char* part) {
     if (first_sharing<Payload>(config, i) == i)

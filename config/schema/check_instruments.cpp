@@ -27,9 +27,10 @@ class InstrumentCheck : Checked {
  private:
   void check_load() const {
     if (std::isfinite(amplifier_.current_limit_A) && amplifier_.load_uF == 0.0)
-      fail(amplifier_.current_limit_A, "load_uF is 0, expected what the current of current_limit_A charges");
+      fail(amplifier_.current_limit_A, "load_uF is 0, expected the capacitance that current_limit_A charges");
     if (std::isfinite(amplifier_.voltage_limit_V) && amplifier_.load_mH == 0.0)
-      fail(amplifier_.voltage_limit_V, "load_mH is 0, expected what voltage_limit_V is across");
+      fail(amplifier_.voltage_limit_V,
+           "load_mH is 0, expected the inductance of the coil, across which voltage_limit_V is");
   }
 
   void check_voltage() const {
@@ -55,8 +56,8 @@ class InstrumentCheck : Checked {
   void check_interpolation() const {
     if (twin_.interpolate && twin_.apply == node::Apply::receipt)
       fail(twin_.interpolate,
-           "interpolate is true with apply \"receipt\", expected apply = \"sync\": the way to a "
-           "setpoint takes the time from one SYNC to the next");
+           "interpolate is true with apply \"receipt\", expected apply = \"sync\": the ramp to a "
+           "setpoint lasts from one SYNC to the next");
   }
 
   void check_ripple() const {
@@ -71,14 +72,14 @@ class InstrumentCheck : Checked {
   void check_sensor() const {
     const twin::Sensor::Config& sensor = twin_.sensor;
     if (sensor.noise_density_um_per_rtHz > 0.0 && sensor.bandwidth_Hz == 0.0)
-      fail(sensor.noise_density_um_per_rtHz,
-           "bandwidth_Hz is 0, expected the bandwidth in which there is noise");
+      fail(sensor.noise_density_um_per_rtHz, "bandwidth_Hz is 0, expected the bandwidth of the noise");
     if (!(sensor.range_min_um < sensor.range_max_um))
       fail(sensor.range_max_um, "range_max_um is {:g}, expected more than range_min_um, {:g}",
            sensor.range_max_um, sensor.range_min_um);
     if (sensor.nonlinearity_percent != 0.0 && !std::isfinite(sensor.range_max_um - sensor.range_min_um))
-      fail(sensor.nonlinearity_percent,
-           "range_min_um or range_max_um is missing, expected the range of which it is a part");
+      fail(
+          sensor.nonlinearity_percent,
+          "range_min_um or range_max_um is missing, expected both: nonlinearity_percent refers to the range");
   }
 
   const AxisConfig& axis_;
@@ -109,7 +110,7 @@ void check_receipt_delays(const Checked& checked) {
     if (delay <= can::Duration::zero() || delay > latest)
       checked.fail(delay,
                    "command_delay_us is {:g}, expected more than 0 and at most {:.0f}: a "
-                   "setpoint takes effect on receipt, and has come by then",
+                   "setpoint takes effect on receipt, which is no later than that",
                    us(delay), us(latest));
   }
 }

@@ -40,8 +40,8 @@ class ScanAxis : Checked {
             .duration_s();
     if (least_s > first.transition_s * rounding)
       fail(first.transition_s,
-           "transition_s is {:g}, expected at least {:.3g}: the limits of the reference ask "
-           "for as much from the far end, and the axes of a scan begin it together",
+           "transition_s is {:g}, expected at least {:.3g}: the reference limits "
+           "require this from the far end, and the axes of a scan start together",
            first.transition_s, least_s);
   }
 

@@ -66,7 +66,7 @@ class SharingCheck : Checked {
         if (share_bits(message, signal, their_signal))
           document.fail_at(place(role),
                            fmt::format("signal {} of message {} has bits of signal {} of axis {}, expected "
-                                       "bits of its own",
+                                       "unused bits",
                                        signal, message.name, their_signal, wire(other).name));
       }
   }
@@ -89,7 +89,7 @@ void check_setups(const Checked& checked, std::size_t index) {
   const Config& config = checked.config;
   const auto check = [&](std::size_t first, const std::vector<can::SdoWrite>& setup) {
     if (first == index || setup.empty()) return;
-    checked.fail(setup, "{} is of a node that axis {} shares, expected its objects there",
+    checked.fail(setup, "{} belongs to a node that axis {} shares, expected its objects in that axis",
                  key_of(config.axes[index], setup), config.axes[first].wire.name);
   };
   const can::AxisWire& wire = config.axes[index].wire;
@@ -115,9 +115,8 @@ std::vector<std::string> command_warnings(const Config& config) {
       if (signals.contains(signal.name) || !can::is_decodable(signal)) continue;
       if (can::bytes_needed(signal) > message.length) continue;
       if (const double value = can::SignalCodec(signal).unpack(zeros); value != 0.0)
-        warnings.push_back(
-            fmt::format("message {}: signal {} has no role, so that it is always sent as {:g} {}", name,
-                        signal.name, value, signal.unit));
+        warnings.push_back(fmt::format("message {}: signal {} has no role and is always sent as {:g} {}",
+                                       name, signal.name, value, signal.unit));
     }
   }
   return warnings;
@@ -143,7 +142,7 @@ void check_sharing(const Checked& checked) {
       if (const bool& verify_watchdog = config.axes[axis].control.verify_watchdog)
         checked.fail(verify_watchdog,
                      "the commands of several axes are in the same frame, expected verify_watchdog = false: "
-                     "the others would have no commands either");
+                     "the test would stop the commands of the others too");
     if (config.controller.command_deadline >= controller::cycle_of(config.controller))
       checked.fail(config.controller.command_deadline,
                    "command_deadline_us is {:g}, expected less than the cycle, {:g}",

@@ -12,17 +12,17 @@ using Loss = std::pair<const char*, const char*>;
 
 constexpr Loss command_losses[] = {
     {"enable",
-     "no Enable: the amplifier is on as soon as commands come, is never switched off, only sent the safe "
-     "drive, and trips by its own watchdog when the controller ends"},
-    {"clear_fault", "no ClearFault: --clear-faults has no effect, a fault is cleared at the amplifier"},
+     "no Enable: the amplifier is on from the first command, is set to the safe drive but never "
+     "switched off, and trips by its own watchdog when the controller ends"},
+    {"clear_fault", "no ClearFault: --clear-faults has no effect; clear faults at the amplifier"},
     {"sync_counter", "no SyncCounter: the amplifier cannot distinguish a stale command from a fresh one"}};
 
 constexpr Loss status_losses[] = {
     {"output",
-     "no Output: the ramp-in begins at the safe drive whatever the amplifier's output is, the CSV shows the "
+     "no Output: the ramp-in starts at the safe drive instead of the amplifier's output, and the CSV shows the "
      "safe drive"},
-    {"state", "no State: an amplifier that does not obey Enable is not noticed"},
-    {"fault", "no Fault: only the State shows a fault, without its code"}};
+    {"state", "no State: an amplifier that ignores Enable is not detected"},
+    {"fault", "no Fault: a fault is shown by the State only, without its code"}};
 
 constexpr Loss sample_losses[] = {
     {"sync_counter",
@@ -37,7 +37,7 @@ void add(std::vector<std::string>& lines, const std::string& place, const can::M
   if (map.integrity == can::Integrity::none)
     lines.push_back(place + "no counter: a repeated or frozen frame counts as fresh");
   if (map.integrity != can::Integrity::counter_crc)
-    lines.push_back(place + "no CRC: damage to a frame outside the bus (in node or gateway) is not noticed");
+    lines.push_back(place + "no CRC: damage to a frame outside the bus (in node or gateway) is not detected");
 }
 
 /// The maps of command and sample, and of amplifier status, controller status, setpoint and scan marker if
@@ -68,8 +68,8 @@ std::vector<std::string> losses(const can::AxisWire& axis) {
     add(lines, "status: ", *axis.frames->status, status_losses);
   else
     lines.emplace_back(
-        "no status: the amplifier is not read back; a trip, or an Enable that is not obeyed, shows only as a "
-        "following error; the ramp-in begins at the safe drive, enable_delay_ms after Enable");
+        "no status: the amplifier is not read back; a trip or an ignored Enable is seen only as a "
+        "following error; the ramp-in starts at the safe drive, enable_delay_ms after Enable");
   add(lines, "sample: ", axis.frames->sample, sample_losses);
   return lines;
 }

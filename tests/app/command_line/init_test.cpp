@@ -368,7 +368,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "expected at most 1e+06 in magnitude"},
         Contradiction{"OneColumnForTwoMeanings",
                       {"--record", "loops.csv", "--columns", "1,2,2", "--resonance", "500", "--yes"},
-                      "one column for two meanings"},
+                      "the same column is named twice"},
         Contradiction{"APositionThatFalls",
                       {"--record", "falling.csv", "--resonance", "500", "--yes"},
                       "change the sign of the output"},

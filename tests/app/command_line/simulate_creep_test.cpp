@@ -163,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCreep{"TimeNotFinite", "creep = [1, 2, 3, 4, 5, 6]\ntime_s = inf\n",
                  "memory.toml:6:10: time_s is inf"},
         BadCreep{"TimeAlone", "time_s = 4\n",
-                 "memory.toml:5:10: time_s stands without creep, expected both"}),
+                 "memory.toml:5:10: time_s is present without creep, expected both"}),
     [](const auto& test) { return test.param.name; });
 
 TEST_F(SimulateCreep, OfAMemoryIsRefusedByAModelWithoutTheTable) {
@@ -172,7 +172,7 @@ TEST_F(SimulateCreep, OfAMemoryIsRefusedByAModelWithoutTheTable) {
   write("stage.toml", recursive_memory);
   write("next.csv", "time_s,input\n4,80\n");
   expect_refused("next.csv", {"--memory", path("memory.toml")},
-                 ":12:9: creep stands in the memory of a model without [creep], expected none");
+                 ":12:9: creep is not allowed in the memory of a model without [creep]");
   expect_done("next.csv", "next_out.csv", {"--memory", path("memory.toml"), "--quasi-static"});
 }
 

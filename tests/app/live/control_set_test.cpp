@@ -145,11 +145,11 @@ TEST(Set, RefusesNonsenseWithTheKeyAndWhatIsExpected) {
   };
   refused("kp", -1, "axis[0].control.kp: kp is -1, expected a number >= 0");
   refused("kp", "high", "kp");
-  refused("kp", json(), "expected one as in TOML");
+  refused("kp", json(), "expected for example 1.5, true or \"text\"");
   refused("kpp", 0.1, "axis[0].control.kpp: unknown key kpp (did you mean kp?)");
   refused("structure", "pid", "structure is \"pid\", expected one of");
   refused("notch.depth", 0.1, "missing key frequency_Hz");  // one key of a table that is not there
-  refused("setpoint[0].low_um", -50.0, "the setpoint goes to -50 um");
+  refused("setpoint[0].low_um", -50.0, "the setpoint reaches -50 um");
   refused("setpoint[9].low_um", 5.0, "no such key");
   refused("delays.resonance_Hz", 0, "resonance_Hz is 0, expected a number > 0");
   refused("delays.command_delay_us", 2000.0, "command_delay_us is 2000, expected 1000");

@@ -26,7 +26,7 @@ TEST(Format, ANewerOneIsRefusedInOneSentence) {
 TEST(Format, WhatIsNoNumberOfAFormatIsRefused) {
   for (const char* value : {"0", "-1", "1.0", "\"1\"", "[1]", "true"})
     EXPECT_EQ(refusal_of(std::string("format = ") + value + "\n"),
-              "stage.toml:1:10: format is no number of a format, expected 1")
+              "stage.toml:1:10: format is not a format number, expected 1")
         << value;
 }
 

@@ -95,12 +95,14 @@ TEST(TomlEdit, RefusesToAddWhereTheTableHasNoHeader) {
             "f.toml:2:5: a.t.n is missing in a.t, which has no header of its own, expected a table [a.t]");
   EXPECT_NE(refusal_of("[a]\nt.k = 1\n", "a.t.n").find("expected a table [a.t]"), std::string::npos);
   EXPECT_NE(refusal_of("[a.t]\nk = 1\n", "a.n").find("expected a table [a]"), std::string::npos);
-  EXPECT_NE(refusal_of("[a]\nk = 1\n", "a.k.n").find("there is no place for a.k.n"), std::string::npos);
-  EXPECT_NE(refusal_of("[[a]]\nk = 1\n", "a[1].k").find("there is no place for a[1].k"), std::string::npos);
+  EXPECT_NE(refusal_of("[a]\nk = 1\n", "a.k.n").find("the table that contains a.k.n is missing"),
+            std::string::npos);
+  EXPECT_NE(refusal_of("[[a]]\nk = 1\n", "a[1].k").find("the table that contains a[1].k is missing"),
+            std::string::npos);
 }
 
 TEST(TomlEdit, RefusesAValueThatIsNotOne) {
-  EXPECT_NE(refusal_of("[a]\nk = 1\n", "a.k", "2\nn = 3").find("not a value"), std::string::npos);
+  EXPECT_NE(refusal_of("[a]\nk = 1\n", "a.k", "2\nn = 3").find("not a TOML value"), std::string::npos);
   EXPECT_NE(refusal_of("[a]\nk = 1\n", "a.k", "").find("expected TOML"), std::string::npos);
 }
 

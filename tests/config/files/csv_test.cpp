@@ -50,10 +50,9 @@ TEST_F(Csv, AcceptsFilesOfSpreadsheets) {
 TEST_F(Csv, ReadsDecimalCommasBetweenSemicolonsOrTabs) {
   EXPECT_EQ(all("time_s;input\r\n0,5;1,25\r\n1;-2\r\n"), (std::vector<double>{1.25, -2.0}));
   EXPECT_EQ(all("time_s\tinput\n0.5\t1,25e-3\n"), (std::vector<double>{1.25e-3}));
-  EXPECT_EQ(
-      refusal("time_s,input\n0,5,1,25\n"),
-      ":2:1: the row has 4 fields, expected 2 as in the header: decimal commas are read where semicolons "
-      "stand between the fields");
+  EXPECT_EQ(refusal("time_s,input\n0,5,1,25\n"),
+            ":2:1: the row has 4 fields, expected 2 as in the header: decimal commas need semicolons "
+            "between the fields");
   EXPECT_EQ(refusal("input;x\n1,2,3;0\n"), ":2:1: input is \"1,2,3\", expected a finite number");
 }
 
@@ -73,13 +72,13 @@ TEST_F(Csv, LeavesOutALastRowThatWasCutAndZeros) {
     return csv.notes();
   };
   using Notes = std::vector<std::string>;
-  const std::string cut = "the last row has no line end and may be incomplete: left out";
+  const std::string cut = "ignoring the last row: it has no line end and may be incomplete";
   EXPECT_EQ(notes("input,x\n1,2\n"), Notes{});
   EXPECT_EQ(notes("input,x\n1,2\n3"), Notes{cut});
   EXPECT_EQ(notes("input,x\n1,2\n3,2.7"), Notes{cut}) << "it can be 2.71";
-  EXPECT_EQ(notes("input,x\n1,2\n" + std::string(512, '\0')), Notes{"512 zero bytes at the end left out"});
+  EXPECT_EQ(notes("input,x\n1,2\n" + std::string(512, '\0')), Notes{"ignoring 512 zero bytes at the end"});
   EXPECT_EQ(notes("input,x\n1,2\n3," + std::string(1, '\0')),
-            (Notes{cut, "1 zero byte at the end left out"}));
+            (Notes{cut, "ignoring 1 zero byte at the end"}));
 }
 
 TEST_F(Csv, RefusesAColumnThatOccursTwice) {
@@ -123,9 +122,9 @@ TEST_F(Csv, HasALimitOfALine) {
   const std::string longest = "input\n1" + std::string(longest_csv_line - 1, ' ');
   EXPECT_EQ(refusal(longest + "\n"), "accepted");
   EXPECT_EQ(refusal(longest), "accepted") << "the last line has no end";
-  EXPECT_EQ(refusal(longest + " \n"), ":2:1048577: a longer line, expected at most 1048576 bytes");
+  EXPECT_EQ(refusal(longest + " \n"), ":2:1048577: the line is too long, expected at most 1048576 bytes");
   EXPECT_EQ(refusal(std::string(3 * longest_csv_line, '\0')),
-            ":1:1048577: a longer line, expected at most 1048576 bytes");
+            ":1:1048577: the line is too long, expected at most 1048576 bytes");
 }
 
 TEST_F(Csv, LooksForNamedValuesInTheFirstCommentsOnly) {
@@ -144,7 +143,8 @@ TEST_F(Csv, RefusesADeviceAndAFolderInOneLine) {
   const auto refusal_of = [](const char* file) -> std::string {
     return support::refusal_of([&] { const CsvReader csv(CsvLines(file), {"input"}); });
   };
-  EXPECT_EQ(refusal_of("/dev/zero"), "/dev/zero:1:1048577: a longer line, expected at most 1048576 bytes");
+  EXPECT_EQ(refusal_of("/dev/zero"),
+            "/dev/zero:1:1048577: the line is too long, expected at most 1048576 bytes");
   EXPECT_EQ(refusal_of("/"), "/: cannot be read: Is a directory, expected a CSV file");
 }
 

@@ -17,7 +17,7 @@ TEST(DatasetFile, HasALimitOfRows) {
   std::ofstream(file) << "time_s,input,output\n0,1,2\n1,2,3\n2,3,4\n";
   EXPECT_EQ(load_dataset(file, {}, 3).dataset.size(), 3U);
   const std::string refusal = support::refusal_of([&] { load_dataset(file, {}, 2); });
-  EXPECT_EQ(refusal, file.string() + ":4:1: one more row, expected at most 2 rows");
+  EXPECT_EQ(refusal, file.string() + ":4:1: too many rows, expected at most 2 rows");
 }
 
 }  // namespace

@@ -129,7 +129,7 @@ TEST(LabCsvColumns, TakeTheRateThatIsStatedAboveTheHeader) {
     EXPECT_NEAR(load(above + std::string("V;x\n1;2\n3;4\n"), {}).dataset.time_s[1], 0.0002, 1e-12) << above;
   }
   EXPECT_EQ(load("Abtastrate: 5000 Hz\nNr;V;x\n0;1;2\n1;3;4\n", {.rate_Hz = 500.0}).dataset.time_s[1], 0.002)
-      << "--rate says otherwise";
+      << "--rate overrides it";
 }
 
 TEST(LabCsvColumns, DoNotTakeARateThatCanBeReadInTwoWays) {
@@ -152,8 +152,8 @@ TEST(LabCsvColumns, OfRoundedTimesAgreeWithTheRateAboveThem) {
 
 TEST(LabCsvColumns, OfTimeContradictTheRateAboveThem) {
   EXPECT_EQ(refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
-            ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate says "
-            "otherwise), or the number of the sample; --columns 2,3 --rate HZ reads the file without it");
+            ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate overrides "
+            "it), or a count of samples; --columns 2,3 --rate HZ reads the file without it");
 }
 
 TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
@@ -164,10 +164,10 @@ TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(time_s[i], expected[i], 1e-12) << text;
   }
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.001,3,4\n", {.rate_Hz = 5000.0}),
-            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or the number of the sample; "
+            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or a count of samples; "
             "--columns 2,3 reads the file without it");
   EXPECT_EQ(refusal("t (ms),V,x\n0,1,2\n1,3,4\n", {.rate_Hz = 5000.0}),
-            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or the number of the sample; "
+            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or a count of samples; "
             "--columns 2,3 reads the file without it");
 }
 
@@ -183,14 +183,14 @@ TEST(LabCsvRefusal, IsOfATimeThatCanOnlyBeGuessed) {
   EXPECT_EQ(refusal("Zeit in Millisekunden;Spannung;Weg\n0;1;2\n1;3;4\n"),
             ":1:1: the unit of Zeit in Millisekunden is not known, expected one of s, ms, us, ns, min, h");
   EXPECT_EQ(refusal("Index,V,x\n0,1,2\n1,3,4\n"),
-            ":1:1: Index is the number of the sample, expected --rate, the samples per second");
+            ":1:1: Index counts the samples, expected --rate, the samples per second");
   EXPECT_EQ(load("Nr,V,x\n1,1,2\n11,3,4\n", {.rate_Hz = 1000.0}).dataset.time_s,
             (std::vector<double>{0.001, 0.011}));
 }
 
 TEST(LabCsvRefusal, IsOfALengthThatIsScaled) {
   EXPECT_EQ(refusal("t,V,Weg [um]\n0,1,2\n1,3,4\n", {.output_scale = 2.0}),
-            ":1:1: Weg [um] is a length in um, expected no --output-scale");
+            ":1:1: Weg [um] is a length in um: --output-scale is not allowed");
 }
 
 TEST(LabCsvRefusal, SaysWhichColumnsThereAreAndWhatIsMissing) {

@@ -109,7 +109,7 @@ TEST(StateFile, WithCreepIsRefusedAtItsKey) {
          "[stop]\nreason = \"command\"\n";
   const std::string refusal =
       support::refusal_of([&] { load_state(file, model::Hysteresis(written_parameters())); });
-  EXPECT_NE(refusal.find(":5:9: creep stands in a state file"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find(":5:9: creep is not allowed in a state file"), std::string::npos) << refusal;
 }
 
 TEST(StateFile, WithTheCorrectionOfAFormerControllerIsRead) {

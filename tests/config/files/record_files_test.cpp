@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         RecordFile{"base_accepted.csv"}, RecordFile{"base_accepted.csv", by_number},
         RecordFile{"base_accepted.csv", scaled,
-                   ":3:1: the file says output_unit = \"um\", expected no --output-scale"},
+                   ":3:1: output_unit is \"um\" in the file: --output-scale is not allowed"},
         RecordFile{
             "01_keysight_two_header_lines.csv",
             {},
@@ -90,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(
         RecordFile{"13_blanks_in_names.txt"}, RecordFile{"14_unit_words.csv"},
         RecordFile{"15_nan_at_the_ends.csv",
                    {},
-                   ":2:3: V is \"NaN\", expected a finite number; --from 0.01 begins behind it"},
+                   ":2:3: V is \"NaN\", expected a finite number; --from 0.01 starts after it"},
         RecordFile{"15_nan_at_the_ends.csv",
                    {.from_s = 0.01},
                    ":600:16: x is \"NaN\", expected a finite number; --to 5.97 ends before it"},
@@ -181,7 +181,7 @@ INSTANTIATE_TEST_SUITE_P(
                                        i == 0 ? "\u221e" : fmt::format("{:.6f}", x));
                   },
                   by_number,
-                  ":4:17: Channel B is \"\u221e\", expected a finite number; --from 0.01 begins behind it"},
+                  ":4:17: Channel B is \"\u221e\", expected a finite number; --from 0.01 starts after it"},
         WornDress{"PI: a GCS array",
                   "# REM E-709\n# SAMPLE_TIME = 0.010000\n# NAME0 = Control Voltage\n# END_HEADER\n",
                   [](int, double, double v, double x) { return fmt::format("{:.6f} {:.6f} \n", v, x); },
@@ -217,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(
                     return fmt::format("{:.2f},{:.5f},{:.5f}{}\n", time, v, x, i == 0 ? ",5" : "");
                   },
                   {},
-                  ":2:1: the row has 4 fields, expected 3 as in the header; --from 0.01 begins behind it"},
+                  ":2:1: the row has 4 fields, expected 3 as in the header; --from 0.01 starts after it"},
         WornDress{
             "times in whole numbers without a unit",
             "time,drive,position\n",
@@ -239,7 +239,7 @@ TEST(RecordNotes, NameUnitsThatAreNotKnown) {
   EXPECT_EQ(notes("t (s),U (V),x (um)"), Notes{});
   EXPECT_EQ(notes("t,U (V),x (um)"), Notes{"t has no unit, s assumed"});
   EXPECT_EQ(notes("t (s),U (cV),x (um)"),
-            Notes{"the unit cV of U (cV) is not known, its numbers are taken as they are"});
+            Notes{"the unit cV of U (cV) is unknown, so its numbers are not converted"});
   EXPECT_EQ(notes("t (s),U (V),x (digits)", {.output_scale = 0.5}),
             Notes{"--output-scale 0.5 is taken as um per digits of x (digits)"});
   EXPECT_EQ(notes("t (s),U (V),x", {.output_scale = 0.5}),

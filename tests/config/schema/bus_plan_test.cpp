@@ -90,7 +90,7 @@ void expect_refused(const char* what, const char* with, const std::string& line,
 }
 
 TEST(BusPlan, WithLateCommandsIsRefusedAtTheRate) {
-  expect_refused("1_000_000", "800_000", "16", "the last command may begin as late as");
+  expect_refused("1_000_000", "800_000", "16", "the last command may start");
   expect_refused("1_000_000", "125_000", "16", "the bus is loaded to 510 % of 125000 bit/s");
   expect_refused("\"hystcan.dbc\"", "\"hystcan.dbc\"\nturnaround_us = 100.0", "17",
                  "expected within the cycle");

@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadFrames{
             "AMultiplexedRole", "lab_amplifier.dbc", "SG_ On : 12|1@1+",
             "SG_ Page M : 14|2@1+ (1,0) [0|3] \"\"  Amp\n SG_ On m1 : 12|1@1+", "enable       = ",
-            "signal On of message AmpSet is multiplexed in lab_amplifier.dbc, expected one that is in every frame"},
+            "signal On of message AmpSet is multiplexed in lab_amplifier.dbc, expected a signal that is in every frame"},
         BadFrames{"EnableInStepsOfTwo", "lab_amplifier.dbc", "SG_ On : 12|1@1+ (1,0) [0|1]",
                   "SG_ On : 12|1@1+ (2,0) [0|2]", "enable       = ",
                   "signal On of message AmpSet holds 0 to 2 in steps of 2 in lab_amplifier.dbc, "
@@ -94,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadFrames{"UnitOfAnotherQuantity", "lab_amplifier.dbc", "\"nm\"", "\"mA\"",
                   "position  =", "signal Pos of SensPos is in \"mA\""},
         BadFrames{"IdentifierOfCanOpen", "lab_amplifier.dbc", "BO_ 2565804033 AmpSet", "BO_ 1537 AmpSet",
-                  "message      = ", "is taken by the SDO request to node 1"},
+                  "message      = ", "which the SDO request to node 1 uses"},
         BadFrames{"DriveBeyondTheSignal", file, "drive_max_V        = 100.0", "drive_max_V        = 115.0",
                   "drive_max_V        = 115.0", "does not fit signal Volt, expected within -20..111.07"}),
     [](const auto& test) { return test.param.name; });
@@ -247,8 +247,8 @@ TEST(ProtectionWarnings, NameAMessageWithMoreBytesThanItsCrcGuards) {
   EXPECT_EQ(
       warnings(16, "CRC-8H2F"),
       (std::vector<std::string>{"message AmpSet of axis x: CRC-8H2F covers 15 bytes, but finds every two "
-                                "wrong bits in at most 14: polynomial = \"CRC-16\", with two bytes for "
-                                "the CRC, would do"}));
+                                "wrong bits in at most 14: use polynomial = \"CRC-16\", with two bytes for "
+                                "the CRC"}));
   EXPECT_EQ(warnings(32, "SAE-J1850").size(), 1u) << "31 bytes";
   EXPECT_TRUE(warnings(12, "CRC-8H2F").empty());
   EXPECT_TRUE(warnings(24, "SAE-J1850").empty());
@@ -262,12 +262,11 @@ TEST(FormatWarnings, NameAMessageOfMoreThanEightBytesThatTheDbcCallsClassical) {
   EXPECT_TRUE(format_warnings(load(shipped / file)).empty()) << "without VFrameFormat the length decides";
   shipped.edit("lab_amplifier.dbc",
                "BU_:", "BA_DEF_ BO_ \"VFrameFormat\" INT 0 15;\nBA_DEF_DEF_ \"VFrameFormat\" 0;\nBU_:");
-  EXPECT_EQ(
-      format_warnings(load(shipped / file)),
-      (std::vector<std::string>{
-          "message AmpSet (BO_ 2565804033) in lab_amplifier.dbc has 12 bytes, and its VFrameFormat is that of "
-          "classical CAN: it is sent as CAN FD without bit-rate switch; VFrameFormat = "
-          "\"ExtendedCAN_FD\", and CANFD_BRS = 1 if it switches the bit rate, would do"}));
+  EXPECT_EQ(format_warnings(load(shipped / file)),
+            (std::vector<std::string>{
+                "message AmpSet (BO_ 2565804033) in lab_amplifier.dbc has 12 bytes, but its VFrameFormat is "
+                "classical CAN: it is sent as CAN FD without bit-rate switch; set VFrameFormat = "
+                "\"ExtendedCAN_FD\", and CANFD_BRS = 1 for a bit-rate switch"}));
 }
 
 // `monitor` and the controller check frames by the same rules.

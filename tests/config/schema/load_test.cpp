@@ -135,11 +135,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"UnitOfAnotherDrive", "piezo.toml", "drive_max_V        = 100.0", "drive_max_A = 100.0",
                  "unknown key drive_max_A"},
         BadInput{"TwoNodesWithOneId", "piezo.toml", "sensor_node    = 2", "sensor_node    = 1",
-                 "node 1 is taken by axis[0].amplifier_node"},
+                 "node 1 is used by axis[0].amplifier_node"},
         BadInput{"TheControllersNodeId", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nnode = 3",
-                 "node 3 is taken by controller.node"},
+                 "node 3 is used by controller.node"},
         BadInput{"TwoAxesWithOneName", "piezo.toml", "name           = \"y\"", "name = \"x\"",
-                 "the name x is taken"},
+                 "the name x is used by another axis"},
         BadInput{"NodeIdAgainstTheDbc", "piezo.toml", "amplifier_node = 1", "amplifier_node = 5",
                  "message XAmpCommand has identifier 0x201"},
         BadInput{"NoSuchMessages", "piezo.toml", "message_prefix = \"X\"", "message_prefix = \"Q\"",
@@ -172,7 +172,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"SafeDriveOutOfRange", "piezo.toml", "safe_drive_V       = 0.0", "safe_drive_V = -5.0",
                  "safe_drive is -5"},
         BadInput{"SetpointOutOfRange", "piezo.toml", "high_um      = 27.0", "high_um = 45.0",
-                 "the setpoint goes to 45"},
+                 "the setpoint reaches 45"},
         BadInput{"TriangleBeyondTheReferenceSlew", "piezo.toml", "repeat             = true",
                  "reference_slew_um_per_s = 479", "the triangle moves at up to 480 um/s"},
         BadInput{"RiseBeyondTheReferenceAcceleration", "piezo.toml", "repeat             = true",
@@ -182,7 +182,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "kind = \"multi-sine\"\ncentre_um = 32.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = "
                  "[5.0, 7.0]\n"
                  "duration_s = 1.0\n[[axis.control.setpoint]]\nkind = \"triangle\"",
-                 "um, expected within -3 and 34 um"},
+                 "um, expected -3 to 34 um"},
         BadInput{
             "MultiSineWithoutAFrequency", "piezo.toml", "kind         = \"triangle\"",
             "kind = \"multi-sine\"\ncentre_um = 15.0\namplitudes_um = [1.0, 2.0]\nfrequencies_Hz = [5.0]\n"

@@ -43,7 +43,8 @@ TEST(SetpointFile, CountsALastRowWithoutItsLineEnd) {
 TEST(SetpointFile, IsRefusedWithItsLine) {
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n0.5,2\n0.5,3\n"),
             "r.csv:4:1: time_s is 0.5 after 0.5, expected time to increase");
-  EXPECT_EQ(refusal("time_s,position_um\n0,1\n"), "r.csv:2:1: a reference of 1 row, expected two or more");
+  EXPECT_EQ(refusal("time_s,position_um\n0,1\n"),
+            "r.csv:2:1: the reference has 1 row, expected at least two");
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n1,nan\n"),
             "r.csv:3:3: position_um is \"nan\", expected a finite number");
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n1,2\n2"),

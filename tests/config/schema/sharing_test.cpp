@@ -50,13 +50,13 @@ TEST(SharedFrames, AreTheOnlyWayToShareANode) {
   const support::ShippedCopy shipped;
   shipped.edit("piezo.toml", "sensor_node    = 4", "sensor_node    = 2");
   const std::string refusal = support::refusal_of<std::runtime_error>([&] { load(shipped / "piezo.toml"); });
-  EXPECT_NE(refusal.find("node 2 is taken by axis[0].sensor_node"), std::string::npos);
+  EXPECT_NE(refusal.find("node 2 is used by axis[0].sensor_node"), std::string::npos);
 }
 
 TEST(SharedFrames, HaveSignalsOfTheirOwnForEachAxis) {
   const std::string error = error_after({{"\"PositionY\"", "\"PositionX\""}});
   EXPECT_NE(error.find("signal PositionX of message Samples has bits of signal PositionX of axis x, expected "
-                       "bits of its own"),
+                       "unused bits"),
             std::string::npos)
       << error;
 }
@@ -85,17 +85,16 @@ TEST(SharedFrames, GoOutWithinTheCycle) {
 
 TEST(SharedFrames, DoNotGoOutBeforeTheirSamplesCanHaveCome) {
   const std::string error = error_after({{"_us = 245.0", "_us = 100.0"}});
-  EXPECT_NE(error.find("command_deadline_us is 100 in force, expected at least 243: only then all samples "
-                       "Samples have come"),
+  EXPECT_NE(error.find("command_deadline_us is effectively 100, expected at least 243: only then all samples "
+                       "Samples have arrived"),
             std::string::npos)
       << error;
 }
 
 TEST(BackgroundSlots, AreADivisorOfTheLargestSyncCounter) {
   const std::string error = error_after({{"= 24  ", "= 25  "}});
-  EXPECT_NE(
-      error.find("background_slots is 25, expected a divisor of 240, up to which the SYNC counter counts"),
-      std::string::npos)
+  EXPECT_NE(error.find("background_slots is 25, expected a divisor of 240, the highest SYNC counter"),
+            std::string::npos)
       << error;
 }
 
@@ -103,7 +102,7 @@ TEST(BackgroundSlots, AreDifferentForEachNode) {
   const std::string error = error_after({{"node                = 24", "node                = 40"}});
   EXPECT_NE(
       error.find("nodes 16 (the amplifier of axis x) and 40 (the controller) have the same slot, 16 of 24, "
-                 "expected numbers with different remainders"),
+                 "expected node ids with different remainders"),
       std::string::npos)
       << error;
 }
@@ -139,8 +138,7 @@ TEST(BackgroundSlots, AreWhatTheRateOfTheShippedStageNeeds) {
 
 TEST(BackgroundSlots, OfSuccessiveCyclesFitNoSuchRate) {
   const std::string error = error_after({{"node                = 24", "node                = 17"}});
-  EXPECT_NE(error.find("the last command may begin as late as 298 us after its SYNC"), std::string::npos)
-      << error;
+  EXPECT_NE(error.find("the last command may start 298 us after its SYNC"), std::string::npos) << error;
 }
 
 TEST(CommandWarnings, NameASignalWithoutARoleThatIsNotSentAsZero) {
@@ -149,7 +147,7 @@ TEST(CommandWarnings, NameASignalWithoutARoleThatIsNotSentAsZero) {
   config.axes.pop_back();
   const auto found = command_warnings(config);
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0], "message Commands: signal SetpointY has no role, so that it is always sent as -200 V");
+  EXPECT_EQ(found[0], "message Commands: signal SetpointY has no role and is always sent as -200 V");
 }
 
 TEST(SharedFrames, HaveTheObjectsOfTheirNodeAtOneAxis) {
@@ -157,7 +155,7 @@ TEST(SharedFrames, HaveTheObjectsOfTheirNodeAtOneAxis) {
       error_after({{"[axis.frames.sample]\nmessage      = \"Samples\"\nposition     = \"PositionY\"",
                     "[[axis.sensor_setup]]\nindex = 0x2001\nsubindex = 0\nvalue = 1\nbytes = 1\n\n"
                     "[axis.frames.sample]\nmessage      = \"Samples\"\nposition     = \"PositionY\""}});
-  EXPECT_NE(error.find("sensor_setup is of a node that axis x shares"), std::string::npos) << error;
+  EXPECT_NE(error.find("sensor_setup belongs to a node that axis x shares"), std::string::npos) << error;
 }
 
 TEST(SharedFrames, AreSampledByOneClock) {
