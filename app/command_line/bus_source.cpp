@@ -16,8 +16,8 @@ namespace hystcan::app {
 void add_bus_options(CLI::App& command, BusOptions& options) {
   command.add_option("CONFIG", options.config, "configuration (TOML) that names interface and DBC");
   add_checked(command, "--interface", options.interface, interface_name(),
-              "CAN interface instead of the configured one");
-  command.add_option("--dbc", options.dbc, "CAN database (DBC) instead of the configured one");
+              "CAN interface; default: as configured");
+  command.add_option("--dbc", options.dbc, "CAN database (DBC); default: as configured");
 }
 
 BusSource find_bus(const BusOptions& options) {
@@ -34,7 +34,7 @@ BusSource find_bus(const BusOptions& options) {
   if (!options.dbc.empty()) source.database = can::load_dbc(options.dbc);
   if (source.database) print_parse_warnings(*source.database);
   if (source.interface.empty())
-    throw Error("no interface is named", expect("a configuration or --interface"));
+    throw Error("the CAN interface is missing", expect("a configuration or --interface"));
   return source;
 }
 

@@ -38,7 +38,7 @@ BusSource find_bus(const BusOptions& options);
 inline constexpr const char* a_candump_log = "a log of candump -L";
 /// What is said of a log that a crash has cut.
 inline constexpr const char* last_line_left_out =
-    "the last line has no line end and may be incomplete: left out";
+    "ignoring the last line: it has no line end and may be incomplete";
 /// Throws Error if a log had no frames, which is then no log or a recording of nothing.
 void require_frames(const std::string& name, std::uint64_t frames);
 

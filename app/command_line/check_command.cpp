@@ -35,7 +35,7 @@ void print_limits(const std::string& of, const model::HysteresisParameters& p) {
        {Limit{"k_ascending", model::Direction::ascending, p.k_ascending, "k_descending"},
         Limit{"k_descending", model::Direction::descending, p.k_descending, "k_ascending"}}) {
     const auto allowed = model::allowed_k(p, direction);
-    print("# {}: {} = {} 1/{}; {:.6g} to {:.6g} is allowed with the present {}\n", of, name, k, p.input_unit,
+    print("# {}: {} = {} 1/{}; {:.6g} to {:.6g} is valid with this {}\n", of, name, k, p.input_unit,
           allowed->lo, allowed->hi, other);
   }
 }
@@ -69,7 +69,8 @@ void show_frame(const config::PlannedFrame& planned) {
 /// Prints worst-case response times. For SYNC, samples and commands they count from the start of the cycle.
 void show_bus(const config::Config& config) {
   const config::BusPlan plan = config::plan_bus(config);
-  print("# the bus at {} bit/s{}, with the most stuff bits; times in us:\n", config.bus.bitrate_bit_per_s,
+  print("# the bus at {} bit/s{}, with the maximum of stuff bits; times in us:\n",
+        config.bus.bitrate_bit_per_s,
         config.bus.data_bitrate_bit_per_s == 0
             ? ""
             : fmt::format(" and {} bit/s in the data phase", config.bus.data_bitrate_bit_per_s));
@@ -77,7 +78,7 @@ void show_bus(const config::Config& config) {
   for (const config::PlannedFrame& planned : plan.frames) show_frame(planned);
   print("# emergencies, sent when an axis stops:\n");
   for (const config::PlannedFrame& planned : plan.emergencies) show_frame(planned);
-  print("# bus load {:.1f} %; the last command begins at most {} us after its SYNC, the cycle is {} us\n",
+  print("# bus load {:.1f} %; the last command starts at most {} us after its SYNC; the cycle is {} us\n",
         1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
 }
 
@@ -86,7 +87,7 @@ void show_mismatch(const config::AxisConfig& axis) {
   if (axis.twin.interpolate == axis.control.delays.interpolated) return;
   print(
       "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}; the "
-      "preview is half a cycle off\n",
+      "preview is wrong by half a cycle\n",
       axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
 }
 
@@ -96,7 +97,7 @@ std::string start_up_text(const config::AxisConfig& axis) {
   const model::Interval& thresholds = axis.control.law.model.input_range();
   const std::string& unit = axis.wire.drive_unit;
   if (gate.drive_min <= thresholds.lo)
-    return fmt::format("a start-up that wipes drives to both thresholds, {:.6g} and {:.6g} {}", thresholds.hi,
+    return fmt::format("start-up = wipe drives to both thresholds, {:.6g} and {:.6g} {}", thresholds.hi,
                        thresholds.lo, unit);
   return fmt::format(
       "a start-up that wipes drives to the upper threshold alone, {:.6g} {}: the drive does not reach the "
@@ -108,7 +109,7 @@ std::string start_up_text(const config::AxisConfig& axis) {
 int check(const std::filesystem::path& file) {
   if (config::is_model_file(file)) return check_model(file);
   const config::Config config = config::load(file);
-  print("# {}, as in force\n{}\n", file.string(), config::echo(file));
+  print("# {}, with the effective values\n{}\n", file.string(), config::echo(file));
   const double cycle_s = 1.0 / config.controller.rate_Hz;
   for (const config::AxisConfig& axis : config.axes) {
     const model::Interval drives = controller::model_drives(axis.control.law.model, axis.control.gate);
@@ -118,7 +119,7 @@ int check(const std::filesystem::path& file) {
     print("# axis {}: {} to {} {} reach {:.4g} to {:.4g} um; the reference is previewed by {:.4g} ms\n",
           axis.wire.name, drives.lo, drives.hi, axis.wire.drive_unit, reach.lo, reach.hi, 1e3 * preview_s);
     if (const auto& creep = axis.control.law.creep)
-      print("# axis {}: the inverse makes up for creep: {:g} % in each decade of time from {:g} to {:g} s\n",
+      print("# axis {}: the inverse compensates creep: {:g} % per decade of time from {:g} to {:g} s\n",
             axis.wire.name, 100.0 * creep->per_decade, creep->from_s, creep->to_s);
     print("# axis {}: {}\n", axis.wire.name, start_up_text(axis));
     for (const auto findings : {config::findings_of_loop, config::findings_of_rate})
@@ -176,7 +177,7 @@ Limit limit_of(const WiringName& wiring, std::size_t axes, const config::Config&
 
 void print_rates(const config::Config& config) {
   const can::BitRates rates = config::wired_as(config::Wiring::fd, 1, config).bus.rates();
-  print("# the highest rate_Hz at which every command begins before the next SYNC, whatever the phases\n");
+  print("# the highest rate_Hz at which every command starts before the next SYNC, for any phases\n");
   print(
       "# at {} bit/s and {} bit/s in the data phase, with a turnaround of {} us and AmpStatus every {} cycles\n",
       rates.nominal_bit_per_s, rates.data_bit_per_s, in_us(config.bus.turnaround),
@@ -240,14 +241,12 @@ int run_check(const CheckArguments& options) {
 
 void add_check(CLI::App& cli, int& status) {
   auto options = std::make_shared<CheckArguments>();
-  CLI::App* command =
-      cli.add_subcommand("check", "Read and check a configuration, and show the values in force");
-  command->add_option(
-      "CONFIG", options->file,
-      "configuration, or model file (TOML); with --rates the shipped piezo stage if left out");
+  CLI::App* command = cli.add_subcommand("check", "Check a configuration and show the effective values");
+  command->add_option("CONFIG", options->file,
+                      "configuration or model file (TOML); default with --rates: the shipped piezo stage");
   CLI::Option* rates = command->add_flag(
       "--rates", options->rates,
-      "print instead the highest rate of 1 to 16 axes on its bus, with classical CAN and CAN FD");
+      "print only the highest rate of 1 to 16 axes on its bus, with classical CAN and CAN FD");
   command->add_flag("--json", options->json, "print the rates as JSON")->needs(rates);
   command->callback([options, &status] {
     if (options->file.empty() && !options->rates) throw CLI::RequiredError("CONFIG");

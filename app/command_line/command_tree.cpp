@@ -70,7 +70,7 @@ std::string refuse_left_over(const std::vector<const CLI::App*>& commands, const
     return fmt::format("unknown option '{}': {}", text, hint(text, options_of(commands)));
   if (const auto inner = subcommands_of(*commands.back()); !inner.empty())
     return fmt::format("unknown command '{}': {}", text, hint(text, inner));
-  return fmt::format("'{}' is one argument too many; see {} --help", text, name_of(commands));
+  return fmt::format("unexpected argument '{}'; see {} --help", text, name_of(commands));
 }
 
 /// The parser names the option first and then says what is wrong with it in its own words.
@@ -78,9 +78,9 @@ std::string refuse_values(const std::vector<const CLI::App*>& commands, const st
   for (const CLI::App* command : commands)
     for (const CLI::Option* option : command->get_options()) {
       if (option->count() > 1 && option->get_items_expected_max() == 1)
-        return fmt::format("{}: is given {} times, expected once", option->get_name(), option->count());
+        return fmt::format("{}: given {} times, expected once", option->get_name(), option->count());
       if (text.starts_with(option->get_name() + ":") && text.ends_with("missing"))
-        return fmt::format("{}: its value is missing", option->get_name());
+        return fmt::format("{}: the value is missing", option->get_name());
     }
   return text;
 }
@@ -91,7 +91,7 @@ std::string reason_of(const std::vector<const CLI::App*>& commands, const CLI::P
     if (const auto text = left_over(commands)) return refuse_left_over(commands, *text);
   if (lacks) {
     if (const auto inner = subcommands_of(*commands.back()); !inner.empty())
-      return fmt::format("a command is missing, expected one of {}", fmt::join(inner, ", "));
+      return fmt::format("the command is missing, expected one of {}", fmt::join(inner, ", "));
     return fmt::format("{}; see {} --help", error.what(), name_of(commands));
   }
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr)

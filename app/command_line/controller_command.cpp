@@ -158,7 +158,7 @@ std::string results_text(const controller::Controller& controller, const StateLo
       fmt::format("{}, {} missed, {} missing, {} late\n", counted(counters.cycles, "cycle"),
                   counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
   if (counters.replaced_commands > 0)
-    text += counted(counters.replaced_commands, "command") + " replaced by a newer one before it had left\n";
+    text += counted(counters.replaced_commands, "command") + " replaced by a newer one before transmission\n";
   if (!options.rehearse)  // virtual time passes at no computation
     for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
@@ -194,7 +194,7 @@ void require_success(const controller::Controller& controller, const StateLog& l
     if (!log.has_tracked(i))
       throw RunError(fmt::format("axis {} did not track: {}", outcomes[i].name, log.blocks_of(i)));
     if (!controller.axis(i).report().point.finished)
-      throw RunError(fmt::format("axis {} was stopped before the end of its reference", outcomes[i].name));
+      throw RunError(fmt::format("axis {} stopped before the end of its reference", outcomes[i].name));
   }
 }
 
@@ -228,7 +228,7 @@ void start_recording(runs::Recorder& recorder) {
   try {
     spdlog::info("recording to {}", recorder.start().string());
   } catch (const std::exception& error) {
-    throw RunError("no run can be recorded", error);
+    throw RunError("the run cannot be recorded", error);
   }
 }
 
@@ -340,15 +340,15 @@ void add_controller(CLI::App& cli, int& status) {
   CLI::App* command = cli.add_subcommand("controller", "Control the axes on the bus");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   CLI::Option* interface = add_checked(*command, "--interface", options->interface, interface_name(),
-                                       "CAN interface instead of the configured one");
+                                       "CAN interface; default: as configured");
   add_checked(*command, "--duration", options->duration_s, positive_seconds(),
-              "stop after this many seconds");
+              "duration in seconds; default: until Ctrl-C");
   command->add_flag("--once", options->once, "stop after one pass of the reference");
   CLI::Option* clear = command->add_flag("--clear-faults", options->clear_faults,
-                                         "clear a fault that the amplifier has latched, then start");
-  command->add_option("--csv", options->csv, "write every cycle to this file");
+                                         "clear a latched fault of the amplifier before the start");
+  command->add_option("--csv", options->csv, "CSV file with a row for each cycle");
   CLI::Option* record =
-      command->add_option("--record", options->record, "record a run in this folder, from the start on");
+      command->add_option("--record", options->record, "folder in which a run is recorded from the start");
   command
       ->add_flag("--rehearse", options->rehearse,
                  "run on the simulated bus, with the twin and its faults, in virtual time; one pass of the "

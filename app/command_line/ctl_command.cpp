@@ -41,12 +41,13 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
     return ask_socket(file, command, limit);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::timed_out)
-      throw RunError(file, fmt::format("no answer within {:g} s (--timeout): the {} does not read its socket",
+      throw RunError(file, fmt::format("no answer within {:g} s (--timeout); the {} does not read its socket",
                                        std::chrono::duration<double>(*limit).count(), process));
     throw RunError(
         file, error.code().message(),
         {.remedy = fmt::format(
-             "is the {} running, with this interface? (--interface, --socket, control_socket)", process)});
+             "check that the {} is running on this interface (--interface, --socket, control_socket)",
+             process)});
   }
 }
 
@@ -140,17 +141,17 @@ void add_argument(CLI::App& cli, const Argument& argument, nlohmann::json& comma
 void add_ctl(CLI::App& cli, int& status) {
   const auto options = std::make_shared<CtlArguments>();
   CLI::App* ctl =
-      cli.add_subcommand("ctl", "Command a running controller, or a twin, over its control socket");
+      cli.add_subcommand("ctl", "Send a command to a running controller or twin over its control socket");
   ctl->require_subcommand(1);
-  ctl->add_option("--socket", options->socket, "the control socket's file");
+  ctl->add_option("--socket", options->socket, "file of the control socket");
   ctl->add_option("--interface", options->interface,
-                  "without --socket: the socket of the controller (or twin) on this CAN interface")
+                  "CAN interface of the controller (or twin), if there is no --socket")
       ->check(interface_name())
       ->capture_default_str();
-  ctl->add_flag("--twin", options->twin, "command the twin on this interface, not the controller");
+  ctl->add_flag("--twin", options->twin, "send the command to the twin instead of the controller");
   ctl->add_flag("--json", options->json, "print the answer as JSON");
   ctl->add_option("--timeout", options->answer_timeout_s,
-                  "seconds to wait for the answer; `wait` has its own")
+                  "time limit for the answer in seconds; `wait` has its own")
       ->check(number_between(0.001, 1e6))
       ->capture_default_str();
   for (const ControlCommand& row : protocol::commands) {

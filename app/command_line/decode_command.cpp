@@ -106,12 +106,15 @@ int run_decode(const DecodeArguments& options) {
 
 void add_decode(CLI::App& cli, int& status) {
   auto options = std::make_shared<DecodeArguments>();
-  CLI::App* command = cli.add_subcommand("decode", "Decode a bus log of candump or record by a DBC");
-  command->add_option("LOG", options->log, "log as `candump -L` writes it; - is standard input")->required();
+  CLI::App* command = cli.add_subcommand("decode", "Decode a bus log (candump or recorded) with a DBC");
+  command->add_option("LOG", options->log, "log in the format of `candump -L`; - is standard input")
+      ->required();
   command->add_option("--dbc", options->dbc, "CAN database (DBC)")->required();
-  CLI::Option* csv = command->add_flag(
-      "--csv", options->csv, "a row for each signal: time_s,interface,id,message,signal,raw,value,unit,name");
-  command->add_flag("--json", options->json, "a JSON object in one line for each frame")->excludes(csv);
+  CLI::Option* csv =
+      command->add_flag("--csv", options->csv,
+                        "print one row per signal: time_s,interface,id,message,signal,raw,value,unit,name");
+  command->add_flag("--json", options->json, "print one JSON object per frame, each in one line")
+      ->excludes(csv);
   command->callback([options, &status] { status = print_for_reader([&] { return run_decode(*options); }); });
 }
 

@@ -74,7 +74,7 @@ void add_doctor(CLI::App& cli, int& status) {
       cli.add_subcommand("doctor", "Check whether this computer and its bus can run a configuration");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   add_checked(*command, "--interface", options->interface, interface_name(),
-              "CAN interface instead of the configured one");
+              "CAN interface; default: as configured");
   command->add_flag("--send", options->send,
                     "measure the round trip on a real interface too: 200 empty frames with identifier 0x7FF");
   command->add_flag("--json", options->json, "print the findings as JSON");

@@ -92,8 +92,7 @@ class DatasetRecorder {
                             options.run.rehearse ? "rehearsed" : "recorded",
                             config.file.filename().string()));
     file_.write(fmt::format("# input_unit = \"{}\"\n# output_unit = \"um\"\n", axis.wire.drive_unit));
-    file_.write(
-        "# input: the drive in force from this row's SYNC to the next; output: the position at this SYNC\n");
+    file_.write("# input: the drive from this row's SYNC to the next; output: the position at this SYNC\n");
     file_.write("time_s,input,output\n");
   }
 
@@ -164,7 +163,7 @@ void propose_further(const ExciteArguments& options, const config::Config& confi
     return shell_word(options.output.parent_path() / fmt::format("{}.{}.csv", stem, what));
   };
   note(
-      "a second rate tells a delay from a wider loop; a record that the model has not seen validates it:\n"
+      "a second rate separates delay from hysteresis; a further record validates the model:\n"
       "  --period {:g} --output {}\n  --period {:g} --levels 3 --output {}\n",
       4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
 }
@@ -192,14 +191,14 @@ bool recorded(OutputFile& file, const ExciteArguments& options, const config::Co
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
   if (may_shrink && is_of_size(end.axis.fault())) {
-    note("{}. If only the sensor's zero is another one, state it: hystcan init --sensor-at-safe\n",
+    note("{}. If only the zero of the sensor differs, state it: hystcan init --sensor-at-safe\n",
          describe(axis, end.axis.fault()));
     return true;
   }
   recorder.close();
   end.require_finished(axis, recorder.rows() == 0
-                                 ? "stopped before the first row, nothing is written"
-                                 : fmt::format("stopped after {}, to be found in {}",
+                                 ? "stopped before the first row; nothing is written"
+                                 : fmt::format("stopped after {}; they are in {}",
                                                counted(recorder.rows(), "row"), options.output.string()));
   note("{}: {}\n", options.output.string(), recorder.summary(config.axes[0].wire.drive_unit));
   return false;
@@ -235,7 +234,7 @@ void refuse_options_of_other_signals(const CLI::App& command, const std::string&
       {"--frequency-to", {"chirp"}},        {"--duration", {"chirp"}}};
   for (const auto& [option, signals] : table)
     if (command.count(option) > 0 && std::ranges::find(signals, signal) == signals.end())
-      throw Error(fmt::format("{} has no meaning with --signal {}", option, signal),
+      throw Error(fmt::format("{} is not allowed with --signal {}", option, signal),
                   expect("with {}", fmt::join(signals, " or ")));
 }
 
@@ -245,32 +244,33 @@ void add_excite(CLI::App& cli, int& status) {
   auto options = std::make_shared<ExciteArguments>();
   CLI::App* command =
       cli.add_subcommand("excite", "Drive one axis in open loop and write a dataset for identification");
-  command->add_option("CONFIG", options->run.config, "configuration (TOML); it may have no model yet")
+  command->add_option("CONFIG", options->run.config, "configuration (TOML), with or without a model")
       ->required();
   command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
       ->required();
-  command->add_flag("--overwrite", options->overwrite, "replace the file if it exists");
+  command->add_flag("--overwrite", options->overwrite, "replace an existing file");
   add_checked(*command, "--signal", options->signal, one_of({"hysteresis", "step", "chirp"}),
-              "hysteresis: slow loops; step, chirp: small and fast, for the dynamics")
+              "`hysteresis`: slow loops; `step`, `chirp`: small fast signals for the dynamics")
       ->capture_default_str();
-  add_checked(*command, "--low", options->low, finite_number(), "lowest drive; drive_min if left out");
+  add_checked(*command, "--low", options->low, finite_number(), "lowest drive; default: drive_min");
   add_checked(*command, "--high", options->high, finite_number(),
-              "highest drive; drive_max if left out. Step and chirp are centred between the two");
+              "highest drive; default: drive_max. Step and chirp are centred between --low and --high");
   CLI::Option* slew = add_checked(*command, "--slew", options->slew_per_s, positive_number(),
-                                  "hysteresis: drive units per second");
+                                  "hysteresis: speed in drive units per second");
   add_checked(*command, "--period", options->period_s, positive_number(),
-              "seconds of one major loop (100 / resonance, at least 2) or of one step up and down (0.4)")
+              "seconds per major loop (100 / resonance, at least 2) or per step up and down (0.4)")
       ->excludes(slew);
   add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),
-              "major loops (2) or steps up and down (5)");
+              "number of major loops (2) or of steps up and down (5)");
   add_checked(*command, "--levels", options->levels, whole_number(0, Excitation::most_turns),
-              "hysteresis: nested loops, and reversal curves each way (5)");
-  add_checked(*command, "--amplitude", options->amplitude, positive_number(),
-              "step, chirp: drive units; 5 % of high - low, less where the twin comes near a limit");
+              "hysteresis: number of nested loops, and of reversal curves in each direction (5)");
+  add_checked(
+      *command, "--amplitude", options->amplitude, positive_number(),
+      "step, chirp: amplitude in drive units; default: 5 % of high - low, less if the twin approaches a limit");
   add_checked(*command, "--frequency-from", options->from_Hz, positive_number(),
-              "chirp: Hz; a thousandth of the cycle rate");
+              "chirp: first frequency in Hz; default: a thousandth of the cycle rate");
   add_checked(*command, "--frequency-to", options->to_Hz, positive_number(),
-              "chirp: Hz; 0.4 of the cycle rate");
+              "chirp: last frequency in Hz; default: 0.4 of the cycle rate");
   add_checked(*command, "--duration", options->duration_s, positive_seconds(), "chirp: seconds (10)");
   add_open_loop_options(*command, options->run);
   command->callback([options, command, &status] {

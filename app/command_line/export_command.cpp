@@ -66,18 +66,19 @@ int export_run(ExportArguments options) {
 void add_export(CLI::App& cli, int& status) {
   auto options = std::make_shared<ExportArguments>();
   CLI::App* command =
-      cli.add_subcommand("export", "Write a recorded run, or a part of it, as one CSV or HDF5 file");
+      cli.add_subcommand("export", "Write a recorded run or a part of it to one CSV or HDF5 file");
   command->add_option("RUN", options->run, "folder of a run, one of its CSVs, or another CSV of cycles")
       ->required();
-  command->add_option(
-      "--output", options->output,
-      "file to write: HDF5 if its name ends in .h5, else CSV; left out: CSV to standard output");
-  CLI::Option* csv = command->add_flag("--csv", options->csv, "write CSV, whatever the name");
-  command->add_flag("--hdf5", options->hdf5, "write HDF5; without --output to NAME-OF-THE-RUN.h5 here")
+  command->add_option("--output", options->output,
+                      "output file: HDF5 if its name ends in .h5, else CSV; default: CSV to standard output");
+  CLI::Option* csv = command->add_flag("--csv", options->csv, "write CSV for any file name");
+  command
+      ->add_flag("--hdf5", options->hdf5,
+                 "write HDF5; default file: NAME-OF-THE-RUN.h5 in the working directory")
       ->excludes(csv);
   command->add_option("--axis", options->selection.axis,
-                      "may be left out if the run has one axis; HDF5 has all then");
-  command->add_option("--signals", options->selection.signals, "columns beside time_s; all if left out")
+                      "axis; default: the only one, and all of them for HDF5");
+  command->add_option("--signals", options->selection.signals, "columns besides time_s; default: all")
       ->delimiter(',')
       ->allow_extra_args(false);
   add_interval_options(*command, options->interval);

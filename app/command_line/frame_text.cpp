@@ -184,7 +184,7 @@ std::vector<std::string> DecodeFindings::add(const can::LoggedFrame& logged) {
   const std::size_t one_frame = frame.kind == FrameKind::fd ? frame.data.size() : classical_bytes;
   if (message->length > one_frame)
     findings.push_back(
-        fmt::format("message {} has {} bytes, of which one frame shows {}: a message of several frames is "
+        fmt::format("message {} has {} bytes, a frame at most {}: a message of several frames is "
                     "not assembled",
                     message->name, message->length, frame.length));
   for (const can::Signal& signal : message->signals)
@@ -206,8 +206,8 @@ void DecodeFindings::examine_transport(const can::Frame& frame, std::vector<std:
   });
   if (found == database_.messages.end() || !transported_.insert(announced).second) return;
   findings.push_back(
-      fmt::format("message {} of {} bytes comes by the transport protocol of J1939 (PGN {}): its frames are "
-                  "not assembled, and it is not decoded",
+      fmt::format("message {} of {} bytes uses the transport protocol of J1939 (PGN {}), "
+                  "which hystcan does not decode",
                   found->name, found->length, announced));
 }
 

@@ -141,7 +141,8 @@ void write_config(const IdentifyArguments& options, const config::Config& config
   try {
     config::load(options.written);
   } catch (const std::runtime_error& error) {
-    note("hystcan: {}: written, but not yet fit to run: {}\n", options.written.string(), error.what());
+    note("hystcan: {}: written, but not yet a valid configuration: {}\n", options.written.string(),
+         error.what());
   }
 }
 
@@ -220,45 +221,44 @@ void add_identify(CLI::App& cli, int& status) {
       cli.add_subcommand("identify", "Identify a model from a measured dataset and write its model file");
   command
       ->add_option("DATA", options->data,
-                   "CSV with time_s,input,output, or folder of a recorded run; several: one model for all")
+                   "CSV with time_s,input,output, or folder of a recorded run; several give one model")
       ->required();
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
-  CLI::Option* start =
-      command->add_option("--start", options->start,
-                          "old model (TOML), recursive-memory: decides what the datasets do not determine");
-  command->add_flag("--overwrite", options->overwrite, "replace model and memory if they exist");
+  CLI::Option* start = command->add_option(
+      "--start", options->start,
+      "old model (TOML), recursive-memory, for everything that the datasets do not determine");
+  command->add_flag("--overwrite", options->overwrite, "replace existing files");
   add_model_options(*command, options->model);
   CLI::Option* delay = add_checked(*command, "--delay", options->asked.delay_s, not_negative_number(),
-                                   "known delay of the output in seconds");
+                                   "known delay of the output, in seconds");
   add_checked(*command, "--delay-max", options->asked.longest_delay_s, not_negative_number(),
-              "longest delay that is searched, in seconds")
+              "maximum delay in the search, in seconds")
       ->excludes(delay);
   command->add_flag("--common-zero", options->asked.common_zero,
-                    "several datasets: their outputs have the same zero; if left out, each has its own");
+                    "all datasets have the same output zero; default: each has its own");
   command->add_flag("--common-gain", options->asked.common_gain,
-                    "several datasets: their outputs have the same gain; if left out, each can have its own");
+                    "all datasets have the same output gain; default: each can have its own");
   command->add_flag("--drift", options->asked.drift, "the zero of each dataset drifts linearly");
   command
       ->add_flag("--dynamics", options->dynamics,
-                 "a mechanical mode and a delay behind the hysteresis, from fast, evenly sampled datasets")
+                 "also identify a mechanical mode and a delay, from fast, evenly sampled datasets")
       ->excludes(start);
   add_checked(*command, "--symmetry", options->symmetry, one_of(words(identification::ShapeOfOutput{})),
               "even: x(v) = x(-v); butterfly: the branches cross beside zero (coercivity)");
   add_checked(*command, "--thresholds", options->thresholds, one_of({"auto", "observed"}),
-              "observed: at the ends of the measured inputs, so that a drive reaches both");
+              "`observed`: at the ends of the measured inputs, so that a drive reaches both");
   command->add_option("--initial-memory", options->initial_memory,
-                      "write the memory at the start of the (first) dataset, for simulate --memory");
-  command->add_option(
-      "--report", options->report,
-      "folder for report.html: loops, residuals, curves, and the comparison with other models");
+                      "file for the memory at the start of the (first) dataset, for simulate --memory");
+  command->add_option("--report", options->report,
+                      "folder for report.html: loops, residuals, curves, comparison with other models");
   add_dataset_options(*command, options->input);
   CLI::Option* with_config =
-      command->add_option("--for", options->config, "configuration (TOML) that the model is for");
+      command->add_option("--for", options->config, "configuration (TOML) that will use the model");
   command->add_option(
       "--axis", options->input.axis,
-      "axis of the recorded runs, and of --for; if left out, the only one of a run, the first one of --for");
+      "axis of the recorded runs and of --for; default: the only one of a run, the first one of --for");
   CLI::Option* written = command->add_option("--write", options->written,
-                                             "copy of the configuration to write, with the model in it");
+                                             "new configuration (TOML): a copy of --for with the model");
   written->needs(with_config);
   with_config->needs(written);
   command->add_flag("--json", options->json, "print the result as JSON");

@@ -31,7 +31,7 @@ std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
     if (files.empty() || files.size() == axes ||
         (axes == 1 && files.size() > 1 && option == std::string("--record")))
       return;
-    throw Error(fmt::format("{} is there {} times", option, files.size()),
+    throw Error(fmt::format("{} is given {} times", option, files.size()),
                 expect("one for each of {} axes", axes));
   };
   require_one_each("--record", options.records);
@@ -42,7 +42,7 @@ std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
   require_one_each("--unseen", options.unseen);
   if (options.records.empty()) {
     if (!options.steps.empty() || !options.unseen.empty())
-      throw Error("--step and --unseen need a --record: the model comes first");
+      throw Error("--step and --unseen need --record: the model is identified first");
     return {};
   }
   std::vector<AxisRecords> records(axes);
@@ -83,7 +83,7 @@ int init(const InitOptions& options) {
 }
 
 void add_facts(CLI::App& command, InitOptions& facts) {
-  command.add_option("--axis", facts.axes, "name of an axis; again for each further one")
+  command.add_option("--axis", facts.axes, "name of an axis; repeat it for each axis")
       ->default_str("x")
       ->allow_extra_args(false);
   command.add_option("--card", facts.card,
@@ -93,33 +93,34 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   const auto number = [&](const char* name, std::vector<double>& values, const char* what) {
     add_checked(command, name, values, finite_number(), what)->allow_extra_args(false);
   };
-  number("--drive-min", facts.drive_min, "lowest drive; one for all axes, or again for each");
+  number("--drive-min", facts.drive_min, "lowest drive; once for all axes, or once for each");
   number("--drive-max", facts.drive_max, "highest drive");
-  number("--safe", facts.safe_drive, "drive where every run ends; the one nearest 0 if left out");
-  number("--stroke", facts.stroke_um, "um between lowest and highest drive; a record shows it");
+  number("--safe", facts.safe_drive, "drive at the end of every run; default: the drive nearest to 0");
+  number("--stroke", facts.stroke_um,
+         "stroke from the lowest to the highest drive, um; default: from the record");
   number("--sensor-at-safe", facts.sensor_at_safe_um,
-         "um that the sensor reads at the safe drive (0); a record shows it");
-  number("--resonance", facts.resonance_Hz, "first resonance, Hz; a step record shows it");
+         "sensor reading at the safe drive, um (0); default: from the record");
+  number("--resonance", facts.resonance_Hz, "first resonance, Hz; default: from the step record");
   number("--damping", facts.damping_ratio, "damping ratio of the resonance (0.02)");
-  number("--sensor-delay", facts.sensor_delay_us, "us from the position to its sample (0: not known)");
+  number("--sensor-delay", facts.sensor_delay_us, "delay from the position to its sample, us (0: unknown)");
   number("--volts-per-drive", facts.volts_per_drive,
-         "volts of the card for one unit of the drive (0.1: an amplifier of 10 V/V)");
-  number("--um-per-V", facts.um_per_V, "um for 1 V of an analogue sensor (--output-scale)");
+         "card volts per drive unit (0.1: an amplifier of 10 V/V)");
+  number("--um-per-V", facts.um_per_V, "scale of an analogue sensor, um per V (--output-scale)");
   add_checked(command, "--interface", facts.interface, interface_name(), "CAN interface (vcan0)");
-  command.add_option("--dbc", facts.dbc, "DBC with the lab's own frames; the standard frames if left out");
+  command.add_option("--dbc", facts.dbc, "DBC with your own frames; default: the standard frames");
   const auto role = [&](const char* name, const char* key, const char* what) {
     command.add_option(name, facts.roles[key], what)->type_name("MSG.SIG")->allow_extra_args(false);
   };
   role("--setpoint", "command.setpoint",
-       "signal of a lab's DBC that commands the drive; one for all axes, or again for each");
+       "signal of your DBC that commands the drive; once for all axes, or once for each");
   role("--position", "sample.position", "signal with the measured position");
-  role("--enable", "command.enable", "signal that switches the amplifier on, or none");
+  role("--enable", "command.enable", "signal that enables the amplifier, or none");
   command
       .add_option("--role", facts.further_roles,
-                  "a further signal of the lab's frames: status.state=MSG.SIG; again for each")
+                  "a further signal of your frames: status.state=MSG.SIG; repeat it for each")
       ->allow_extra_args(false);
   add_checked(command, "--nodes", facts.nodes, whole_number(1, 127),
-              "node ids of amplifier and sensor, axis by axis: 1,2")
+              "node ids of amplifier and sensor of each axis: 1,2")
       ->delimiter(',');
 }
 
@@ -128,33 +129,34 @@ void add_facts(CLI::App& command, InitOptions& facts) {
 void add_init(CLI::App& cli, int& status) {
   auto options = std::make_shared<InitOptions>();
   CLI::App* command = cli.add_subcommand(
-      "init", "Make the folder of a new stage: configuration, models, tuned and rehearsed loop");
-  command->add_option("DIR", options->folder, "folder to make; nothing in it is overwritten")->required();
+      "init", "Create the folder of a new stage: configuration, models, tuned and rehearsed loop");
+  command->add_option("DIR", options->folder, "folder to create; no file in it is overwritten")->required();
   command
       ->add_option(
           "--record", options->records,
-          "slow loops (CSV), for the hysteresis; again for each axis, or for another rate of one axis")
+          "slow loops (CSV) for the hysteresis; repeat it for each axis, or for another rate of one axis")
       ->allow_extra_args(false);
   command
       ->add_option("--step", options->steps,
-                   "small fast steps or a chirp (CSV), for the dynamics; again for each axis")
+                   "small fast steps or a chirp (CSV) for the dynamics; repeat it for each axis")
       ->allow_extra_args(false);
-  command->add_option("--unseen", options->unseen, "loops that the model has not seen, to validate it with")
+  command->add_option("--unseen", options->unseen, "further loops (CSV) to validate the model")
       ->allow_extra_args(false);
   add_facts(*command, *options);
   add_checked(*command, "--cycle-rate", options->rate_Hz, number_between(1.0, 10'000.0),
-              "samples and commands per second, Hz (1000)");
+              "control rate, Hz (1000)");
   add_column_options(*command, options->input.layout);
   add_checked(*command, "--rate", options->input.layout.rate_Hz, positive_number(),
-              "sampling rate of the records in Hz, where they have no time or the number of the sample");
+              "sampling rate of the records, Hz, if they have no time or count the samples");
   add_model_options(*command, options->model);
-  command->add_flag("--yes", options->yes, "take the defaults, ask nothing");
-  command->add_flag("--accept", options->accept,
-                    "take records with drop-outs, which are left out, or with a sensor at its end");
+  command->add_flag("--yes", options->yes, "use the defaults instead of questions");
+  command->add_flag(
+      "--accept", options->accept,
+      "accept records with drop-outs, which are ignored, or with a sensor at the end of its range");
   CLI::Option* carry_on =
       command->add_flag("--continue", options->carry_on,
-                        "take up the records that `hystcan excite` has left in DIR, as first told");
-  command->add_option("--from", options->preset, "copy a shipped configuration with all that it names: piezo")
+                        "continue with the records of `hystcan excite` in DIR and the earlier answers");
+  command->add_option("--from", options->preset, "shipped configuration to copy with all its files: piezo")
       ->excludes(carry_on);
   command->callback([options, &status] {
     if (options->axes.empty()) options->axes = {"x"};

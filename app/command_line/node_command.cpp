@@ -196,7 +196,7 @@ void add_node(CLI::App& cli, int& status) {
       cli.add_subcommand("node", "Make a DAQ card the amplifier node and the sensor node of analogue axes");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   add_checked(*command, "--interface", options->interface, interface_name(),
-              "CAN interface instead of the configured one");
+              "CAN interface; default: as configured");
   command->add_flag("--read", options->reads,
                     "show volts and physical values five times a second; write nothing");
   command->callback([options, &status] { status = run_node(*options); });

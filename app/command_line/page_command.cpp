@@ -58,7 +58,7 @@ int run_page(const PageArguments& arguments) {
   PageHost host(page_options(arguments, config), listening, token);
   print(fmt::format("page: {}\n", host.url()));
   flush_output();
-  spdlog::info("the token to write is in {}: hystcan page {} --token shows it", file.string(),
+  spdlog::info("the write token is in {}; show it with hystcan page {} --token", file.string(),
                shell_word(arguments.config));
   yield_to_the_control_thread();
   host.run();
@@ -70,19 +70,21 @@ int run_page(const PageArguments& arguments) {
 void add_page(CLI::App& cli, int& status) {
   auto options = std::make_shared<PageArguments>();
   CLI::App* command =
-      cli.add_subcommand("page", "Serve the operator's page of a running controller, or twin, to browsers");
-  command->add_option("CONFIG", options->config, "configuration (TOML) that the controller runs with")
-      ->required();
+      cli.add_subcommand("page", "Serve the operator's page of a running controller or twin to browsers");
+  command->add_option("CONFIG", options->config, "configuration (TOML) of the controller")->required();
   add_checked(*command, "--interface", options->interface, interface_name(),
-              "CAN interface instead of the configured one");
+              "CAN interface; default: as configured");
   command->add_option("--listen", options->listen, "address and port; port 0 is any free one")
       ->capture_default_str();
   command->add_flag("--expose", options->expose,
-                    "the address may be one that other machines reach (not encrypted)");
-  command->add_option("--name", options->names, "a further name by which browsers ask for this machine");
-  command->add_option("--socket", options->socket, "the controller's control socket, if it is elsewhere");
-  command->add_option("--twin-socket", options->twin_socket, "the twin's control socket, if it is elsewhere");
-  command->add_flag("--token", options->token, "show the token that a page needs to write, and end");
+                    "allow an address that other machines can reach (not encrypted)");
+  command->add_option("--name", options->names,
+                      "further host name of this machine in the address of a browser");
+  command->add_option("--socket", options->socket,
+                      "control socket of the controller; default: by the interface");
+  command->add_option("--twin-socket", options->twin_socket,
+                      "control socket of the twin; default: by the interface");
+  command->add_flag("--token", options->token, "print the token that a page needs to write, then end");
   command->callback([options, &status] { status = run_page(*options); });
 }
 

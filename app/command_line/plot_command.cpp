@@ -65,7 +65,7 @@ int run_plot(PlotArguments options) {
   for (const std::string& lacking : drawn.lacking) note("{}\n", lacking);
   if (drawn.undrawn)
     throw RunError(plots.folder, fmt::format("no pictures: {}", *drawn.undrawn),
-                   {.remedy = "their data (.csv) are there"});
+                   {.remedy = "their data (.csv) are complete"});
   for (const std::string& name : drawn.names)
     note("{}: {}\n", (plots.folder / name).string(), fmt::join(plots.formats, ", "));
   return done;
@@ -75,19 +75,19 @@ int run_plot(PlotArguments options) {
 
 void add_plot(CLI::App& cli, int& status) {
   auto options = std::make_shared<PlotArguments>();
-  CLI::App* command = cli.add_subcommand("plot", "Draw recorded runs, for the lab book and for print");
+  CLI::App* command = cli.add_subcommand("plot", "Draw recorded runs for the lab book and for print");
   command->add_option("RUN", options->runs, "folders of runs, or CSVs of cycles (controller --csv, demo)")
       ->required();
-  command->add_option("--kind", options->plots.kinds, "pictures to draw, with commas; all if left out")
+  command->add_option("--kind", options->plots.kinds, "pictures to draw, separated by commas; default: all")
       ->delimiter(',')
       ->check(one_of(plot_kinds()))
       ->allow_extra_args(false);
   command->add_option("--output", options->plots.folder, "folder of the pictures")->capture_default_str();
-  command->add_option("--format", options->plots.formats, "with commas; all if left out")
+  command->add_option("--format", options->plots.formats, "file formats, separated by commas; default: all")
       ->delimiter(',')
       ->check(one_of(picture_formats()))
       ->allow_extra_args(false);
-  command->add_option("--axis", options->axis, "all axes if left out");
+  command->add_option("--axis", options->axis, "axis; default: all");
   add_checked(*command, "--table", options->table, one_of(table_formats()), "print the errors as a table");
   add_checked(*command, "--width", options->plots.size.width_mm, number_between(40, 1000), "mm")
       ->capture_default_str();

@@ -307,7 +307,7 @@ RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSp
     for (std::size_t i = 0; i < columns.front().size(); ++i) gatherer.take(columns, i);
   });
   if (figures.error.samples == 0)
-    throw Error(run.path(), fmt::format("axis {} does not track there", about.name),
+    throw Error(run.path(), fmt::format("axis {} does not track in this interval", about.name),
                 expect("cycles in the state tracking"));
   gatherer.finish();
   return figures;

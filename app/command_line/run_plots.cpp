@@ -37,7 +37,7 @@ RunPicture loops(const RunFigures& run) {
   return {
       csv(row_header, run.rows.rows()),
       {{"drive_unit", run.drive_unit},
-       {"legend", fmt::format("measured, against the drive of {:.2g} ms before", 1e3 * run.drive_delay_s)}}};
+       {"legend", fmt::format("measured, against the drive {:.2g} ms earlier", 1e3 * run.drive_delay_s)}}};
 }
 
 RunPicture tracking(const RunFigures& run) { return {csv(row_header, run.rows.rows()), {}}; }
@@ -91,10 +91,10 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
 
 /// Why this picture cannot be made of the run.
 std::optional<std::string> lack_of(const std::string& kind, const RunFigures& run) {
-  if (kind == "step" && !run.step) return "no step in its reference";
+  if (kind == "step" && !run.step) return "its reference has no step";
   if (kind == "spectrum" && run.spectrum.segments() == 0)
     return "too short for a spectrum: 1024 cycles are needed";
-  if (kind == "timing" && run.turnaround_us.samples() == 0) return "no times of cycles";
+  if (kind == "timing" && run.turnaround_us.samples() == 0) return "no cycle times";
   return std::nullopt;
 }
 

@@ -22,7 +22,7 @@ struct RunPlots {
 
 struct DrawnPlots {
   std::vector<std::string> names;      ///< of the pictures, without their endings
-  std::vector<std::string> lacking;    ///< "RUN-AXIS: no step in its reference"
+  std::vector<std::string> lacking;    ///< "RUN-AXIS: its reference has no step"
   std::optional<std::string> undrawn;  ///< why they are not drawn
 };
 

@@ -47,7 +47,7 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
       throw Error(
           options.input, fmt::format("the first row is at {} s", time_s),
           {.expected = fmt::format("more than {} s, time_s of {}", *before_s, options.memory.string()),
-           .remedy = "a memory without time_s is that of the first row"});
+           .remedy = "a memory without time_s is the state before the first row"});
     if (!is_later)
       throw Error(options.input, fmt::format("row {} is at {} s", rows + 1, time_s),
                   expect("more than {} s, the time of the row before: with [creep] a row lasts until the "
@@ -67,7 +67,7 @@ model::Tally run(const SimulateArguments& options, const config::Actuator& actua
   if (memory.creeps() && !rows->timed())
     throw Error(options.input, "has no column time_s",
                 {.expected = fmt::format("one, because {} has [creep]", options.model.string()),
-                 .remedy = "--quasi-static leaves the creep out"});
+                 .remedy = "use --quasi-static to ignore creep"});
   std::optional<SimulatedMode> mode;
   if (options.dynamics) mode.emplace(actuator, options.model, options.input);
   Progress progress("simulating", rows->size());
@@ -104,7 +104,7 @@ void report_simulation(const SimulateArguments& options, const config::Actuator&
   const model::Interval range = actuator.input_range();
   note("{}: {}, {} of them limited to the thresholds {} and {} {}\n", options.output.string(),
        counted(tally.rows, "row"), tally.saturated, range.lo, range.hi, actuator.input_unit);
-  if (memory.creeps()) note("with {}, of the model file\n", creep_text(*actuator.lag.creep));
+  if (memory.creeps()) note("with {} of the model file\n", creep_text(*actuator.lag.creep));
   if (tally.not_increasing > 0)
     note("{} on a branch that is not increasing: its inverse is not valid there\n",
          counted(tally.not_increasing, "row"));
@@ -154,34 +154,34 @@ void add_simulate(CLI::App& cli, int& status) {
       cli.add_subcommand("simulate", "Run a hysteresis model, or its inverse, over a CSV file");
   command->add_option("MODEL", options->model, "model file (TOML), of any kind")->required();
   command
-      ->add_option("--input", options->input, "CSV or HDF5 with a column `input` (with --inverse: `output`)")
+      ->add_option("--input", options->input,
+                   "CSV or HDF5 file with a column `input` (with --inverse: `output`)")
       ->required();
   command
       ->add_option("--output", options->output,
-                   "file to write: time_s,input,output; HDF5 if its name ends in .h5, else CSV")
+                   "output file with time_s,input,output: HDF5 if its name ends in .h5, else CSV")
       ->required();
-  command->add_flag("--overwrite", options->overwrite, "replace files to write that exist");
+  command->add_flag("--overwrite", options->overwrite, "replace existing files");
   command->add_option("--memory", options->memory,
-                      "start from this memory (TOML) instead of the ascending reference curve");
+                      "initial memory (TOML); default: the ascending reference curve");
   command->add_option("--save-memory", options->save_memory,
-                      "write the final memory, from which a next run can continue");
+                      "file for the final memory, from which another run can continue");
   CLI::Option* inverse =
       command->add_flag("--inverse", options->inverse, "compute the input that gives each output");
-  CLI::Option* dynamics = command
-                              ->add_flag("--dynamics", options->dynamics,
-                                         "the position of the stage, with [dynamics] of the model file")
-                              ->excludes(inverse);
-  command
-      ->add_flag("--quasi-static", options->quasi_static,
-                 "the hysteresis alone, without [creep] of the model file")
+  CLI::Option* dynamics =
+      command
+          ->add_flag("--dynamics", options->dynamics,
+                     "compute the position of the stage with [dynamics] of the model file")
+          ->excludes(inverse);
+  command->add_flag("--quasi-static", options->quasi_static, "ignore [creep] of the model file")
       ->excludes(dynamics);
   command
       ->add_flag("--negative-drive", options->negative_drive,
-                 "use the negative one of the two inputs of an even model")
+                 "choose the negative of the two inputs of an even model")
       ->needs(inverse);
   command
       ->add_flag("--beyond-limit", options->beyond_limit,
-                 "accept a model whose branches do not all increase, for study")
+                 "accept a model with branches that do not increase, for study")
       ->excludes(inverse);
   command->callback([options, &status] { status = simulate(*options); });
 }

@@ -13,9 +13,9 @@ SimulatedMode::SimulatedMode(const config::Actuator& actuator, const std::filesy
                              std::filesystem::path input)
     : input_(std::move(input)) {
   if (!actuator.lag.dynamics)
-    throw Error(
-        file, "has no [dynamics]",
-        {.expected = "that table with --dynamics", .remedy = "`hystcan identify --dynamics` finds it"});
+    throw Error(file, "has no [dynamics]",
+                {.expected = "this table with --dynamics",
+                 .remedy = "identify it with `hystcan identify --dynamics`"});
   dynamics_ = *actuator.lag.dynamics;
 }
 

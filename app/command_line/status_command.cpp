@@ -46,8 +46,9 @@ nlohmann::json ask(const StatusArguments& options) {
   try {
     return ask_socket(file, command_of(Verb::status), answer_limit);
   } catch (const std::system_error& error) {
-    throw RunError(file, error.code().message(),
-                   {.remedy = "is the controller running, with this interface? (--interface, --socket)"});
+    throw RunError(
+        file, error.code().message(),
+        {.remedy = "check that the controller is running on this interface (--interface, --socket)"});
   }
 }
 
@@ -98,11 +99,11 @@ void add_status(CLI::App& cli, int& status) {
   auto options = std::make_shared<StatusArguments>();
   CLI::App* command =
       cli.add_subcommand("status", "Show axes, nodes, bus and timing of a running controller");
-  command->add_option("--socket", options->socket, "the control socket's file");
+  command->add_option("--socket", options->socket, "file of the control socket");
   add_checked(*command, "--interface", options->interface, interface_name(),
-              "without --socket: the controller on this CAN interface")
+              "CAN interface of the controller, if there is no --socket")
       ->capture_default_str();
-  CLI::Option* watch = command->add_flag("--watch", options->watch, "redraw until q or Ctrl-C");
+  CLI::Option* watch = command->add_flag("--watch", options->watch, "update continuously until q or Ctrl-C");
   command->add_flag("--json", options->json, "print the answer as JSON")->excludes(watch);
   command->callback([options, command, &status] {
     options->shows_bus = command->count("--socket") == 0 || command->count("--interface") > 0;

@@ -9,7 +9,7 @@ namespace hystcan::app {
 TruthLog::TruthLog(const std::filesystem::path& file, std::vector<std::string> axis_names)
     : axis_names_(std::move(axis_names)), rows_(file, AppendFile::Existing::replace) {
   rows_.add(
-      "# setpoint and drive in the axis's drive unit; time of CLOCK_MONOTONIC, or virtual\n"
+      "# setpoint and drive are in the drive unit of the axis; time is CLOCK_MONOTONIC or virtual\n"
       "time_s,axis,sync_counter,setpoint,drive,hysteresis_um,position_um,measured_um\n");
 }
 

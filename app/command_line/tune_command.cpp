@@ -156,46 +156,48 @@ int tune(const TuneArguments& options) {
 void add_tune(CLI::App& cli, int& status) {
   auto options = std::make_shared<TuneArguments>();
   CLI::App* command = cli.add_subcommand(
-      "tune", "Identify resonance, damping and delay by small steps in open loop; propose PI gains");
-  command->add_option("CONFIG", options->run.config, "configuration (TOML); it is not changed")->required();
-  command->add_option("--output", options->output, "fragment of a configuration to write (TOML)")
+      "tune", "Identify resonance, damping and delay with small open-loop steps, and propose PI gains");
+  command->add_option("CONFIG", options->run.config, "configuration (TOML), which is not changed")
+      ->required();
+  command->add_option("--output", options->output, "output file (TOML): part of a configuration")
       ->capture_default_str();
   command->add_option("--write", options->written,
-                      "copy of CONFIG to write, with the proposal in it; beside CONFIG (TOML)");
+                      "new configuration (TOML) in the folder of CONFIG: a copy with the proposal");
   command->add_option("--response", options->table,
-                      "frequency response to write: measured, model, loops (CSV)");
-  command->add_option("--plot", options->picture, "picture of it to draw with matplotlib (.svg, .png)");
+                      "output file (CSV) of the frequency response: measured, model, loops");
+  command->add_option("--plot", options->picture,
+                      "picture of the frequency response, drawn with matplotlib (.svg, .png)");
   CLI::Option* record = command->add_option(
       "--record", options->record,
-      "record of small steps or a chirp (CSV: time_s,input,output, evenly sampled) instead of an experiment");
+      "record of small steps or a chirp instead of an experiment (CSV: time_s,input,output, evenly sampled)");
   add_column_options(*command, options->layout);
   for (const char* of_record : {"--columns", "--output-from", "--output-scale"})
     command->get_option(of_record)->needs(record);
   add_checked(*command, "--centre", options->centre, finite_number(),
-              "drive; the middle of drive_min and drive_max");
+              "drive at the centre of the steps; default: the middle of drive_min and drive_max");
   add_checked(*command, "--amplitude", options->amplitude, positive_number(),
               "drive units; 1 % of drive_max - drive_min");
-  add_checked(*command, "--period", options->period_s, positive_number(), "seconds of one step up and down")
+  add_checked(*command, "--period", options->period_s, positive_number(), "seconds per step up and down")
       ->capture_default_str();
   add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),
-              "steps up and down")
+              "number of steps up and down")
       ->capture_default_str();
-  CLI::Option* cautious = command->add_flag(
-      "--cautious", options->cautious,
-      "only the rule that counts no phase beyond -180 degrees; stays stable with any delay");
+  CLI::Option* cautious =
+      command->add_flag("--cautious", options->cautious,
+                        "use only the rule that stays stable with any delay (no phase beyond -180 degrees)");
   add_checked(*command, "--peak-sensitivity", options->sensitivity.peak_sensitivity,
-              number_between(1.05, 10.0), "largest |1 / (1 + L)| of the proposed loop")
+              number_between(1.05, 10.0), "maximum |1 / (1 + L)| of the proposed loop")
       ->excludes(cautious)
       ->capture_default_str();
   add_checked(*command, "--resonance-percent", options->sensitivity.resonance_percent,
-              number_between(0.0, 50.0), "the resonance may be this far outside its interval")
+              number_between(0.0, 50.0), "assumed deviation of the resonance outside its interval, percent")
       ->capture_default_str();
   add_checked(*command, "--phase-margin", options->phase_margin_deg, number_between(0.1, 89.9),
               "with --cautious: phase margin, degrees")
       ->needs(cautious)
       ->capture_default_str();
   add_checked(*command, "--gain-margin", options->gain_margin_dB, number_between(0.1, 60.0),
-              "with --cautious: gain margin, dB (a factor of 2)")
+              "gain margin with --cautious, dB (a factor of 2)")
       ->needs(cautious);
   command->add_flag("--json", options->json, "print the result as JSON");
   add_open_loop_options(*command, options->run);

@@ -68,7 +68,7 @@ void open(std::optional<ControlSocket>& control, std::optional<SampleStream>& st
     spdlog::info("control socket {}: hystcan ctl --socket {} status", file.string(), file.string());
   } catch (const RunError& error) {
     if (!options.socket.empty()) throw;
-    spdlog::warn("no control socket: {}", error.what());
+    spdlog::warn("the control socket cannot be opened: {}", error.what());
   }
 }
 
@@ -90,9 +90,9 @@ int run_twin(const TwinArguments& options) {
   const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
   if (!options.force_interface && !can::is_virtual_interface(interface))
     throw RunError(
-        fmt::format("{} is a real CAN interface: a twin on it would answer in the place of real nodes",
+        fmt::format("{} is a real CAN interface, on which a twin would answer instead of real nodes",
                     interface),
-        {.remedy = "use --force-interface if you want that"});
+        {.remedy = "use --force-interface to allow this"});
   if (!options.truth.empty()) refuse_to_overwrite(options.truth, options.config);
   LiveLoop loop(interface);
   twin::Twin twin(chosen, config.database, loop.scheduler(), loop.attach());
@@ -139,16 +139,17 @@ int run_twin(const TwinArguments& options) {
 
 void add_twin(CLI::App& cli, int& status) {
   auto options = std::make_shared<TwinArguments>();
-  CLI::App* command = cli.add_subcommand("twin", "Answer on the bus as amplifier and sensor nodes would");
+  CLI::App* command =
+      cli.add_subcommand("twin", "Simulate the amplifier and sensor nodes of a stage on the bus");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   add_checked(*command, "--interface", options->interface, interface_name(),
-              "CAN interface instead of the configured one");
-  command->add_flag("--force-interface", options->force_interface, "allow an interface that is not virtual");
-  command->add_option("--axis", options->axes, "run only this axis; may be repeated")
+              "CAN interface; default: as configured");
+  command->add_flag("--force-interface", options->force_interface, "allow a real CAN interface");
+  command->add_option("--axis", options->axes, "axis to simulate; repeat it for several (default: all)")
       ->allow_extra_args(false);
   command->add_option("--truth", options->truth,
-                      "write the true motion of the stages (CSV), one row for each sample");
-  command->add_option("--socket", options->socket, "file of the control socket; `none` for no socket");
+                      "CSV file for the true motion of the stages, one row per sample");
+  command->add_option("--socket", options->socket, "file of the control socket, or `none`");
   command->callback([options, &status] { status = run_twin(*options); });
 }
 

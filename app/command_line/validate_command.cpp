@@ -94,12 +94,12 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
   if (options.memory.empty())
     print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
           options.no_offset ? "" : " and offset", outcome.estimated_from, counted(dataset.size(), "sample"),
-          rest ? ", which are not judged" : "", outcome.start.offset, dataset.output_unit,
+          rest ? ", which do not count for the errors" : "", outcome.start.offset, dataset.output_unit,
           outcome.lag.delay());
   if (outcome.lag.dynamics)
-    print("with the mode at {:.5g} Hz, damping ratio {:.3g}, of the model file\n",
+    print("with the mode of the model file: {:.5g} Hz, damping ratio {:.3g}\n",
           outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
-  if (outcome.lag.creep) print("with {}, of the model file\n", creep_text(*outcome.lag.creep));
+  if (outcome.lag.creep) print("with {} of the model file\n", creep_text(*outcome.lag.creep));
   if (rest)
     print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
           outcome.all.max * percent);
@@ -108,7 +108,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
       print("at about {:.3g} {}/s: {:.3g} % RMS of {}\n", of.speed, dataset.input_unit, of.rms * percent,
             counted(of.samples, "sample"));
   if (outcome.outside > 0)
-    note("{} beyond the model's thresholds, limited to them\n", counted(outcome.outside, "sample"));
+    note("{} limited to the thresholds of the model\n", counted(outcome.outside, "sample"));
 }
 
 int run_validate(const ValidateArguments& options) {
@@ -132,20 +132,20 @@ int run_validate(const ValidateArguments& options) {
 
 void add_validate(CLI::App& cli, int& status) {
   auto options = std::make_shared<ValidateArguments>();
-  CLI::App* command = cli.add_subcommand("validate", "Predict a dataset with a model, and report the errors");
+  CLI::App* command = cli.add_subcommand("validate", "Predict a dataset with a model and report the errors");
   command->add_option("MODEL", options->model, "model file (TOML), recursive-memory")->required();
   command->add_option("DATA", options->data, "CSV with time_s,input,output, or folder of a recorded run")
       ->required();
-  command->add_option("--axis", options->input.axis, "axis of the recorded run; if left out, its only one");
+  command->add_option("--axis", options->input.axis, "axis of the recorded run; default: the only one");
   CLI::Option* memory =
       command->add_option("--memory", options->memory, "memory of the actuator at the first row (TOML)");
   add_checked(*command, "--estimate-from", options->estimate_s, positive_number(),
-              "estimate initial memory and output offset from this many seconds; if left out, from all rows")
+              "seconds from which initial memory and output offset are estimated; default: all rows")
       ->excludes(memory);
   add_checked(*command, "--delay", options->delay_s, not_negative_number(),
-              "delay of the output in seconds, instead of the model file's");
+              "delay of the output in seconds; default: from the model file");
   command->add_flag("--quasi-static", options->quasi_static,
-                    "the hysteresis alone, without [creep] and [dynamics] of the model file");
+                    "ignore [creep] and [dynamics] of the model file");
   command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);
   command->add_option("--output", options->output, "write time_s,input,output,predicted (CSV)");
   add_layout_options(*command, options->input);

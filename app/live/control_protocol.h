@@ -96,8 +96,7 @@ using Type = Argument::Type;
 
 inline constexpr Argument axis{"axis", "AXIS", Type::text, "x", ""};
 inline constexpr std::span<const Argument> nothing{};
-inline constexpr std::array any_axis{
-    Argument{"axis", "AXIS", Type::text, "x", "all axes if left out", false}};
+inline constexpr std::array any_axis{Argument{"axis", "AXIS", Type::text, "x", "axis; default: all", false}};
 inline constexpr std::array position_of{axis,
                                         Argument{"position_um", "POSITION", Type::number, "12.5", "um"}};
 inline constexpr std::array arrival{
@@ -115,7 +114,7 @@ inline constexpr auto new_fault = std::to_array<Argument>(
      {"value", "--value", Type::number, "", "the strength of the fault, in the unit of its kind", false}});
 inline constexpr auto old_faults =
     std::to_array<Argument>({{"kind", "KIND", Type::fault, "no_reply", "all kinds if left out", false},
-                             {"axis", "--axis", Type::text, "x", "all axes if left out", false}});
+                             {"axis", "--axis", Type::text, "x", "axis; default: all", false}});
 
 inline constexpr auto commands = std::to_array<ControlCommand>({
     {status, "status", reads, states, twin_states, 0, nothing, "show the state of every axis"},

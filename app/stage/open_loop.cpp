@@ -71,9 +71,9 @@ OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& 
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options) {
   command.add_option("--axis", options.axis, "name of the axis; the first one if left out");
   CLI::Option* interface = add_checked(command, "--interface", options.interface, interface_name(),
-                                       "CAN interface instead of the configured one");
+                                       "CAN interface; default: as configured");
   CLI::Option* clear = command.add_flag("--clear-faults", options.clear_faults,
-                                        "clear a fault that the amplifier has latched, then start");
+                                        "clear a latched fault of the amplifier before the start");
   command
       .add_flag("--rehearse", options.rehearse, "run on the simulated bus, with the twin, in virtual time")
       ->excludes(interface)

@@ -169,7 +169,7 @@ TEST_F(Cli, CtlGivesUpAfterItsTimeout) {
   EXPECT_EQ(program.wait(), failed);
   EXPECT_EQ(program.err(),
             "hystcan: " + path("silent.sock") +
-                ": no answer within 0.1 s (--timeout): the controller does not read its socket\n");
+                ": no answer within 0.1 s (--timeout); the controller does not read its socket\n");
 }
 
 TEST_F(Cli, DemoPrintsFiveColumnsAndWritesPlotAndCsv) {

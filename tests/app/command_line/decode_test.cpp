@@ -118,10 +118,10 @@ SIG_VALTYPE_ 256 Float16 : 1;
       "message Half: signal Float16, declared as an IEEE 754 number of 16 bits, is left out, expected 1 "
       "to 64 bits, or 32 or 64 for an IEEE 754 number\n" +
       dbc +
-      "message VehicleId of 17 bytes comes by the transport protocol of J1939 (PGN 65260): its frames "
-      "are not assembled, and it is not decoded\n" +
+      "message VehicleId of 17 bytes uses the transport protocol of J1939 (PGN 65260), which hystcan "
+      "does not decode\n" +
       dbc +
-      "message VehicleId has 17 bytes, of which one frame shows 8: a message of several frames is not "
+      "message VehicleId has 17 bytes, a frame at most 8: a message of several frames is not "
       "assembled\n" +
       dbc +
       "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, or 32 or 64 for "

@@ -177,7 +177,7 @@ TEST_F(Excite, RefusesAnExcitationOutsideTheLimits) {
       {{"--period", "1", "--slew", "5"}, "excludes"},
       {{"--signal", "sine"}, "sine"},
       {{"--signal", "chirp", "--frequency-to", "600"}, "half the cycle rate"},
-      {{"--signal", "chirp", "--levels", "3"}, "--levels has no meaning with --signal chirp"},
+      {{"--signal", "chirp", "--levels", "3"}, "--levels is not allowed with --signal chirp"},
       {{"--signal", "step", "--amplitude", "60"}, "expected within drive_min and drive_max"},
       {{"--axis", "z"}, "no axis z"},
       {{"--interface", "vcan0"}, "excludes"}};

@@ -411,7 +411,8 @@ TEST_F(Validate, ReportsTheNumberOfSamplesBeyondTheThresholds) {
   write_record("wider.csv", wider);
   Process program = validate("wider.csv");
   ASSERT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.err().find("samples beyond the model's thresholds"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("samples limited to the thresholds of the model"), std::string::npos)
+      << program.err();
 }
 
 }  // namespace

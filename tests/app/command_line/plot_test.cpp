@@ -91,11 +91,12 @@ TEST_F(Plot, PrintsTheTableOfItsRuns) {
 TEST_F(Plot, RefusesWhatTheRunDoesNotHave) {
   const std::string cycles = support::read_file(csv("pi"));
   write("header.csv", cycles.substr(0, cycles.find("\n", cycles.find("time_s")) + 1));
-  for (const auto& [words, expected] : {std::pair(Words{csv("pi"), "--axis", "z"}, "no axis z"),
-                                        std::pair(Words{csv("pi"), "--kind", "pie"}, "expected one of loops"),
-                                        std::pair(Words{csv("pi"), "--from", "99"}, "does not track there"),
-                                        std::pair(Words{path("header.csv")}, "has no axes and no rows"),
-                                        std::pair(Words{path("piezo.toml")}, "expected a run's folder")}) {
+  for (const auto& [words, expected] :
+       {std::pair(Words{csv("pi"), "--axis", "z"}, "no axis z"),
+        std::pair(Words{csv("pi"), "--kind", "pie"}, "expected one of loops"),
+        std::pair(Words{csv("pi"), "--from", "99"}, "does not track in this interval"),
+        std::pair(Words{path("header.csv")}, "has no axes and no rows"),
+        std::pair(Words{path("piezo.toml")}, "expected a run's folder")}) {
     Process program = plot(words);
     EXPECT_EQ(program.wait(), bad_input) << program.err();
     EXPECT_NE(program.err().find(expected), std::string::npos) << program.err();
@@ -108,10 +109,10 @@ TEST_F(Plot, LeavesDataWherePythonIsMissing) {
   for (const auto& [interpreter, reason] :
        {std::pair(std::string("/nonexistent"),
                   "no pictures: /nonexistent cannot be started: No such file or directory; "
-                  "install python3-matplotlib; their data (.csv) are there"),
+                  "install python3-matplotlib; their data (.csv) are complete"),
         std::pair(path("no-matplotlib"),
                   "no pictures: matplotlib is missing; install python3-matplotlib; "
-                  "their data (.csv) are there")}) {
+                  "their data (.csv) are complete")}) {
     write("plots/pi-x-loops.svg", "earlier");
     Process program({"env", "HYSTCAN_PYTHON=" + interpreter, HYSTCAN_PROGRAM, "plot", csv("pi"), "--axis",
                      "x", "--kind", "loops", "--output", (shipped / "plots").string()});

@@ -315,7 +315,7 @@ TEST_F(Simulate, WithDynamicsNeedsThemInTheModelFileAndAnEvenRate) {
   write_record("record.csv", 100);
   Process without = run("piezo.model.toml", "record.csv", "out.csv", {"--dynamics"});
   EXPECT_EQ(without.wait(), bad_input);
-  EXPECT_NE(without.err().find("has no [dynamics], expected that table with --dynamics"), std::string::npos);
+  EXPECT_NE(without.err().find("has no [dynamics], expected this table with --dynamics"), std::string::npos);
   std::ofstream(shipped / "piezo.model.toml", std::ios::app)
       << "\n[dynamics]\nresonance_Hz = 200.0\ndamping_ratio = 0.1\ndelay_s = 0.001\n";
   write("uneven.csv", "time_s,input\n0,0\n0.001,1\n0.003,2\n");

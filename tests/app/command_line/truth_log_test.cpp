@@ -29,7 +29,7 @@ TEST(TruthLog, HasARowForEachSampleOfAnAxis) {
   std::ifstream stream(file);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   EXPECT_EQ(text,
-            "# setpoint and drive in the axis's drive unit; time of CLOCK_MONOTONIC, or virtual\n"
+            "# setpoint and drive are in the drive unit of the axis; time is CLOCK_MONOTONIC or virtual\n"
             "time_s,axis,sync_counter,setpoint,drive,hysteresis_um,position_um,measured_um\n"
             "1.500000000,y,7,50.250000,50.125000000,15.500000000,15.250000000,15.250300000\n");
 }

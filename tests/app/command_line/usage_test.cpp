@@ -95,12 +95,12 @@ TEST(Usage, AMistypedOptionIsNamedWithTheNearest) {
 
 TEST(Usage, EveryErrorOfTheParserIsOneLineWithItsPlace) {
   const std::vector<std::pair<Words, std::string>> rows{
-      {{}, "hystcan: a command is missing, expected one of demo, "},
-      {{"ctl"}, "hystcan ctl: a command is missing, expected one of status, "},
+      {{}, "hystcan: the command is missing, expected one of demo, "},
+      {{"ctl"}, "hystcan ctl: the command is missing, expected one of status, "},
       {{"identify"}, "hystcan identify: DATA is required; see hystcan identify --help\n"},
-      {{"identify", "a", "--output"}, "hystcan identify: --output: its value is missing\n"},
+      {{"identify", "a", "--output"}, "hystcan identify: --output: the value is missing\n"},
       {{"identify", "a", "--output", "b", "--output", "c"},
-       "hystcan identify: --output: is given 2 times, expected once\n"},
+       "hystcan identify: --output: given 2 times, expected once\n"},
       {{"identify", "a", "--output", "b", "--order", "0"},
        "hystcan identify: --order: 0, expected auto or 1 to 20\n"},
       {{"excite", "a", "--output", "b", "--signal", "sine"},
@@ -112,9 +112,8 @@ TEST(Usage, EveryErrorOfTheParserIsOneLineWithItsPlace) {
       {{"export", std::string(300, 'a')},
        "hystcan: " + std::string(300, 'a') + ": is no file, expected a run's folder or a CSV of cycles\n"},
       {{"check"}, "hystcan check: CONFIG is required; see hystcan check --help\n"},
-      {{"check", "a", "b"}, "hystcan check: 'b' is one argument too many; see hystcan check --help\n"},
-      {{"check", "a\nb", "c\nd"},
-       "hystcan check: 'c d' is one argument too many; see hystcan check --help\n"}};
+      {{"check", "a", "b"}, "hystcan check: unexpected argument 'b'; see hystcan check --help\n"},
+      {{"check", "a\nb", "c\nd"}, "hystcan check: unexpected argument 'c d'; see hystcan check --help\n"}};
   for (const auto& [words, message] : rows) EXPECT_TRUE(refusal_of(words).starts_with(message)) << message;
 }
 
