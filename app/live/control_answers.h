@@ -36,11 +36,8 @@ struct RefusedAnswer {
 template <class V>
 void visit(V& v, RefusedAnswer& a) {
   v.member("error", a.error, {"", "the reason"});
-  v.optional(
-      "refusals", a.refusals, !a.refusals.empty(),
-      {"",
-       "the reason's name for each axis that refuses (`controller/control/refusal.h`), by which a program "
-       "decides"});
+  v.optional("refusals", a.refusals, !a.refusals.empty(),
+             {"", "by axis, the name of the reason (`controller/control/refusal.h`), for programs"});
   v.optional("file", a.file, !a.file.empty(), {"", "the configuration file, if `settings` finds it invalid"});
 }
 
@@ -50,18 +47,18 @@ struct DoneAnswer {
 template <class V>
 void visit(V& v, DoneAnswer& a) {
   v.optional("nothing_to_do", a.nothing_to_do, !a.nothing_to_do.empty(),
-             {"", "each axis that was so already, with its reason: `y: there is no fault to clear`"});
+             {"", "each axis without a change, with the reason: `y: there is no fault to clear`"});
 }
 
 template <class V>
 void visit(V& v, config::Change& a) {
   v.member("key", a.path, {"", "`axis[0].control.kp`"});
-  v.member("from", a.from, {"", "former value as TOML; empty: none"});
-  v.member("to", a.to, {"", "value in force as TOML; empty: none"});
+  v.member("from", a.from, {"", "previous value as TOML; empty: none"});
+  v.member("to", a.to, {"", "new value as TOML; empty: none"});
 }
 template <class V>
 void visit(V& v, config::Setting& a) {
-  v.member("key", a.path, {"", "each key in force"});
+  v.member("key", a.path, {"", "each key of the active configuration"});
   v.member("value", a.value, {"", "its value as TOML"});
 }
 
@@ -70,7 +67,7 @@ struct ChangesAnswer {
 };
 template <class V>
 void visit(V& v, ChangesAnswer& a) {
-  v.member("changed", a.changed, {"", "the keys that have got another value"});
+  v.member("changed", a.changed, {"", "the keys whose value changed"});
 }
 
 struct SettingsAnswer {
@@ -82,9 +79,9 @@ struct SettingsAnswer {
 template <class V>
 void visit(V& v, SettingsAnswer& a) {
   v.member("file", a.file, {"", "the configuration file"});
-  v.member("settings", a.settings, {"", "the configuration in force"});
-  v.member("unsaved", a.unsaved, {"", "the keys whose value in the file (`from`) is another"});
-  v.member("undo", a.undo, {"", "how many `set` can be taken back"});
+  v.member("settings", a.settings, {"", "the active configuration"});
+  v.member("unsaved", a.unsaved, {"", "the keys with another value in the file (`from`)"});
+  v.member("undo", a.undo, {"", "number of `set` commands that `undo` can reverse"});
 }
 
 struct RunAnswer {
@@ -100,17 +97,17 @@ struct PositionAnswer {
 };
 template <class V>
 void visit(V& v, PositionAnswer& a) {
-  v.member("position_um", a.position_um, {"um", "the position in which the axis has arrived"});
+  v.member("position_um", a.position_um, {"um", "position of the axis"});
 }
 
 template <class V>
 void visit(V& v, controller::CycleCounters& a) {
   v.member("cycles", a.cycles, {"", "cycles of the controller since its start"});
-  v.member("missed_cycles", a.missed_cycles, {"", "cycles left out, because the computer was too slow"});
-  v.member("missing_samples", a.missing_samples, {"", "cycles of an axis in use without a sample in time"});
-  v.member("late_samples", a.late_samples, {"", "samples after the end of their cycle"});
+  v.member("missed_cycles", a.missed_cycles, {"", "skipped cycles, because the computer was too slow"});
+  v.member("missing_samples", a.missing_samples, {"", "cycles of active axes without a sample in time"});
+  v.member("late_samples", a.late_samples, {"", "samples that arrived after the end of their cycle"});
   v.member("replaced_commands", a.replaced_commands,
-           {"", "commands whose place a newer one took before they had left"});
+           {"", "commands that a newer one replaced before transmission"});
 }
 
 struct TimingAnswer {
@@ -121,21 +118,22 @@ struct TimingAnswer {
 };
 template <class V>
 void visit(V& v, TimingAnswer& a) {
-  v.member("period_us", a.period_us, {"us", "from the last SYNC to this one"});
-  v.member("lateness_us", a.lateness_us, {"us", "from the time of the SYNC to the SYNC"});
-  v.member("turnaround_us", a.turnaround_us, {"us", "from the sample to the command; 0 without a sample"});
-  v.member("execution_us", a.execution_us, {"us", "to compute the command"});
+  v.member("period_us", a.period_us, {"us", "time from the previous SYNC to this one"});
+  v.member("lateness_us", a.lateness_us, {"us", "delay of the SYNC after its scheduled time"});
+  v.member("turnaround_us", a.turnaround_us,
+           {"us", "time from the sample to the command; 0 without a sample"});
+  v.member("execution_us", a.execution_us, {"us", "time to compute the command"});
 }
 
 template <class V>
 void visit(V& v, runs::RunWriter::Status& a) {
   const bool has_run = !a.run.empty();
   v.member("on", a.is_recording, {"", "true during a recording"});
-  v.optional("run", a.run, has_run, {"", "after the first [run](runs.md): its folder"});
+  v.optional("run", a.run, has_run, {"", "folder of the last [run](runs.md), if there is one"});
   v.optional("rows", a.rows, has_run, {"", "its rows"});
-  v.optional("rows_lost", a.rows_lost, has_run, {"", "rows that found no place on the disk"});
-  v.optional("bytes", a.bytes, has_run, {"bytes", "size of its CSV files"});
-  v.optional("failure", a.failure, !a.failure.empty(), {"", "why it ended before it was asked to"});
+  v.optional("rows_lost", a.rows_lost, has_run, {"", "rows that could not be written to the disk"});
+  v.optional("bytes", a.bytes, has_run, {"bytes", "size of the run's CSV files"});
+  v.optional("failure", a.failure, !a.failure.empty(), {"", "reason, if the recording ended by itself"});
 }
 
 struct LastEvent {
@@ -145,17 +143,17 @@ struct LastEvent {
 template <class V>
 void visit(V& v, LastEvent& a) {
   v.member("text", a.text, {"", "the event"});
-  v.member("time_s", a.time_s, {"s", "its time since the start"});
+  v.member("time_s", a.time_s, {"s", "time since the start"});
 }
 
 template <class V>
 void visit(V& v, controller::Learning::Report& a) {
   v.member("state", a.state, {"", "`learning`, `resting`, `frozen`, `diverged`"});
   v.member("periods", a.periods, {"", "periods judged"});
-  v.member("rms_um", a.rms_um, {"um", "RMS error of the last one"});
+  v.member("rms_um", a.rms_um, {"um", "RMS error of the last period"});
   v.member("first_rms_um", a.first_rms_um, {"um", "RMS error without learning"});
-  v.member("correction_um", a.correction_um, {"um", "the correction now"});
-  v.member("correction_max_um", a.correction_max_um, {"um", "the largest one of the last period"});
+  v.member("correction_um", a.correction_um, {"um", "present correction"});
+  v.member("correction_max_um", a.correction_max_um, {"um", "largest correction of the last period"});
 }
 
 struct AxisAnswer {
@@ -187,24 +185,23 @@ void visit(V& v, AxisAnswer& a) {
   v.member("name", a.name, {"", "name in the configuration"});
   v.member("state", a.state,
            {"", "`offline`, `waiting`, `initialising`, `ready`, `tracking`, [`faulted`](safety.md)"});
-  v.member("fault", a.fault, {"", "`none`, or what the axis has faulted with"});
-  v.member("position_um", a.position_um, {"um", "the last measured position"});
+  v.member("fault", a.fault, {"", "cause of the fault, or `none`"});
+  v.member("position_um", a.position_um, {"um", "last measured position"});
   v.member("drive", a.drive, {"drive unit of the axis", "the commanded drive"});
   v.member("amplifier_output", a.amplifier_output,
-           {"drive unit", "the output in the amplifier's last status; a drive that changes is ahead of it"});
+           {"drive unit", "output in the amplifier's last status, which lags behind a moving drive"});
   v.member("amplifier_output_age_s", a.amplifier_output_age_s,
            {"s", "age of that status; null before the first one"});
-  v.member("limits", a.limits, {"", "what limits the drive: `slew+model`; empty: nothing"});
+  v.member("limits", a.limits, {"", "active limits of the drive, for example `slew+model`; empty: none"});
   v.member("sample_missing", a.sample_missing, {"", "true if the cycle had no sample"});
-  v.optional("waits_for", a.waits_for, waits,
-             {"", "if the axis is not driven yet, or waits to track: the first thing that is missing"});
+  v.optional("waits_for", a.waits_for, waits, {"", "first missing condition, if the axis waits for one"});
   v.optional(
       "waits_for_all", a.waits_for_all, waits,
       {"",
-       "all that is missing now: of each node the first thing, because its further ones depend on it, and "
-       "of a ready amplifier both output and rest"});
-  v.optional("fault_time_s", a.fault_time_s, has_fault, {"s", "of a faulted axis: the time of the fault"});
-  v.optional("remedy", a.remedy, has_fault, {"", "of a faulted axis: what to do"});
+       "all missing conditions: the first one of each node, on which its further ones depend; for a ready "
+       "amplifier both output and rest"});
+  v.optional("fault_time_s", a.fault_time_s, has_fault, {"s", "faulted axis: time of the fault"});
+  v.optional("remedy", a.remedy, has_fault, {"", "faulted axis: what to do"});
   v.optional("reference_um", a.reference_um, a.tracks(), {"um", "while tracking: the reference"});
   v.optional("error_um", a.error_um, a.tracks(), {"um", "while tracking: reference - position"});
   v.optional("finished", a.finished, a.tracks(), {"", "while tracking: true at the end of the reference"});
@@ -233,16 +230,16 @@ void visit(V& v, StatusAnswer& a) {
   v.member(
       "age_s", a.age_s,
       {"s",
-       "time since it was recorded, usually less than 0.02 s; if it grows, there are no newer cycles, and "
-       "the other values are as old"});
+       "age of the newest cycle, usually less than 0.02 s; if it grows, no cycles run and the other values "
+       "are as old"});
   visit(v, a.counters);
   v.member("timing", a.timing, {"", "times of the newest cycle"});
   v.member("recording", a.recording, {"", "the recording"});
   v.optional(
       "last_event", a.last_event, a.last_event.has_value(),
       {"",
-       "after an event of a node: emergency, not set up, foreign NMT command, a sample of no SYNC, a frame "
-       "of another controller"});
+       "last event of a node: emergency, not set up, foreign NMT command, sample without a SYNC, frame of "
+       "another controller"});
   v.member("axes", a.axes, {"", "the newest cycle of each axis"});
 }
 
@@ -251,7 +248,7 @@ struct FaultAnswer {
 };
 template <class V>
 void visit(V& v, FaultAnswer& a) {
-  v.member("fault", a.fault, {"", "the injected fault in words"});
+  v.member("fault", a.fault, {"", "description of the injected fault"});
 }
 
 struct RemovedAnswer {
@@ -276,8 +273,8 @@ void visit(V& v, TwinAxisAnswer& a) {
   v.member("amplifier", a.amplifier, {"", "`off`, `ready`, `enabled`, `tripped`"});
   v.member("amplifier_fault", a.amplifier_fault, {"", "the fault flags of its status"});
   v.member("sensor", a.sensor, {"", "`off`, `pre-operational`, `operational`, `stopped`"});
-  v.member("drive", a.drive, {"drive unit", "the true drive, which the nodes may not show"});
-  v.member("position_um", a.position_um, {"um", "the true position"});
+  v.member("drive", a.drive, {"drive unit", "true drive, which may differ from the frames"});
+  v.member("position_um", a.position_um, {"um", "true position"});
 }
 
 struct TwinFaultAnswer {
@@ -292,11 +289,11 @@ template <class V>
 void visit(V& v, TwinFaultAnswer& a) {
   v.member("kind", a.kind, {"", "[kind of the fault](twin.md#faults)"});
   v.member("axis", a.axis, {"", "its axis"});
-  v.optional("node", a.node, a.node.has_value(), {"", "`sensor` or `amplifier`, unless it is in the stage"});
-  v.optional("value", a.value, a.value.has_value(),
-             {"", "its strength, in the unit of the kind if it has one"});
-  v.member("began_s", a.began_s, {"s", "since the twin's start"});
-  v.optional("ends_s", a.ends_s, a.ends_s.has_value(), {"s", "if it ends by itself"});
+  v.optional("node", a.node, a.node.has_value(),
+             {"", "`sensor` or `amplifier`; missing for a fault of the stage"});
+  v.optional("value", a.value, a.value.has_value(), {"", "strength, in the unit of the kind"});
+  v.member("began_s", a.began_s, {"s", "start of the fault, since the start of the twin"});
+  v.optional("ends_s", a.ends_s, a.ends_s.has_value(), {"s", "end of the fault, if it has a duration"});
 }
 
 struct TwinStatusAnswer {
@@ -306,7 +303,7 @@ struct TwinStatusAnswer {
 };
 template <class V>
 void visit(V& v, TwinStatusAnswer& a) {
-  v.member("time_s", a.time_s, {"s", "time since the twin's start"});
+  v.member("time_s", a.time_s, {"s", "time since the start of the twin"});
   v.member("axes", a.axes, {"", "each axis"});
   v.member("faults", a.faults, {"", "each active fault"});
 }

@@ -107,39 +107,40 @@ inline constexpr std::array setting{
     Argument{"value", "VALUE", Type::value, "0.08", ""}};
 inline constexpr auto new_fault = std::to_array<Argument>(
     {{"kind", "KIND", Type::fault, "no_reply", "kind of fault"},
-     {"axis", "--axis", Type::text, "x", "may be left out if the twin has only one axis", false},
-     {"node", "--node", Type::node, "sensor", "if the kind of fault can act on either", false},
-     {"duration_s", "--duration", Type::duration_s, "0.5", "seconds; if left out, until the fault is removed",
-      false},
-     {"value", "--value", Type::number, "", "the strength of the fault, in the unit of its kind", false}});
+     {"axis", "--axis", Type::text, "x", "axis; default: the only one", false},
+     {"node", "--node", Type::node, "sensor", "node, if the kind can affect either", false},
+     {"duration_s", "--duration", Type::duration_s, "0.5",
+      "duration in seconds; default: until the fault is removed", false},
+     {"value", "--value", Type::number, "", "strength of the fault, in the unit of its kind", false}});
 inline constexpr auto old_faults =
-    std::to_array<Argument>({{"kind", "KIND", Type::fault, "no_reply", "all kinds if left out", false},
+    std::to_array<Argument>({{"kind", "KIND", Type::fault, "no_reply", "kind of fault; default: all", false},
                              {"axis", "--axis", Type::text, "x", "axis; default: all", false}});
 
 inline constexpr auto commands = std::to_array<ControlCommand>({
     {status, "status", reads, states, twin_states, 0, nothing, "show the state of every axis"},
     {reload, "reload", writes, changes, none, 5, nothing, "read the configuration file again"},
-    {undo, "undo", writes, changes, none, 4, nothing, "take back the last set since the file was read"},
+    {undo, "undo", writes, changes, none, 4, nothing, "reverse the last set since the file was read"},
     {settings, "settings", reads, keys, none, 0, nothing,
-     "show what is in force and not in the file; with --json all keys"},
+     "show the active values that differ from the file; with --json all keys"},
     {stop, "stop", ends, done, done, 0, nothing,
-     "ramp every axis down, switch off, and end the controller, or the twin", Kind::stop},
+     "ramp every axis down, disable the amplifiers, and end the controller or the twin", Kind::stop},
     {enable, "enable", writes, done, none, 7, any_axis, "start an axis that is offline", Kind::enable},
-    {disable, "disable", ends, done, none, 8, any_axis, "ramp an axis down and switch it off", Kind::disable},
+    {disable, "disable", ends, done, none, 8, any_axis, "ramp an axis down and disable its amplifier",
+     Kind::disable},
     {clear, "clear", writes, done, none, 9, any_axis, "clear the fault of an axis; the axis is then offline",
      Kind::clear},
     {resume, "resume", writes, done, none, 2, any_axis, "follow the configured reference again",
      Kind::resume},
-    {revert, "revert", writes, done, none, 6, any_axis, "discard all that the axis has learnt so far",
+    {revert, "revert", writes, done, none, 6, any_axis, "discard the learnt correction of an axis",
      Kind::revert},
     {go_to, "go_to", writes, done, none, 1, position_of,
      "leave the reference, move to a position and stay there", Kind::go_to},
     {wait, "wait", reads, position, none, 0, arrival,
      "wait until the axis is in position; fail if it does not arrive"},
-    {record, "record", writes, run, none, 10, on_or_off, "record a run, or end it: on, off"},
+    {record, "record", writes, run, none, 10, on_or_off, "start or end the recording of a run: on, off"},
     {set, "set", writes, changes, none, 3, setting,
      "change one key of [axis.control] until the file is read again"},
-    {inject, "inject", writes, none, fault, 0, new_fault, "inject a fault into the twin; it begins now"},
+    {inject, "inject", writes, none, fault, 0, new_fault, "inject a fault into the twin now"},
     {remove, "remove", ends, none, count, 0, old_faults, "remove faults that were injected into the twin"},
 });
 }  // namespace protocol

@@ -18,7 +18,7 @@ void ignore_answer(const nlohmann::json&) {}  // the handler logs it
 
 void log_failure(const std::exception* error) noexcept {
   try {
-    spdlog::error("the control socket goes on after a failed command: {}",
+    spdlog::error("a command of the control socket failed: {}",
                   error != nullptr ? error_text(*error) : "an unknown exception");
   } catch (...) {  // the log needs memory too
     return;
@@ -51,7 +51,7 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
     spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
   }
   if (!watch_.is_watching())
-    spdlog::warn("{} cannot be watched: send SIGHUP after a change", config_file.string());
+    spdlog::warn("{} cannot be watched; send SIGHUP after a change", config_file.string());
   thread_ = std::thread([this] {
     yield_to_the_control_thread();
     const auto work = boost::asio::make_work_guard(context_);
@@ -65,7 +65,7 @@ void ControlService::open_stream(const std::filesystem::path& file, const std::s
   try {
     stream_.emplace(context_, file, greeting, samples);
   } catch (const RunError& error) {
-    spdlog::warn("{}; no stream of cycles, the page shows none", error.what());
+    spdlog::warn("{}; the page shows no cycles", error.what());
   }
 }
 

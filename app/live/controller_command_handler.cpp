@@ -92,7 +92,7 @@ json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle
     return answer_json(PositionAnswer{.position_um = report.position_um});
   if (report.arrival == Arrival::failed) return refusal("not in position within timeout_ms");
   if (report.arrival == Arrival::not_judged)
-    return refusal("the axis has no [axis.control.in_position], expected one to wait for");
+    return refusal("the axis has no [axis.control.in_position], which `wait` needs");
   return {};
 }
 
@@ -136,16 +136,15 @@ json ControllerCommandHandler::status() const {
 
 json ControllerCommandHandler::record(const json& command) {
   const auto on = command.find("on");
-  if (on == command.end() || !on->is_boolean())
-    throw Error("\"on\" is missing", expect("true to record, or false to end the recording"));
+  if (on == command.end() || !on->is_boolean()) throw Error("\"on\" is missing", expect("true or false"));
   if (*on == true) {
     const std::filesystem::path run = outlets_.recorder.start();
     spdlog::info("recording to {}", run.string());
     return answer_json(RunAnswer{.run = run.string()});
   }
   const std::filesystem::path run = outlets_.recorder.stop();
-  if (run.empty()) return refusal("nothing is recorded");
-  spdlog::info("the recording to {} ends", run.string());
+  if (run.empty()) return refusal("there is no recording to end");
+  spdlog::info("ended the recording to {}", run.string());
   return answer_json(RunAnswer{.run = run.string()});
 }
 
@@ -218,7 +217,7 @@ void ControllerCommandHandler::reload(const Answer& answer) {
 void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, const Answer& answer) {
   if (!prepared.after_restart.empty()) {
     const std::string reason =
-        fmt::format("needs a restart, nothing was changed: {}", joined(prepared.after_restart));
+        fmt::format("nothing was changed; a restart is needed: {}", joined(prepared.after_restart));
     spdlog::warn("configuration not applied: {}", reason);
     return answer(refusal(reason));
   }

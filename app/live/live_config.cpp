@@ -25,7 +25,7 @@ std::string difference(const config::Config& config, const std::vector<std::stri
   for (const std::string& name : in_file)
     if (std::ranges::find(in_force, name) == in_force.end())
       texts.push_back(fmt::format("axis {} is new", name));
-  return fmt::format("needs a restart, nothing was changed: {}", fmt::join(texts, "; "));
+  return fmt::format("nothing was changed; a restart is needed: {}", fmt::join(texts, "; "));
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
 }
 
 LiveConfig::Prepared LiveConfig::without_the_last() const {
-  if (history_.size() == 1) throw Error("there is no setting to take back since the file was read");
+  if (history_.size() == 1) throw Error("there is no set to reverse since the file was read");
   return prepare({history_.begin(), history_.end() - 1});
 }
 

@@ -42,7 +42,7 @@ void leave_terminal() {
 
 void end_after(std::chrono::milliseconds limit) {
   std::this_thread::sleep_for(limit);
-  std::string_view text = "hystcan: ended although files or streams were not written to the end\n";
+  std::string_view text = "hystcan: ended before all files or streams were written completely\n";
   write_within(STDERR_FILENO, text, std::chrono::milliseconds(0));
   _exit(failed);
 }

@@ -37,7 +37,7 @@ void NodeWatch::look() {
     if (std::exchange(seen_[i], amplifier.state()) == amplifier.state()) continue;
     const bool silence = (amplifier.fault() & can::amp_fault::command_timeout) != 0;
     spdlog::info("{}: amplifier {}{}", amplifiers_[i].wire.name, to_string(amplifier.state()),
-                 silence ? ": commands have stopped, output at its safe value" : "");
+                 silence ? ": no commands, output at its safe value" : "");
   }
   log_bus();
   if (station_.taken_node()) return on_taken_();
@@ -61,8 +61,8 @@ void refuse_if_taken(const node::Station& station, const std::string& interface)
   const auto taken = station.taken_node();
   if (!taken) return;
   throw RunError(interface,
-                 fmt::format("node {} is on this bus already: another twin, or the real node", *taken),
-                 {.remedy = "end one of the two"});
+                 fmt::format("node {} is already on this bus, as another twin or as the real node", *taken),
+                 {.remedy = "stop one of the two"});
 }
 
 }  // namespace hystcan::app

@@ -22,7 +22,7 @@ namespace {
 std::string words_of(int error) { return std::generic_category().message(error); }
 
 constexpr const char* memory_cure =
-    "set ulimit -l unlimited (LimitMEMLOCK=infinity in a systemd unit), or give CAP_IPC_LOCK";
+    "set ulimit -l unlimited (LimitMEMLOCK=infinity in a systemd unit), or grant CAP_IPC_LOCK";
 
 constexpr std::size_t page_bytes = 4096;
 
@@ -92,15 +92,14 @@ std::optional<std::string> find_memory_lock_refusal() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   if (limit.rlim_cur == RLIM_INFINITY || has_capability(CAP_IPC_LOCK)) return std::nullopt;
-  return fmt::format(
-      "lock_memory is refused: there is a limit of {} kB, which an allocation could exceed; {}",
-      limit.rlim_cur / 1024, memory_cure);
+  return fmt::format("lock_memory was refused: the limit of {} kB could stop an allocation; {}",
+                     limit.rlim_cur / 1024, memory_cure);
 }
 
 std::optional<std::string> lock_memory() {
   if (auto refusal = find_memory_lock_refusal()) return refusal;
   if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
-    return fmt::format("lock_memory is refused: {}; {}", words_of(errno), memory_cure);
+    return fmt::format("lock_memory was refused: {}; {}", words_of(errno), memory_cure);
   touch_stack();
   keep_heap();
   return std::nullopt;

@@ -113,7 +113,7 @@ nlohmann::json to_json(const can::RejectedFrames& rejected) {
 std::vector<std::string> describe(const BusClosing& closing) {
   std::vector<std::string> lines = closing.events;
   if (closing.events_truncated > 0)
-    lines.push_back(fmt::format("{} events of further kinds are left out", closing.events_truncated));
+    lines.push_back(fmt::format("{} events of further kinds are not shown", closing.events_truncated));
   lines.push_back(describe(closing.bus));
   for (const can::RejectedFrames& rejected : closing.rejected)
     if (std::string line = describe(rejected); !line.empty()) lines.push_back(std::move(line));
@@ -151,8 +151,7 @@ std::vector<std::string> describe(const controller::CycleTiming& timing) {
 
 std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
-  if (total.samples == 0)
-    return outcome.name + ": no sample of a settled reference, so there is no error to report";
+  if (total.samples == 0) return outcome.name + ": no error to report: no sample had a settled reference";
   std::string line = fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {}",
                                  outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
                                  outcome.stroke_um, total.max_um, counted(total.samples, "sample"));
@@ -176,17 +175,16 @@ std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
 }
 
 std::string describe(const controller::Learning::Report& learning) {
-  if (learning.periods == 0)
-    return "nothing learnt: no period was without a limit of the drive and with all its samples";
+  if (learning.periods == 0) return "nothing learnt: every period had a limited drive or a missing sample";
   const std::string errors = fmt::format(
       "{} judged; setpoint[{}], the last one: error RMS {:.4f} um in its first period, {:.4f} um in its last",
       counted(learning.periods, "period"), learning.segment, learning.first_rms_um, learning.rms_um);
   if (learning.state == controller::LearningState::diverged)
     return errors +
-           "; warning: the error of a segment grew in each attempt, so its correction was taken back for "
+           "; warning: the error of a segment grew in each attempt, so its correction was reset for "
            "good";
   if (learning.state == controller::LearningState::resting)
-    return errors + "; warning: the error grew, so the correction was taken back, to begin again";
+    return errors + "; warning: the error grew, so the correction was reset";
   return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);
 }
 

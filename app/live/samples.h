@@ -58,7 +58,7 @@ void visit(V& v, StreamAxis& a) {
   v.member("name", a.name, {"", "name in the configuration"});
   v.member("drive_unit", a.drive_unit, {"", "unit of its drive"});
   v.optional("tolerance_um", a.tolerance_um, a.tolerance_um.has_value(),
-             {"um", "of a controller: that of `[axis.control.in_position]`, or 0"});
+             {"um", "controller: tolerance of `[axis.control.in_position]`, or 0"});
 }
 
 /// The first line of a stream.
@@ -78,11 +78,11 @@ void visit(V& v, StreamGreeting& g) {
   v.member("columns", g.columns, {"", "the numbers of a row"});
   v.member("axes", g.axes, {"", "each axis; the column `axis` is its index"});
   v.optional("states", g.states, !g.states.empty(),
-             {"", "of a controller: the words whose index is in the column `state`"});
+             {"", "controller: words for the indices in the column `state`"});
   v.optional("faults", g.faults, !g.faults.empty(),
-             {"", "of a controller: the words whose index is in the column `fault`"});
+             {"", "controller: words for the indices in the column `fault`"});
   v.optional("limits", g.limits, !g.limits.empty(),
-             {"", "of a controller: the words of the bits in the column `limits`"});
+             {"", "controller: words for the bits in the column `limits`"});
 }
 
 /// Of a controller, and of a twin.

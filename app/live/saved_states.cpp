@@ -47,14 +47,14 @@ SavedStates::SavedStates(const config::Config& config) {
       throw Error(config.file, fmt::format("axis {} must restore its memory", axis.wire.name),
                   expect("state_dir in [controller]"));
     if (restores && !std::filesystem::exists(axes_[i].file))
-      throw Error(axes_[i].file, "there is no such file, so the last stop was not clean",
-                  {.expected = "it for start_up = \"restore\"", .remedy = "start once with \"wipe\""});
+      throw Error(axes_[i].file, "the file is missing, so the last stop was not clean",
+                  {.remedy = "start once with start_up = \"wipe\""});
     if (axes_[i].file.empty() || !std::filesystem::exists(axes_[i].file)) continue;
     try {
       axes_[i].state = config::load_state(axes_[i].file, model::Hysteresis(axis.control.law.model));
     } catch (const Error& error) {
       if (restores) throw;
-      spdlog::warn("saved state not used: {}", error.what());
+      spdlog::warn("the saved state is not used: {}", error.what());
     }
   }
 }
@@ -68,7 +68,7 @@ void SavedStates::restore(controller::Controller& controller) const {
     controller::ClosedLoop* loop = axis.closed_loop();
     controller::Learning* learning = loop == nullptr ? nullptr : loop->learning();
     if (!state->learnt.empty() && (learning == nullptr || !learning->restore(state->learnt)))
-      spdlog::warn("{}: what was learnt belongs to another reference, it is not used",
+      spdlog::warn("{}: the saved correction belongs to another reference and is not used",
                    axes_[i].file.string());
   }
 }

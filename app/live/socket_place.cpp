@@ -39,13 +39,13 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
   std::error_code ignored;
   if (!std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) return;
   if (!id_of_socket(file))
-    throw RunError(file, "is not a socket", expect("a new file: name another control_socket"));
+    throw RunError(file, "is not a socket", expect("a new file: set another control_socket"));
   stream_protocol::socket probe(context);
   error_code error;
   probe.connect(stream_protocol::endpoint(file.string()), error);
   if (!error)
-    throw RunError(file, "another process listens there",
-                   {.remedy = "end it, or name another control_socket"});
+    throw RunError(file, "another process uses this socket",
+                   {.remedy = "stop it, or set another control_socket"});
   if (error == boost::asio::error::connection_refused) std::filesystem::remove(file);
 }
 
@@ -57,7 +57,7 @@ std::optional<std::string> reason_against(const std::filesystem::path& folder, u
   if (lstat(folder.c_str(), &found) != 0) return std::generic_category().message(errno);
   if (!S_ISDIR(found.st_mode)) return "it is not a folder";
   if (found.st_uid != user) return fmt::format("it belongs to user {}", found.st_uid);
-  if ((found.st_mode & writable_by_others) != 0) return "others can write there";
+  if ((found.st_mode & writable_by_others) != 0) return "other users can write to it";
   return std::nullopt;
 }
 
@@ -84,7 +84,7 @@ std::filesystem::path made_folder(const SocketPlaces& places) {
   std::filesystem::path folder = temporary_folder(places);
   mkdir(folder.c_str(), 0700);  // if this fails, the folder exists or the next line says why
   if (const auto reason = reason_against(folder, places.user))
-    throw RunError(folder, fmt::format("no place for the control socket: {}", *reason),
+    throw RunError(folder, fmt::format("not usable for the control socket: {}", *reason),
                    expect("a folder of user {} alone: set control_socket", places.user));
   return folder;
 }
@@ -154,7 +154,7 @@ LocalListener::LocalListener(boost::asio::io_context& context, std::filesystem::
     acceptor_.listen();
     id_ = id_of_socket(file_);
   } catch (const boost::system::system_error& error) {
-    throw RunError(file_, fmt::format("cannot listen there: {}", error.code().message()));
+    throw RunError(file_, fmt::format("cannot listen on it: {}", error.code().message()));
   }
   accept();
 }

@@ -52,7 +52,7 @@ class LocalListener {
   using Socket = boost::asio::local::stream_protocol::socket;
 
   /// Calls `admit` with each connection; no next one comes until is_ready(), where it is given. Throws
-  /// RunError if another process listens there, if there is a file that is not a socket, or if the file
+  /// RunError if another process uses this socket, if there is a file that is not a socket, or if the file
   /// cannot be created. Owner and group may connect.
   LocalListener(boost::asio::io_context& context, std::filesystem::path file,
                 std::function<void(Socket connection)> admit, std::function<bool()> is_ready = {});

@@ -75,7 +75,7 @@ void EventLog::add(const std::string& axes, const controller::CycleRecord& recor
                         .line_s = record.time_s - between_lines_s});
       count(kinds_.back(), record);
     } else if (std::exchange(truncated_, truncated_ + record.event->times) == 0) {
-      sink_(Level::warning, fmt::format("{}; more than {} kinds of events: further ones are only counted",
+      sink_(Level::warning, fmt::format("{}; more than {} kinds of events, so further ones are only counted",
                                         at(axes, record.time_s, *record.event), most_kinds));
     }
   }
@@ -181,7 +181,7 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
 void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))
-      sink_(Level::warning, fmt::format("{}: not ready, waits for {}: the other axes begin without it",
+      sink_(Level::warning, fmt::format("{}: not ready, waits for {}; the other axes start without it",
                                         axis.name, blocks_text(axis, axis.blocks)));
 }
 

@@ -67,7 +67,7 @@ Trigger::Trigger(const json& request, const StreamGreeting& greeting)
       on_(static_cast<On>(index_in(occasions, name_, "on"))) {
   const double axis = number_of(request, "axis");
   if (!(axis >= 0.0 && axis < static_cast<double>(greeting.axes.size()) && axis == std::floor(axis)))
-    throw Error(fmt::format("axis is {}", axis), expect("the number of one from 0"));
+    throw Error(fmt::format("axis is {}", axis), expect("the index of an axis, from 0"));
   axis_ = static_cast<std::size_t>(axis);
   pre_s_ = seconds_of(request, "pre_s");
   post_s_ = seconds_of(request, "post_s");

@@ -215,7 +215,7 @@ ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::
   try {
     (void)config::load_text(file, edit.text());
   } catch (const Error& error) {
-    throw Error("nothing is saved, because the file could not be read any more", error);
+    throw Error("nothing is saved, because the file can no longer be read", error);
   }
   return config_save(before, edit.text());
 }
@@ -227,7 +227,7 @@ std::filesystem::path kept_beside(const std::filesystem::path& file) {
 ConfigSave undo_of(const std::filesystem::path& file) {
   const std::filesystem::path kept = kept_beside(file);
   if (!std::filesystem::exists(kept))
-    throw Error(fmt::format("there is no {}, so there is no save to undo", kept.string()));
+    throw Error(fmt::format("{} is missing, so there is no save to undo", kept.string()));
   (void)config::load(kept);
   constexpr std::size_t most = config::largest_configuration;  // it need not be TOML: somebody has broken it
   ConfigSave undo = config_save(read_regular_file(file, most), read_regular_file(kept, most));
@@ -247,7 +247,8 @@ void write_save(const std::filesystem::path& file, const ConfigSave& save) {
       kept.commit();
     } catch (const std::exception& error) {
       throw RunError(
-          fmt::format("the former file cannot be kept{}", save.undoes ? "" : ", so nothing is saved"), error);
+          fmt::format("the previous file cannot be kept{}", save.undoes ? "" : ", so nothing is saved"),
+          error);
     }
   };
   // At every moment one of the two files has what the user wants back.

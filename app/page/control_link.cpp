@@ -19,7 +19,7 @@ using boost::system::error_code;
 
 constexpr std::size_t longest_line = 1'048'576;
 constexpr std::size_t most_waiting = 64;
-constexpr const char* given_up = "the connection was given up";
+constexpr const char* given_up = "the connection was closed";
 
 }  // namespace
 
@@ -71,7 +71,8 @@ void ControlLink::connect() {
     socket_.async_connect(stream_protocol::endpoint(file_.string()),
                           [this, connection = connection_](const error_code& error) {
                             if (connection != connection_) return;
-                            if (error) return fail(error.message() + "; is the controller running?");
+                            if (error)
+                              return fail(error.message() + "; check that the controller is running");
                             write();
                           });
   } catch (const std::exception& error) {
@@ -89,7 +90,7 @@ void ControlLink::read() {
                                   std::string line;
                                   std::getline(stream, line);
                                   nlohmann::json answer = parse_command(line);
-                                  if (!answer.is_object()) return fail("the answer is no JSON object");
+                                  if (!answer.is_object()) return fail("the answer is not a JSON object");
                                   const Done done = std::move(waiting_.front().done);
                                   waiting_.pop_front();
                                   limit_.cancel();

@@ -46,7 +46,7 @@ class ControlLink {
   auto then(Then go_on) {
     return [this, connection = connection_, go_on](const boost::system::error_code& error, std::size_t = 0) {
       if (connection != connection_) return;
-      error ? fail(error.message() + "; is the controller running?") : go_on();
+      error ? fail(error.message() + "; check that the controller is running") : go_on();
     };
   }
   void begin();

@@ -213,7 +213,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void obey(const error_code& error) {
     if (error == http::error::header_limit)
       return respond({.status = 431, .body = "header too long\n"}, false);
-    if (error == http::error::body_limit) return respond({.status = 413, .body = "no body is read\n"}, false);
+    if (error == http::error::body_limit)
+      return respond({.status = 413, .body = "a request may not have a body\n"}, false);
     if (error && error.category() == http::make_error_code(http::error::bad_method).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message)
       return respond({.status = 400, .body = "not HTTP\n"}, false);

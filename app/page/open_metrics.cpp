@@ -102,25 +102,25 @@ std::string metrics_text(bool is_open, const std::optional<StatusAnswer>& status
                          const metrics::Histogram& lateness, const PageCounters& page) {
   MetricsText text(is_open);
   text.gauge("up", "1 if the controller answers", status ? 1 : 0);
-  text.family("status_age_seconds", "gauge", "since the controller last answered", "seconds");
+  text.family("status_age_seconds", "gauge", "time since the last answer of the controller", "seconds");
   text.sample("status_age_seconds", "", age_s);
   if (status) {
     const controller::CycleCounters& counters = status->counters;
     text.counter("cycles", "cycles of the controller since its start", counters.cycles);
-    text.counter("missed_cycles", "cycles left out", counters.missed_cycles);
+    text.counter("missed_cycles", "skipped cycles", counters.missed_cycles);
     text.counter("missing_samples", "cycles without a sample", counters.missing_samples);
-    text.counter("late_samples", "samples after the end of their cycle", counters.late_samples);
-    text.counter("replaced_commands", "commands whose place a newer one took before they had left",
+    text.counter("late_samples", "samples that arrived after the end of their cycle", counters.late_samples);
+    text.counter("replaced_commands", "commands that a newer one replaced before transmission",
                  counters.replaced_commands);
     put_axes(text, status->axes);
   }
-  text.histogram("turnaround_seconds", "from the received sample to the sent command", turnaround);
-  text.histogram("lateness_seconds", "begin of a cycle after its time", lateness);
+  text.histogram("turnaround_seconds", "time from the received sample to the sent command", turnaround);
+  text.histogram("lateness_seconds", "delay of a cycle after its scheduled time", lateness);
   text.gauge("bus_frames_per_second", "frames on the interface", bus.frames_per_s);
-  text.gauge("bus_load_percent", "estimated from the counters of the interface", bus.load_percent);
-  text.gauge("page_clients", "clients at the page", page.clients);
-  text.counter("page_cut_off", "clients that did not read or sent too much", page.cut_off);
-  text.counter("page_refused", "requests of a foreign host or origin, or with a wrong token", page.refused);
+  text.gauge("bus_load_percent", "bus load, estimated from the counters of the interface", bus.load_percent);
+  text.gauge("page_clients", "clients of the page", page.clients);
+  text.counter("page_cut_off", "disconnected clients, which did not read or sent too much", page.cut_off);
+  text.counter("page_refused", "refused requests: foreign host or origin, or wrong token", page.refused);
   text.counter("page_lost_rows", "rows that did not reach a client", page.lost_rows);
   return text.end();
 }

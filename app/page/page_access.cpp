@@ -50,16 +50,16 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
   if (!S_ISREG(found.st_mode)) throw RunError(file, "is no file", expect("the token of the page"));
   const bool is_trusted = found.st_uid == geteuid() || found.st_uid == folder.st_uid;
   if (!is_trusted || (found.st_mode & 077U) != 0)
-    throw RunError(file, "is not the user's own or others may read it",
-                   {.expected = "mode 0600", .remedy = "remove it for a new token"});
+    throw RunError(file, "belongs to another user, or others can read it",
+                   {.expected = "mode 0600", .remedy = "delete it to get a new token"});
   std::array<char, 2 * token_bytes + 2> text{};
   const ssize_t size = ::read(opened.get(), text.data(), text.size());
   if (size < 0) throw RunError(file, std::strerror(errno));
   std::string token(text.data(), static_cast<std::size_t>(size));
   if (token.ends_with('\n')) token.pop_back();
   if (token.size() != 2 * token_bytes || !is_hexadecimal(token))
-    throw RunError(file, "holds no token",
-                   {.expected = "32 hexadecimal digits", .remedy = "remove it for a new token"});
+    throw RunError(file, "does not contain a token",
+                   {.expected = "32 hexadecimal digits", .remedy = "delete it to get a new token"});
   return token;
 }
 
@@ -110,9 +110,9 @@ HttpResponse PageAccess::judge(const HttpRequest& request) const {
                       std::ranges::find(names_, host) != names_.end();
   if (!is_own)
     return {.status = 421,
-            .body = "This server has another name: ask for its address, or start it with --name NAME.\n"};
+            .body = "This server has another name. Use its address, or start it with --name NAME.\n"};
   if (!request.origin.empty() && request.origin != "http://" + request.host)
-    return {.status = 403, .body = "A page of another origin may not ask this server.\n"};
+    return {.status = 403, .body = "Pages of another origin are not allowed.\n"};
   return {};
 }
 
@@ -133,7 +133,7 @@ bool is_loopback(const std::string& address) {
 std::string new_token() {
   std::array<unsigned char, token_bytes> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    throw RunError(fmt::format("no random numbers for a token: {}", std::strerror(errno)));
+    throw RunError(fmt::format("cannot create a token: {}", std::strerror(errno)));
   std::string token;
   for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
   return token;
@@ -143,7 +143,7 @@ std::string token_of(const std::filesystem::path& file) {
   if (auto token = token_there(file)) return *std::move(token);
   if (auto token = token_made(file)) return *std::move(token);
   if (auto token = token_there(file)) return *std::move(token);  // of another program, made meanwhile
-  throw RunError(file, "vanished while it was read");
+  throw RunError(file, "disappeared while it was read");
 }
 
 }  // namespace hystcan::app

@@ -20,17 +20,17 @@ void require_intended(const PageListening& listening, const std::string& source)
   if (source == "demo")
     throw Error(
         "--page " + listening.address,
-        "other machines can reach this address; the page of a demo is for this machine alone. "
+        "other machines can reach this address; the page of a demo is for this machine only. "
         "Forward the port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real "
         "controller, hystcan page has --listen and --expose");
   if (!listening.expose)
     throw Error(
         "--listen " + listening.address,
-        "other machines can reach this address. The page is not encrypted: who listens on the network sees "
-        "the token, and can then move the stage. Forward the port instead (ssh -L 8080:localhost:8080 "
-        "HOST), or say --expose");
+        "other machines can reach this address. The page is not encrypted: a listener on the network sees "
+        "the token and can then move the stage. Forward the port instead (ssh -L 8080:localhost:8080 "
+        "HOST), or add --expose");
   spdlog::warn(
-      "the page is open to the network, unencrypted: who listens there sees the token and can move the "
+      "the page is open to the network, unencrypted: a listener sees the token and can move the "
       "stage");
 }
 
@@ -39,7 +39,8 @@ void require_intended(const PageListening& listening, const std::string& source)
 PageListening PageListening::at(const std::string& text) {
   const auto colon = text.rfind(':');
   const auto fail = [&]() -> void {
-    throw Error(fmt::format("\"{}\" is no address", text), expect("one like 127.0.0.1:8080 or [::1]:8080"));
+    throw Error(fmt::format("\"{}\" is not a valid address", text),
+                expect("for example 127.0.0.1:8080 or [::1]:8080"));
   };
   if (colon == std::string::npos) fail();
   PageListening result{.address = text.substr(0, colon), .port = 0};
@@ -58,7 +59,7 @@ PageHost::PageHost(PageOptions options, const PageListening& listening, const st
     : address_(listening.address) {
   if (!page_is_built())
     throw RunError(
-        "this program was built without its page, because npm was not there; build it with: "
+        "this program was built without its page, because npm was missing; build it with: "
         "scripts/packages test && cmake --preset release && cmake --build --preset release");
   require_intended(listening, options.source);
   options.exposed = !is_loopback(address_);
@@ -67,7 +68,7 @@ PageHost::PageHost(PageOptions options, const PageListening& listening, const st
   try {
     server_ = std::make_unique<HttpServer>(context_, address_, listening.port, *service_);
   } catch (const RunError& error) {
-    throw RunError({}, error, {.remedy = fmt::format("name another address with {}", option)});
+    throw RunError({}, error, {.remedy = fmt::format("set another address with {}", option)});
   }
 }
 

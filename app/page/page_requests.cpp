@@ -24,8 +24,8 @@ using nlohmann::json;
 constexpr auto answer_to_a_wrong_token = std::chrono::seconds(1);
 constexpr double slowest_view_Hz = 10.0;
 constexpr double fastest_view_Hz = 1000.0;
-constexpr const char* no_token = "this needs the token: hystcan page CONFIG --token shows it";
-constexpr const char* no_role = "another page, or none, has the writer's role: take it first";
+constexpr const char* no_token = "this needs the token; show it with hystcan page CONFIG --token";
+constexpr const char* no_role = "this page does not have the writer's role; take it first";
 
 /// The commands that the page may send, as a refusal lists them; `stop` has its own request.
 std::string page_commands() {
@@ -127,7 +127,7 @@ void PageRequests::reply(const Asked& asked, json answer) {
 void PageRequests::refuse(const Asked& asked, const std::string& reason) { reply(asked, refusal(reason)); }
 
 void PageRequests::token(PageClient& client, const Asked& asked, const json& request) {
-  if (client.waits_for_token) return refuse(asked, "the answer to the last token is under way");
+  if (client.waits_for_token) return refuse(asked, "the previous token is still being checked");
   if (access_.is_token(text_of(request, "token"))) {
     client.is_authorised = true;
     reply(asked, {{"ok", true}});
@@ -138,7 +138,7 @@ void PageRequests::token(PageClient& client, const Asked& asked, const json& req
   const auto later = std::make_shared<boost::asio::steady_timer>(context_, answer_to_a_wrong_token);
   later->async_wait([this, later, asked](const boost::system::error_code&) {
     if (PageClient* waiting = clients_.with(asked.client)) waiting->waits_for_token = false;
-    refuse(asked, "this is not the token: hystcan page CONFIG --token shows it");
+    refuse(asked, "the token is wrong; show it with hystcan page CONFIG --token");
   });
 }
 
@@ -155,7 +155,7 @@ void PageRequests::view(PageClient& client, const Asked& asked, const json& requ
 void PageRequests::require_the_same_file(const SettingsAnswer& settings) const {
   std::error_code error;
   if (!std::filesystem::equivalent(settings.file, options_.config, error))
-    throw Error(fmt::format("the controller runs with {}, this page with {}: start it with the same file",
+    throw Error(fmt::format("the controller uses {}, this page {}; start the page with the same file",
                             settings.file, options_.config.string()));
 }
 
@@ -180,7 +180,8 @@ void PageRequests::with_settings(const Asked& asked, std::function<void(const Se
         });
       });
   if (!waits)
-    refuse(asked, fmt::format("{} requests of this page wait already", RequestQueue::most_of_a_client));
+    refuse(asked,
+           fmt::format("{} requests of this page are already waiting", RequestQueue::most_of_a_client));
 }
 
 void PageRequests::settings(PageClient&, const Asked& asked, const json&) {
@@ -216,7 +217,7 @@ void PageRequests::curves(PageClient&, const Asked& asked, const json& request) 
 }
 
 void PageRequests::trigger(PageClient& client, const Asked& asked, const json& request) {
-  if (!controller_.is_there()) return refuse(asked, "no cycles come: there is nothing to capture");
+  if (!controller_.is_there()) return refuse(asked, "the controller sends no cycles to capture");
   client.trigger.emplace(request, controller_.greeting());
   reply(asked, {{"ok", true}});
 }
@@ -246,7 +247,8 @@ void PageRequests::command(PageClient& client, const Asked& asked, const json& r
   const std::string what = text_of(*command, "do");
   const ControlCommand* row = find_command(*command, Server::controller);
   if (row == nullptr || row->page_place == 0)
-    return refuse(asked, fmt::format("\"{}\" is no command of the page, expected {}", what, page_commands()));
+    return refuse(asked,
+                  fmt::format("\"{}\" is not a command of the page, expected {}", what, page_commands()));
   if (row->access != Access::ends && !role_.is_of(client)) return refuse(asked, no_role);
   spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
   role_.command(asked.client, *command, [this, asked](const json& answer) {
@@ -264,8 +266,8 @@ void PageRequests::stop(PageClient&, const Asked& asked, const json&) {
 
 void PageRequests::start(PageClient&, const Asked& asked, const json&) {
   if (!options_.start_again)
-    return refuse(asked,
-                  fmt::format("only a demo starts from its page, expected: {}", options_.start_command));
+    return refuse(asked, fmt::format("only a demo can be started from its page; start the controller with {}",
+                                     options_.start_command));
   options_.start_again();
   spdlog::info("page {}: start again", asked.client);
   events_.add_act(asked.client, "info", "start again");
@@ -299,7 +301,7 @@ void PageRequests::reply_or_write(const Asked& asked, const json& request,
         }
         if (digest != save.digest)
           return refuse(asked,
-                        "the file or the settings have changed since the difference was shown: look again");
+                        "the file or the settings changed after the difference was shown; look at it again");
         write_save(options_.config, save);
         const std::string done =
             fmt::format("{} {}", save.undoes ? "undo save of" : "save", options_.config.filename().string());

@@ -50,7 +50,7 @@ HttpResponse PageService::judge(const HttpRequest& request) {
 HttpResponse PageService::answer(const HttpRequest& request) {
   if (HttpResponse judged = judge(request); judged.status != 200) return judged;
   if (request.method != "GET" && request.method != "HEAD")
-    return {.status = 405, .body = "Nothing changes by HTTP; expected GET.\n"};
+    return {.status = 405, .body = "Only GET is allowed.\n"};
   const std::string path = request.target.substr(0, request.target.find('?'));
   if (path == "/metrics") {
     const bool is_open = accepts_open_metrics(request.accept);
@@ -61,7 +61,7 @@ HttpResponse PageService::answer(const HttpRequest& request) {
   if (path == "/socket") return {.status = 426, .body = "This is a WebSocket.\n"};
   for (const Asset& asset : page_assets())
     if (asset.path == path) return {.type = std::string(asset.type), .body = std::string(asset.content)};
-  return {.status = 404, .body = "There is no such file.\n"};
+  return {.status = 404, .body = "The file does not exist.\n"};
 }
 
 HttpResponse PageService::admit(const HttpRequest& request) {

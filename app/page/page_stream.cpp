@@ -77,7 +77,7 @@ void PageStream::read_greeting() {
         std::string line;
         std::getline(stream, line);
         if (line.size() > longest_greeting)
-          return fail("is not a stream of hystcan: its greeting is too long");
+          return fail("is not a stream of hystcan: the greeting is too long");
         try {
           const auto greeting = read_object<StreamGreeting>(parse_command(line));
           if (greeting.columns.empty() || greeting.version != StreamGreeting().version)
@@ -103,7 +103,7 @@ void PageStream::read_head() {
 
 void PageStream::read_rows(std::uint32_t rows, std::uint32_t lost) {
   const std::size_t bytes = std::size_t{rows} * history_->columns() * sizeof(double);
-  if (bytes > longest_batch) return fail("sends a batch that is too long");
+  if (bytes > longest_batch) return fail("sent a batch that is too long");
   const std::size_t missing = bytes - std::min(bytes, received_.size());
   boost::asio::async_read(
       socket_, received_, boost::asio::transfer_exactly(missing), then([this, bytes, lost] {
@@ -131,9 +131,9 @@ void PageStream::begin(const StreamGreeting& greeting) {
   if (!axis) throw std::runtime_error("it has no column \"axis\"");
   const double rate = greeting.rate_Hz;
   const std::size_t axes = greeting.axes.size();
-  if (greeting.stream != name_) throw std::runtime_error("it is the stream of another process");
+  if (greeting.stream != name_) throw std::runtime_error("the stream belongs to another process");
   if (axes == 0 || axes > most_axes || !(rate > 0.0 && rate <= fastest_Hz))
-    throw std::runtime_error("its axes or its rate are not those of a stream");
+    throw std::runtime_error("its axes or its rate are not valid");
   axis_ = *axis;
   const double rows_per_s = rate * static_cast<double>(axes);
   const double rows =

@@ -19,7 +19,7 @@ void WriterRole::give_to(std::uint64_t client) {
   if (client != 0)
     events_.add_act(client, "info", "takes control");
   else
-    events_.add_act(holder_, "info", "gives control back");
+    events_.add_act(holder_, "info", "returns control");
   holder_ = client;
   for (auto& [number, other] : clients_.all()) show_to(other);
 }

@@ -28,7 +28,7 @@ def _default_socket(interface: str) -> pathlib.Path:
     for folder in (given, *of_user, "/run/hystcan"):
         if folder and os.path.exists(path := os.path.join(folder, f"hystcan-{interface}.sock")):
             return pathlib.Path(path)
-    raise FileNotFoundError(f"no control socket hystcan-{interface}.sock: is the controller running?")
+    raise FileNotFoundError(f"no control socket hystcan-{interface}.sock: check that the controller is running")
 
 
 class Client:

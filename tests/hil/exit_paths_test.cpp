@@ -211,7 +211,8 @@ TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAnd
   shows("S-064");
   stage.start();
   stage.set("controller", "heartbeat_ms = 50.0");
-  EXPECT_TRUE(stage.bench.controller->says("needs a restart, nothing was changed: controller.heartbeat_ms"));
+  EXPECT_TRUE(
+      stage.bench.controller->says("nothing was changed; a restart is needed: controller.heartbeat_ms"));
   stage.bench.controller->send(SIGHUP);
   const auto is_logged_again = [&] {
     const std::string log = stage.bench.controller->err();

@@ -34,7 +34,7 @@ test('A busy address names the option that changes it', () => {
   for (const [words, option] of [[['demo', '--page', own()], '--page'], [['page', config, '--listen', own()], '--listen']]) {
     const { status, stderr } = spawnSync(process.env.HYSTCAN, words, { cwd: dirname(config), encoding: 'utf8' });
     assert.equal(status, 1, stderr);
-    assert.ok(stderr.includes(`${own()}: Address already in use; name another address with ${option}\n`), stderr);
+    assert.ok(stderr.includes(`${own()}: Address already in use; set another address with ${option}\n`), stderr);
   }
 });
 

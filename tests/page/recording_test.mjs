@@ -11,7 +11,7 @@ const { demo, page } = await startDemoWithPage();
 const words = () => page.textContent('#recording');
 
 test('Nothing is recorded, and no page without control can begin', async () => {
-  await until('the state of the recording', async () => (await words()) === 'nothing is recorded');
+  await until('the state of the recording', async () => (await words()) === 'no recording');
   assert.ok(await page.locator('#record').isDisabled());
 });
 

@@ -244,7 +244,7 @@ export class Recording {
 
 /** "recording runs/run_...: 120,000 rows, 25.1 MB". */
 function recordingText(recording) {
-  if (!recording?.run) return 'nothing is recorded';
+  if (!recording?.run) return 'no recording';
   const lost = recording.rows_lost ? `, ${count(recording.rows_lost)} lost` : '';
   const end = recording.failure ? `; it ended: ${recording.failure}` : '';
   return `${recording.on ? 'recording' : 'recorded'} ${recording.run}: ${count(recording.rows)} rows, ${quantity(

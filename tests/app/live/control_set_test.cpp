@@ -164,7 +164,7 @@ TEST(Set, OfTheModelNeedsARestart) {
   const ControlBench bench;
   Client client = bench.client();
   const json answer = client.ask(set("model", "piezo.plant.toml"));
-  EXPECT_TRUE(says(answer, "needs a restart, nothing was changed: axis[0].control.model")) << answer;
+  EXPECT_TRUE(says(answer, "nothing was changed; a restart is needed: axis[0].control.model")) << answer;
 }
 
 /// The files keep their times and sizes, and have nothing that can be read.
@@ -258,7 +258,7 @@ TEST(Reload, OfAChangeThatNeedsARestartAppliesNothingOfTheFile) {
   bench.files().edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nheartbeat_ms = 50.0");
   bench.files().edit("piezo.toml", "kp                 = 0.0", "kp                 = 0.08");
   const json answer = client.ask(reload);
-  EXPECT_TRUE(says(answer, "needs a restart, nothing was changed: controller.heartbeat_ms")) << answer;
+  EXPECT_TRUE(says(answer, "nothing was changed; a restart is needed: controller.heartbeat_ms")) << answer;
   bench.files().edit("piezo.toml", "heartbeat_ms = 50.0", "");
   EXPECT_EQ(changes(client.ask(reload)), std::vector<std::string>{"axis[0].control.kp 0 0.08"});
 }
@@ -269,7 +269,7 @@ TEST(Reload, OfAFileWithoutAnAxisNamesTheAxisAlone) {
   const std::string text = support::read_file(file);
   std::ofstream(file) << text.substr(0, text.rfind("[[axis]]"));
   const json answer = bench.client().ask(reload);
-  EXPECT_EQ(answer.at("error"), "needs a restart, nothing was changed: axis y is missing");
+  EXPECT_EQ(answer.at("error"), "nothing was changed; a restart is needed: axis y is missing");
 }
 
 TEST(Reload, OfAFileWithAnotherAxisNamesTheAxisAlone) {
@@ -280,7 +280,7 @@ TEST(Reload, OfAFileWithAnotherAxisNamesTheAxisAlone) {
   const LiveConfig live(file, config::load(file));
   std::ofstream(file) << text;
   const std::string refusal = support::refusal_of([&] { static_cast<void>(live.reread()); });
-  EXPECT_EQ(refusal, "needs a restart, nothing was changed: axis y is new");
+  EXPECT_EQ(refusal, "nothing was changed; a restart is needed: axis y is new");
 }
 
 TEST(Reload, HappensWhenTheFileIsWrittenOrReplaced) {

@@ -85,7 +85,7 @@ TEST_F(EventLogOfAnAxis, CountsTheEventsBeyondAHundredKinds) {
 }
 
 TEST(BusClosing, SaysHowManyEventsHaveNoEntry) {
-  EXPECT_EQ(describe(BusClosing{.events_truncated = 15})[0], "15 events of further kinds are left out");
+  EXPECT_EQ(describe(BusClosing{.events_truncated = 15})[0], "15 events of further kinds are not shown");
 }
 
 }  // namespace

@@ -106,7 +106,7 @@ TEST(SavedStates, AreRemovedAsSoonAsTheAxisIsDriven) {
   EXPECT_FALSE(std::filesystem::exists(stage.state()));
   EXPECT_TRUE(std::filesystem::exists(stage.files / "y.state.toml"));
   stage.set_start_up("restore");
-  expect_refused(stage, "there is no such file, so the last stop was not clean");
+  expect_refused(stage, "the file is missing, so the last stop was not clean");
 }
 
 TEST(SavedStates, ThatCannotBeRemovedAreAWarning) {

@@ -101,7 +101,7 @@ TEST_F(SocketPlace, IsNeverAFolderInWhichOthersCanWrite) {
   make(places.runtime / uid, 0770);
   EXPECT_EQ(default_socket("vcan0", places), in_temporary);
   ASSERT_EQ(chmod(in_temporary.parent_path().c_str(), 0702), 0);
-  EXPECT_NE(refusal().find("others can write there"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("other users can write to it"), std::string::npos) << refusal();
   EXPECT_NE(refusal().find("control_socket"), std::string::npos) << refusal();
 }
 

@@ -87,7 +87,7 @@ TEST_F(TokenFile, IsRefusedIfItHoldsNoToken) {
   for (const std::string& text :
        {std::string(), std::string("short"), std::string(32, 'x'), std::string(100, '0')}) {
     write(text, 0600);
-    EXPECT_TRUE(is_refused_for("holds no token")) << text;
+    EXPECT_TRUE(is_refused_for("does not contain a token")) << text;
   }
 }
 

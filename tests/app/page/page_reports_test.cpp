@@ -128,7 +128,7 @@ TEST(ConfigSave, RefusesAFileThatCouldNotBeReadAnyMore) {
   const std::string text = support::refusal_of([&] {
     (void)save_of(files / "piezo.toml", {{"axis[0].control.ki_per_s", "409", ""}});
   });
-  EXPECT_TRUE(text.starts_with("nothing is saved, because the file could not be read any more: ")) << text;
+  EXPECT_TRUE(text.starts_with("nothing is saved, because the file can no longer be read: ")) << text;
   EXPECT_NE(text.find("ki_per_s"), std::string::npos) << text;
 }
 

@@ -107,7 +107,8 @@ TEST_F(PageServer, PassesTheCommandsOfAPageOnAndNoOther) {
   const auto peer = writer();
   EXPECT_TRUE(says(peer->ask({{"do", "command"}}), "expected a command of the control socket"));
   EXPECT_TRUE(says(peer->ask({{"do", "command"}, {"command", "set"}}), "expected a command"));
-  EXPECT_TRUE(says(peer->ask(command("stop")), "\"stop\" is no command of the page, expected go_to, resume"));
+  EXPECT_TRUE(
+      says(peer->ask(command("stop")), "\"stop\" is not a command of the page, expected go_to, resume"));
   const json refused = peer->ask(set_kp(-1.0));
   EXPECT_TRUE(says(refused, "expected a number >= 0"));
   EXPECT_EQ(refused.at("answer").at("error"), refused.at("error"));

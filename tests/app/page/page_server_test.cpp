@@ -382,7 +382,7 @@ TEST_F(PageServer, SaysWhenTheControllerHasEnded) {
   json status;
   do status = peer->next("status");
   while (!status.at("controller").is_null());
-  EXPECT_TRUE(says(peer->ask({{"do", "settings"}}), "is the controller running?"));
+  EXPECT_TRUE(says(peer->ask({{"do", "settings"}}), "check that the controller is running"));
 }
 
 }  // namespace
