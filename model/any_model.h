@@ -1,7 +1,7 @@
-// A model of any kind, chosen at run time: by a model file, by the twin's configuration.
+// A model of any kind, selected at run time by a model file or by the twin's configuration.
 //
-// Parameters are plain values that can be copied and compared. A model is constructed from them once; the
-// constructor checks them. Code that computes with a model visits the variant outside time-critical loops.
+// Parameters are plain values that can be copied and compared. The constructor of a model checks them once.
+// Code that computes with a model visits the variant outside time-critical loops.
 #pragma once
 
 #include <optional>
@@ -16,27 +16,27 @@
 
 namespace hystcan::model {
 
-/// Parameters of a LinearMapping: the curves and the symmetry. k is not used.
+/// Parameters of a LinearMapping: the curves and the symmetry. Both k are ignored.
 struct LinearMappingParameters : HysteresisParameters {};
 
-/// The average model is a recursive-memory model whose two curves coincide.
+/// The average model is a HysteresisParameters whose two curves coincide.
 using AnyParameters = std::variant<HysteresisParameters, LinearMappingParameters, PrandtlIshlinskiiParameters,
                                    PreisachParameters>;
 using AnyModel = std::variant<Hysteresis, LinearMapping, PrandtlIshlinskii, Preisach>;
 
-/// Throws std::invalid_argument if the constructor of the model does.
+/// Constructs the model. Throws std::invalid_argument if its constructor does.
 AnyModel model_of(const AnyParameters& parameters);
 
 const std::string& input_unit(const AnyParameters& parameters);
 const std::string& output_unit(const AnyParameters& parameters);
-/// Thresholds, input units.
+/// Input range between the two thresholds, in input units.
 const Interval& input_range(const AnyParameters& parameters);
 
-/// The length of nm, um (also with a Greek mu), mm and m in um; none for other units.
+/// Length of one unit in um for nm, um (also with a Greek mu), mm and m; `nullopt` for other units.
 std::optional<double> length_um(std::string_view unit);
 
-/// The same model with its output in um, as the position of an axis is. A model whose output is not a length
-/// is returned as it is.
+/// Returns the same model with its output converted to um, the unit of an axis position. Returns the model
+/// unchanged if its output is not a length.
 AnyParameters in_um(AnyParameters parameters);
 
 }  // namespace hystcan::model

@@ -1,6 +1,6 @@
-// One entry of a stage's coupling matrix. Where another axis moves, this one's position changes too:
+// One entry of a stage's coupling matrix: the motion of another axis changes the position of this one.
 //
-//   y = own + um_per_um * d          d: how far the other axis moves [um]
+//   y = own + um_per_um * d          d: displacement of the other axis [um]
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace hystcan::model {
 struct Coupling {
   std::string from;  ///< Name of the other axis.
   double um_per_um = 0.0;
-  std::size_t index = 0;  ///< Of the other axis.
+  std::size_t index = 0;  ///< index of the other axis
 };
 
 }  // namespace hystcan::model

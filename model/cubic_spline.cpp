@@ -12,12 +12,13 @@ namespace {
 constexpr std::size_t most_knots = 64;
 constexpr std::size_t degree = 3;
 
-// t_{i - 3}, with the first and the last knot four times.
+// Returns the knot t_{i - 3}; the first and the last knot are repeated four times.
 double clamped(std::span<const double> knots, std::size_t i) {
   return knots[std::clamp<std::size_t>(i, degree, degree + knots.size() - 1) - degree];
 }
 
-// The B-splines of each degree up to 3 on the interval from knot `j` on, at v (Cox and de Boor's recurrence).
+// Returns the B-splines of each degree up to 3 at v, on the interval that starts at knot `j` (Cox and de
+// Boor's recurrence).
 std::array<std::array<double, degree + 1>, degree + 1> recurrence(std::span<const double> knots,
                                                                   std::size_t j, double v) {
   std::array<std::array<double, degree + 1>, degree + 1> B{};
@@ -34,7 +35,7 @@ std::array<std::array<double, degree + 1>, degree + 1> recurrence(std::span<cons
 
 BSplines on_interval(std::span<const double> knots, std::size_t j, double v) {
   const auto B = recurrence(knots, j, v);
-  // The derivative of a B-spline is a difference of two of the degree below.
+  // The derivative of a B-spline is a difference of two B-splines of the degree below.
   const auto differences = [&](const std::array<double, degree + 1>& lower, std::size_t d) {
     std::array<double, degree + 1> slopes{};
     for (std::size_t i = 0; i < d; ++i) {

@@ -2,9 +2,10 @@
 //
 //   f(v) = sum c_i B_i(v)
 //
-// B_i are the cubic B-splines of the knots t_0 < ... < t_m with the first and the last one four times (de
-// Boor, A Practical Guide to Splines, 1978): m + 3 functions that are never negative and sum to 1. scipy
-// calls this BSpline([t_0]*3 + t + [t_m]*3, c, 3). Beyond t_0 and t_m, f is continued by its tangents.
+// B_i are the cubic B-splines of the knots t_0 < ... < t_m, with the first and the last knot repeated four
+// times (de Boor, A Practical Guide to Splines, 1978). There are m + 3 of them; they are never negative and
+// sum to 1. scipy writes this as BSpline([t_0]*3 + t + [t_m]*3, c, 3). Outside [t_0, t_m], f continues along
+// its tangents.
 #pragma once
 
 #include <array>
@@ -22,22 +23,22 @@ struct Jet {
   double curvature = 0.0;
 };
 
-/// The four B-splines that are not zero at an input: B_first, ..., B_{first + 3}.
+/// The four B-splines that are not zero at one input: B_first, ..., B_{first + 3}.
 struct BSplines {
   std::size_t first = 0;
   std::array<Jet, 4> at{};
 };
 
-/// `knots`: at least two, increasing.
+/// Evaluates the B-splines at v. `knots`: at least two, increasing.
 BSplines bsplines(std::span<const double> knots, double v);
 
-/// The coefficients of f(v) = v: the mean of the three inner knots of each B-spline.
+/// Returns the coefficients of f(v) = v: the mean of the three inner knots of each B-spline.
 std::vector<double> greville_points(std::span<const double> knots);
 
 class CubicSpline {
  public:
-  /// Throws std::invalid_argument if there are fewer than two knots or more than 64, if they do not increase,
-  /// or if there are not knots.size() + 2 coefficients.
+  /// Throws std::invalid_argument if there are fewer than two knots or more than 64, if the knots do not
+  /// increase, or if there are not knots.size() + 2 coefficients.
   CubicSpline(std::vector<double> knots, std::vector<double> coefficients);
 
   double value(double v) const {
@@ -70,8 +71,8 @@ class CubicSpline {
   };
   static constexpr std::size_t cells = 256;
 
-  // A table of equal cells has the piece at the beginning of each cell. Unlike a remembered interval, it
-  // needs no state that threads would share.
+  // Finds the piece at v. A table with equal cells stores the first piece of each cell. Remembering the last
+  // piece instead would need state that threads share.
   const Piece& piece(double v) const {
     if (!(v >= knots_.front())) return pieces_.front();
     const double cell = (v - knots_.front()) * cells_per_input_;
@@ -82,7 +83,7 @@ class CubicSpline {
   }
 
   std::vector<double> knots_, coefficients_;
-  std::vector<Piece> pieces_;  // before the first knot, from knot to knot, beyond the last one
+  std::vector<Piece> pieces_;  // in this order: before the first knot, between knots, beyond the last knot
   std::array<std::uint8_t, cells> first_in_{};
   double cells_per_input_ = 0.0;
 };

@@ -3,8 +3,8 @@
 //   h_n  = H[v_n]                                      quasi-static output at row n, of any hysteresis model
 //   x'' + 2 zeta omega x' + omega^2 x = omega^2 h(t - d),    h(t) = h_n for n T <= t < (n + 1) T
 //
-// A delay of the input and one of the output are the same, because the hysteresis does not depend on the
-// rate. The stage begins at rest.
+// A delay at the input and a delay at the output have the same effect, because the hysteresis does not depend
+// on the rate. The stage starts at rest.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,20 +22,20 @@ struct Dynamics {
   bool operator==(const Dynamics&) const = default;
 };
 
-/// The position of a stage, row by row, at an even rate.
+/// The position of a stage, computed row by row at a constant rate.
 class DynamicOutput {
  public:
-  /// `first`: the quasi-static output of the first row. Throws std::invalid_argument if a parameter is not
-  /// finite or out of range, if cycle_s <= 0, or for a delay of more than a million cycles.
+  /// `first`: quasi-static output of the first row. Throws std::invalid_argument if a parameter is not finite
+  /// or out of range, if cycle_s <= 0, or if the delay exceeds a million cycles.
   DynamicOutput(const Dynamics& dynamics, double cycle_s, double first);
 
-  /// x(n T), where `quasi_static` is h_n.
+  /// Returns the position x(n T) of row n; `quasi_static` is h_n.
   double advance(double quasi_static);
 
  private:
   HeldMode mode_;
   Eigen::Vector2d state_;
-  std::vector<double> past_;  // the last m + 2 outputs, a ring
+  std::vector<double> past_;  // the last m + 2 quasi-static outputs, as a ring
   std::size_t oldest_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// A number that identifies the parameters of a model, so that a memory is never restored into another model.
+// A number that identifies the parameters of a model. It prevents restoring a memory into another model.
 #pragma once
 
 #include <bit>
@@ -11,7 +11,7 @@ namespace hystcan::model {
 /// FNV-1a, 64 bit, over the bytes of all added values. The result is the same on every machine and build.
 class Fingerprint {
  public:
-  /// Texts, numbers and lists of numbers.
+  /// Adds texts, numbers and lists of numbers.
   template <class... Values>
   void add(const Values&... values) {
     (add_value(values), ...);

@@ -1,9 +1,9 @@
-// A second-order mode, sampled once per cycle, with a drive that is held during a cycle and arrives late.
+// A second-order mode, sampled once per cycle. Its drive is held during a cycle and arrives after a delay.
 //
 //   x'' + 2 zeta omega x' + omega^2 x = omega^2 u(t - d),    u(t) = u_n for n T <= t < (n + 1) T
 //
-// With d = m T + phi, 0 <= phi < T, the drive changes once in a cycle, at the time phi after its beginning.
-// Two exact steps (SecondOrder) therefore make one exact cycle, for every fraction phi:
+// With d = m T + phi, 0 <= phi < T, the drive changes once in a cycle, phi after the start of the cycle. Two
+// exact steps (SecondOrder) therefore make one exact cycle, for every phi:
 //
 //   X[n+1] = A X[n] + b_old u[n-m-1] + b_new u[n-m],      X = (x, x'),  x[n] = x(n T)
 //   G(z)   = (1 0) (z I - A)^-1 (b_old z^-1 + b_new) z^-m                    (1 at rest, z = 1)
@@ -27,11 +27,11 @@ class HeldMode {
   const Eigen::Vector2d& from_old() const { return from_old_; }      ///< b_old
   const Eigen::Vector2d& from_new() const { return from_new_; }      ///< b_new
 
-  /// One cycle with the drives u[n-m-1] and u[n-m].
+  /// Returns the state after one cycle with the drives u[n-m-1] and u[n-m].
   Eigen::Vector2d step(const Eigen::Vector2d& state, double old_drive, double new_drive) const {
     return transition_ * state + from_old_ * old_drive + from_new_ * new_drive;
   }
-  /// G(e^{i theta}), theta = 2 pi f T.
+  /// Returns the frequency response G(e^{i theta}), theta = 2 pi f T.
   std::complex<double> response(double theta) const;
 
  private:

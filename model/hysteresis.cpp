@@ -28,7 +28,7 @@ ExponentialConvergence::ExponentialConvergence(HysteresisParameters parameters)
   const double reach = parameters_.upper_point().level - parameters_.lower_point().level;
   const double steepest_k = std::max(std::abs(parameters_.k_ascending), std::abs(parameters_.k_descending));
   slope_tolerance_ = 1e-9 * reach / range.span();
-  if (!parameters_.input_map)  // with a map, its bends count too: the steps go on to rounding
+  if (!parameters_.input_map)  // an input map has bends of its own, so the steps continue to rounding
     halley_tolerance_ =
         range.span() * std::cbrt(1e-16) / std::pow(100.0 + steepest_k * range.span(), 2.0 / 3.0);
 }
@@ -82,7 +82,7 @@ inline const ExponentialConvergence::Convergence& ExponentialConvergence::pace(D
 
 inline double ExponentialConvergence::value(const Branch& branch, Direction direction, double input) const {
   const double d = between(input, branch.start_input);
-  const double phi = pace(direction).phi(d);  // first, so that nothing waits on the stack while exp runs
+  const double phi = pace(direction).phi(d);  // computed first: during exp, no other value is on the stack
   return parameters_.curve(direction).value(input) + (branch.offset - branch.coefficient * phi);
 }
 
@@ -136,12 +136,12 @@ Branch ExponentialConvergence::virgin_branch() const {
   return {low.input, low.level, 0.0, 0.0, true};
 }
 
-// For a reversal at the present point:
+// For a reversal at the present point, computes
 //   [x_s - f_below(v_s)] / phi(d),   d from v_s to v_target
 //
-// In a tiny loop the distance between its two sides is lost in rounding. It is then computed from the
+// In a tiny loop the distance between its two sides is lost in rounding. The code then computes it from the
 // difference of their slopes, which is exact to the square of the loop's size. The virgin curve does not pass
-// through its target L_0, so that loops between the two are not tiny.
+// through its target L_0, so a loop between L_0 and the curve is never tiny.
 double ExponentialConvergence::added_coefficient(const HysteresisState& state, double offset,
                                                  double target) const {
   const std::size_t top = state.depth() - 1;

@@ -20,9 +20,9 @@
 //   S      = S_below e^{-k |v_s - v_below|} + [x_s - f_below(v_s)] / phi(|v_target - v_s|)
 //   phi(d) = -expm1(-k d) / k            phi(d) = d at k = 0
 //
-// `below` is the branch of the same direction that was broken at the target (c = S = 0 on a reference curve).
-// c and S are computed once, at the reversal.  Wiping out is a pop.
-// docs/theory/model.md contains the derivation.
+// `below` is the branch of the same direction that ended at the target (c = S = 0 on a reference curve). c
+// and S are computed once, at the reversal.  Wiping out pops branches. docs/theory/model.md contains the
+// derivation.
 //
 // With an input map h, all distances are d = |h(v) - h(v_s)|: convergence is fast where h is steep.
 //
@@ -30,11 +30,11 @@
 //
 //   sigma S e^{-k d} < f_0'(v) / h'(v)
 //
-// Every reversal checks this at the start of the branch.  That is sufficient if sigma (f_0' / h')' + k f_0'
-// >= 0; otherwise it is also checked where that expression changes its sign, and at the target.
-// Some branches cannot increase: a falling branch that leaves the virgin curve f_0^A near or below the output
-// of its target L_0 turns upwards for every k.  The model flags such a branch when it is used.  They do not
-// occur after the first visit to a threshold.
+// The model checks this at the start of the branch at every reversal. That is sufficient if sigma (f_0' /
+// h')' + k f_0' >= 0; otherwise the model also checks it where that expression changes its sign, and at the
+// target. Some branches cannot increase: a falling branch that leaves the virgin curve f_0^A near or below
+// the output of its target L_0 turns upwards for every k. The model flags such a branch when it uses the
+// branch. This cannot happen after the first visit to a threshold.
 #pragma once
 
 #include <cstdint>
@@ -97,8 +97,8 @@ extern template class MemoryModel<ExponentialConvergence>;
 /// The model holds its parameters, which are checked once. The memory is in the HysteresisState that the
 /// caller passes.
 ///
-/// The functions are those of MemoryModel, with outputs that are shown through the output map of a butterfly.
-/// There, only outputs from the valley on are in reach: inverse() gives the input beyond the valley.
+/// The functions are the functions of MemoryModel, with every output mapped by the output map of a butterfly.
+/// A butterfly can reach only outputs beyond its valley: inverse() gives the input beyond the valley.
 class Hysteresis : private MemoryModel<ExponentialConvergence> {
   using Levels = MemoryModel<ExponentialConvergence>;
 
@@ -118,8 +118,8 @@ class Hysteresis : private MemoryModel<ExponentialConvergence> {
   /// (model/validity.h).
   explicit Hysteresis(HysteresisParameters parameters);
 
-  /// For studies beyond that limit (Fig. 6c and d of the paper): the curves are checked, the branches are
-  /// not. Where `increasing` is false, the inverse is not reliable.
+  /// For studies beyond that limit (Fig. 6c and d of the paper): checks the curves, but not the branches. The
+  /// inverse is not reliable if `increasing` is false.
   static Hysteresis beyond_limit(HysteresisParameters parameters);
 
   Interval output_range() const { return shown(Levels::output_range()); }

@@ -14,7 +14,7 @@
 
 namespace hystcan::model {
 
-/// True: x(v) = x(-v).
+/// True if x(v) = x(-v).
 template <class Model>
 bool is_even(const Model& model) {
   if constexpr (requires { model.symmetry(); })
@@ -23,7 +23,7 @@ bool is_even(const Model& model) {
     return false;
 }
 
-/// A limited value is not an error: the result contains the value and the reason.
+/// Result of a model call. A limited value is not an error: the result contains the value and the reason.
 struct Prediction {
   double value = 0.0;      ///< output of forward() and advance(), input of inverse()
   bool saturated = false;  ///< the request was out of reach; the nearest reachable value was used
@@ -34,11 +34,11 @@ struct Prediction {
 template <class M>
 concept HysteresisOperator = requires(const M& model, const typename M::State& state,
                                       typename M::State& moved, double number, std::span<char> text) {
-  { model.kind() } -> std::convertible_to<std::string_view>;      // as in a model file
-  { model.fingerprint() } -> std::same_as<std::uint64_t>;         // of all parameters
+  { model.kind() } -> std::convertible_to<std::string_view>;      // the name in a model file
+  { model.fingerprint() } -> std::same_as<std::uint64_t>;         // identifies all parameters
   { model.input_range() } -> std::convertible_to<Interval>;       // thresholds, input units
-  { model.virgin(number) } -> std::same_as<typename M::State>;    // empty memory, at this input
-  { model.reachable(state) } -> std::same_as<Interval>;           // outputs within reach from here
+  { model.virgin(number) } -> std::same_as<typename M::State>;    // empty memory at this input
+  { model.reachable(state) } -> std::same_as<Interval>;           // outputs that this state can reach
   { model.forward(state, number) } -> std::same_as<Prediction>;   // the output that this input would give
   { model.inverse(state, number) } -> std::same_as<Prediction>;   // the input that would give this output
   { model.advance(moved, number) } -> std::same_as<Prediction>;   // applies this input
@@ -49,8 +49,8 @@ concept HysteresisOperator = requires(const M& model, const typename M::State& s
 
 struct Tally {
   std::size_t rows = 0;
-  std::size_t saturated = 0;       ///< out of reach, replaced by the edge
-  std::size_t not_increasing = 0;  ///< on a branch that does not increase
+  std::size_t saturated = 0;       ///< requests out of reach, replaced by the nearest reachable value
+  std::size_t not_increasing = 0;  ///< rows on a branch that does not increase
 
   void count(const Prediction& step) {
     ++rows;

@@ -12,7 +12,7 @@
 
 namespace hystcan::model {
 
-/// The identified numbers that a model file contains. k is in 1/input unit, of either sign.
+/// The identified numbers of a model file. k is in 1/input unit and has either sign.
 struct HysteresisParameters {
   std::string input_unit;
   std::string output_unit;
@@ -21,9 +21,10 @@ struct HysteresisParameters {
   double k_ascending = 0.0;
   double k_descending = 0.0;
   Symmetry symmetry = Symmetry::none;
-  std::optional<OutputMap> output_map{};  ///< of a butterfly; the curves are then those of m
-  /// h: a branch converges with the distance |h(v) - h(v_s)|, so that the rate at v is k h'(v).
-  /// None: h(v) = v.
+  /// Only for a butterfly: maps m to the output. The curves are then the curves of m.
+  std::optional<OutputMap> output_map{};
+  /// h: a branch converges with the distance |h(v) - h(v_s)|, so that the rate at v is k h'(v). `nullopt`
+  /// means h(v) = v.
   std::optional<CubicSpline> input_map{};
 
   const Interval& input_range() const { return ascending.domain(); }
@@ -37,32 +38,32 @@ struct HysteresisParameters {
   double stretch(double v) const { return input_map ? input_map->slope(v) : 1.0; }              ///< h'
   Point lower_point() const { return {input_range().lo, descending.value(input_range().lo)}; }  ///< L_0
   Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }   ///< U_0
-  /// Output where a curve has this value.
+  /// Returns the output for this level of a branch.
   double output(double level) const { return output_map ? output_map->value(level) : level; }
-  /// Outputs from the one of `low` to the one of `high`, without what lies before a butterfly's valley.
+  /// Returns the outputs from output(low) to output(high), without the part before a butterfly's valley.
   Interval outputs(double low, double high) const {
     return output_map ? output_map->beyond_valley({low, high}) : Interval{low, high};
   }
-  /// From L_0 to U_0.
+  /// Outputs from L_0 to U_0.
   Interval output_range() const { return outputs(lower_point().level, upper_point().level); }
 };
 
 /// Adds all parameters except the two k.
 void add_curves(Fingerprint& sum, const HysteresisParameters& parameters);
 
-/// Models without memory, most of them made from the reference curves. The full model is compared with them.
+/// Models without memory, for comparison with the full model.
 ///
-/// All are hysteresis models whose ascending and descending reference curves coincide. Every branch lies on
+/// Each is a hysteresis model whose ascending and descending reference curves coincide. Every branch follows
 /// this curve, so that no memory is needed.
 ///
-/// The paper's average model: the mean of the two reference curves, (f_0^A + f_0^D) / 2.
+/// Returns the paper's average model: the mean of the two reference curves, (f_0^A + f_0^D) / 2.
 HysteresisParameters average(const HysteresisParameters& parameters);
 
-/// The straight line from the lower convergence point to the upper threshold point.
+/// Returns the straight line from the lower convergence point to the upper threshold point.
 HysteresisParameters straight_line(const HysteresisParameters& parameters);
 
-/// The straight line from the lowest output at the lowest input to the highest at the highest, where nothing
-/// else is known.
+/// Returns the straight line from (input.lo, output.lo) to (input.hi, output.hi), for an actuator of which
+/// only the ranges are known.
 HysteresisParameters straight_line(const std::string& input_unit, const std::string& output_unit,
                                    Interval input, Interval output);
 

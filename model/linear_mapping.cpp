@@ -24,7 +24,7 @@ Branch AffineMap::joined(Point start, Point target, Direction direction) const {
   const ReferenceCurve& reference = parameters_.curve(direction);
   const double start_value = reference.value(start.input);
   const double rise = reference.value(target.input) - start_value;
-  const bool rises = sign(direction) * rise > 0.0;  // false in a loop as small as rounding
+  const bool rises = sign(direction) * rise > 0.0;  // false if the loop is as small as rounding
   const double b = rises ? (target.level - start.level) / rise : 0.0;
   return {start.input, start.level, start.level - b * start_value, b, b > 0.0};
 }

@@ -5,7 +5,7 @@
 //
 // f_0 is the reference curve of the branch's direction.  The branch passes through both ends, but between
 // them it can leave the surrounding loop: the inner branches of a strongly bent curve cross the outer ones.
-// The recursive model avoids this.  The linear mapping model is here as a baseline for comparison.
+// The recursive model avoids this.  The linear mapping model is a baseline for comparison.
 #pragma once
 
 #include <cstdint>

@@ -1,14 +1,14 @@
-// The memory of an actuator: its turning points, and the branches that were broken at them.
+// The memory of an actuator: its turning points, and the branches that ended at them.
 //
 // Branches b_0, b_1, ... alternate in direction; the path is on the last one.  b_0 starts at a threshold
 // point and targets the opposite one.  b_j targets the start of b_{j-1}; `below` it is b_{j-2}, the branch of
-// the same direction that was broken at the target.  When the path reaches the target of b_m, b_m and b_{m-1}
-// are popped (wiping out), and the path continues on b_{m-2} (curve alignment).  At a threshold a single
-// branch remains, which starts there.
+// the same direction that ended at the target.  When the path reaches the target of b_m, b_m and b_{m-1} are
+// popped (wiping out), and the path continues on b_{m-2} (curve alignment).  At a threshold only one branch
+// is left; it starts at that threshold.
 //
-// A branch is a function from the input to the level. The level is the output of the model; only in a
-// butterfly the output is a map of the level (model/output_map.h). Memory, laws and memory files know the
-// level alone.
+// A branch is a function from the input to the level. The level is the output of the model, except in a
+// butterfly: there the output is a map of the level (model/output_map.h). Memory, laws and memory files
+// contain only the level.
 #pragma once
 
 #include <array>
@@ -40,7 +40,7 @@ struct Branch {
   bool increasing = true;  ///< according to the check of the model's law
 };
 
-/// A stack that allocates only at construction. Its copies keep the capacity.
+/// A stack of branches that allocates only at construction. A copy keeps the capacity.
 class BranchStack {
  public:
   explicit BranchStack(std::size_t capacity = 0) : slots_(capacity) {}
@@ -60,8 +60,8 @@ class BranchStack {
   std::size_t size_ = 0;
 };
 
-/// Where b_0 starts. For `virgin`, b_0 is the ascending reference curve f_0^A itself. Its start is L_0, the
-/// target of the falling branches; L_0 does not lie on the curve.
+/// Start of b_0. For `virgin`, b_0 is the ascending reference curve f_0^A itself. Its start_input and
+/// start_level are those of L_0, the target of the falling branches, although L_0 is not on the curve.
 enum class Origin { virgin, lower_threshold, upper_threshold };
 constexpr auto words(Origin) {
   return std::to_array<std::string_view>({"virgin", "lower-threshold", "upper-threshold"});
@@ -74,19 +74,19 @@ struct Point {
 
 /// The whole memory of the actuator.
 ///
-/// When the memory is full, a reversal makes no new branch. The path goes backwards on the innermost branch
-/// and leaves it through its start into the branch that was broken there: the new turning point is merged
+/// When the memory is full, a reversal adds no branch. Instead, the path moves backwards on the innermost
+/// branch, passes its start and continues on the branch that ended there: the new turning point is merged
 /// with the innermost one. The path stays continuous and increasing; only the loop that would have opened
-/// inside the innermost one is lost. `merged` counts the steps that were taken in this way.
+/// inside the innermost one is lost. `merged` counts the steps taken in this way.
 struct HysteresisState {
   BranchStack branches;  ///< the capacity is fixed at construction
   Origin origin = Origin::virgin;
   double input = 0.0;   ///< |v| if symmetry is even
-  double level = 0.0;   ///< on the branch
-  double output = 0.0;  ///< the level, or its map
+  double level = 0.0;   ///< level of the present point on its branch
+  double output = 0.0;  ///< equals `level`, or its map in a butterfly
   std::size_t merged = 0;
-  std::array<Point, 2>
-      passed{};  ///< the points before the present one, latest first: the inverse starts from them
+  /// The points before the present one, latest first: the inverse starts from them.
+  std::array<Point, 2> passed{};
 
   std::size_t depth() const { return branches.size(); }
   Direction direction() const { return direction(depth() - 1); }
@@ -96,14 +96,14 @@ struct HysteresisState {
   }
 };
 
-/// A memory as a list of turning points, outermost first, without the threshold where it began. This is the
-/// content of a memory file. Each turning point lies strictly between the two before it (the first ones
-/// between the thresholds).
+/// A memory as a list of turning points, outermost first, without the threshold where it began. A memory file
+/// contains the same fields. Each turning point is strictly between the two before it (the first ones between
+/// the thresholds).
 struct TurningPoints {
   Origin origin = Origin::virgin;
-  std::vector<double> inputs;  ///< of the turning points
-  std::vector<double> levels;  ///< at the turning points; if empty, the model computes them
-  double input = 0.0;          ///< at present, between the last turning point and its target
+  std::vector<double> inputs;  ///< inputs of the turning points
+  std::vector<double> levels;  ///< levels of the turning points; if empty, the model computes them
+  double input = 0.0;          ///< present input, between the last turning point and its target
   std::optional<double> level;
   std::size_t merged = 0;
 };

@@ -1,6 +1,7 @@
-// The memory-based framework (Bashash, Jalili 2006 to 2009).  The path turns, remembers the turning point,
-// targets the turning point before, and aligns with the branch that was broken there.  The Law defines the
-// shape of a branch between its start and its target; everything else is common to all laws and is here.
+// The memory-based framework (Bashash, Jalili 2006 to 2009).  When the path turns, the model remembers the
+// turning point. The new branch targets the turning point before it, and beyond the target the path aligns
+// with the branch that ended there. The Law defines the shape of a branch between its start and its target;
+// everything else is common to all laws and is in this class.
 //
 // A step costs O(1), amortised: turning points are ordered in input and in level, a reversal pushes one
 // branch, and reaching a target pops two.
@@ -23,36 +24,38 @@
 
 namespace hystcan::model {
 
-/// The shape of branches. Each branch is a function of the input that increases from its start to its target.
+/// The law of a model: the shape of its branches. Each branch is a function of the input that increases from
+/// its start to its target.
 template <class L>
 concept BranchLaw = requires(const L& law, const Branch& branch, const HysteresisState& state,
                              Direction direction, double v) {
-  typename L::Parameters;                                   // of which a law is made
-  { law.kind() } -> std::convertible_to<std::string_view>;  // as in a model file
-  { law.fingerprint() } -> std::same_as<std::uint64_t>;     // of all parameters
+  typename L::Parameters;                                   // what a law is constructed from
+  { law.kind() } -> std::convertible_to<std::string_view>;  // the name in a model file
+  { law.fingerprint() } -> std::same_as<std::uint64_t>;     // identifies all parameters
   { law.input_range() } -> std::convertible_to<Interval>;
   { law.symmetry() } -> std::same_as<Symmetry>;
   { law.threshold_branch(direction) } -> std::same_as<Branch>;  // from L_0 up, from U_0 down
-  { law.virgin_branch() } -> std::same_as<Branch>;              // the very first path; starts at L_0
-  { law.reversed(state) } -> std::same_as<Branch>;              // starting at the present point
+  { law.virgin_branch() } -> std::same_as<Branch>;              // the first path; starts at L_0
+  { law.reversed(state) } -> std::same_as<Branch>;              // the branch that starts at the present point
   { law.value(branch, direction, v) } -> std::same_as<double>;
   { law.jet(branch, direction, v) } -> std::same_as<Jet>;
-  // A Halley step below this value leaves only a rounding error; 0 if the slope has kinks.
+  // A Halley step shorter than this value leaves only a rounding error; 0 if the slope has kinks.
   { law.halley_tolerance() } -> std::same_as<double>;
 };
 
-/// A memory can't be restored: what() gives the reason, with actual and expected; `index`: turning point.
+/// Thrown if a memory cannot be restored. what() contains the reason with actual and expected values; `index`
+/// is the turning point.
 class MemoryError : public std::invalid_argument {
  public:
   MemoryError(std::size_t at, const std::string& what) : std::invalid_argument(what), index(at) {}
   std::size_t index;
 };
 
-/// The output of the model is the level of its branches.
+/// A model whose output is the level of its branches.
 ///
-/// forward() and inverse() do not change the memory; advance() does. None of them allocates, nor does save().
-/// A non-finite argument gives `finite = false`: forward() and inverse() return NaN; advance() changes
-/// nothing and returns the present output.
+/// forward() and inverse() do not change the memory; advance() does. None of these allocates, and save() does
+/// not either. A non-finite argument gives `finite = false`: forward() and inverse() return NaN; advance()
+/// leaves the memory unchanged and returns the present output.
 template <BranchLaw Law>
 class MemoryModel {
  public:
@@ -66,34 +69,34 @@ class MemoryModel {
 
   const Interval& input_range() const { return law_.input_range(); }
   Symmetry symmetry() const { return law_.symmetry(); }
-  /// [L_0, U_0]: the outputs that can be reached from every memory.
+  /// [L_0, U_0]: the outputs that every memory can reach.
   Interval output_range() const { return {lower_.start_level, upper_.start_level}; }
-  /// The outputs that can be reached from this state: inverse() returns them without saturation.
+  /// Returns the outputs that this state can reach: inverse() returns an input for each without saturation.
   Interval reachable(const State& state) const;
-  /// The same for an input limited to `inputs` (>= 0 if symmetry is even): the outputs at both ends.
+  /// Returns the outputs that this state can reach with an input in `inputs` (>= 0 if symmetry is even).
   Interval reachable(const State& state, Interval inputs) const;
 
-  /// An empty memory, at `input` on the initial ascending curve. `capacity`: branches, at least 4.
-  /// Throws std::invalid_argument if `input` lies outside the thresholds or the capacity is too small.
+  /// Returns an empty memory, at `input` on the initial ascending curve. `capacity`: branches, at least 4.
+  /// Throws std::invalid_argument if `input` is outside the thresholds or the capacity is too small.
   State virgin(double input, std::size_t capacity = default_capacity) const;
-  /// At a threshold point: everything before it is wiped out.
+  /// Returns the memory at a threshold point, where all earlier turning points are wiped out.
   State at_lower_threshold(std::size_t capacity = default_capacity) const;
   State at_upper_threshold(std::size_t capacity = default_capacity) const;
-  /// An explicit or a saved memory. Saved levels are restored to the bit.
-  /// Throws MemoryError if the points are not nested, lie outside the thresholds, are too many for
-  /// `capacity`, or have levels that differ from this model's (by more than 1e-9 of their range).
+  /// Returns the memory with these turning points. Saved levels are restored to the bit. Throws MemoryError
+  /// if the points are not nested, are outside the thresholds, are too many for `capacity`, or have levels
+  /// that differ from this model's (by more than 1e-9 of their range).
   State remembering(const TurningPoints& points, std::size_t capacity = default_capacity) const;
 
   /// Returns the output that `input` would give.
   Prediction forward(const State& state, double input) const;
   /// Returns the input (>= 0 if symmetry is even) that would give `output`:
   ///   forward(state, inverse(state, x).value).value = x
-  /// If `output` is out of reach, it is the input of the nearest output within reach.
+  /// If `output` is out of reach, returns the input of the nearest reachable output.
   Prediction inverse(const State& state, double output) const;
-  /// Applies `input`: turning points are remembered, closed loops are wiped out.
+  /// Applies `input`: remembers turning points and wipes out closed loops.
   Prediction advance(State& state, double input) const;
 
-  /// The memory as a TOML table (model/memory_text.h); empty if the buffer is too small. A buffer of
+  /// Returns the memory as a TOML table (model/memory_text.h); empty if the buffer is too small. A buffer of
   /// saved_size(capacity) is always large enough.
   std::string_view save(const State& state, std::span<char> buffer) const;
   static constexpr std::size_t saved_size(std::size_t capacity = default_capacity) {
@@ -125,7 +128,7 @@ class MemoryModel {
 
   Law law_;
   Branch lower_, upper_;     // the branches that start at L_0 and at U_0
-  RootTolerance tolerance_;  // of the inverse
+  RootTolerance tolerance_;  // tolerance of the inverse
 };
 
 }  // namespace hystcan::model

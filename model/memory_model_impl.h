@@ -1,4 +1,4 @@
-// The definitions of MemoryModel, only for the source files that instantiate it.
+// The definitions of MemoryModel. Include it only in a source file that instantiates MemoryModel.
 #pragma once
 
 #include <algorithm>
@@ -12,17 +12,17 @@
 
 namespace hystcan::model {
 
-/// A part of the path on one branch, and the change of the memory when the path takes it.
+/// A part of the path on one branch, and the change of the memory when the path takes this part.
 template <BranchLaw Law>
 struct MemoryModel<Law>::Segment {
   Branch branch;
-  Direction direction = Direction::ascending;  // of the branch
-  double begin = 0.0;                          // input of a point of the branch, at or before the goal
-  const Branch* end = nullptr;                 // its start is a point of the branch at or beyond the goal
-  std::size_t kept = 0;                        // branches that stay, with the one in use unless it is new
-  bool is_new = false;                         // the branch starts at the present point
-  bool backwards = false;                      // the memory is full
-  const Branch* passed = nullptr;              // its start is the last turning point that was reached
+  Direction direction = Direction::ascending;
+  double begin = 0.0;              // input of a point of the branch, at or before the goal
+  const Branch* end = nullptr;     // its start is a point of the branch at or beyond the goal
+  std::size_t kept = 0;            // kept branches, including the one in use unless it is new
+  bool is_new = false;             // the branch starts at the present point
+  bool backwards = false;          // the memory is full: the path moves backwards on the branch
+  const Branch* passed = nullptr;  // its start is the last turning point that was reached
 };
 
 template <BranchLaw Law>
@@ -89,7 +89,7 @@ void MemoryModel<Law>::put(State& state, double input, double level) {
   state.level = state.output = level;
 }
 
-// The target of branch `index`, as the branch that starts there.
+// Returns the target of branch `index`: the branch that starts at the target.
 template <BranchLaw Law>
 const Branch& MemoryModel<Law>::target(const State& state, std::size_t index) const {
   if (index > 0) return state.branches[index - 1];
@@ -107,7 +107,7 @@ void MemoryModel<Law>::go_to(State& state, std::size_t index, const char* what, 
   put(state, input, law_.value(state.branches.back(), state.direction(), input));
 }
 
-// Restores a saved level; throws if this model gives another one.
+// Restores a saved level; throws if this model computes a different level.
 template <BranchLaw Law>
 void MemoryModel<Law>::restore_level(State& state, std::size_t index, double level) const {
   const double tolerance = 1e-9 * (upper_.start_level - lower_.start_level);
@@ -138,8 +138,8 @@ HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::
   return state;
 }
 
-// Searches the memory by input (forward) or by level (inverse): turning points are ordered in both. `to`
-// lies strictly between the thresholds and differs from `from`.
+// Searches the memory by input (forward) or by level (inverse): turning points are ordered in both. `to` must
+// be strictly between the thresholds and differ from `from`.
 template <BranchLaw Law>
 template <double Branch::*axis>
 typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, double from,
@@ -174,8 +174,8 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   return segment;
 }
 
-// True if `to` lies between the present point and the target of the present branch, by input or by level.
-// This holds for most steps.
+// True if `to` is between the present point and the target of the present branch, by input or by level. Most
+// steps are of this kind.
 template <BranchLaw Law>
 template <double Branch::*axis>
 bool MemoryModel<Law>::stays_on_branch(const State& state, double from, double to) const {
@@ -212,7 +212,7 @@ inline Prediction MemoryModel<Law>::advance(State& state, double input) const {
   return step;
 }
 
-// The step turns, reaches a target, or has nowhere to go.
+// Handles the steps that turn, reach a target, or cannot move at all.
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::advance_past(State& state, double input) const {
   if (!std::isfinite(input)) return {state.level, false, state.branches.back().increasing, false};
@@ -265,8 +265,8 @@ Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
   return {input, false, segment.branch.increasing, true};
 }
 
-// The input where a parabola v(x) through the present point and the two before it has this level. A path
-// turns seldom; where it has turned since, the guess is poor and costs one evaluation.
+// Returns the input at which a parabola v(x) through the present point and the two before it has this level.
+// After a turn the guess is poor and costs one more evaluation, but a path seldom turns.
 template <BranchLaw Law>
 double MemoryModel<Law>::extrapolated(const State& state, double level) {
   const auto& [before, first] = state.passed;
@@ -277,8 +277,8 @@ double MemoryModel<Law>::extrapolated(const State& state, double level) {
   return state.input + (level - state.level) * (step / rise + bend * (level - before.level));
 }
 
-// The input between `begin` and the start of `end`. It is the latter where the levels differ by rounding, so
-// that rounding alone makes no turning point.
+// Returns the input between `begin` and the start of `end`. Returns the start of `end` if the levels differ
+// only by rounding, so that rounding alone makes no turning point.
 template <BranchLaw Law>
 double MemoryModel<Law>::solve(const Branch& branch, Direction direction, double begin, const Branch& end,
                                double guess, double level) const {

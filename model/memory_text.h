@@ -1,5 +1,5 @@
-// How a memory is saved: as a [memory] table (TOML) in a fixed buffer, without allocating. Numbers have
-// enough digits to restore the same bits. The fingerprint (model/fingerprint.h) identifies the model.
+// Writes a memory as a [memory] table (TOML) into a fixed buffer, without allocating. Numbers have enough
+// digits to restore the same bits. The fingerprint (model/fingerprint.h) identifies the model.
 //
 //   [memory]
 //   kind = "recursive-memory"
@@ -21,7 +21,7 @@ namespace hystcan::model {
 
 class MemoryText {
  public:
-  /// The largest size of one number with its comma. The rest of the table needs less than 400 characters.
+  /// Maximum size of one number with its comma. The rest of the table needs less than 400 characters.
   static constexpr std::size_t number_size = 26;
 
   MemoryText(std::span<char> buffer, std::string_view kind, std::uint64_t fingerprint) : buffer_(buffer) {
@@ -51,7 +51,7 @@ class MemoryText {
     append(std::string_view(digits, static_cast<std::size_t>(end - digits)));
     append("\n");
   }
-  /// `number_of(element)` is the number to write.
+  /// Writes a list; `number_of(element)` returns the number to write for an element.
   template <class Range, class NumberOf>
   void list(std::string_view key, const Range& range, NumberOf number_of) {
     begin(key);
@@ -65,7 +65,7 @@ class MemoryText {
     append("]\n");
   }
 
-  /// The written text; empty if the buffer was too small.
+  /// Returns the written text; empty if the buffer was too small.
   std::string_view text() const {
     return fits_ ? std::string_view(buffer_.data(), size_) : std::string_view();
   }

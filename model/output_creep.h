@@ -1,19 +1,19 @@
-// Creep behind a hysteresis: the part of the output that comes late, logarithmic in time.
+// Creep behind a hysteresis: the part of the output that arrives late, logarithmic in time.
 //
-//   h          output of the hysteresis, at once
+//   h          output of the hysteresis
 //   x          output of the actuator
 //   tau_i      lags of the creep, from from_s on, two in each decade, i = 1 .. n
-//   w          weight, the same for all: per_decade / 2
+//   w          weight, the same for all lags: per_decade / 2
 //
 //   x = h + w sum_i (y_i - h),   y_i' = (h - y_i) / tau_i
 //
-// An output that is held long enough is h: the creep is what has not come yet. From rest at zero, a step of h
-// gives
+// If the output is held long enough, x reaches h: creep is the part of h that has not arrived yet. From rest
+// at zero, a step of h gives
 //
 //   x(t) = h [1 - w sum_i e^{-t / tau_i}]
 //
-// which increases by 2 w h in each decade of time between the lags. y_i does not depend on h of the same
-// moment, so that the inverse is exact:
+// which increases by 2 w h in each decade of time between the lags. y_i(t) does not depend on h(t), so that
+// the inverse is exact:
 //
 //   h = (x - w sum_i y_i) / (1 - n w)
 //
@@ -36,29 +36,29 @@ class OutputCreep {
   };
   using State = std::vector<double>;  ///< y_i, output units
 
-  /// Without creep: x = h.
+  /// Constructs an OutputCreep without creep: x = h.
   OutputCreep() = default;
   /// Throws std::invalid_argument if a number is not finite, if not 0 < from_s <= to_s, if there are more
-  /// than most_lags, or if less than half of the output comes at once (n w > 1/2).
+  /// than most_lags lags, or if less than half of the output arrives immediately (n w > 1/2).
   explicit OutputCreep(const Config& config);
   explicit OutputCreep(const std::optional<Config>& config)
       : OutputCreep(config ? OutputCreep(*config) : OutputCreep()) {}
 
-  /// After h was held for a very long time.
+  /// Returns the state after h was held for a very long time.
   State settled(double h) const { return State(rates_per_s_.size(), h); }
 
-  // A state belongs to the same Config. None of these allocates.
+  // A state must belong to the same Config. None of the following functions allocates.
   void settle(State& state, double h) const { state.assign(rates_per_s_.size(), h); }
   double output(const State& state, double h) const;   ///< x
   double inverse(const State& state, double x) const;  ///< h
-  /// Holds h for dt_s. An h that is not finite changes nothing.
+  /// Holds h for dt_s. An h that is not finite leaves the state unchanged.
   void advance(State& state, double h, double dt_s) const;
 
   std::size_t lags() const { return rates_per_s_.size(); }
-  double at_once() const { return at_once_; }                              ///< 1 - n w
+  double at_once() const { return at_once_; }                              ///< immediate share, 1 - n w
   double weight() const { return weight_; }                                ///< w
   const std::vector<double>& rates_per_s() const { return rates_per_s_; }  ///< 1 / tau_i
-  /// Amplitude of x for a sine of h of amplitude 1.
+  /// Returns the amplitude of x for a sine of h with amplitude 1.
   double amplitude_at(double frequency_Hz) const;
 
   static constexpr std::size_t most_lags = 32;
@@ -75,27 +75,27 @@ class OutputCreep {
 ///   h(t) = h_n   for t_n <= t < t_{n+1}
 ///   x_n  = h_n + w sum_i (y_i(t_n) - h_n)
 ///
-/// The inverse gives h_n for x_n, before the row's h is known. Times increase; steps may differ. The first
-/// row is settled, unless a state of earlier rows is given.
+/// inverse() returns h_n for x_n before h_n is known. Times must increase; steps may differ. The first row is
+/// settled unless a state of earlier rows is given.
 class HeldCreep {
  public:
   struct State {
     OutputCreep::State creep;
-    double h = 0.0;                  ///< of the last row
-    std::optional<double> time_s{};  ///< of the last row; none: the creep is that of the next row
+    double h = 0.0;                  ///< h of the last row
+    std::optional<double> time_s{};  ///< time of the last row; `nullopt`: `creep` belongs to the next row
   };
 
   explicit HeldCreep(OutputCreep creep, std::optional<State> start = {});
 
-  // Each row calls hold_until(), then perhaps inverse(), then follow(). None of them allocates after the
+  // In each row, call hold_until(), then inverse() if needed, then follow(). None of them allocates after the
   // first row.
-  /// Holds h until the time of the row, which is later than that of the row before.
+  /// Holds h until the time of the row, which must be later than the time of the row before.
   void hold_until(double time_s);
   double inverse(double x) const;  ///< h
-  /// The row has this h. Returns x.
+  /// Sets h of the row. Returns x.
   double follow(double h);
 
-  /// None before the first row.
+  /// `nullopt` before the first row.
   const std::optional<State>& state() const { return state_; }
   const OutputCreep& creep() const { return creep_; }
 

@@ -11,7 +11,8 @@ namespace {
 
 constexpr int scanned = 1000;  // steps over the range
 
-// m where the slope changes its sign, between two inputs with slopes below and above zero.
+// Returns the m where the slope changes its sign. The slope must be below zero at `lo` and above zero at
+// `hi`.
 double zero_of_slope(const ReferenceCurve& series, double lo, double hi) {
   for (int i = 0; i < 100; ++i) {
     const double middle = lo + (hi - lo) / 2.0;
@@ -43,7 +44,7 @@ Interval OutputMap::beyond_valley(Interval m) const {
   return {value(std::max(m.lo, valley_)), value(std::max(m.hi, valley_))};
 }
 
-// The start is the root of a parabola.
+// The search starts at the root of a parabola.
 Prediction OutputMap::inverse(double output) const {
   const double lo = valley_, hi = inner().hi;
   const double least = value(lo), most = value(hi);

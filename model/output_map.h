@@ -1,9 +1,9 @@
-// The output of a butterfly. Strain does not tell the two directions of a magnetisation or polarisation m
-// apart: it falls to a valley and rises from there. m itself is a recursive memory-based model of the input,
-// with a coercivity that the fold x(v) = x(-v) does not have.
+// The output of a butterfly. Strain is the same for both directions of a magnetisation or polarisation m: as
+// m increases, the strain falls to a valley and rises from there. m itself is a recursive memory-based model
+// of the input, with a coercivity that the fold x(v) = x(-v) cannot represent.
 //
 //   m = H[v]        increases with the input, with memory
-//   x = g(m)        falls as far as the valley, rises beyond it
+//   x = g(m)        falls to the valley, then rises
 #pragma once
 
 #include <vector>
@@ -16,18 +16,18 @@ namespace hystcan::model {
 class OutputMap {
  public:
   /// A Chebyshev series on `inner`, the range of m. Throws std::invalid_argument if it does not rise at its
-  /// end, or if it has another valley, or a crest.
+  /// upper end, or if it has a second valley or a crest.
   OutputMap(const std::vector<double>& coefficients, Interval inner);
 
   double value(double m) const { return series_.value(m); }
   double slope(double m) const { return series_.slope(m); }
-  /// m where x is least; the lower end of the range if x only rises.
+  /// The m with the lowest x; the lower end of the range if x only rises.
   double valley() const { return valley_; }
-  /// Outputs where m goes from `m.lo` to `m.hi`, without what lies before the valley.
+  /// Returns the outputs for m from `m.lo` to `m.hi`, without the part before the valley.
   Interval beyond_valley(Interval m) const;
 
-  /// m beyond the valley. value() of it is `output` to rounding. Saturated: the output lies below the valley
-  /// or above the upper end, and m is there.
+  /// Returns the m beyond the valley with value(m) = `output`, to rounding. Saturated: the output is below
+  /// the valley or above the upper end, and the returned m is the valley or the upper end.
   Prediction inverse(double output) const;
 
   const std::vector<double>& coefficients() const { return series_.coefficients(); }

@@ -44,7 +44,7 @@ void check_thresholds(const std::vector<double>& thresholds) {
   }
 }
 
-// W_0, ..., W_m.
+// Returns the slopes W_0, ..., W_m.
 std::vector<double> slopes_of(double gain, const std::vector<double>& weights) {
   if (!std::isfinite(gain) || gain <= 0) refuse("gain = ", gain, ", expected a positive number");
   std::vector<double> slopes{gain};
@@ -74,7 +74,7 @@ auto numbers(std::vector<double>& values) {
   return Eigen::Map<Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-// All plays at `input`, as an unevaluated expression: max(v - r, min(v + r, y)).
+// Returns all plays at `input`, as an unevaluated expression: max(v - r, min(v + r, y)).
 template <class Array>
 auto moved(const Array& plays, const Array& thresholds, double input) {
   return (input - thresholds).max((input + thresholds).min(plays));
@@ -165,7 +165,7 @@ double PrandtlIshlinskii::output_at(const State& state, double input) const {
   return (parameters_.offset + parameters_.gain * input) + (numbers(parameters_.weights) * plays).sum();
 }
 
-// Goes from kink to kink: x has slope W_i from the kink where play i starts to move.
+// Moves from kink to kink: x has slope W_i from the kink where play i starts to move.
 double PrandtlIshlinskii::input_at(const State& state, double output) const {
   const double direction = output > state.output ? 1.0 : -1.0;
   double input = state.input, reached = state.output;

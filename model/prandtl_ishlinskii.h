@@ -1,5 +1,5 @@
 // Prandtl-Ishlinskii model: a weighted sum of play operators, with its analytic inverse. A baseline for
-// comparison: its loops are symmetrical, congruent and independent of their place in the range.
+// comparison: its loops are symmetrical and congruent, and do not depend on their position in the range.
 //
 //   v in [v_lo, v_hi]      input
 //   x                      output
@@ -12,8 +12,8 @@
 //
 // Inverse.  Plays are nested: with y_0 = v and r_0 = 0, y_i is the play of threshold r_i - r_{i-1} of
 // y_{i-1}, so that |y_i - y_{i-1}| <= r_i - r_{i-1}.  While v rises, the plays therefore start to move in the
-// order of i: play i at v = y_i + r_i, when all earlier plays already move at y_j = v - r_j.  From there on
-// x has slope W_i.  (Falling: the same with -r.)  Written in x, play i starts to move at
+// order of i: play i at v = y_i + r_i, when all earlier plays already move at y_j = v - r_j.  From there on x
+// has slope W_i.  (Falling: the same with -r.)  Expressed in x, play i starts to move at
 //
 //   x - x_0 = y'_i + r'_i,     y'_i = W_i y_i + sum_{j>i} w_j y_j,     r'_i = sum_{j<i} w_j (r_i - r_j)
 //
@@ -23,8 +23,8 @@
 //   v = w'_0 (x - x_0) + sum_i w'_i y'_i
 //   w'_0 = 1 / w_0,     w'_i = 1 / W_i - 1 / W_{i-1} = -w_i / (W_i W_{i-1})
 //
-// inverse() evaluates it from the present (v, x) outwards, from one kink to the next. It does not use the
-// products w'_i y'_i, which are large and cancel if a W_i is small. A small move passes few kinks.
+// inverse() starts at the present (v, x) and moves from one kink to the next. It avoids the products w'_i
+// y'_i, which are large and cancel if a W_i is small. A small move passes few kinks.
 //
 // P. Krejci, K. Kuhnen, "Inverse control of systems with hysteresis and creep", IEE Proc. Control Theory
 // Appl. 148(3), 2001.
@@ -41,7 +41,7 @@
 
 namespace hystcan::model {
 
-/// The identified numbers that a model file contains.
+/// The identified numbers of a model file.
 struct PrandtlIshlinskiiParameters {
   std::string input_unit;
   std::string output_unit;
@@ -60,7 +60,7 @@ struct PlayState {
 };
 
 /// The model holds its parameters, which are checked once. The memory is in the PlayState that the caller
-/// passes; this model must have made it.
+/// passes; a state must have been made by this model.
 ///
 /// forward() and inverse() do not change the memory; advance() does. None of them allocates; each costs O(m).
 /// Inputs outside input_range() and outputs outside reachable() are replaced by the edge and flagged
@@ -70,9 +70,9 @@ class PrandtlIshlinskii {
  public:
   using State = PlayState;
 
-  /// Throws std::invalid_argument, with the index, if a number is not finite, the range is not lo < hi, the
-  /// thresholds do not increase from zero or do not match the weights, or a W_i is not positive beyond
-  /// rounding: more than 1e-12 (w_0 + |w_1| + ... + |w_i|).
+  /// Throws std::invalid_argument, with the index, if a number is not finite, if the range is not lo < hi, if
+  /// the thresholds do not increase from zero or do not match the weights, or if a W_i is not above its
+  /// rounding error, 1e-12 (w_0 + |w_1| + ... + |w_i|).
   explicit PrandtlIshlinskii(PrandtlIshlinskiiParameters parameters);
 
   const PrandtlIshlinskiiParameters& parameters() const { return parameters_; }
@@ -80,14 +80,15 @@ class PrandtlIshlinskii {
   static constexpr std::string_view kind() { return "prandtl-ishlinskii"; }
   std::uint64_t fingerprint() const { return fingerprint_; }
 
-  /// Every play is centred: y_i = input. Throws std::invalid_argument if `input` lies outside the range.
+  /// Returns the state with every play centred: y_i = input. Throws std::invalid_argument if `input` is
+  /// outside the range.
   State virgin(double input) const;
-  /// A saved state. Throws std::invalid_argument, with the index, if it cannot belong to this model: another
-  /// number of plays, a number that is not finite, an input outside the range, or beyond rounding
+  /// Restores a saved state. Throws std::invalid_argument, with the index, if it cannot belong to this model:
+  /// a different number of plays, a number that is not finite, an input outside the range, or beyond rounding
   ///   |y_i - y_{i-1}| > r_i - r_{i-1}    (|y_i - input| > r_i implies this for some play up to i)
   State restore(double input, std::span<const double> plays) const;
 
-  /// The outputs that can be reached within the input range.
+  /// Returns the outputs that this state can reach within the input range.
   Interval reachable(const State& state) const;
   /// Returns the output that `input` would give.
   Prediction forward(const State& state, double input) const;
@@ -96,7 +97,8 @@ class PrandtlIshlinskii {
   /// Applies `input`.
   Prediction advance(State& state, double input) const;
 
-  /// A [memory] table of kind "prandtl-ishlinskii": input, output, plays. Empty if `text` is too small.
+  /// Writes a [memory] table of kind "prandtl-ishlinskii": input, output, plays. Empty if `text` is too
+  /// small.
   std::string_view save(const State& state, std::span<char> text) const;
 
  private:

@@ -73,8 +73,8 @@ double EverettLaw::weight_up_to(Cell v) const {
          v.fraction * v.fraction * on_diagonal(i);
 }
 
-// A cell off the diagonal is a square. In the triangular cell on the diagonal of column j, which lies
-// entirely in alpha' <= alpha, the share q (2 - q) of the weight has beta' <= beta.
+// A cell off the diagonal is a square. The cell on the diagonal of column j is a triangle. If it is entirely
+// in alpha' <= alpha, the share q (2 - q) of its weight has beta' <= beta.
 double EverettLaw::left_of(Cell alpha, Cell beta) const {
   const std::size_t i = alpha.index, j = beta.index;
   const double p = alpha.fraction, q = beta.fraction;
@@ -106,7 +106,7 @@ double EverettLaw::value(const Branch& branch, Direction direction, double input
          (direction == Direction::ascending ? moved + everett(input, s) : moved - everett(s, input));
 }
 
-// Rising: derivative of E(v, v_s) by its first argument. Falling: derivative of -E(v_s, v) by its second.
+// Rising: the derivative of E(v, v_s) by its first argument. Falling: of -E(v_s, v) by its second argument.
 double EverettLaw::slope(const Branch& branch, Direction direction, double input) const {
   const Cell v = cell(input), s = cell(branch.start_input);
   const std::size_t i = v.index, j = s.index;

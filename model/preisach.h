@@ -11,9 +11,8 @@
 //   falling    x_s - gain (v_s - v) - E(v_s, v)
 //
 //   E(alpha, beta) = weight of the relays (alpha', beta') with  beta <= beta' <= alpha' <= alpha
-//
-// Loops between the same inputs are congruent (Mayergoyz 1986).  Memory, wiping out and alignment are those
-// of every memory-based model.
+// Loops between the same inputs are congruent (Mayergoyz 1986).  Memory, wiping out and alignment are the
+// same as in every memory-based model.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +33,7 @@ struct PreisachParameters {
   std::vector<double> weights;  ///< w_00, w_10, w_11, w_20, ...: N (N + 1) / 2 of them, output units, >= 0
 };
 
-/// The law of a branch; Branch::offset and Branch::coefficient are not used.
+/// The law of a branch. It does not use Branch::offset and Branch::coefficient.
 class EverettLaw {
  public:
   using Parameters = PreisachParameters;
@@ -58,7 +57,7 @@ class EverettLaw {
  private:
   struct Cell {
     std::size_t index = 0;  // row or column
-    double fraction = 0.0;  // position inside it, 0 to 1
+    double fraction = 0.0;  // position inside the cell, 0 to 1
   };
   Cell cell(double input) const;
   double below(std::size_t rows, std::size_t columns) const { return below_[rows * (levels_ + 1) + columns]; }

@@ -52,7 +52,7 @@ std::vector<double> chebyshev_from_power(const std::vector<double>& power, const
   return doubles(sum);
 }
 
-// Clenshaw's recurrence with polynomials in place of numbers: b_j = c_j + 2 s b_{j+1} - b_{j+2}.
+// Clenshaw's recurrence with polynomials instead of numbers: b_j = c_j + 2 s b_{j+1} - b_{j+2}.
 std::vector<Extended> power_from_chebyshev(const std::vector<double>& c) {
   const std::size_t n = c.size();
   std::vector<Extended> b1(n + 1), b2(n + 1), b0(n + 1);
@@ -147,7 +147,8 @@ ReferenceCurve ReferenceCurve::with(const std::vector<double>& coefficients) con
   return {Basis::chebyshev, coefficients, domain_};
 }
 
-// The grid is even in F(v), half of which grows evenly with v and half with the pieces of the spline.
+// The grid is even in F(v). Half of F grows evenly with v; the other half grows by the same amount in each
+// piece of the spline.
 std::vector<double> grid_of(Interval range, const std::vector<double>& knots, std::size_t steps) {
   std::vector<double> inputs{range.lo}, share{0.0};
   const double pieces = knots.empty() ? 0.0 : static_cast<double>(knots.size() - 1);

@@ -24,16 +24,15 @@ enum class Basis { power, chebyshev, spline };
 constexpr auto words(Basis) { return std::to_array<std::string_view>({"power", "chebyshev", "spline"}); }
 
 /// A Chebyshev series on s in [-1, 1]. It is evaluated as a polynomial in s, four terms at a time, if that
-/// loses less than four bits of accuracy: if the sum of the |coefficients| of s^j is at most 16 times that of
-/// the T_j. Otherwise Clenshaw's recurrence is used; it is slower, but as well conditioned at order 20 as at
-/// order 1.
+/// loses less than four bits of accuracy: if sum |coefficients of s^j| <= 16 sum |coefficients of T_j|.
+/// Otherwise Clenshaw's recurrence is used; it is slower, but as well conditioned at order 20 as at order 1.
 class ChebyshevSeries {
  public:
   explicit ChebyshevSeries(std::vector<double> coefficients);
 
   double operator()(double s) const { return powers_.empty() ? clenshaw(s) : in_powers(s); }
   const std::vector<double>& coefficients() const { return chebyshev_; }
-  const std::vector<double>& powers() const { return powers_; }  ///< of s^0, s^1, ...; empty or 4 n numbers
+  const std::vector<double>& powers() const { return powers_; }  ///< factors of s^0, s^1, ...; empty or 4 n
   ChebyshevSeries derivative(double ds_dv) const;
 
  private:
@@ -61,14 +60,14 @@ class ChebyshevSeries {
 /// T_j are the Chebyshev polynomials of the first kind.
 class ReferenceCurve {
  public:
-  /// Zero on [0, 1], a placeholder. No Hysteresis accepts it.
+  /// A placeholder: zero on [0, 1]. No Hysteresis accepts it.
   ReferenceCurve() : ReferenceCurve(Basis::power, {0.0}, {0.0, 1.0}) {}
 
-  /// A polynomial. `coefficients` of v^0, v^1, ... (power) or of T_0, T_1, ... (chebyshev).
+  /// Constructs a polynomial. `coefficients` multiply v^0, v^1, ... (power) or T_0, T_1, ... (chebyshev).
   /// Throws std::invalid_argument if they are empty, more than 33 or not finite, or if not lo < hi.
   ReferenceCurve(Basis basis, const std::vector<double>& coefficients, Interval domain);
 
-  /// Throws std::invalid_argument if a coefficient is not finite, or if the knots do not lie in the interval.
+  /// Throws std::invalid_argument if a coefficient is not finite, or if the knots are outside the interval.
   ReferenceCurve(CubicSpline spline, Interval domain);
 
   double value(double v) const { return spline_ ? spline_->value(v) : value_(ds_dv_ * (v - centre_)); }
@@ -94,26 +93,26 @@ class ReferenceCurve {
   }
 
   const Interval& domain() const { return domain_; }
-  /// Basis::chebyshev or Basis::spline.
+  /// Returns Basis::chebyshev or Basis::spline.
   Basis basis() const { return spline_ ? Basis::spline : Basis::chebyshev; }
   const std::vector<double>& coefficients() const {
     return spline_ ? spline_->coefficients() : value_.coefficients();
   }
-  const std::vector<double>& knots() const;  ///< empty if it is a polynomial
-  /// A curve of the same basis, knots and interval.
+  const std::vector<double>& knots() const;  ///< empty for a polynomial
+  /// Returns a curve with these coefficients and the same basis, knots and interval.
   ReferenceCurve with(const std::vector<double>& coefficients) const;
 
  private:
   Interval domain_;
   double centre_;  // s = ds_dv (v - centre)
   double ds_dv_;
-  ChebyshevSeries value_, slope_, curvature_;  // derivatives by v
-  std::vector<double> blocks_;  // their coefficients of s^j, in groups of four: value, slope, curvature; ...
+  ChebyshevSeries value_, slope_, curvature_;  // the curve and its derivatives by v
+  std::vector<double> blocks_;  // their coefficients of s^j, in groups of four: value, slope, curvature, ...
   std::optional<CubicSpline> spline_;
 };
 
-/// steps + 1 inputs from lo to hi on which a curve is checked: evenly spaced, but closer where knots are
-/// close.
+/// Returns steps + 1 inputs from lo to hi for checking a curve: evenly spaced, but closer together where
+/// knots are close together.
 std::vector<double> grid_of(Interval range, const std::vector<double>& knots, std::size_t steps);
 
 }  // namespace hystcan::model

@@ -8,24 +8,27 @@
 
 namespace hystcan::model {
 
-/// When a root is exact to rounding.
+/// Stop criteria: the root is exact to rounding if one of them is met.
 struct RootTolerance {
-  double value = 0.0;  ///< the function differs by no more
-  double step = 0.0;   ///< a shorter step of Halley's method ends the search where the slope is above `slope`
+  double value = 0.0;  ///< the search ends if |f(v) - value| is at most this
+  /// A shorter step of Halley's method ends the search if the local slope is above `slope`.
+  double step = 0.0;
   double slope = 0.0;
 };
 
-/// Where a root is searched: between two inputs, from a third one if it lies between them, else from `begin`.
+/// The interval in which a root is searched, from `begin` to `end`. The search starts at `guess` if this is
+/// inside the interval, else at `begin`.
 struct Bracket {
   double begin = 0.0;
   double end = 0.0;
   double guess = begin;
 };
 
-/// The v between `begin` and `end` with f(v) = `value`, by Halley's method inside a bracket that every step
-/// narrows. Where the function hardly rises or bends much, a step is Newton's, or halves the bracket.
+/// Returns the v between `begin` and `end` with f(v) = `value`, by Halley's method inside a bracket that
+/// every step narrows. Where f hardly rises or bends strongly, Newton's step or halving the bracket replaces
+/// Halley's step.
 ///
-/// `jet_at(v)` gives f, f' and f'' (Jet). f increases, and f(end) lies beyond `value` as seen from `begin`.
+/// `jet_at(v)` returns f, f' and f'' (Jet). f increases, and f(end) is beyond `value` as seen from f(begin).
 template <class JetAt>
 double root_of_increasing(const JetAt& jet_at, const Bracket& inputs, double value,
                           const RootTolerance& tolerance) {

@@ -32,7 +32,7 @@ struct Responses {
   Extended h, h_slope, s, r;
 
   Responses(Extended damping_ratio, Extended tau) {
-    Extended before;  // terms j - 1 and j of h's series
+    Extended before;  // `before` and `term`: terms j - 1 and j of h's series
     Extended term = tau;
     for (int j = 1; term.magnitude() + before.magnitude() > 1e-22L * tau; ++j) {
       h += term;
@@ -45,7 +45,8 @@ struct Responses {
   }
 };
 
-// The transition of the augmented state (x, dx/dtau, u, du/dtau) over tau: a short step, squared repeatedly.
+// Returns the transition of the augmented state (x, dx/dtau, u, du/dtau) over tau: a short step, squared
+// repeatedly.
 Matrix transition(double damping_ratio, Extended tau) {
   const Extended rate = tau * (2 + 2 * damping_ratio);
   const int halvings = rate > 0.5L ? std::ilogb(static_cast<double>(rate)) + 2 : 0;

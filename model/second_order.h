@@ -4,7 +4,7 @@
 //
 // The step is exact for an input that is linear in time between the two ends of the step (first-order hold);
 // a constant input is a special case.  The damping ratio zeta is >= 0.  The b are the sensitivities of the
-// exact step.  The gain of 1 at rest is part of the form: an input that is held equal to the position is an
+// exact step.  The form guarantees a gain of 1 at rest: an input that is held equal to the position is an
 // exact equilibrium (to the bit), for any length of the step:
 //
 //   x[n+1] = x[n] + b_xv x'[n] + b_x0 (u[n] - x[n]) + b_x1 (u[n+1] - x[n])
@@ -13,7 +13,7 @@
 
 namespace hystcan::model {
 
-/// A step of fixed length; its coefficients are computed once.
+/// A second-order mode with steps of fixed length. The coefficients are computed once.
 class SecondOrder {
  public:
   struct Config {

@@ -20,7 +20,7 @@ class HannTransform {
 
   std::size_t length() const { return window_.size(); }
   const std::vector<double>& window() const { return window_; }  ///< w
-  /// `segment`: `length` samples.
+  /// Transforms one segment of `length` samples.
   std::vector<std::complex<double>> operator()(std::span<const double> segment) const;
 
  private:

@@ -59,7 +59,7 @@ void check_ranges(const HysteresisParameters& p) {
 }
 
 // A curve with a slope of zero at a point still counts as increasing, even if rounding hides the rise around
-// it (a butterfly is flat at the origin). A curve that is flat over a twentieth of the range does not.
+// it (a butterfly is flat at the origin). A curve that is flat over a twentieth of the range does not count.
 void check_increasing(const ReferenceCurve& curve, const char* name, const Units& units) {
   constexpr std::size_t points = 2000;
   const Interval& range = curve.domain();
@@ -84,7 +84,7 @@ void check_increasing(const ReferenceCurve& curve, const char* name, const Units
   }
 }
 
-// Of a curve that lies far from zero.
+// Rounding error of a curve whose values are far from zero.
 double rounding_of(double level) { return 8.0 * std::numeric_limits<double>::epsilon() * std::abs(level); }
 
 void check_meeting(const HysteresisParameters& p) {
@@ -119,15 +119,16 @@ void check_output_map(const HysteresisParameters& p) {
     refuse("symmetry is even and there is an output map, expected one of the two");
 }
 
-// One direction on a grid. The grid counts from the threshold where the scan starts; outputs rise along it.
+// One direction on a grid. The grid starts at the threshold where the scan starts; outputs rise along the
+// grid.
 struct Grid {
   std::vector<double> input, value;
   std::vector<double> slope;       // per unit of h
-  std::vector<double> decay, phi;  // over the step to each point from the one before
+  std::vector<double> decay, phi;  // over the step from the previous point to each point
 };
 
-// What a branch has become some steps from its start: each step multiplies, so that none needs an exponential
-// of its own.
+// The factors of a branch some steps after its start. Each step multiplies them, so that no branch needs its
+// own exponential.
 struct Along {
   double decay = 1.0, phi = 0.0;
 
@@ -137,14 +138,14 @@ struct Along {
   }
 };
 
-// Seen from U_0 with both axes reversed, a falling branch rises: one scan serves both thresholds.
+// Seen from U_0 with both axes reversed, a falling branch rises, so one scan covers both thresholds.
 Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen, std::size_t steps) {
   Grid grid;
   const ReferenceCurve& curve = p.curve(direction);
   const Interval& range = curve.domain();
   const double k = p.k(direction);
-  const bool straight =
-      std::abs(k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;  // phi(d) = d to rounding
+  // phi(d) = d to rounding.
+  const bool straight = std::abs(k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;
   grid.input = grid_of(range, curve.knots(), steps);
   if (seen == Direction::descending) std::ranges::reverse(grid.input);
   double before = p.place(grid.input.front());
@@ -159,8 +160,8 @@ Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen,
   return grid;
 }
 
-// Slopes of the branch from the start of the grid (rising), of the branches that fall from it and of the
-// branches that rise again.
+// Scans the slopes of the branch from the start of the grid (rising), of the branches that fall from that
+// branch, and of the branches that rise again.
 class Scan {
  public:
   Scan(const HysteresisParameters& p, Direction rising_way, std::size_t steps)
@@ -174,9 +175,9 @@ class Scan {
                  span;
   }
 
-  /// Calls `found` with branches that go the wrong way until it returns true: the branch from the threshold,
-  /// the falling branch from each grid point, and, of the branches that rise again from each grid point, the
-  /// one that exceeds its limit most.
+  /// Calls `found` with decreasing branches until it returns true: the branch from the threshold, the falling
+  /// branch from each grid point, and, of the branches that rise again from each grid point, the branch that
+  /// exceeds its limit most.
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
@@ -215,12 +216,12 @@ class Scan {
   }
 
  private:
-  // The largest initial coefficient of a branch that still increases at grid point i.
+  // Returns the largest initial coefficient with which a branch still increases at grid point i.
   double coefficient_limit(std::size_t i, const Along& from_its_start) const {
     return std::max(rise_.slope[i] + tolerance_, 0.0) / from_its_start.decay;
   }
 
-  // The true direction: a branch that rises as seen from this scan's threshold may fall in truth.
+  // Returns the true direction: a branch that rises as seen from this scan's threshold may really fall.
   Direction true_direction(bool rising) const { return rising ? way_ : opposite(way_); }
   double input(std::size_t i) const { return rise_.input[i]; }
 
@@ -268,7 +269,7 @@ HysteresisParameters with_both_k_times(HysteresisParameters parameters, double f
   return parameters;
 }
 
-// A k that is valid, between `good` (valid) and `bad`: a little before the limit, so that it is still valid
+// Returns a valid k between `good` (valid) and `bad`, slightly before the limit, so that k is still valid
 // when written with six digits.
 template <class Make>
 double last_good(Make make, double good, double bad) {
@@ -281,7 +282,7 @@ double last_good(Make make, double good, double bad) {
   return good - std::copysign(1e-5 * std::abs(good), bad - good);
 }
 
-// The end of the message: which k would be valid with these curves.
+// Returns the end of the message: the k that would be valid with these curves.
 std::string remedy(const HysteresisParameters& parameters, Direction direction) {
   const double k = parameters.k(direction);
   const std::string in_use = message_of(name_of_k(direction), " = ", k, " 1/", parameters.input_unit);
