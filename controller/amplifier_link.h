@@ -1,4 +1,4 @@
-// The amplifier's node, its statuses, and the commands to it.
+// The connection to one amplifier: its node's heartbeat, its statuses, and the commands to it.
 #pragma once
 
 #include <cstddef>
@@ -16,27 +16,29 @@ namespace hystcan::controller {
 
 class AmplifierLink : public RemoteNode {
  public:
-  /// `index`: of the axis.
+  /// `index`: index of the axis.
   AmplifierLink(const can::AxisWire& wire, const Axis& axis, std::size_t index,
                 can::Duration heartbeat_timeout, const can::Database& database, SharedFrames& frames);
 
   Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
-  /// The status in a frame that statuses() has accepted. True for the state of the status before, but for
-  /// off: a status that no event has caused.
+  /// Decodes the status in a frame that statuses() has accepted. Returns true if no event can have caused the
+  /// status: it reports the same state as the last one, and this state is not `off`.
   bool on_status(const can::Frame& frame, can::Time now);
   void on_bus_loss(can::BusState state);
-  /// Of this cycle. Empty: the amplifier sleeps. False: the drive does not fit its signal.
+  /// Queues the command of this cycle; `nullopt`: the amplifier is not operational. Returns false if the
+  /// drive is outside the range of its signal.
   bool put(const std::optional<AxisCommand>& command, std::uint8_t sync_counter);
-  /// This cycle's command has been put.
+  /// True if put() was called in this cycle.
   bool is_commanded() const { return commands_.has(place_); }
 
-  /// What is known for the next step. Each event since the last step counts once.
+  /// Fills `input` with the state of amplifier and bus for the next step. Each event since the last step
+  /// counts once.
   void take_health(can::Time now, can::BusState bus, AxisInput& input);
-  double output() const { return status_.output; }  ///< of the last status, drive units
-  /// Age of the last status at this time; NaN if none has arrived.
+  double output() const { return status_.output; }  ///< output in the last status, drive units
+  /// Returns the age of the last status at time `at`; NaN if no status has arrived.
   double output_age_s(can::Time at) const;
   CommandFrame& commands() const { return commands_; }
-  /// Null: the amplifier sends no status.
+  /// Null if the amplifier sends no status.
   ReceivedFrame* statuses() const { return statuses_; }
 
  private:
@@ -46,16 +48,20 @@ class AmplifierLink : public RemoteNode {
   const Axis& axis_;
   CommandFrame& commands_;
   std::size_t place_;
-  std::optional<can::Layout<can::AmpStatus>> layout_;  ///< Empty: the amplifier sends no status.
+  std::optional<can::Layout<can::AmpStatus>> layout_;  ///< Empty if the amplifier sends no status.
   ReceivedFrame* statuses_ = nullptr;
-  bool reports_output_ = false;      ///< The status carries the output.
-  bool flags_report_fault_ = false;  ///< The state field alone does not report a fault.
-  can::AmpStatus status_at_first_;   ///< What holds before a status comes, or where none ever comes.
-  can::AmpStatus status_;            ///< The last one received.
-  bool is_first_status_ = true;      ///< The next one; there is none to compare it with.
+  bool reports_output_ = false;  ///< The status contains the output.
+  /// No state of this status means a fault; only its fault flags report one.
+  bool flags_report_fault_ = false;
+  /// Assumed until the first status arrives, or always if the amplifier sends none.
+  can::AmpStatus status_at_first_;
+  can::AmpStatus status_;  ///< The last received status.
+  /// The next status is the first one: there is no earlier one to compare it with.
+  bool is_first_status_ = true;
   can::Time status_heard_{};
-  bool moves_ = false;  ///< Enabled, or ramping down: `status_` does not say where the output is.
-  // Since the last step, however briefly:
+  /// The amplifier is enabled or ramping down, so its output may differ from the one in `status_`.
+  bool moves_ = false;
+  // Events since the last step, even if they lasted only briefly:
   bool fault_seen_ = false;
   bool not_enabled_seen_ = false;
   bool bus_off_seen_ = false;

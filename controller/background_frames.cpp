@@ -32,9 +32,9 @@ void BackgroundFrames::start(can::Bus& bus, can::Time now) {
   bus.send(can::heartbeat_frame(node_, can::NmtState::boot_up));
 }
 
-/// Axis statuses and the start-up of nodes take turns. Where a heartbeat is due and an axis waits for its
-/// nodes, the nodes come first. A status goes before the heartbeat, which is the least urgent frame of all. A
-/// scan marker is the most urgent one: it takes the turn of a status.
+/// Axis statuses and frames of the start-up take turns. If a heartbeat is due and an axis waits for its
+/// nodes, the start-up is first. A status is sent before the heartbeat, which is the least urgent frame. A
+/// scan marker is the most urgent frame: it replaces a status.
 void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
   is_done_ = true;
   if (slots_ != 0) {
@@ -66,7 +66,8 @@ void BackgroundFrames::make_statuses_due() {
   for (const auto& wired : axes_) wired->status_sender.make_due();
 }
 
-/// With it, the nodes may be sent an NMT command again. One that has waited for its slot moves no later one.
+/// After a heartbeat, the nodes may receive NMT commands again. A heartbeat that has waited for its slot does
+/// not shift the later ones.
 void BackgroundFrames::send_heartbeat(can::Bus& bus, can::Time sync_sent) {
   next_heartbeat_ += heartbeat_period_;
   if (next_heartbeat_ <= sync_sent) next_heartbeat_ = sync_sent + heartbeat_period_;
@@ -84,7 +85,7 @@ bool BackgroundFrames::send_next_scan_marker(can::Bus& bus) {
   return false;
 }
 
-/// The next status that is due; the axes take turns.
+/// Sends the next status that is due; the axes take turns.
 bool BackgroundFrames::send_next_axis_status(can::Bus& bus) {
   for (std::size_t tried = 0; tried < axes_.size(); ++tried) {
     WiredAxis& wired = *axes_[next_status_];

@@ -1,16 +1,17 @@
-// What the controller sends beside SYNC and commands: its own heartbeat, axis statuses, scan markers, and the
-// start-up of nodes.
+// Sends everything except SYNC and commands: the controller's own heartbeat, axis statuses, scan markers, and
+// the frames that start up nodes.
 //
-// The queue to the bus is first in, first out, and short. A frame put into it before the commands holds them
-// up, and a frame that does not fit is lost. So these frames follow the commands of a cycle, and there is one
-// of them at most beside the heartbeat.
+// The queue to the bus is short and first in, first out. A frame that is queued before the commands delays
+// them, and a frame that does not fit is lost. These frames therefore follow the commands of a cycle, and at
+// most one of them is sent in a cycle beside the heartbeat.
 //
-// Where frames have slots (can::is_in_slot), one heartbeat, status or marker instead follows SYNC in the slot
-// of the controller. What belongs to the start-up follows the commands there too.
+// If frames have slots (can::is_in_slot), one heartbeat, status or marker instead follows SYNC in the slot of
+// the controller. Frames of the start-up follow the commands in this case too.
 //
 // The start-up brings the remote nodes of waiting axes to operational. A node is set up by SDO first, and
-// started by NMT once its set-up is complete. A stopped node answers no SDO; it is sent to pre-operational
-// first. A node that axes share is set up by that one which has its objects, as soon as any of them waits.
+// started by NMT when its set-up is complete. A stopped node does not answer SDO requests; it is sent to
+// pre-operational first. If axes share a node, the axis that has the node's objects sets it up, as soon as
+// any of them waits.
 #pragma once
 
 #include <cstddef>
@@ -23,36 +24,37 @@ namespace hystcan::controller {
 
 class BackgroundFrames {
  public:
-  /// `node`: of the controller's own heartbeat. `slots`: 0 without slots.
+  /// `node`: id of the controller's own heartbeat. `slots`: number of slots; 0: no slots.
   BackgroundFrames(std::uint8_t node, can::Duration heartbeat_period, unsigned slots, WiredAxes& axes)
       : node_(node), heartbeat_period_(heartbeat_period), slots_(slots), axes_(axes) {}
 
   /// Sends the boot-up message. The first heartbeat follows one period later.
   void start(can::Bus& bus, can::Time now);
-  /// Once in a cycle, behind its SYNC.
+  /// Called once per cycle, after its SYNC.
   void begin_cycle(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent);
-  /// send_next() has been called in this cycle; true before the first one.
+  /// True if send_next() was called in this cycle, and before the first cycle.
   bool is_done() const { return is_done_; }
-  /// Once in a cycle, after its commands. `time_s`: of this cycle's SYNC, since the controller's start.
+  /// Called once per cycle, after its commands. `time_s`: time of this cycle's SYNC since the controller's
+  /// start.
   void send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s);
 
  private:
   bool heartbeat_is_due(can::Time sync_sent) const { return sync_sent >= next_heartbeat_; }
-  /// All statuses are due with a heartbeat.
+  /// Makes all statuses due; called with each heartbeat.
   void make_statuses_due();
   void send_heartbeat(can::Bus& bus, can::Time sync_sent);
   bool send_next_scan_marker(can::Bus& bus);
   bool send_next_axis_status(can::Bus& bus);
-  /// Of the nodes of waiting axes.
+  /// Sends the next set-up request or NMT command to a node of a waiting axis.
   bool send_next_of_start_up(can::Bus& bus, can::Time now, double time_s);
-  /// A node that cannot be set up is a fault of the axes that wait for it, at `time_s`.
+  /// If a node cannot be set up, trips the axes that wait for it, at `time_s`.
   bool send_next_setup_request(can::Bus& bus, can::Time now, double time_s);
   bool send_next_nmt_command(can::Bus& bus, can::Time now);
-  /// Each axis has two nodes: its sensor, then its amplifier.
+  /// Each axis has two nodes: first its sensor, then its amplifier.
   std::size_t node_count() const { return 2 * axes_.size(); }
   RemoteNode& node_at(std::size_t place) { return *axes_[place / 2]->nodes()[place % 2]; }
   bool some_axis_waits() const;
-  /// For each axis that has the node of this number, and for the axis's own view of it.
+  /// Visits each axis that has the node with this number, with the axis's own RemoteNode for it.
   void for_each_with(std::uint8_t number, auto visit) const;
 
   std::uint8_t node_;
@@ -61,12 +63,12 @@ class BackgroundFrames {
   WiredAxes& axes_;
   can::Time next_heartbeat_{};
   bool is_done_ = true;
-  std::size_t next_status_ = 0;     ///< The axis whose turn it is to report.
-  bool sent_status_ = false;        ///< Or a marker, in the last cycle.
-  std::size_t next_to_set_up_ = 0;  ///< The nodes take turns.
-  std::size_t next_to_command_ =
-      0;  ///< Each node gets one NMT command at most in a heartbeat period; the number of
-          ///< nodes: all have had their turn.
+  std::size_t next_status_ = 0;     ///< The axis that reports next.
+  bool sent_status_ = false;        ///< True if a status or a marker was sent in the last cycle.
+  std::size_t next_to_set_up_ = 0;  ///< Index of the node that is set up next; the nodes take turns.
+  /// The node that gets the next NMT command. Each node gets at most one per heartbeat period; node_count()
+  /// means that no node is left in this period.
+  std::size_t next_to_command_ = 0;
 };
 
 }  // namespace hystcan::controller

@@ -1,15 +1,15 @@
-// The last cycles of each axis are kept in memory and written as CSV when the axis faults: the cause and the
-// consequences of the fault.
+// Keeps the last cycles of each axis in memory and writes them as CSV when the axis faults: they show the
+// cause and the consequences of the fault.
 //
-// Runs on the telemetry thread and is filled from the cycle records; costs the control thread nothing. Each
-// fault has a file, blackbox_20261121T221923.456Z_x.csv, named for the time (UTC) and the axis. Files are
-// never overwritten or removed: where the allowed number of files exists, the next one is not written,
-// because the first fault explains the most. A refused file, a full disk and a missing folder cause
+// Runs on the telemetry thread and reads the cycle records, so it costs the control thread nothing. Each
+// fault has its own file, blackbox_20261121T221923.456Z_x.csv, named after the time (UTC) and the axis. Files
+// are never overwritten or removed: if the folder already contains the allowed number of files, no more are
+// written, because the first fault explains the most. A refused file, a full disk and a missing folder cause
 // warnings; the run continues.
 //
-// A row is a cycle n: SYNC, sample, command. next_position_um is the sample of cycle n+1, the first one that
-// command n can influence; it is empty where cycle n+1 has no sample or was not recorded. The other columns
-// are those of controller/cycle_record.h.
+// A row is a cycle n: SYNC, sample, command. next_position_um is the sample of cycle n+1, the first sample
+// that command n can influence. It is empty if cycle n+1 has no sample or was not recorded. The other columns
+// are described in controller/cycle_record.h.
 #pragma once
 
 #include <atomic>
@@ -31,21 +31,21 @@ namespace hystcan::controller {
 class BlackBox {
  public:
   struct Config {
-    std::filesystem::path
-        folder;           ///< empty: hystcan-blackbox in the working directory, made with the first file
-    unsigned files = 50;  ///< greatest number of files in the folder, of all runs; 0: writes none
-    std::size_t cycles = 10'000;     ///< kept for each axis
-    std::size_t cycles_after = 100;  ///< of these, after the fault
+    /// Empty: hystcan-blackbox in the working directory, created with the first file.
+    std::filesystem::path folder;
+    unsigned files = 50;             ///< maximum number of files in the folder, of all runs; 0: writes none
+    std::size_t cycles = 10'000;     ///< cycles kept for each axis
+    std::size_t cycles_after = 100;  ///< number of these cycles that follow the fault
   };
   using Sink = can::BusHealthLog::Sink;
   using UtcNow = std::function<std::chrono::system_clock::time_point()>;
 
-  /// Warns at once where a file could not be written.
+  /// Warns immediately if the folder would not accept a file.
   BlackBox(const Config& config, std::vector<std::string> axis_names, Sink sink,
            UtcNow utc_now = std::chrono::system_clock::now);
 
   void add(const CycleRecord& record);
-  /// Called when no more records come: writes the files that still wait for cycles after a fault.
+  /// Called when no more records follow: writes the files that still wait for cycles after a fault.
   void finish();
   /// Requests a file of every axis, written with the next record. May be called from any thread.
   void request() { requested_ = true; }
@@ -53,16 +53,16 @@ class BlackBox {
  private:
   struct Box {
     std::string name;
-    boost::circular_buffer<CycleRecord> ring;  ///< the oldest first
+    boost::circular_buffer<CycleRecord> ring;  ///< oldest first
     bool faulted = false;
-    std::size_t cycles_to_go = 0;  ///< until the file is written; 0: no file is due
+    std::size_t cycles_to_go = 0;  ///< cycles until the file is written; 0: no file is due
     std::string reason;
     std::chrono::system_clock::time_point faulted_at;
   };
 
   void note_fault(Box& box, const CycleRecord& record);
   void write(Box& box, std::string_view reason, std::chrono::system_clock::time_point when);
-  /// The reason why no file may be added to the folder.
+  /// Returns the reason why no file may be added to the folder; `nullopt` if one may.
   std::optional<std::string> reason_against_writing() const;
   std::optional<std::string> reason_against_the_folder() const;
   std::filesystem::path file_for(const Box& box, std::chrono::system_clock::time_point when) const;

@@ -1,13 +1,14 @@
-// The frame with the commands of the axes that share it; mostly of one.
+// The frame with the command of one axis, or of several axes that share it.
 //
 //   put() by each axis  ->  send()  ->  queue of the interface  ->  wire  ->  echo
 //
-// One of these frames at most is in the queue: behind a bus that is full, several would all reach the
-// amplifier at once, much later. The next one waits here; it goes out when the one before has left, and until
-// then a newer one takes its place. A safe one, which enables no amplifier, does not wait.
+// At most one of these frames is in the queue: if several waited there for a busy bus, they would all reach
+// the amplifier together and much too late. The next frame waits in this class. It is queued when the one
+// before has left the interface; until then a newer frame replaces it. A safe frame, which enables no
+// amplifier, never waits.
 //
-// The echo shows that a frame has left. Where it is lost in the receive queue, the echo of a later SYNC shows
-// the same, because the queue keeps their order.
+// An echo shows that a frame has left. If the receive queue loses this echo, the echo of a later SYNC shows
+// the same, because the queue keeps the order.
 #pragma once
 
 #include <cstddef>
@@ -25,46 +26,50 @@ class CommandFrame {
  public:
   explicit CommandFrame(const can::Layout<can::AmpCommand>& layout);
 
-  /// An axis whose signals are in this message, and whose drive is `safe_drive` while it has no command.
-  /// Returns its place among the axes.
+  /// Adds an axis whose signals are in this message. Its drive is `safe_drive` in a frame without its
+  /// command. Returns the place of the axis in the frame.
   std::size_t add(const can::Layout<can::AmpCommand>& layout, std::size_t axis, double safe_drive);
-  /// An axis in the same message that has no commands: `safe_drive` stands in each frame.
+  /// Adds an axis of the same message that never has commands: each frame contains `safe_drive` for it.
   void rest(const can::Layout<can::AmpCommand>& layout, double safe_drive) {
     layout.put({.setpoint = safe_drive}, next_.frame);
   }
   const std::vector<std::size_t>& axes() const { return axes_; }
   std::uint32_t id() const { return next_.frame.id; }
   bool extended() const { return next_.frame.extended; }
-  /// True for a sound command on the bus: it comes from another controller. Its counter does not matter: the
-  /// amplifier may receive it before our own command with the same counter, and then rejects ours.
+  /// True if `frame` is a valid command. Such a command on the bus is from another controller. Its counter is
+  /// not checked: the amplifier may receive it before our own command with the same counter, and then reject
+  /// ours.
   bool is_sound(const can::Frame& frame) {
     return foreign_.check(frame).value_or(can::Rejection::repeated_counter) ==
            can::Rejection::repeated_counter;
   }
 
-  /// A cycle begins: no axis has put its command, and none is answered.
+  /// Begins a cycle: no axis has put its command, and no command is sent.
   void begin_cycle();
-  /// The axis at `place` has put its command of this cycle.
+  /// True if the axis at `place` has put its command of this cycle.
   bool has(std::size_t place) const { return slots_[place].is_put; }
-  /// The commands of this cycle are sent, or would be if the controller were not silent.
+  /// True if the commands of this cycle were sent, or would have been if the controller were not silent.
   bool is_answered() const { return is_answered_; }
   void end_cycle() { is_answered_ = true; }
 
-  /// Of a bus that reports no echo, no frame ever waits.
+  /// Called when the bus has reported an echo. On a bus that reports none, no frame ever waits.
   void begin_to_count_echoes() { echoes_ = true; }
-  /// The command of the axis at `place`. Empty: its amplifier sleeps, and the safe drive takes the place.
-  /// False: the drive does not fit its signal; the safe one takes the place.
+  /// Puts the command of the axis at `place` into the frame; `nullopt`: the amplifier is not operational, and
+  /// the frame contains the safe drive. Returns false if the drive is outside the range of its signal; the
+  /// frame then contains the safe drive too.
   bool put(std::size_t place, const std::optional<AxisCommand>& command, std::uint8_t sync_counter);
-  /// Where every axis has put its command in. Nothing is sent if none of the axes has one, or if a safe frame
-  /// is on its way and this one would say nothing new. After a hundred such it counts as lost. True: one that
-  /// waited never goes out, because this one takes its place.
+  /// Sends the frame after every axis has put its command. Sends nothing if no axis has a command, or if a
+  /// safe frame is still on its way and this one has the same content. After a hundred such frames, the frame
+  /// on its way counts as lost. Returns true if this frame replaces a waiting one, which is then never sent.
   bool send(can::Bus& bus);
-  /// The bus has carried a frame of ours. `last_sync`: of the SYNC that was queued last.
+  /// Called when the bus has carried one of our frames. `last_sync`: counter of the last SYNC that was
+  /// queued.
   void on_echo(const can::Frame& frame, std::uint8_t last_sync, can::Bus& bus);
-  /// The bus has lost what was on its way, or may have.
+  /// Called when the bus has lost the frames on their way, or may have lost them.
   void forget();
 
-  /// There was a newer one before this one had left: with one in each cycle, it is two cycles old.
+  /// True if a frame was replaced before the previous one had left: with one frame per cycle, the frame on
+  /// its way is then two cycles old.
   bool is_late() const { return is_late_; }
 
  private:
@@ -75,7 +80,7 @@ class CommandFrame {
   };
   struct Composed {
     can::Frame frame;
-    std::uint8_t sync_ahead = 0;  ///< counter of the SYNC that was queued last before it
+    std::uint8_t sync_ahead = 0;  ///< counter of the last SYNC that was queued before this frame
     bool is_safe = true;          ///< enables no amplifier and clears no fault
   };
 
@@ -88,12 +93,12 @@ class CommandFrame {
   can::E2eChecker foreign_;
   Composed next_;
   bool is_answered_ = true;
-  bool says_something_ = false;  ///< some axis has a command
+  bool says_something_ = false;  ///< at least one axis has put a command in this cycle
   bool echoes_ = false;
   std::optional<Composed> queued_;  ///< on its way to the wire
   std::optional<Composed> waiting_;
   bool is_late_ = false;
-  unsigned held_back_ = 0;  ///< safe frames, since the last one that was not
+  unsigned held_back_ = 0;  ///< number of safe frames held back since the last frame that was sent
 };
 
 }  // namespace hystcan::controller

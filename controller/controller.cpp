@@ -10,8 +10,8 @@
 namespace hystcan::controller {
 namespace {
 
-/// The least time from start() to the first SYNC: in it, the event loop and its threads set up what they set
-/// up once.
+/// Minimum time from start() to the first SYNC, in which the event loop and its threads finish their own
+/// set-up.
 constexpr auto warm_up = std::chrono::milliseconds(20);
 
 void check_couplings(const Config& config) {
@@ -75,16 +75,16 @@ void Controller::make_axes(const Config& config, const can::Database& database) 
   command_timer_ = scheduler_.make_timer([this] { end_waiting(); });
 }
 
-/// A frame of the other identifier type in the place of a message goes to that message, which rejects and
-/// counts it.
+/// Passes a frame to the handlers of its identifier. If no message has this type of identifier, the frame is
+/// passed to the message with the other type, which rejects and counts it.
 void Controller::pass_on(const can::Frame& frame, can::Time heard) const {
   auto [handler, end] = handlers_.equal_range({frame.id, frame.extended});
   if (handler == end) std::tie(handler, end) = handlers_.equal_range({frame.id, !frame.extended});
   for (; handler != end; ++handler) handler->second(frame, heard);
 }
 
-/// Our own frames never come back to us: a frame with an identifier of ours comes from another controller. A
-/// damaged one, which no node accepts, is ignored.
+/// The bus never returns our own frames: a frame with one of our identifiers is from another controller. A
+/// damaged frame, which no node accepts, is ignored.
 void Controller::add_handlers() {
   add_handler(can::sync_id, false, [this](const can::Frame& frame, can::Time) {
     if (can::is_sync(frame)) on_another_controller(ForeignFrame::Kind::sync, frame);
@@ -203,7 +203,7 @@ void Controller::tick() {
   sync_timer_->expire_at(clock_.deadline());
 }
 
-/// Axes whose sample has not come are stepped without it.
+/// Steps the axes whose sample has not arrived without it.
 void Controller::close_cycle() {
   for (const auto& commands : frames_.commands)
     if (!commands->is_answered()) answer(*commands);
@@ -215,8 +215,8 @@ void Controller::begin_cycle(can::Time now) {
   counters_.missed_cycles = clock_.missed_cycles();
   together_.step(axes_, now, clock_.since_start_s(now - clock_.waited()));
   timing_.lateness.add(cycle.lateness);
-  if (counters_.cycles != 0) timing_.period.add(cycle.sync_period);  // the first SYNC has none before it
-  // A SYNC that is too late shows that the computer does not keep its deadlines.
+  if (counters_.cycles != 0) timing_.period.add(cycle.sync_period);  // the first SYNC has no period
+  // A SYNC that is too late shows that the computer misses its deadlines.
   if (config_.lateness_trip != can::Duration::zero() && cycle.lateness > config_.lateness_trip)
     for (const auto& wired : axes_) trip_if_in_use(*wired, Cause::cycle_overrun);
   bus_->send(can::sync_frame(cycle.sync_counter));
@@ -230,11 +230,11 @@ void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
   if (wired.axis.is_in_use()) wired.axis.trip(cause, clock_.since_start_s(scheduler_.now()));
 }
 
-/// What is less urgent than the commands, once a cycle: when the commands of all axes in use have been sent.
+/// Runs the less urgent tasks once per cycle, when the commands of all axes in use have been sent.
 void Controller::run_background_tasks() {
   if (background_.is_done()) return;
-  // From the back: samples mostly come in the order of the axes, so that one look is enough before the last.
-  // An axis that has faulted since its last step still has its safe command to send.
+  // Backwards: samples mostly arrive in the order of the axes, so that one test is enough until the last
+  // axis. An axis that has faulted since its last step still has to send its safe command.
   const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
     return wired->amplifier.commands().is_answered() || !is_in_use(wired->axis.report().state);
   });
@@ -252,7 +252,8 @@ void Controller::answer_next_request() {
   requests_->answer(request);
 }
 
-/// A status goes out at once where the state of one of its axes changes.
+/// A status that changes the state of an axis may arrive at any time, so only the other statuses are judged
+/// for their slot.
 void Controller::on_statuses(ReceivedFrame& statuses, const can::Frame& frame) {
   if (!statuses.accepts(frame)) return;
   bool nothing_new = true;
@@ -262,13 +263,13 @@ void Controller::on_statuses(ReceivedFrame& statuses, const can::Frame& frame) {
   for (const std::size_t i : statuses.axes()) judge_slot(axes_[i]->amplifier);
 }
 
-/// In the first round, a node may not have seen its slot yet.
+/// In the first round, a node may not know its slot yet.
 void Controller::judge_slot(RemoteNode& node) const {
   const unsigned slots = config_.background_slots;
   if (slots != 0 && counters_.cycles > slots) node.note_background_frame(clock_.cycle().sync_counter, slots);
 }
 
-/// The axes of the frame are stepped one after the other, before their commands go out.
+/// Steps all axes of the frame, then sends their commands.
 void Controller::on_samples(SampleFrame& samples, const can::Frame& frame, can::Time heard) {
   if (!samples.accepts(frame)) return;
   for (const std::size_t i : samples.axes()) take_sample(*axes_[i], frame, heard);
@@ -284,7 +285,7 @@ void Controller::on_samples(SampleFrame& samples, const can::Frame& frame, can::
   if (has_answered) run_background_tasks();
 }
 
-/// Steps the axis, if it is its sample of this cycle and comes before the axis is stepped without it.
+/// Steps the axis, if the sample is from this cycle and the axis has not been stepped without it.
 void Controller::take_sample(WiredAxis& wired, const can::Frame& frame, can::Time heard) {
   const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
   if (!sample) return;
@@ -305,7 +306,7 @@ bool Controller::is_awaited(const WiredAxis& wired) const {
          wired.sensor.is_awaited(counters_.cycles, wired.axis.config().supervision.missing_samples);
 }
 
-/// The deadline of command frames of several axes.
+/// Handles the deadline of command frames of several axes.
 void Controller::end_waiting() {
   if (phase_ == Phase::silent) return;
   for (const auto& commands : frames_.commands)
@@ -313,7 +314,7 @@ void Controller::end_waiting() {
   run_background_tasks();
 }
 
-/// Sends the commands of the axes that share a frame. Those that have no sample are stepped without it.
+/// Sends the commands of the axes that share a frame. Before that, steps each axis whose sample is missing.
 void Controller::answer(CommandFrame& commands) {
   for (const std::size_t i : commands.axes()) {
     if (axes_[i]->amplifier.is_commanded()) continue;
@@ -328,7 +329,7 @@ void Controller::answer(CommandFrame& commands) {
   }
 }
 
-/// Puts the axis's command into its frame.
+/// Steps the axis and puts its command into its frame.
 void Controller::step(WiredAxis& wired, const can::SensorSample* sample, can::Time heard) {
   const Cycle& cycle = clock_.cycle();
   const AxisInput input = input_of(wired, sample);
@@ -359,7 +360,7 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;
   }
-  // What the other axes will add to this one's position when the command acts.
+  // Coupling from the other axes at the time when the command acts.
   ClosedLoop* loop = wired.axis.closed_loop();
   const double acts_s = input.reference_time_s() + (loop == nullptr ? 0.0 : loop->preview_s(input.cycle_s));
   for (const model::Coupling& coupling : wired.axis.config().couplings)
@@ -396,8 +397,8 @@ void Controller::on_another_controller(ForeignFrame::Kind kind, const can::Frame
   if (phase_ == Phase::listening) keep_silent();
 }
 
-/// The other controller may be driving: not even a safe command of ours may come between. Only the records of
-/// one more step are left to be written.
+/// The other controller may be driving: not even a safe command of ours may interfere. One more step only
+/// makes the last records.
 void Controller::keep_silent() {
   phase_ = Phase::silent;
   sync_timer_->cancel();

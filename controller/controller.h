@@ -1,25 +1,25 @@
-// The controller as a node on the bus: sends the SYNC, receives samples, sends commands; one Axis for each
-// axis.
+// The controller as a node on the bus: sends SYNC, receives samples and sends commands. It has one Axis for
+// each axis of the stage.
 //
 //   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
 //
-// A sample is answered as it arrives. If it has not come by the next SYNC, the axis is stepped without it
-// then, and the sample is counted as missing. A command frame of several axes goes out when all of them have
-// stepped, and at the latest at a deadline in the cycle: those that have no sample by then are stepped
-// without it. An axis whose samples have stayed away for some cycles is not waited for.
+// The controller answers a sample immediately. If a sample has not arrived by the next SYNC, the controller
+// steps the axis without it and counts the sample as missing. A command frame of several axes is sent when
+// all of them have stepped, or at a deadline in the cycle: then the axes whose samples are missing are
+// stepped without them. The frame does not wait for an axis whose samples have been missing for some cycles.
 //
-// The other frames of the controller follow its commands (BackgroundFrames), and so does the answer to a
-// request from outside (carry_out). When a SYNC is due, and when the axes begin to track: SyncClock,
-// TogetherStart.
+// All other frames (BackgroundFrames) and the answers to requests (carry_out) follow the commands of a cycle.
+// SyncClock decides when a SYNC is due; TogetherStart decides when the axes begin to track.
 //
-// Before its first frame the controller listens for one heartbeat period. Four kinds of frame show another
-// controller: a SYNC, a heartbeat of the own node id, an axis status, and a command to one of the own
-// amplifiers. Each of them faults every axis, and the log names the frame. If the controller receives it
-// while it listens, it stays silent permanently; later, its commands are safe from there on. An NMT command
-// or an SDO write of another node to a node of an axis in use faults this axis.
+// Before its first frame the controller listens for one heartbeat period. Four kinds of frame reveal another
+// controller: a SYNC, a heartbeat with the controller's own node id, an axis status, and a command to one of
+// its own amplifiers. Each of them faults every axis, and the log contains the frame. If the controller
+// receives such a frame while it listens, it stays silent permanently; if it receives one later, it sends
+// only safe commands from then on. If another node sends an NMT command or an SDO write to a node of an axis
+// in use, this axis faults.
 //
-// Bus-off, or the loss of the interface, faults every driven axis with the next step. What was known of the
-// nodes is forgotten: a node must be heard again before its axis is armed again.
+// Bus-off, or the loss of the interface, faults every driven axis in the next step. It also resets the state
+// of all nodes: the controller must receive a node's heartbeat again before it arms the node's axis again.
 #pragma once
 
 #include <cstdint>
@@ -47,30 +47,34 @@
 
 namespace hystcan::controller {
 
-/// What holds for the controller as a whole.
+/// The configuration of the controller as a whole.
 struct CommonConfig {
   double rate_Hz = 1000.0;
-  std::uint8_t node = 127;  ///< Of the controller's own heartbeat.
+  std::uint8_t node = 127;  ///< Id of the controller's own heartbeat.
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
-  can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};  ///< Of the other nodes.
-  can::Duration
-      command_deadline{};  ///< Of command frames of several axes, after SYNC; zero: nine tenths of the cycle.
-  unsigned background_slots = 0;  ///< Of heartbeats and statuses (can::is_in_slot); 0: none.
-  can::Duration lateness_warn{};  ///< The log reports a SYNC that is later than this; zero: never.
-  can::Duration lateness_trip{};  ///< A later one faults every axis in use (cycle overrun); zero: never.
-  bool start_together = true;     ///< The first axis that is ready waits for the others.
-  can::Duration start_timeout{std::chrono::seconds(5)};  ///< For so long.
+  /// For the heartbeats of the other nodes.
+  can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};
+  /// Latest time after SYNC to send a command frame of several axes; zero: nine tenths of the cycle.
+  can::Duration command_deadline{};
+  unsigned background_slots = 0;  ///< Slots for heartbeats and statuses (can::is_in_slot); 0: none.
+  can::Duration lateness_warn{};  ///< A SYNC that is later than this is logged; zero: never.
+  /// A SYNC that is later than this faults every axis in use (cycle overrun); zero: never.
+  can::Duration lateness_trip{};
+  bool start_together = true;  ///< The first axis that is ready waits for the others.
+  /// Maximum time for which a ready axis waits for the others.
+  can::Duration start_timeout{std::chrono::seconds(5)};
   std::optional<Realtime> realtime{};
   BlackBox::Config black_box{};
   std::string control_socket;          ///< Empty: the path that default_socket() returns; "none": no socket.
-  std::filesystem::path state_folder;  ///< Of what is saved at a clean stop; empty: nothing is saved.
+  std::filesystem::path state_folder;  ///< Folder for state saved at a clean stop; empty: nothing is saved.
 };
 
 can::Duration cycle_of(const CommonConfig& config);
-/// `command_deadline` in force.
+/// Returns the `command_deadline` in use.
 can::Duration command_deadline_of(const CommonConfig& config);
 
-/// An axis that is not controlled. Its safe drive stands in a command frame that it shares with one that is.
+/// An axis that is not controlled. A command frame that it shares with a controlled axis contains its safe
+/// drive.
 struct RestingAxis {
   can::AxisWire wire;
   double safe_drive = 0.0;
@@ -85,47 +89,47 @@ class Controller {
  public:
   using RecordHandler = std::function<void(const CycleRecord& record)>;
 
-  /// Throws std::invalid_argument where the database lacks a message or a model is not valid.
+  /// Throws std::invalid_argument if the database lacks a message or if a model is not valid.
   Controller(const Config& config, const can::Database& database, can::Scheduler& scheduler,
              const can::Attach& attach, RecordHandler on_record);
 
   void start(bool clear_amplifier_faults = false);
-  /// Requests of this link are answered, one in each cycle. Before start().
+  /// Requests of this link are answered, one in each cycle. Called before start().
   void listen_to(RequestLink& link) { requests_ = &link; }
-  /// Every axis ramps to its safe drive and switches off; stopped() when all have.
+  /// Ramps every axis to its safe drive and switches it off; stopped() is true when all are off.
   void request_stop();
   bool stopped() const;
-  /// A request asked for an end of the run. The caller who runs the controller ends it.
+  /// True if a request asked for an end of the run. The caller that runs the controller must end it.
   bool asked_to_stop() const { return asked_to_stop_; }
-  /// Another controller was here first: this one has sent nothing, and sends nothing.
+  /// True if another controller was active first: this one has sent nothing and sends nothing.
   bool keeps_silent() const { return phase_ == Phase::silent; }
-  /// Sends every amplifier the safe command at once. For the way out.
+  /// Sends every amplifier the safe command immediately, before the program exits.
   void send_safe_commands();
 
   std::size_t axis_count() const { return axes_.size(); }
   const WiredAxis& wired_axis(std::size_t i) const { return *axes_[i]; }
-  /// Before start(), to restore what an axis remembers.
+  /// For restoring the saved state of an axis, before start().
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
-  /// Of every message that the controller receives: samples, statuses, setpoints; of both nodes heartbeats,
-  /// emergencies, SDO responses.
+  /// Returns the rejected frames of every received message: samples, statuses, setpoints, and the heartbeats,
+  /// emergencies and SDO responses of both nodes.
   std::vector<can::RejectedFrames> rejected() const;
-  /// A line for each node to which other nodes have sent NMT commands or SDO requests, and for each one that
-  /// does not keep its slot.
+  /// Returns a line for each node to which other nodes have sent NMT commands or SDO requests, and for each
+  /// node that sends outside its slot.
   std::vector<std::string> node_notes() const;
   const CycleCounters& counters() const { return counters_; }
-  /// Since start. On the scheduler's thread, like everything here.
+  /// Times since start. Called on the scheduler's thread, like all functions here.
   const CycleTiming& timing() const { return timing_; }
   const can::Bus& bus() const { return *bus_; }
 
  private:
-  /// off -> listening -> running; silent where another controller is heard while listening.
+  /// off -> listening -> running; silent if another controller was heard while listening.
   enum class Phase : std::uint8_t { off, listening, running, silent };
 
   void make_axes(const Config& config, const can::Database& database);
   void add_handlers();
   void add_handlers_of(WiredAxis& wired);
-  /// Where several axes share a node, each has a handler of its own.
+  /// If several axes share a node, each has its own handler.
   void add_handler(std::uint32_t id, bool extended, can::Bus::FrameHandler handler) {
     handlers_.emplace(std::pair(id, extended), std::move(handler));
   }
@@ -139,7 +143,7 @@ class Controller {
   void on_statuses(ReceivedFrame& statuses, const can::Frame& frame);
   void judge_slot(RemoteNode& node) const;
   void take_sample(WiredAxis& wired, const can::Frame& frame, can::Time heard);
-  /// `heard`: when the sample arrived.
+  /// `heard`: time at which the sample arrived.
   void step(WiredAxis& wired, const can::SensorSample* sample, can::Time heard = {});
   bool is_awaited(const WiredAxis& wired) const;
   void answer(CommandFrame& commands);
@@ -157,14 +161,14 @@ class Controller {
   RecordHandler on_record_;
   SharedFrames frames_;
   WiredAxes axes_;
-  /// By identifier, and whether it is an extended one.
+  /// Key: identifier, and true if it is an extended one.
   std::multimap<std::pair<std::uint32_t, bool>, can::Bus::FrameHandler> handlers_;
-  RequestLink* requests_ = nullptr;  ///< Null: there are none.
+  RequestLink* requests_ = nullptr;  ///< Null if there are no requests.
   bool asked_to_stop_ = false;
   BackgroundFrames background_;
   std::unique_ptr<can::Bus> bus_;
   std::unique_ptr<can::Timer> sync_timer_;
-  std::unique_ptr<can::Timer> command_timer_;  ///< Null: no axes share a command frame.
+  std::unique_ptr<can::Timer> command_timer_;  ///< Null if no axes share a command frame.
   Phase phase_ = Phase::off;
   SyncClock clock_;
   TogetherStart together_;

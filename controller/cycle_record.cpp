@@ -26,7 +26,7 @@ bool tracks(const CycleRecord& record) { return record.report.state == AxisState
 
 double if_tracking(const CycleRecord& record, double value) { return tracks(record) ? value : none; }
 
-constexpr int um_decimals = 6;  // of the wire: 1e-6 um
+constexpr int um_decimals = 6;  // resolution on the wire: 1e-6 um
 constexpr int us_decimals = 3;
 
 constexpr auto columns = std::to_array<CycleColumn>({
@@ -123,8 +123,8 @@ constexpr auto powers_of_ten = std::to_array<std::int64_t>(
 
 }  // namespace
 
-// Digits of an integer take a tenth of the time of the library's exact decimals, and differ from them in ties
-// only.
+// Formatting an integer takes a tenth of the time of the library's exact decimals. The results differ only in
+// ties.
 void append_fixed(std::string& text, double value, int decimals) {
   if (std::isnan(value)) return;
   const std::int64_t scale = powers_of_ten[static_cast<std::size_t>(decimals)];

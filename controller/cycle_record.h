@@ -1,4 +1,4 @@
-// One cycle of one axis, the input of log, CSV, black box and statistics; and its columns.
+// One cycle of one axis, the input of log, CSV, black box and statistics, and the columns of a cycle.
 #pragma once
 
 #include <cstdint>
@@ -16,25 +16,24 @@
 
 namespace hystcan::controller {
 
-// One cycle of one axis: the input of log, CSV, black box and statistics.
-
 struct CycleCounters {
   std::uint64_t cycles = 0;
-  std::uint64_t missed_cycles = 0;      ///< SYNCs left out, because this computer was too slow
-  std::uint64_t missing_samples = 0;    ///< cycles of an axis in use without a sample in time
-  std::uint64_t late_samples = 0;       ///< samples that came after their cycle
-  std::uint64_t replaced_commands = 0;  ///< command frames that never went out: a newer one took their place
+  std::uint64_t missed_cycles = 0;    ///< SYNCs omitted because this computer was too slow
+  std::uint64_t missing_samples = 0;  ///< cycles of an axis in use without a sample in time
+  std::uint64_t late_samples = 0;     ///< samples that arrived after their cycle
+  /// Command frames that were replaced by a newer one before they were sent.
+  std::uint64_t replaced_commands = 0;
 };
 
 /// Times within a cycle, measured from its SYNC.
 struct CyclePhases {
   can::Duration period{};        ///< from the last SYNC to this one
-  can::Duration lateness{};      ///< of the SYNC, after its deadline
-  can::Duration sample_heard{};  ///< by the kernel's timestamp; zero where no sample came
+  can::Duration lateness{};      ///< delay of the SYNC after its deadline
+  can::Duration sample_heard{};  ///< by the kernel's timestamp; zero if no sample arrived
   can::Duration command_sent{};
-  can::Duration execution{};  ///< of the axis's step
+  can::Duration execution{};  ///< execution time of the axis's step
 
-  /// From the received sample to the sent command; zero where no sample came.
+  /// From the received sample to the sent command; zero if no sample arrived.
   can::Duration turnaround() const {
     return sample_heard == can::Duration::zero() ? sample_heard : command_sent - sample_heard;
   }
@@ -42,21 +41,21 @@ struct CyclePhases {
 
 struct CycleRecord {
   std::uint64_t cycle = 0;
-  double time_s = 0.0;  ///< of the SYNC, since start
+  double time_s = 0.0;  ///< time of the SYNC, since start
   std::size_t axis = 0;
   AxisReport report;
   double amplifier_output = 0.0;  ///< last received status, drive units
   double amplifier_output_age_s = std::numeric_limits<double>::quiet_NaN();  ///< at `time_s`; NaN: no status
   CyclePhases phases{};
-  CycleCounters counters{};  ///< of the controller, at the time of the record
+  CycleCounters counters{};  ///< counters of the controller at the time of the record
   std::optional<NodeEvent> event{};
 };
 static_assert(std::is_trivially_copyable_v<CycleRecord>, "records cross threads by plain copying");
 
-// The columns of a cycle: one table for every CSV, HDF5 file and stream in which cycles of an axis are kept.
+// The columns of a cycle: one table for every CSV, HDF5 file and stream that stores cycles of an axis.
 //
-// A column is a number. One that has words (a state, a cause) is the number of its word; in CSV the word
-// stands in its place. A value that a cycle does not have is NaN; in CSV the field is empty.
+// A column is a number. If its values have words (a state, a cause), the number is the index of the word, and
+// CSV contains the word instead. A missing value is NaN; in CSV its field is empty.
 
 struct CycleColumn {
   enum class Kind : std::uint8_t {
@@ -75,22 +74,22 @@ struct CycleColumn {
   double (*value)(const CycleRecord& record) = nullptr;
 };
 
-/// In the order of the CSV.
+/// Returns the columns in the order of the CSV.
 std::span<const CycleColumn> cycle_columns();
-/// Null if there is none of that name.
+/// Returns the column with this name, or null.
 const CycleColumn* find_cycle_column(std::string_view name);
-/// The words of a column by their number; those of `limits` by their bit. Empty if it has none.
+/// Returns the words of a column by their number, for `limits` by their bit; empty if the column has none.
 std::vector<std::string> words_of(const CycleColumn& column);
 
-/// A comment above the header.
+/// Comment line above the CSV header.
 inline constexpr std::string_view cycle_units =
     "# drive and amplifier_output in the axis's drive unit; error = reference - position\n";
-/// Appends the names of the columns, with commas, without an end of line.
+/// Appends the names of the columns, separated by commas, without an end of line.
 void append_cycle_header(std::string& text);
-/// Appends the row, with commas, without an end of line.
+/// Appends the row, separated by commas, without an end of line.
 void append_cycle_row(std::string& text, const CycleRecord& record, std::span<const std::string> axis_names);
 
-/// Appends the value with that many decimals; nothing if it is NaN.
+/// Appends the value with this number of decimals; nothing if the value is NaN.
 void append_fixed(std::string& text, double value, int decimals);
 
 }  // namespace hystcan::controller

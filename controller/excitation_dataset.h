@@ -4,13 +4,13 @@
 // The command that answers SYNC(n) takes effect at SYNC(n+1), and the position is sampled at the SYNC (see
 // docs/protocol/cycle.md, "One cycle"). A row is one SYNC:
 //
-//   time_s   of SYNC(n), from 0 at the first row
-//   input    drive of the command that answered SYNC(n-1): in force from SYNC(n) until SYNC(n+1)
-//   output   position at SYNC(n), sampled when that drive takes effect: the response to the rows before
+//   time_s   time of SYNC(n), 0 at the first row
+//   input    drive of the command that answered SYNC(n-1), in effect from SYNC(n) until SYNC(n+1)
+//   output   position at SYNC(n), sampled when that drive takes effect: the response to earlier rows
 //
-// Every cycle of the excitation has a row, those of its first `lead_s` seconds excepted; the ramps before and
-// after it have none. A cycle is left out where its sample is missing, or where the record of the cycle
-// before is lost, because its input is then unknown.
+// Every cycle of the excitation has a row, except the cycles of its first `lead_s` seconds; the ramps before
+// and after it have none. A cycle is omitted if its sample is missing, or if the record of the cycle before
+// is lost, because its input is then unknown.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class ExcitationDataset {
  public:
   explicit ExcitationDataset(double lead_s = 0.0) : lead_s_(lead_s) {}
 
-  /// Takes the record of every cycle in order, beginning before the axis tracks.
+  /// Takes the records of all cycles in order, beginning before the axis tracks.
   std::optional<ExcitationRow> add(const CycleRecord& record);
 
   std::uint64_t rows() const { return rows_; }
@@ -39,7 +39,7 @@ class ExcitationDataset {
  private:
   std::optional<CycleRecord> before_;
   double lead_s_;
-  std::optional<double> start_s_;  ///< of the excitation
+  std::optional<double> start_s_;  ///< start time of the excitation
   double first_s_ = 0.0;
   std::uint64_t rows_ = 0;
   std::uint64_t left_out_ = 0;

@@ -1,5 +1,5 @@
-// A message that the controller receives, with the axes that have signals in it; mostly one. Its frames are
-// checked once for all of them.
+// A message that the controller receives, with the axes that have signals in it (usually one). Each frame is
+// checked once for all of these axes.
 #pragma once
 
 #include <cstddef>
@@ -26,9 +26,9 @@ class ReceivedFrame {
   std::uint32_t id() const { return id_; }
   bool extended() const { return extended_; }
 
-  /// False: the frame is rejected, and counted.
+  /// Returns false if the frame is rejected; rejected frames are counted.
   bool accepts(const can::Frame& frame) { return !checker_.check(frame); }
-  /// The node has restarted: its next frame may have any counter.
+  /// Called after the node has restarted: its next frame may have any counter.
   void restart() { checker_.restart(); }
   const can::E2eChecker& checker() const { return checker_; }
   can::RejectedFrames rejected() const { return can::rejected_frames(message_, checker_); }

@@ -128,7 +128,7 @@ bool RemoteNode::on_foreign_nmt(const can::Frame& frame) {
     case can::NmtCommand::reset_node:
     case can::NmtCommand::reset_communication:
       return true;
-    case can::NmtCommand::start:  // it is started already
+    case can::NmtCommand::start:  // the node is started already
       break;
   }
   return false;  // a node ignores every other command
@@ -151,9 +151,9 @@ void RemoteNode::note_no_such_sync(std::uint8_t sync_counter) {
   note({.kind = NodeEvent::Kind::no_such_sync, .node = node_, .sync_counter = sync_counter});
 }
 
-// Behind the next SYNC, a frame may have waited for the bus.
+// A frame after the next SYNC counts as inside the slot too: it may have waited for the bus.
 void RemoteNode::note_background_frame(std::uint8_t sync_counter, unsigned slots) {
-  constexpr unsigned certain = 3;  // one may have waited longer on a full bus
+  constexpr unsigned certain = 3;  // one or two frames may have waited longer on a full bus
   const auto before = static_cast<std::uint8_t>(sync_counter - 1);
   if (can::is_in_slot(node_, sync_counter, slots) || can::is_in_slot(node_, before, slots)) {
     if (more_outside_ > 0) --more_outside_;
@@ -180,7 +180,8 @@ void RemoteNode::retry_setup() {
 
 std::optional<can::Frame> RemoteNode::poll_setup(can::Time now) {
   const auto is = state(now);
-  if (!is || *is == can::NmtState::stopped) return std::nullopt;  // a stopped node answers no SDO
+  // A stopped node does not answer SDO requests.
+  if (!is || *is == can::NmtState::stopped) return std::nullopt;
   const auto request = setup_.poll(now);
   if (setup_.has_failed() && !std::exchange(failure_noted_, true))
     note({.kind = NodeEvent::Kind::not_set_up, .node = node_, .failure = setup_.failure()});

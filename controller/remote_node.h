@@ -1,4 +1,4 @@
-// What the controller knows of one other node: its heartbeat, its emergencies, and whether it is set up.
+// The controller's view of one other node: its heartbeat, its emergencies, and the state of its set-up.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace hystcan::controller {
 
-/// A frame that only this controller sends, from another node.
+/// A frame from another node that only this controller may send.
 struct ForeignFrame {
   enum class Kind : std::uint8_t { sync, heartbeat, command, axis_status };
   Kind kind = Kind::sync;
@@ -31,32 +31,32 @@ struct NodeEvent {
     not_set_up,
     foreign_nmt,
     foreign_sdo,
-    no_such_sync,       ///< a sample names a SYNC that there is not
-    outside_slot,       ///< heartbeats and statuses come outside of the slot of the node
-    another_controller  ///< the node is not known
+    no_such_sync,       ///< a sample contains a counter that no SYNC has
+    outside_slot,       ///< heartbeats and statuses arrive outside the slot of the node
+    another_controller  ///< the node id is unknown
   };
   Kind kind = Kind::emergency;
   std::uint8_t node = 0;
   can::Emergency emergency{};
   can::SdoFailure failure{};
-  can::NmtCommand command{};      ///< of foreign_nmt
-  can::SdoObject object{};        ///< of foreign_sdo
-  std::uint8_t sync_counter = 0;  ///< of no_such_sync and outside_slot
-  unsigned slots = 0;             ///< of outside_slot: of a round
-  ForeignFrame frame{};           ///< of another_controller
-  std::uint32_t times = 1;        ///< so many of this kind came in a row before the first was taken
+  can::NmtCommand command{};      ///< for foreign_nmt
+  can::SdoObject object{};        ///< for foreign_sdo
+  std::uint8_t sync_counter = 0;  ///< for no_such_sync and outside_slot
+  unsigned slots = 0;             ///< for outside_slot: slots of a round
+  ForeignFrame frame{};           ///< for another_controller
+  std::uint32_t times = 1;        ///< number of consecutive events of this kind before the first was taken
 };
 static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
 
-/// True for the same failure of the same node: kind and code.
+/// True for the same failure of the same node: equal kind and code.
 bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other);
-/// True for an emergency that only says that an error has gone (CiA 301: 00xx, "error reset or no error").
+/// True for an emergency that only reports the end of an error (CiA 301: 00xx, "error reset or no error").
 bool is_all_clear(const NodeEvent& event);
 
 /// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
 std::string describe(const NodeEvent& event);
 
-/// What other nodes have sent to a node that only this controller commands.
+/// Commands and requests of other nodes to a node that only this controller commands.
 struct ForeignAccess {
   std::uint64_t nmt = 0;
   std::uint64_t sdo_writes = 0;
@@ -65,10 +65,11 @@ struct ForeignAccess {
 /// "2 NMT commands, 1 SDO write, 30 SDO reads of another node"; empty if there was none.
 std::string describe(const ForeignAccess& access);
 
-/// What a heartbeat says.
+/// Meaning of a received heartbeat.
 enum class Heartbeat : std::uint8_t { rejected, boot_up, new_state, as_before };
 
-/// A node is set up before it is started, and again after each boot-up, because it may have lost its set-up.
+/// One remote node. It is set up before it is started, and again after each boot-up, because it may have lost
+/// its set-up.
 class RemoteNode {
  public:
   RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, can::SdoSetup setup);
@@ -76,49 +77,49 @@ class RemoteNode {
   Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
   void on_emergency(const can::Frame& frame);
   void on_sdo(const can::Frame& frame);
-  /// An NMT frame, or an SDO request to this node, of another node. True: it may change what the node does.
-  /// Where it may have changed the set-up, the node is set up again before it is used again.
+  /// Records an NMT frame, or an SDO request to this node, from another node. Returns true if it may change
+  /// what the node does. If it may have changed the set-up, the node is set up again before it is used again.
   bool on_foreign_nmt(const can::Frame& frame);
   bool on_foreign_sdo(const can::Frame& frame);
-  /// A sample of this node has this `SyncCounter`, which no SYNC has.
+  /// Records a sample of this node with a `SyncCounter` that no SYNC has.
   void note_no_such_sync(std::uint8_t sync_counter);
-  /// A heartbeat or a status with nothing new has come after this SYNC. Where three more are outside of the
-  /// slot of the node than within, the log says so, once.
+  /// Records a heartbeat or a status without news that has arrived after this SYNC. If three more of them
+  /// have been outside the node's slot than inside, makes one event for the log.
   void note_background_frame(std::uint8_t sync_counter, unsigned slots);
 
   std::uint8_t node() const { return node_; }
-  /// Empty if no heartbeat has come, or none for too long.
+  /// Returns the node's state; `nullopt` if no heartbeat has arrived, or if the last one is too old.
   std::optional<can::NmtState> state(can::Time now) const { return heartbeat_.state(now); }
-  /// Operational, and its set-up is complete.
+  /// True if the node is operational and its set-up is complete.
   bool is_operational(can::Time now) const {
     return setup_.is_done() && state(now) == can::NmtState::operational;
   }
   bool is_set_up() const { return setup_.is_done(); }
-  /// They count the invalid frames in the place of heartbeat, emergency and SDO response.
+  /// These checkers count the invalid heartbeats, emergencies and SDO responses.
   const can::E2eChecker& heartbeat_checker() const { return heartbeat_checker_; }
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
   const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
   const ForeignAccess& foreign_access() const { return foreign_; }
-  /// Frames outside of its slot; 0 of a node that keeps it.
+  /// Returns the number of frames outside its slot; 0 for a node that keeps it.
   std::uint64_t outside_slot() const { return keeps_slot_ ? 0 : outside_slot_; }
 
-  /// The bus was off: neither the last state nor the set-up may still be valid.
+  /// Called after the bus was off: discards the node's state and set-up, which may not be valid any more.
   void forget();
 
-  /// The next request of the set-up, once the node is present.
+  /// Returns the next request of the set-up if the node is present.
   std::optional<can::Frame> poll_setup(can::Time now);
   bool setup_has_failed() const { return setup_.has_failed(); }
-  /// A set-up that has failed is tried once more.
+  /// Tries a failed set-up once more.
   void retry_setup();
 
-  /// The node has booted up since the last call.
+  /// True if the node has booted up since the last call.
   bool take_restart() {
     return std::exchange(boot_ups_seen_, heartbeat_.boot_ups()) != heartbeat_.boot_ups();
   }
-  /// An emergency of another code than "no error" came since the last call.
+  /// True if an emergency with a code other than "no error" has arrived since the last call.
   bool take_alarm() { return std::exchange(alarm_, false); }
-  /// The oldest event not yet taken. Equal ones in a row are counted as one. More than sixteen are lost but
-  /// for the last.
+  /// Returns the oldest event that was not taken yet. Equal consecutive events are counted as one. If there
+  /// are more than sixteen, the later ones are lost, except for the last.
   std::optional<NodeEvent> take_event();
 
  private:
@@ -133,7 +134,7 @@ class RemoteNode {
   can::SdoSetup setup_;
   ForeignAccess foreign_;
   std::uint64_t outside_slot_ = 0;
-  unsigned more_outside_ = 0;  ///< than in its slot
+  unsigned more_outside_ = 0;  ///< frames outside its slot minus frames inside
   bool keeps_slot_ = true;
   bool failure_noted_ = false;
   bool alarm_ = false;

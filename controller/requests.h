@@ -1,6 +1,6 @@
-// Requests to a running controller from another thread. The controller carries out each request as a whole,
-// between two cycles, and answers it once. Neither thread waits: two lock-free rings, one in each direction,
-// carry pointers to requests, which the requesting thread creates and frees.
+// Requests to a running controller from another thread. The controller executes each complete request between
+// two cycles and answers it once. Neither thread waits: two lock-free rings, one in each direction, carry
+// pointers to requests. The requesting thread creates and frees the requests.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ struct Request {
     enable,   ///< from offline to tracking
     disable,  ///< ramp to the safe drive, switch off
     clear,    ///< clear the latched fault
-    go_to,    ///< leave the configured reference for `position_um`
+    go_to,    ///< move from the configured reference to `position_um`
     resume,   ///< return to the configured reference
-    retune,   ///< take over `tuning`, which then holds the previous tuning
-    revert,   ///< discard what was learnt of a reference that repeats
+    retune,   ///< apply `tuning`, which then contains the previous tuning
+    revert,   ///< discard the learnt corrections of a reference that repeats
     stop,     ///< stop all axes and the controller
   };
   Kind kind = Kind::enable;
@@ -32,7 +32,7 @@ struct Request {
   std::uint64_t cycle = 0;           ///< the last cycle before the request took effect
 };
 
-/// One thread requests, one other thread (the control thread) answers.
+/// One thread requests; one other thread, the control thread, answers.
 class RequestLink {
  public:
   RequestLink();
@@ -40,12 +40,12 @@ class RequestLink {
   RequestLink& operator=(const RequestLink&) = delete;
   ~RequestLink();
 
-  /// False if too many requests are unanswered; the request is then discarded.
+  /// Returns false if too many requests are unanswered; the request is then discarded.
   bool ask(std::unique_ptr<Request> request);
-  /// The oldest answer; null if there is none yet.
+  /// Returns the oldest answer; null if there is none yet.
   std::unique_ptr<Request> take_answer();
 
-  /// The control thread takes the next request, null if there is none, and returns it with its answer.
+  /// The control thread takes the next request (null if there is none), and returns it with its answer.
   /// Neither function allocates.
   Request* next();
   void answer(Request* request);
@@ -53,10 +53,10 @@ class RequestLink {
  private:
   struct Rings;  // keeps Boost's headers out of this one
   std::unique_ptr<Rings> rings_;
-  std::size_t unanswered_ = 0;  ///< of the requesting thread
+  std::size_t unanswered_ = 0;  ///< only the requesting thread uses this counter
 };
 
-/// Carries a request out, on the control thread, between two cycles.
+/// Executes a request on the control thread, between two cycles.
 std::optional<Refusal> carry_out(Request& request, WiredAxes& axes);
 
 }  // namespace hystcan::controller

@@ -1,4 +1,4 @@
-// The frame with the samples of the axes that share it; mostly of one.
+// The frame with the samples of one axis, or of several axes that share it.
 #pragma once
 
 #include <array>
@@ -15,21 +15,22 @@ class SampleFrame : public ReceivedFrame {
  public:
   using ReceivedFrame::ReceivedFrame;
 
-  /// The axes have one counter of the SYNC, or each its own. Returns the place of the one with this name.
+  /// Adds the signal of a SYNC counter. Axes may share one counter or have one each. Returns the place of the
+  /// counter with this name.
   std::size_t add_sync_counter(const std::string& signal);
-  /// This frame and another one, both accepted, name the same SYNC. A frame that is sent twice is no other
-  /// one. Decided once for each frame.
+  /// True if this frame and an earlier, different frame were both accepted with the same SYNC counter. An
+  /// identical repeated frame does not count. Decided once for each frame.
   bool is_doubled(std::size_t place, std::uint8_t sync_counter, const can::Frame& frame, std::uint64_t cycle);
 
  private:
   struct NamedSync {
-    std::uint64_t cycle = 0;  ///< 0: none yet
+    std::uint64_t cycle = 0;  ///< 0: no frame yet
     can::Frame frame{};
   };
   struct SyncCounter {
     std::string signal;
-    std::array<NamedSync, 256> named{};  ///< by counter: the last frame that named it
-    std::uint64_t decided_for = 0;       ///< the number of the accepted frame
+    std::array<NamedSync, 256> named{};  ///< index: SYNC counter; value: the last frame with this counter
+    std::uint64_t decided_for = 0;       ///< number of the accepted frame for which is_doubled was decided
     bool is_doubled = false;
   };
 

@@ -1,5 +1,5 @@
-// Receives the live setpoints of one axis, where the configuration allows them. Refused ones are counted by
-// their reason.
+// Receives the live setpoints of one axis, if the configuration allows them. Counts refused setpoints by
+// reason.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace hystcan::controller {
 
-/// Counts the live setpoints whose frames were valid.
+/// Number of live setpoints with valid frames, by result.
 struct SetpointCounters {
   std::uint64_t taken = 0;
   std::uint64_t not_tracking = 0;
@@ -20,7 +20,7 @@ struct SetpointCounters {
 
   std::uint64_t refused() const { return not_tracking + out_of_range + unknown_mode; }
 };
-/// "2 live setpoints taken, refused: 1 not tracking, 3 out of range"; empty if none has come.
+/// "2 live setpoints taken, refused: 1 not tracking, 3 out of range"; empty if none has arrived.
 std::string describe(const SetpointCounters& counters);
 
 class SetpointReceiver {

@@ -1,5 +1,5 @@
-// The frames of the axes of a controller: those with their commands, samples and statuses. Axes whose signals
-// are in the same message share its frame.
+// The frames of a controller's axes: commands, samples and statuses. Axes whose signals are in the same
+// message share its frame.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct SharedFrames {
   std::vector<std::unique_ptr<ReceivedFrame>> statuses;
 };
 
-/// The frame of this message. Null: no axis has a signal in it yet.
+/// Returns the frame of this message; null if no axis has a signal in it yet.
 template <class Frame, class Payload>
 Frame* find_frame(const std::vector<std::unique_ptr<Frame>>& frames, const can::Layout<Payload>& layout) {
   const auto found = std::ranges::find_if(frames, [&](const auto& frame) {
@@ -27,7 +27,7 @@ Frame* find_frame(const std::vector<std::unique_ptr<Frame>>& frames, const can::
   return found == frames.end() ? nullptr : found->get();
 }
 
-/// The same; it is made where there is none.
+/// Returns the frame of this message; creates it if there is none.
 template <class Frame, class Payload>
 Frame& make_frame(std::vector<std::unique_ptr<Frame>>& frames, const can::Layout<Payload>& layout,
                   const auto&... rest) {

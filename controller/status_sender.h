@@ -14,14 +14,15 @@ class StatusSender {
  public:
   StatusSender(const can::Database& database, const can::AxisWire& wire);
 
-  /// Identifier of the status. Empty if the database has no such message; then none is ever due.
+  /// Returns the identifier of the status; `nullopt` if the database has no such message; then none is ever
+  /// due.
   std::optional<std::uint32_t> id() const;
-  /// Call it with each heartbeat.
+  /// Called with each heartbeat.
   void make_due() { due_ = true; }
   bool is_due(const Axis& axis) const;
-  /// False if the bus refused the frame, which then stays due.
+  /// Returns false if the bus refused the frame, which then stays due.
   bool send(const Axis& axis, can::Bus& bus);
-  /// True for a valid status frame on the bus: it comes from another controller.
+  /// True for a valid status frame on the bus, which is from another controller.
   bool is_sound(const can::Frame& frame) { return foreign_ && !foreign_->check(frame); }
 
  private:

@@ -9,8 +9,7 @@ void SyncClock::start(can::Time now, can::Duration to_first_sync) {
   deadline_ = now + to_first_sync;
 }
 
-/// Nothing is caught up with: where the SYNC is too late, deadlines and references go on as if it were in
-/// time.
+/// Does not catch up: if the SYNC is too late, deadlines and references continue from the time of this SYNC.
 void SyncClock::begin_cycle(can::Time now) {
   const bool is_first = cycle_.sync_counter == 0;
   const can::Duration since_last = now - cycle_.sync_sent;

@@ -3,8 +3,8 @@
 //
 //   reference time = time - waited,    waited = sum of these latenesses
 //
-// From SYNC to SYNC the reference time advances by half a cycle to one and a half, and by at most one where
-// it waits.
+// From SYNC to SYNC the reference time advances by half a cycle to one and a half cycles; if it waits, by at
+// most one cycle.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,13 @@
 
 namespace hystcan::controller {
 
-/// One cycle, from its SYNC on.
+/// One cycle, starting with its SYNC.
 struct Cycle {
   std::uint8_t sync_counter = 0;
   can::Time sync_sent{};
-  can::Duration lateness{};     ///< Of the SYNC, after its deadline.
-  can::Duration sync_period{};  ///< From the SYNC before; zero at the first.
-  double dt_s = 0.0;            ///< From the SYNC before, or from start().
+  can::Duration lateness{};     ///< Delay of the SYNC after its deadline.
+  can::Duration sync_period{};  ///< Time since the SYNC before; zero for the first.
+  double dt_s = 0.0;            ///< Time since the SYNC before, or since start().
 };
 
 class SyncClock {
@@ -27,20 +27,20 @@ class SyncClock {
   explicit SyncClock(can::Duration period) : period_(period) {}
 
   void start(can::Time now, can::Duration to_first_sync);
-  /// The next SYNC is sent now.
+  /// Called when the next SYNC is sent.
   void begin_cycle(can::Time now);
-  /// No SYNC is sent any more: the last step is of this time.
+  /// Called if no more SYNC is sent: the last step has this time.
   void end(can::Time now) { cycle_.sync_sent = now; }
 
   const Cycle& cycle() const { return cycle_; }
-  can::Time deadline() const { return deadline_; }  ///< Of the next SYNC.
+  can::Time deadline() const { return deadline_; }  ///< Deadline of the next SYNC.
   can::Duration period() const { return period_; }
   can::Duration waited() const { return waited_; }
   std::uint64_t missed_cycles() const {
     return static_cast<std::uint64_t>((waited_ + period_ / 2) / period_);
   }
   double since_start_s(can::Time time) const { return can::seconds(time - started_); }
-  double time_s() const { return since_start_s(cycle_.sync_sent); }  ///< Of this cycle's SYNC.
+  double time_s() const { return since_start_s(cycle_.sync_sent); }  ///< Time of this cycle's SYNC.
 
  private:
   can::Duration period_;

@@ -63,7 +63,7 @@ std::optional<std::string> CsvLog::close() {
 
 void LatenessLog::add(const CycleRecord& record) {
   if (warn_ == can::Duration::zero()) return;
-  const bool is_new = record.cycle != last_cycle_;  // each cycle has a record for each axis
+  const bool is_new = record.cycle != last_cycle_;  // each cycle has one record per axis
   last_cycle_ = record.cycle;
   const can::Duration late = record.phases.lateness;
   const bool counts = is_new && late > warn_;

@@ -1,4 +1,4 @@
-// The path from the control thread to all slow tasks: a lock-free ring, emptied by a separate thread.
+// The path from the control thread to all slow tasks: a lock-free ring that a separate thread empties.
 #pragma once
 
 #include <atomic>
@@ -18,8 +18,8 @@
 
 namespace hystcan::controller {
 
-/// Passes cycle records to `consume` on another thread. push() neither waits nor allocates; where the ring is
-/// full it drops the record and counts it.
+/// Passes cycle records to `consume` on another thread. push() neither waits nor allocates; if the ring is
+/// full, it drops the record and counts it.
 class TelemetryThread {
  public:
   using Consumer = std::function<void(const CycleRecord&)>;
@@ -44,12 +44,12 @@ class TelemetryThread {
 /// Writes cycle records as CSV (controller/cycle_record.h).
 class CsvLog {
  public:
-  /// Replaces the file. Throws std::system_error where it can't be created.
+  /// Replaces the file. Throws std::system_error if the file cannot be created.
   CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
-  /// A full disk loses rows and does not stop the run.
+  /// Writes a row. A full disk loses rows and does not stop the run.
   void write(const CycleRecord& record);
-  /// Why rows were lost, if any were.
+  /// Returns why rows were lost, if any were.
   std::optional<std::string> close();
 
  private:
@@ -58,8 +58,8 @@ class CsvLog {
   std::string row_;
 };
 
-/// Reports SYNCs that came more than `warn` after their deadline, at most one line per second. Runs on the
-/// telemetry thread. Where `warn` is zero it reports nothing.
+/// Logs SYNCs that were sent more than `warn` after their deadline, at most one line per second. Runs on the
+/// telemetry thread. Logs nothing if `warn` is zero.
 class LatenessLog {
  public:
   LatenessLog(can::Duration warn, can::BusHealthLog::Sink sink) : warn_(warn), sink_(std::move(sink)) {}
@@ -71,7 +71,7 @@ class LatenessLog {
   can::BusHealthLog::Sink sink_;
   can::RateLimit limit_;
   std::uint64_t last_cycle_ = 0;
-  can::Duration worst_{};  ///< since the last line
+  can::Duration worst_{};  ///< largest lateness since the last logged line
 };
 
 }  // namespace hystcan::controller

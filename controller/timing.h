@@ -5,9 +5,10 @@
 //   S_n    = S_(n-1) + (x_n - mean_(n-1)) (x_n - mean_n)
 //   SD     = sqrt(S_n / (n - 1))
 //
-// Quantiles come from a histogram. Its classes are 1 ns wide up to 64 ns; above that, each doubling has 32
-// classes. A quantile is reported as the upper end of its class: it is never less than the true quantile and
-// at most 1/32 (3.1 %) above it. All times beyond 68 s are in one class, which is reported as the maximum.
+// Quantiles are computed from a histogram. Its classes are 1 ns wide up to 64 ns; above that, each doubling
+// has 32 classes. A quantile is reported as the upper end of its class: it is never less than the true
+// quantile and at most 1/32 (3.1 %) above it. All times above 68 s are in one class, which is reported as the
+// maximum.
 #pragma once
 
 #include <array>
@@ -23,7 +24,7 @@ namespace hystcan::controller {
 struct TimeSummary {
   std::uint64_t count = 0;
   double mean_us = 0.0;
-  double sd_us = 0.0;  ///< 0 where count < 2
+  double sd_us = 0.0;  ///< 0 if count < 2
   double p99_us = 0.0;
   double max_us = 0.0;
 };
@@ -33,12 +34,12 @@ class TimeStatistics {
   void add(std::chrono::nanoseconds time);
 
   std::uint64_t count() const { return count_; }
-  /// The least time that is not exceeded by the share `q` (0..1) of all times; 0 without any time.
+  /// Returns the smallest time that the share `q` (0..1) of all times does not exceed; 0 without any time.
   double quantile_us(double q) const;
   TimeSummary summary() const;
 
  private:
-  static constexpr unsigned sub_bits = 5;   ///< 32 classes to a doubling
+  static constexpr unsigned sub_bits = 5;   ///< 32 classes per doubling
   static constexpr unsigned top_bits = 36;  ///< the last class begins below 2^36 ns
   static constexpr std::size_t classes = (top_bits - sub_bits + 1) << sub_bits;
   static std::size_t class_of(std::uint64_t ns);
@@ -51,23 +52,23 @@ class TimeStatistics {
   std::array<std::uint64_t, classes> histogram_{};
 };
 
-/// Times of one controller since its start. A cycle adds one time to each of the first two, and one time per
-/// axis to each of the others.
+/// Times of one controller since its start. Each cycle adds one time to each of the first two members, and
+/// one time per axis to each of the others.
 struct CycleTiming {
   TimeStatistics period;      ///< from SYNC to SYNC
-  TimeStatistics lateness;    ///< of the SYNC after its deadline
-  TimeStatistics turnaround;  ///< received sample (kernel's timestamp) to sent command; none without a sample
-  TimeStatistics execution;   ///< of the axis's step
+  TimeStatistics lateness;    ///< delay of the SYNC after its deadline
+  TimeStatistics turnaround;  ///< received sample (kernel's timestamp) to sent command; cycles with a sample
+  TimeStatistics execution;   ///< execution time of the axis's step
 };
 
 struct NamedTime {
-  std::string_view key;  ///< in JSON
+  std::string_view key;  ///< key in JSON
   std::string_view words;
   TimeStatistics CycleTiming::*statistics;
 };
 std::span<const NamedTime> cycle_times();
 
-/// `period         5000 x, mean 1000.0 us, SD 1.2 us, p99 1003.5 us, max 1010.2 us`.
+/// Example: `period         5000 x, mean 1000.0 us, SD 1.2 us, p99 1003.5 us, max 1010.2 us`.
 std::string describe(std::string_view words, const TimeSummary& summary);
 
 }  // namespace hystcan::controller

@@ -33,7 +33,7 @@ WiredAxis::WiredAxis(const WiredAxisConfig& config, std::size_t axis_index, can:
 
 void WiredAxis::on_another_controller(const ForeignFrame& frame, double time_s) {
   if (axis.state() == AxisState::offline) return;
-  axis.trip(Cause::another_controller, time_s);  // of a faulted axis it ends the ramp
+  axis.trip(Cause::another_controller, time_s);  // on a faulted axis, this ends the ramp
   if (std::exchange(fault_that_named_it_s_, axis.fault().time_s) != axis.fault().time_s)
     foreign_frame_ = frame;
 }
@@ -41,7 +41,7 @@ void WiredAxis::on_another_controller(const ForeignFrame& frame, double time_s) 
 std::optional<NodeEvent> WiredAxis::take_event() {
   if (const auto frame = std::exchange(foreign_frame_, std::nullopt))
     return NodeEvent{.kind = NodeEvent::Kind::another_controller, .frame = *frame};
-  // In turn: one node that sends emergencies in every cycle does not hide those of the other.
+  // Alternately: a node that sends emergencies in every cycle does not hide the events of the other node.
   for (int tries = 0; tries < 2; ++tries) {
     RemoteNode* node = nodes()[sensor_has_the_turn_ ? 0 : 1];
     sensor_has_the_turn_ = !sensor_has_the_turn_;

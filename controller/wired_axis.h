@@ -1,4 +1,4 @@
-// One axis with its place on the bus: the axis itself, and the links to its two nodes with the codecs of
+// One axis and its connection to the bus: the axis itself, and the links to its two nodes with the codecs of
 // their frames.
 #pragma once
 
@@ -27,12 +27,12 @@ namespace hystcan::controller {
 struct WiredAxisConfig {
   can::AxisWire wire;
   AxisConfig axis;
-  bool live_setpoint = false;  ///< The axis obeys Setpoint frames, whoever sends them.
+  bool live_setpoint = false;  ///< The axis obeys Setpoint frames from any sender.
   bool scan_marker = false;    ///< A ScanMarker is sent for each line of a scan.
 };
 
 struct WiredAxis {
-  /// Throws std::invalid_argument where the database lacks a message or the model is not valid.
+  /// Throws std::invalid_argument if the database lacks a message or if the model is not valid.
   WiredAxis(const WiredAxisConfig& config, std::size_t axis_index, can::Duration heartbeat_timeout,
             const can::Database& database, SharedFrames& frames);
   WiredAxis(const WiredAxis&) = delete;
@@ -40,29 +40,30 @@ struct WiredAxis {
   ~WiredAxis() = default;
 
   std::array<RemoteNode*, 2> nodes() { return {&sensor, &amplifier}; }
-  /// Faults the axis, unless it is offline; ends the ramp of a faulted one. The log names the frame, once in
-  /// a fault.
+  /// Faults the axis, unless it is offline; ends the ramp of a faulted axis. The frame is logged once per
+  /// fault.
   void on_another_controller(const ForeignFrame& frame, double time_s);
-  /// The oldest event not yet taken, of amplifier and sensor in turn; first the frame of another controller.
+  /// Returns the oldest event that was not taken yet, alternately from amplifier and sensor; first the frame
+  /// of another controller.
   std::optional<NodeEvent> take_event();
-  /// Of every message of this axis that the controller receives, but for a frame of an axis before it and for
-  /// the messages of `nodes`, which are counted already.
+  /// Appends the rejected frames of every message that this axis receives. Skips a frame that an earlier axis
+  /// has counted, and the messages of `nodes`, which are counted already.
   void append_rejected(std::vector<can::RejectedFrames>& all, std::set<std::uint8_t>& nodes) const;
 
   can::AxisWire wire;
-  std::size_t index;  ///< Among the axes of the controller.
+  std::size_t index;  ///< Index of the axis in the controller.
   Axis axis;
   SensorLink sensor;
   AmplifierLink amplifier;
   StatusSender status_sender;
-  std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis takes no live setpoint.
+  std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis does not accept live setpoints.
   std::optional<ScanMarkerSender> scan_marker_sender;
-  CyclePhases phases{};  ///< of this cycle's step
+  CyclePhases phases{};  ///< times of this cycle's step
 
  private:
   std::optional<ForeignFrame> foreign_frame_;    ///< for the log
-  std::optional<double> fault_that_named_it_s_;  ///< the time of the fault in which the log has named one
-  bool sensor_has_the_turn_ = false;             ///< to report an event
+  std::optional<double> fault_that_named_it_s_;  ///< time of the last fault for which foreign_frame_ was set
+  bool sensor_has_the_turn_ = false;             ///< the sensor is the next to report an event
 };
 
 /// The axes of a controller; their addresses do not change.

@@ -22,7 +22,7 @@ constexpr int design_grid = 400;     ///< frequencies from 0 to pi
 constexpr double flat_below = 0.03;  ///< theta_0
 constexpr int aliases = 6;           ///< m = -6 .. 6
 
-/// P_m.
+/// Returns P_m, the response of the position at the m-th alias of `theta`.
 Complex path_of(const LoopConfig& loop, const Complex& notch, double theta, int m) {
   const double frequency_Hz = (theta / (2.0 * std::numbers::pi) + m) / loop.cycle_s;
   const double delay_s = std::chrono::duration<double>(loop.delays.command_delay).count();
@@ -30,8 +30,9 @@ Complex path_of(const LoopConfig& loop, const Complex& notch, double theta, int 
          std::polar(1.0, -2.0 * std::numbers::pi * frequency_Hz * delay_s);
 }
 
-/// By the normal equations of the integral, |1 - P_0 V|^2 + sum_m |P_m V|^2 with V about the mean delay, and
-/// the two conditions: the weights' sum is 1, their mean is 0.
+/// Returns the weights that minimise the integral of |1 - P_0 V|^2 + sum_m |P_m V|^2, with V around the mean
+/// delay. They solve the normal equations with the two conditions: the sum of the weights is 1, their mean is
+/// 0.
 Weights feed_forward_weights(const LoopConfig& loop, const LinearLoop& linear) {
   const double ahead = chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s / loop.cycle_s;
   Eigen::Matrix<double, weights + 2, weights + 2> normal =
@@ -58,7 +59,7 @@ Weights feed_forward_weights(const LoopConfig& loop, const LinearLoop& linear) {
   return normal.fullPivLu().solve(right).head<weights>();
 }
 
-/// The least number of periods that is a whole number of cycles; 0 where there is none.
+/// Returns the smallest number of periods that is a whole number of cycles; 0 if there is none.
 unsigned whole_periods(double cycles_per_period) {
   constexpr unsigned most = 100;
   for (unsigned periods = 1; periods <= most; ++periods) {

@@ -18,25 +18,26 @@ constexpr int half_grid = 768;  ///< frequencies from 0 to pi
 constexpr std::size_t most_taps = 97;
 constexpr double regularisation = 0.02;
 
-/// What is left of an error after a period that is a tenth after 20 periods, with the default rate.
+/// Returns the share of an error that is left after one period if a tenth is left after 20 periods, at the
+/// default rate.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
-/// A whole number of cycles.
+/// Cycles within which a number counts as whole.
 constexpr double near_enough = 0.01;
 
-/// Periods of a segment beyond those that settle, so that something is learnt.
+/// Minimum number of periods of a segment beyond those that settle, so that something is learnt.
 constexpr double settling_periods = 1.5;
 
 double theta_of(int i, int half) { return half_turn * i / half; }
 
-/// m.
+/// Returns m, the number of whole cycles by which the correction is ahead.
 double ahead_cycles(const LoopConfig& loop) {
   return std::max(
       0.0, std::round((chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s + loop.delays.sensor_s()) /
                       loop.cycle_s));
 }
 
-/// T at every frequency, of one resonance.
+/// The loop's response T to a correction, at every frequency, for one resonance.
 using LearningResponse = Eigen::ArrayXcd;
 
 std::vector<LearningResponse> learning_responses(const LoopConfig& loop, double resonance_percent) {
@@ -58,7 +59,7 @@ std::vector<LearningResponse> learning_responses(const LoopConfig& loop, double 
   return all;
 }
 
-/// H, without a cut-off.
+/// Returns the learning filter H before a low pass cuts it off.
 Eigen::ArrayXcd inverse_of(const std::vector<LearningResponse>& responses) {
   Eigen::ArrayXcd h(half_grid + 1);
   for (int k = 0; k <= half_grid; ++k) {
@@ -76,11 +77,12 @@ Eigen::ArrayXcd inverse_of(const std::vector<LearningResponse>& responses) {
   return h;
 }
 
-/// 1 below the corner, 0 above 1.5 times the corner, smooth in between; of frequencies as a share of half the
-/// rate.
+/// Returns 1 below the corner, 0 above 1.5 times the corner, smooth in between. Frequencies are shares of
+/// half the rate.
 double cut_off(double share, double corner) { return 1.0 - smooth_step((share / corner - 1.0) / 0.5); }
 
-/// h_k = 1 / (2 pi) integral H e^{-i theta k}: as many taps as a period has phases, or windowed.
+/// Returns the taps h_k = 1 / (2 pi) integral H e^{-i theta k}, with a window: as many as a period has
+/// phases, at most most_taps.
 std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std::size_t phases) {
   const std::size_t count = std::min(most_taps, phases - (phases % 2 == 0 ? 1 : 0));
   const int late = static_cast<int>(count / 2);
@@ -98,7 +100,7 @@ std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std:
   return taps;
 }
 
-/// H of the taps.
+/// Returns the frequency response H of the taps.
 Complex response_of(const std::vector<double>& taps, double theta) {
   const int late = static_cast<int>(taps.size() / 2);
   Complex sum = 0.0;
@@ -107,7 +109,7 @@ Complex response_of(const std::vector<double>& taps, double theta) {
   return sum;
 }
 
-/// Judges the taps as they are; false where some error would grow.
+/// Judges the finite taps; false if an error would grow.
 bool converges(const std::vector<LearningResponse>& responses, const Learning::Config& config, double cycle_s,
                LearningDesign& design) {
   const double forget = 0.01 * config.forget_percent;
@@ -145,7 +147,8 @@ bool finds_filter(const std::vector<LearningResponse>& responses, const Learning
   return false;
 }
 
-/// As few periods as are a whole number of cycles together, or else those that are nearest to one.
+/// Selects the smallest number of periods that together are a whole number of cycles, or else the one nearest
+/// to it.
 void set_phases(LearningDesign& design, double cycles) {
   constexpr unsigned most_periods = 10;
   design.slip_cycles = 1.0;
@@ -158,8 +161,8 @@ void set_phases(LearningDesign& design, double cycles) {
   }
 }
 
-/// A corner falls on a sample in one period and between two in another, which shows another error. As many
-/// periods are judged together as it takes from sample to sample.
+/// Returns the cycles that are judged together. In one period a corner is on a sample, in another between two
+/// samples, which changes the error. The returned periods cover the whole shift from one sample to the next.
 std::size_t judged_cycles(const LearningDesign& design, double cycles) {
   constexpr double most_periods = 10.0;
   if (design.slip_cycles < near_enough) return 0;
@@ -197,7 +200,7 @@ LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const
            " or more: the first ", design.periods, " settle");
   const std::vector<LearningResponse> responses = learning_responses(loop, config.resonance_percent);
   const unsigned together = design.periods;
-  // A short period has a short filter. Several of them together have a longer one, and learn more slowly.
+  // A short period has a short filter. Several periods together have a longer filter, and learn more slowly.
   do {
     design.plan.phases = static_cast<std::size_t>(std::lround(design.periods * cycles));
     design.plan.period_s = design.periods * *period;

@@ -1,23 +1,21 @@
-// The filter with which a loop learns (controller/control/learning.h).
+// Designs the filter with which a loop learns (controller/control/learning.h).
 //
-// The correction goes m whole cycles ahead into the feed-forward, and into what PI compares with:
+// The correction is added m whole cycles ahead to the feed-forward, and to the reference of PI:
 //
 //   T = P (z^m + PI F) / (1 + L)                    linear_loop.h; m: the preview, rounded
 //   T = L / (1 + L)  without feed-forward (pi),     T = P z^m  without PI (average, inverse)
 //
-// With the resonance anywhere in its interval, T lies within a disc of middle M and radius R. The inverse of
-// the middle, regularised, learns best from all of them; the more it must doubt the phase, the less it
-// learns:
+// For every resonance in its interval, T is inside a disc with the middle M and the radius R. The regularised
+// inverse of M learns best for all of them. The larger the uncertainty of the phase, the smaller is q:
 //
 //   H = q conj(M) / (|M|^2 + 0.02),   q = max(0, 1 - R / |M|)^2
 //
-// H is made a filter of finite length by a window. What is checked is the filter as it is, for every T and
-// every theta:
+// A window makes H a filter of finite length. The check uses this finite filter, for every T and every theta:
 //
 //   |1 - forget - rate H T| <= 1 - forget / 2
 //
-// Where this does not hold, H is cut off by a low pass with a lower and lower corner until it does; for a
-// short period also with several periods learnt together, which allows a longer filter.
+// If the check fails, a low pass with a decreasing corner cuts H off until the check passes. If the period is
+// short, several periods are also learnt together, which allows a longer filter.
 #pragma once
 
 #include <optional>
@@ -31,27 +29,30 @@ namespace hystcan::controller {
 
 struct LearningDesign {
   Learning::Plan plan;
-  unsigned periods = 1;      ///< learnt together, because they are a whole number of cycles, or nearly
-  double slip_cycles = 0.0;  ///< what they are off from it: the phases are interpolated
-  double highest_Hz = 0.0;   ///< up to here an error falls to a tenth within 20 periods, at the default rate
-  double slowest_Hz = 0.0;   ///< the frequency below it that is learnt slowest
-  double slowest_periods = 0.0;  ///< until its error is a tenth
-  double largest_growth = 0.0;   ///< the largest |1 - forget - rate H T| over resonances and frequencies
+  /// Periods that are learnt together, because together they are nearly a whole number of cycles.
+  unsigned periods = 1;
+  /// Difference of these periods from a whole number of cycles; the phases are interpolated.
+  double slip_cycles = 0.0;
+  /// Highest frequency at which the error falls to a tenth within 20 periods, at the default rate.
+  double highest_Hz = 0.0;
+  double slowest_Hz = 0.0;       ///< frequency below highest_Hz at which learning is slowest
+  double slowest_periods = 0.0;  ///< periods until the error at slowest_Hz has fallen to a tenth
+  double largest_growth = 0.0;   ///< largest |1 - forget - rate H T| over resonances and frequencies
   double resonance_percent = 0.0;
 };
 
-/// The period of a shape that repeats; empty: it does not.
+/// Returns the period of a shape; `nullopt` if the shape does not repeat.
 std::optional<double> period_s(const Shape& shape);
 
-/// The longest period, in cycles.
+/// Longest period, in cycles.
 inline constexpr double longest_period_cycles = 20'000.0;
 
-/// Designs the filter of one segment. Throws std::invalid_argument where the period has fewer than 4 cycles
-/// or more than longest_period_cycles, or where no filter converges.
+/// Designs the filter of one segment. Throws std::invalid_argument if the period has fewer than 4 cycles or
+/// more than longest_period_cycles, or if no filter converges.
 LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const Learning::Config& config);
 
-/// Fills ahead_cycles and plans of the axis's learning, if it has one, for each segment that repeats. Throws
-/// std::invalid_argument where no segment repeats, or as design_learning.
+/// Designs ahead_cycles and plans for the axis's learning, if it has one, for each segment that repeats.
+/// Throws std::invalid_argument if no segment repeats, or if design_learning does.
 std::vector<std::optional<LearningDesign>> plan_learning(AxisConfig& axis, double rate_Hz);
 
 }  // namespace hystcan::controller

@@ -19,8 +19,8 @@ void require_positive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) refuse(name, " = ", value, ", expected a positive number");
 }
 
-/// The formula needs poles apart from each other. A pole that meets another one is moved by this share, which
-/// changes the response by as little.
+/// The formula needs different poles. A pole that meets another one is moved by this share, which changes the
+/// response by the same share.
 constexpr double apart = 1e-5;
 
 void add_pole(std::vector<Complex>& poles, Complex pole) {
@@ -47,7 +47,7 @@ std::vector<Complex> poles_of(const Delays& delays) {
 constexpr double pi_ = std::numbers::pi;
 constexpr double on_the_axis = -pi_ + 1e-9;  // with room for rounding
 
-/// The place between `a` and `b` where `f` changes its sign.
+/// Returns the place between `a` and `b` where `f` changes its sign.
 double bisect(const std::function<double(double)>& f, double a, double b) {
   const bool sign = f(a) < 0.0;
   for (int i = 0; i < 60; ++i) {
@@ -59,11 +59,11 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
 
 double phase_margin_deg(const Complex& loop) { return std::abs(std::arg(-loop)) * 180.0 / pi_; }
 
-/// Positive where |L / (1 + L)|^2 > 1/2, inside the bandwidth.
+/// Positive if |L / (1 + L)|^2 > 1/2, that is, inside the bandwidth.
 double above_half_power(const Complex& loop) { return std::norm(loop) - 0.5 * std::norm(1.0 + loop); }
 
-/// 1 + L turns by nothing from the lowest frequency to the highest, apart from rounding, where the loop is
-/// stable.
+/// True if 1 + L has not turned between the lowest and the highest frequency, apart from rounding: the loop
+/// is stable.
 bool is_unturned(double turned) { return std::abs(turned) < 0.1; }
 
 void require_gain(const char* name, double value) {
@@ -71,7 +71,7 @@ void require_gain(const char* name, double value) {
     refuse(name, " = ", value, ", expected a number, zero or more");
 }
 
-/// Walks along the frequencies and collects the margins.
+/// Moves along the frequencies and collects the margins.
 class Walk {
  public:
   Walk(const LinearLoop& loop, const PiGains& pi) : loop_(loop), pi_gains_(pi) {
@@ -93,7 +93,7 @@ class Walk {
       before = theta[i];
       was = here;
     }
-    if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));  // at pi L is real
+    if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));  // L(pi) is real
     found_.peak_sensitivity = 1.0 / std::sqrt(least_distance_);
     found_.gain_margin = at_180_ > 0.0 ? 1.0 / at_180_ : std::numeric_limits<double>::infinity();
     found_.stable = is_unturned(turned);
@@ -123,11 +123,11 @@ class Walk {
   const LinearLoop& loop_;
   PiGains pi_gains_;
   Margins found_;
-  double least_distance_ = std::numeric_limits<double>::infinity();  ///< least |1 + L|^2
-  double at_180_ = 0.0;  ///< the largest |L| at which L is real and negative
+  double least_distance_ = std::numeric_limits<double>::infinity();  ///< minimum of |1 + L|^2
+  double at_180_ = 0.0;  ///< largest |L| where L is real and negative
 };
 
-/// As Margins::stable, of a loop whose gains alone change.
+/// Same as Margins::stable, for a loop in which only the gains change.
 bool is_stable(const Responses& of, double kp, double ki_per_cycle) {
   const auto from_minus_one = [&](Eigen::Index i) {
     return 1.0 + ki_per_cycle * of.integral[i] + kp * of.proportional[i];
@@ -142,8 +142,8 @@ bool is_stable(const Responses& of, double kp, double ki_per_cycle) {
   return is_unturned(turned);
 }
 
-/// The largest value below `unstable` that is stable, by bisection of its logarithm; empty where `least` is
-/// not.
+/// Returns the largest stable value below `unstable`, by bisection of its logarithm; `nullopt` if `least` is
+/// not stable.
 std::optional<double> largest(const std::function<bool(double)>& stable, double least, double unstable) {
   if (!stable(least)) return std::nullopt;
   double lo = std::log(least), hi = std::log(unstable);
@@ -176,7 +176,7 @@ PlantRecursion::Config held_plant(const Delays& delays, double cycle_s, double l
       if (k != i) share *= poles[k] / (poles[k] - poles[i]);
     if (plant.interpolated) {
       share /= poles[i] * cycle_s;
-      plant.constant -= share.real();  // the imaginary parts of a pair add up to zero
+      plant.constant -= share.real();  // the imaginary parts of a pair cancel
     }
     plant.terms[i] = {share * std::exp(poles[i] * rest_s), std::exp(poles[i] * cycle_s)};
   }
@@ -243,7 +243,7 @@ Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density) {
   std::vector<double> theta;
   for (int i = 1; i <= even; ++i) theta.push_back(pi_ * i / even);
   for (int i = 0; i < slow; ++i) theta.push_back(pi_ * std::pow(10.0, -4.0 + 4.0 * i / slow));
-  constexpr int per_decade = 10;  // far below the crossover of any useful loop
+  constexpr int per_decade = 10;  // far below the crossover of any practical loop
   for (int i = 0; i < 3 * per_decade; ++i) theta.push_back(pi_ * std::pow(10.0, -7.0 + 1.0 * i / per_decade));
   const double omega = 2.0 * pi_ * config.delays.resonance_Hz * config.cycle_s;
   for (int i = -close; i <= close; ++i) {

@@ -14,22 +14,22 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Frequencies of a search, as a share of those of margins_of().
+/// Density of frequencies in a search, as a share of the density in margins_of().
 constexpr double search_density = 0.15, exact_density = 0.6;
 
-/// kp / (ki T).
+/// Largest kp / (ki T) that is tried.
 constexpr double largest_ratio = 6.0;
 
-/// The value with three significant digits, rounded towards zero.
+/// Returns the value with three significant digits, rounded towards zero.
 double rounded_down(double value) {
   if (value <= 0.0) return 0.0;
   const double digits = 2.0 - std::floor(std::log10(value));
   const double down = std::floor(value * std::pow(10.0, digits) * (1.0 + 1e-12));
-  // A power of ten is exact, its inverse is not: 46 / 10, not 46 * 0.1.
+  // A power of ten is exact, but its inverse is not: 46 / 10, not 46 * 0.1.
   return digits < 0.0 ? down * std::pow(10.0, -digits) : down / std::pow(10.0, digits);
 }
 
-/// The plant of every corner at every frequency, which all filters share.
+/// The plant at every corner and every frequency; all filters use the same ones.
 struct Plants {
   std::vector<double> theta;
   std::vector<Complex> response;
@@ -45,7 +45,7 @@ Plants plants_of(const LoopConfig& config, const PlantUncertainty& uncertainty, 
   return plants;
 }
 
-/// Of every corner, one after the other.
+/// Returns the responses at all corners, one corner after the other.
 Responses responses_of(const LoopConfig& config, const Plants& plants) {
   const LinearLoop loop(config);
   const auto count = static_cast<Eigen::Index>(plants.theta.size());
@@ -60,7 +60,8 @@ Responses responses_of(const LoopConfig& config, const Plants& plants) {
   return of;
 }
 
-/// The largest ki T with this kp / (ki T). The loop for ki T = 1 is X = integral + kp / (ki T) proportional.
+/// Returns the largest ki T with this kp / (ki T). The loop for ki T = 1 is X = integral + kp / (ki T)
+/// proportional.
 double largest_ki(const Responses& of, double ratio, double peak_sensitivity) {
   const double rest = 1.0 - 1.0 / (peak_sensitivity * peak_sensitivity);
   double most = std::numeric_limits<double>::infinity();
@@ -73,7 +74,7 @@ double largest_ki(const Responses& of, double ratio, double peak_sensitivity) {
   return most;
 }
 
-/// The best ratio of `count` in steps of `step` from `from` on, and its ki T.
+/// The best of `count` ratios, in steps of `step` starting at `from`, and its ki T.
 struct Best {
   double ratio = 0.0;
   double ki_per_cycle = 0.0;
@@ -97,13 +98,13 @@ void require(const SensitivityRule& rule) {
     refuse("peak_sensitivity = ", rule.peak_sensitivity, ", expected more than 1");
 }
 
-/// The largest ki T of a coarse search.
+/// Returns the largest ki T of a coarse search.
 double worth(const LoopConfig& config, const Plants& plants, const SensitivityRule& rule) {
   const Responses of = responses_of(config, plants);
   return best_ratio(of, rule.peak_sensitivity, 0.0, coarse_step, coarse_ratios).ki_per_cycle;
 }
 
-/// `config` with the best low pass; unchanged where none is better than that.
+/// Returns `config` with the best low pass; unchanged if no low pass improves it.
 LoopConfig with_low_pass(const LoopConfig& config, const PlantUncertainty& uncertainty,
                          const SensitivityRule& rule) {
   constexpr std::array shares_of_rate{0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3};
@@ -121,12 +122,12 @@ LoopConfig with_low_pass(const LoopConfig& config, const PlantUncertainty& uncer
   return best;
 }
 
-/// Depths that are tried. A shallow notch delays less, which is worth more where the mode is damped or near
-/// half the rate.
+/// Depths that are tried. A shallow notch delays less, which is better if the mode is damped or near half the
+/// rate.
 constexpr std::array deep_notches{0.02, 0.1, 0.3};
 constexpr std::array shallow_notches{0.6};
 
-/// `config` with the best notch of these depths; unchanged where none is better than that.
+/// Returns `config` with the best notch of these depths; unchanged if no notch improves it.
 LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertainty,
                       const SensitivityRule& rule, std::span<const double> depths) {
   constexpr std::array places{0.9, 0.95, 1.0, 1.05};
@@ -150,7 +151,8 @@ LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertai
   return best;
 }
 
-/// Zeros of twice the mode's damping at the mode, and poles of these damping ratios.
+/// Returns notches with zeros of twice the mode's damping at the mode, and with poles of several damping
+/// ratios.
 std::vector<LoopConfig> with_cancelling_notches(const LoopConfig& config) {
   constexpr std::array widths{0.2, 0.35, 0.6, 1.0};
   const double frequency_Hz = std::min(config.delays.resonance_Hz, 0.49 / config.cycle_s);
@@ -172,10 +174,10 @@ void require(const CautiousRule& rule) {
   if (!(rule.gain_margin > 1.0)) refuse("gain_margin = ", rule.gain_margin, ", expected more than 1");
 }
 
-/// The resonances of the corners.
+/// Returns the resonances of the corners.
 std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cycle_s) {
   constexpr int fewest = 5;
-  constexpr double share_of_rate = 0.02, without_mode = 1e3;  // of the rate
+  constexpr double share_of_rate = 0.02, without_mode = 1e3;  // shares of the rate
   const double rate_Hz = 1.0 / cycle_s, half_Hz = 0.5 * rate_Hz;
   const bool has_end = std::isfinite(resonance_Hz.hi);
   const double last_Hz = std::min(resonance_Hz.hi, std::max(resonance_Hz.lo, half_Hz) + rate_Hz);
@@ -190,7 +192,7 @@ std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cy
   return resonances;
 }
 
-/// The largest factor of `shape` (the loop at ki T = 1) that satisfies the cautious rule.
+/// Returns the largest factor of `shape` (the loop at ki T = 1) that satisfies the cautious rule.
 double largest_factor(const Eigen::ArrayXcd& shape, const CautiousRule& rule) {
   constexpr double pi = std::numbers::pi, on_the_real_axis = -pi + 1e-9;
   const double limit = rule.phase_margin_deg * pi / 180.0 - pi;
@@ -256,8 +258,8 @@ PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertai
     const double ki_per_cycle = largest_factor(of.integral + ratio * of.proportional, rule);
     if (ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
   }
-  const bool folds =
-      uncertainty.resonance_Hz.hi * config.cycle_s > 0.5;  // beyond it the phase of a mode rises
+  // Above half the rate the phase of a mode rises.
+  const bool folds = uncertainty.resonance_Hz.hi * config.cycle_s > 0.5;
   if (folds)
     for (const LinearLoop& corner : corners_of(config, uncertainty)) {
       const Responses there = responses_of(corner);

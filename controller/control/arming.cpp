@@ -5,7 +5,7 @@
 namespace hystcan::controller {
 namespace {
 
-constexpr double output_error = 0.01;  // of the drive's range
+constexpr double output_error = 0.01;  // share of the drive's range
 
 bool is_plausible(double output, const Gate::Config& gate) {
   const double error = output_error * (gate.drive_max - gate.drive_min);

@@ -1,5 +1,4 @@
-// What an axis needs before it is driven: what it lacks of that, and one attempt to clear the amplifier's
-// fault.
+// The conditions that must hold before an axis is driven, and one attempt to clear the amplifier's fault.
 #pragma once
 
 #include <array>
@@ -14,22 +13,23 @@
 
 namespace hystcan::controller {
 
-/// What an axis waits for, in the order in which it comes. Up to `sample` it is not driven yet.
+/// A condition for which an axis waits, in the order in which they are met. Up to `sample` the axis is not
+/// driven yet.
 enum class ArmingBlock : std::uint8_t {
   nothing,
   sensor_heartbeat,
   amplifier_heartbeat,
   sensor_operational,
   amplifier_operational,
-  clear,             ///< of the amplifier's latched fault
-  amplifier_ready,   ///< a status that says so
+  clear,             ///< the amplifier's latched fault must be cleared
+  amplifier_ready,   ///< a status that reports ready
   amplifier_output,  ///< a status whose output is a number within drive_min..drive_max
   amplifier_rest,    ///< two statuses with the same output
   sample,
-  enabled,     ///< a status that says so, and the delay of an amplifier that says nothing
-  output,      ///< of the amplifier, which differs from the drive
-  watchdog,    ///< the amplifier's reaction to withheld commands
-  other_axes,  ///< which begin together with this one
+  enabled,     ///< a status that reports enabled, or the enable delay of an amplifier without status
+  output,      ///< the amplifier's output differs from the drive
+  watchdog,    ///< the amplifier must react to withheld commands
+  other_axes,  ///< axes that begin together with this one
 };
 constexpr auto words(ArmingBlock) {
   return std::to_array<std::string_view>(
@@ -42,7 +42,7 @@ constexpr auto words(ArmingBlock) {
 constexpr std::string_view to_string(ArmingBlock block) { return word_of(block); }
 inline constexpr std::size_t arming_block_count = every<ArmingBlock>().size();
 
-/// What an axis waits for: a set, in the order of `ArmingBlock`. It never contains `nothing`.
+/// The conditions for which an axis waits, in the order of `ArmingBlock`. Never contains `nothing`.
 class ArmingBlocks {
  public:
   constexpr ArmingBlocks() = default;
@@ -63,20 +63,19 @@ class ArmingBlocks {
 };
 static_assert(arming_block_count <= 16, "an ArmingBlocks has a bit for each ArmingBlock");
 
-/// Those up to `sample` that are missing: of each node the first one, which its further ones depend on, and
-/// of an amplifier that is ready both output and rest. An output may be beyond the gate's range by the error
-/// of its reading, 1 % of the range; the gate limits what is commanded.
+/// Returns the missing conditions up to `sample`: only the first one of each node, because the later ones
+/// depend on it; for an amplifier that is ready, both output and rest. An output may exceed the gate's range
+/// by its measurement error, 1 % of the range; the gate limits the commands.
 ArmingBlocks arming_blocks_of(const AxisInput& input, const Gate::Config& gate);
 
-/// A clear attempts for half a second to clear the amplifier's fault, counted from when the amplifier is
-/// operational. A fault whose cause lasts longer needs another clear: the axis would otherwise be driven
-/// whenever the cause ends.
+/// Tries to clear the amplifier's fault for half a second, starting when the amplifier is operational. If the
+/// cause lasts longer, another clear is needed: otherwise the axis would be driven whenever the cause ends.
 class ClearAttempt {
  public:
   static constexpr double duration_s = 0.5;
 
   void begin() { left_s_ = duration_s; }
-  /// Once in each cycle of a waiting axis. Returns whether to command ClearFault.
+  /// Called once in each cycle of a waiting axis. Returns true if ClearFault is to be commanded.
   bool step(const NodeHealth& health, double dt_s);
 
  private:

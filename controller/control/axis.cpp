@@ -7,7 +7,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// In open loop the drive comes from the excitation.
+/// Returns the drive in open loop, from the excitation.
 double excite(const Excitation& excitation, double t_s, AxisReport& report) {
   report.reference_um = report.demand_um = std::numeric_limits<double>::quiet_NaN();
   report.point = {.finished = t_s >= excitation.length_s(), .shape_time_s = t_s};
@@ -58,7 +58,7 @@ std::optional<Refusal> Axis::clear() {
 void Axis::trip(Cause cause, double time_s) {
   fall_.trip({cause, time_s}, controller::is_in_use(state_), config_.fault_ramp_per_s);
   state_ = AxisState::faulted;
-  memory_known_ = false;  // the path on which the drive falls to its safe value is unknown
+  memory_known_ = false;  // the drive's path to its safe value is unknown
 }
 
 ClosedLoop* Axis::loop_for_live_setpoints() {
@@ -137,7 +137,7 @@ AxisCommand Axis::step(const AxisInput& input) {
 AxisCommand Axis::supervise(const AxisInput& input) {
   if (closed_loop_) closed_loop_->elapse(input.dt_s);  // the drive of the last cycle was held until now
   if (start_up_.state() == StartUp::State::withholding && !stopping_) {
-    // Everything but the amplifier's trip is judged as ever; its emergency may come before its status.
+    // All causes except the amplifier's trip are judged as usual; its emergency may arrive before its status.
     AxisInput judged = input;
     judged.health.emergency = false;
     const Cause cause = input.health.amplifier_fault ? Cause::none : supervisor_.judge(judged).cause;
@@ -155,17 +155,17 @@ AxisCommand Axis::supervise(const AxisInput& input) {
   return fall_.step(config_, input, output_check_, drive_);
 }
 
-/// Trips the axis, or takes a sample away that may not be used.
+/// Returns the input without a sample that may not be used. Trips the axis if a check finds a cause.
 AxisInput Axis::examine(const AxisInput& input) {
   course_.step(drive_, input.dt_s, input.cycle_s);
   const Supervisor::Verdict verdict = supervisor_.judge(input, course_.moved_um(at_last_sample_));
   if (verdict.position_um) at_last_sample_ = course_.mark();
   AxisInput examined = input;
   examined.position_um = verdict.position_um;
-  examined.dt_s -= input.waited_s - waited_s_;  // ramps, slew and law go on with the references
+  examined.dt_s -= input.waited_s - waited_s_;  // ramps, slew and law continue with the references
   const bool ramps = state_ == AxisState::initialising;
   output_check_.step(drive_, ramps ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);
-  // A position that stands still behind an output that does is not frozen.
+  // If the amplifier's output differs from the drive, this is the cause of a constant position.
   const bool is_still = verdict.cause == Cause::position_frozen && output_check_.differs_for_s() > 0.0;
   if (verdict.cause != Cause::none) trip(is_still ? Cause::output_differs : verdict.cause, input.time_s);
   if (output_check_.differs_too_long(state_ == AxisState::initialising))
@@ -238,7 +238,7 @@ AxisCommand Axis::track(const AxisInput& input) {
   const std::optional<double> requested =
       closed_loop_ ? closed_loop_->propose(input, t_s, input.waited_s != waited_s_, report_)
                    : excite(*excitation_, t_s, report_);
-  // An unstable loop loses its reference too: the oscillation explains more.
+  // An unstable loop also loses its reference: the oscillation explains more.
   if (input.position_um && oscillation_.step(report_.reference_um, *input.position_um))
     trip(Cause::loop_unstable, input.time_s);
   else if (!requested)
@@ -252,7 +252,7 @@ AxisCommand Axis::track(const AxisInput& input) {
 }
 
 AxisCommand Axis::park(const AxisInput& input) {
-  // There is nothing to ramp behind an open relay.
+  // Behind an open relay there is nothing to ramp.
   const bool is_open = state_ == AxisState::initialising && start_up_.state() == StartUp::State::following;
   bool is_safe = is_open || !controller::is_in_use(state_);
   if (!is_safe) {

@@ -1,13 +1,14 @@
-// One axis: supervisor, gate, and what decides the drive: in closed loop a ClosedLoop, in open loop an
-// Excitation. A pure step: takes the time and the received data; returns a command.
+// One axis: supervisor, gate, and the source of the drive (closed loop: ClosedLoop, open loop: Excitation). A
+// pure step: takes the time and the received data; returns a command.
 //
-//   offline -> waiting -> initialising -> ready -> tracking      and from any state but offline to faulted
+//   offline -> waiting -> initialising -> ready -> tracking      and from any state except offline to faulted
 //
 //   waiting       StartUp: the axis waits until both nodes are operational, the amplifier ready and at rest
-//   initialising  StartUp: the drive ramps to where tracking begins. In closed loop it goes up to the upper
-//                 threshold and down to the lower one: this wipes the actuator's memory out, and the model's
-//                 memory agrees with it. In open loop it goes straight to the first drive of the excitation
-//   ready         the axis holds that drive until the axes begin together, or follows those that track
+//   initialising  StartUp: the drive ramps to the value at which tracking begins. In closed loop it ramps up
+//                 to the upper threshold and down to the lower one: this wipes out the actuator's memory, so
+//                 that the model's memory agrees with it. In open loop it ramps directly to the first drive
+//                 of the excitation
+//   ready         the axis holds that drive until the axes begin together, or joins the axes that track
 //   tracking      the closed loop follows its reference, the open loop its excitation
 //   faulted       Fall: the fault is latched with cause and time
 #pragma once
@@ -27,9 +28,9 @@
 
 namespace hystcan::controller {
 
-/// A new configuration for a running axis; built outside the control thread.
+/// A new configuration for a running axis; constructed outside the control thread.
 struct AxisTuning {
-  /// `new_reference`: the setpoint has changed; otherwise the present reference continues.
+  /// `new_reference`: true if the setpoint has changed; otherwise the present reference continues.
   AxisTuning(const AxisConfig& next, bool new_reference);
   AxisConfig config;
   std::optional<Trajectory> reference;
@@ -38,49 +39,51 @@ struct AxisTuning {
 
 class Axis {
  public:
-  /// Throws std::invalid_argument where the model is invalid, or the excitation exceeds the gate's limits.
+  /// Throws std::invalid_argument if the model is invalid, or if the excitation exceeds the gate's limits.
   explicit Axis(const AxisConfig& config);
 
-  /// Leaves offline towards tracking. `clear_amplifier_fault`: with one attempt to clear a fault that is
-  /// latched in the amplifier.
+  /// Leaves offline towards tracking. `clear_amplifier_fault`: tries once to clear a fault that is latched in
+  /// the amplifier.
   void start(bool clear_amplifier_fault);
   /// Ramps to the safe drive, then switches the amplifier off and goes offline.
   void stop() { stopping_ = true; }
-  /// Clears a fault and goes offline; the next start attempts once to clear the amplifier's.
+  /// Clears a fault and returns to offline; the next start tries once to clear the amplifier's fault.
   std::optional<Refusal> clear();
   void trip(Cause cause, double time_s);
 
-  /// Live setpoint: moves smoothly to this position and stays there. Refused where the axis does not track a
-  /// reference, where the position is outside position_min_um..position_max_um, or where it is beyond what
-  /// the model reaches at its thresholds. Allocates nothing.
+  /// Live setpoint: moves smoothly to this position and stays there. Refused if the axis does not track a
+  /// reference, if the position is outside position_min_um..position_max_um, or if it is beyond the positions
+  /// at the model's thresholds. Does not allocate.
   std::optional<Refusal> go_to(double position_um);
-  /// Ends a live setpoint: follows the configured reference again.
+  /// Ends a live setpoint: the axis follows the configured reference again.
   std::optional<Refusal> resume();
 
-  /// Called between two cycles: changes everything but the model, and leaves the former configuration in
-  /// `tuning`.
+  /// Called between two cycles: changes everything except the model. `tuning` then contains the previous
+  /// configuration.
   std::optional<Refusal> retune(AxisTuning& tuning);
 
-  /// The law whose memory is to be saved after a clean stop. Null: the memory is unknown, or there is none.
+  /// Returns the law whose memory is to be saved after a clean stop. Null if the memory is unknown, or if
+  /// there is no law.
   const ControlLaw* law_to_save() const;
-  /// Called before the first start with the saved memory. Sets it only where start-up is `restore`.
+  /// Called with the saved memory before the first start. Ignored unless start-up is `restore`.
   void restore(const model::HysteresisState& memory);
   /// Null in open loop.
   ClosedLoop* closed_loop() { return closed_loop_ ? &*closed_loop_ : nullptr; }
   const ClosedLoop* closed_loop() const { return closed_loop_ ? &*closed_loop_ : nullptr; }
 
-  /// The reference at that reference time; the last measured position where the axis does not track a
+  /// Returns the reference at this reference time; the last measured position if the axis does not track a
   /// reference.
   double expected_um(double time_s) const;
 
-  /// The point of the reference at that reference time; empty where the axis does not track a reference.
+  /// Returns the point of the reference at this reference time; `nullopt` if the axis does not track a
+  /// reference.
   std::optional<Trajectory::Point> reference_at(double time_s) const;
 
   /// Called exactly once per cycle.
   AxisCommand step(const AxisInput& input);
 
   AxisState state() const { return state_; }
-  /// A sample and a command are expected in every cycle.
+  /// True if a sample and a command are expected in every cycle.
   bool is_in_use() const { return controller::is_in_use(state_) || fall_.state() == Fall::State::ramping; }
   const Fault& fault() const { return fall_.fault(); }
   const AxisReport& report() const { return report_; }
@@ -97,21 +100,21 @@ class Axis {
   ClosedLoop* loop_for_live_setpoints();
 
   AxisConfig config_;
-  std::optional<ClosedLoop> closed_loop_;  ///< one of the two
+  std::optional<ClosedLoop> closed_loop_;  ///< in closed loop; otherwise the excitation is used
   std::optional<Excitation> excitation_;
   StartUp start_up_;
   Fall fall_;
   Supervisor supervisor_;
   OutputCheck output_check_;
   Course course_;
-  Course::Mark at_last_sample_{};  ///< that was accepted
+  Course::Mark at_last_sample_{};  ///< course at the last accepted sample
   Oscillation oscillation_;
   AxisReport report_;
   double drive_ = 0.0;
   double tracking_since_s_ = 0.0;
   model::Interval reach_;  ///< allowed positions of a live setpoint
   double now_s_ = 0.0;     ///< reference time of the last step
-  double waited_s_ = 0.0;  ///< until the last step
+  double waited_s_ = 0.0;  ///< total time that the references had waited at the last step
   AxisState state_ = AxisState::offline;
   bool stopping_ = false;
   bool memory_known_ = false;  ///< the model's memory agrees with the actuator's; false after a fault

@@ -8,12 +8,12 @@
 namespace hystcan::controller {
 namespace {
 
-/// Ringing is forgotten in three time constants of the stated damping, which may be too large; in two seconds
-/// at most.
+/// Ringing decays in three time constants of the configured damping. Since this damping may be too large, the
+/// time is limited to two seconds.
 constexpr double decays = 3.0, longest_decay_s = 2.0;
 
-/// A straight line says no more of a stage than direction and order of the size: the flat end of a loop may
-/// be a third as steep as its mean. In open loop the model may be the one that is to be replaced.
+/// A straight line gives only the direction and the order of magnitude of a stage's motion: the flat end of a
+/// loop can be a third as steep as its mean. In open loop the model may be an old one that is being replaced.
 constexpr double doubt_of_a_line = 0.9, doubt_of_a_measured_model = 0.3;
 
 bool is_line(const model::HysteresisParameters& model) {
@@ -26,8 +26,8 @@ bool is_line(const model::HysteresisParameters& model) {
          std::abs(model.descending.value(at_middle) - middle_um) < allowed_um;
 }
 
-/// Gains this small do not make the mode grow, even with an eighth of its damping: what rings is the
-/// reference.
+/// True if PI can make the mode grow. Below this limit it cannot, even with an eighth of the mode's damping;
+/// an oscillation is then caused by the reference.
 bool can_oscillate(const PiGains& pi, const Delays& delays) {
   const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
   return 8.0 * std::hypot(pi.kp, integral) > 2.0 * delays.damping_ratio;

@@ -1,4 +1,4 @@
-// What an axis is configured with, and what follows from it.
+// The configuration of an axis, and values derived from it.
 #pragma once
 
 #include <array>
@@ -34,20 +34,23 @@ struct AxisConfig {
   ControlLaw::Config law;
   Gate::Config gate;
   Delays delays;
-  std::optional<PlantInverse::Config> plant_inverse{};  ///< designed for `delays`, where these ask for it
+  /// Designed for `delays` if delays.plant_inverse is set.
+  std::optional<PlantInverse::Config> plant_inverse{};
   std::vector<Segment> setpoint;
-  std::optional<Learning::Config> learning{};  ///< empty: it learns nothing
+  std::optional<Learning::Config> learning{};  ///< empty: no learning
   bool repeat = false;
   ReferenceLimits reference_limits{};
-  ReferenceLimits transition_limits{};  ///< of transitions alone, beside those: default_transition_limits
+  /// Additional limits for transitions only; see default_transition_limits().
+  ReferenceLimits transition_limits{};
   std::optional<InPosition::Config> in_position{};  ///< empty: not judged
   MemorySource start_up = MemorySource::wipe;
-  double wipe_slew_per_s = 100.0;  ///< drive units/s, to the thresholds and at the stop to the safe drive
-  double wipe_dwell_s = 0.1;       ///< rest at each threshold
-  double fault_ramp_per_s = 0.0;   ///< drive units/s, to the safe drive after a fault; 0: at once
-  std::chrono::nanoseconds enable_delay{0};  ///< the least time from Enable until the drive moves
-  bool verify_watchdog = false;  ///< withholds commands once, before the first use: the amplifier must trip
-  std::vector<model::Coupling> couplings{};  ///< fed forward; a row of the matrix
+  /// Drive units/s: ramps to the thresholds, and to the safe drive at a stop.
+  double wipe_slew_per_s = 100.0;
+  double wipe_dwell_s = 0.1;      ///< rest at each threshold during a wipe
+  double fault_ramp_per_s = 0.0;  ///< drive units/s: ramp to the safe drive after a fault; 0: no ramp
+  std::chrono::nanoseconds enable_delay{0};  ///< minimum time from Enable until the drive moves
+  bool verify_watchdog = false;  ///< withholds commands once before the first use: the amplifier must trip
+  std::vector<model::Coupling> couplings{};  ///< one row of the coupling matrix, for feed-forward
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: replaces law and setpoint
@@ -55,40 +58,41 @@ struct AxisConfig {
   AxisCommand safe_command() const { return {.drive = gate.safe_drive}; }
 };
 
-/// Limits of transitions for which the configuration gives no others:
+/// Limits of transitions if the configuration contains none:
 ///
 ///   v = S g / 2,   g = (x_hi - x_lo) / (v_hi - v_lo)         S: slew limit of the drive
 ///   a = w^2 (x_hi - x_lo) / 1000,   w = 2 pi resonance       x: of the model, at its thresholds v_lo, v_hi
 ///
-/// v: where a branch is half as steep as the mean gain g, the drive of a transition needs exactly S. On
-/// steeper parts the gate leaves the rest to PI. a: a mode of frequency w lags behind an acceleration a by a
-/// / w^2. This is a thousandth of the stroke, less than the tracking error; a transition therefore does not
-/// excite the mode.
+/// v: if a branch is half as steep as the mean gain g, the drive of a transition needs exactly S. On steeper
+/// parts the gate limits the drive, and PI corrects the rest. a: a mode of frequency w lags behind an
+/// acceleration a by a / w^2. This is a thousandth of the stroke, less than the tracking error, so a
+/// transition does not excite the mode.
 ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
                                           const Delays& delays);
 
-/// The amplitude at which an oscillation of the error is an unstable loop: half of following_error_um and a
-/// third of position_jump_um, so that it is mostly decided before these two, and at most a twentieth of the
-/// plausible positions. Infinite where the law has no feedback.
+/// Returns the amplitude above which an oscillation of the error counts as an unstable loop: half of
+/// following_error_um and a third of position_jump_um, so that the oscillation is mostly found before these
+/// two trip, and at most a twentieth of the plausible positions. Infinite if the law has no feedback.
 double oscillation_amplitude_um(const AxisConfig& config);
 
-/// r(t) as the axis follows it, and the limits of its transitions.
+/// Return r(t) of the axis, and the limits of its transitions.
 Trajectory reference_of(const AxisConfig& config);
 TransitionLimits transition_limits_of(const AxisConfig& config);
 
-/// What the parts of an axis are configured with.
+/// Return the configuration of each part of an axis.
 Supervisor::Config supervision_of(const AxisConfig& config);
 OutputCheck output_check_of(const AxisConfig& config);
 RampCheck::Config ramp_check_of(const AxisConfig& config);
 
-/// Allowed positions of a live setpoint: what the model reaches, within what is plausible.
+/// Returns the allowed positions of a live setpoint: those that the model reaches and that are plausible.
 model::Interval reach_of(const AxisConfig& config);
 
-/// Drives between the model's thresholds.
+/// Returns the drives between the model's thresholds.
 model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate);
 
-/// Positions that the model reaches with this drive: from its lower threshold (or drive_min), coming down
-/// from the upper one, to the upper threshold (or drive_max) on the ascending reference curve.
+/// Returns the positions that the model reaches with these drives: from its lower threshold (or drive_min) on
+/// the branch from the upper threshold, to the upper threshold (or drive_max) on the ascending reference
+/// curve.
 model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate);
 
 }  // namespace hystcan::controller

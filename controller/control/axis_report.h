@@ -1,5 +1,5 @@
-// The state of an axis and the values of one cycle: what the loop and the axis fill in, and what is logged
-// and sent.
+// The state of an axis and the values of one cycle. Axis and loop fill them in; the log and the status frames
+// contain them.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ constexpr auto words(AxisState) {
 }
 constexpr std::string_view to_string(AxisState state) { return word_of(state); }
 inline constexpr std::size_t axis_state_count = every<AxisState>().size();
-/// In these states a sample and a command are expected in every cycle.
+/// True if a sample and a command are expected in every cycle of this state.
 constexpr bool is_in_use(AxisState state) {
   return state > AxisState::waiting && state != AxisState::faulted;
 }
@@ -33,16 +33,16 @@ constexpr bool is_in_use(AxisState state) {
 struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   AxisState state = AxisState::offline;
   ArmingBlocks arming_blocks{};  ///< what the axis waits for
-  /// In the one cycle in which the amplifier's watchdog has passed its trial: the time without commands until
-  /// it tripped.
+  /// Set only in the cycle in which the amplifier's watchdog passes its trial: the time without commands
+  /// until it tripped.
   std::optional<double> watchdog_tripped_after_s{};
   Cause cause = Cause::none;
   double fault_time_s = 0.0;  ///< since the controller's start
-  double reference_um =
-      0.0;  ///< that the sample is compared with: of the time that it shows; NaN in open loop
-  double position_um = 0.0;   ///< last measured
-  double previewed_um = 0.0;  ///< fed forward
-  double integral_um = 0.0;   ///< of PI
+  /// Reference with which the sample is compared, at the time of the sampled position; NaN in open loop.
+  double reference_um = 0.0;
+  double position_um = 0.0;   ///< last measured position
+  double previewed_um = 0.0;  ///< output of the feed-forward
+  double integral_um = 0.0;   ///< integral part of PI
   double demand_um = 0.0;     ///< input of the inverse, after the notch; NaN in open loop
   double drive = 0.0;         ///< output of the gate
   std::uint8_t limits = limit::none;

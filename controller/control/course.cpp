@@ -7,7 +7,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// Reversals that it remembers; deeper ones are merged.
+/// Maximum number of remembered reversals; deeper ones are merged.
 constexpr std::size_t capacity = 64;
 
 }  // namespace
@@ -37,7 +37,7 @@ void Course::step(double drive, double dt_s, double cycle_s) {
   for (std::size_t i = 0; i < late.size(); ++i) mark_[2 + i] += (late[i] - mark_[2 + i]) * share;
 }
 
-/// The pure delays to a cycle, or to a 31st of them where that is more.
+/// Plans the storage of the pure delays: one position per cycle, or per 31st of the delays if that is longer.
 void Course::plan(double cycle_s) {
   cycle_s_ = cycle_s;
   const double pure_s = delays_.pure_s();
@@ -46,7 +46,7 @@ void Course::plan(double cycle_s) {
   ago_ = static_cast<std::size_t>(std::round(pure_s / apart_s_));
 }
 
-/// The positions of the pure delays ago.
+/// Stores the present positions, and returns the positions of one pure delay ago.
 Course::Positions Course::delayed(const Positions& now, double dt_s) {
   auto& [past, newest, since_newest_s] = under_way_;
   for (since_newest_s += dt_s; since_newest_s >= 0.5 * apart_s_; since_newest_s -= apart_s_) {

@@ -1,10 +1,11 @@
-// What the drive makes of the position, by the model: how far it can have moved since a moment.
+// Limits from the model and the applied drive for the distance that the position can have moved since a
+// moment.
 //
-//   a, b    the model's positions under two memories: the drive has come down from the upper threshold, or up
-//           from the lower one on the virgin curve. The actuator's memory lies between them, and a wipe makes
+//   a, b    the model's positions under two memories: the drive has fallen from the upper threshold, or has
+//           risen from the lower one on the virgin curve. The actuator's memory is between them; a wipe makes
 //           them equal
-//   slow    each after the pure delays, through a first-order lag of the others and two cycles: what a sample
-//           shows lies between
+//   slow    a and b after the pure delays and after a first-order lag of the other delays and two cycles. The
+//           position in a sample is between the smallest and the largest of the four values
 #pragma once
 
 #include <array>
@@ -17,13 +18,13 @@ namespace hystcan::controller {
 
 class Course {
  public:
-  /// Positions at one moment, um: a, b, and both slow.
+  /// Positions at one moment, um: a, b, and the slow values of both.
   using Mark = std::array<double, 4>;
 
-  /// Throws std::invalid_argument where the model is invalid.
+  /// Throws std::invalid_argument if the model is invalid.
   Course(const model::HysteresisParameters& parameters, const Delays& delays);
 
-  /// At rest at this drive, with an unknown memory.
+  /// Restarts at rest at this drive, with an unknown memory.
   void restart(double drive);
   /// Called once in each cycle of a driven axis, with the drive that was commanded last.
   void step(double drive, double dt_s, double cycle_s);
@@ -34,8 +35,8 @@ class Course {
 
  private:
   using Positions = std::array<double, 2>;                 ///< a, b
-  using Memories = std::array<model::HysteresisState, 2>;  ///< of a, b
-  /// Those of the pure delays, at most 32, equally far apart in time.
+  using Memories = std::array<model::HysteresisState, 2>;  ///< model memories of a and b
+  /// Positions during the pure delays, at most 32, at equal time steps.
   struct UnderWay {
     std::array<Positions, 32> past{};
     std::size_t newest = 0;
@@ -48,8 +49,9 @@ class Course {
   Delays delays_;
   Memories at_thresholds_, memories_;
   UnderWay under_way_;
-  double cycle_s_ = 0.0, lag_s_ = 0.0, apart_s_ = 0.0;  ///< cycle; first-order lag; of positions under way
-  std::size_t ago_ = 0;                                 ///< positions in the pure delays
+  /// Cycle; first-order lag; time between positions under way.
+  double cycle_s_ = 0.0, lag_s_ = 0.0, apart_s_ = 0.0;
+  std::size_t ago_ = 0;  ///< number of positions within the pure delays
   Mark mark_{};
 };
 

@@ -11,7 +11,7 @@ namespace hystcan::controller {
 Moments Delays::moments(double cycle_s) const {
   constexpr double two_pi = 2.0 * std::numbers::pi;
   const double omega = two_pi * resonance_Hz;
-  const double means = interpolated ? 2.0 : 1.0;  // over a cycle each
+  const double means = interpolated ? 2.0 : 1.0;  // number of means over a cycle
   return {.mean_s = std::chrono::duration<double>(command_delay).count() + means * cycle_s / 2.0 + lag_s() +
                     2.0 * damping_ratio / omega,
           .variance_s2 = means * cycle_s * cycle_s / 12.0 + lag_s() * lag_s() +
@@ -59,7 +59,7 @@ Notch::Coefficients Notch::design(const Config& config, double cycle_s) {
           .a2 = (1.0 - denominator + t * t) * scale};
 }
 
-// Computes the difference from the last output, so that a rest stays a rest to the bit:
+// Computes the difference from the last output, so that a filter at rest stays exactly at rest:
 //   b0 + b1 + b2 = 1 + a1 + a2
 double Notch::step(const Coefficients& c, State& state, double input) {
   const double rest = state.output_1;

@@ -1,10 +1,10 @@
-// The fault of an axis, and what follows from it:
+// The fault of an axis, and the reaction to it:
 //
 //   none ─▶ safe                    the command is the safe one from the step of the fault on
-//   none ─▶ ramping ─▶ safe         the drive ramps to the safe one first, where that is configured and the
-//                                   cause leaves the drive in hand; ended at once by a later cause that does
-//                                   not, and where bus or amplifier may not obey any more
-//   safe ─▶ none                    by a clear; the ramp lasts until it has ended
+//   none ─▶ ramping ─▶ safe         the drive first ramps to the safe one, if this is configured and the
+//                                   cause leaves the drive controllable. The ramp ends immediately at a later
+//                                   cause that does not, and if bus or amplifier may not obey any more
+//   safe ─▶ none                    by a clear, which is refused during the ramp
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@ class Fall {
  public:
   enum class State : std::uint8_t { none, ramping, safe };
 
-  /// The first fault is kept. `is_driven`: the axis was driven until now.
+  /// Keeps the first fault. `is_driven`: true if the axis was driven until now.
   void trip(const Fault& fault, bool is_driven, double ramp_per_s);
-  /// Called once in each cycle of a faulted axis, with the drive that was commanded last.
+  /// Called once in each cycle of a faulted axis. `drive`: the last commanded drive, replaced by the new one.
   AxisCommand step(const AxisConfig& config, const AxisInput& input, OutputCheck& output_check,
                    double& drive);
   State state() const { return state_; }
@@ -29,7 +29,7 @@ class Fall {
  private:
   State state_ = State::none;
   Fault fault_;
-  double ramp_per_s_ = 0.0;  ///< fault_ramp_per_s when the ramp began
+  double ramp_per_s_ = 0.0;  ///< fault_ramp_per_s at the start of the ramp
 };
 
 }  // namespace hystcan::controller

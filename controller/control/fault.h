@@ -1,6 +1,6 @@
 // The causes of a fault: why an axis is no longer driven. Log, status frame, telemetry and exit reason use
-// the same names. A table in docs/safety.md lists for each cause how soon it is decided, what follows, and
-// which test injects it.
+// the same names. A table in docs/safety.md lists for each cause the detection time, the reaction, and the
+// test that injects the cause.
 #pragma once
 
 #include <cstddef>
@@ -47,10 +47,9 @@ enum class Cause : std::uint8_t {
 inline constexpr std::size_t cause_count = 32;
 
 std::string_view to_string(Cause cause);
-/// One sentence about what the engineer can do.
+/// Returns one sentence about what the engineer can do.
 std::string_view remedy(Cause cause);
-/// Whether amplifier, bus and computer still obey: the drive may then ramp to its safe
-/// value.
+/// True if amplifier, bus and computer still obey, so that the drive may ramp to its safe value.
 bool leaves_the_drive_in_hand(Cause cause);
 
 struct Fault {

@@ -1,5 +1,5 @@
-// Monitors the distance between stage and reference. The stage has lost its reference where, in `cycles`
-// cycles in a row,
+// Monitors the distance between stage and reference. The stage has lost its reference if, for `cycles` cycles
+// in a row,
 //
 //   |r - y| > error_um + lag |r'|
 //
@@ -28,7 +28,7 @@ class FollowingError {
   explicit FollowingError(const Config& config) : config_(config) {}
 
   void restart() { *this = FollowingError(config_); }
-  /// Called once in each cycle with a sample. False: the stage has lost its reference.
+  /// Called once in each cycle with a sample. Returns false if the stage has lost its reference.
   bool step(double reference_um, double position_um, double dt_s);
 
  private:
@@ -37,17 +37,17 @@ class FollowingError {
   unsigned exceeded_in_a_row_ = 0;
 };
 
-// Decides whether the stage is in position. It is judged while the reference rests:
+// Decides if the stage is in position, while the reference is at rest:
 //
-//   in_position   |error| <= tolerance for `window` without a break; left as soon as the error is greater
+//   in_position   |error| <= tolerance for the whole `window`; ends as soon as the error is greater
 //   failed        the stage is not in position `timeout` after the reference came to rest, or after the
 //                 stage left its position. A late arrival still counts: `failed` changes to `in_position`
 //                 after the same window
 //   moving        neither of the two yet
 //
-// Where a resting reference differs from that of the last cycle, it has jumped, and the judgement starts
-// again. In a cycle without a sample the window stands still and the timeout continues. A program that waits
-// for the arrival has its answer at the first state other than `moving`.
+// If a resting reference differs from the reference of the last cycle, it has jumped, and the decision starts
+// again. In a cycle without a sample, the window stops and the timeout continues. A program that waits for
+// the arrival can stop at the first state other than `moving`.
 
 enum class Arrival : std::uint8_t { not_judged, moving, in_position, failed };
 constexpr auto words(Arrival) {
@@ -64,10 +64,11 @@ struct InPosition {
   struct State {
     Arrival arrival = Arrival::moving;
     double reference_um = 0.0;
-    double within_s = -1.0;  ///< inside the tolerance; < 0: outside
-    double trying_s = -1.0;  ///< since the reference came to rest or the stage left it; < 0: it moves
+    double within_s = -1.0;  ///< time inside the tolerance; < 0: outside
+    /// Time since the reference came to rest or the stage left it; < 0: the reference moves.
+    double trying_s = -1.0;
   };
-  /// `position_um`: empty where there is no sample; `dt_s`: since the last cycle.
+  /// `position_um`: `nullopt` if there is no sample. `dt_s`: time since the last cycle.
   static Arrival step(const Config& config, State& state, const Trajectory::Point& reference,
                       const std::optional<double>& position_um, double dt_s);
 };

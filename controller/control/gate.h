@@ -1,5 +1,5 @@
-// The last gate before the wire. It trusts no other part: whatever drive the law requests, the drive that
-// leaves the gate is finite, in range, and no further from the last one than the slew limit allows.
+// The last gate before the wire. It does not trust any other part: the drive that leaves the gate is always
+// finite and in range, and its distance from the last drive never exceeds the slew limit.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@ namespace hystcan::controller {
 /// Why a drive was limited: bits, reported together with the drive.
 namespace limit {
 inline constexpr std::uint8_t none = 0;
-inline constexpr std::uint8_t range = 0x01;       ///< beyond drive_min or drive_max
-inline constexpr std::uint8_t slew = 0x02;        ///< further than slew * dt from the last drive
-inline constexpr std::uint8_t not_finite = 0x04;  ///< NaN or infinite: the last drive is held
-inline constexpr std::uint8_t model = 0x08;       ///< the demanded position lies outside the model's range
-inline constexpr std::uint8_t not_invertible = 0x10;  ///< the model's branch is not increasing there
+inline constexpr std::uint8_t range = 0x01;           ///< limited to drive_min or drive_max
+inline constexpr std::uint8_t slew = 0x02;            ///< limited to slew * dt from the last drive
+inline constexpr std::uint8_t not_finite = 0x04;      ///< NaN or infinite: the last drive is held
+inline constexpr std::uint8_t model = 0x08;           ///< the demanded position is outside the model's range
+inline constexpr std::uint8_t not_invertible = 0x10;  ///< the model's branch does not increase there
 }  // namespace limit
 
 std::string limits_to_string(std::uint8_t limits);
@@ -30,9 +30,10 @@ struct Gate {
     double drive = 0.0;
     std::uint8_t limits = limit::none;
   };
-  /// `last`: the drive that left the gate `dt_s` ago. If it is not finite, the safe drive leaves the gate.
+  /// `last`: the drive that left the gate `dt_s` ago. If it is not finite, the gate outputs the safe drive.
   static Passed step(const Config& config, double last, double requested, double dt_s);
-  /// Moves the drive closer to `target`, by at most `reach`. True: it is there, or at the bound before it.
+  /// Moves the drive towards `target` by at most `reach`. Returns true if it has reached the target, or the
+  /// limit before it.
   static bool approach(const Config& config, double& drive, double target, double reach, double dt_s);
 };
 

@@ -8,13 +8,13 @@
 namespace hystcan::controller {
 namespace {
 
-/// A demand counts as met below this excess: far below any sensor's resolution, far above rounding.
+/// A demand counts as met if the excess is below this: far below any sensor's resolution, far above rounding.
 constexpr double met_within_um = 1e-6;
 
-/// A remaining offset below this counts as zero: less than the wire's resolution of a position.
+/// A remaining offset below this counts as zero: less than the resolution of a position on the wire.
 constexpr double faded_um = 1e-7;
 
-/// Capacity of a memory that a curve without hysteresis does not use.
+/// Capacity of the unused memory of a curve without hysteresis.
 constexpr std::size_t least_capacity = 4;
 
 }  // namespace
@@ -82,7 +82,7 @@ void ControlLaw::retune(const Config& config) {
     integral_um_ += proportional_before_um - proportional_um();
 }
 
-// The next demand becomes the new operator's output at the last applied drive. The notch is shifted by the
+// Makes the next demand equal to the new operator's output at the last applied drive. Shifts the notch by the
 // same amount, so that it keeps its transient.
 void ControlLaw::enter_structure() {
   const double moved_um = predicted_um() - demand_um_;
@@ -107,9 +107,9 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   return demand;
 }
 
-// One low pass for the difference is equal to one each for reference and measurement. Cycles that were left
-// out are not integrated, as those without a sample are not: the error after them is that of the pause, and
-// it is over.
+// One low pass for the difference equals separate low passes for reference and measurement. Omitted cycles
+// and cycles without a sample are not integrated: the error after a pause belongs to the pause, which is
+// over.
 void ControlLaw::update_error(const Input& input) {
   const double elapsed_s = input.cycle_s > 0.0 ? std::min(input.dt_s, input.cycle_s) : input.dt_s;
   integrated_s_ = input.position_um ? elapsed_s : 0.0;

@@ -3,29 +3,29 @@
 //   u = H^-1( N[ F + kp e + I ] ),   F = r(t + tau), or to second order (Delays)
 //   e = r(t) - y(t),   I += ki e dt
 //
-// PI acts in displacement units, inside the inverse H^-1: the loop gain is that of a linear plant, and the
-// inverse's memory follows exactly the drive applied to the actuator. The error is always reference minus
+// PI acts in displacement units, inside the inverse H^-1: the loop gain is the gain of a linear plant, and
+// the inverse's memory follows exactly the drive applied to the actuator. The error is always reference minus
 // measured.
 //
-// Where the model creeps (model/output_creep.h), H is the hysteresis H_0 and the creep behind it:
+// If the model has creep (model/output_creep.h), H is the hysteresis H_0 with the creep behind it:
 //
 //   H(u)    = (1 - n w) H_0(u) + w sum_i y_i,   y_i' = (h - y_i) / tau_i
 //   H^-1(x) = H_0^-1( (x - w sum_i y_i) / (1 - n w) )
 //
 // h is the output of the recursive memory-based model at the applied drive, under every structure.
 //
-// Options: e passes a low pass, which acts on reference and measurement alike and thus causes no error, and
-// a deadband; N is a notch.
+// Options: a low pass and a deadband for e, and a notch N. The low pass acts equally on reference and
+// measurement, so it causes no error.
 //
-// Anti-windup by back-calculation: the excess, in um, is exactly what all limiters (range, slew, the model's
-// thresholds) took away:
+// Anti-windup by back-calculation: the excess, in um, is exactly the amount that all limiters (range, slew,
+// the model's thresholds) removed:
 //
 //   saturation_excess = N[F + kp e + I] - H(applied drive)
-//   I -= alpha saturation_excess,   alpha = 1 - e^{-ki dt / kp},  1 where kp = 0
+//   I -= alpha saturation_excess,   alpha = 1 - e^{-ki dt / kp},  1 if kp = 0
 //
-// A saturated loop rests at I = limit - F for any kp, within one cycle's ki e dt. Where F alone exceeds the
-// realised position, PI has not caused the limit: the limit then does not drive I back, and I stops
-// integrating further into the limit.
+// A saturated loop rests at I = limit - F for any kp, within one cycle's ki e dt. If F alone exceeds the
+// realised position, PI has not caused the limit: I is then not reduced, and it stops integrating further
+// into the limit.
 //
 //   structure     H                                feed-forward   PI
 //   average       mean of the reference curves     yes            no
@@ -68,22 +68,23 @@ struct PiGains {
 
 class ControlLaw {
  public:
-  /// Everything but the model and its creep can change at run time.
+  /// All members except the model and its creep can change at run time.
   struct Config {
     Structure structure = Structure::inverse_pi;
     model::HysteresisParameters model;
-    std::optional<model::OutputCreep::Config> creep{};  ///< of the model
+    std::optional<model::OutputCreep::Config> creep{};  ///< creep of the model
     PiGains pi;
-    double deadband_um = 0.0;            ///< an error within it counts as 0, a greater one is reduced by it
-    double measurement_filter_Hz = 0.0;  ///< corner of the low pass, 0: none
+    /// Smaller errors count as 0, larger ones are reduced by the deadband.
+    double deadband_um = 0.0;
+    double measurement_filter_Hz = 0.0;  ///< corner of the low pass; 0: no low pass
     std::optional<Notch::Config> notch{};
   };
   struct Input {
     double reference_um = 0.0;          ///< r(t)
     double previewed_um = 0.0;          ///< F
-    std::optional<double> position_um;  ///< y(t); empty: the sample is lost, the last error is used
-    double dt_s = 0.0;                  ///< measured, since the last step
-    double cycle_s = 0.0;               ///< nominal; a notch is designed for it
+    std::optional<double> position_um;  ///< y(t); `nullopt`: the sample is lost, and the last error is used
+    double dt_s = 0.0;                  ///< measured time since the last step
+    double cycle_s = 0.0;               ///< nominal cycle; the notch is designed for it
   };
   struct Demand {
     double drive = 0.0;        ///< requested, before the gate
@@ -91,28 +92,27 @@ class ControlLaw {
     std::uint8_t limits = limit::none;
   };
 
-  /// Throws std::invalid_argument where the model or its creep is invalid.
+  /// Throws std::invalid_argument if the model or its creep is invalid.
   explicit ControlLaw(const Config& config);
 
-  /// Moves the memory to a drive that was applied without this law, on a ramp for example.
+  /// Moves the memory to a drive that was applied without this law, for example on a ramp.
   void follow(double applied_drive) { full_.advance(memory_, applied_drive); }
-  /// The actuator has stood for long at the drive that was applied last: all of its creep has come.
+  /// Called after the actuator has rested for a long time at the last applied drive: its creep is complete.
   void settle() { creep_.settle(creep_state_, memory_.output); }
-  /// The drive that was applied last was held for dt_s: the actuator crept. Called once in a cycle, before
-  /// propose().
+  /// Lets the model creep for dt_s at the last applied drive. Called once in each cycle, before propose().
   void elapse(double dt_s) { creep_.advance(creep_state_, memory_.output, dt_s); }
-  /// Starts from the drive that was applied last, without a bump: the integral takes the offset between
-  /// sensor and model. Returns the reference to start from: the measured position with feedback, else the
-  /// model's position.
+  /// Starts without a bump from the last applied drive: the integral is set to the offset between sensor and
+  /// model. Returns the reference to start from: the measured position with feedback, else the model's
+  /// position.
   double restart(double position_um);
-  /// Sets a known memory, and settles. Allocates only where its capacity is above the default.
+  /// Sets a known memory, and settles. Allocates only if the memory's capacity is above the default.
   void remember(const model::HysteresisState& memory) {
     memory_ = memory;
     settle();
   }
 
-  /// Called between two cycles; does not allocate. Applies everything of `config` but the model and its
-  /// creep, which need a restart. The drive does not jump. Where the new structure has no PI, the remaining
+  /// Called between two cycles; does not allocate. Applies everything of `config` except the model and its
+  /// creep, which need a restart. The drive does not jump. If the new structure has no PI, the remaining
   /// offset decays over fade_s.
   void retune(const Config& config);
   static constexpr double fade_s = 0.1;
@@ -121,10 +121,10 @@ class ControlLaw {
   /// Takes the drive that left the gate: moves the memory to it and prevents windup of the integral.
   void commit(double applied_drive);
 
-  /// The model's position at the applied drive, now.
+  /// Returns the model's present position at the applied drive.
   double predicted_um() const;
   const model::Hysteresis& inverted() const;
-  /// The recursive model; its memory follows the drive under every structure.
+  /// The recursive model; its memory follows the drive with every structure.
   const model::Hysteresis& model() const { return full_; }
   const model::HysteresisState& memory() const { return memory_; }
   double integral_um() const { return integral_um_; }
@@ -144,17 +144,17 @@ class ControlLaw {
 
   Config config_;
   model::Hysteresis full_, average_, line_;
-  model::HysteresisState memory_;                    ///< of the full model, under every structure
-  model::HysteresisState average_rest_, line_rest_;  ///< of the curves without memory: constant
+  model::HysteresisState memory_;                    ///< memory of the full model, with every structure
+  model::HysteresisState average_rest_, line_rest_;  ///< states of the models without memory: constant
   model::OutputCreep creep_;
   model::OutputCreep::State creep_state_;
   Notch::Coefficients notch_;
-  double notch_for_s_ = 0.0;  ///< the cycle time for which notch_ was designed; 0: none yet
+  double notch_for_s_ = 0.0;  ///< the cycle time for which notch_ was designed; 0: not designed yet
   Notch::State notch_state_;
   double integral_um_ = 0.0;         ///< ki integral(e) dt; without PI: a remaining offset that decays
   double filtered_um_ = 0.0;         ///< r - y after the low pass
   double error_um_ = 0.0;            ///< after the deadband: the input of PI
-  double integrated_s_ = 0.0;        ///< in the last step; 0: the sample was lost
+  double integrated_s_ = 0.0;        ///< time over which the last step integrated; 0: the sample was lost
   double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;
   double before_notch_um_ = 0.0;  ///< F + PI

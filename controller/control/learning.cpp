@@ -10,23 +10,24 @@
 namespace hystcan::controller {
 namespace {
 
-/// The correction comes in and goes out within this time at both ends of a segment.
+/// The correction fades in and out within this time at the ends of a segment.
 constexpr double ends_s = 0.01;
 
 /// Time constant of a correction that ends.
 constexpr double fade_s = 0.02;
 
-/// The error may grow by this factor over that without learning for so many periods in a row.
+/// The error may exceed the error without learning by this factor for this number of consecutive periods.
 constexpr double grown_factor = 1.3;
 constexpr unsigned grown_periods = 3;
-/// A rest lasts so many periods; in the last one the error without learning is measured anew.
+/// Duration of a rest, in periods. Its last period measures the error without learning again.
 constexpr unsigned rest_periods = 3;
 constexpr unsigned most_attempts = 3;
-/// An error of more than so many times the largest one without learning is a glitch. In the judgement it
-/// counts as that, so that many of them are not overlooked.
+/// An error of more than this multiple of the largest error without learning is a glitch. In the judgement it
+/// is limited to this multiple, so that many glitches are not overlooked.
 constexpr double glitch_factor = 4.0;
 
-/// Smoothly 0 at both ends of the segment, where the correction of a neighbour is 0.
+/// Returns the factor by which the correction is multiplied: it falls smoothly to 0 at both ends of the
+/// segment, where the correction of a neighbour is 0.
 double share_of(const Learning::Plan& plan, double shape_time_s) {
   return smooth_step(shape_time_s / ends_s) * smooth_step((plan.duration_s - shape_time_s) / ends_s);
 }
@@ -104,7 +105,7 @@ void Learning::learn(const Trajectory::Point& point, std::optional<double> error
   const auto cycle =
       static_cast<std::size_t>(std::lround(std::max(point.shape_time_s, 0.0) * segment.cycles_per_s));
   if (cycle < plan->phases) return interrupt();      // the first period still settles
-  if (cycle != segment.last_cycle + 1) interrupt();  // one is missing
+  if (cycle != segment.last_cycle + 1) interrupt();  // the sample of a cycle is missing
   segment.last_cycle = cycle;
   take(point.segment, segment.phase_at(point.shape_time_s), *error_um);
 }

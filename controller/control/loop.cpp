@@ -52,8 +52,9 @@ void ClosedLoop::resume(double t_s) {
   in_position_ = {};
 }
 
-// The upper threshold wipes out all memory: from there on the model knows it wherever the drive turns. A
-// butterfly stays on that side of its valley.
+// At the upper threshold all memory is wiped out. From there on the model's memory is right wherever the
+// drive turns, so for a butterfly, and if drive_min is above the lower threshold, the upper threshold is
+// enough.
 std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   const model::HysteresisParameters& model = law_.model().parameters();
   const model::Interval& thresholds = model.input_range();
@@ -62,7 +63,8 @@ std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   return {thresholds.hi, thresholds.lo};
 }
 
-/// The integral takes what the other axes add at the start; what they add later is fed forward.
+/// The coupling from the other axes at the start goes into the integral; later changes go into the
+/// feed-forward.
 void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool goes_on) {
   coupled_at_first_um_ = coupled_um;
   if (plant_inverse_) plant_inverse_->restart(t_s);
@@ -79,7 +81,7 @@ std::optional<double> ClosedLoop::propose(const AxisInput& input, double t_s, bo
     return std::nullopt;
   if (judged_by_)
     report.arrival = InPosition::step(*judged_by_, in_position_, point, input.position_um, input.dt_s);
-  // What PI compares the sample with.
+  // The value with which PI compares the sample.
   const double expected_um =
       plant_inverse_ ? plant_inverse_->expected(t_s + preview_s(input.cycle_s), input.cycle_s,
                                                 [&](double at_s) { return trajectory_.value_um(at_s); })

@@ -1,14 +1,13 @@
-// The closed loop decides the drive of an axis while it tracks a reference: Trajectory, ControlLaw,
-// FollowingError, Learning. In open loop the drive comes from an Excitation instead, and there is no such
-// loop (axis.h).
+// The closed loop decides the drive of an axis while the axis tracks a reference. It contains Trajectory,
+// ControlLaw, FollowingError and Learning. In open loop an Excitation decides the drive instead (axis.h).
 //
 // Calls, in this order:
 //
 //   ramp_in(gate)                     returns the drives to visit before tracking
-//   settle()                          the actuator has stood at the drive that was followed last
-//   follow()                          takes each drive applied on the way there
+//   settle()                          the actuator has rested at the last drive of follow()
+//   follow()                          takes each drive that is applied before tracking
 //   elapse()                          time passes: in every cycle, before its drive is decided
-//   begin()                           tracking begins, with the other axes or after them
+//   begin()                           tracking begins, together with the other axes or after them
 //   propose() -> gate -> commit()     in every cycle
 #pragma once
 
@@ -23,33 +22,34 @@ namespace hystcan::controller {
 
 class ClosedLoop {
  public:
-  /// Throws std::invalid_argument where the model is invalid.
+  /// Throws std::invalid_argument if the model is invalid.
   explicit ClosedLoop(const AxisConfig& config);
 
-  /// Up to the upper threshold and down to the lower one: this wipes the actuator's memory out.
+  /// Returns the drives of a wipe: up to the upper threshold and down to the lower one, which wipes out the
+  /// actuator's memory.
   std::vector<double> ramp_in(const Gate::Config& gate) const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
   void settle() { law_.settle(); }
   void elapse(double dt_s) { law_.elapse(dt_s); }
-  /// `goes_on`: the loop has tracked before, on the same time.
+  /// `goes_on`: the loop continues after a pause, with the same time base.
   void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
-  /// Returns the requested drive, before the gate, and fills what the loop knows into the report. Empty where
-  /// the stage has lost its reference. `t_s`: since the axes began to track; `waited`: the drive was held for
-  /// longer than dt_s, because SYNCs were left out.
+  /// Returns the requested drive, before the gate, and fills the values of the loop into `report`. Returns
+  /// `nullopt` if the stage has lost its reference. `t_s`: time since the axes began to track. `waited`: the
+  /// drive was held for longer than dt_s, because SYNCs were omitted.
   std::optional<double> propose(const AxisInput& input, double t_s, bool waited, AxisReport& report);
-  /// `limits`: all that were active for this drive.
+  /// `limits`: all limits that were active for this drive.
   void commit(double applied_drive, std::uint8_t limits);
 
   void go_to(double t_s, double goal_um);
   void resume(double t_s);
-  /// Called between two cycles; has no bump and does not allocate. Applies everything of `config` but the
-  /// model and the setpoint. A given `reference` starts from the present motion; it is exchanged for the
-  /// former one.
-  /// So is a given `learning`; without one the present one ends.
+  /// Called between two cycles; the drive does not jump, and nothing is allocated. Applies everything of
+  /// `config` except the model and the setpoint. A given `reference` starts from the present motion and is
+  /// exchanged for the previous one. A given `learning` is exchanged too; without one, the present learning
+  /// ends.
   void retune(const AxisConfig& config, std::optional<Trajectory>& reference,
               std::optional<Learning>& learning, double t_s);
 
-  /// How far ahead the reference is looked up.
+  /// Returns how far ahead the reference is evaluated.
   double preview_s(double cycle_s);
   double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
   Trajectory::Point reference_at(double t_s) const { return trajectory_.at(t_s); }
@@ -61,7 +61,7 @@ class ClosedLoop {
 
  private:
   void apply(const AxisConfig& config);
-  /// The part of the reference that the last cycle's sample and preview have used: it stays as it is.
+  /// The part of the reference that the last cycle's sample and preview have used: it must not change.
   struct Used {
     double since_s = 0.0, for_s = 0.0;
   };
@@ -79,9 +79,9 @@ class ClosedLoop {
   InPosition::State in_position_;
   FollowingError following_error_;
   std::optional<Learning> learning_;
-  bool is_limited_ = false;     ///< the last drive was
-  Moments moments_;             ///< from demand to position
-  double moments_for_s_ = 0.0;  ///< the cycle time for which moments_ was computed; 0: none yet
+  bool is_limited_ = false;     ///< a limit was active for the last drive
+  Moments moments_;             ///< moments from demand to position
+  double moments_for_s_ = 0.0;  ///< the cycle time for which moments_ was computed; 0: not computed yet
   double coupled_at_first_um_ = 0.0;
 };
 

@@ -1,34 +1,35 @@
-// Detects a loop that is unstable: an oscillation of the error e = r - y that grows, or that stays large.
+// Detects an unstable loop: an oscillation of the error e = r - y that grows, or that stays large.
 //
-// A half-period k is the motion of e from one turning point to the next. A turn counts where e has come back
-// by more than T/32, so noise below that makes none, and by more than an eighth of the pair before. T is
-// `amplitude_um`, s_k the swing (peak to peak) of half-period k, and
+// A half-period k is the motion of e from one turning point to the next. A turn counts only if e has moved
+// back by more than T/32, so that smaller noise makes none, and by more than an eighth of the previous pair.
+// T is `amplitude_um`, s_k the swing (peak to peak) of half-period k, and
 //
 //   p_j = max(s_(k-2j), s_(k-2j-1)),  j = 0, 1, ...      sampled peaks vary from half-period to half-period
 //
 //   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   p_0 > p_1 > ... > p_n,  p_0 > 4 p_3 or p_0 > 1.5 p_7
 //   stays   p_j >= 2 T for j = 0..7,       max(p_0..p_3) >= 0.95 max(p_4..p_7)
 //
-// "stays" finds slow growth and the limit cycle that ends growth at the limits of the drive. After a knock, a
-// step or a corner, the mode of a stable loop decays: by e^(-pi damping) each half-period, which is more than
-// "stays" allows from a damping of 0.002 on.
+// "stays" finds slow growth, and the limit cycle in which growth ends at the limits of the drive. After a
+// knock, a step or a corner, the mode of a stable loop decays by e^(-pi damping) in each half-period. For a
+// damping of 0.002 or more, this is too fast for "stays".
 //
-// In such a half-period e spends some cycles beyond the middle of the half-period before. The most of these
-// cycles are at most four times the fewest and one: a spike of the sensor is short, the time to the next one
-// is not. Where even the fewest are more than a spike has, only half-periods of one direction are compared
-// so, and both by a factor of 16: an oscillation that stands at a limit of the drive is uneven.
+// In each half-period, e spends some cycles beyond the middle of the half-period before. The largest number
+// of these cycles may be at most four times the smallest, plus one: a spike of the sensor is short, but the
+// time to the next spike is not. If even the smallest is longer than a spike, this rule holds only among
+// half-periods of the same direction, and a factor of 16 holds between both directions: an oscillation at a
+// limit of the drive is uneven.
 //
-// A pair of half-periods is forced where the reference itself bends so much that a lightly damped mode
-// explains the error:
+// A pair of half-periods is forced if the reference itself bends so much that a lightly damped mode explains
+// the error:
 //
 //   sum |e''| of the newest pair < 30 sum |r''|         '' : second difference from cycle to cycle
 //
-// Where more than half of the pairs are forced, nothing is judged: a sine or a chirp through a resonance
-// makes a large error and no unstable loop. A corner of a triangle forces a single pair. Nor is anything
-// judged where the newest swing is less than 1.5 sum |r''| of all pairs: a step, whose |r''| add up to twice
-// its height, makes a mode ring.
+// If more than half of the pairs are forced, the loop is not judged: a sine or a chirp through a resonance
+// makes a large error in a stable loop. A corner of a triangle forces only one pair. The loop is not judged
+// either if the newest swing is less than 1.5 sum |r''| of all pairs: a step, whose |r''| add up to twice its
+// height, makes a mode ring.
 //
-// Everything is counted in half-periods, so any rate will do. O(1), no allocation.
+// All times are counted in half-periods, so the rate does not matter. O(1), no allocation.
 #pragma once
 
 #include <array>
@@ -38,16 +39,16 @@ namespace hystcan::controller {
 
 class Oscillation {
  public:
-  /// T; infinite: nothing is judged.
+  /// `amplitude_um`: T; infinite: the loop is not judged.
   explicit Oscillation(double amplitude_um) : amplitude_um_(amplitude_um) {}
 
   void restart() { *this = Oscillation(amplitude_um_); }
-  /// Called once in each cycle with a sample, in closed loop. True: the loop is unstable.
+  /// Called once in each cycle with a sample, in closed loop. Returns true if the loop is unstable.
   bool step(double reference_um, double position_um);
 
  private:
   struct HalfPeriod {
-    std::size_t cycles = 0;  ///< beyond the middle of the half-period before
+    std::size_t cycles = 0;  ///< cycles beyond the middle of the half-period before
     double swing_um = 0.0;
     double reference_bend_um = 0.0;  ///< sum |r''|
     double error_bend_um = 0.0;      ///< sum |e''|
@@ -74,11 +75,11 @@ class Oscillation {
   Bend reference_, error_;
   std::array<HalfPeriod, kept> past_{};
   std::size_t newest_ = 0, closed_ = 0;
-  std::size_t cycles_ = 0;   ///< of this half-period, beyond middle_um_
-  double middle_um_ = 0.0;   ///< of the half-period before
-  unsigned samples_ = 0;     ///< up to 3: the first have no second difference
+  std::size_t cycles_ = 0;   ///< cycles of this half-period beyond middle_um_
+  double middle_um_ = 0.0;   ///< middle of the half-period before
+  unsigned samples_ = 0;     ///< up to 3: the first samples have no second difference
   double turn_um_ = 0.0;     ///< e at the last turning point
-  double extreme_um_ = 0.0;  ///< furthest e since then
+  double extreme_um_ = 0.0;  ///< extreme of e since the last turning point
   bool rises_ = true;
 };
 

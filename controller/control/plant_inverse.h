@@ -1,13 +1,14 @@
-// The feed-forward that inverts the plant with its mode, and what the plant then does.
+// The feed-forward that inverts the plant with its mode, and the resulting response of the plant.
 //
 //   u = V r:   u(t) = sum_k w_k r(t + mu + k T),  k = -4 .. 4         mu: mean delay of the chain, T: a cycle
-//   y = G u    the nominal plant, in the samples
+//   y = G u    nominal plant, in the samples
 //
 // PI and learning compare the sample with y instead of r. The two differ at the corners of r, which no drive
-// that is set once in a cycle can follow: what the feed-forward has weighed there is not taken back.
+// that is set once per cycle can follow. With y, PI and learning do not undo the weighting of the
+// feed-forward there.
 //
-// With poles p_i the plant is a recursion (controller/analysis/linear_loop.h). d u: the difference to the
-// last cycle
+// With the poles p_i, the plant is a recursion (controller/analysis/linear_loop.h). d u is the change of u
+// since the last cycle:
 //
 //   held          y = u + sum_i x_i,                x_i <- e^{p_i T} x_i + s_i d u
 //   interpolated  y = u_{-1} + c d u + sum_i x_i,   x_i <- e^{p_i T} x_i + s_i (d u - d u_{-1})
@@ -22,18 +23,18 @@
 
 namespace hystcan::controller {
 
-/// k is at most this.
+/// Largest k: the number of cycles that the feed-forward weights on each side of the mean delay.
 inline constexpr int feed_forward_reach = 4;
-/// w_k.
+/// The weights w_k of the feed-forward, k = -feed_forward_reach .. feed_forward_reach.
 using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 
-/// Values of a reference for its weighted sum. A cycle looks up only the newest one: what was looked up
-/// does not change any more, because the reference stays as it is until the end of the preview.
+/// Values of a reference for its weighted sum. Each cycle evaluates only the newest value: earlier values do
+/// not change, because the reference is fixed until the end of the preview.
 class ReferenceWindow {
  public:
   void clear() { filled_ = false; }
-  /// Called once per cycle. `reference(t_s)`; everything is looked up anew where the last call was not a
-  /// cycle before.
+  /// Called once per cycle. `reference(t_s)` returns the reference. If the last call was not exactly one
+  /// cycle before, all values are evaluated again.
   template <class Reference>
   double filtered(const FeedForwardWeights& weights, double t_s, double cycle_s, const Reference& reference);
 
@@ -41,8 +42,8 @@ class ReferenceWindow {
   bool continues(double t_s, double cycle_s) const;
   void push(double value);
 
-  std::array<double, 2 * std::tuple_size_v<FeedForwardWeights>>
-      values_{};  ///< twice, so that each window lies in one piece
+  /// Stored twice, so that each window is contiguous.
+  std::array<double, 2 * std::tuple_size_v<FeedForwardWeights>> values_{};
   std::size_t oldest_ = 0;
   double last_s_ = 0.0;
   bool filled_ = false;
@@ -55,7 +56,7 @@ struct PlantRecursion {
     std::complex<double> decay;  ///< e^{p_i T}
   };
   struct Config {
-    int delay_cycles = 0;  ///< of y; u is taken from so many cycles ago
+    int delay_cycles = 0;  ///< delay of y; u is taken from this many cycles ago
     bool interpolated = false;
     double constant = 0.0;  ///< c
     std::array<Term, 4> terms{};
@@ -72,8 +73,8 @@ struct PlantRecursion {
   static double step(const Config& config, State& state, double input);
 };
 
-/// The recursion goes on from one cycle to the next, also where a SYNC is late: to begin it anew takes as
-/// long as many cycles, which would delay the next SYNC too.
+/// The recursion continues from cycle to cycle, even if a SYNC is late: a restart would take as many cycles
+/// as the warm-up, which would delay the next SYNC too.
 class PlantInverse {
  public:
   struct Config {
@@ -83,23 +84,23 @@ class PlantInverse {
 
   explicit PlantInverse(const Config& config) : config_(config) {}
 
-  /// Forgets the state, for a reference that has been at rest until then: the recursion begins there.
+  /// Clears the state, for a reference that rests until `rest_until_s`: the recursion begins there.
   void restart(double rest_until_s);
-  /// Takes another plant while the reference moves: the recursion begins warm_up_cycles before.
+  /// Changes the plant while the reference moves: the recursion begins warm_up_cycles earlier.
   void retune(const Config& config);
 
-  /// u at `t_s`, mean delay included.
+  /// Returns the feed-forward u at `t_s`, with the mean delay included.
   template <class Reference>
   double feed_forward(double t_s, double cycle_s, const Reference& reference) {
     return ahead_.filtered(config_.feed_forward, t_s, cycle_s, reference);
   }
-  /// y of the sample that belongs to that cycle.
+  /// Returns y, the expected sample of the cycle at `t_s`.
   template <class Reference>
   double expected(double t_s, double cycle_s, const Reference& reference);
 
  private:
   static constexpr double warm_up_cycles = 128.0;
-  /// Cycles from `late_s` back to the rest of the reference, at most warm_up_cycles.
+  /// Returns the cycles from `late_s` back to the rest of the reference, at most warm_up_cycles.
   int cycles_since_rest(double late_s, double cycle_s) const;
 
   Config config_;

@@ -7,13 +7,15 @@ namespace hystcan::controller {
 namespace {
 
 constexpr double mean_cycles = 2.0, rest_cycles = 200.0;
-constexpr double floor_share = 0.003;  // of e
+constexpr double floor_share = 0.003;  // share of the stroke that is added to e
 constexpr double backwards_share = 0.25;
-constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;  // of the drive's range
-constexpr unsigned least_cycles = 6;  // in these shares: of a ramp that is fast for its rate
+// Shares of the drive's range.
+constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;
+// Minimum cycles within these shares, for a ramp that is fast for the rate.
+constexpr unsigned least_cycles = 6;
 constexpr unsigned contradictions_to_trip = 3;
 
-/// Share by which a mean over this time comes closer to a sample.
+/// Returns the share by which a mean over this time moves towards a new sample.
 double weight(const AxisInput& input, double time_s) { return input.dt_s / (input.dt_s + time_s); }
 
 }  // namespace
@@ -92,7 +94,7 @@ bool RampCheck::agrees_in_size(const Course& course) const {
          seen_um <= most_um / share + error_um();
 }
 
-/// In the present direction.
+/// Returns the motion of the model in the present direction.
 model::Interval RampCheck::moved_um(const Course& course, const Anchor& anchor) const {
   const model::Interval moved = course.moved_um(anchor.model);
   return direction_ > 0.0 ? moved : model::Interval{-moved.hi, -moved.lo};

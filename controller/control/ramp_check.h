@@ -1,19 +1,20 @@
-// Compares the position with what the ramps of the start-up must do to it by the model (Course): a sensor
-// that is reversed or scaled wrongly, or an amplifier that ends below its range, is found before the axis
-// tracks.
+// Compares the motion of the position during the ramps of the start-up with the model's motion (Course). This
+// detects a sensor that is reversed or scaled wrongly, or an amplifier that ends below its range, before the
+// axis tracks.
 //
-//   s (y - y_0) >= -d / 4 - e               since the ramp began or turned
-//   s (y - y_1) >= (1 - p) d - e            } in windows of 14 % of the drive's range, the first one after
-//   s (y - y_1) <= D / (1 - p) + e          } 8 %, when the delays do not matter any more; six cycles each
+//   s (y - y_0) >= -d / 4 - e               since the start or the turn of the ramp
+//   s (y - y_1) >= (1 - p) d - e            } in windows of 14 % of the drive's range, at least six cycles.
+//   s (y - y_1) <= D / (1 - p) + e          } The first begins after 8 %, when delays do not matter any more
 //
 //   s       direction in which the model's position moves
-//   d, D    the least and the most that it has moved; where d < 0, the bound is d / (1 - p). D >= 0, because
-//           the windows begin again where the model turns
-//   y       mean of the samples over about two cycles, less what the other axes have added
+//   d, D    the smallest and the largest possible motion of the model; for d < 0, the bound is d / (1 - p).
+//           D >= 0, because the windows restart when the model turns
+//   y       mean of the samples over about two cycles, minus the coupling from the other axes
 //   p       `doubt`
-//   e       0.3 % of the stroke, the ringing at the corners of the ramp, v / w, and the range of y at rest
-//           before, which is forgotten in 200 cycles, or in decay_s. That range is 2 v' / w at least, where a
-//           slow mode has not shown it all; v, v': speed of the model in the ramp, highest speed of y at
+//   e       sum of 0.3 % of the stroke, the ringing at the corners of the ramp, v / w, and the range of y at
+//           rest before the ramp. This range decays in 200 cycles, or in decay_s. It is at least 2 v' / w, in
+//           case a slow mode has not shown its full range; v, v': speed of the model in the ramp, highest
+//           speed of y at rest, w: angular frequency of the mode
 //           rest, w: angular frequency of the mode
 #pragma once
 
@@ -31,17 +32,17 @@ class RampCheck {
     double stroke_um = 0.0;
     double ramp_um_per_s = 0.0;
     double mode_rad_per_s = 1.0;
-    double decay_s = 0.0;  ///< in which ringing is forgotten
+    double decay_s = 0.0;  ///< time in which the ringing decays
     double doubt = 0.0;    ///< share by which a stage may be less steep than its model
   };
 
   explicit RampCheck(const Config& config) : config_(config) {}
 
   void restart() { *this = RampCheck(config_); }
-  /// Called once in each cycle before, from when the axis waits on.
+  /// Called once in each cycle before the ramp, beginning when the axis waits.
   void rest(const Course& course, double drive, const AxisInput& input);
-  /// Called once in each later cycle of the start-up, with the drive that was commanded last. False: the
-  /// position contradicts the drive, for the third cycle in a row.
+  /// Called once in each later cycle of the start-up, with the last commanded drive. Returns false if the
+  /// position contradicts the drive for the third cycle in a row.
   bool step(const Course& course, double drive, const AxisInput& input);
 
  private:
@@ -49,7 +50,7 @@ class RampCheck {
     Course::Mark model{};
     double seen_um = 0.0;  ///< y_0 or y_1
     double drive = 0.0;
-    unsigned cycles = 0;  ///< since then
+    unsigned cycles = 0;  ///< cycles since the anchor was set
   };
 
   void see(const AxisInput& input);
@@ -63,12 +64,12 @@ class RampCheck {
 
   Config config_;
   std::optional<double> seen_um_;      ///< y
-  model::Interval rest_um_{0.0, 0.0};  ///< of y
-  double model_um_ = 0.0;              ///< in the last cycle
+  model::Interval rest_um_{0.0, 0.0};  ///< range of y at rest
+  double model_um_ = 0.0;              ///< model's position in the last cycle
   double direction_ = 0.0;             ///< s; 0: at rest
   Anchor turn_;
   std::optional<Anchor> window_;
-  unsigned contradictions_ = 0;  ///< in a row
+  unsigned contradictions_ = 0;  ///< cycles in a row that contradict the drive
 };
 
 }  // namespace hystcan::controller

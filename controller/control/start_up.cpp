@@ -6,14 +6,14 @@
 namespace hystcan::controller {
 namespace {
 
-/// A reading of the output that is further from the drive than this share of the range has moved.
+/// The output has moved if its reading differs from the drive by more than this share of the range.
 constexpr double output_moved = 0.01;
 
-/// An amplifier that does not trip in this time without commands has no watchdog that would protect the
-/// stage.
+/// If an amplifier does not trip within this time without commands, its watchdog does not protect the stage.
 constexpr double watchdog_timeout_s = 1.0;
 
-/// An output that falls while the relay is open would be lifted by a step when it closes.
+/// Lets the drive follow the output before the relay closes. If the output falls while the relay is open and
+/// the drive does not follow it, closing the relay makes a step.
 void follow_output(const Gate::Config& gate, const AxisInput& input, double& drive) {
   double output = input.health.amplifier_output;
   if (!(std::abs(output - drive) > output_moved * (gate.drive_max - gate.drive_min))) output = drive;
@@ -37,8 +37,8 @@ void StartUp::attempt_clear(bool attempt) {
   if (attempt) clear_attempt_.begin();
 }
 
-// A relay or a soft start takes up to half a second from Enable to enabled. The output does not follow
-// meanwhile, so a ramp on the wire would be a step at the stage.
+// A relay or a soft start needs up to half a second from Enable to enabled. The output does not follow during
+// this time, so a ramp on the wire would be a step at the stage.
 StartUp::Step StartUp::step(const AxisConfig& config, const AxisInput& input, const Known& known,
                             double& drive, AxisReport& report) {
   if (is_ramping() || (state_ == State::following && known.enabled))
@@ -53,7 +53,7 @@ StartUp::Step StartUp::step(const AxisConfig& config, const AxisInput& input, co
       taken = wait(config, input, report);
       if (!report.arming_blocks.empty()) return taken;
       drive = std::clamp(input.health.amplifier_output, config.gate.drive_min, config.gate.drive_max);
-      clear_attempt_ = {};  // what is left of it is not for a later start
+      clear_attempt_ = {};  // a later start must not continue this attempt
       begin_with(config.start_up != MemorySource::wipe && known.memory ? targets_.size() : 0);
       state_ = State::following;
       return {.command = taken.command, .moves = true};

@@ -1,14 +1,14 @@
-// The start-up of an axis, until its drive is where tracking begins:
+// The start-up of an axis, until its drive is at the value where tracking begins:
 //
 //   arming ─▶ following ─▶ ramping ─▶ ended
 //     ▲           └─▶ approaching ─▶ withholding ─┐
-//     └───────────────────────────────────────────┘        where the watchdog is to be tried, once
+//     └───────────────────────────────────────────┘        if the watchdog is to be tried, once
 //
 //   arming       both nodes must be operational, the amplifier ready and at rest; nothing is driven
-//   following    the drive is held where the amplifier's output is until the amplifier is enabled
+//   following    the drive follows the amplifier's output until the amplifier is enabled
 //   approaching  the drive ramps to the safe one
-//   withholding  nothing is commanded: the amplifier must trip, and is then armed again
-//   ramping      the drive visits the targets, as far as the output follows it, and rests at each
+//   withholding  no command is sent: the amplifier must trip, and is then armed again
+//   ramping      the drive visits the targets, as fast as the output follows it, and rests at each
 #pragma once
 
 #include <cstddef>
@@ -28,29 +28,29 @@ class StartUp {
   struct Step {
     AxisCommand command;
     Cause cause = Cause::none;
-    bool moves = false;  ///< the drive was set: the model's memory is to follow it
+    bool moves = false;  ///< the drive was set: the model's memory must follow it
   };
-  /// What the axis knows besides the input.
+  /// State of the axis that is not part of the input.
   struct Known {
     bool enabled = false;  ///< the amplifier's output follows the drive
     bool output_differs = false;
-    bool memory = false;  ///< of the actuator: no target is visited
+    bool memory = false;  ///< the actuator's memory is known: no target is visited
   };
 
   explicit StartUp(const AxisConfig& config) : ramp_check_(ramp_check_of(config)) {}
 
-  /// The drives to visit and to rest at, in order.
+  /// Sets the drives to visit and to rest at, in order.
   void visit(std::vector<double> targets) { targets_ = std::move(targets); }
 
-  /// `clear_fault`: with one attempt to clear a fault that is latched in the amplifier.
+  /// `clear_fault`: tries once to clear a fault that is latched in the amplifier.
   void begin(bool clear_fault);
-  /// The next arming makes that attempt, or no longer.
+  /// Selects if the next arming tries to clear the amplifier's fault.
   void attempt_clear(bool attempt);
   void retune(const AxisConfig& config) { ramp_check_ = RampCheck(ramp_check_of(config)); }
-  /// Called once in each cycle. Fills in what the axis waits for.
+  /// Called once in each cycle. Fills the conditions for which the axis waits into `report`.
   Step step(const AxisConfig& config, const AxisInput& input, const Known& known, double& drive,
             AxisReport& report);
-  /// Called once in each cycle. False: the position contradicts the ramp.
+  /// Called once in each cycle. Returns false if the position contradicts the ramp.
   bool agrees(const Course& course, double drive, const AxisInput& input);
   State state() const { return state_; }
 
@@ -68,8 +68,8 @@ class StartUp {
   ClearAttempt clear_attempt_;
   double withheld_for_s_ = 0.0;
   bool watchdog_verified_ = false;
-  std::size_t next_ = 0;  ///< target
-  double dwelt_s_ = 0.0;  ///< there
+  std::size_t next_ = 0;  ///< index of the next target
+  double dwelt_s_ = 0.0;  ///< time of rest at this target so far
 };
 
 }  // namespace hystcan::controller

@@ -14,23 +14,23 @@ namespace hystcan::controller {
 
 using metrics::ErrorStatistics;
 
-/// How the stage arrived at the levels of one segment, and how quietly it stayed there.
+/// Step responses at the levels of one segment, and the noise while holding them.
 struct LevelStatistics {
   metrics::StepResponse steps;
   metrics::HoldNoise hold;
 };
 
-/// in_position.tolerance_um; 0 where it is not configured.
+/// Returns in_position.tolerance_um; 0 if it is not configured.
 double settling_tolerance_um(const AxisConfig& config);
 
-/// Error (reference minus measured) of every tracking cycle, per segment. The smooth transitions between
-/// segments, live goals and the first `settle_s` of each segment do not count. Steps count from their
+/// Error (reference minus measured) of every tracking cycle, per segment. Excludes the smooth transitions
+/// between segments, live setpoints and the first `settle_s` of each segment. Steps are evaluated from their
 /// beginning.
 class TrackingStatistics {
  public:
   TrackingStatistics(const AxisConfig& config, double settle_s)
       : TrackingStatistics(config.setpoint.size(), settle_s, settling_tolerance_um(config)) {}
-  /// `tolerance_um`: of StepResponse.
+  /// `tolerance_um`: tolerance of StepResponse.
   TrackingStatistics(std::size_t segments, double settle_s, double tolerance_um = 0.0)
       : settle_s_(settle_s), tolerance_um_(tolerance_um) {
     make_room(segments);
@@ -41,8 +41,8 @@ class TrackingStatistics {
   const std::vector<LevelStatistics>& levels() const { return levels_; }
   double tolerance_um() const { return tolerance_um_; }
   ErrorStatistics total() const;
-  /// The error against the reference with sharp corners (Trajectory::Point::ideal_um), per segment. It is
-  /// that of segments() where the reference has no turnarounds.
+  /// Error against the reference with sharp corners (Trajectory::Point::ideal_um), per segment. Equals
+  /// segments() if the reference has no turnarounds.
   const std::vector<ErrorStatistics>& against_ideal() const { return against_ideal_; }
   ErrorStatistics total_against_ideal() const;
 
@@ -56,18 +56,19 @@ class TrackingStatistics {
   std::vector<ErrorStatistics> segments_;
   std::vector<ErrorStatistics> against_ideal_;
   std::vector<LevelStatistics> levels_;
-  std::optional<std::size_t> level_of_;  ///< the segment whose levels are followed now
+  std::optional<std::size_t> level_of_;  ///< the segment whose levels are evaluated at present
 };
 
 /// Result of one axis's run.
 struct AxisOutcome {
   std::string name;
-  double stroke_um = 0.0;  ///< 100 % of the errors in percent: the ascending reference curve's full height
-  AxisState state = AxisState::offline;  ///< at the end
+  /// 100 % of the errors in percent: the full height of the ascending reference curve.
+  double stroke_um = 0.0;
+  AxisState state = AxisState::offline;  ///< state at the end
   Fault fault;
   TrackingStatistics statistics;
   std::vector<std::string> segment_kinds;
-  std::optional<Learning::Report> learning{};  ///< empty: it learns nothing
+  std::optional<Learning::Report> learning{};  ///< empty: no learning
 };
 AxisOutcome outcome_of(std::string name, const Axis& axis, TrackingStatistics statistics);
 

@@ -8,22 +8,23 @@
 namespace hystcan::controller {
 namespace {
 
-/// A SYNC more cycles than this after the last one is a stall: the stage was not watched for too long.
+/// A SYNC that is more cycles than this after the last one is a stall: nothing has supervised the stage for
+/// too long.
 constexpr double stalled_cycles = 10.0;
 
-/// Share of the drive's range: after this travel an unchanged position is a frozen one.
+/// Share of the drive's range: if the position has not changed after this travel, it is frozen.
 constexpr double frozen_travel = 0.02;
 
 /// A corner of the reference may cause one or two such cycles; an invalid model causes them continuously.
 constexpr unsigned not_invertible_cycles = 3;
 
-/// Whole cycles since the last SYNC, at least 1: a stage moves further in a late cycle.
+/// Returns the whole cycles since the last SYNC, at least 1: a stage moves further in a late cycle.
 unsigned cycles_in(const AxisInput& input) {
   constexpr double most = 1e6;
   return static_cast<unsigned>(std::clamp(std::ceil(input.dt_s / input.cycle_s - 0.5), 1.0, most));
 }
 
-/// Time for which `condition` has been true without a break.
+/// Returns the time for which `condition` has been true without interruption.
 double time_held(bool condition, double so_far_s, double dt_s) { return condition ? so_far_s + dt_s : 0.0; }
 
 }  // namespace
@@ -68,7 +69,8 @@ Cause Supervisor::judge_health(const AxisInput& input) {
   return is_status_too_old(health, config_.status_timeout) ? Cause::status_missing : Cause::none;
 }
 
-/// A status that is older than the first Enable reports the state before it.
+/// True if the amplifier is not enabled any more, or not in time. A status older than the first Enable
+/// reports the state before Enable.
 bool Supervisor::has_lost_enable(const NodeHealth& health) {
   if (health.amplifier_enabled) {
     enable_reported_ |= health.status_age_s <= enabled_for_s_;
@@ -97,7 +99,7 @@ Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input, const model
   return {Cause::none, position_um};
 }
 
-/// Where most of the cycles were too long, the computer has lost the samples and not the node.
+/// If most of the cycles were too long, the computer has lost the samples, not the node.
 Cause Supervisor::count_missing_sample(const AxisInput& input) {
   if (input.late_sample) ++lost_in_a_row_.late;
   if (cycles_in(input) > 1) ++lost_in_a_row_.in_long_cycles;

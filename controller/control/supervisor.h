@@ -1,18 +1,18 @@
-// Judges in every cycle whether a driven axis may stay driven. A pure step: takes the received data and the
-// command that was decided; returns a verdict.
+// Decides in every cycle if a driven axis may stay driven. A pure step: takes the received data and the
+// decided command; returns a verdict.
 //
 //   sample     a lost, late or jumped sample is bridged and fills a leaky bucket; several in a row trip
 //   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. A
-//              second jump in a row is judged by what the drive has done since: y is accepted where it is no
-//              further than that from the course of the model (course.h), so that a stage that has
-//              really moved is believed
+//              second jump in a row is compared with the motion of the drive since then: y is accepted if its
+//              distance from the course of the model (course.h) is within the same limit, so that a real
+//              motion of the stage is accepted
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor
 //   enable     once the amplifier has reported "enabled", any other state is a fault; before that, it may
 //              take enable_timeout_s
-//   saturated  range, slew or the model's thresholds limit the drive for saturated_s without a break
+//   saturated  range, slew or the model's thresholds limit the drive for saturated_s without interruption
 //
-// Where several things are wrong at once, the cause is the one that explains the most.
+// If several causes are present at once, the verdict is the cause that explains the most.
 #pragma once
 
 #include <chrono>
@@ -24,7 +24,7 @@
 
 namespace hystcan::controller {
 
-/// State of the axis's two nodes when a cycle is decided.
+/// State of the axis's two nodes at the time of a step.
 struct NodeHealth {
   bool interface_up = true;
   bool bus_on = true;          ///< not bus-off
@@ -41,27 +41,28 @@ struct NodeHealth {
   bool amplifier_fault = false;    ///< last status: fault
   double amplifier_output = 0.0;   ///< last status, drive units
   bool output_reported = false;    ///< the amplifier sends statuses with its output
-  bool amplifier_moves = false;    ///< switched off, and its output is not yet reported at rest
-  double status_age_s = 0.0;       ///< of the last status; 0 where the amplifier sends none
+  bool amplifier_moves = false;    ///< switched off, and no status has reported its output at rest yet
+  double status_age_s = 0.0;       ///< age of the last status; 0 if the amplifier sends none
 };
 
-/// Nothing that is known speaks against it that the amplifier gets commands and follows them.
+/// True if the amplifier receives and follows commands, as far as its node and the bus show.
 bool obeys_commands(const NodeHealth& health);
 
-/// `timeout` 0: never.
+/// `timeout` = 0: a status is never too old.
 bool is_status_too_old(const NodeHealth& health, std::chrono::nanoseconds timeout);
 
 struct AxisInput {
-  double time_s = 0.0;                ///< of this cycle's SYNC, since the controller's start
-  double dt_s = 0.0;                  ///< since the last cycle's SYNC
-  double cycle_s = 0.0;               ///< the nominal period
-  double waited_s = 0.0;              ///< how long the references have waited since the controller's start
-  std::optional<double> position_um;  ///< empty: no sample came
+  double time_s = 0.0;   ///< time of this cycle's SYNC, since the controller's start
+  double dt_s = 0.0;     ///< time since the last cycle's SYNC
+  double cycle_s = 0.0;  ///< nominal period
+  /// Total time that the references have waited since the controller's start.
+  double waited_s = 0.0;
+  std::optional<double> position_um;  ///< `nullopt`: no sample arrived
   bool sensor_status_good = true;
-  bool late_sample = false;  ///< a sample of an earlier cycle came since the last step
-  /// Reference time when the axes began to track; empty: this one does not begin yet.
+  bool late_sample = false;  ///< a sample of an earlier cycle arrived since the last step
+  /// Reference time when the axes began to track; `nullopt`: this axis does not begin yet.
   std::optional<double> tracking_since_s{};
-  double coupled_um = 0.0;  ///< what the other axes will add to the position
+  double coupled_um = 0.0;  ///< coupling from the other axes, added to the position when this command acts
   NodeHealth health;
 
   double reference_time_s() const { return time_s - waited_s; }
@@ -71,26 +72,30 @@ struct AxisCommand {
   double drive = 0.0;
   bool enable = false;
   bool clear_fault = false;
-  bool withheld = false;  ///< nothing is sent: the amplifier's watchdog is to trip
+  bool withheld = false;  ///< no command is sent: the amplifier's watchdog must trip
 };
 
 class Supervisor {
  public:
   struct Config {
-    double position_min_um = 0.0;  ///< a position outside is implausible: a broken sensor or stage
+    /// Lower limit of plausible positions; beyond it, sensor or stage is broken.
+    double position_min_um = 0.0;
     double position_max_um = 0.0;
-    double position_jump_um = 0.0;                                     ///< in one cycle; 0: not judged
-    unsigned missing_samples = 3;                                      ///< bridged in a row; one more trips
-    unsigned frozen_cycles = 50;                                       ///< 0: not judged
-    double saturated_s = 2.0;                                          ///< 0: not judged
-    double bus_passive_s = 0.5;                                        ///< 0: not judged
-    std::chrono::nanoseconds status_timeout{std::chrono::seconds(1)};  ///< of the amplifier; 0: not judged
-    double enable_timeout_s = 0.5;  ///< from the first command with Enable until the amplifier must report it
-    double drive_range = 0.0;       ///< drive_max - drive_min, drive units
+    double position_jump_um = 0.0;  ///< maximum change per cycle; 0: not judged
+    /// Maximum consecutive lost samples; one more trips.
+    unsigned missing_samples = 3;
+    unsigned frozen_cycles = 50;  ///< 0: not judged
+    double saturated_s = 2.0;     ///< 0: not judged
+    double bus_passive_s = 0.5;   ///< 0: not judged
+    /// Maximum age of an amplifier status; 0: not judged.
+    std::chrono::nanoseconds status_timeout{std::chrono::seconds(1)};
+    /// Maximum time from the first command with Enable until the amplifier reports "enabled".
+    double enable_timeout_s = 0.5;
+    double drive_range = 0.0;  ///< drive_max - drive_min, drive units
   };
   struct Verdict {
     Cause cause = Cause::none;
-    std::optional<double> position_um;  ///< empty: no sample may be used
+    std::optional<double> position_um;  ///< `nullopt`: no sample may be used
   };
 
   explicit Supervisor(const Config& config) : config_(config) {}
@@ -99,16 +104,16 @@ class Supervisor {
   void retune(const Config& config);
   /// Called when the axis is about to be driven: resets all counters and timers.
   void restart();
-  /// Called once in each cycle of a driven axis, before its command.
-  /// `course_um`: what the drive has made of the position since the last accepted sample.
+  /// Called once in each cycle of a driven axis, before its command. `course_um`: possible motion of the
+  /// position since the last accepted sample, from the drive.
   Verdict judge(const AxisInput& input, const model::Interval& course_um = {0.0, 0.0});
-  /// Called with the decided command and the limits that acted on it (gate.h). Returns a cause to replace
-  /// the command by the safe one, or Cause::none.
+  /// Called with the decided command and its active limits (gate.h). Returns the cause if the safe command
+  /// must replace the command, or Cause::none.
   Cause watch(const AxisCommand& command, std::uint8_t limits, double dt_s);
 
-  /// The amplifier has reported "enabled" since Enable was first commanded.
+  /// True if the amplifier has reported "enabled" since Enable was first commanded.
   bool enable_reported() const { return enable_reported_; }
-  double enabled_for_s() const { return enabled_for_s_; }  ///< by command
+  double enabled_for_s() const { return enabled_for_s_; }  ///< time since Enable was first commanded
 
  private:
   Cause judge_health(const AxisInput& input);
@@ -120,17 +125,18 @@ class Supervisor {
   bool is_frozen(double position_um);
 
   Config config_;
-  /// A leaky bucket, in tenths: a lost sample adds one, a good one takes a tenth away. Single losses are
-  /// bridged, several in a row trip.
+  /// A leaky bucket, in tenths: a lost sample adds ten tenths, a good one removes one. Single losses are
+  /// bridged; several in a row trip.
   unsigned lost_tenths_ = 0;
   struct Lost {
-    unsigned all = 0, late = 0, in_long_cycles = 0, jumped = 0;  ///< long: SYNCs were left out
+    /// `in_long_cycles`: in cycles in which SYNCs were omitted.
+    unsigned all = 0, late = 0, in_long_cycles = 0, jumped = 0;
   };
   Lost lost_in_a_row_;
   std::optional<double> last_um_;  ///< the last accepted sample
   unsigned cycles_since_last_ = 0;
   unsigned cycles_unchanged_ = 0;
-  double travel_ = 0.0;  ///< of the drive, in cycles_unchanged_
+  double travel_ = 0.0;  ///< travel of the drive in cycles_unchanged_
   double last_drive_ = 0.0;
   double enabled_for_s_ = 0.0;
   bool enable_reported_ = false;

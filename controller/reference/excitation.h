@@ -1,10 +1,10 @@
-// The drive of a measurement: a known function of time, applied in open loop. An actuator is identified from
-// the measured dataset.
+// The drive of a measurement: a known function of time, applied in open loop. The measured dataset serves to
+// identify an actuator.
 //
 //   hysteresis   straight ramps of one slew between turning points, a rest at each; from `low` back to `low`:
 //                  major loops      low -> high -> low, `loops` times
 //                  nested loops     middle +- a_k (high - low) / 2,  a_k = 1 - k / (levels + 1),
-//                                   k = 1 .. levels: each loop lies inside the one before, and all are
+//                                   k = 1 .. levels: each loop is inside the one before, and all are
 //                                   closed on the way up to high
 //                  reversal curves  high -> r_j -> high,  r_j = low + (high - low) j / (levels + 1),
 //                                   j = levels .. 1; then low -> r_j -> low,  j = 1 .. levels
@@ -12,8 +12,8 @@
 //                at the centre before and after
 //   chirp        centre + amplitude sin(2 pi (f_0 t + (f_1 - f_0) t^2 / (2 T))),  0 <= t <= T
 //
-// Drives are in drive units, times in s. The rest ensures that no turning point falls between two cycles; it
-// has to last two cycles or more. The drive is held before the beginning and after the end.
+// Drives are in drive units, times in s. The rest prevents a turning point between two cycles; it must last
+// two cycles or more. The drive is held before the beginning and after the end.
 #pragma once
 
 #include <string_view>
@@ -26,7 +26,7 @@ namespace hystcan::controller {
 
 class Excitation {
  public:
-  /// The greatest number of loops, levels or cycles.
+  /// Maximum number of loops, levels or cycles.
   static constexpr unsigned most_turns = 10'000;
 
   struct Hysteresis {
@@ -52,13 +52,13 @@ class Excitation {
   };
   using Config = std::variant<Hysteresis, Steps, Chirp>;
 
-  /// Throws std::invalid_argument where the numbers describe no drive.
+  /// Throws std::invalid_argument if the parameters do not define a drive.
   explicit Excitation(const Config& config);
 
   double at(double t_s) const;
   double length_s() const { return length_s_; }
   model::Interval range() const;
-  /// Drive units per s; 0 for steps, whose slew the gate limits.
+  /// Returns drive units per s; 0 for steps, whose slew the gate limits.
   double steepest_per_s() const;
 
  private:
@@ -72,19 +72,19 @@ class Excitation {
   void add_knots(const Chirp& c);
 
   Config config_;
-  std::vector<Knot> knots_;  ///< straight lines in between; a chirp has none
+  std::vector<Knot> knots_;  ///< connected by straight lines; empty for a chirp
   double length_s_ = 0.0;
 };
 
 std::string_view name_of(const Excitation::Config& config);
 
-/// Seconds of the first major loop, until it is back at `low`.
+/// Returns the duration of the first major loop, until it is back at `low`.
 double loop_s(const Excitation::Hysteresis& h);
 
-/// In the order they are visited, the first and the last included.
+/// Returns the turning points in the order of the visits, including the first and the last.
 std::vector<double> turning_points(const Excitation::Hysteresis& h);
 
-/// Throws std::invalid_argument where the drive leaves `range` or is steeper than `slew_per_s`.
+/// Throws std::invalid_argument if the drive leaves `range` or is steeper than `slew_per_s`.
 void refuse_beyond(const model::Interval& range, double slew_per_s, const Excitation& excitation);
 
 }  // namespace hystcan::controller

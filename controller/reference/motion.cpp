@@ -24,10 +24,10 @@ Motion smooth_rise(double from_um, double to_um, double t_s, double rise_s) {
 
 namespace {
 
-/// The least length of a pulse, as a share of the turnaround: the acceleration stays finite.
+/// Minimum length of a pulse, as a share of the turnaround: it keeps the acceleration finite.
 constexpr double least_pulse = 0.125;
 
-/// The corner |t| and its first three antiderivatives.
+/// The derivative of the corner |t|, and the first two antiderivatives of |t|.
 double corner_slope(double t) { return t < 0.0 ? -1.0 : 1.0; }
 double once(double t) { return 0.5 * t * std::abs(t); }
 double twice(double t) { return t * t * std::abs(t) / 6.0; }
@@ -37,7 +37,7 @@ double mean(double t, double half, const Integral& integral) {
   return (integral(t + half) - integral(t - half)) / (2.0 * half);
 }
 
-/// Where w' has this value; w' is not decreasing.
+/// Returns the time at which w' has this value; w' does not decrease.
 double where_slope_is(const Turnaround& turnaround, double slope) {
   if (slope == 0.0) return 0.0;  // by symmetry
   double before_s = -0.5 * turnaround.length_s();
@@ -65,7 +65,7 @@ Turnaround::Turnaround(double length_s, double mode_period_s) {
   }
   wide_s_ = 0.5 * std::max(mode_period_s, length_s - mode_period_s);
   narrow_s_ = 0.5 * length_s - wide_s_;
-  // The difference of two nearly equal integrals over a very short box would be rounding alone.
+  // Over a very short box, the difference of two nearly equal integrals would be only rounding.
   if (narrow_s_ < 1e-6 * wide_s_) {
     wide_s_ = 0.5 * length_s;
     narrow_s_ = 0.0;
@@ -119,13 +119,13 @@ Sawtooth::Sawtooth(double low_um, double high_um, double period_s, double rise_s
   bottom_um_ = low_um - lost * height_um_;
 }
 
-/// Since the last lower corner of the ideal line.
+/// Returns the time since the last lower corner of the ideal line.
 double Sawtooth::since_corner_s(double t_s) const {
   const double s = (t_s + lowest_s_) / period_s();
   return (s - std::floor(s)) * period_s();
 }
 
-/// About a corner; `sign` is 1 for a lower one.
+/// Returns the motion around a corner; `sign` is 1 for a lower corner.
 Motion Sawtooth::corner(double value_um, double t_s, double sign) const {
   const double up = height_um_ / rise_s_;
   const double down = height_um_ / fall_s_;
@@ -182,7 +182,7 @@ Motion MonotoneCubic::at(double x) const {
   return on_piece(i, x - x_[i]);
 }
 
-/// y_i + m_i u + c2 u^2 + c3 u^3,  u = x - x_i.
+/// Returns y_i + m_i u + c2 u^2 + c3 u^3,  u = x - x_i.
 Motion MonotoneCubic::on_piece(std::size_t i, double u) const {
   const double h = x_[i + 1] - x_[i];
   const double d = (y_[i + 1] - y_[i]) / h;
@@ -193,7 +193,8 @@ Motion MonotoneCubic::on_piece(std::size_t i, double u) const {
           .acceleration_um_per_s2 = 2.0 * c2 + 6.0 * c3 * u};
 }
 
-/// The slope of a piece is a parabola: greatest at an end or where the curvature, which is linear, vanishes.
+/// The slope of a piece is a parabola: its maximum is at an end or at the zero of the curvature, which is
+/// linear.
 MotionBounds MonotoneCubic::bounds() const {
   if (x_.empty()) return {};
   const auto [lowest, highest] = std::ranges::minmax(y_);

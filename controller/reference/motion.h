@@ -1,4 +1,4 @@
-// Motions that a reference is made of: the smooth step, the turnaround at a corner, and the sawtooth.
+// The motions of which a reference consists: the smooth step, the turnaround at a corner, and the sawtooth.
 #pragma once
 
 #include <vector>
@@ -13,16 +13,17 @@ struct Motion {
   double acceleration_um_per_s2 = 0.0;
 };
 
-/// The smooth step (least jerk), 0 for s <= 0 and 1 for s >= 1:  10 s^3 - 15 s^4 + 6 s^5
-/// Its greatest slope is 15/8, its greatest curvature 10/sqrt(3).
+/// The smooth step (minimum jerk), 0 for s <= 0 and 1 for s >= 1:  10 s^3 - 15 s^4 + 6 s^5 Its maximum slope
+/// is 15/8, its maximum curvature 10/sqrt(3).
 double smooth_step(double s);
 inline constexpr double smooth_step_peak_slope = 1.875;
 inline constexpr double smooth_step_peak_curvature = 5.773502691896258;
 
-/// The smooth step between two values in `rise_s`.
+/// Returns the smooth step between two values in `rise_s`.
 Motion smooth_rise(double from_um, double to_um, double t_s, double rise_s);
 
-/// How far and how fast a motion goes. A configuration is checked by these bounds before anything moves.
+/// Range, velocity and acceleration of a motion. A configuration is checked by these bounds before anything
+/// moves.
 struct MotionBounds {
   double lowest_um = 0.0;
   double highest_um = 0.0;
@@ -30,24 +31,24 @@ struct MotionBounds {
   double peak_acceleration_um_per_s2 = 0.0;
 };
 
-// The turnaround that takes the place of a corner, for a stage with one lightly damped mode of period T_m.
+// The turnaround that replaces a corner, for a stage with one lightly damped mode of period T_m.
 //
 // The corner |t| is averaged over a turnaround of length D with a weight p >= 0, which is even, has the
 // integral 1 and is 0 beyond |tau| = D / 2:
 //
 //   w(t) = integral p(tau) |t - tau| dtau,      w'' = 2 p,      w(t) = |t|  for |t| >= D / 2
 //
-// The straight parts stay as they are, and the acceleration of the turnaround has the form of p. A mode
-// without damping that follows the corner rings afterwards with an amplitude proportional to |P(2 pi / T_m)|,
-// where P is the Fourier transform of p, and 1 for a sharp corner. p is made of boxes B_L of the length L and
-// of a pair of impulses I_h at -h / 2 and h / 2 (* is the convolution):
+// The straight parts do not change, and the acceleration of the turnaround has the form of p. A mode without
+// damping that follows the corner rings afterwards with an amplitude proportional to |P(2 pi / T_m)|, where P
+// is the Fourier transform of p, and 1 for a sharp corner. p consists of boxes B_L of the length L and of a
+// pair of impulses I_h at -h / 2 and h / 2 (* is the convolution):
 //
 //   D >= T_m     B_{T_m} * B_{D - T_m}             a trapezoid, a box at D = T_m.  P = 0: B over one period
 //   D <  T_m     I_{D - L} * B_L,                  two equal pulses.  P = 0 while D - L = T_m / 2: the second
 //                L = max(D - T_m / 2, D / 8)       pulse cancels what the first one excites
 //
 // P(2 pi / T_m) is 0 for every D >= 4/7 T_m, so the length need not be a whole number of periods. It is
-// cos(7/16 pi) = 0.195 at D = T_m / 2. Between the two pulses the reference stands still. The two forms agree
+// cos(7/16 pi) = 0.195 at D = T_m / 2. Between the two pulses the reference is at rest. The two forms agree
 // at D = T_m. Without a mode (T_m = 0), p is one box.
 //
 // The pair of pulses is the ZV input shaper of N. C. Singer, W. P. Seering, "Preshaping command inputs to
@@ -55,7 +56,7 @@ struct MotionBounds {
 
 class Turnaround {
  public:
-  /// The sharp corner.
+  /// Constructs a sharp corner.
   Turnaround() = default;
   Turnaround(double length_s, double mode_period_s);
 
@@ -64,7 +65,7 @@ class Turnaround {
   double way_s(double t_s) const;
   double slope(double t_s) const;
   double curvature_per_s(double t_s) const;
-  /// The greatest w''; 0 of a sharp corner, whose acceleration does not count.
+  /// Returns the maximum w''; 0 for a sharp corner, whose acceleration does not count.
   double peak_curvature_per_s() const;
 
  private:
@@ -72,36 +73,36 @@ class Turnaround {
   double both(double t_s, const One& one) const;
 
   double wide_s_ = 0.0;    ///< half the length of the longer box
-  double narrow_s_ = 0.0;  ///< half that of the shorter one; 0: there is one box
-  double apart_s_ = 0.0;   ///< half the distance of the two pulses; 0: there is one
+  double narrow_s_ = 0.0;  ///< half the length of the shorter box; 0: there is one box
+  double apart_s_ = 0.0;   ///< half the distance between the two pulses; 0: there is one
 };
 
-// A periodic line that rises and falls straight, with a turnaround (Turnaround) at each end.
+// A periodic line with straight rises and falls, and a turnaround (Turnaround) at each end.
 //
-// The ideal line rises by S within T_1 and falls by S within T_2, with v_1 = S / T_1 and v_2 = S / T_2. About
-// its upper corner, at tau = 0, the sawtooth is
+// The ideal line rises by S within T_1 and falls by S within T_2, with v_1 = S / T_1 and v_2 = S / T_2.
+// Around its upper corner, at tau = 0, the sawtooth is
 //
 //   y = top + (v_1 - v_2) / 2 tau - (v_1 + v_2) / 2 w(tau)
 //
-// and about the lower one the mirror image. Where w'(tau_0) = (v_2 - v_1) / (v_1 + v_2) at a lower corner, it
-// stands: this is its lowest point. S is so much greater than high - low that the extremes of the sawtooth
-// are low and high. The straight parts therefore lie on the ideal line, whose corners lie beyond low and
-// high.
+// and around the lower corner its mirror image. The lowest point is at the time tau_0 after the lower corner,
+// where w'(tau_0) = (v_2 - v_1) / (v_1 + v_2). S exceeds high - low by so much that the extremes of the
+// sawtooth are low and high. The straight parts are therefore on the ideal line, whose corners are beyond low
+// and high.
 //
 // Time begins at a lowest point.
 
 class Sawtooth {
  public:
   Sawtooth() = default;
-  /// `rise_share`: T_1 / (T_1 + T_2), within 0 and 1. The turnaround is not longer than T_1 or T_2.
+  /// `rise_share`: T_1 / (T_1 + T_2), between 0 and 1. The turnaround must not be longer than T_1 or T_2.
   Sawtooth(double low_um, double high_um, double period_s, double rise_share, const Turnaround& turnaround);
 
   Motion at(double t_s) const;
-  /// The ideal line.
+  /// Returns the ideal line, with sharp corners.
   double ideal_um(double t_s) const;
 
   double period_s() const { return rise_s_ + fall_s_; }
-  /// From the lowest to the highest point.
+  /// Returns the time from the lowest to the highest point.
   double way_up_s() const { return rise_s_ - 2.0 * lowest_s_; }
   double peak_slew_um_per_s() const;
   double peak_acceleration_um_per_s2() const;
@@ -113,33 +114,33 @@ class Sawtooth {
   Turnaround turnaround_;
   double rise_s_ = 0.5;
   double fall_s_ = 0.5;
-  double lowest_s_ = 0.0;  ///< of the lowest point after its corner, tau_0
+  double lowest_s_ = 0.0;  ///< time of the lowest point, relative to its corner: tau_0
   double bottom_um_ = 0.0;
   double height_um_ = 1.0;  ///< S
 };
 
 // A position over time through points (x_i, y_i), x in s and y in um: cubic Hermite pieces, once
-// differentiable. Where the points are monotone the curve is monotone too, so it never goes beyond them. It
+// differentiable. Where the points are monotone, the curve is monotone too, so it never exceeds them. It
 // begins and ends at rest.
 //
 //   h_i = x_{i+1} - x_i,   d_i = (y_{i+1} - y_i) / h_i
 //
-//   slope m_i = 0                       at both ends, and where d_{i-1}, d_i differ in sign or one is 0
+//   slope m_i = 0                       at both ends, and if d_{i-1}, d_i differ in sign or one is 0
 //         m_i = 3 (h_{i-1} + h_i) / ((2 h_i + h_{i-1}) / d_{i-1} + (h_i + 2 h_{i-1}) / d_i)
-//                                       elsewhere: the weighted harmonic mean
+//                                       otherwise: the weighted harmonic mean
 //
 // F. N. Fritsch, J. Butland, "A method for constructing local monotone piecewise cubic interpolants", SIAM J.
-// Sci. Stat. Comput. 5, 1984. O(log n) for a point.
+// Sci. Stat. Comput. 5, 1984. A point costs O(log n).
 
 class MonotoneCubic {
  public:
-  /// A curve without points is 0 everywhere and has length 0.
+  /// Constructs a curve without points: 0 everywhere, with length 0.
   MonotoneCubic() = default;
-  /// Throws std::invalid_argument unless there are two points or more, as many y as x, all finite, x
+  /// Throws std::invalid_argument unless there are at least two points, as many y as x, all finite, x
   /// increasing. The curve begins at x = 0: the first x is subtracted from all.
   MonotoneCubic(std::vector<double> x, std::vector<double> y);
 
-  /// The curve is held before its beginning and after its end.
+  /// Returns the motion at x. The curve is held before its beginning and after its end.
   Motion at(double x) const;
   double length() const { return x_.empty() ? 0.0 : x_.back(); }
 

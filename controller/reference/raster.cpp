@@ -31,17 +31,17 @@ bool is_waving(const Raster& raster) {
   return raster.role == ScanRole::fast || raster.slow == SlowMotion::ramp;
 }
 
-/// In lines: a cycle at the beginning of a line belongs to it, although its time is rounded.
+/// In lines: a cycle at the beginning of a line belongs to this line, although its time is rounded.
 constexpr double rounding = 1e-6;
 
-/// Lines since the beginning of the scan.
+/// Returns the lines since the beginning of the scan.
 double lines_until(const Raster& raster, double t_s) { return t_s * raster.line_rate_Hz + rounding; }
 
-/// The move of the slow axis that ends line `line` of a frame; the last one is the return.
+/// The move of the slow axis at the end of line `line` of a frame; the last move is the return.
 struct Move {
   double from_um = 0.0;
   double to_um = 0.0;
-  double begins_s = 0.0;  ///< since the beginning of the frame
+  double begins_s = 0.0;  ///< time since the beginning of the frame
   double lasts_s = 0.0;
 };
 
@@ -66,7 +66,7 @@ Move move_after(const Raster& raster, double line) {
   return move;
 }
 
-/// The last move that has begun, or the first one, and the time since its beginning.
+/// Returns the last move that has begun, or the first one, and the time since its beginning.
 std::pair<Move, double> in_frame(const Raster& raster, double t_s) {
   const double frames = std::floor(lines_until(raster, t_s) / (raster.lines + raster.return_lines));
   const double since_s = t_s - std::clamp(frames, 0.0, raster.frames - 1.0) * raster.frame_s();
@@ -146,7 +146,7 @@ std::optional<ScanPlace> place_of(const Raster& raster, double t_s) {
   if (frame < 0.0 || frame >= raster.frames || line >= raster.lines) return std::nullopt;
   ScanPlace place{.frame = static_cast<std::uint32_t>(frame), .line = static_cast<std::uint32_t>(line)};
   if (raster.pixels == 0) return place;
-  // The straight part of the trace lies evenly between its lowest and its highest point.
+  // The straight part is centred between the lowest and the highest point of the trace.
   const double line_s = raster.line_s();
   const double rise_s = raster.both_directions ? line_s : (1.0 - 0.01 * raster.flyback_percent) * line_s;
   const double straight_s = rise_s - turnaround_s(raster);

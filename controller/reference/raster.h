@@ -1,5 +1,5 @@
-// The raster of a scan: lines along a fast axis, one after another along a slow one. Both axes have a Raster
-// with the same numbers but for role, low and high; they then last equally long and stay in phase.
+// The raster of a scan: lines along a fast axis, one after another along a slow axis. Both axes have a Raster
+// that differs only in role, low and high; the two therefore have the same duration and stay in phase.
 //
 //   T = 1 / line_rate: the time of a line         a frame: `lines` lines, then `return_lines` times T back
 //
@@ -10,10 +10,10 @@
 //                            during the turnaround or the flyback
 //   slow, ramp               rises evenly during the lines of a frame and falls during the return
 //
-// The fast axis goes on during the return. Its turnarounds, and those of the ramp, are in motion.h; the
-// shares of turnaround_percent and flyback_percent are of T. Where there is neither turnaround nor flyback,
-// the slow axis steps at once. Every frame ends where it begins, at rest but for the corners of a ramp
-// without a turnaround.
+// The fast axis continues during the return. Its turnarounds, and those of a ramp, are defined in motion.h;
+// turnaround_percent and flyback_percent are shares of T. Without turnaround and flyback, the slow axis steps
+// immediately. Every frame ends at its beginning, at rest except for the corners of a ramp without a
+// turnaround.
 #pragma once
 
 #include <array>
@@ -36,16 +36,17 @@ struct Raster {
   double low_um = 0.0;
   double high_um = 1.0;
   double line_rate_Hz = 1.0;
-  unsigned lines = 2;  ///< of a frame, two or more
+  unsigned lines = 2;  ///< lines of a frame, two or more
   unsigned return_lines = 2;
   unsigned frames = 1;
-  unsigned pixels = 0;  ///< of a line; 0: not counted
+  unsigned pixels = 0;  ///< pixels of a line; 0: not counted
   bool both_directions = true;
-  double flyback_percent = 50.0;  ///< no meaning with both_directions
+  double flyback_percent = 50.0;  ///< ignored if both_directions
   SlowMotion slow = SlowMotion::step;
   double turnaround_percent = 0.0;
-  double mode_period_s = 0.0;  ///< of the stage (Turnaround)
-  /// Of the fast axis, or of a ramp; of one line. Filled in by prepared().
+  double mode_period_s = 0.0;  ///< mode of the stage (Turnaround)
+  /// `wave`: motion of the fast axis, or of a ramp. `way_up_s`: time from the lowest to the highest point of
+  /// a line. Both are set by prepared().
   Sawtooth wave{};
   double way_up_s = 0.0;
 
@@ -54,25 +55,26 @@ struct Raster {
   double duration_s() const { return frames * frame_s(); }
 };
 
-/// Where a scan is; counted from 0.
+/// The present place of a scan, counted from 0.
 struct ScanPlace {
   std::uint32_t frame = 0;
   std::uint32_t line = 0;
-  /// From the end at low_um; none in a turnaround, in the flyback, and where pixels are not counted.
+  /// Counted from the end at low_um; no_pixel in a turnaround, in the flyback, and if pixels are not counted.
   std::int32_t pixel = no_pixel;
 
   static constexpr std::int32_t no_pixel = -1;
 };
 
-/// Fills in the wave. Throws std::invalid_argument where the numbers contradict each other.
+/// Sets the wave. Throws std::invalid_argument if the parameters contradict each other.
 void prepare(Raster& raster);
 Motion motion_of(const Raster& raster, double t_s);
-/// As motion_of(), with the ideal line in the place of turnarounds.
+/// Same as motion_of(), with the ideal line instead of turnarounds.
 double ideal_of(const Raster& raster, double t_s);
 bool rests_in(const Raster& raster, double t_s);
-/// The greatest velocity and acceleration; corners and jumps do not count.
+/// Returns the maximum velocity and acceleration, without corners and jumps.
 Motion peak_motion(const Raster& raster);
-/// The same for both axes. Empty beside the lines: before and after the scan, and during a return.
+/// Returns the place of the scan, the same for both axes. `nullopt` outside the lines: before and after the
+/// scan, and during a return.
 std::optional<ScanPlace> place_of(const Raster& raster, double t_s);
 
 }  // namespace hystcan::controller

@@ -15,7 +15,7 @@ constexpr double two_pi = 2.0 * std::numbers::pi;
 
 double blend(double from, double to, double s) { return from + (to - from) * s; }
 
-/// Position within the present cycle, 0..1; exactly 0 at the end of the last one.
+/// Returns the position within the present cycle, 0..1; exactly 0 at the end of the last cycle.
 template <class Periodic>
 double phase(const Periodic& shape, double t_s) {
   const double cycles = std::clamp(t_s * shape.frequency_Hz, 0.0, shape.cycles);
@@ -27,7 +27,8 @@ bool is_within(const Periodic& shape, double t_s) {
   return t_s >= 0.0 && t_s * shape.frequency_Hz < shape.cycles;
 }
 
-/// Fades in within the first `fade_s`, is 1 for duration_s, fades out within the last `fade_s`.
+/// Returns an envelope that rises within the first `fade_s`, is 1 for duration_s and falls within the last
+/// `fade_s`.
 template <class Fading>
 Motion envelope(const Fading& shape, double t_s) {
   if (t_s < shape.fade_s + 0.5 * shape.duration_s) return smooth_rise(0.0, 1.0, t_s, shape.fade_s);
@@ -36,7 +37,7 @@ Motion envelope(const Fading& shape, double t_s) {
   return out;
 }
 
-/// Derivatives of centre + w x, by the product rule. w has no unit.
+/// Returns centre + w x and its derivatives, by the product rule. w has no unit.
 Motion enveloped(double centre_um, const Motion& w, const Motion& x) {
   return {.value_um = centre_um + w.value_um * x.value_um,
           .velocity_um_per_s = w.velocity_um_per_s * x.value_um + w.value_um * x.velocity_um_per_s,
@@ -165,7 +166,7 @@ std::vector<double> schroeder_phases_deg(const std::vector<double>& amplitudes_u
   for (const double a : amplitudes_um) power += a * a;
   std::vector<double> phases_deg;
   phases_deg.reserve(amplitudes_um.size());
-  double before = 0.0;  // sum of p_j, j < k: the step of sum (k - j) p_j from k - 1 to k
+  double before = 0.0;  // sum of p_j, j < k: the difference of sum (k - j) p_j between k - 1 and k
   double sum = 0.0;
   for (const double a : amplitudes_um) {
     sum += before;
@@ -187,7 +188,7 @@ void prepare(MultiSine& s) {
                                 ", one for each amplitude, or none");
 }
 
-/// The shape of this index in Shape.
+/// Returns the shape with this index in Shape.
 template <std::size_t i = 0>
 Shape default_shape(std::size_t index) {
   if constexpr (i + 1 < std::variant_size_v<Shape>) {
@@ -200,7 +201,8 @@ MotionBounds between(double from_um, double to_um) {
   return {.lowest_um = std::min(from_um, to_um), .highest_um = std::max(from_um, to_um)};
 }
 
-/// Phasor lengths of a sine of this amplitude in an envelope w that fades within `fade_s`:
+/// Adds the bounds of a sine with this amplitude in an envelope w that fades within `fade_s`, from its
+/// phasors:
 ///   velocity      (w', w omega)
 ///   acceleration  (w'' - w omega^2, 2 w' omega + w omega')
 void add_faded(MotionBounds& bounds, double amplitude_um, double frequency_Hz, double chirp_Hz_per_s,

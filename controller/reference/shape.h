@@ -1,16 +1,16 @@
 // The shapes of a reference over time, each with its value, velocity and acceleration.
 //
 // A shape begins at t = 0; it is held before its beginning and after its end. Ramp, Step, a Staircase without
-// a rise, and a Triangle or Raster without a turnaround have corners or jumps: these are requested by the
-// user. All others begin and end at rest, a Sine or a Triangle only where the number of its cycles is whole.
+// a rise, and a Triangle or Raster without a turnaround have corners or jumps, as the user requests. All
+// others begin and end at rest; a Sine or a Triangle only if its number of cycles is whole.
 //
-// Chirp and MultiSine swing about a centre. Their envelope w fades in and out along the smooth step:
+// Chirp and MultiSine oscillate around a centre. Their envelope w fades in and out along the smooth step:
 //
 //   chirp        r(t) = centre + w(t) A sin(phi(t - fade_s))
 //                phi(tau) = 2 pi (f_0 tau + (f_1 - f_0) tau^2 / 2 T)
 //   multi-sine   r(t) = centre + w(t) sum_k a_k cos(2 pi f_k (t - fade_s) + phi_k)
 //
-// w is 1 for duration_s = T; the fades come before and after. During the fades a chirp keeps its first or its
+// w is 1 for duration_s = T; the fades are before and after. During the fades a chirp keeps its first or its
 // last frequency. The default of phi_k keeps the peak low (M. R. Schroeder, "Synthesis of low-peak-factor
 // signals and binary sequences with low autocorrelation", IEEE Trans. Inf. Theory 16, 1970):
 //
@@ -35,7 +35,7 @@ struct Hold {
 };
 
 /// Rests at `from_um`, jumps to `to_um`, rests there, jumps back, and so on: `steps` jumps with a rest of
-/// `dwell_s` before, between and after them. An odd number ends at `to_um`.
+/// `dwell_s` before, between and after them. With an odd number it ends at `to_um`.
 struct Step {
   double from_um = 0.0;
   double to_um = 1.0;
@@ -49,20 +49,21 @@ struct Ramp {
   double duration_s = 1.0;
 };
 
-/// From `low_um` up to `high_um` and back, `cycles` times. Its two turnarounds (motion.h) take
-/// `turnaround_percent` of the period together: each takes half of it, and a quarter comes before its corner.
+/// Moves from `low_um` up to `high_um` and back, `cycles` times. Its two turnarounds (motion.h) together take
+/// `turnaround_percent` of the period: each takes half of this share, a quarter before its corner and a
+/// quarter after it.
 struct Triangle {
   double low_um = 0.0;
   double high_um = 1.0;
   double frequency_Hz = 1.0;
   double cycles = 1.0;
   double turnaround_percent = 0.0;
-  double mode_period_s = 0.0;  ///< of the stage
+  double mode_period_s = 0.0;  ///< period of the stage's mode
 };
-/// The way of a triangle with turnarounds, from its beginning on.
+/// Returns the sawtooth of a triangle with turnarounds, starting at its beginning.
 Sawtooth rounded(const Triangle& triangle);
 
-/// As Triangle, along (1 - cos) / 2.
+/// Like Triangle, along (1 - cos) / 2.
 struct Sine {
   double low_um = 0.0;
   double high_um = 1.0;
@@ -70,7 +71,7 @@ struct Sine {
   double cycles = 1.0;
 };
 
-/// Between `low_um` and `high_um`; the frequency changes linearly from `from_Hz` to `to_Hz`.
+/// Oscillates between `low_um` and `high_um`; the frequency changes linearly from `from_Hz` to `to_Hz`.
 struct Chirp {
   double low_um = 0.0;
   double high_um = 1.0;
@@ -84,19 +85,19 @@ struct MultiSine {
   double centre_um = 0.0;
   std::vector<double> amplitudes_um;
   std::vector<double> frequencies_Hz;
-  std::vector<double> phases_deg{};  ///< empty: Schroeder's, filled in by prepared()
+  std::vector<double> phases_deg{};  ///< empty: Schroeder's phases, set by prepared()
   double duration_s = 1.0;
   double fade_s = 0.1;
 };
 
-/// For each level: a rise within `rise_s` (0: a step), then a rest of `dwell_s`.
+/// At each level: a rise within `rise_s` (0: a step), then a rest of `dwell_s`.
 struct Staircase {
   std::vector<double> levels_um;
   double rise_s = 0.0;
   double dwell_s = 0.1;
 };
 
-/// The rows of a file, beginning at its first time.
+/// The rows of a file. Time 0 is the first time in the file.
 struct Table {
   std::string file;
   MonotoneCubic curve;
@@ -104,35 +105,36 @@ struct Table {
 
 using Shape = std::variant<Hold, Step, Ramp, Triangle, Sine, Chirp, MultiSine, Staircase, Table, Raster>;
 
-/// The kinds of Shape in its order, as the configuration names them.
+/// The kinds of Shape in the order of its alternatives, by their names in the configuration.
 inline constexpr std::array<std::string_view, std::variant_size_v<Shape>> shape_kinds{
     "hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv", "raster"};
-/// Of this shape.
+/// Returns the kind and parameters of this shape as text.
 std::string to_string(const Shape& shape);
-/// A shape of this kind with its defaults; `kind` is one of shape_kinds.
+/// Returns a shape of this kind with its defaults; `kind` is one of shape_kinds.
 Shape shape_of_kind(std::string_view kind);
-/// Fills in the defaults that depend on other members. Throws std::invalid_argument where the numbers
-/// contradict each other.
+/// Sets the defaults that depend on other members. Throws std::invalid_argument if the parameters contradict
+/// each other.
 Shape prepared(Shape shape);
 double duration_s(const Shape& shape);
-/// Value `t_s` seconds after the shape's beginning. This and the next functions need a prepared shape.
+/// Returns the value `t_s` seconds after the shape's beginning. This and the next functions need a prepared
+/// shape.
 double value_um(const Shape& shape, double t_s);
-/// A triangle or raster whose corners are rounded.
+/// True for a triangle or raster with rounded corners.
 bool has_turnarounds(const Shape& shape);
-/// As value_um(), with a sharp corner in the place of each turnaround.
+/// Same as value_um(), with a sharp corner instead of each turnaround.
 double ideal_um(const Shape& shape, double t_s);
-/// At a corner or a jump: the motion after it.
+/// Returns the motion. At a corner or a jump, this is the motion after it.
 Motion motion(const Shape& shape, double t_s);
-/// Empty where the shape is no raster.
+/// `nullopt` if the shape is not a raster.
 std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s);
-/// True where the value is constant: a hold, a step's levels, the dwell of a staircase.
+/// True if the value is constant: a hold, a step's levels, the dwell of a staircase.
 bool rests(const Shape& shape, double t_s);
 
-/// Bounds of a prepared shape.
-/// Peaks of the smooth parts: the corners of a ramp or triangle and the jumps of a step do not count.
-/// Chirp: velocity and acceleration are an upper bound, for the worst phase of the sine during the fades.
-/// Multi-sine: sampled with 64 points per shortest period, to 0.2 % of its amplitudes; where this takes more
-/// than a million points, an upper bound, for all sines at their worst phase at the same time.
+/// Returns the bounds of a prepared shape. Peaks are those of the smooth parts: the corners of a ramp or
+/// triangle and the jumps of a step do not count. Chirp: velocity and acceleration are an upper bound, for
+/// the worst phase of the sine during the fades. Multi-sine: sampled with 64 points per shortest period, to
+/// 0.2 % of its amplitudes. If this needs more than a million points: an upper bound, with all sines at their
+/// worst phase at the same time.
 MotionBounds motion_bounds(const Shape& shape);
 
 }  // namespace hystcan::controller

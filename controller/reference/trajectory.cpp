@@ -9,8 +9,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// A time this close to the beginning of a part belongs to it: the times of the cycles are sums and
-/// differences.
+/// A time this close before a part belongs to the part: the times of the cycles are sums and differences.
 constexpr double time_rounding_s = 1e-9;
 
 }  // namespace
@@ -111,13 +110,13 @@ Handover Trajectory::braked(const Trajectory& before, double t_s, double preview
           Transition::within(limits, {.value_um = braking.end_um()}, to_um, usual_transition_s())};
 }
 
-/// Finds the place at `t_s`; it is after the last segment where all are finished.
+/// Finds the place at `t_s`; it is after the last segment if all segments are finished.
 Trajectory::Place Trajectory::find(double t_s) const {
   if (segments_.empty()) return {};
   t_s -= begin_s_;
   if (t_s < first_entry_.duration_s() - time_rounding_s)
     return {.handover = &first_entry_, .segment = 0, .t_s = t_s};
-  t_s -= first_entry_.duration_s();  // since the first shape's beginning
+  t_s -= first_entry_.duration_s();  // time since the first shape's beginning
   if (t_s >= rest_of_pass_s_ - time_rounding_s) {
     if (!repeat_) return {.segment = segments_.size()};
     const Transition& entry = entries_.front();

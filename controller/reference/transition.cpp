@@ -7,20 +7,21 @@
 namespace hystcan::controller {
 namespace {
 
-/// Rounding: a way that is at its limit keeps it.
+/// Rounding: a transition that is exactly at its limit keeps the limit.
 constexpr double slack = 1.0 + 1e-9;
 
 bool is_rest(const Motion& motion) {
   return motion.velocity_um_per_s == 0.0 && motion.acceleration_um_per_s2 == 0.0;
 }
 
-/// Of the smooth step over `distance_um`.
+/// Returns the duration of the smooth step over `distance_um`.
 double least_duration_s(const ReferenceLimits& limits, double distance_um) {
   return std::max(smooth_step_peak_slope * distance_um / limits.slew_um_per_s,
                   std::sqrt(smooth_step_peak_curvature * distance_um / limits.acceleration_um_per_s2));
 }
 
-/// A motion that is beyond the limits is let down within what it has.
+/// Returns the limits for a motion that is already beyond them: its present velocity replaces the limit of
+/// velocity.
 ReferenceLimits kept_from(const ReferenceLimits& limits, const Motion& from) {
   return {.slew_um_per_s = std::max(limits.slew_um_per_s, std::abs(from.velocity_um_per_s)),
           .acceleration_um_per_s2 = limits.acceleration_um_per_s2};
@@ -30,17 +31,18 @@ Motion without_acceleration(const Motion& motion) {
   return {.value_um = motion.value_um, .velocity_um_per_s = motion.velocity_um_per_s};
 }
 
-/// Where a braking of this duration ends.
+/// Returns the position at which a braking of this duration ends.
 double stand_um(const Motion& from, double duration_s) {
   return from.value_um +
          duration_s * (from.velocity_um_per_s / 2.0 + duration_s * from.acceleration_um_per_s2 / 12.0);
 }
 
-/// Of p_0 + p_1 s + p_2 s^2: those within 0 .. 1; an end for each of the others.
+/// Returns the roots of p_0 + p_1 s + p_2 s^2 within 0 .. 1, and the nearest end of the interval for every
+/// other root.
 std::array<double, 2> roots_within_the_way(double p0, double p1, double p2) {
   const double discriminant = p1 * p1 - 4.0 * p2 * p0;
   if (!(discriminant > 0.0)) return {};
-  const double q = -0.5 * (p1 + std::copysign(std::sqrt(discriminant), p1));  // loses no digits
+  const double q = -0.5 * (p1 + std::copysign(std::sqrt(discriminant), p1));  // without cancellation
   return {std::clamp(q / p2, 0.0, 1.0), std::clamp(p0 / q, 0.0, 1.0)};
 }
 
@@ -67,14 +69,14 @@ Transition Transition::within(const ReferenceLimits& limits, const Motion& from,
   if (is_rest(from)) return {from, to_um, from_rest_s};
   const ReferenceLimits kept = kept_from(limits, from);
   const auto search = [&](const Motion& begin) {
-    // No way is shorter than at the greatest velocity all along.
+    // No transition is shorter than one at the maximum velocity throughout.
     return shortest(kept, begin, std::max(least_s, distance_um / kept.slew_um_per_s),
                     [&](double) { return to_um; });
   };
   if (const auto found = search(from)) return *found;
   const Motion at_constant_velocity = without_acceleration(from);
   if (const auto found = search(at_constant_velocity)) return *found;
-  return {at_constant_velocity, to_um, from_rest_s};  // numbers beyond all sense
+  return {at_constant_velocity, to_um, from_rest_s};  // reached only with absurd numbers
 }
 
 Transition Transition::to_stand(const ReferenceLimits& limits, const Motion& from,
@@ -97,15 +99,16 @@ Transition Transition::to_stand(const ReferenceLimits& limits, const Motion& fro
   return {at_constant_velocity, stand_um(at_constant_velocity, duration_s), duration_s};
 }
 
-/// Of those to `to_um(duration in s)`, and not shorter than `least_s`. Empty: there is none.
+/// Returns the shortest transition to `to_um(duration in s)` that keeps the limits and lasts at least
+/// `least_s`; `nullopt` if there is none.
 template <class Goal>
 std::optional<Transition> Transition::shortest(const ReferenceLimits& kept, const Motion& begin,
                                                double least_s, const Goal& to_um) {
   constexpr double growth = 1.25;
-  constexpr int longer = 64;  // 1.25^64: a million times
+  constexpr int longer = 64;  // 1.25^64 is a factor of a million
   constexpr int halvings = 16;
   double too_short_s = 0.0;
-  // None brakes harder than it may.
+  // The mean deceleration must not exceed its limit.
   double duration_s =
       std::max({least_s, std::abs(begin.velocity_um_per_s) / kept.acceleration_um_per_s2, 1e-6});
   Transition found(begin, to_um(duration_s), duration_s);
@@ -144,8 +147,8 @@ double Transition::curvature(double s) const {
   return 2.0 * c_[2] + s * (6.0 * c_[3] + s * (12.0 * c_[4] + s * 20.0 * c_[5]));
 }
 
-/// The acceleration is 0 at the end; between, it is greatest where the jerk  6 c_3 + 24 c_4 s + 60 c_5 s^2
-/// vanishes.
+/// The acceleration is 0 at the end. In between, its maximum is at a zero of the jerk 6 c_3 + 24 c_4 s + 60
+/// c_5 s^2.
 double Transition::peak_acceleration_um_per_s2() const {
   if (duration_s_ <= 0.0) return 0.0;
   double peak = std::abs(curvature(0.0));
@@ -154,7 +157,7 @@ double Transition::peak_acceleration_um_per_s2() const {
   return peak / (duration_s_ * duration_s_);
 }
 
-/// The velocity is 0 at the end. The acceleration has a zero there, so that the other two are those of
+/// The velocity is 0 at the end. The acceleration has a zero there; its other two zeros are the roots of
 ///
 ///   curvature(s) / (1 - s) = 2 c_2 + (2 c_2 + 6 c_3) s - 20 c_5 s^2
 double Transition::peak_slew_um_per_s() const {
