@@ -20,10 +20,10 @@ using model::HysteresisParameters;
 using model::Interval;
 using model::ReferenceCurve;
 
-constexpr int longest_curve = 32;  // order of a reference curve
+constexpr int longest_curve = 32;  // maximum order of a reference curve
 constexpr std::size_t grid_steps = 400;
 
-/// g: 1 at the lower threshold, 0 at the upper one.
+/// Returns the convergence g at v: 1 at the lower threshold, 0 at the upper one.
 double convergence(const HysteresisParameters& p, double v) {
   const Interval range = p.input_range();
   const double whole = p.place(range.hi) - p.place(range.lo), rest = p.place(range.hi) - p.place(v);
@@ -41,7 +41,7 @@ double branch_from_lower(const HysteresisParameters& p, double v) {
   return p.ascending.value(v) + gap(p) * convergence(p, v);
 }
 
-/// Moved by a straight line, so that both ends are exact.
+/// Returns the curve plus a straight line that makes both ends exact.
 ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double> c,
                                const std::vector<double>& one, const std::vector<double>& line) {
   const Interval range = p.input_range();
@@ -53,7 +53,7 @@ ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double
   return p.ascending.with(c);
 }
 
-/// Interpolation at the zeros of a Chebyshev polynomial.
+/// Interpolates at the zeros of a Chebyshev polynomial.
 ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   const Interval range = p.input_range();
   const auto count = static_cast<std::size_t>(order) + 1;
@@ -70,7 +70,7 @@ ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   return with_exact_ends(p, std::move(c), one, line);
 }
 
-/// Least squares with the same knots.
+/// Fits by least squares, with the same knots.
 ReferenceCurve spline_near(const HysteresisParameters& p) {
   const std::vector<double>& knots = p.ascending.knots();
   const std::vector<double> at = model::grid_of(p.input_range(), knots, grid_steps);
@@ -127,7 +127,7 @@ HysteresisParameters with_ascending_from_lower(const HysteresisParameters& param
 }
 
 bool begins_at_lower_point(const HysteresisParameters& parameters) {
-  constexpr double rounding = 1e-9;  // of the outputs
+  constexpr double rounding = 1e-9;  // tolerance, as a share of the output range
   const Interval levels = parameters.output_range();
   constexpr double last_digits = 8.0 * std::numeric_limits<double>::epsilon();
   return std::abs(gap(parameters)) <= rounding * levels.span() + last_digits * std::abs(levels.hi);

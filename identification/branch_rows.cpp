@@ -9,7 +9,7 @@ double phi(double k, double d) { return std::abs(k * d) > 1e-17 ? -std::expm1(-k
 
 }  // namespace
 
-// Computes c and S as at a reversal (model/hysteresis.h), for each unknown.
+// Computes c and S at each reversal, as in model/hysteresis.h, for each unknown.
 BranchRows::BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace)
     : basis_(basis), pace_(pace) {
   const auto count = static_cast<Eigen::Index>(path.branches.size());

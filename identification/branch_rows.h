@@ -1,10 +1,9 @@
-// Outputs and slopes along a path for a given k, as rows of the linear problem in theta, the coefficients of
-// the reference curves (curve_basis.h). On each branch of a path
-//
+// Outputs and slopes along a path for a given k, as rows of the linear problem in theta. theta contains the
+// coefficients of the reference curves (curve_basis.h). On each branch of a path
 //   x = f_0(v) + c - S phi(d),    d = |h(v) - h(v_s)|
 //
-// c and S are linear in theta (model/hysteresis.h). Each branch has one row for c and one for S, which are
-// computed at its reversal.
+// c and S are linear in theta (model/hysteresis.h). Each branch has one row for c and one for S, computed at
+// its reversal.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,13 +23,13 @@ class BranchRows {
   auto convergence(std::size_t branch) const {
     return convergence_.col(static_cast<Eigen::Index>(branch));
   }  // S
-  /// dx/dh at `input` on a branch of the path.
+  /// Returns dx/dh at `input` on a branch of the path.
   Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
 
  private:
   const CurveBasis& basis_;
   Pace pace_;
-  Eigen::MatrixXd offset_, convergence_;  // a column for each branch
+  Eigen::MatrixXd offset_, convergence_;  // one column for each branch
 };
 
 }  // namespace hystcan::identification

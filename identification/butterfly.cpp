@@ -16,16 +16,19 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double least_input_swing = 0.02;  // of the input span: smaller ones do not turn
-constexpr double valley_depth = 0.05;       // of the output span, on both sides
-constexpr double noisy_depth = 8.0;  // and of the noise: the lowest of many samples lies far below the rest
-constexpr double valley_distance = 0.05;  // of the swing, from its turning points
-constexpr double least_weight = 0.02;     // of the largest one: at the valley an output says little about m
-constexpr double longest_step = 0.2;      // of z from m, in the range of m
-constexpr double worth_a_term = 0.98;     // of the error without it
+// Share of the input span: a smaller reversal is not a turning point.
+constexpr double least_input_swing = 0.02;
+constexpr double valley_depth = 0.05;  // minimum depth on both sides, as a share of the output span
+// Minimum depth as a multiple of the noise: the lowest of many samples is far below the others.
+constexpr double noisy_depth = 8.0;
+constexpr double valley_distance = 0.05;  // minimum distance from the turning points, as a share of the swing
+constexpr double least_weight = 0.02;     // minimum share of the largest weight: a valley hardly determines m
+constexpr double longest_step = 0.2;      // maximum distance of z from m, as a share of the range of m
+// Maximum error with a further term, relative to the error without it.
+constexpr double worth_a_term = 0.98;
 constexpr Eigen::Index first_regressor = 3, last_regressor = 6;
 constexpr int most_passes = 8;
-constexpr int passes_with_shape = 3;  // that choose the shape of the curves again
+constexpr int passes_with_shape = 3;  // number of passes that select the shape of the curves again
 
 struct Swing {
   HalfCycle of;
@@ -57,8 +60,8 @@ double valley_of(const Dataset& dataset, const std::vector<Swing>& swings) {
   return lowest;
 }
 
-// -1 before the valley, 1 beyond it. In a swing without a valley the output rises with the input beyond it. A
-// swing that hardly changes the output stays where the last one was.
+// Returns -1 before the valley and 1 beyond it. In a swing without a valley, the output rises with the input
+// beyond the valley. A swing that hardly changes the output is on the same side as the previous swing.
 std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& swings) {
   std::vector<double> sides(dataset.size(), 1.0);
   const double nothing = 0.2 * valley_depth * span_of(dataset.output);
@@ -74,8 +77,8 @@ std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& s
   return sides;
 }
 
-// Weights of 1 on average, so that errors have the size of m. Returns what an error of 1 then is in x, if it
-// was `slope` at a weight of 1 before.
+// Scales the weights to 1 on average, so that errors have the size of m. Returns the size in x of an error of
+// 1 after scaling, if it was `slope` at a weight of 1 before.
 double scale_weights(std::vector<Dataset>& datasets, double slope) {
   double largest = 0.0, square = 0.0, samples = 0.0;
   for (const Dataset& dataset : datasets)
@@ -106,8 +109,8 @@ std::vector<std::vector<double>> regressors_of(const std::vector<double>& levels
 }
 
 struct Linear {
-  std::vector<Dataset> datasets;  // of m
-  double unit = 1.0;              // of a weighted error of m, in that of x
+  std::vector<Dataset> datasets;  // datasets of m
+  double unit = 1.0;              // unit of a weighted error of m, in units of x
 };
 
 Linear linear_datasets(const std::vector<Dataset>& given, const std::vector<double>& offsets,
@@ -207,7 +210,7 @@ class Butterfly {
     linear_.unit = scale_weights(linear_.datasets, 2.0 * most);
   }
 
-  // The map from the present levels to the outputs. Takes what is left as offsets into account.
+  // Fits the map from the present levels to the outputs, including the remaining offsets.
   FittedMap fit_map(const Identified& found) {
     levels_ = levels_of(found.parameters, found, linear_.datasets);
     for (std::size_t i = 0; i < given_.size(); ++i) offsets_[i] += linear_.unit * found.offsets[i];
@@ -248,7 +251,7 @@ class Butterfly {
     }
   }
 
-  // m from -1 to 1, errors of x.
+  // Scales m to -1 .. 1; the errors are errors of x.
   Identified finished(Identified found, const FittedMap& fitted) const {
     const model::Interval& inner = fitted.map.inner();
     const double middle = 0.5 * (inner.lo + inner.hi), half = 0.5 * inner.span();
@@ -303,7 +306,7 @@ class Butterfly {
   const IdentifyDatasets& curves_;
   Linear linear_;
   Levels levels_;
-  std::vector<double> offsets_;  // of x
+  std::vector<double> offsets_;  // offsets of x
 };
 
 }  // namespace

@@ -13,7 +13,8 @@
 namespace hystcan::identification {
 namespace {
 
-// The interpolated output at `input` in one half cycle; none if the half cycle does not reach it.
+// Returns the interpolated output at `input` in one half cycle; `nullopt` if the half cycle does not reach
+// it.
 std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, double input) {
   const double way = half.to > half.from ? 1.0 : -1.0;
   const auto first = dataset.input.begin() + static_cast<std::ptrdiff_t>(half.begin);
@@ -26,8 +27,8 @@ std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, d
          (dataset.output[i] - dataset.output[i - 1]) * (input - dataset.input[i - 1]) / step;
 }
 
-// Compares each half cycle with the previous one between the same ends. The half cycles before them must also
-// have the same ends.
+// Compares each half cycle with the previous one between the same ends. The half cycles before the two must
+// have the same ends too.
 std::optional<double> repeatability_of(const Dataset& dataset, const std::vector<HalfCycle>& halves,
                                        double near) {
   double square = 0.0, count = 0.0;
@@ -72,8 +73,8 @@ double slope_of(const std::vector<double>& x, const std::vector<double>& y) {
   return xx > 0.0 ? xy / xx : 0.0;
 }
 
-// Mean difference between the output on rising and on falling samples at the same input: negative if the
-// output lags.
+// Returns the mean difference between the outputs of rising and falling samples at the same input: negative
+// if the output lags.
 double lead(const Dataset& dataset) {
   const model::Interval range = range_of(dataset.input);
   constexpr std::size_t bins = 40;
@@ -103,8 +104,8 @@ double lead(const Dataset& dataset) {
 
 }  // namespace
 
-// White noise of standard deviation s has second differences of standard deviation s sqrt(6). The median of
-// |x| of a normal x is 0.6745 times its standard deviation.
+// White noise of standard deviation s has second differences of standard deviation s sqrt(6). For a normal
+// distribution, the median of |x| is 0.6745 times its standard deviation.
 double noise_of(const std::vector<double>& values) {
   std::vector<double> second_differences;
   for (std::size_t i = 2; i < values.size(); ++i)
@@ -141,7 +142,7 @@ Trends trends(const Dataset& dataset, const std::vector<double>& predicted) {
   found.gain = slope_of(predicted, residual) * span_of(predicted);
   const double duration = dataset.time_s.back() - dataset.time_s.front();
   found.drift = slope_of(dataset.time_s, residual) * duration;
-  constexpr std::size_t blocks = 8;  // slopes without each eighth of the dataset
+  constexpr std::size_t blocks = 8;  // each slope leaves out an eighth of the dataset
   if (dataset.size() >= 10 * blocks) {
     std::vector<double> slopes;
     for (std::size_t b = 0; b < blocks; ++b) {
@@ -198,7 +199,7 @@ void check_limits(const Dataset& dataset) {
 }
 
 bool moves_one_way(const Dataset& dataset) {
-  constexpr double least_turn = 0.02;  // of the input's range
+  constexpr double least_turn = 0.02;  // minimum reversal that counts, as a share of the input's range
   if (dataset.size() < least_samples) return false;
   const double span = range_of(dataset.input).span();
   return span > 0.0 && turning_points(dataset, least_turn * span).empty();

@@ -45,7 +45,7 @@ void chebyshev_row(model::Interval thresholds, double input, Eigen::Ref<VectorXd
   for (Index i = 2; i < row.size(); ++i) row[i] = 2.0 * s * row[i - 1] - row[i - 2];
 }
 
-// The Greville points and increasing values there make an increasing spline.
+// If the values at the Greville points increase, the spline increases.
 CurveShape CurveShape::mapped(const std::function<double(double)>& course, model::Interval observed,
                               double share) const {
   const double low = course(observed.lo), rise = course(observed.hi) - low;
@@ -132,7 +132,7 @@ VectorXd CurveBasis::line() const {
   return theta;
 }
 
-// 2 (1 - t) = 1 - (2 t - 1): the q of a function that is zero at v_hi are its first n coefficients.
+// 2 (1 - t) = 1 - (2 t - 1). For a function that is zero at v_hi, q is its first n coefficients.
 VectorXd CurveBasis::open() const {
   VectorXd theta = VectorXd::Zero(unknowns());
   if (shape_.is_spline())

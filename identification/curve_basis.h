@@ -1,11 +1,11 @@
-// The functions of which both reference curves are sums, for thresholds v_lo, v_hi:
+// The basis functions of both reference curves, for thresholds v_lo, v_hi:
 //
 //   f_0^A(v) = sum a_i B_i(v)                              i = 0 ... n
 //   f_0^D(v) = f_0^A(v) + sum q_i G_i(v)                   G = M B,  M (n x (n + 1)) such that G(v_hi) = 0
 //   theta    = (a_0 ... a_n, q_1 ... q_n)
 //
-// The curves meet at the upper threshold for every theta. For polynomials B_i = T_i and G_i = 1 - T_i; for
-// splines (model/cubic_spline.h) G_i is B_i without as much of B_n as B_i has at v_hi.
+// The curves meet at the upper threshold for every theta. For polynomials B_i = T_i and G_i = 1 - T_i. For
+// splines (model/cubic_spline.h) G_i = B_i - B_i(v_hi) B_n.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,22 +29,22 @@ struct Pace {
   }
 };
 
-/// A polynomial of some order, or a cubic spline with these knots (input units); how distances along a branch
-/// count.
+/// The shape of the curves: a polynomial of some order, or a cubic spline with these knots (input units); and
+/// the measure of distances along a branch.
 struct CurveShape {
   int order = 1;
   std::vector<double> knots;                         ///< empty: a polynomial
-  std::optional<model::CubicSpline> input_map = {};  ///< h, with the same knots; none: h(v) = v
+  std::optional<model::CubicSpline> input_map = {};  ///< h, with the same knots; empty: h(v) = v
 
   static CurveShape polynomial(int order) { return {order, {}}; }
   static CurveShape spline(std::vector<double> knots) { return {3, std::move(knots)}; }
-  /// The spline with an input map: `share` of it follows `course`, which never falls, the rest is h(v) = v.
-  /// It maps both ends of `observed` to themselves.
+  /// Returns the spline with an input map: `share` of it follows `course`, which must not fall; the rest is
+  /// h(v) = v. It maps both ends of `observed` to themselves.
   CurveShape mapped(const std::function<double(double)>& course, model::Interval observed,
                     double share) const;
 
   bool is_spline() const { return !knots.empty(); }
-  int coefficients() const {  ///< of one curve
+  int coefficients() const {  ///< number of coefficients of one curve
     return is_spline() ? static_cast<int>(knots.size()) + 2 : order + 1;
   }
   std::string text() const;  ///< "order 5", "a spline of 8 pieces and an input map"
@@ -56,33 +56,33 @@ class CurveBasis {
 
   const model::Interval& thresholds() const { return thresholds_; }
   Eigen::Index size() const { return shape_.coefficients(); }  ///< n + 1
-  Eigen::Index unknowns() const { return 2 * size() - 1; }     ///< of theta
-  /// h(v), of which differences are distances along a branch; and h'(v).
+  Eigen::Index unknowns() const { return 2 * size() - 1; }     ///< size of theta
+  /// h(v), whose differences are distances along a branch, and h'(v).
   double place(double input) const { return shape_.input_map ? shape_.input_map->value(input) : input; }
   double stretch(double input) const { return shape_.input_map ? shape_.input_map->slope(input) : 1.0; }
 
-  /// B_0 ... B_n at `input`, and their derivatives by the input.
+  /// Compute B_0 ... B_n at `input`, and their derivatives by the input.
   void values(double input, Eigen::Ref<Eigen::VectorXd> row) const;
   void slopes(double input, Eigen::Ref<Eigen::VectorXd> row) const;
 
-  /// The row of theta for a sum of rows of B (or of B') on a reference curve.
+  /// Returns the row of theta for a sum of rows of B (or of B') on a reference curve.
   Eigen::VectorXd row(model::Direction direction, const Eigen::VectorXd& sum) const;
-  /// The same as a matrix.
+  /// Returns the same as a matrix.
   Eigen::MatrixXd rows(model::Direction direction) const;
-  /// (f_0^D - f_0^A) / (2 (1 - t)) at t = (v - v_lo) / (v_hi - v_lo), with its limit at t = 1, as a row of
-  /// theta.
+  /// Returns (f_0^D - f_0^A) / (2 (1 - t)) at t = (v - v_lo) / (v_hi - v_lo), with its limit at t = 1, as a
+  /// row of theta.
   Eigen::VectorXd gap(double t) const;
 
-  /// theta of the curves f^A = f^D = 1 and f^A = f^D = 2 t - 1, and of those with gap() = 1 and f^A = 0.
+  /// Return theta for f^A = f^D = 1, for f^A = f^D = 2 t - 1, and for curves with gap() = 1 and f^A = 0.
   Eigen::VectorXd constant() const;
   Eigen::VectorXd line() const;
   Eigen::VectorXd open() const;
 
-  /// A small quadratic form in theta: coefficients that the samples do not determine become zero
-  /// (polynomials) or straight (splines). In samples.
+  /// Returns a small quadratic form in theta, per sample. It makes undetermined coefficients zero
+  /// (polynomials), or the curve straight (splines).
   Eigen::MatrixXd regularisation() const;
 
-  /// The model with the two curves of theta.
+  /// Returns the model with the two curves of theta.
   model::HysteresisParameters parameters(const Eigen::VectorXd& theta, const Pace& pace) const;
 
  private:
@@ -94,7 +94,7 @@ class CurveBasis {
   Eigen::MatrixXd gaps_;  // M
 };
 
-/// T_0 ... T_n at `input`.
+/// Computes T_0 ... T_n at `input`.
 void chebyshev_row(model::Interval thresholds, double input, Eigen::Ref<Eigen::VectorXd> row);
 
 }  // namespace hystcan::identification

@@ -8,13 +8,13 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr std::size_t most_turning_points = 2000;  // in the search
+constexpr std::size_t most_turning_points = 2000;  // maximum turning points in the search
 
-constexpr double least_swing_of_range = 0.02;  // of the range
-constexpr double at_the_end = 0.01;            // of the range
-constexpr int most_folds = 4;                  // without fold 0
+constexpr double least_swing_of_range = 0.02;  // minimum swing of a cycle, as a share of the range
+constexpr double at_the_end = 0.01;            // tolerance at an end of the range, as a share of it
+constexpr int most_folds = 4;                  // maximum number of folds, without fold 0
 
-// The number of the cycle of each sample, counted from `first`.
+// Returns the cycle number of each sample, counted from `first`.
 std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::size_t first) {
   const std::vector<std::size_t> points = turning_points(dataset, swing);
   const auto input = [&](std::size_t point) { return dataset.input[points[point]]; };
@@ -33,8 +33,8 @@ std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::si
 }
 
 struct Cycles {
-  std::vector<std::vector<std::size_t>>
-      of;                              // the cycle of each sample, per dataset, counted through all datasets
+  // Cycle of each sample, per dataset. The count continues through all datasets.
+  std::vector<std::vector<std::size_t>> of;
   std::vector<model::Interval> reach;  // inputs of each cycle
 
   Cycles(const std::vector<Dataset>& datasets, model::Interval observed) {

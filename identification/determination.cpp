@@ -15,11 +15,11 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double nearly_best = 1.1;  // times the best error
+constexpr double nearly_best = 1.1;  // an error up to this multiple of the best one is as good
 constexpr int evaluations_of_each = 30;
 
-// How far a number of the trial can move before the error grows, with the best values of the numbers that
-// make up for it: both k, and the delay if there is one.
+// How far one number of the trial can move before the error grows. The numbers that can compensate it have
+// their best values: both k, and the delay if there is one.
 class Valley {
  public:
   Valley(const Problem& problem, const SearchResult& found, double Trial::*number, model::Interval allowed,
@@ -31,10 +31,10 @@ class Valley {
         go_on_(go_on),
         largest_rms_(nearly_best * fit_.fit(trial_).rms) {}
 
-  // The last trial in this direction that is as good, to a quarter of the step.
+  // Returns the last trial in this direction that is as good, to a quarter of the step.
   Trial farthest(double step) {
     Trial last = trial_;
-    double beyond = 0.0;  // from the best value: not as good
+    double beyond = 0.0;  // smallest known distance from the best value that is not as good
     const auto try_at = [&](double from_best) {
       Trial next = last;
       next.*number_ = std::clamp(trial_.*number_ + from_best, allowed_.lo, allowed_.hi);

@@ -1,6 +1,6 @@
 // The part of a dataset that the fit uses: all turning points, and as many samples as the search can afford.
 //
-// The memory of an actuator depends on the turning points; between them a few samples are as good as many. A
+// The memory of an actuator depends on the turning points; between them, a few samples are as good as many. A
 // delay tau shifts the input to v(t - tau), which is interpolated linearly; turning points are kept exactly.
 #pragma once
 
@@ -14,17 +14,17 @@
 
 namespace hystcan::identification {
 
-/// A view of one dataset, which is folded if symmetry is even. Its samples are divided into folds for
-/// hold-out.
+/// A view of one dataset (folded if symmetry is even). Its samples are divided into folds for hold-out.
 class Excerpt {
  public:
-  /// `fold`: the fold of each sample; if empty, all are in fold 0. At most `samples` are kept, evenly.
-  /// Dataset and folds must outlive the excerpt.
+  /// `fold`: fold of each sample; if empty, all are in fold 0. At most `samples` samples are kept, evenly
+  /// spaced. Dataset and folds must outlive the excerpt.
   Excerpt(const Dataset& dataset, std::span<const int> fold, std::size_t samples, double least_swing);
 
   double first_input() const { return dataset_->input.front(); }
-  /// The outputs are those of the hysteresis alone: without the creep, which begins settled. The time of
-  /// samples that are left out does not pass for it. An inserted turning point is left out, too.
+  /// Returns the excerpt with a delayed input. Its outputs are those of the hysteresis alone: the creep,
+  /// settled at the beginning, is removed. The creep does not advance during left-out samples. Inserted
+  /// turning points are left out too.
   Dataset delayed_by(double delay_s, const model::OutputCreep& creep = {}) const;
 
  private:

@@ -17,14 +17,17 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double unexplained = 0.5;       // of the output's standard deviation: the model is refused
-constexpr double worth_a_map = 0.9;       // of the held-out error without it
-constexpr int most_pieces = 22;           // of a spline
-constexpr std::size_t finer_samples = 5;  // times those of the search, for its last steps
-constexpr double worth_creep = 0.97;      // of the score without it
-constexpr double shows_creep_s = 0.005;   // between samples: half of the shortest lag
-constexpr double unnoticed = 0.1;         // of the error: other curves, as long as they differ by less
-constexpr double rounding = 1e-9;         // of the outputs
+// Share of the output's standard deviation: a larger error refuses the model.
+constexpr double unexplained = 0.5;
+// Maximum held-out error with a map, relative to the error without it.
+constexpr double worth_a_map = 0.9;
+constexpr int most_pieces = 22;           // maximum pieces of a spline
+constexpr std::size_t finer_samples = 5;  // the last steps of a search use this multiple of its samples
+constexpr double worth_creep = 0.97;      // maximum score with creep, relative to the score without it
+constexpr double shows_creep_s = 0.005;   // longer time steps do not show creep: half of the shortest lag
+// Other curves may replace the fitted ones if they differ by less than this share of the error.
+constexpr double unnoticed = 0.1;
+constexpr double rounding = 1e-9;  // rounding, as a share of the output range
 
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
   model::Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -51,7 +54,7 @@ double deviation(const std::vector<Dataset>& datasets) {
   return std::sqrt(square / count);
 }
 
-// The dataset without the unseen samples.
+// Returns the dataset without the unseen samples.
 Dataset without(const Dataset& dataset, const std::vector<bool>& unseen) {
   if (unseen.size() != dataset.size())
     refuse("unseen flags of ", unseen.size(), " samples, expected ", dataset.size());
@@ -72,8 +75,8 @@ model::Interval thresholds_observed(const std::vector<Dataset>& datasets, model:
   return range;
 }
 
-// The problem with all samples in one fold, without unseen samples. It keeps views of `folds`, which are
-// changed.
+// Returns the problem with all samples in one fold, without unseen samples. It keeps views of `folds`, which
+// this function changes.
 Problem unfolded(const Problem& excerpt, const std::vector<Dataset>& datasets, Folds& folds) {
   Problem problem = excerpt;
   problem.folds = 1;
@@ -85,7 +88,7 @@ Problem unfolded(const Problem& excerpt, const std::vector<Dataset>& datasets, F
   return problem;
 }
 
-// With all samples the best curves can be very slightly invalid: k is lowered until they are valid.
+// With all samples the best curves can be slightly invalid. k is lowered until they are valid.
 Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   Fitted fitted = fit.fit(trial);
   for (int tries = 0; !fitted.valid && tries < 90; ++tries) {
@@ -99,8 +102,8 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   return fitted;
 }
 
-// A zero of its own can be distinguished from the curves only where others have the same inputs: each dataset
-// must be tied to the first, directly or through others.
+// A zero can be distinguished from the curves only if another dataset has the same inputs: each dataset must
+// be connected to the first, directly or through others.
 void check_common_inputs(const std::vector<Dataset>& datasets) {
   std::vector<model::Interval> ranges;
   ranges.reserve(datasets.size());
@@ -241,8 +244,9 @@ class Identification {
                                      : is.sample_time_s;
   }
 
-  // What a search takes in next depends on whether it has taken in creep: at one rate, a delay, a wider loop
-  // and another past make up for it. So both ways are gone to their end, and what is held out decides.
+  // The next unknowns that a search adds depend on whether it has added creep: at a single rate, a delay, a
+  // wider loop and another history can replace creep. Therefore both searches run to the end, and the
+  // held-out error decides.
   void choose_creep(const Problem& finer) {
     SearchResult& found = result_.search;
     found = search(problem_, finer, options_);
@@ -281,14 +285,14 @@ class Identification {
   IdentifyOptions options_;
   model::Symmetry symmetry_ = model::Symmetry::none;
   const std::vector<Dataset>& given_;
-  std::vector<Dataset> without_unseen_;  // if there are unseen samples
-  std::vector<Dataset> folded_;          // if the symmetry is even
+  std::vector<Dataset> without_unseen_;  // set if there are unseen samples
+  std::vector<Dataset> folded_;          // set if the symmetry is even
   Problem problem_;
-  Folds held_out_;  // in the search
+  Folds held_out_;  // folds of the search
   Identified result_;
 };
 
-// The butterfly has to pay for its map.
+// The butterfly must lower the error enough to justify its map.
 Identified better_of(const Identified& plain, Identified butterfly) {
   const bool held_out = plain.held_out_rms && butterfly.held_out_rms;
   const double before = held_out ? *plain.held_out_rms : plain.overall.rms;
@@ -310,7 +314,7 @@ Identified identify_near_zero(const std::vector<Dataset>& datasets, const Identi
   const bool may_be = options.output == ShapeOfOutput::automatic && !datasets.empty() &&
                       std::ranges::all_of(datasets, passes_valley);
   if (!may_be) return curves(datasets, options);
-  std::exception_ptr reason;  // of the first that finds nothing
+  std::exception_ptr reason;  // from the first search that fails
   const auto or_nothing = [&reason](const auto& find) -> std::optional<Identified> {
     try {
       return find();
@@ -383,7 +387,7 @@ Identified identify(const std::vector<Dataset>& datasets, IdentifyOptions option
   const std::vector<double> references = reference_outputs(datasets, one_zero);
   if (std::ranges::all_of(references, [](double reference) { return reference == 0.0; }))
     return identify_near_zero(datasets, options);
-  // A gain about a common zero that is far away would move the zero.
+  // A gain relative to a common zero far away would shift the zero.
   options.common_gain = options.common_gain || one_zero;
   std::vector<Dataset> near_zero = datasets;
   move_outputs(near_zero, references, -1.0);

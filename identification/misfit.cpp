@@ -33,7 +33,7 @@ std::vector<double> residual_of(const Identified& identified, const std::vector<
   return residual;
 }
 
-/// Adds the squares of a record's residual to the octaves from `lowest` on.
+/// Adds the squares of a record's residual to the octaves, which start at `lowest`.
 void add(const std::vector<double>& residual, double distance, double lowest, std::vector<double>& squares) {
   const std::size_t length = std::min(residual.size() / 2 * 2, longest_segment);
   if (length < 4 || !(distance > 0.0)) return;

@@ -1,9 +1,10 @@
-// What a model leaves of the records that it was identified from, as a spectrum over the distance that the
-// input travels: a reference that moves the input at u input units per second meets the octave at q as
+// The residuals of a model in the records from which it was identified, as a spectrum over the distance that
+// the input travels. A reference that moves the input at u input units per second shows the octave at q as
+// the frequency
 //
 //   f = q u
 //
-// A record that rings has its mode in it, at q = f / speed of the record.
+// If a record rings, its mode is in the spectrum at q = f / speed of the record.
 #pragma once
 
 #include <cstddef>
@@ -16,16 +17,16 @@ namespace hystcan::identification {
 struct Identified;
 
 struct Misfit {
-  double speed = 0.0;       ///< of the input, mean over the records, input units per second
-  double lowest = 0.0;      ///< q at which the first octave begins, 1/input unit
-  std::vector<double> rms;  ///< of each octave, output units
+  double speed = 0.0;       ///< speed of the input, mean over the records, input units per second
+  double lowest = 0.0;      ///< q at the start of the first octave, 1/input unit
+  std::vector<double> rms;  ///< RMS of each octave, output units
 
-  /// The middle of an octave, 1/input unit.
+  /// Returns the middle of an octave, 1/input unit.
   double middle(std::size_t octave) const;
 };
 
-/// The residuals of all records under a Hann window, as large as the error of what was held out (without it:
-/// the error), without the noise from sample to sample.
+/// Computes the spectrum of the residuals of all records under a Hann window, without the noise from sample
+/// to sample. It is scaled to the held-out error (or to the error, if nothing was held out).
 Misfit misfit_of(const Identified& identified, const std::vector<Dataset>& datasets);
 
 }  // namespace hystcan::identification

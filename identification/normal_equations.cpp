@@ -50,8 +50,8 @@ void NormalEquations::leave_out(const Eigen::VectorXd& direction) {
   square -= slope * slope / curvature;
 }
 
-// H11 theta + H12 z = g1,  H21 theta + H22 z = g2:  z = H22^-1 (g2 - H21 theta).
-// Where no sample determines a z, it is zero.
+// H11 theta + H12 z = g1,  H21 theta + H22 z = g2:  z = H22^-1 (g2 - H21 theta). If no sample determines a z,
+// it is zero.
 Eliminated::Eliminated(const NormalEquations& system, Eigen::Index kept) : rest_(kept) {
   const Eigen::Index gone = system.g.size() - kept;
   rest_.H = system.H.topLeftCorner(kept, kept);

@@ -15,34 +15,36 @@ struct NormalEquations {
   explicit NormalEquations(Eigen::Index unknowns)
       : H(Eigen::MatrixXd::Zero(unknowns, unknowns)), g(Eigen::VectorXd::Zero(unknowns)) {}
   NormalEquations& operator+=(const NormalEquations& other);
-  /// Takes away a share of equations that are part of these.
+  /// Subtracts a share of equations that are part of these.
   void take_away(const NormalEquations& other, double share);
-  /// Adds equations whose first `shared` unknowns are the first ones here; the others stand from `own` on.
+  /// Adds equations whose first `shared` unknowns are the first ones here; their other unknowns start at
+  /// `own`.
   void add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own);
-  /// False if a k is so negative that branches grow beyond every number.
+  /// False if a k is so negative that branches overflow.
   bool is_finite() const { return H.allFinite() && g.allFinite(); }
-  /// The equations for outputs divided by `gain`.
+  /// Changes the equations to outputs divided by `gain`.
   void divide_outputs(double gain);
   double residual_square(const Eigen::VectorXd& theta) const;
-  /// The residuals without the part that `direction` can explain: theta + a direction has the least square
-  /// for every theta.
+  /// Removes from the residuals the part that `direction` can explain. Then, for every theta, the residual is
+  /// the minimum over a in theta + a direction.
   void leave_out(const Eigen::VectorXd& direction);
 };
 
-/// Equations of which the last unknowns are eliminated: for every value of the others they are at their best.
+/// Equations without their last unknowns: for every value of the others, the last ones have their best
+/// values.
 class Eliminated {
  public:
-  /// `kept`: the first unknowns.
+  /// `kept`: number of first unknowns that are kept.
   Eliminated(const NormalEquations& system, Eigen::Index kept);
 
   const NormalEquations& rest() const { return rest_; }
-  /// `theta`, then the best values of the eliminated unknowns.
+  /// Returns `theta`, followed by the best values of the eliminated unknowns.
   Eigen::VectorXd completed(const Eigen::VectorXd& theta) const;
 
  private:
   NormalEquations rest_;
   Eigen::VectorXd alone_;     // the eliminated unknowns at theta = 0
-  Eigen::MatrixXd by_theta_;  // how they follow theta
+  Eigen::MatrixXd by_theta_;  // their change with theta
 };
 
 }  // namespace hystcan::identification

@@ -11,14 +11,16 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double old_share = 1e-3;                // of the weight of all rows
-constexpr int reversal_curves = 6;                // from each branch of the major loop
-constexpr double least_rows = 400.0;              // of the old model
-constexpr double worth_no_delay = 0.97;           // of the error with the old delay
-constexpr double rows_of_datasets_to_one = 60.0;  // at least: the search thins all alike
+constexpr double old_share = 1e-3;    // weight of the old model, as a share of the weight of all rows
+constexpr int reversal_curves = 6;    // number of reversal curves from each branch of the major loop
+constexpr double least_rows = 400.0;  // minimum number of rows of the old model
+// Maximum error without a delay, relative to the error with the old delay.
+constexpr double worth_no_delay = 0.97;
+// Maximum rows of the datasets to one row of the old model, because the search thins all datasets equally.
+constexpr double rows_of_datasets_to_one = 60.0;
 
-/// Inputs at which the old model turns: the major loop from the upper threshold, which wipes its memory out,
-/// then the reversal curves.
+/// Returns the inputs at which the old model turns: the major loop from the upper threshold, which wipes out
+/// its memory, then the reversal curves.
 std::vector<double> turns_of(const model::Interval& range) {
   std::vector<double> turns{range.hi, range.lo};
   const auto level = [&](int i) { return range.lo + range.span() * i / (reversal_curves + 1.0); };
@@ -42,7 +44,8 @@ Dataset loops_of(const model::HysteresisParameters& old, const model::OutputCree
   const model::Hysteresis model(old);
   auto state = model.at_upper_threshold();
   const auto add = [&](double input) {
-    made.time_s.push_back(longest_s * static_cast<double>(made.size()));  // no delay is seen
+    // Far apart, so that a delay has no effect.
+    made.time_s.push_back(longest_s * static_cast<double>(made.size()));
     made.input.push_back(input);
     made.output.push_back(model.advance(state, input).value);
   };
@@ -68,7 +71,7 @@ CurveShape shape_of(const model::HysteresisParameters& old) {
   return shape;
 }
 
-/// Removes what is of the last dataset, which was the old model's.
+/// Removes the last dataset, which is the old model's, from the result.
 void leave_out_old_model(Identified& identified, const std::vector<Dataset>& datasets) {
   const std::size_t count = datasets.size();
   identified.memories.resize(count);
@@ -99,7 +102,7 @@ Identified identify_from(const OldModel& old, const std::vector<Dataset>& datase
   options.output = parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even : ShapeOfOutput::none;
   if (!options.shape && options.curves == CurveChoice::automatic) options.shape = shape_of(parameters);
   options.never_held_out = 1;
-  options.observed_thresholds = true;  // those of the old model, which its loops reach, or further inputs
+  options.observed_thresholds = true;  // the old model's thresholds, which its loops reach, or further inputs
   std::vector<Dataset> all = datasets;
   if (!options.creep_per_decade) options.creep_per_decade = old.creep ? old.creep->per_decade : 0.0;
   const model::OutputCreep creep(creep_of(*options.creep_per_decade));

@@ -1,12 +1,12 @@
-// Identification that starts from an old model, for datasets that do not determine everything.
+// Identification that starts from an old model, for datasets that do not determine all parameters.
 //
-// The loops of the old model join as one more dataset, with a zero of its own and a small weight w for its
-// n_old samples:
+// The loops of the old model are added as one more dataset, with a zero of its own and a small weight w for
+// its n_old samples:
 //
 //   minimise  sum (x - y)^2 + w^2 sum (x - y_old)^2,     w^2 n_old = share * n
 //
-// So the datasets decide wherever their inputs excite the model, and the old model elsewhere. Its loops are
-// the major loop, and first-order reversal curves from both branches.
+// Thus the datasets decide wherever their inputs excite the model, and the old model decides elsewhere. Its
+// loops are the major loop, and first-order reversal curves from both branches.
 #pragma once
 
 #include <optional>
@@ -24,11 +24,10 @@ struct OldModel {
   std::optional<model::OutputCreep::Config> creep{};
 };
 
-/// The symmetry is that of the old model, and so is the shape of the curves where the options leave it open.
-/// Where the datasets do not need a delay, it is the old one, unless this raises the error. The creep is the
-/// old one, or that of the options. What the result says of datasets, errors and held-out cycles is of
-/// `datasets` alone. Throws std::invalid_argument like identify(), and where the old model is a butterfly
-/// with an output map.
+/// Keeps the symmetry of the old model, and the shape of its curves unless the options set one. Keeps the old
+/// delay if the datasets do not need one, unless it raises the error. The creep is the old one, or the one in
+/// the options. Datasets, errors and held-out cycles in the result refer to `datasets` only. Throws
+/// std::invalid_argument like identify(), and if the old model is a butterfly with an output map.
 Identified identify_from(const OldModel& old, const std::vector<Dataset>& datasets, IdentifyOptions options);
 
 }  // namespace hystcan::identification

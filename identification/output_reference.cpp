@@ -8,7 +8,8 @@ namespace hystcan::identification {
 namespace {
 
 constexpr double most_spans_from_zero = 10.0;
-constexpr double constant_output = 1e-12;  // of the output: characterisation.h refuses it
+// Span as a share of the output; characterisation.h rejects such a dataset.
+constexpr double constant_output = 1e-12;
 
 double reference_of(const Dataset& dataset) {
   if (dataset.size() == 0) return 0.0;

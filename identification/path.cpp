@@ -9,7 +9,7 @@
 namespace hystcan::identification {
 namespace {
 
-// A law whose output is the input. Only the memory of the hysteresis model remains.
+// A law whose output is the input. It leaves only the memory of the hysteresis model.
 class InputLaw {
  public:
   using Parameters = model::Interval;
@@ -32,10 +32,10 @@ class InputLaw {
   model::Interval range_;
 };
 
-// Follows the stack of branches from outside and gives each branch its own number.
+// Applies inputs to a memory, and records each branch on its stack with a number.
 class Tracer {
  public:
-  /// `inputs`: number of inputs to expect.
+  /// `inputs`: expected number of inputs.
   Tracer(model::Interval thresholds, model::Origin origin, std::size_t inputs)
       : memory_(InputLaw(thresholds)), state_(start(origin, std::min(inputs + 4, most_branches))) {
     begin_at_threshold();

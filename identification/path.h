@@ -1,5 +1,5 @@
-// The branches along which a sequence of inputs goes. Turning points, wiping out and alignment depend only on
-// the inputs and the thresholds: the path is computed once, for all curves and all k.
+// The branches along which a sequence of inputs moves. Turning points, wiping out and alignment depend only
+// on the inputs and the thresholds, so one path serves all curves and all k.
 #pragma once
 
 #include <cstddef>
@@ -11,21 +11,22 @@
 
 namespace hystcan::identification {
 
-/// One branch, as in model/memory.h. `below` and `parent` are indices of Path::branches.
+/// One branch, as defined in model/memory.h. `below` and `parent` are indices of Path::branches.
 struct PathBranch {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   model::Direction direction = model::Direction::ascending;
   double start = 0.0;         ///< input at its start
   double target = 0.0;        ///< input at its target
-  std::size_t parent = none;  ///< the branch on which the reversal was; none: it starts at a threshold
-  std::size_t below = none;   ///< the branch of its direction broken at the target; none: reference curve
-  bool virgin = false;        ///< the ascending reference curve itself
+  std::size_t parent = none;  ///< branch on which the reversal was; `none`: it starts at a threshold
+  /// Branch of the same direction that ended at the target; `none`: reference curve.
+  std::size_t below = none;
+  bool virgin = false;  ///< the ascending reference curve itself
 };
 
 /// Consecutive samples on one branch.
 struct Run {
   std::size_t branch = 0;
-  std::size_t begin = 0;  ///< sample
+  std::size_t begin = 0;  ///< index of its first sample
   std::size_t end = 0;    ///< one past the last
 };
 
@@ -34,10 +35,10 @@ struct Path {
   std::vector<Run> runs;             ///< cover all samples, in order
 };
 
-/// The path from `origin`: the virgin curve or a threshold.
+/// Returns the path from `origin`: the virgin curve or a threshold.
 ///
-/// `prehistory` contains the inputs before the first sample, `inputs` those of the samples. Both are already
-/// folded if symmetry is even. Inputs beyond a threshold are replaced by the threshold.
+/// `prehistory` contains the inputs before the first sample, `inputs` the inputs of the samples. Both must
+/// already be folded if symmetry is even. Inputs beyond a threshold are replaced by the threshold.
 Path trace(model::Interval thresholds, model::Origin origin, std::span<const double> prehistory,
            std::span<const double> inputs);
 

@@ -10,7 +10,8 @@
 
 namespace hystcan::identification {
 
-/// A quantity that the search determines beside the curves. `dataset` is 0 except for the gain of a dataset.
+/// A quantity that the search determines in addition to the curves. `dataset` is 0 except for the gain of a
+/// dataset.
 struct Quantity {
   enum class Kind : std::uint8_t {
     k_ascending,
@@ -19,8 +20,8 @@ struct Quantity {
     initial_memory,
     lower_threshold,
     upper_threshold,
-    gain,               ///< of a dataset, against the first one
-    gain_of_old_model,  ///< the old model's gain against the first dataset
+    gain,               ///< gain of a dataset relative to the first one
+    gain_of_old_model,  ///< gain of the old model relative to the first dataset
     delay,
     creep,
     input_map,
@@ -38,7 +39,7 @@ constexpr auto words(Quantity::Kind) {
                                           "output map", "a mode with a delay"});
 }
 
-/// Its name in a report, with the number of the dataset from 1 on.
+/// Returns its name in a report, with the number of the dataset, counted from 1.
 inline std::string to_string(const Quantity& quantity) {
   std::string name(word_of(quantity.kind));
   return quantity.kind == Quantity::Kind::gain ? name + " " + std::to_string(quantity.dataset + 1) : name;

@@ -27,10 +27,11 @@ std::vector<double> with_creep(const model::OutputCreep& creep, const std::vecto
 std::vector<double> without_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                   std::vector<double> outputs, const std::vector<bool>& counts) {
   if (creep.lags() == 0) return outputs;
-  constexpr double as_long = 1e-9;  // of a step
+  constexpr double as_long = 1e-9;  // share of a step
   const std::vector<double>& rates_per_s = creep.rates_per_s();
   model::OutputCreep::State state;
-  std::vector<double> share(rates_per_s.size());  // of the way to h that each lag goes in a step
+  // Share of its distance from h that each lag covers in a step.
+  std::vector<double> share(rates_per_s.size());
   double step_s = 0.0, h = 0.0;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (!counts.empty() && !counts[i]) continue;
@@ -51,13 +52,14 @@ std::vector<double> without_creep(const model::OutputCreep& creep, const std::ve
 
 namespace {
 
-// A SYNC that is late moves the sample and the drive together: its jitter matters little.
+// A late SYNC moves the sample and the drive together, so its jitter matters little.
 constexpr double unevenness = 0.1;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
 constexpr double decayed = 14.0;  // time constants: to a millionth
 
-// Rows of zeros that keep the end of the decay out of the beginning: the transform is periodic.
+// Returns the number of zero rows that separate the end of the decay from the beginning: the transform is
+// periodic.
 std::size_t padding(const model::Dynamics& dynamics, double cycle_s, std::size_t rows) {
   const double rate =
       std::min(dynamics.mode.damping_ratio, 1.0) * two_pi * dynamics.mode.natural_frequency_Hz;

@@ -52,7 +52,7 @@ void Regression::gather(const Dataset& samples) {
   std::ranges::stable_sort(runs_, {}, &Sums::fold);
 }
 
-// The products of the columns of a fold in one direction are summed before they become rows of theta.
+// Sums the products of the columns of each fold and direction, then converts the sums to rows of theta.
 void Regression::sum_up() {
   const Eigen::Index size = basis_.size(), wide = columns_.rows(), count = unknowns();
   std::array<std::vector<Eigen::MatrixXd>, 2> sums;
@@ -91,7 +91,7 @@ void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& ro
   const double k = pace.k(direction);
   const auto d = distance_.segment(run.begin, run.count).array();
   const auto w = weight_.segment(run.begin, run.count);
-  Eigen::VectorXd phi = d;  // weighted, as B and y are
+  Eigen::VectorXd phi = d;  // weighted like B and y
   if (std::abs(k) * basis_.thresholds().span() > 1e-6) phi = (1.0 - (-k * d).exp()) / k;
   phi.array() *= w.array();
   const Eigen::Index n = basis_.unknowns(), size = basis_.size(), own = unknowns() - n;

@@ -3,8 +3,8 @@
 // Its normal equations are summed branch by branch. The sums of B_i B_j do not depend on k and are computed
 // once, so that another k costs one exponential and n + 4 products per sample.
 //
-// After theta come further linear unknowns: those of regressors, which all datasets share, then what a
-// dataset has of its own, a zero and a slow drift (columns 1 and its time from -1/2 to 1/2).
+// After theta there are further linear unknowns: first the regressors, which all datasets share, then the
+// unknowns of a single dataset: a zero and a slow drift (columns 1 and its time from -1/2 to 1/2).
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@
 
 namespace hystcan::identification {
 
-/// What a dataset has of its own beside the curves.
+/// Unknowns of a single dataset in addition to the curves.
 struct Nuisances {
   bool offset = false;
   bool drift = false;
@@ -29,13 +29,13 @@ struct Nuisances {
 
 class Regression {
  public:
-  /// In place of a fold: the sample does not count, but the path goes through its input.
+  /// Instead of a fold: the sample does not count, but the path includes its input.
   static constexpr int left_out = -1;
-  /// `samples`: time_s is used for a drift only, else it may be empty; the regressors and the nuisances are
-  /// not weighted. All samples have a fold, from 0 to folds - 1, or left_out.
+  /// `samples`: time_s is needed only for a drift, else it may be empty; regressors and nuisances are not
+  /// weighted. Every sample has a fold, from 0 to folds - 1, or left_out.
   Regression(Path path, CurveBasis basis, const Dataset& samples, int folds, Nuisances nuisances = {});
 
-  /// theta, the regressors, then the nuisances.
+  /// Number of unknowns in theta, regressors and nuisances, in this order.
   Eigen::Index unknowns() const { return basis_.unknowns() + regressors_ + nuisances_.count(); }
   /// Adds the equations of each fold to `folds`.
   void add(const Pace& pace, std::vector<NormalEquations>& folds) const;
@@ -46,7 +46,7 @@ class Regression {
     int fold = 0;
     Eigen::Index begin = 0, count = 0;  // samples, as indices of distance_
     Eigen::VectorXd columns;            // sum of columns_
-    double square = 0.0;                // of the weights
+    double square = 0.0;                // sum of the weights
   };
 
   void gather(const Dataset& samples);
@@ -62,8 +62,8 @@ class Regression {
   std::vector<Sums> runs_;             // fold by fold
   Eigen::VectorXd distance_;           // d of each sample that counts
   Eigen::VectorXd weight_;
-  // A column for each sample: B, then regressors and nuisances, then the output; those in the middle are not
-  // weighted.
+  // One column for each sample: B, then regressors and nuisances, then the output. Regressors and nuisances
+  // are not weighted.
   Eigen::MatrixXd columns_;
 };
 

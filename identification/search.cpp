@@ -17,11 +17,12 @@ namespace {
 
 using MemoryKind = InitialMemory::Kind;
 
-// Each step of the search makes a new one. A step back is the one before it.
+// The state of the search. Each step makes a new one, so that a step can be undone by keeping the state
+// before it.
 struct SearchState {
-  SearchResult found;             // rms and held_out are those of the end
-  std::vector<Unknown> unknowns;  // that are moved, from the values of found.trial on
-  double cost = infinite_cost;    // of found.trial
+  SearchResult found;             // rms and held_out are set at the end
+  std::vector<Unknown> unknowns;  // varied unknowns, starting at the values of found.trial
+  double cost = infinite_cost;    // cost of found.trial
 
   const Trial& trial() const { return found.trial; }
   Trial at_start() const { return moved_to(numbers_of(unknowns, &Unknown::start), unknowns, found.trial); }
@@ -30,7 +31,7 @@ struct SearchState {
   }
 };
 
-// The first state, with the k and the tried shapes of another one.
+// Returns a new search state that keeps only k and the tried shapes of `former`.
 SearchState begin_anew(const SearchState& former, const IdentifyOptions& options) {
   SearchState state;
   state.found.shapes = former.found.shapes;
@@ -43,10 +44,10 @@ SearchState begin_anew(const SearchState& former, const IdentifyOptions& options
   return state;
 }
 
-// Stopped, with something found.
+// True if the search is stopped and has found something.
 bool has_enough(double least, const TrialCost& cost) { return std::isfinite(least) && !cost.go_on(); }
 
-// Chooses roughly the initial memory that fits best, for each dataset separately.
+// Selects roughly the initial memory that fits best, for each dataset separately.
 SearchState with_memories(SearchState state, TrialCost& cost) {
   const Problem& problem = cost.problem();
   std::vector<InitialMemory>& memories = state.found.trial.memories;
@@ -98,8 +99,8 @@ SearchState with_k(SearchState state, TrialCost& cost) {
   return state;
 }
 
-// Moves all unknowns. The next search starts from the result, with half the steps.
-// Ends after two fifths of the evaluations if the cost is not down to `promising_cost` then.
+// Varies all unknowns. The next search starts from the result, with half the steps. Ends after two fifths of
+// the evaluations if the cost is then still above `promising_cost`.
 SearchState descended(SearchState state, TrialCost& cost, int evaluations,
                       double promising_cost = infinite_cost) {
   int done = 0;
@@ -129,7 +130,8 @@ SearchState refined(const SearchState& state, TrialCost& cost, int evaluations) 
   return moved;
 }
 
-// The state `tried`, if the held-out error falls, too. Its last unknown is the one that `state` has not.
+// Returns the state `tried` if the held-out error falls too, else `state`. The last unknown of `tried` is
+// missing in `state`.
 SearchState with_unknown(SearchState state, SearchState tried, TrialCost& cost) {
   SeparableFit& fit = cost.fit();
   const Step taken{tried.unknowns.back().quantity, fit.fit(state.trial()).rms, fit.fit(tried.trial()).rms,
@@ -144,11 +146,11 @@ SearchState with_unknown(SearchState state, SearchState tried, TrialCost& cost) 
   return refined(tried, cost, 150);
 }
 
-// Adds the best remaining candidate that is worth it, repeatedly, until none is.
+// Adds the best remaining candidate, repeatedly, until no candidate lowers the error enough.
 SearchState with_useful_unknowns(SearchState state, TrialCost& cost) {
   for (std::size_t known = 0; known < state.unknowns.size() && cost.go_on();) {
     known = state.unknowns.size();
-    state.found.refused.clear();  // they are tried again beside what was added
+    state.found.refused.clear();  // refused unknowns are tried again together with the added one
     std::vector<SearchState> tried;
     for (const Unknown& candidate :
          candidates(state.trial(), state.unknowns, cost.problem(), cost.options())) {
@@ -173,7 +175,7 @@ SearchState with_curves(SearchState state, TrialCost& cost, const CurveShape& sh
   return with_useful_unknowns(refined(state, cost, 150), cost);
 }
 
-// Few datasets have enough turning points in both directions to distinguish the two k. If this dataset does
+// Few datasets have enough turning points in both directions to distinguish the two k. If these datasets do
 // not, one common k is used.
 SearchState with_one_k(const SearchState& state, TrialCost& cost) {
   SearchState common = state;
@@ -201,7 +203,7 @@ SearchState with_both_k(SearchState state) {
   return state;
 }
 
-// A simplex can stop early in many dimensions: it begins again while that pays.
+// A simplex can stop early in many dimensions: it restarts as long as this lowers the cost.
 SearchState finished(SearchState state, TrialCost& cost) {
   state = refined(state, cost, 300);
   for (double before = infinite_cost; state.cost < criteria.restart * before && cost.go_on();) {
@@ -216,7 +218,7 @@ ShapeScore scored(const SearchState& state, TrialCost& cost) {
   return {state.found.shape, cost.fit().fit(state.trial()).rms, cost.fit().held_out(state.trial())};
 }
 
-// Chooses the first shape with an error near the smallest, at the present trial.
+// Selects the first shape with an error near the smallest, at the present trial.
 SearchState with_best_shape(SearchState state, TrialCost& cost, const std::vector<CurveShape>& shapes) {
   double least = infinite_cost;
   int worse = 0;  // consecutive shapes that were not better
@@ -250,8 +252,8 @@ SearchState with_best_order(SearchState state, TrialCost& cost) {
   return with_best_shape(std::move(state), cost, polynomials);
 }
 
-// Where the outputs are steep, loops close in a small part of the inputs: a rate that follows the course of
-// the outputs.
+// Where the outputs are steep, loops close in a small part of the inputs. An input map therefore adapts the
+// rate to the course of the outputs.
 SearchState with_input_map(const SearchState& plain, TrialCost& cost, std::vector<CurveShape> splines) {
   const Problem& problem = cost.problem();
   const ShapeScore before = scored(plain, cost);
@@ -283,8 +285,8 @@ SearchState with_input_map(const SearchState& plain, TrialCost& cost, std::vecto
   return plain;
 }
 
-// Splines need not begin where the polynomials ended: where these miss the output, their k, thresholds and
-// memories make up for the shape.
+// Splines need not start where the polynomials ended: if the polynomials fit badly, their k, thresholds and
+// memories compensate the wrong shape.
 SearchState with_splines(const SearchState& polynomial, TrialCost& cost) {
   const Problem& problem = cost.problem();
   const bool is_asked = cost.options().curves == CurveChoice::spline;
@@ -307,7 +309,7 @@ SearchState with_splines(const SearchState& polynomial, TrialCost& cost) {
   return back;
 }
 
-// More samples make all unknowns more exact, the delay above all.
+// Refines all unknowns with more samples, above all the delay.
 SearchResult polished(SearchState state, TrialCost& cost) {
   cost.use(state.found.shape);
   state.cost = cost(state.trial());

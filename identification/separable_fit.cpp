@@ -6,8 +6,8 @@
 namespace hystcan::identification {
 namespace {
 
-// Of the weight of a record that is left out: where the others determine nothing, it shall not be held
-// against a model.
+// Share of the weight of a left-out record that is kept. If the other records do not determine something,
+// this must not count against a model.
 constexpr double kept_of_a_record = 0.01;
 
 bool same_path(const Trial& a, const Trial& b) {
@@ -23,7 +23,7 @@ Pace pace_of(const Trial& trial, model::Interval thresholds) {
   return {trial.k_span_ascending / thresholds.span(), trial.k_span_descending / thresholds.span()};
 }
 
-// What is known of the gain of a session that is not among the records.
+// Returns the best estimate for the gain of a session that is not among the records.
 double mean_gain_of_others(const Trial& trial, std::size_t dataset) {
   double sum = 0.0;
   for (std::size_t i = 0; i < trial.memories.size(); ++i)
@@ -37,7 +37,7 @@ NormalEquations sum_of(const std::vector<NormalEquations>& folds) {
   return all;
 }
 
-// Some k is so negative that nothing is finite.
+// Returned if a k is so negative that nothing is finite.
 Fitted nowhere() {
   Fitted fitted;
   fitted.rms = std::numeric_limits<double>::infinity();
@@ -75,7 +75,7 @@ void SeparableFit::prepare(const Trial& trial) {
   prepared_ = trial;
 }
 
-// theta, the regressors, then the nuisances of one dataset after the other.
+// The unknowns are theta, the regressors, then the nuisances of one dataset after the other.
 std::vector<NormalEquations> SeparableFit::systems(const Trial& trial) {
   prepare(trial);
   const Eigen::Index n = shared_unknowns();
@@ -151,7 +151,7 @@ std::vector<LeftOut> SeparableFit::left_out(const Trial& trial) {
   return parts;
 }
 
-// A constant in the curves is a zero of the dataset that fixes the common one.
+// A constant in the curves acts as a zero of the dataset that fixes the common zero.
 LeftOut SeparableFit::judged(const NormalEquations& fold, const Eigen::VectorXd& shared) const {
   NormalEquations own = Eliminated(fold, shared_unknowns()).rest();
   if (std::ranges::any_of(problem_.nuisances, &Nuisances::offset)) {

@@ -1,5 +1,5 @@
-// Separable least squares (variable projection): only the few numbers of a Trial, in which the output is not
-// linear, are searched. For each Trial the best reference curves are one linear problem (regression.h).
+// Separable least squares (variable projection): the search varies only the few numbers of a Trial in which
+// the output is not linear. For each Trial the best reference curves are one linear problem (regression.h).
 //
 // G. Golub, V. Pereyra, "Separable nonlinear least squares", Inverse Problems 19, 2003.
 #pragma once
@@ -26,14 +26,14 @@ struct Trial {
   double delay_s = 0.0;
   double creep_per_decade = 0.0;        ///< model/output_creep.h
   std::vector<InitialMemory> memories;  ///< for each dataset
-  std::vector<double> gains;            ///< of each dataset's output against the model's; empty: all 1
+  std::vector<double> gains;            ///< gain of each dataset's output relative to the model; empty: all 1
 
   double gain(std::size_t dataset) const { return gains.empty() ? 1.0 : gains[dataset]; }
 };
 
-/// With the lags that are searched, half of the output comes at once at 1/6 (model/output_creep.h).
+/// With the lags of the search, half of the output is immediate at 1/6 (model/output_creep.h).
 inline constexpr double most_creep_per_decade = 0.16;
-/// Of the lags that are searched; none if it is zero.
+/// Returns the creep with the lags of the search; `nullopt` if it is zero.
 std::optional<model::OutputCreep::Config> creep_of(double per_decade);
 
 inline constexpr int highest_order = 20;
@@ -41,53 +41,56 @@ inline constexpr int highest_order = 20;
 /// The part of the problem that is the same for all trials.
 struct Problem {
   std::vector<Excerpt> excerpts;
-  std::vector<Nuisances> nuisances;  ///< of each excerpt; empty: none
-  Eigen::Index regressors = 0;       ///< that each excerpt has
+  std::vector<Nuisances> nuisances;  ///< unknowns of each excerpt; empty: none
+  Eigen::Index regressors = 0;       ///< number of regressors in each excerpt
   int folds = 1;
   bool whole_excerpts = false;  ///< fold i + 1 has samples of excerpt i only (dataset.h)
-  model::Interval observed;     ///< range of the inputs that occur, folded
+  model::Interval observed;     ///< range of the inputs in the excerpts, folded
   model::Symmetry symmetry = model::Symmetry::none;
   double output_span = 1.0;
-  // How much the samples can determine.
+  // Limits for what the samples can determine.
   int highest_order = identification::highest_order;
-  int most_pieces = 0;                            ///< of a spline; 0: no splines
-  std::function<std::vector<double>(int)> knots;  ///< of a spline with this number of pieces
-  double sample_time_s = 0.0;                     ///< 0: no delay can be determined
+  int most_pieces = 0;  ///< maximum pieces of a spline; 0: no splines
+  /// Returns the knots of a spline with this number of pieces.
+  std::function<std::vector<double>(int)> knots;
+  double sample_time_s = 0.0;  ///< 0: no delay can be determined
 
   model::Interval thresholds(const Trial& trial) const;
 };
 
 struct Fitted {
-  model::HysteresisParameters parameters;  ///< no units
-  double rms = 0.0;                        ///< output units, over the samples of the excerpts; or infinite
-  bool valid = false;                      ///< curves and branches increase, so that an inverse exists
-  double violation = 0.0;                  ///< 0 if valid; else the distance from it (valid_curves.h)
-  std::vector<double> offsets, drifts;     ///< of each excerpt, output units; see Problem::nuisances
+  model::HysteresisParameters parameters;  ///< without units
+  /// Output units, over the samples of the excerpts; may be infinite.
+  double rms = 0.0;
+  bool valid = false;                   ///< curves and branches increase, so that an inverse exists
+  double violation = 0.0;               ///< 0 if valid; else the distance from validity (valid_curves.h)
+  std::vector<double> offsets, drifts;  ///< for each excerpt, output units; see Problem::nuisances
 };
 
-/// The samples of a fold, predicted by a fit without that fold.
+/// The samples of a fold, predicted by a fit without this fold.
 struct LeftOut {
-  double square = 0.0;  ///< of the errors
+  double square = 0.0;  ///< sum of squared errors
   double samples = 0.0;
-  double gain = 1.0;  ///< of the measured outputs against the predicted ones, each from its own zero
+  double gain = 1.0;  ///< slope of the measured over the predicted outputs, each from its own zero
 
   double rms() const { return samples > 0.0 ? std::sqrt(square / samples) : 0.0; }
 };
 
 class SeparableFit {
  public:
-  /// Resolution of the check of the branches. The final model is checked with the resolution of a model file.
+  /// Resolution at which branches are checked. The final model is checked at the resolution of a model file.
   static constexpr std::size_t coarse_scan = 50, fine_scan = 200;
   SeparableFit(const Problem& problem, CurveShape shape, std::size_t scan_steps);
 
-  /// The best curves that make an invertible model (valid_curves.h) at the trial's k. An RMS error beyond
-  /// `limit` may be returned as infinite.
+  /// Returns the best curves that make an invertible model (valid_curves.h) with the trial's k. An RMS error
+  /// above `limit` may be returned as infinite.
   Fitted fit(const Trial& trial, double limit = std::numeric_limits<double>::infinity());
 
-  /// Each fold except fold 0, with zero and drift of its own; the gain of a whole excerpt is the mean of the
-  /// others'. Empty if a k is so negative that nothing is finite.
+  /// Predicts each fold except fold 0, with its own zero and drift; the gain of a whole excerpt is the mean
+  /// of the other gains. Empty if a k is so negative that nothing is finite.
   std::vector<LeftOut> left_out(const Trial& trial);
-  /// RMS error over all of these; infinite if that is empty. None if these folds contain no sample.
+  /// Returns the RMS error over all of left_out(); infinite if that is empty; `nullopt` if the folds have no
+  /// samples.
   std::optional<double> held_out(const Trial& trial);
 
  private:
@@ -107,7 +110,7 @@ class SeparableFit {
   const Problem& problem_;
   CurveShape shape_;
   ValidCurves curves_;
-  std::vector<Regression> regressions_;  // of the last trial, for all k
+  std::vector<Regression> regressions_;  // equations for the last trial, for all k
   std::optional<Trial> prepared_;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t most_cells = 400;
 
-// The ends of the range and quantiles of the inputs between them.
+// Returns the ends of the range, and quantiles of the inputs between them.
 std::vector<double> quantiles(const std::vector<Dataset>& datasets, model::Interval observed) {
   std::vector<double> inputs;
   for (const Dataset& dataset : datasets)
@@ -40,7 +40,8 @@ void spread(const std::vector<double>& borders, double a, double b, double amoun
   }
 }
 
-// The way that outputs go in each cell on average, up or down alike: noise cancels.
+// Returns the mean change of the outputs in each cell, with rising and falling inputs combined, so that noise
+// cancels.
 std::vector<double> output_ways(const std::vector<Dataset>& datasets, const std::vector<double>& borders) {
   std::vector<double> rise(borders.size() - 1, 0.0), run = rise;
   for (const Dataset& dataset : datasets)
@@ -59,7 +60,7 @@ struct Sample {
   double input, output, weight;
 };
 
-// Neighbours whose mean outputs fall are pooled, until none does.
+// Pools neighbours whose mean outputs fall, until none falls.
 std::vector<Sample> pooled(std::vector<Sample> samples) {
   std::ranges::sort(samples, {}, &Sample::input);
   std::vector<Sample> blocks;
@@ -77,7 +78,7 @@ std::vector<Sample> pooled(std::vector<Sample> samples) {
   return blocks;
 }
 
-// On straight lines between the blocks.
+// Returns the output on straight lines between the blocks.
 double output_at(const std::vector<Sample>& course, double input) {
   const auto after = std::ranges::lower_bound(course, input, {}, &Sample::input);
   if (after == course.begin()) return course.front().output;

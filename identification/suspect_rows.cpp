@@ -17,10 +17,12 @@ constexpr double many_times_noise = 20.0;
 constexpr double share_of_range = 0.02;
 constexpr double many_local_steps = 10.0;
 constexpr double many_usual_steps = 3.0;
-constexpr std::size_t ignored_large_steps = 3;  // the jump at the beginning or at the end of a record
-constexpr double most_glitches = 0.002;         // of the rows; more of them are pulses of the excitation
+constexpr std::size_t ignored_large_steps = 3;  // may be the jump at the beginning or end of a record
+// Share of the rows; if there are more, they are pulses of the excitation.
+constexpr double most_glitches = 0.002;
 constexpr std::size_t always_glitches = 3;
-constexpr double follows = 0.3;  // of what the mean gain makes of a jump
+// An output follows a jump if it moves by more than this share of the mean gain's prediction.
+constexpr double follows = 0.3;
 
 double quantile(std::vector<double> values, double share) {
   const auto place = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -49,7 +51,7 @@ std::vector<bool> marked(const std::vector<SuspectRow>& suspects, std::size_t ro
   return is_suspect;
 }
 
-/// `allowed`: further limit of the distance at a row.
+/// `allowed`: additional limit of the distance at a row.
 std::vector<SuspectRow> suspects_of(const std::vector<double>& values,
                                     const std::function<double(std::size_t)>& allowed) {
   std::vector<SuspectRow> suspects;
@@ -99,14 +101,14 @@ bool is_followed(const Dataset& dataset, const SuspectRow& glitch) {
   return distance > follows * mean_gain(dataset) * std::abs(glitch.value - glitch.usual);
 }
 
-/// A drive can begin and end with a jump.
+/// Removes suspects that are jumps at the beginning or end of the drive.
 void leave_jumps_at_ends(std::vector<SuspectRow>& suspects, const Dataset& dataset) {
   const std::vector<double>& input = dataset.input;
   model::Interval others{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   const std::vector<bool> is_suspect = marked(suspects, input.size());
   for (std::size_t i = 0; i < input.size(); ++i)
     if (!is_suspect[i]) others = {std::min(others.lo, input[i]), std::max(others.hi, input[i])};
-  std::size_t first = 0, last = input.size();  // without the suspects that touch the ends
+  std::size_t first = 0, last = input.size();  // range of rows without the suspects at the ends
   while (first < last && is_suspect[first]) ++first;
   while (last > first && is_suspect[last - 1]) --last;
   const double slack = share_of_range * others.span();
@@ -117,7 +119,7 @@ void leave_jumps_at_ends(std::vector<SuspectRow>& suspects, const Dataset& datas
   });
 }
 
-/// None: they are pulses of the excitation.
+/// Returns `nullopt` if the suspects are pulses of the excitation.
 std::optional<std::vector<SuspectRow>> suspect_inputs(const Dataset& dataset) {
   const std::vector<double>& input = dataset.input;
   std::vector<SuspectRow> suspects = suspects_of(input, [](std::size_t) { return 0.0; });
@@ -141,9 +143,9 @@ std::vector<SuspectRow> suspect_outputs(const Dataset& dataset, const std::vecto
 }
 
 constexpr std::size_t least_rows_at_end = 5;
-constexpr double least_share_at_end = 0.01;  // of the rows
-constexpr double moves = 0.05;               // of the range of the input
-constexpr double as_steep = 0.3;             // of the mean slope
+constexpr double least_share_at_end = 0.01;  // minimum share of the rows
+constexpr double moves = 0.05;               // minimum travel of the input, as a share of its range
+constexpr double as_steep = 0.3;             // minimum slope beside the end, as a share of the mean slope
 
 class AtEnd {
  public:
@@ -227,13 +229,13 @@ Dataset without_rows(const Dataset& dataset, const std::vector<SuspectRow>& susp
 bool has_same_rows(const Dataset& a, const Dataset& b) {
   const Dataset &longer = a.size() < b.size() ? b : a, &shorter = a.size() < b.size() ? a : b;
   if (shorter.size() < least_samples) return false;
-  constexpr double same = 1e-6;  // of the range
+  constexpr double same = 1e-6;  // tolerance, as a share of the range
   const double near_in = same * span_of(shorter.input), near_out = same * span_of(shorter.output),
                near_s = same * span_of(shorter.time_s);
   const auto elapsed_s = [](const Dataset& of, std::size_t from, std::size_t to) {
     return of.time_s[to] - of.time_s[from];
   };
-  // Records begin with a rest, in which every shift fits: its highest input decides at once.
+  // Records begin with a rest, in which every shift fits. Their highest input therefore is compared first.
   const auto highest =
       static_cast<std::size_t>(std::ranges::max_element(shorter.input) - shorter.input.begin());
   for (std::size_t first = 0; first + shorter.size() <= longer.size(); ++first) {

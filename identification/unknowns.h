@@ -1,4 +1,4 @@
-// The numbers of a trial that the search moves.
+// The unknowns of a trial that the search varies.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace hystcan::identification {
 
-/// One of them, on a scale where a step of one is reasonable.
+/// One unknown, on a scale where a step of one is reasonable.
 struct Unknown {
   Quantity quantity;
   double start = 0.0;
@@ -19,20 +19,20 @@ struct Unknown {
   std::function<void(Trial&, double)> set;
 };
 
-/// The start values or the steps.
+/// Returns the start values or the steps of the unknowns.
 Eigen::VectorXd numbers_of(const std::vector<Unknown>& unknowns, double Unknown::*number);
-/// The trial, moved to these values of the unknowns.
+/// Returns the trial with these values of the unknowns.
 Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknowns, Trial trial);
 
-/// k_ascending, then k_descending.
+/// Returns k_ascending and k_descending.
 std::vector<Unknown> both_k(const Trial& trial);
-/// The bias of the initial memory of a dataset.
+/// Returns the bias of the initial memory of a dataset.
 Unknown bias_of(std::size_t dataset, double start);
-/// The delay, from `unit_s` on, in this unit.
+/// Returns the delay in units of `unit_s`, starting at one unit.
 Unknown delay_of(double unit_s);
-/// The gain of a dataset against the first one.
+/// Returns the gain of a dataset relative to the first one.
 Unknown gain_of(std::size_t dataset, double start);
-/// What can be searched beside `used`.
+/// Returns the unknowns that can be searched in addition to `used`.
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,
                                 const IdentifyOptions& options);
 

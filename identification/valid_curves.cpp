@@ -14,15 +14,17 @@ namespace {
 
 using model::Direction;
 
-constexpr Eigen::Index points_per_step = 8;  // the grid of curves is finer than that of branches
+constexpr Eigen::Index points_per_step = 8;  // the grid of curves is finer than the grid of branches
 constexpr Eigen::Index kinds = 3;            // slope rising, slope falling, gap
-constexpr double least_slope = 2e-3;         // of the mean slope: flatter curves magnify noise when inverted
-constexpr double least_branch = 1e-3;        // slope of a branch, of the mean slope
-constexpr std::ptrdiff_t most_cuts = 60;     // kept for the next problem
+// Share of the mean slope: flatter curves magnify noise when inverted.
+constexpr double least_slope = 2e-3;
+constexpr double least_branch = 1e-3;     // slope of a branch, as a share of the mean slope
+constexpr std::ptrdiff_t most_cuts = 60;  // maximum cuts kept for the next problem
 constexpr int most_rounds = 60;
-constexpr std::ptrdiff_t most_rows = 40;  // of curves, kept for the next problem
-constexpr double nearly = 0.9;            // of a bound: met
-constexpr double cancellation = 1e-12;    // of the square of the outputs
+constexpr std::ptrdiff_t most_rows = 40;  // maximum rows of curves kept for the next problem
+constexpr double nearly = 0.9;            // a bound counts as satisfied above this share of it
+// Tolerance of the largest square for cancellation, as a share of the square of the outputs.
+constexpr double cancellation = 1e-12;
 
 // Least squares with rows theta >= bounds, from the triangle R of H = R'R:
 //   R theta = R'^-1 g + z,   |z| as short as the rows allow
@@ -33,7 +35,7 @@ class WithinRows {
         free_(cholesky_.matrixL().solve(system.g)),
         shortest_(system.g.size()) {}
   Eigen::VectorXd theta() const { return cholesky_.matrixU().solve(free_ + shortest_.z()); }
-  /// False: to rounding, no theta meets it and those before.
+  /// Returns false if, to rounding, no theta satisfies this row and the rows before.
   bool meet(const Eigen::VectorXd& row, double bound) {
     const Eigen::VectorXd g = cholesky_.matrixL().solve(row);
     return shortest_.meet(g, bound - g.dot(free_));
@@ -45,15 +47,15 @@ class WithinRows {
   LeastDistance shortest_;
 };
 
-// A row of curves or branches, and the least value that it may have.
+// A row of curves or branches, and the smallest value that it may have.
 struct Bound {
   Eigen::VectorXd row;
   double least;
 };
 
-// The best theta with these rows; if its residual is beyond the limit, perhaps the best with some of them.
-// The row that is farthest away, in its bound, is met first. Each raises the residual and may put others out
-// of force.
+// Returns the best theta with these rows. If its residual is above the limit, it may satisfy only some of
+// them. The row that is violated most, relative to its bound, is added first. Each row raises the residual
+// and may make other rows inactive.
 Eigen::VectorXd best_with(const std::vector<Bound>& bounds, WithinRows& least_squares,
                           const NormalEquations& system, double largest_square) {
   for (std::size_t exchanges = 10 * (bounds.size() + 1); exchanges > 0; --exchanges) {
@@ -80,7 +82,8 @@ ValidCurves::ValidCurves(CurveShape shape, std::size_t scan_steps)
       points_(points_per_step * static_cast<Eigen::Index>(scan_steps) + 1),
       curves_(Eigen::MatrixXd::Zero(0, basis_.unknowns())) {}
 
-// The rows of a polynomial are the same for all thresholds; those of a spline are not.
+// Updates the rows of curves_. The rows of a polynomial are the same for all thresholds; those of a spline
+// are not.
 void ValidCurves::use(model::Interval thresholds) {
   const model::Interval& present = basis_.thresholds();
   if (curves_.rows() > 0 && present.lo == thresholds.lo && present.hi == thresholds.hi) return;
@@ -137,7 +140,7 @@ Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pa
   return BranchRows(path, basis_, pace).slope(path.branches[last], last, input(cut.input));
 }
 
-// The steepest slope the wrong way of a curve or a branch, in mean slopes.
+// Returns the steepest decrease of a curve or a branch, in mean slopes.
 double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace,
                               double mean_slope) {
   if (lowest < 0.0) return -lowest / (mean_slope * basis_.thresholds().span());
@@ -148,15 +151,15 @@ double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const
   return steepest;
 }
 
-// Separates curves that cross by a gap whose row in curves_ is 1. Mixing with a line cannot separate
+// Separates curves that cross by adding a gap whose row in curves_ is 1. Mixing with a line cannot separate
 // them, because a line has no gap.
 void ValidCurves::separate_curves(Eigen::VectorXd& theta, double bound) const {
   const double gap = (curves_.bottomRows(points_) * theta).minCoeff();
   if (gap < 0.0) theta += (bound - gap) * basis_.open();
 }
 
-// Slopes are linear in theta, and on a straight line without a loop all slopes are those of the line. Mixing
-// with a share of the line that corresponds to the violation therefore makes all slopes valid.
+// Slopes are linear in theta, and a straight line without a loop has the same slope everywhere. Mixing in a
+// share of the line that corresponds to the violation therefore makes all slopes valid.
 void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                                 double least_rise) const {
   Eigen::MatrixXd lines(theta.size(), 2);

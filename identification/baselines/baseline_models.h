@@ -5,11 +5,11 @@
 //   average               x = p(v): one polynomial, no memory                             n + 1
 //   linear mapping        model/linear_mapping.h: f_0^A, f_0^D of orders n and m          n + m + 1
 //   Prandtl-Ishlinskii    x = x_0 + w_0 v + sum w_i y_i: plays of thresholds              m + 2
-//                         r_i = i / (m + 1) of half the width of the inputs
+//   free start          the same; the plays y_i at the first sample are fitted too      2 m + 2
 //     free start          the same; the plays y_i at the first sample are fitted, too     2 m + 2
 //   Preisach              x = x_0 + w_0 v + sum w_ij relay_ij[v]: model/preisach.h        N (N + 1) / 2 + 2
 //
-// All w >= 0. The count of parameters contains the fitted numbers, but not the evenly spaced thresholds.
+// All w >= 0. The number of parameters includes the fitted numbers, but not the evenly spaced thresholds.
 //
 // The history before the first sample is seldom known, and a wrong history makes a model look worse than it
 // is. Each model with memory is therefore fitted after four histories, and the best fit is kept:
@@ -19,7 +19,7 @@
 //   - up to range.hi, then down to range.lo;
 //   - down to range.lo, then up to range.hi.
 //
-// The memory follows every sample. The fit uses about 5000 samples of weight > 0, evenly chosen.
+// The memory follows every sample. The fit uses about 5000 evenly chosen samples of weight > 0.
 #pragma once
 
 #include <cstddef>
@@ -37,9 +37,10 @@ struct Samples {
   std::vector<double> prehistory;  ///< inputs before the first sample, without outputs; may be empty
   std::vector<double> input;       ///< already delayed if the model has a delay
   std::vector<double> output;
-  std::vector<double> weight;  ///< of the squared error; 0: held out, only predicted
+  std::vector<double> weight;  ///< weight of the squared error; 0: held out, only predicted
   model::Interval range;       ///< thresholds of the identified model
-  /// Asked before each run over the samples; false: the fit throws Stopped. None: never stops.
+  /// Called before each run over the samples; if it returns false, the fit throws Stopped. Empty: never
+  /// stops.
   std::function<bool()> go_on{};
 };
 
@@ -62,12 +63,13 @@ BaselineModel fit_average(const Samples& samples, std::size_t order);
 /// `levels`: at least one. The range is widened to contain every input.
 BaselineModel fit_preisach(const Samples& samples, std::size_t levels);
 
-/// Fits one baseline of fixed size; the identified model supplies orders and start values.
+/// Fits one baseline of fixed size. The identified model supplies orders and start values.
 using FitBaseline =
     std::function<BaselineModel(const Samples&, const model::HysteresisParameters& identified)>;
 
-/// The baselines of a report: average of the order of the ascending curve; linear mapping; Prandtl-Ishlinskii
-/// with 9 plays, with 30 plays, and with 30 plays and a free start; Preisach with 20 levels.
+/// The baselines of a report: average with the order of the ascending curve; linear mapping;
+/// Prandtl-Ishlinskii with 9 plays, with 30 plays, and with 30 plays and a free start; Preisach with 20
+/// levels.
 const std::vector<FitBaseline>& every_baseline();
 
 }  // namespace hystcan::identification

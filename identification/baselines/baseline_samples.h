@@ -20,23 +20,23 @@ using History = std::vector<double>;
 /// Throws std::invalid_argument as described in baseline_models.h.
 void check(const Samples& samples);
 
-/// Indices of about 5000 samples of positive weight, evenly chosen.
+/// Returns the indices of about 5000 evenly chosen samples of positive weight.
 std::vector<std::size_t> fitted_samples(const Samples& samples);
 
-/// What a fit runs over: the first sample, those of fitted_samples, and the turning points of the input
-/// between them. The memory of an operator consists of turning points, so that its output at these samples is
-/// that of a run over all.
+/// Returns the samples that a fit runs over: the first sample, those of fitted_samples(), and the turning
+/// points of the input between them. The memory of an operator consists of turning points, so its output at
+/// these samples is the same as in a run over all samples.
 Samples reduced(const Samples& samples);
 
-/// The range, widened to contain every input and the prehistory.
+/// Returns the range, widened to contain every input and the prehistory.
 model::Interval widened_range(const Samples& samples);
 
-/// The histories of baseline_models.h.
+/// Returns the four possible histories (baseline_models.h).
 std::vector<History> histories(const Samples& samples, const model::Interval& range);
 
 Eigen::VectorXd at(const std::vector<std::size_t>& places, std::span<const double> values);
 
-/// The state of the operator after the history, before the first sample.
+/// Returns the state of the operator after the history, before the first sample.
 template <model::HysteresisOperator Operator>
 typename Operator::State after(const Operator& op, const History& history) {
   const model::Interval range = op.input_range();
@@ -45,7 +45,7 @@ typename Operator::State after(const Operator& op, const History& history) {
   return state;
 }
 
-/// Throws Stopped if the samples' go_on says so.
+/// Throws Stopped if the samples' go_on returns false.
 void look(const Samples& samples);
 
 /// Returns read(state) after each sample.
@@ -66,7 +66,7 @@ std::vector<double> run(const Operator& op, const History& history, const Sample
 ///
 ///   x = x_0 + w_0 v + sum_j w_j o_j[v],     w >= 0
 ///
-/// The values of o_j at every one of these samples, after a history.
+/// column(j, history, samples) returns the values of o_j at each of these samples, after a history.
 using OperatorColumn =
     std::function<std::vector<double>(std::size_t j, const History& history, const Samples& samples)>;
 
@@ -78,7 +78,7 @@ struct WeightedOperators {
   std::vector<double> prediction;  ///< for every sample
 };
 
-/// The caller has checked the samples.
+/// Fits the weights. The caller must have checked the samples.
 WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
                               std::size_t operators, const OperatorColumn& column);
 

@@ -18,7 +18,7 @@ namespace {
 using Mask = std::vector<std::vector<bool>>;  // a flag for each sample, per dataset
 using Kind = InitialMemory::Kind;
 
-// Inputs from the virgin state that give a baseline this memory; empty for the virgin memory.
+// Returns inputs from the virgin state that give a baseline this memory; empty for the virgin memory.
 std::vector<double> history_of(const InitialMemory& memory, model::Interval thresholds, double first) {
   std::vector<double> inputs;
   if (memory.kind == Kind::virgin) return inputs;
@@ -31,7 +31,7 @@ std::vector<double> history_of(const InitialMemory& memory, model::Interval thre
 // All datasets joined into one sequence for the baselines.
 struct Joined {
   Samples samples;
-  std::vector<std::size_t> place;  // index in the samples, for each sample of the datasets
+  std::vector<std::size_t> place;  // index in `samples`, for each sample of the datasets
 };
 
 Joined joined_sequence(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted,
@@ -63,7 +63,7 @@ Joined joined_sequence(const std::vector<Dataset>& datasets, const Identified& m
   return joined;
 }
 
-// `predicted`: for all samples, dataset after dataset.
+// `predicted`: for all samples, one dataset after the other.
 ErrorNorms errors_of(const std::vector<double>& predicted, const std::vector<Dataset>& datasets,
                      const Mask& judged) {
   std::vector<double> model_output, measured;
@@ -83,7 +83,7 @@ std::size_t count(const Mask& mask) {
   return counted;
 }
 
-// Counts the cycles. Two cycles of odd folds are never neighbours.
+// Counts the cycles. Cycles of odd folds are never adjacent.
 std::size_t cycles_in(const Mask& mask) {
   std::size_t cycles = 0;
   for (const auto& samples : mask)
@@ -100,8 +100,8 @@ Mask samples_where(const Folds& folds, const std::function<bool(int)>& is) {
   return mask;
 }
 
-// Fits the baselines to the samples `fitted`; computes their errors and the model's over the samples
-// `judged`. The baselines of a butterfly are those of its inner variable: they have the model's map.
+// Fits the baselines to the samples `fitted`; computes their errors and the model's errors over the samples
+// `judged`. For a butterfly, the baselines model its inner variable and use the model's map.
 class Contest {
  public:
   Contest(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted, Mask judged,
@@ -138,8 +138,8 @@ class Contest {
   Joined joined_;
 };
 
-// The baselines have no dynamics, no creep, and no zero and gain for each dataset: they are given the outputs
-// without them.
+// Returns the outputs without dynamics, creep, zero and gain of the dataset, because the baselines have none
+// of these.
 Dataset on_common_scale(Dataset dataset, double offset, double gain, double drift) {
   for (std::size_t i = 0; i < dataset.size(); ++i)
     dataset.output[i] = (dataset.output[i] - offset - drift * drift_course(dataset.time_s, i)) / gain;
@@ -250,10 +250,10 @@ class Comparing {
     }
   }
 
-  Identified identified_;  // of datasets with a common zero and gain
+  Identified identified_;  // model for datasets with a common zero and gain
   const std::function<bool()>& go_on_;
   std::vector<Dataset> datasets_;
-  std::vector<const FitBaseline*> baselines_;  // of the rows after the first
+  std::vector<const FitBaseline*> baselines_;  // baselines of the rows after the first
   Comparison result_;
 };
 

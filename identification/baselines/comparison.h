@@ -10,10 +10,10 @@
 // observed inputs, they stay there. k, curves, thresholds, delay and initial memories are identified again.
 // The order was chosen with all samples.
 //
-// Every baseline gets the same delay, thresholds and initial memory as the identified model, and the folded
-// inputs if symmetry is even. Several datasets are joined into one sequence. Between two datasets it has
-// the inputs that lead to the initial memory of the next one; these samples do not count. For a virgin memory
-// they are nested loops around the first input that shrink to zero.
+// Every baseline has the same delay, thresholds and initial memory as the identified model, and the folded
+// inputs if symmetry is even. Several datasets are joined into one sequence. Between two datasets, the
+// sequence contains inputs that lead to the initial memory of the next one; these samples do not count. For a
+// virgin memory they are nested loops around the first input that shrink to zero.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +32,7 @@ struct ComparisonRow {
   std::string name;
   std::size_t parameters = 0;
   ErrorNorms fit;                      ///< output units
-  std::optional<ErrorNorms> held_out;  ///< over the samples that it has not seen
+  std::optional<ErrorNorms> held_out;  ///< errors over the held-out samples
 };
 
 struct Comparison {
@@ -42,16 +42,16 @@ struct Comparison {
   std::size_t held_out_samples = 0;
   std::size_t cycles = 0;
   std::size_t held_out_cycles = 0;
-  std::optional<std::string> no_hold_out;  ///< reason why nothing is held out; none if something is
+  std::optional<std::string> no_hold_out;  ///< reason why nothing is held out; `nullopt` if something is
   std::vector<std::string> refused;        ///< baselines that could not be fitted, with the reason
-  bool stopped = false;                    ///< go_on stopped the comparison; these are the rows so far
+  bool stopped = false;                    ///< go_on stopped the comparison: `rows` is incomplete
 };
 
-/// For each sample, per dataset: true if it is in an odd fold. All false if nothing can be held out.
+/// Returns for each sample, per dataset: true if it is in an odd fold. All false if nothing can be held out.
 std::vector<std::vector<bool>> held_out_samples(const Folds& folds);
 
-/// `identified` is the result for these datasets. `go_on` is called between two models, and in the search.
-/// Samples that `identified` has not seen (IdentifyOptions::unseen) do not count.
+/// `identified` is the result for these datasets. `go_on` is called between two models, and during the
+/// search. Unseen samples of `identified` (IdentifyOptions::unseen) do not count.
 Comparison compare(const std::vector<Dataset>& datasets, const Identified& identified,
                    const std::function<bool()>& go_on);
 

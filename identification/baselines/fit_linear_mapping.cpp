@@ -24,8 +24,8 @@ using model::HysteresisState;
 using model::LinearMapping;
 using model::ReferenceCurve;
 
-// The unknowns are the coefficients of f^A and, except one, those of f^D. That one closes the loop at the
-// upper threshold:
+// The unknowns are the coefficients of f^A and all coefficients of f^D except one. This one follows from the
+// condition that the loop is closed at the upper threshold:
 //   sum a_i B_i(v_hi) = sum d_i B_i(v_hi)
 class Curves {
  public:
@@ -58,7 +58,7 @@ class Curves {
     return p;
   }
 
-  /// The row of f(v), its value or its slope, as a function of the unknowns.
+  /// Returns f(v), its value or its slope, as a row of the unknowns.
   template <class Read>
   VectorXd row(Direction direction, Read read) const {
     VectorXd row(unknowns());
@@ -68,7 +68,7 @@ class Curves {
   }
 
  private:
-  // B_i(v_hi)
+  // Returns B_i(v_hi), the values of the basis functions at the upper threshold.
   static VectorXd ends(const ReferenceCurve& curve) {
     const std::size_t count = curve.coefficients().size();
     VectorXd ends(static_cast<Index>(count));
@@ -85,7 +85,7 @@ class Curves {
   Index closing_ = 0;
 };
 
-// Inequalities on a grid: both curves rise with at least a thousandth of their mean slope; f^D lies above f^A
+// Inequalities on a grid: both curves rise with at least a thousandth of their mean slope; f^D is above f^A
 // and approaches it from above at the upper threshold.
 std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const HysteresisParameters& start) {
   constexpr Index points = 200;
@@ -110,7 +110,7 @@ std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const Hysteresi
   return {g, h};
 }
 
-// The fit after one history.
+// The problem of the fit after one history.
 class Mapping {
  public:
   Mapping(const Samples& samples, const HysteresisParameters& start, History history)
@@ -139,7 +139,7 @@ class Mapping {
     }
   }
 
-  // Numerical derivatives, on the side where the curves stay valid.
+  // Numerical derivatives, on the side on which the curves stay valid.
   MatrixXd jacobian(const VectorXd& x) const {
     const VectorXd here = *values(x);
     const double step = 1e-6 * x.cwiseAbs().maxCoeff();

@@ -5,9 +5,9 @@
 
 namespace hystcan::identification {
 
-/// Levenberg's method from the curves of `start`; k is not used. The fit keeps the orders and the symmetry of
-/// `start`. The curves stay valid (model/validity.h) and rise everywhere with at least a thousandth of the
-/// mean slope. Throws std::invalid_argument if the curves of `start` are not valid.
+/// Applies Levenberg's method, starting from the curves of `start`; ignores k. The fit keeps the orders and
+/// the symmetry of `start`. The curves stay valid (model/validity.h) and rise everywhere with at least a
+/// thousandth of the mean slope. Throws std::invalid_argument if the curves of `start` are not valid.
 BaselineModel fit_linear_mapping(const Samples& samples, const model::HysteresisParameters& start);
 
 }  // namespace hystcan::identification

@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 using model::PlayState;
 using model::PrandtlIshlinskii;
 
-// r_1, ..., r_m.
+// Returns the thresholds r_1, ..., r_m, evenly spaced over half the width of the inputs.
 std::vector<double> evenly_spaced(const Samples& samples, std::size_t plays) {
   if (plays < 1) refuse(plays, " plays, expected at least 1");
   const auto [lo, hi] = std::ranges::minmax(samples.input);
@@ -31,7 +31,7 @@ std::vector<double> evenly_spaced(const Samples& samples, std::size_t plays) {
   return thresholds;
 }
 
-// Only the plays of this operator are used.
+// Returns an operator of which only the plays are used.
 PrandtlIshlinskii operator_of(std::vector<double> thresholds, const model::Interval& range) {
   std::vector<double> weights(thresholds.size(), 0.0);
   return PrandtlIshlinskii({"", "", range, 0.0, 1.0, std::move(thresholds), std::move(weights)});
@@ -96,7 +96,7 @@ class FreeStart {
     return values;
   }
 
-  // The derivative by an initial play is w_i until the play moves, and then 0.
+  // The derivative with respect to an initial play is w_i until the play moves, and then 0.
   MatrixXd jacobian_at(const VectorXd& x) const {
     MatrixXd jacobian(static_cast<Index>(places_.size()), x.size());
     jacobian.col(0).setOnes();

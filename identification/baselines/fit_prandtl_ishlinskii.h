@@ -10,7 +10,7 @@ namespace hystcan::identification {
 /// `plays`: at least one.
 BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays);
 
-/// Levenberg's method on weights and initial plays, from the best fit of the histories.
+/// Applies Levenberg's method to weights and initial plays, starting from the best fit of the histories.
 BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t plays);
 
 }  // namespace hystcan::identification

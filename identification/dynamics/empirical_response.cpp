@@ -26,7 +26,7 @@ Eigen::VectorXd interpolated_on(const Grid& grid, const std::vector<double>& col
   return values;
 }
 
-/// The largest power of two with which there are eight segments or more, within bounds.
+/// Returns the largest power of two that gives eight segments or more, within its bounds.
 Eigen::Index segment_length(Eigen::Index rows) {
   constexpr Eigen::Index shortest = 64, longest = 1024;
   Eigen::Index length = shortest;

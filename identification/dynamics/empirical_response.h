@@ -2,11 +2,11 @@
 //
 //   H(f) = S_uy / S_uu,   coherence = |S_uy|^2 / (S_uu S_yy),   S_ab = sum over segments of conj(A) B
 //
-// A, B: discrete Fourier transforms of half-overlapping segments under a Hann window, of the differences from
-// cycle to cycle: they have the same quotient, and a train of steps becomes one of impulses, which excite all
-// frequencies alike. H goes from the drive at a row's time to the output of the same row, as in
-// identification/dynamics/second_order_fit.h. In a cycle without a row, the drive is held and the output is a
-// straight line.
+// A, B are the discrete Fourier transforms of half-overlapping segments under a Hann window, of the
+// differences from cycle to cycle. The differences have the same quotient, and they turn steps into impulses,
+// which excite all frequencies equally. H relates the drive at a row's time to the output of the same row, as
+// in identification/dynamics/second_order_fit.h. In a cycle without a row, the drive is held and the output
+// is a straight line.
 #pragma once
 
 #include <complex>
@@ -19,11 +19,11 @@ namespace hystcan::identification {
 struct ResponsePoint {
   double frequency_Hz = 0.0;
   std::complex<double> response;  ///< output unit per input unit
-  double coherence = 0.0;         ///< 0 to 1: the share of the output that follows the input
+  double coherence = 0.0;         ///< 0 to 1: share of the output that follows the input
 };
 
-/// Ascending frequencies, without those that the drive does not excite. Empty for a dataset of few rows.
-/// Throws std::invalid_argument where the dataset is not evenly sampled
+/// Returns the response at ascending frequencies, without those that the drive does not excite. Empty if the
+/// dataset has too few rows. Throws std::invalid_argument if the dataset is not evenly sampled
 /// (identification/dynamics/sampled_dataset.h).
 std::vector<ResponsePoint> empirical_response(const Dataset& dataset);
 

@@ -22,16 +22,16 @@ namespace {
 using model::Dynamics;
 
 constexpr int most_passes = 8;
-constexpr int passes_with_shape = 2;  // that choose the shape of the curves again
+constexpr int passes_with_shape = 2;  // number of passes that select the shape of the curves again
 constexpr int steps_in_a_pass = 10;
-constexpr double worth_a_pass = 0.995;   // of the error before it
-constexpr double worth_dynamics = 0.97;  // of the error of the quasi-static model
+constexpr double worth_a_pass = 0.995;   // maximum error after a pass, relative to the error before it
+constexpr double worth_dynamics = 0.97;  // maximum error with dynamics, relative to the quasi-static model
 constexpr std::size_t rows_for_the_start = 20'000;
 constexpr Eigen::Index dynamics_unknowns = 3;
 
-using Outputs = std::vector<std::vector<double>>;  // of each dataset
+using Outputs = std::vector<std::vector<double>>;  // outputs of each dataset
 
-/// The rows that move most.
+/// Returns the part of the dataset in which the input moves most.
 Dataset liveliest(const Dataset& dataset) {
   if (dataset.size() <= rows_for_the_start) return dataset;
   std::vector<double> way(dataset.size(), 0.0);
@@ -88,7 +88,7 @@ class JointDynamics {
   }
 
  private:
-  /// The datasets of x, with the regressors of p.
+  /// Returns the datasets of x, with the regressors of p.
   std::vector<Dataset> linearised_at(const Identified& found) {
     std::vector<Dataset> linear = without_dynamics(datasets_, found, outputs_);
     for (int p = 0; p < point_.size(); ++p) {
@@ -104,7 +104,7 @@ class JointDynamics {
     return linear;
   }
 
-  /// The model, with the best p for it.
+  /// Returns the model with the best p for it.
   Identified with_dynamics(Identified found) {
     outputs_ = quasi_static_outputs(datasets_, found);
     improve_dynamics(found);
@@ -114,7 +114,7 @@ class JointDynamics {
     return found;
   }
 
-  /// The mode that the clearest dataset shows.
+  /// Starts with the mode of the dataset that shows it most clearly.
   void begin(const Identified& before) {
     outputs_ = quasi_static_outputs(datasets_, before);
     std::optional<SecondOrderFit> clearest;
@@ -150,7 +150,7 @@ class JointDynamics {
             options_.delay_s.value_or(longest_s) / cycle_s_};
   }
 
-  /// dF/dp x, by differences.
+  /// Returns the derivative dF/dp x of the response, by differences.
   std::vector<double> slope(std::size_t i, int p) const {
     constexpr double h = 1e-4;
     Eigen::Vector3d more = point_, less = point_;
@@ -171,7 +171,7 @@ class JointDynamics {
       for (const double value : of(i)) column[at++] = value;
   }
 
-  /// The best p for the present quasi-static output.
+  /// Fits p to the present quasi-static output.
   void improve_dynamics(const Identified& found) {
     Eigen::Index rows = 0;
     for (const Dataset& dataset : datasets_) rows += static_cast<Eigen::Index>(dataset.size());

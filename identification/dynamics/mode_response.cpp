@@ -11,19 +11,19 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr Index cycles_before =
-    2;  // beyond the longest delay: the difference in a slope, and the input before
-constexpr Index cycles_after = 3;  // a delay of -1 cycle and a little less, and the end of a long response
+// Cycles beyond the longest delay: one for the difference in a slope, and one for the input before.
+constexpr Index cycles_before = 2;
+constexpr Index cycles_after = 3;  // for a delay slightly below -1 cycle, and the end of a long response
 
 }  // namespace
 
-/// A mode on its way.
+/// The simulation of a mode: its drive and its state.
 struct ModeResponse::Lane {
   model::HeldMode mode;
-  const double* drive;  ///< u[n - m], from the first cycle on; u[n - m - 1] stands before it
+  const double* drive;  ///< u[n - m], beginning at the first cycle; preceded by u[n - m - 1]
   Eigen::Vector2d state;
 
-  /// The positions of two lanes: the same operations on two numbers at a time.
+  /// Computes the positions of two lanes together: the same operations on two numbers at a time.
   static void run(const Lane& a, const Lane& b, Eigen::Ref<VectorXd> of_a, Eigen::Ref<VectorXd> of_b) {
     using Two = Eigen::Array2d;
     const Eigen::Matrix2d &from_a = a.mode.transition(), &from_b = b.mode.transition();
@@ -58,7 +58,7 @@ ModeResponse::ModeResponse(const SampledDataset& dataset, Index longest_delay)
   inputs_.rightCols<1>().setZero();
 }
 
-/// Begins at cycle `first`, counted from the first fitted one, in equilibrium with the input before, and
+/// Begins at cycle `first`, counted from the first fitted cycle, in equilibrium with the previous input, plus
 /// `more`.
 ModeResponse::Lane ModeResponse::lane(const ModePoint& point, const Eigen::Ref<const VectorXd>& input,
                                       Index first, const Eigen::Vector2d& more) const {

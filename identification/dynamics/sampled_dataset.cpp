@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t fewest_rows = 30;
 constexpr Eigen::Index fewest_fitted = 20;
 
-/// The first row, from row `from` on, at which `drive` has visited both ends of its range; the number of
-/// rows if it never does.
+/// Returns the first row, starting at row `from`, at which `drive` has visited both ends of its range; the
+/// number of rows if it never does.
 Eigen::Index row_after_both_ends(const Eigen::VectorXd& drive, Eigen::Index from) {
   const double lo = drive.minCoeff(), hi = drive.maxCoeff(), near = 0.02 * (hi - lo);
   bool was_low = false, was_high = false;
@@ -25,7 +25,7 @@ Eigen::Index row_after_both_ends(const Eigen::VectorXd& drive, Eigen::Index from
   return drive.size();
 }
 
-/// The drive, then the columns w_i.
+/// Returns the drive, followed by the columns w_i.
 Eigen::MatrixXd with_loops(const Eigen::VectorXd& drive) {
   const double middle = 0.5 * (drive.minCoeff() + drive.maxCoeff());
   const double half_range = drive.maxCoeff() - middle;
@@ -44,13 +44,13 @@ Eigen::MatrixXd with_loops(const Eigen::VectorXd& drive) {
   return inputs;
 }
 
-// A drive with two levels has no loop. Its earlier rows do not matter.
+// True if the drive has only two levels. Such a drive has no loop, and its earlier rows do not matter.
 bool is_of_two_levels(const Eigen::VectorXd& drive) {
   const double lo = drive.minCoeff(), hi = drive.maxCoeff(), near = 0.02 * (hi - lo);
   return ((drive.array() <= lo + near) || (drive.array() >= hi - near)).all();
 }
 
-/// The rows from s.first on.
+/// Sets the rows that start at s.first.
 void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
   const auto begin = std::ranges::lower_bound(grid.cycles, s.first);
   for (auto cycle = begin; cycle != grid.cycles.end(); ++cycle) s.cycles.push_back(*cycle - s.first);

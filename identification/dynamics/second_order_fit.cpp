@@ -30,14 +30,14 @@ Box searched(const SampledDataset& dataset) {
           {std::log(largest_frequency_cycles / dataset.cycle_s), std::log(5.0), largest_delay_cycles}};
 }
 
-/// The best linear part.
+/// The best linear part for given (f, zeta, d).
 struct Projection {
   OrthonormalColumns columns;
   Eigen::VectorXd coefficients;
   Eigen::VectorXd residual;  ///< output minus fitted
 };
 
-/// A dataset and what modes make of it.
+/// A dataset and the response of modes to it.
 struct Task {
   explicit Task(SampledDataset sampled)
       : dataset(std::move(sampled)), response(dataset, largest_delay_cycles) {}
@@ -49,7 +49,7 @@ struct Task {
     auto [coefficients, residual] = columns.solve(dataset.output);
     return {std::move(columns), std::move(coefficients), std::move(residual)};
   }
-  /// Derivatives of the residual, without those of the coefficients (Kaufman 1975).
+  /// Returns the derivatives of the residual, without the derivatives of the coefficients (Kaufman 1975).
   ModeResponse::Slope residual_slope(const Point& point, const Projection& at) const {
     ModeResponse::Slope slope = -response.slope(point, at.coefficients);
     at.columns.remove_from(slope);
@@ -66,7 +66,7 @@ struct LocalMinimum {
 };
 
 /// Levenberg-Marquardt until no step is longer than `resolution`. A coordinate whose box is a single value
-/// stays.
+/// stays fixed.
 LocalMinimum descend(const Task& task, const Box& box, const Point& start, double resolution) {
   Projection at = task.project(start);
   LocalMinimum best{start, at.residual.squaredNorm()};
@@ -100,7 +100,7 @@ LocalMinimum descend(const Task& task, const Box& box, const Point& start, doubl
   return best;
 }
 
-/// lo, lo + step, ... up to hi.
+/// Returns lo, lo + step, ... up to hi.
 std::vector<double> steps(double lo, double hi, double step) {
   std::vector<double> values(static_cast<std::size_t>(std::max(0.0, std::floor((hi - lo) / step + 1e-9))) +
                              1);
@@ -108,14 +108,14 @@ std::vector<double> steps(double lo, double hi, double step) {
   return values;
 }
 
-// The linear part of the grid is only offset, drift and gain. A delay of more whole cycles is the same
-// response, later: a point costs some products of vectors.
+// The linear part of the grid consists only of offset, drift and gain. A delay of more whole cycles shifts
+// the same response, so that a point costs only a few products of vectors.
 std::vector<LocalMinimum> grid(const Task& task, const Box& box) {
   constexpr double frequency_ratio = 1.15;
   const SampledDataset& dataset = task.dataset;
   const Eigen::VectorXd output = without_line(dataset.time, dataset.output);
-  Eigen::MatrixXd against =
-      Eigen::MatrixXd::Zero(dataset.length(), 3);  // a cycle without a row does not count
+  // A cycle without a row does not count.
+  Eigen::MatrixXd against = Eigen::MatrixXd::Zero(dataset.length(), 3);
   against(dataset.cycles, 0).setConstant(1.0 / std::sqrt(static_cast<double>(dataset.rows())));
   against(dataset.cycles, 1) = dataset.time.normalized();
   against(dataset.cycles, 2) = output;
@@ -141,7 +141,7 @@ std::vector<LocalMinimum> grid(const Task& task, const Box& box) {
   return places;
 }
 
-/// The best few points of the grid that lie apart.
+/// Returns the best few points of the grid that are not close together.
 std::vector<Point> starts(const Task& task, const Box& box) {
   constexpr std::size_t most = 6;
   std::vector<Point> chosen;
@@ -156,9 +156,9 @@ std::vector<Point> starts(const Task& task, const Box& box) {
   return chosen;
 }
 
-// Points with almost the same samples as `point`. The mirror image of f at half the sampling rate has the
-// same decay per second, zeta omega, and almost the same samples with another delay. Near half the
-// sampling rate the mode itself with another delay is such a point, too.
+// Returns points with almost the same samples as `point`. The mirror image of f at half the sampling rate has
+// the same decay per second, zeta omega, and almost the same samples with another delay. Near half the
+// sampling rate, the mode itself with another delay is such a point too.
 std::vector<Point> similar_points(const Task& task, const Box& box, const Point& point) {
   constexpr double reach = 1.5, spacing = 0.1;  // cycles
   const double f = std::exp(point[0]);
@@ -181,7 +181,7 @@ std::vector<Point> similar_points(const Task& task, const Box& box, const Point&
   return found;
 }
 
-/// All minima, the best one first.
+/// Returns all minima, the best one first.
 std::vector<LocalMinimum> minima(const Task& task, const Box& box) {
   constexpr int most_refinements = 3;
   constexpr double coarse = 1e-6, fine = 1e-11;
@@ -199,7 +199,7 @@ std::vector<LocalMinimum> minima(const Task& task, const Box& box) {
   return found;
 }
 
-// The sensitivity of the driven response only: a free decay follows any line in the noise and would
+// Uses the sensitivity of the driven response only: a free decay follows any line in the noise and would
 // indicate a frequency even if the drive does not excite it.
 Confidence confidence_at(const Task& task, const Point& point, const Projection& at) {
   Eigen::MatrixXd sensitivity(task.dataset.rows(), 3 + at.coefficients.size());
@@ -208,15 +208,15 @@ Confidence confidence_at(const Task& task, const Point& point, const Projection&
   return confidence_of(sensitivity, at.residual, 3);
 }
 
-/// The dataset without its noise: the output is what the best mode does when driven.
+/// Returns the dataset without noise: its output is the driven response of the best mode.
 SampledDataset only_driven(const Task& task, const Point& point, const Projection& at) {
   SampledDataset dataset = task.dataset;
   dataset.output = task.response.driven(point, at.coefficients);
   return dataset;
 }
 
-/// How far coordinate `which` can go from `point` in the direction of `longest`, and not further than that,
-/// until no mode responds to the drive as the one at `point` does. In steps of a factor of two, upwards.
+/// Returns how far coordinate `which` can move from `point` in the direction of `longest`, and at most that
+/// far, before no mode responds to the drive like the mode at `point`. Steps increase by a factor of two.
 double profile_reach(int which, double longest, const Task& response, Box box, const Point& point,
                      double as_good) {
   constexpr int halvings = 8;
@@ -235,9 +235,9 @@ double profile_reach(int which, double longest, const Task& response, Box box, c
   return longest;
 }
 
-// At half the sampling rate the samples change with the square of f only: their sensitivity to f vanishes
-// there, and the standard error with it says nothing. A wide interval is therefore looked for in the response
-// itself.
+// Near half the sampling rate, the samples depend only on the square of the distance of f from it. Their
+// sensitivity to f vanishes there, and the standard error is meaningless. A wide interval is therefore
+// searched in the response itself.
 model::Interval around(int which, const Box& box, const Task& response, const Point& point,
                        const Confidence& confidence) {
   constexpr double wide = 0.01;
@@ -249,7 +249,7 @@ model::Interval around(int which, const Box& box, const Task& response, const Po
           point[which] + profile_reach(which, longest, response, box, point, confidence.as_good())};
 }
 
-/// Interval of one of (log f, log zeta, d / T), around the best minimum and all minima that are as good.
+/// Returns the interval of log f, log zeta or d / T around the best minimum and all equally good minima.
 model::Interval interval_of(int which, const Box& box, const Task& response,
                             const std::vector<LocalMinimum>& found, const Confidence& confidence) {
   model::Interval interval = around(which, box, response, found.front().point, confidence);
@@ -259,7 +259,7 @@ model::Interval interval_of(int which, const Box& box, const Task& response,
     interval.lo = std::min(interval.lo, other.point[which]);
     interval.hi = std::max(interval.hi, other.point[which]);
   }
-  // If the dataset does not determine the parameter, the interval is the box that was searched.
+  // If the dataset does not determine the parameter, the interval is the searched box.
   return {std::max(interval.lo, box.lo[which]), std::min(interval.hi, box.hi[which])};
 }
 

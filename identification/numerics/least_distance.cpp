@@ -12,7 +12,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double parallel = 1e-11;  // share of a g that is independent of those in force
+constexpr double parallel = 1e-11;  // minimum share of g that is independent of the active inequalities
 
 }  // namespace
 
@@ -27,7 +27,7 @@ VectorXd LeastDistance::in_triangle(const VectorXd& of) const {
 
 bool LeastDistance::meet(const VectorXd& g, double h) {
   double multiplier = 0.0;
-  for (Index exchanges = 10 * (z_.size() + 1); exchanges > 0; --exchanges) {  // far above every need
+  for (Index exchanges = 10 * (z_.size() + 1); exchanges > 0; --exchanges) {  // far more than ever needed
     const double lacking = h - g.dot(z_);
     if (lacking <= 0.0) return true;
     const VectorXd components = q_.transpose() * g;
@@ -35,7 +35,8 @@ bool LeastDistance::meet(const VectorXd& g, double h) {
     const double independent = components.tail(free).squaredNorm();
     const bool can_move = independent > parallel * parallel * g.squaredNorm();
     const VectorXd relief = in_triangle(components);
-    // How far the multiplier can grow until one in force leaves, and until the inequality is met.
+    // How far the multiplier can grow until an active inequality becomes inactive, and until this one is
+    // satisfied.
     double until_leaving = std::numeric_limits<double>::infinity();
     std::size_t leaving = 0;
     for (std::size_t i = 0; i < multipliers_.size(); ++i)
@@ -60,7 +61,7 @@ bool LeastDistance::meet(const VectorXd& g, double h) {
   return false;
 }
 
-/// `components`: of g along the columns of q_. Those beyond the next one become zero.
+/// `components`: components of g along the columns of q_. Rotates those beyond the next column to zero.
 void LeastDistance::enter(const VectorXd& components) {
   const Index place = in_force();
   VectorXd of = components;

@@ -1,10 +1,10 @@
-// The shortest vector that meets linear inequalities, which are given one after the other:
+// Finds the shortest vector that satisfies linear inequalities, which are given one after the other:
 //
 //   min |z|,     g_i . z >= h_i
 //
-// Dual active-set method: each inequality that z violates moves z to the shortest vector that meets it and
-// those in force, some of which may leave. |z| never falls, so that the end is reached. With n unknowns an
-// inequality costs O(n^2).
+// Dual active-set method: each inequality that z violates moves z to the shortest vector that satisfies it
+// and the active inequalities; some of these may become inactive. |z| never falls, so the method terminates.
+// With n unknowns an inequality costs O(n^2).
 //
 // D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex quadratic programs",
 // Mathematical Programming 27, 1983; here with the unit matrix as the quadratic form.
@@ -21,8 +21,9 @@ class LeastDistance {
 
   const Eigen::VectorXd& z() const { return z_; }
 
-  /// `g`: not zero. Returns false, and leaves z at some point, if no z meets it together with those in force.
-  /// One that has left the force may be violated again: it is then to be given again.
+  /// Adds the inequality g . z >= h. `g` must not be zero. Returns false, and leaves z undefined, if no z
+  /// satisfies it together with the active ones. An inequality that has become inactive may be violated again
+  /// and must then be added again.
   bool meet(const Eigen::VectorXd& g, double h);
 
  private:
@@ -32,7 +33,7 @@ class LeastDistance {
   void drop(std::size_t place);
 
   Eigen::VectorXd z_;
-  Eigen::MatrixXd q_;  // orthogonal; its first columns span the g in force
+  Eigen::MatrixXd q_;  // orthogonal; its first columns span the g of the active inequalities
   Eigen::MatrixXd r_;  // triangle: these g in the basis of these columns
   std::vector<double> multipliers_;
 };

@@ -17,8 +17,9 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-constexpr double dependent = 1e-12;  // share of a column's length that is independent of the columns in use
-constexpr double no_gain = 10.0 * std::numeric_limits<double>::epsilon();  // of |b|
+// Minimum share of a column's length that is independent of the columns in use.
+constexpr double dependent = 1e-12;
+constexpr double no_gain = 10.0 * std::numeric_limits<double>::epsilon();  // minimum gain, relative to |b|
 
 std::vector<bool> marked(const std::vector<Index>& free, Index columns) {
   std::vector<bool> is_free(static_cast<std::size_t>(columns), false);
@@ -30,7 +31,7 @@ std::vector<bool> marked(const std::vector<Index>& free, Index columns) {
   return is_free;
 }
 
-// A and b, transformed such that the columns in use are triangular.
+// A and b, transformed so that the columns in use are triangular.
 class Triangular {
  public:
   Triangular(MatrixXd a, VectorXd b) : a_(std::move(a)), b_(std::move(b)), lengths_(a_.colwise().norm()) {}
@@ -40,7 +41,8 @@ class Triangular {
   bool uses(Index j) const { return std::ranges::find(used_, j) != used_.end(); }
   bool independent(Index j) const { return a_.col(j).tail(below()).norm() > dependent * lengths_[j]; }
 
-  /// Square root of the growth of |b|^2 - |rest|^2 with column j alone; negative if its unknown would be.
+  /// Returns the square root of the decrease of |rest|^2 with column j alone; negative if its unknown would
+  /// be negative.
   double gain(Index j) const {
     const auto left = a_.col(j).tail(below());
     return left.dot(b_.tail(below())) / left.norm();
@@ -68,7 +70,7 @@ class Triangular {
     }
   }
 
-  /// The unknowns of the columns in use, in the order of entry.
+  /// Returns the unknowns of the columns in use, in the order of entry.
   VectorXd solution() const {
     const Index n = in_use();
     MatrixXd triangle(n, n);
@@ -95,7 +97,7 @@ class ActiveSet {
     settle();
   }
 
-  /// Adds the best column to the set in use; returns false if no column lowers the residual.
+  /// Adds the best column to the set in use. Returns false if no column lowers the residual.
   bool improve() {
     Index best = -1;
     double most = least_gain_;
@@ -115,7 +117,7 @@ class ActiveSet {
  private:
   bool is_free(Index j) const { return is_free_[static_cast<std::size_t>(j)]; }
 
-  // Moves towards the least-squares solution of the columns in use until an unknown becomes zero, drops its
+  // Moves towards the least-squares solution of the columns in use until an unknown becomes zero, removes its
   // column, and repeats this until the solution is reached.
   void settle() {
     while (true) {
@@ -149,7 +151,7 @@ constexpr double dependent_tolerance = 1e-12;
 constexpr double pull_to_zero = 1e-7;
 constexpr double too_far = 1e6;
 
-// The lengths of the columns; 1 if a column is zero.
+// Returns the lengths of the columns; 1 for a zero column.
 VectorXd scales(const MatrixXd& r) {
   VectorXd lengths = r.colwise().norm();
   return (lengths.array() > 0.0).select(lengths, 1.0);
@@ -164,7 +166,7 @@ Index reduce(MatrixXd& gathered, Index rows) {
   return left;
 }
 
-// G z >= h with rows of length one, without rows that are zero.
+// G z >= h with rows of length one, without zero rows.
 struct Inequalities {
   MatrixXd g;
   VectorXd h;
@@ -185,7 +187,7 @@ Inequalities normalised(const MatrixXd& g, const VectorXd& h) {
   return kept;
 }
 
-// The inequalities with dual[i] > 0: row i of G and h_i.
+// Returns the inequalities with dual[i] > 0: row i of G and h_i.
 Inequalities active(const Inequalities& all, const VectorXd& dual) {
   const Index count = (dual.array() > 0.0).count();
   Inequalities some{MatrixXd(count, all.g.cols()), VectorXd(count)};
@@ -221,7 +223,8 @@ Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& a, const Eigen::VectorX
   if (a.rows() != b.size()) refuse(b.size(), " right-hand sides, expected ", a.rows(), ", one for each row");
   if (!a.allFinite() || !b.allFinite()) refuse("a coefficient is not finite, expected finite numbers");
   ActiveSet set(a, b, free);
-  // This limit is far above every need. Without it, rounding could exchange the same columns endlessly.
+  // This limit is far higher than ever needed. Without it, rounding could exchange the same columns
+  // endlessly.
   for (Index exchanges = 30 * (a.cols() + 1); exchanges > 0 && set.improve(); --exchanges) {
   }
   return set.x();

@@ -1,4 +1,4 @@
-// Linear least squares. Rows are added one by one; the memory does not grow with their number.
+// Linear least squares. Rows are added one by one; the memory does not grow with the number of rows.
 //
 //   min sum_i w_i (a_i . x - b_i)^2,     optionally with  x_j >= 0  or with  G x >= h
 //
@@ -13,9 +13,8 @@
 //
 //   min |z|,     G R^-1 z >= h - G R^-1 c
 //
-// Its dual is a non-negative least squares problem. The inequalities that this finds active are then
-// solved as equations, so that they hold to rounding (magnified by the condition of R in the step back to
-// x).
+// Its dual is a non-negative least squares problem, which finds the active inequalities. These are then
+// solved as equations, so that they hold to rounding (magnified by the condition of R in the step back to x).
 //
 // C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapters 23 and 27.
 #pragma once
@@ -25,7 +24,7 @@
 
 namespace hystcan::identification {
 
-/// With unknowns that must not be negative: the active-set method of Lawson and Hanson.
+/// Solves with unknowns that must not be negative, by the active-set method of Lawson and Hanson.
 ///
 ///   min |A x - b|,     x_j >= 0 unless j is free
 ///
@@ -37,8 +36,8 @@ namespace hystcan::identification {
 ///   g_j = 0               j in use
 ///   g_j <= 0, x_j = 0     j not in use
 ///
-/// A column that depends on those in use (to 1e-12 of its length) does not enter: if A does not determine
-/// x, the result is one of the best x. For a tall A, LeastSquares is faster.
+/// A column that depends on the columns in use (to 1e-12 of its length) does not enter: if A does not
+/// determine x, the result is one of the best x. For a tall A, LeastSquares is faster.
 ///
 /// `free`: columns whose unknown may have either sign. Throws std::invalid_argument if the sizes of `a`
 /// and `b` differ, if a number is not finite, or if `free` contains an invalid column or the same column
@@ -54,7 +53,7 @@ struct Fit {
 struct Triangle {
   Eigen::MatrixXd r;      ///< p x p
   Eigen::VectorXd right;  ///< c
-  double rest = 0.0;      ///< d, the residual of the best x
+  double rest = 0.0;      ///< d, the norm of the residual of the best x
 
   double residual(const Eigen::VectorXd& x) const;
 };
@@ -66,7 +65,7 @@ struct Triangle {
 ///     column's length pull x to zero.
 class LeastSquares {
  public:
-  /// Throws std::invalid_argument if there is not at least one unknown.
+  /// Throws std::invalid_argument unless there is at least one unknown.
   explicit LeastSquares(Eigen::Index unknowns);
 
   /// Adds one row; a row of weight 0 is ignored. Throws std::invalid_argument if the size of the row is
@@ -79,9 +78,8 @@ class LeastSquares {
   Fit solve() const;
   /// `free`: unknowns that may have either sign.
   Fit solve_nonnegative(const std::vector<Eigen::Index>& free = {}) const;
-  /// Solves with G x >= h. Throws std::invalid_argument if sizes do not match, if a number is not finite,
-  /// or if the inequalities contradict each other (or meet only 1e6 times as far away as the farthest one
-  /// of them).
+  /// Solves with G x >= h. Throws std::invalid_argument if sizes do not match, if a number is not finite, or
+  /// if the inequalities contradict each other (or meet only 1e6 times as far away as the farthest of them).
   Fit solve_with_inequalities(const Eigen::MatrixXd& g, const Eigen::VectorXd& h) const;
 
  private:

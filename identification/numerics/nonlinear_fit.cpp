@@ -25,7 +25,7 @@ Minimum evaluated(const NonlinearProblem& problem, const VectorXd& x) {
   return {x, values ? cost_of(problem, *values) : std::numeric_limits<double>::infinity()};
 }
 
-// The problem linearised at x, without the damping, which is different in each try.
+// The problem linearised at x, without the damping, which differs in each try.
 class Linearised {
  public:
   Linearised(const NonlinearProblem& problem, const VectorXd& x) : problem_(problem), x_(x), rows_(x.size()) {
@@ -50,7 +50,8 @@ class Linearised {
   VectorXd lengths_;
 };
 
-// To 1e-5: the rounding errors of a function that does not depend on an unknown shall not choose its value.
+// Rounds to 1e-5, so that a function that does not depend on an unknown does not choose its value by rounding
+// errors.
 double rounded(double value) {
   constexpr int bits = 17;
   int exponent = 0;
@@ -131,7 +132,7 @@ class Simplex {
   std::vector<Minimum> corners_;
 };
 
-/// sum_l w_l sum_n g_n g_{n+l}'.
+/// Returns the weighted sum over lags, sum_l w_l sum_n g_n g_{n+l}'.
 Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
   const Eigen::Index rows = scores.rows();
   const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(rows)));

@@ -1,4 +1,4 @@
-// Searches for the unknowns of a nonlinear fit, and how well they are determined.
+// Searches for the unknowns of a nonlinear fit, and computes how well they are determined.
 //
 // Levenberg's method with linear inequalities: nonlinear least squares from a start near the solution.
 //
@@ -8,7 +8,7 @@
 //
 //   sqrt(lambda) |J_j| dx_j = 0
 //
-// If the sum does not fall, lambda grows tenfold and the step is repeated.
+// If the sum does not fall, lambda increases tenfold and the step is repeated.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@
 namespace hystcan::identification {
 
 struct NonlinearProblem {
-  /// f(x); none if x is not a valid model.
+  /// Returns f(x); `nullopt` if x is not a valid model.
   std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x)> values;
   std::function<Eigen::MatrixXd(const Eigen::VectorXd& x)> jacobian;
   Eigen::VectorXd wanted;  ///< b
@@ -29,19 +29,19 @@ struct NonlinearProblem {
 
 struct Minimum {
   Eigen::VectorXd x;
-  double value = 0.0;  ///< of the function there; of a fit: the weighted sum of squares
+  double value = 0.0;  ///< value of the function at x; for a fit: weighted sum of squares
 };
 
-/// Takes at most `steps` steps that lower the sum, and ends earlier if the sum falls by less than a
-/// millionth of itself. The result is never worse than the start. The start must be valid
-/// (std::invalid_argument), but it may violate the inequalities.
+/// Makes at most `steps` steps that lower the sum, and ends earlier if the sum falls by less than a millionth
+/// of itself. The result is never worse than the start. The start must be valid (std::invalid_argument), but
+/// it may violate the inequalities.
 Minimum improve(const NonlinearProblem& problem, const Eigen::VectorXd& start, int steps);
 
 /// The downhill simplex method, for a few unknowns without derivatives. Starts from `start` with edges
 /// `step`. Ends when the values at all corners agree to the relative `tolerance`, or after `evaluations`. A
-/// function value that is not finite counts as infinite. The function gets x and a limit: it may return
-/// infinity if its value is the limit or more. `go_on` is called before each move of the simplex; false ends
-/// the search with the best point so far.
+/// function value that is not finite counts as infinite. The arguments of the function are x and a limit: it
+/// may return infinity if its value is the limit or more. `go_on` is called before each move of the simplex;
+/// if it returns false, the search ends with the best point so far.
 ///
 /// J. A. Nelder, R. Mead, "A simplex method for function minimization", Computer Journal 7, 1965; with the
 /// coefficients of F. Gao, L. Han (2012), which depend on the number of unknowns.
@@ -56,21 +56,21 @@ Minimum minimise(const std::function<double(const Eigen::VectorXd&, double)>& fu
 ///   cov = s^2 (J'J)^-1
 ///   cov = (J'J)^-1 [sum_l w_l sum_n g_n g_{n+l}'] (J'J)^-1,     w_l = 1 - |l| / (L + 1),  L = sqrt(N)
 ///
-/// The second is for correlated residuals (Newey and West 1987); the larger standard error of each unknown is
-/// used.
+/// The second formula is for correlated residuals (Newey and West 1987). The larger standard error of each
+/// unknown is used.
 ///
-/// 95 % of a normal distribution, on both sides.
+/// Standard errors to each side that contain 95 % of a normal distribution.
 inline constexpr double two_sided_95 = 1.96;
 
 struct Confidence {
-  Eigen::VectorXd standard_error;  ///< of the unknown of each column of J
+  Eigen::VectorXd standard_error;  ///< standard error of the unknown of each column of J
   double variance = 0.0;           ///< s^2, multiplied by the effect of correlated residuals
 
-  /// Sums of squares that differ by less are equally good.
+  /// Sums of squares with a smaller difference are equally good.
   double as_good() const { return two_sided_95 * two_sided_95 * variance; }
 };
 
-/// J has a row for each residual. The effect of correlation is that on the first `unknowns` columns.
+/// J has a row for each residual. The effect of correlation is computed from the first `unknowns` columns.
 Confidence confidence_of(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
                          Eigen::Index unknowns);
 
