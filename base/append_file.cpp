@@ -15,7 +15,7 @@ constexpr std::size_t enough_bytes = 1 << 16;
 
 std::error_code last_error() { return {errno, std::generic_category()}; }
 
-/// `done`: the number of bytes that were written, also after an error.
+/// `done`: number of written bytes, also after an error.
 std::error_code write_all(int descriptor, std::string_view text, std::size_t& done) {
   for (done = 0; done < text.size();) {
     const ssize_t count = ::write(descriptor, text.data() + done, text.size() - done);
@@ -59,7 +59,7 @@ void AppendFile::write(std::string_view lines) {
   std::size_t done = 0;
   error_ = write_all(descriptor_, lines, done);
   if (error_) {
-    done = lines.substr(0, done).rfind('\n') + 1;  // 0 where there is none
+    done = lines.substr(0, done).rfind('\n') + 1;  // 0 if no line is complete
     if (is_regular_ && ::ftruncate(descriptor_, static_cast<off_t>(written_ + done)) != 0)
       error_ = last_error();
   }

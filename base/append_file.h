@@ -1,4 +1,4 @@
-// A file that grows by whole lines while a program runs: its lines stay in it, whatever ends the program.
+// A file to which a program appends whole lines: they stay in the file however the program ends.
 #pragma once
 
 #include <cstdint>
@@ -9,24 +9,25 @@
 
 namespace hystcan {
 
-/// Has its final name from the start. If the disk is full, the part of a line that was written is removed
-/// again, and later lines are dropped: the first error stays.
+/// An output file that has its final name from the start. If the disk is full, an incompletely written line
+/// is removed again, and later lines are dropped; error() keeps the first error.
 class AppendFile {
  public:
   enum class Existing : std::uint8_t { refuse, replace };
 
-  /// Throws std::system_error, with the name of the file in its text, if the file cannot be made; of
-  /// std::errc::file_exists where it exists and is to be kept. A device or a pipe is written to as it is.
+  /// Throws std::system_error with the file name if the file cannot be created; the error is
+  /// std::errc::file_exists if the file exists and `existing` is `refuse`. Writes to a device or a pipe
+  /// without replacing it.
   AppendFile(std::filesystem::path path, Existing existing);
-  ~AppendFile();  ///< writes what is left, and reports nothing
+  ~AppendFile();  ///< writes the remaining lines, and reports no error
   AppendFile(const AppendFile&) = delete;
   AppendFile& operator=(const AppendFile&) = delete;
 
-  /// Takes whole lines with their ends. Keeps them until there is enough to write, or until flush().
+  /// Adds whole lines with their ends. Keeps them until there is enough to write, or until flush().
   void add(std::string_view lines);
   /// Passes all lines to the system: they survive the end of this process.
   std::error_code flush();
-  /// Flushes; the lines survive a loss of power too.
+  /// Flushes, so that the lines also survive a loss of power.
   std::error_code sync();
   /// Flushes and closes.
   std::error_code close();
@@ -36,7 +37,7 @@ class AppendFile {
   std::error_code error() const { return error_; }
   /// "FILE: cannot be written: REASON"; empty if there is no error.
   std::string error_text() const;
-  /// False if the file was removed, or another one has its name.
+  /// False if the file was removed, or if another file now has its name.
   bool is_in_place() const;
 
  private:

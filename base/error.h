@@ -1,4 +1,4 @@
-// Errors that end a command, its exit status, and what a user reads of an exception.
+// Errors that end a command, the exit status of a command, and the text of an exception for the user.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,7 +14,8 @@
 
 namespace hystcan {
 
-/// A file, with a line and a column from 1 if they are known; else an option, a key or a step of the work.
+/// Place of an error: a file, with line and column (counted from 1) if they are known; or an option, a key,
+/// or a step of the work.
 struct Place {
   Place() = default;
   template <std::convertible_to<std::filesystem::path> Name>
@@ -25,7 +26,7 @@ struct Place {
   std::size_t line = 0, column = 0;
 };
 
-/// The value that would be right, and what the user can do.
+/// The correct value, and what the user can do.
 struct Advice {
   std::string expected{}, remedy{};
 };
@@ -34,20 +35,21 @@ Advice expect(fmt::format_string<Values...> format, Values&&... values) {
   return {.expected = fmt::format(format, std::forward<Values>(values)...)};
 }
 
-/// What the project's own exceptions say. For those of a library: a plain sentence instead of its words.
+/// Returns the message of the project's own exceptions. For exceptions of a library, returns a plain sentence
+/// instead of its message.
 std::string error_text(const std::exception& error);
 inline std::string error_text(std::string_view text) { return std::string(text); }
 
-/// what() is `FILE:LINE:COLUMN: what, expected EXPECTED; REMEDY` without the parts that are empty, and with a
-/// space for each control character.
+/// what() is `FILE:LINE:COLUMN: what, expected EXPECTED; REMEDY` without empty parts, and with a space for
+/// each control character.
 class PlacedError : public std::runtime_error {
  public:
   explicit PlacedError(std::string what, Advice advice = {}, Place place = {});
-  template <class What>  // a text, or an error whose thrower does not know the place
+  template <class What>  // a text, or an error that was thrown without a place
   PlacedError(Place place, const What& what, Advice advice = {})
       : PlacedError(error_text(what), std::move(advice), std::move(place)) {}
 
-  /// If the place is in the folder `from`, it gets the name that it has in `to`.
+  /// If the place is in the folder `from`, renames it to the same file in `to`.
   void rename_folder(const std::string& from, const std::string& to);
   void add_sentence(const std::string& sentence);
 
@@ -59,17 +61,17 @@ class PlacedError : public std::runtime_error {
   Advice advice_;
 };
 
-/// The input of the user cannot be used.
+/// Thrown if the user's input cannot be used.
 struct Error : PlacedError {
   using PlacedError::PlacedError;
 };
 
-/// The command failed while running.
+/// Thrown if the command fails while it runs.
 struct RunError : PlacedError {
   using PlacedError::PlacedError;
 };
 
-/// Runs a part of the program that knows no files: its std::invalid_argument becomes an Error at the place.
+/// Runs `body`, which does not handle files: its std::invalid_argument becomes an Error at `place`.
 template <class Body>
 auto at_place(const Place& place, const Body& body) {
   try {
@@ -79,7 +81,8 @@ auto at_place(const Place& place, const Body& body) {
   }
 }
 
-/// Users rely on these values: 0 done, 1 failed while running, 2 bad usage, config, model or data.
+/// Users depend on these values. 0: done; 1: failed while running; 2: invalid usage, configuration, model or
+/// data.
 enum ExitStatus : int { done = 0, failed = 1, bad_input = 2 };
 
 }  // namespace hystcan

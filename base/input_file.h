@@ -1,4 +1,4 @@
-// Files that a command reads, and an open file descriptor.
+// Files that a command reads, and a class that owns a file descriptor.
 #pragma once
 
 #include <unistd.h>
@@ -16,7 +16,7 @@ namespace hystcan {
 /// An open file descriptor that closes with its scope.
 class Descriptor {
  public:
-  /// Below zero: none is open.
+  /// `number`: the descriptor; negative: none is open.
   explicit Descriptor(int number) : number_(number) {}
   ~Descriptor() {
     if (number_ >= 0) ::close(number_);
@@ -31,18 +31,18 @@ class Descriptor {
   int number_;
 };
 
-/// The content of a regular file, without the traps of other kinds of file: a pipe or a terminal would wait
+/// Returns the content of a regular file. Never waits for another process: a pipe or a terminal would wait
 /// for its other end, and a device never ends. Throws Error, with `expected`, if the file cannot be opened,
-/// is not a regular file, or has more than `largest` bytes. It never waits for another process.
+/// is not a regular file, or has more than `largest` bytes.
 std::string read_regular_file(const std::filesystem::path& file, std::size_t largest,
                               const char* expected = "");
 
-/// How long a FIFO may wait for a process that opens it for writing.
+/// How long opening a FIFO waits for a process that opens it for writing.
 inline constexpr std::chrono::seconds fifo_open_timeout{3};
 
-/// A file that is read once from its beginning. It may be a pipe (/dev/stdin, a FIFO). Throws Error, with
-/// `expected`, if the file cannot be opened, is a directory, or is a FIFO that no program opens for writing.
-/// A signal that interrupts a wait for data makes the stream bad().
+/// Opens a file that is read once from its beginning. It may be a pipe (/dev/stdin, a FIFO). Throws Error,
+/// with `expected`, if the file cannot be opened, is a directory, or is a FIFO that no program opens for
+/// writing. A signal that interrupts a wait for data makes the stream bad().
 std::unique_ptr<std::istream> open_input(const std::filesystem::path& file, const char* expected,
                                          std::chrono::milliseconds timeout = fifo_open_timeout);
 

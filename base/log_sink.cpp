@@ -18,9 +18,9 @@
 namespace hystcan {
 namespace {
 
-/// How long the end of the program waits for a reader that reads nothing.
+/// How long the end of the program waits for a reader that does not read.
 constexpr auto reader_timeout = std::chrono::milliseconds(500);
-/// How often the thread looks whether the program ends.
+/// How often the thread checks if the program ends.
 constexpr auto write_slice = std::chrono::milliseconds(50);
 
 std::string_view colour_of(spdlog::level::level_enum level) {
@@ -51,10 +51,10 @@ class LogSink::Queue {
     changed_.notify_all();
   }
 
-  /// Writes the line from the thread that logs: the system has none for the queue.
+  /// Writes the line from the logging thread, if the system cannot start a thread for the queue.
   void write_at_once(std::string_view line) const { write_within(descriptor_, line, write_slice); }
 
-  /// Returns when all is written, or when nothing was written for `reader_timeout`.
+  /// Returns when all lines are written, or when nothing was written for `reader_timeout`.
   void wait_until_written() {
     std::unique_lock lock(mutex_);
     for (std::size_t before = written_; !is_empty(); before = written_)
@@ -83,11 +83,10 @@ class LogSink::Queue {
  private:
   bool is_empty() const { return lines_.empty() && dropped_ == 0; }
 
-  /// The line stays in the queue until it is written. A stream that is closed takes nothing: the line is
-  /// dropped.
+  /// Writes one line, which stays in the queue until it is written. If the stream is closed, drops the line.
   void write_one(std::unique_lock<std::mutex>& lock) {
     if (lines_.empty()) lines_.push_back(note_of(std::exchange(dropped_, 0)));
-    std::string_view rest = lines_.front();  // a deque keeps its elements in their places
+    std::string_view rest = lines_.front();  // a deque does not move its elements
     Written result = Written::timed_out;
     while (result == Written::timed_out && !ending_) {
       lock.unlock();
@@ -104,7 +103,7 @@ class LogSink::Queue {
   std::condition_variable changed_;
   std::deque<std::string> lines_;
   int descriptor_;
-  std::size_t dropped_ = 0;  ///< after the last line of the queue
+  std::size_t dropped_ = 0;  ///< lines dropped after the last line of the queue
   std::size_t written_ = 0;
   bool ending_ = false;
   bool ended_ = false;
@@ -119,7 +118,7 @@ LogSink::~LogSink() {
   if (queue_->end())
     thread_.join();
   else
-    thread_.detach();  // it hangs in write()
+    thread_.detach();  // it is blocked in write()
 }
 
 bool LogSink::has_thread() {

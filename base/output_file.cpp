@@ -44,8 +44,8 @@ OutputFile::OutputFile(const std::filesystem::path& path, Kind kind) : kind_(kin
   open_beside();
 }
 
-// Gives the permissions of the file that it replaces, else those of a new file: mkstemp allows only the
-// owner.
+// Opens the temporary file. Copies the permissions of the file that it replaces, or sets those of a new file,
+// because mkstemp grants access only to the owner.
 void OutputFile::open_beside() {
   struct stat replaced {};
   const bool is_there = ::lstat(path_.c_str(), &replaced) == 0 && S_ISREG(replaced.st_mode);
@@ -133,8 +133,8 @@ void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::
 void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite) {
   std::error_code ignored;
   const std::string& name = output.native();
-  const bool is_a_stream =
-      name.starts_with("/dev/") || name.starts_with("/proc/");  // the shell has opened it
+  // The shell has opened this file.
+  const bool is_a_stream = name.starts_with("/dev/") || name.starts_with("/proc/");
   if (!may_overwrite && !is_a_stream && std::filesystem::is_regular_file(output, ignored))
     throw Error(output, "exists already", expect("another name, or --overwrite"));
 }

@@ -25,7 +25,7 @@ std::string interpreter() {
   return own == nullptr || *own == '\0' ? "/usr/bin/python3" : own;
 }
 
-/// PREFIX/lib/python3/dist-packages is Debian's; /usr/local has python3.11 in the place of python3.
+/// Debian installs into PREFIX/lib/python3/dist-packages; /usr/local has python3.11 instead of python3.
 fs::path installed_file(const fs::path& prefix, std::string_view name) {
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(prefix / "lib", none)) {
@@ -137,7 +137,7 @@ std::string PythonModule::last_message() const {
   std::string_view text(block.data(), static_cast<std::size_t>(std::max<ssize_t>(0, size)));
   while (text.ends_with('\n')) text.remove_suffix(1);
   text.remove_prefix(text.rfind('\n') + 1);
-  // A write that failed may have ended Python within a library, or its message had no room.
+  // A failed write may have ended Python within a library, or there was no room for its message.
   return text.empty() ? "Python ended without a message: Input/output error; is the disk full?"
                       : std::string(text);
 }

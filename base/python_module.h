@@ -1,4 +1,4 @@
-// Python libraries for this program: a file of python/hystcan as a child process.
+// Runs a file of python/hystcan as a child process, so that this program can use Python libraries.
 #pragma once
 
 #include <sys/types.h>
@@ -12,26 +12,27 @@
 
 namespace hystcan {
 
-/// hystcan/NAME of the Python package: where it is installed, or in the source tree. Empty if it is nowhere.
+/// Returns the path of hystcan/NAME in the Python package, installed or in the source tree; empty if there is
+/// none.
 std::filesystem::path python_file(std::string_view name);
 
-/// Runs hystcan/NAME.py by /usr/bin/python3, or by the interpreter that HYSTCAN_PYTHON names. Bytes go to its
-/// standard input and arrive from its standard output; finish() returns the last line of its standard error.
-/// Ctrl-C in the terminal is for this program: the child has a process group of its own, and ends with its
-/// input.
+/// Runs hystcan/NAME.py by /usr/bin/python3, or by the interpreter in HYSTCAN_PYTHON. write() sends bytes to
+/// its standard input, read() receives bytes from its standard output, and finish() returns the last line of
+/// its standard error. Ctrl-C in the terminal does not reach the child: it has its own process group, and
+/// ends when its input ends.
 class PythonModule {
  public:
-  /// `package`: Debian's, which a message names if there is no Python.
+  /// `package`: the Debian package that a message names if Python is missing.
   PythonModule(std::string_view name, std::vector<std::string> arguments, std::string_view package);
   ~PythonModule() { finish(); }
   PythonModule(const PythonModule&) = delete;
   PythonModule& operator=(const PythonModule&) = delete;
 
-  /// False if the child has ended, or never started: finish() returns why.
+  /// Return false if the child has ended or never started; finish() then returns the reason.
   bool write(std::string_view bytes);
   bool read(std::span<char> bytes);
 
-  /// Ends the input and waits for the child. Returns why it failed, in one line.
+  /// Ends the input and waits for the child. Returns the reason in one line if it failed.
   std::optional<std::string> finish();
 
  private:
@@ -40,8 +41,8 @@ class PythonModule {
 
   std::string_view package_;
   pid_t child_ = -1;
-  int stream_ = -1;    ///< a socket, which the child has as its standard input and output
-  int messages_ = -1;  ///< a file in memory: its standard error
+  int stream_ = -1;    ///< socket that is the child's standard input and output
+  int messages_ = -1;  ///< file in memory that is the child's standard error
   std::optional<std::string> failure_;
 };
 

@@ -30,8 +30,7 @@ void discard_output() {
 void prepare_standard_streams() {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  // open() takes the lowest number that is free. Standard output is open for reading only: a write to it
-  // fails.
+  // open() uses the lowest free number. Standard output is opened read-only, so that a write to it fails.
   for (const auto& [stream, mode] :
        {std::pair(STDIN_FILENO, O_RDONLY), {STDOUT_FILENO, O_RDONLY}, {STDERR_FILENO, O_WRONLY}})
     if (::fcntl(stream, F_GETFD) < 0 && errno == EBADF) static_cast<void>(::open("/dev/null", mode));
@@ -93,7 +92,7 @@ Written write_within(int descriptor, std::string_view& text, std::chrono::millis
     if (ready == 0) return Written::timed_out;
     if (ready < 0 && errno != EINTR) return Written::failed;
     if (ready < 0) continue;
-    // A pipe that is ready takes PIPE_BUF bytes without waiting.
+    // A ready pipe accepts PIPE_BUF bytes without waiting.
     const ssize_t written = ::write(descriptor, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
     if (written < 0 && errno != EINTR && errno != EAGAIN) return Written::failed;
     text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));

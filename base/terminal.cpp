@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t longest_bar = 30;
 constexpr std::size_t shortest_bar = 5;
 
-/// A terminal that can go back to the start of a line and erase it.
+/// True for a terminal that can return to the start of a line and erase the line.
 bool can_show_a_bar() {
   const char* kind = std::getenv("TERM");
   return isatty(STDERR_FILENO) == 1 && (kind == nullptr || std::string_view(kind) != "dumb");

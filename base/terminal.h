@@ -1,4 +1,4 @@
-// What a terminal shows in place: a progress bar, and its alternate screen.
+// Terminal output that is redrawn in place: a progress bar, and the alternate screen.
 #pragma once
 
 #include <termios.h>
@@ -12,16 +12,15 @@
 
 namespace hystcan {
 
-/// One line of fewer than `columns` characters, without its end: `what [=====     ] rest`. `share`: 0 to 1. A
-/// narrow
-/// terminal has no bar, a very narrow one only the beginning of the text.
+/// Returns one line of fewer than `columns` characters, without its end: `what [=====     ] rest`. `share`: 0
+/// to 1. On a narrow terminal the line has no bar; on a very narrow one it is the beginning of the text.
 std::string progress_line(std::string_view what, double share, std::string_view rest, std::size_t columns);
 
 /// A progress bar, shown only on a terminal that can erase it (TERM is not "dumb"). It fits the width of the
 /// terminal.
 class Progress {
  public:
-  /// `total`: the final value of `done`; 0 if it is not known.
+  /// `total`: final value of `done`; 0 if it is unknown.
   Progress(const std::string& what, std::uint64_t total, std::string unit = "rows");
   ~Progress();  ///< erases the bar
   Progress(const Progress&) = delete;
@@ -45,7 +44,7 @@ class Progress {
   Clock::time_point start_, last_;
 };
 
-/// The first `columns` characters of a line of UTF-8.
+/// Returns the first `columns` characters of a UTF-8 line.
 std::string_view cut(std::string_view line, std::size_t columns);
 
 /// The alternate screen, redrawn in place. Reads single keys. The destructor restores the terminal.
@@ -56,9 +55,9 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// What does not fit is cut off at the right and below.
+  /// Shows the lines; cuts them off at the right and at the bottom if they do not fit.
   void show(const std::vector<std::string>& lines) const;
-  /// True once the user has typed q.
+  /// True after the user has typed q.
   bool quit() const;
 
  private:

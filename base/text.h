@@ -1,4 +1,4 @@
-// Texts of messages and files: counts, digits, what a text file begins with.
+// Functions for texts of messages and files: counts, digits, and the beginning of a text file.
 #pragma once
 
 #include <charconv>
@@ -15,7 +15,7 @@
 
 namespace hystcan {
 
-/// "1 frame", "2 frames"; with the plural where it is irregular: "1 axis", "2 axes".
+/// "1 frame", "2 frames"; with an explicit irregular plural: "1 axis", "2 axes".
 inline std::string counted(std::uint64_t number, std::string_view noun, std::string_view plural = {}) {
   std::string text = std::to_string(number) + " ";
   if (number == 1) return text.append(noun);
@@ -29,8 +29,8 @@ void append_shortest(std::string& text, Number value) {
   text.append(std::begin(digits), std::to_chars(std::begin(digits), std::end(digits), value).ptr);
 }
 
-/// Reads the whole text, which may begin with a plus sign, as a number. Returns none if the text is no
-/// number, or one that `Number` cannot hold.
+/// Parses the whole text as a number; it may begin with a plus sign. Returns `nullopt` if the text is not a
+/// number, or if `Number` cannot represent it.
 template <class Number>
 std::optional<Number> parsed_number(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
@@ -41,21 +41,21 @@ std::optional<Number> parsed_number(std::string_view text) {
   return value;
 }
 
-/// A measured number in a sentence, with four digits.
+/// Returns a measured number with four digits, for a sentence.
 inline std::string rounded(double value) {
   char digits[32];
   return {digits,
           std::to_chars(std::begin(digits), std::end(digits), value, std::chars_format::general, 4).ptr};
 }
 
-/// TOML allows no control character but in an escape, and a terminal obeys them.
+/// True if the text has a control character. TOML allows them only as an escape, and a terminal obeys them.
 constexpr bool has_control_character(std::string_view text) {
   for (const char c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return true;
   return false;
 }
 
-/// The text with another one in the place of each of these characters.
+/// Returns the text with each of these characters replaced by the given text.
 inline std::string with_replaced(std::string_view text,
                                  std::initializer_list<std::pair<char, std::string_view>> by) {
   std::string result;
@@ -68,7 +68,7 @@ inline std::string with_replaced(std::string_view text,
   return result;
 }
 
-/// Joins words and numbers into one text. Each number has the digits that restore its bits.
+/// Joins words and numbers into one text. Each number has enough digits to restore its bits.
 template <class... Parts>
 std::string text_of(const Parts&... parts) {
   std::string text;
@@ -83,35 +83,36 @@ std::string text_of(const Parts&... parts) {
   return text;
 }
 
-/// Parameters that a model cannot use.
+/// Throws std::invalid_argument with the joined parts as its text.
 template <class... Parts>
 [[noreturn]] void refuse(const Parts&... parts) {
   throw std::invalid_argument(text_of(parts...));
 }
 
-// Each of these takes a whole text, or its first line as far as it was read.
+// The following functions take a whole text, or the first part of it that was read.
 
-inline constexpr std::string_view byte_order_mark =
-    "\xEF\xBB\xBF";  ///< of UTF-8, as Windows' editors write it
+/// Byte order mark of UTF-8, which editors on Windows write.
+inline constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 constexpr std::string_view without_byte_order_mark(std::string_view text) {
   return text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text;
 }
 
-/// With its byte order mark, or as ASCII of which every other byte is zero.
+/// True if the text has a UTF-16 byte order mark, or is ASCII in which every second byte is zero.
 constexpr bool is_utf16(std::string_view text) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) return true;
   const auto is_zero = [text](std::size_t at) { return text[at] == '\0'; };
   return text.size() >= 4 && is_zero(0) != is_zero(1) && is_zero(0) == is_zero(2) && is_zero(1) == is_zero(3);
 }
 
-/// True if nothing but CR ends its lines, as on old Macintoshes.
+/// True if all lines end with CR only, as on old Macintoshes.
 constexpr bool ends_lines_with_cr(std::string_view text) {
   return text.substr(0, text.empty() ? 0 : text.size() - 1).find('\r') != std::string_view::npos &&
          text.find('\n') == std::string_view::npos;
 }
 
-/// Why the text is no UTF-8 whose lines end with LF or CR LF, and what is expected; empty if it may be.
+/// Returns why the text is not UTF-8 with lines that end in LF or CR LF, and what is expected; empty if it
+/// may be.
 constexpr std::string_view refusal_of_encoding(std::string_view text) {
   if (is_utf16(text)) return "found UTF-16, expected UTF-8: save it as such";
   if (ends_lines_with_cr(text)) return "found lines that end with CR alone, expected LF or CR LF";

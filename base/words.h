@@ -1,6 +1,6 @@
-// The words of an enum: its values as the configuration, the files and the reports name them.
+// The words of an enum: the names of its values in the configuration, the files and the reports.
 //
-// An enum that has words lists them once, beside itself and in the order of its values:
+// An enum with words lists them once, next to its definition and in the order of its values:
 //
 //   enum class Colour { red, dark_red };
 //   constexpr auto words(Colour) { return std::to_array<std::string_view>({"red", "dark-red"}); }
@@ -25,7 +25,7 @@ constexpr std::string_view word_of(Enum value) {
   return words(value)[static_cast<std::size_t>(value)];
 }
 
-/// Every value, in order.
+/// Returns every value, in order.
 template <HasWords Enum>
 constexpr auto every() {
   std::array<Enum, std::tuple_size_v<std::remove_cvref_t<decltype(words(Enum{}))>>> values{};
@@ -33,7 +33,7 @@ constexpr auto every() {
   return values;
 }
 
-/// The value that has this word; empty where none has.
+/// Returns the value with this word; `nullopt` if there is none.
 template <HasWords Enum>
 std::optional<Enum> parse_word(std::string_view word) {
   for (const Enum value : every<Enum>())
