@@ -45,7 +45,8 @@ TrueErrors::TrueErrors(const twin::Config& config, twin::Twin& twin, const contr
   }
 }
 
-/// A rest, and what is taken as one long sub-step, is a straight line.
+/// Inserts points on a straight line where the plant made one long step: during a rest, or in a long
+/// sub-step.
 void TrueErrors::take(Axis& axis, can::Time time, double own_um) {
   if (!axis.points.empty()) {
     const Point last = axis.points.back();
@@ -68,8 +69,8 @@ void TrueErrors::add(const controller::CycleRecord& record) {
   }
 }
 
-/// No plant that is controlled has a sub-step before `time` left to compute. One that is not rests: it may
-/// never step.
+/// True if every controlled plant has computed its sub-steps until `time`. A plant that is not controlled
+/// rests and may never step, so it is ignored.
 bool TrueErrors::is_known_until(can::Time time) const {
   return std::ranges::all_of(stages_, [&](std::size_t stage) {
     if (stage >= axes_.size()) return true;
@@ -122,7 +123,7 @@ namespace {
 
 using controller::AxisState;
 
-/// Longer than any start-up; a rehearsal that does not track by then never tracks.
+/// Longer than any start-up: a rehearsal that does not track by then never tracks.
 constexpr double start_up_limit_s = 60.0;
 
 double longest_reference_s(const controller::Config& config) {
@@ -132,7 +133,7 @@ double longest_reference_s(const controller::Config& config) {
   return longest;
 }
 
-/// A structure for which no filter converges learns nothing.
+/// Designs the learning filter again. If no filter converges for the new structure, it does not learn.
 void plan_learning_anew(controller::AxisConfig& axis, double rate_Hz) {
   try {
     controller::plan_learning(axis, rate_Hz);
@@ -210,7 +211,7 @@ Setup with_structure(Setup setup, controller::Structure structure) {
   for (auto& axis : setup.controller.axes) {
     axis.axis.law.structure = structure;
     axis.axis.following_error.cycles =
-        std::numeric_limits<unsigned>::max();  // an oscillation is judged as ever
+        std::numeric_limits<unsigned>::max();  // an oscillation is still judged
     plan_learning_anew(axis.axis, setup.controller.rate_Hz);
   }
   return setup;

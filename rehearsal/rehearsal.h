@@ -1,4 +1,4 @@
-// A rehearsal in virtual time, and the true error that it measures.
+// A rehearsal in virtual time, and the measurement of its true tracking error.
 #pragma once
 
 #include <cstdint>
@@ -16,31 +16,31 @@
 
 namespace hystcan::rehearsal {
 
-// The tracking error between the samples: the twin's true position against the reference, at every sub-step
-// of the plant.
+// The tracking error between the samples: the difference between the reference and the twin's true position,
+// at every sub-step of the plant.
 //
 //   e(t) = r(t_k + (t - T_k)) - x(t),   T_k <= t < T_{k+1}
 //
-// T_k is the time at which the SYNC of cycle k is complete on the bus: there the nodes sample and apply. t_k
+// T_k is the time at which the SYNC of cycle k is complete on the bus, when the nodes sample and apply. t_k
 // is the same SYNC in the controller's time. r is the reference as a function of time; x is the position with
-// its couplings. The sensor (noise, delay, errors) has no part in it.
+// its couplings. The sensor (noise, delay, errors) does not affect e.
 //
-// It listens and reads what the plants compute anyway, so it changes no bit of the run.
+// The class only listens and reads values that the plants compute anyway, so it does not change the run.
 
 class TrueErrors {
  public:
-  /// Listens to the bus and to the plants from now on; both must outlive this. Errors in the first `settle_s`
-  /// of each segment do not count, as in the statistics of the samples.
+  /// Listens to the bus and to the plants from now on; both must outlive the object. Errors in the first
+  /// `settle_s` of each segment do not count, as in the statistics of the samples.
   TrueErrors(const twin::Config& config, twin::Twin& twin, const controller::Controller& controller,
              const can::Attach& attach, double settle_s);
 
   TrueErrors(const TrueErrors&) = delete;  // the plants call it
   TrueErrors& operator=(const TrueErrors&) = delete;
 
-  /// Takes the records of the controller, in their order.
+  /// Adds the records of the controller, in their order.
   void add(const controller::CycleRecord& record);
 
-  /// Per axis of the controller.
+  /// Returns the statistics of each axis of the controller.
   std::vector<controller::TrackingStatistics> statistics() const;
 
  private:
@@ -56,7 +56,7 @@ class TrueErrors {
     can::Duration substep;
     std::vector<model::Coupling> couplings;
     double start_um;
-    std::deque<Point> points;  ///< what is not judged yet, and the last one before
+    std::deque<Point> points;  ///< not judged yet, and the last judged one
     controller::TrackingStatistics statistics;
   };
 
@@ -66,7 +66,7 @@ class TrueErrors {
   double coupled_um(const Axis& axis, can::Time time) const;
 
   const controller::Controller& controller_;
-  std::vector<std::unique_ptr<Axis>> axes_;  ///< of the twin
+  std::vector<std::unique_ptr<Axis>> axes_;  ///< axes of the twin
   std::vector<std::size_t> stages_;          ///< index in axes_ of each axis of the controller
   std::unique_ptr<can::Bus> bus_;
   std::optional<can::Time> last_sync_;
@@ -74,8 +74,8 @@ class TrueErrors {
 };
 
 // Controller and twin, with the same nodes as in the two processes, on one simulated bus in virtual time. The
-// controller transmits its frames in the order of sending, as a SocketCAN interface does; the twin's nodes
-// transmit by priority, as a microcontroller's transmit buffers do.
+// controller transmits its frames in the order of sending, like a SocketCAN interface. The twin's nodes
+// transmit by priority, like the transmit buffers of a microcontroller.
 
 struct Setup {
   controller::Config controller;
@@ -84,7 +84,7 @@ struct Setup {
   can::BitRates rates{};
 };
 
-/// The whole loop. Virtual time starts at zero and moves only in run_for().
+/// The whole loop. Virtual time starts at zero and advances only in run_for().
 class Rehearsal {
  public:
   Rehearsal(const Setup& setup, controller::Controller::RecordHandler on_record);
@@ -112,22 +112,22 @@ class Rehearsal {
 /// Result of one pass of every axis's reference.
 struct Outcome {
   std::vector<controller::AxisOutcome> axes;
-  /// Per axis: the error of the twin's true position at every sub-step, also between the samples
-  /// (rehearsal/rehearsal.h).
+  /// Per axis: error of the twin's true position at every sub-step, also between the samples (class
+  /// TrueErrors).
   std::vector<controller::TrackingStatistics> true_errors;
   double virtual_s = 0.0;
   double bus_load = 0.0;  ///< 0..1
   controller::CycleCounters counters;
 };
 
-/// Runs one pass of every axis's reference from power-on; ends early where an axis faults. Errors in the
+/// Runs one pass of every axis's reference, starting at power-on; ends early if an axis faults. Errors in the
 /// first `settle_s` of each segment do not count. `on_truth` may be empty; it receives the true state of the
 /// twin's stages.
 Outcome run_once(const Setup& setup, double settle_s, const controller::Controller::RecordHandler& on_record,
                  const twin::TruthHandler& on_truth = {});
 
-/// The same setup with `structure` on every axis, for comparison. The following-error trip is tuned for the
-/// configured structure, so it is switched off: a poor structure can show its errors.
+/// Returns the same setup with `structure` on every axis, for comparison. Disables the following-error trip,
+/// which is tuned for the configured structure, so that a poor structure can show its errors.
 Setup with_structure(Setup setup, controller::Structure structure);
 
 }  // namespace hystcan::rehearsal
