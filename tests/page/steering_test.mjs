@@ -39,7 +39,7 @@ test('A wrong token is refused, the right one gives control', async () => {
   await page.click('#take-control');
   await page.fill('#token', 'wrong');
   await page.press('#token', 'Enter');
-  await until('the refusal', async () => /this is not the token/.test(await page.textContent('#token-dialog')));
+  await until('the refusal', async () => /the token is wrong/.test(await page.textContent('#token-dialog')));
   await page.fill('#token', demo.token);
   await page.press('#token', 'Enter');
   await until('the gain can be changed', () => gain().isEnabled());

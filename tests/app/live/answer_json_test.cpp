@@ -61,7 +61,7 @@ TEST(Answers, NameTheMemberOfAnotherType) {
   json wrong = status;
   wrong["axes"][0]["state"] = "dancing";
   EXPECT_EQ(support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(wrong); }),
-            "\"axes[0].state\" of the answer is \"dancing\", expected a word of this version");
+            "\"axes[0].state\" of the answer is \"dancing\", expected a word that this version has");
 }
 
 TEST(Answers, ThatAreRefusalsThrowTheirReason) {

@@ -63,7 +63,7 @@ TEST(Undo, TakesBackOneSetAfterTheOther) {
   Client client = bench.client();
   using Texts = std::vector<std::string>;
   const json undo{{"do", "undo"}};
-  EXPECT_TRUE(says(client.ask(undo), "there is no setting to take back"));
+  EXPECT_TRUE(says(client.ask(undo), "there is no set to reverse"));
   client.ask(set("kp", 0.2));
   client.ask(set("kp", 0.2));  // changes nothing, so nothing is to be taken back
   client.ask(set("notch", {{"frequency_Hz", 400.0}, {"depth", 0.1}, {"width", 0.5}}));
@@ -150,7 +150,7 @@ TEST(Set, RefusesNonsenseWithTheKeyAndWhatIsExpected) {
   refused("structure", "pid", "structure is \"pid\", expected one of");
   refused("notch.depth", 0.1, "missing key frequency_Hz");  // one key of a table that is not there
   refused("setpoint[0].low_um", -50.0, "the setpoint reaches -50 um");
-  refused("setpoint[9].low_um", 5.0, "no such key");
+  refused("setpoint[9].low_um", 5.0, "unknown key");
   refused("delays.resonance_Hz", 0, "resonance_Hz is 0, expected a number > 0");
   refused("delays.command_delay_us", 2000.0, "command_delay_us is 2000, expected 1000");
   refused("kp\nki_per_s", 1, "unknown key");

@@ -71,7 +71,7 @@ TEST_F(StateLogOfTwoAxes, NamesTheAxisWithoutWhichTheOthersBegin) {
   ASSERT_EQ(lines.size(), 3u);
   EXPECT_EQ(
       lines.back(),
-      "y: not ready, waits for an amplifier status that says ready (node 3); the other axes begin without "
+      "y: not ready, waits for an amplifier status that says ready (node 3); the other axes start without "
       "it");
 }
 

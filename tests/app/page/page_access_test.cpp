@@ -80,7 +80,7 @@ TEST_F(TokenFile, IsMadeForItsOwnerAloneAndKept) {
 
 TEST_F(TokenFile, IsRefusedIfOthersMayReadIt) {
   write(token, 0640);
-  EXPECT_TRUE(is_refused_for("others may read it")) << refused();
+  EXPECT_TRUE(is_refused_for("others can read it")) << refused();
 }
 
 TEST_F(TokenFile, IsRefusedIfItHoldsNoToken) {

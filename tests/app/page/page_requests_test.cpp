@@ -64,7 +64,7 @@ TEST_F(PageServer, AnswersAWrongTokenASecondLaterAndUntilThenTakesNone) {
              WebPeer::frame(json{{"id", 2}, {"do", "token"}, {"token", token_text}}.dump()));
   const json second = peer->next("answer");
   EXPECT_EQ(second.at("id"), 2);
-  EXPECT_TRUE(says(second, "under way"));
+  EXPECT_TRUE(says(second, "still being checked"));
   // Five a second: the server's timers are due in their order, however late its thread is.
   int states = 0;
   json message;
@@ -144,7 +144,7 @@ TEST_F(PageServer, CapturesNothingWithoutAController) {
   const auto peer = page_with_rows();
   bench_.end_service();
   EXPECT_FALSE(next_stream(*peer, "controller", false).is_null());
-  EXPECT_TRUE(says(peer->ask({{"do", "trigger"}, {"on", "now"}, {"axis", 0}}), "nothing to capture"));
+  EXPECT_TRUE(says(peer->ask({{"do", "trigger"}, {"on", "now"}, {"axis", 0}}), "no cycles to capture"));
 }
 
 TEST_F(PageServer, CutsAStopWithoutTheTokenOffAmongTooMuch) {
@@ -173,7 +173,7 @@ TEST_F(PageOfAnotherFile, NeitherSavesNorShowsTheLoop) {
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
   for (const json& request : {json{{"do", "save"}}, json{{"do", "undo_save"}},
                               json{{"do", "bode"}, {"axis", "x"}}, json{{"do", "curves"}, {"axis", "x"}}})
-    EXPECT_TRUE(says(peer->ask(request), "start it with the same file")) << request;
+    EXPECT_TRUE(says(peer->ask(request), "start the page with the same file")) << request;
 }
 
 class Requests : public testing::Test {

@@ -100,7 +100,7 @@ TEST_F(PageServer, RefusesToWriteWithoutTheToken) {
   for (const json& request :
        {command("disable"), json{{"do", "stop"}}, json{{"do", "take_writer"}}, json{{"do", "save"}}})
     EXPECT_TRUE(says(peer->ask(request), "this needs the token")) << request;
-  EXPECT_TRUE(says(peer->ask({{"do", "token"}, {"token", token_text.substr(1)}}), "this is not the token"));
+  EXPECT_TRUE(says(peer->ask({{"do", "token"}, {"token", token_text.substr(1)}}), "the token is wrong"));
   EXPECT_FALSE(bench_.asked_to_stop());
   EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::tracking));
 }
@@ -155,7 +155,7 @@ TEST_F(PageServer, TakesASettingBackAndSavesTheOtherWithItsComment) {
   EXPECT_NE(shown.at("diff").get<std::string>().find("\n+ kp                 = 0.1          # um per um\n"),
             std::string::npos)
       << shown;
-  EXPECT_TRUE(says(peer->ask({{"do", "save"}, {"digest", "0"}}), "have changed since"));
+  EXPECT_TRUE(says(peer->ask({{"do", "save"}, {"digest", "0"}}), "changed after"));
   EXPECT_TRUE(peer->is_ok({{"do", "save"}, {"digest", shown.at("digest")}}));
   EXPECT_NE(
       support::read_file(bench_.files() / "piezo.toml").find("kp                 = 0.1          # um per um"),

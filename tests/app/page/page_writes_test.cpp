@@ -105,7 +105,7 @@ TEST_F(PageServer, KeepsTheFormerFileAndExchangesItWithTheSavedOne) {
   EXPECT_NE(saved, former);
   EXPECT_EQ(support::read_file(kept), former);
   EXPECT_TRUE(peer->ask({{"do", "settings"}}).at("undo_save").get<bool>());
-  EXPECT_TRUE(says(peer->ask({{"do", "undo_save"}, {"digest", "0"}}), "have changed since"));
+  EXPECT_TRUE(says(peer->ask({{"do", "undo_save"}, {"digest", "0"}}), "changed after"));
   EXPECT_FALSE(exchange("undo_save").contains("not_applied"));
   EXPECT_EQ(support::read_file(file), former);
   EXPECT_EQ(support::read_file(kept), saved);
