@@ -24,7 +24,7 @@ constexpr std::string_view to_string(BusState state) {
       {"active", "warning", "passive", "bus-off", "down"})[static_cast<std::size_t>(state)];
 }
 
-/// Why an interface that was lost and is up again is not used: it differs from what it was at the start.
+/// Why the bus does not use an interface that is up again: it differs from the interface at the start.
 enum class Refusal : std::uint8_t { none, listen_only, other_bit_rate, no_fd };
 
 constexpr std::string_view to_string(Refusal refusal) {
@@ -61,7 +61,7 @@ struct BusCounters {
   std::uint64_t controller_overflows = 0;  ///< a queue inside the adapter was full
   std::uint64_t transceiver_errors = 0;
 
-  /// The controller has entered this state from another.
+  /// Counts the entry of the controller into `state`. The caller calls it only if the state changed.
   void count_entry(BusState state) {
     if (state == BusState::warning) ++warnings;
     if (state == BusState::passive) ++passives;
@@ -69,8 +69,8 @@ struct BusCounters {
   }
 };
 
-/// Receive exactly this identifier. The filter also passes an extended, remote or FD frame with the same
-/// identifier, so that the integrity check can count it.
+/// A receive filter for exactly this identifier. The filter also passes extended, remote and FD frames with
+/// the same identifier, so that the integrity check can count them.
 struct Filter {
   std::uint32_t id = 0;
   bool extended = false;
@@ -85,33 +85,35 @@ class Bus {
 
   virtual ~Bus() = default;
 
-  /// Hands a frame to the bus and does not wait. False: the frame is dropped and counted, and is never sent.
+  /// Passes a frame to the bus without waiting. Returns false if the bus dropped the frame; the drop is
+  /// counted and the frame is never sent.
   virtual bool send(const Frame& frame) = 0;
   virtual void on_frame(FrameHandler handler) = 0;
-  /// `handler` gets the frames of this connection that have left (the echo): they were complete on the
-  /// wire, or in the queue of a virtual interface, and a filter passes them. Returns false where the bus
-  /// does not report that.
+  /// `handler` receives the echo of each frame that this connection sent and that its filters pass. The echo
+  /// arrives after the frame is complete on the wire, or in the queue of a virtual interface. Returns false
+  /// if the bus does not report sent frames.
   virtual bool on_sent(FrameHandler handler) = 0;
   virtual void on_state(StateHandler handler) = 0;
   virtual BusState state() const = 0;
-  /// Other than none only while the state is `down`.
+  /// Differs from `none` only while the state is `down`.
   virtual Refusal refusal() const { return Refusal::none; }
-  /// The counters that the bus reported last. Empty: it has reported none (a virtual interface never does).
+  /// The last counters that the bus reported; nullopt if it reported none (a virtual interface never does).
   virtual std::optional<ErrorCounters> error_counters() const { return std::nullopt; }
   virtual const BusCounters& counters() const = 0;
 };
 
-/// Opens the connection of one node. It receives the frames of the filters; a simulated bus may deliver more.
+/// Opens the connection of one node. The node receives the frames that the filters pass; a simulated bus may
+/// deliver more.
 using Attach = std::function<std::unique_ptr<Bus>(std::span<const Filter> filters)>;
 
-// The rule that Linux has for the names of network interfaces.
+// The Linux rule for the names of network interfaces.
 
 inline constexpr std::string_view expected_interface_name =
     "the name of an interface: 1 to 15 characters without spaces, / and :";
 
-/// True if an interface can have this name: `vcan0`.
+/// Returns true if an interface can have this name (example: `vcan0`).
 constexpr bool is_interface_name(std::string_view name) {
-  constexpr std::size_t longest = 15;  // IFNAMSIZ less the final zero
+  constexpr std::size_t longest = 15;  // IFNAMSIZ without the terminating zero
   const auto fits = [](char c) { return c != '/' && c != ':' && c != ' ' && !(c >= '\t' && c <= '\r'); };
   return !name.empty() && name.size() <= longest && name != "." && name != ".." &&
          std::ranges::all_of(name, fits);

@@ -11,7 +11,7 @@
 namespace hystcan::can {
 namespace {
 
-// The log has separate lines for changes of state; here they count for the totals.
+// The totals include changes of state; the log has separate lines for them.
 constexpr std::array<BusTrouble, 12> troubles{{
     {"send_refused", "not sent: the queue was full or the interface was down", &BusCounters::send_refused},
     {"receive_lost", "lost in the kernel: the program read too slowly", &BusCounters::receive_lost},
@@ -101,7 +101,7 @@ BusHealthLog::BusHealthLog(std::string interface, Sink sink)
 BusHealthLog::~BusHealthLog() = default;
 
 void BusHealthLog::sample(const BusReport& report) {
-  ring_->reports.push(report);  // counts are running totals, so a full ring loses no event
+  ring_->reports.push(report);  // the counts are running totals: a full ring loses no event
 }
 
 void BusHealthLog::write() {

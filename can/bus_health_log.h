@@ -1,4 +1,4 @@
-// The health of the bus as log lines. The control thread samples it and another thread writes the lines.
+// Logs the health of the bus. The control thread takes the samples; another thread writes the lines.
 #pragma once
 
 #include <array>
@@ -15,13 +15,13 @@
 
 namespace hystcan::can {
 
-/// Allows one line per period and counts the events that it stands for. The caller gives the time.
+/// Allows one line per period and counts the events in between. The caller supplies the time.
 class RateLimit {
  public:
   explicit RateLimit(double period_s = 1.0) : period_s_(period_s) {}
 
-  /// Adds the events that have happened up to `time_s`. Returns the number of events since the last line,
-  /// the suppressed ones included. Empty: no line is due.
+  /// Adds the events up to `time_s`. Returns the number of events since the last line, suppressed events
+  /// included; nullopt if no line is due.
   std::optional<std::uint64_t> add(std::uint64_t events, double time_s);
 
  private:
@@ -40,11 +40,11 @@ struct BusReport {
 static_assert(std::is_trivially_copyable_v<BusReport>, "reports cross threads by plain copying");
 
 BusReport report_of(const Bus& bus, double time_s);
-/// The report of several connections to one interface. It adds up the frames that they sent, received and
-/// lost. All connections receive the same error frames, so it takes the largest count of each kind.
+/// Combines the reports of several connections to one interface: sums of the frames that they sent, received
+/// and lost; for error frames, which all connections receive, the largest count of each kind.
 BusReport report_of(std::span<const Bus* const> connections, double time_s);
 
-/// A counter of errors, with its key in JSON and its text.
+/// A counter of errors with its JSON key and its text.
 struct BusTrouble {
   std::string_view key;
   std::string_view words;
@@ -52,11 +52,12 @@ struct BusTrouble {
 };
 std::span<const BusTrouble> bus_troubles();
 
-/// `bus active: 5210 frames sent, 8120 received`, then every trouble with a count above 0.
+/// Returns `bus active: 5210 frames sent, 8120 received`, then every trouble whose count is above 0.
 std::string describe(const BusReport& report);
 
 /// The control thread calls sample(), which neither waits nor allocates. One other thread calls write().
-/// Each state and each trouble gives at most one line per second, with the count since its last line.
+/// Each state and each trouble gives at most one line per second. The line has the count since the line
+/// before.
 class BusHealthLog {
  public:
   enum class Level : std::uint8_t { info, warning, error };
@@ -71,7 +72,8 @@ class BusHealthLog {
  private:
   void write(const BusReport& report);
 
-  static constexpr std::size_t logged_troubles = 8;  ///< the first 8; the others are changes of state
+  static constexpr std::size_t logged_troubles = 8;  ///< the first 8; the others are changes of state and
+                                                     ///< have their own lines
   static constexpr std::size_t state_count = 5;
 
   struct Ring;  // keeps Boost's headers out of this one

@@ -1,4 +1,4 @@
-// One CAN frame as on the wire: identifier without flag bits, kind, payload.
+// One CAN frame as on the wire: identifier without flag bits, frame kind, payload.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@ namespace hystcan::can {
 
 enum class FrameKind : std::uint8_t { data, remote, fd, error };
 
-/// The flags of an FD frame, as in linux/can.h: the data phase passes at the data bit rate (BRS); the sender
-/// is error-passive (ESI).
+/// The flags of an FD frame, as in linux/can.h: the data phase uses the data bit rate (BRS); the sender is
+/// error-passive (ESI).
 inline constexpr std::uint8_t fd_bit_rate_switch = 1;
 inline constexpr std::uint8_t fd_error_state = 2;
 
@@ -29,19 +29,20 @@ struct Frame {
   friend bool operator==(const Frame&, const Frame&) = default;
 };
 
-/// The arbitration field as a number, in the order of its bits on the wire. The lowest number wins.
+/// Returns the arbitration field as a number, in the order of its bits on the wire. The lowest number wins.
 std::uint32_t arbitration_key(std::uint32_t id, bool extended, bool remote = false);
 
-/// True: the identifier has at most 11 bits, or 29 bits.
+/// Returns true if the identifier fits into 11 bits, or into 29 bits if `extended`.
 bool is_identifier(std::uint32_t id, bool extended);
 
-/// The payloads of CAN FD that are longer than 8 bytes. Their codes in the frame (DLC) are 9 to 15.
+/// The payload lengths of CAN FD above 8 bytes. Their length codes in the frame (DLC) are 9 to 15.
 inline constexpr std::array<std::uint8_t, 7> fd_lengths{12, 16, 20, 24, 32, 48, 64};
 
-/// Payload bytes on the wire. A length of 0..8 stays; a longer message takes the next length of CAN FD.
+/// Returns the payload bytes on the wire: a length of 0..8 is unchanged, a longer one is rounded up to the
+/// next CAN FD length.
 std::uint8_t wire_length(std::uint8_t message_length);
 
-/// The kind of frame that carries a message of this length. `fd`: it is CAN FD whatever its length.
+/// Returns the kind of frame that carries a message of this length. With `fd`, it is CAN FD at any length.
 FrameKind wire_kind(std::size_t message_length, bool fd = false);
 
 }  // namespace hystcan::can

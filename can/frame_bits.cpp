@@ -7,9 +7,9 @@
 namespace hystcan::can {
 namespace {
 
-// The stuffed part of a frame lies in whole bytes; padding bits fill the front of the first byte. The padding
-// alternates and ends recessive, like an idle bus, so that it takes no stuff bit. The CRC starts at 0 and
-// takes the padding as zeros.
+// The stuffed part of a frame is packed into whole bytes; padding bits fill the front of the first byte. The
+// padding alternates and ends recessive, like an idle bus, so that it causes no stuff bit. The CRC starts at
+// 0 and treats the padding as zeros.
 
 constexpr unsigned end_bits = 9 + interframe_bits;  // ACK slot and delimiter, end of frame, interframe space
 
@@ -25,7 +25,8 @@ constexpr std::array<std::uint16_t, 256> make_crc15_table() {
 }
 constexpr auto crc15_table = make_crc15_table();
 
-// The state of a stuffing transmitter is the last bit and how often this bit has followed itself, 1..4.
+// The state of a stuffing transmitter: the last bit, and the length of the run of equal bits that ends with
+// it, 1..4.
 struct Stuffing {
   std::uint8_t state;  // 4 * bit + run - 1
   std::uint8_t stuffed;
@@ -66,7 +67,7 @@ class StuffCounter {
     count_ += step.stuffed;
   }
   unsigned count() const { return count_; }
-  /// True: a stuff bit follows the last added bit, which is `bit`.
+  /// Returns true if a stuff bit follows the last added bit, which is `bit`.
   bool ends_stuffed(unsigned bit) const { return state_ / 4U != bit; }
 
  private:
@@ -79,7 +80,7 @@ struct Header {
   unsigned length;
 
   unsigned bytes() const { return (length + 7) / 8; }
-  /// Its bits beyond the last byte are not sent.
+  /// The alternating padding. Its bits beyond the last byte are not sent.
   std::uint64_t padding() const { return 0x55ULL << length; }
 };
 
@@ -106,14 +107,14 @@ FrameBits classical_bits(const Frame& frame) {
   }
   const std::size_t bytes = frame.kind == FrameKind::remote ? 0 : std::min<std::size_t>(frame.length, 8);
   for (std::size_t i = 0; i < bytes; ++i) add(frame.data[i], frame.data[i]);
-  const unsigned tail = crc << 1U | (~crc & 1U);  // the last bit pads the byte and takes no stuff bit
+  const unsigned tail = crc << 1U | (~crc & 1U);  // the last bit fills the byte and causes no stuff bit
   stuffing.add(static_cast<std::uint8_t>(tail >> 8U));
   stuffing.add(static_cast<std::uint8_t>(tail));
   const auto content_bits = static_cast<unsigned>(header.length + 8 * bytes + 15);
   return {.head = content_bits + stuffing.count() + 1 + end_bits};  // 1: CRC delimiter
 }
 
-/// The DLC of a payload of CAN FD.
+/// Returns the length code (DLC) of a CAN FD payload.
 std::uint64_t fd_length_code(std::uint8_t length) {
   const auto place = std::ranges::find(fd_lengths, length) - fd_lengths.begin();
   return length <= 8 ? length : 9 + static_cast<std::uint64_t>(place);
@@ -158,7 +159,7 @@ FrameBits fd_bits(const Frame& frame) {
   const unsigned head_bits = header.length - (fd_control_bits - 1);
   if ((frame.fd_flags & fd_bit_rate_switch) == 0)
     return {.head = head_bits + stuffed + switched_bits + end_bits};
-  // `res` is dominant between two recessive bits: a stuff bit follows neither it nor BRS.
+  // `res` is dominant between two recessive bits: no stuff bit follows `res` or BRS.
   StuffCounter head_stuffing;
   add({header.bits >> fd_control_bits, header.length - fd_control_bits}, head_stuffing);
   return {.head = head_bits + head_stuffing.count(),

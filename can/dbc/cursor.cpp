@@ -139,7 +139,8 @@ std::optional<std::string_view> Cursor::take_number() {
   return number;
 }
 
-/// A text may end with a backslash ("C:\"). It ends there if ';' and a section's name on a new line follow.
+/// Returns true if the quote after a backslash ends the text: the text "C:\" ends if ';' and a section name
+/// on a new line follow.
 bool Cursor::is_end_after_backslash(const char* after_quote) const {
   const auto skip = [this](const char* at, std::string_view set) {
     return std::find_if_not(at, end_, [&](char c) { return is_of(set, c); });

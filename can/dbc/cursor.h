@@ -1,4 +1,4 @@
-// A position in the text of a DBC, from which one takes tokens.
+// A position in the text of a DBC. Its functions take one token at a time.
 #pragma once
 
 #include <cstddef>
@@ -8,34 +8,34 @@
 
 namespace hystcan::can::dbc {
 
-/// The first place where the text is not a DBC.
+/// The first place at which the text is not a valid DBC.
 struct ParseError {
   const char* where;
   std::string found;
   std::string expected;
 };
 
-/// The cursor moves only forward, so that reading is linear in the text. `take_...` does not move if the
-/// token is not there; `need_...` throws a ParseError that expects `words`, also at a token that is too long.
-/// A token is a view into the text.
+/// The cursor moves only forward: reading is linear in the text. `take_...` does not move if the token is
+/// missing; `need_...` throws a ParseError that expects `words` if the token is missing or too long. A token
+/// is a view into the text.
 class Cursor {
  public:
   explicit Cursor(std::string_view text);
 
-  /// True: the whole text is one word, as take_word() takes it.
+  /// Returns true if take_word() would take the whole text as one word.
   static bool is_word(std::string_view text);
 
   bool at_end();               ///< only blanks are left
   bool at_line_start() const;  ///< only blanks are between the start of the line and the cursor
-  const char* place();         ///< the place of the next token
+  const char* place();         ///< position of the next token
 
   std::optional<std::string_view>
   take_word();  ///< letters, digits, '_', and other characters that tools put into names
   std::optional<std::string_view>
   take_number();  ///< decimal, hexadecimal (0x1F), and the names of infinity and NaN
-  std::optional<std::string_view> take_quoted();  ///< the text without its quotes; \" does not end it
+  std::optional<std::string_view> take_quoted();  ///< the text without its quotes; \" does not end the text
   bool take(char mark);
-  std::string_view peek_word();  ///< empty if the next token is no word
+  std::string_view peek_word();  ///< empty if the next token is not a word
 
   std::string_view need_word(const std::string& words);
   std::string_view need_number(const std::string& words);
@@ -43,12 +43,13 @@ class Cursor {
   void need(char mark, const std::string& words);
   [[noreturn]] void refuse(const std::string& words);
 
-  char next();  ///< the next character, 0 at the end
+  char next();  ///< the next character; 0 at the end of the text
   bool next_is_digit();
-  bool next_is_on_this_line();               ///< the line has a token after the cursor
-  std::string_view take_line();              ///< takes all up to the end of the line
-  void take_any_of(std::string_view marks);  ///< takes characters of the set, and blanks
-  bool take_until_semicolon();  ///< skips strings whole; false if a section or the end comes first
+  bool next_is_on_this_line();               ///< true if the line has a token after the cursor
+  std::string_view take_line();              ///< takes everything up to the end of the line
+  void take_any_of(std::string_view marks);  ///< takes characters of the set and blanks
+  bool take_until_semicolon();  ///< skips each string as a whole; false if a section or the end of the text
+                                ///< is first
 
  private:
   void skip_blanks();
@@ -61,10 +62,10 @@ class Cursor {
   const char* end_;
 };
 
-/// True: the word begins a section of the format.
+/// Returns true if the word begins a section of the format.
 bool is_section(std::string_view word);
 
-/// True: the word has the form of a section's name, for example FOO_.
+/// Returns true if the word has the form of a section name (example: FOO_).
 bool looks_like_section(std::string_view word);
 
 }  // namespace hystcan::can::dbc

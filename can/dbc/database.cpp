@@ -11,7 +11,8 @@
 namespace hystcan::can {
 namespace {
 
-/// Places in the text, which ascend. Lines end with LF, CR LF or CR.
+/// Converts positions in the text to line and column; the positions must ascend. Lines end with LF, CR LF or
+/// CR.
 class Places {
  public:
   Places(std::string_view text, const std::string& file_name)

@@ -1,4 +1,4 @@
-// A CAN database in Vector's DBC format: the messages, and the place of each signal in its message.
+// A CAN database in Vector's DBC format: the messages, and the position of each signal in its message.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,20 @@ namespace hystcan::can {
 
 enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 
-/// The type of a signal's raw bits: an integer or an IEEE 754 number (SIG_VALTYPE_). `unreadable` is declared
-/// as an IEEE 754 number but has no such width; read as an integer it would give a wrong number.
+/// The type of a signal's raw bits: an integer or an IEEE 754 number (SIG_VALTYPE_). An `unreadable` signal
+/// is declared as IEEE 754 but has another width; decoding it as an integer would give a wrong number.
 enum class ValueType : std::uint8_t { integer, float32, float64, unreadable };
 
-/// How a signal takes part in multiplexing: `M` is a switch; `m3` is present if the switch reads 3.
+/// The multiplexing of a signal: `M` marks a switch; a signal with `m3` is present if the switch reads 3.
 struct Multiplexing {
   struct Range {
     std::uint64_t low = 0;
-    std::uint64_t high = 0;  ///< included
+    std::uint64_t high = 0;  ///< inclusive
   };
   bool is_switch = false;
-  std::optional<std::uint32_t> present_at;  ///< from the signal's own line
+  std::optional<std::uint32_t> present_at;  ///< switch value in the signal's own line
   std::optional<std::size_t> switched_by;   ///< index of the switch among the message's signals
-  /// Values of the switch with which it is present (SG_MUL_VAL_, or m3), ascending, without overlaps.
+  /// Switch values with which the signal is present (SG_MUL_VAL_, or m3), ascending, without overlaps.
   std::vector<Range> ranges;
 };
 
@@ -40,72 +40,74 @@ struct Multiplexing {
 /// significant bit of a big-endian one, in the sawtooth numbering of the format.
 struct Signal {
   std::string name;
-  std::string short_name;  ///< in the file, if an attribute has the long name; else empty
+  std::string short_name;  ///< name in the file if an attribute has the long name; else empty
   std::uint32_t start_bit = 0;
-  std::uint16_t length = 0;  ///< bits; a codec takes 1..64
+  std::uint16_t length = 0;  ///< bits; a codec accepts 1..64
   ByteOrder byte_order = ByteOrder::little_endian;
   bool is_signed = false;
   ValueType value_type = ValueType::integer;
   double scale = 1.0;
   double offset = 0.0;
-  double minimum = 0.0;  ///< physical range; minimum == maximum == 0: the DBC states none
+  double minimum = 0.0;  ///< physical range; minimum == maximum == 0 if the DBC states no range
   double maximum = 0.0;
   std::string unit;
   std::map<std::int64_t, std::string> values;  ///< names of raw values (VAL_)
   Multiplexing multiplexing;
 };
 
-/// True: the signal has 1 to 64 bits and a readable value type.
+/// Returns true if the signal has 1 to 64 bits and a readable value type.
 bool is_decodable(const Signal& signal);
 
-/// The least length of a payload that holds the whole signal, in bytes.
+/// Returns the shortest payload length that contains the whole signal, in bytes.
 std::size_t bytes_needed(const Signal& signal);
 
 struct Message {
   std::uint32_t id = 0;
   bool extended = false;
   std::string name;
-  std::string short_name;        ///< in the file, if an attribute has the long name; else empty
-  std::uint16_t length = 0;      ///< bytes; more than 64 if a transport protocol carries it (J1939)
-  bool fd = false;               ///< CAN FD, by VFrameFormat or, without it, by the length
-  bool bit_rate_switch = false;  ///< CAN FD with a data phase at the data bit rate: CANFD_BRS is not 0
+  std::string short_name;        ///< name in the file if an attribute has the long name; else empty
+  std::uint16_t length = 0;      ///< bytes; more than 64 if a transport protocol carries the message (J1939)
+  bool fd = false;               ///< CAN FD; given by VFrameFormat or, if the attribute is missing, by the
+                                 ///< length
+  bool bit_rate_switch = false;  ///< the CAN FD data phase uses the data bit rate: CANFD_BRS is not 0
   std::string sender;
   std::vector<Signal> signals;
 
-  /// By its name, or by a short name that only one signal has. Null if absent.
+  /// Finds a signal by its name, or by its short name if only one signal has it. Null if not found.
   const Signal* find(std::string_view signal) const;
 };
 
 struct Database {
   std::vector<Message> messages;
-  std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: what`
-  std::size_t further_warnings = 0;   ///< number of those that are not in `warnings`
-  std::map<std::uint32_t, std::size_t> message_by_id;  ///< key_of() to the last such message
+  std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: TEXT`
+  std::size_t further_warnings = 0;   ///< number of warnings that are not stored in `warnings`
+  std::map<std::uint32_t, std::size_t> message_by_id;  ///< from key_of() to the last message with this key
 
-  /// The first of this name, or the only one of this short name. Null if absent.
+  /// Finds the first message of this name, or the only message of this short name. Null if not found.
   const Message* find(std::string_view message) const;
 
   static std::uint32_t key_of(std::uint32_t id, bool extended) { return extended ? id | 1U << 31U : id; }
 };
 
-/// What a DBC may have at most. Within these limits, time and memory grow in proportion to the file.
+/// The size limits of a DBC. Within them, time and memory are proportional to the file size.
 namespace dbc {
 inline constexpr std::size_t largest_file = std::size_t{16} << 20U;  ///< 16 MiB
-inline constexpr std::size_t longest_name = 1024;  ///< bytes of a name, a number, a unit, the name of a value
-inline constexpr std::size_t longest_text = 65'536;  ///< bytes of a comment or of an attribute's value
+inline constexpr std::size_t longest_name = 1024;    ///< bytes of a name, a number, a unit or a value name
+inline constexpr std::size_t longest_text = 65'536;  ///< bytes of a comment or an attribute value
 inline constexpr std::size_t most_nodes = 65'536;
 inline constexpr std::size_t most_messages = 65'536;
-inline constexpr std::size_t most_signals = 65'536;  ///< of one message
-inline constexpr std::size_t most_items = 65'536;  ///< of one list: receivers, names of values, ranges, items
-inline constexpr std::size_t most_warnings = 1000;  ///< that are kept; all others are only counted
+inline constexpr std::size_t most_signals = 65'536;  ///< in one message
+inline constexpr std::size_t most_items = 65'536;    ///< in one list: receivers, value names, ranges or
+                                                     ///< enumeration items
+inline constexpr std::size_t most_warnings = 1000;  ///< warnings that are stored; the others are only counted
 }  // namespace dbc
 
-/// Throws Error if the text is not a DBC, or has more than these limits allow. Known irregularities of real
-/// files give a warning; docs/protocol/dbc.md lists them. All texts are converted to UTF-8. Comments,
-/// receivers and most attributes are checked but not kept.
+/// Throws Error if the text is not a valid DBC or exceeds these limits. Known irregularities of real files
+/// give a warning; docs/protocol/dbc.md lists them. All texts are converted to UTF-8. Comments, receivers and
+/// most attributes are checked but not stored.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
-/// Throws Error, also if the file can't be read.
+/// Loads a DBC file. Throws Error, also if the file can't be read.
 Database load_dbc(const std::filesystem::path& file);
 
 }  // namespace hystcan::can

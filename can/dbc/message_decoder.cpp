@@ -17,8 +17,9 @@ std::uint64_t bits_of(const Signal& signal, std::span<const std::uint8_t> payloa
   return raw & ~std::uint64_t{0} >> (64U - signal.length);
 }
 
-/// Finds the signals that a payload carries: a signal is present if its switch is present and reads one of
-/// the signal's values. Switches may form chains of any length; the signals of a ring are never present.
+/// Finds the signals in a payload: a signal is present if its switch is present and reads one of the signal's
+/// values. Switches may form chains of any length; signals that switch each other in a ring are never
+/// present.
 class Presence {
  public:
   Presence(const Message& message, std::span<const std::uint8_t> payload)
@@ -27,7 +28,7 @@ class Presence {
   bool of(std::size_t asked) {
     std::size_t index = asked;
     while (!known_[index]) {  // follow the switches to a known one or to the last
-      known_[index] = false;  // until it is known; stays in a ring
+      known_[index] = false;  // preliminary; stays false in a ring
       chain_.push_back(index);
       const auto& switched_by = signals_[index].multiplexing.switched_by;
       if (!switched_by) break;
@@ -52,7 +53,7 @@ class Presence {
 
   const std::vector<Signal>& signals_;
   std::span<const std::uint8_t> payload_;
-  std::vector<std::optional<bool>> known_;  ///< whether a signal is present
+  std::vector<std::optional<bool>> known_;  ///< whether each signal is present; nullopt: not yet determined
   std::vector<std::size_t> chain_;
 };
 

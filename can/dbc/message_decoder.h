@@ -1,4 +1,4 @@
-// Decodes a frame by the DBC: every signal that it carries, with unit and name.
+// Decodes a frame by the DBC: every signal in the frame, with its unit and name.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,17 @@ struct DecodedSignal {
   const Signal* signal = nullptr;  ///< a signal of the given message
   std::int64_t raw = 0;            ///< the integer, or the bits of an IEEE 754 number
   double physical = 0.0;
-  std::string_view name;  ///< name of the raw value (VAL_); empty if it has none
+  std::string_view name;  ///< name of the raw value (VAL_); empty if the value has no name
 };
 
-/// The message with the identifier and the identifier type of this frame. The length of the frame does not
-/// matter, and it may be a remote frame. Null if the database has no such message, and for error frames.
+/// Finds the message with the identifier and the identifier type of this frame. The length of the frame does
+/// not matter, and a remote frame is allowed. Null for error frames, and if the database has no such message.
 const Message* message_of(const Database& database, const Frame& frame);
 
-/// The signals that are present after simple and extended multiplexing (SG_MUL_VAL_), in DBC order.
-/// A signal is left out if the payload is too short for it or if it is not decodable; the signals that it
-/// switches are left out, too. A remote or error frame has no signals. The value of a switch is its bits as
-/// an unsigned number.
+/// Returns the signals that are present after simple and extended multiplexing (SG_MUL_VAL_), in DBC order.
+/// Omits a signal if the payload is too short for it or if it is not decodable; also omits the signals that
+/// an omitted signal switches. A remote or error frame has no signals. A switch value is its bits as an
+/// unsigned number.
 std::vector<DecodedSignal> decode_signals(const Message& message, const Frame& frame);
 
 }  // namespace hystcan::can

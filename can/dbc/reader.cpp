@@ -12,7 +12,7 @@ constexpr std::uint64_t extended_flag = 0x8000'0000;
 constexpr std::uint64_t max_standard_id = 0x7FF;
 constexpr std::uint64_t max_extended_id = 0x1FFF'FFFF;
 constexpr std::uint64_t max_message_bytes = 0xFFFF;
-constexpr std::uint64_t max_length = 0xFFFF;  // bits; a signal of more than 64 bits is kept but not decoded
+constexpr std::uint64_t max_length = 0xFFFF;  // bits; a signal of more than 64 bits is stored but not decoded
 constexpr std::uint64_t max_signal_bits = 64;
 constexpr std::uint16_t max_classical_bytes = 8;
 constexpr std::uint16_t max_fd_bytes = 64;
@@ -34,7 +34,7 @@ double real(std::string_view token, const std::string& what) {
   return *number;
 }
 
-/// Takes the rest of a section; false if a text in it has no end, or if the section has none.
+/// Takes the rest of a section. Returns false if the section, or a text in it, has no end.
 bool ends_in_semicolon(Cursor& cursor) {
   try {
     return cursor.take_until_semicolon();
@@ -118,7 +118,8 @@ bool Reader::section() {
   return stray();
 }
 
-/// Of comments and of most definitions nothing is kept: a malformed one is skipped with a warning.
+/// Reads a section whose content is mostly not stored (comments, definitions): skips a malformed one with a
+/// warning.
 void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) {
   Cursor start = cursor_;
   try {
@@ -137,7 +138,7 @@ void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) 
   }
 }
 
-/// Skips an extra ';' and a comment of a programmer; the format has no such comments.
+/// Skips an extra ';' or a comment that begins with '//', which is not part of the format.
 bool Reader::stray() {
   const std::string_view here(cursor_.place(), 1);
   if (cursor_.take(';')) {
@@ -151,7 +152,8 @@ bool Reader::stray() {
   return true;
 }
 
-/// A missing ';' before the next section, or at the end of the file, gives a warning.
+/// Takes the ';' at the end of a section. Warns if it is missing before the next section or at the end of the
+/// file.
 void Reader::need_semicolon() {
   if (cursor_.take(';')) return;
   if (cursor_.at_end())
@@ -168,7 +170,7 @@ void Reader::note(std::string_view at, std::string what) {
     ++database_.further_warnings;
 }
 
-/// A small file cannot make a large database.
+/// Limits the copies, so that a small file can't make a large database.
 void Reader::count_copies(std::string_view at, std::size_t bytes) {
   copied_ += bytes;
   if (copied_ <= largest_copies) return;
@@ -186,7 +188,7 @@ void Reader::version() {
   cursor_.take(';');
 }
 
-/// The names of sections, one or many on a line. A line that contains more is the next section.
+/// Reads the section names, one or many on a line. Stops at a line that begins the next section.
 void Reader::new_symbols() {
   if (!cursor_.take(':')) cursor_.refuse(colon);
   while (!cursor_.at_end()) {
@@ -288,7 +290,7 @@ void Reader::signal() {
   if (!in_left_out_) add_signal(std::move(signal), name, start_bit);
 }
 
-/// A switch is `M` or `m3M`. Some tools write `m` and `m3m`.
+/// Parses the mark of a signal. A switch is `M` or `m3M`; some tools write `m` and `m3m`.
 Multiplexing Reader::simple_multiplexing(std::string_view word, const std::string& of) {
   Multiplexing result;
   const bool small = word == "m" || (word.ends_with('m') && word.size() > 2);
@@ -303,7 +305,7 @@ Multiplexing Reader::simple_multiplexing(std::string_view word, const std::strin
   return result;
 }
 
-/// From the length to the offset: `|16@1+ (0.1,0)`.
+/// Reads the part from the length to the offset: `|16@1+ (0.1,0)`.
 void Reader::read_coding(Signal& signal, const std::string& of) {
   cursor_.need('|', "'|' in the bit position" + of);
   const std::string_view length = cursor_.need_number("the length" + of + " in bits");
@@ -348,7 +350,7 @@ char Reader::one_of(std::string_view marks, const std::string& words) {
   return mark;
 }
 
-/// The receivers on the signal's line and, after a comma, on the next line.
+/// Skips the receivers on the signal's line and, after a comma, on the next line.
 void Reader::skip_receivers() {
   bool more = false;
   for (std::size_t count = 0; more || cursor_.next_is_on_this_line(); ++count) {
@@ -380,7 +382,8 @@ void Reader::add_signal(Signal signal, std::string_view name, std::string_view s
   message.signals.push_back(std::move(signal));
 }
 
-/// Simple multiplexing: every `m` depends on the `M` of the message. Without an `M` it is always present.
+/// Resolves simple multiplexing: every `m` depends on the `M` of the message. Without an `M`, the signal is
+/// always present.
 void Reader::find_switch(Message& message) {
   auto& all = message.signals;
   const auto is_first = [](const Signal& signal) {
@@ -397,7 +400,7 @@ void Reader::find_switch(Message& message) {
   }
 }
 
-/// Notes overlaps among the signals that are always present and not too long to be decoded.
+/// Warns about overlaps between signals that are always present and short enough to be decoded.
 void Reader::note_overlaps(const Message& message, const MessageText& text) {
   if (message.signals.size() < 2) return;
   std::vector<bool> taken(8U * std::size_t{message.length});

@@ -17,32 +17,32 @@ namespace hystcan::can::dbc {
 
 inline constexpr const char* message_id = "the identifier of a message";
 inline constexpr const char* signal_name = "the name of a signal";
-inline constexpr const char* frame_format = "VFrameFormat";  ///< an attribute that is kept
-inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< another one
+inline constexpr const char* frame_format = "VFrameFormat";  ///< an attribute that the reader stores
+inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< an attribute that the reader stores
 inline constexpr const char* quoted_text = "a text in quotes";
 
-/// What one section says of several objects is copied to each: a comment of an identifier that several
-/// messages have, the names of a value table. This bounds all copies together.
+/// A section may apply to several objects: a comment if several messages have its identifier, the value names
+/// of a table. Each object gets a copy. This limit is for all copies together.
 inline constexpr std::size_t largest_copies = std::size_t{64} << 20U;
-inline constexpr std::size_t bytes_of_an_entry = 64;  ///< what each copy counts besides its text
+inline constexpr std::size_t bytes_of_an_entry = 64;  ///< size of each copy without its text
 
-/// The whole number of the token. Throws ParseError if it is not within the limits.
+/// Returns the whole number in the token. Throws ParseError if it is outside the limits.
 std::uint64_t natural(std::string_view token, std::uint64_t minimum, std::uint64_t maximum,
                       const std::string& what);
 
-/// The token in quotes; a long one is cut.
+/// Returns the token in quotes, shortened if it is long.
 std::string cited(std::string_view token);
 
-/// One function for each section; it starts with the cursor after the section's name.
+/// Reads each section by one function, which starts with the cursor after the section name.
 ///
-/// Nodes, messages, value tables and definitions of attributes are kept where they stand. The sections that
-/// say more about them (names of values, attributes, ...) may stand before them, so they are read where they
-/// stand and apply after the last line. They name messages and signals by identifier and name. If several
-/// messages or signals have the same identifier or name, the section applies to all of them.
+/// Nodes, messages, value tables and attribute definitions are stored as they are read. The sections with
+/// details about them (value names, attributes, ...) may be before them in the file, so they are read at
+/// their place but apply after the last line. They refer to messages and signals by identifier and name. If
+/// several messages or signals have the same identifier or name, the section applies to all of them.
 ///
-/// Nothing is kept of comments, receivers, relations (BA_REL_) and most attributes: their syntax, and that
-/// their objects and attributes exist, is checked. A malformed comment or definition of such an attribute
-/// (CM_, BA_DEF_) gives a warning and is skipped.
+/// Comments, receivers, relations (BA_REL_) and most attributes are not stored. The reader checks their
+/// syntax, and that their objects and attributes exist. A malformed comment or definition of such an
+/// attribute (CM_, BA_DEF_) gives a warning and is skipped.
 class Reader {
  public:
   explicit Reader(std::string_view text) : cursor_(text) {}
@@ -50,25 +50,27 @@ class Reader {
   /// Throws ParseError.
   Database read();
 
-  /// An irregularity that the reader accepts, and its place in the text.
+  /// An irregularity that the reader accepts, with its position in the text.
   using Warning = std::pair<const char*, std::string>;
-  std::vector<Warning>& warnings() { return warnings_; }  ///< of read(); `further_warnings` counts the others
+  std::vector<Warning>& warnings() { return warnings_; }  ///< the stored warnings of read()
 
  private:
-  /// The names in the text of a message and of its signals. They are also the places of the signals.
+  /// The names of a message and of its signals as views into the text. They also give the positions of the
+  /// signals.
   struct MessageText {
     std::string_view name;
     std::vector<std::string_view> signals;
     std::multimap<std::string_view, std::size_t> signal_by_name;
-    std::optional<bool> fd;        ///< by the message's own VFrameFormat
-    std::optional<bool> switches;  ///< by its own CANFD_BRS
+    std::optional<bool> fd;        ///< from the message's own VFrameFormat
+    std::optional<bool> switches;  ///< from the message's own CANFD_BRS
   };
 
   /// The object of a comment or of an attribute.
   struct Subject {
-    std::string_view kind;  ///< "" the network, "BU_" a node, "BO_" a message, "SG_" a signal, "EV_"
-    std::string_view name;  ///< of the node, the signal or the environment variable
-    std::string_view id;    ///< of the message
+    std::string_view kind;  ///< "" the network, "BU_" a node, "BO_" a message, "SG_" a signal, "EV_" an
+                            ///< environment variable
+    std::string_view name;  ///< name of the node, the signal or the environment variable
+    std::string_view id;    ///< identifier of the message
   };
 
   /// A number or a text.
@@ -79,7 +81,7 @@ class Reader {
 
   struct Attribute {
     std::string_view type;                ///< INT, HEX, FLOAT, STRING or ENUM
-    std::vector<std::string_view> items;  ///< of an ENUM
+    std::vector<std::string_view> items;  ///< the names of an ENUM
     std::optional<Value> default_value;
   };
 
@@ -112,7 +114,7 @@ class Reader {
   static void find_switch(Message& message);
   void note_overlaps(const Message& message, const MessageText& text);
 
-  // What other sections say of them
+  // Sections with details about messages and signals
   Subject subject();
   void comment();
   Names value_names();
@@ -138,7 +140,7 @@ class Reader {
   static bool switches(const Value& brs);
   void set_frame_formats();
 
-  // Search by identifier and name. `bytes` is what `act` copies to each object.
+  // Search by identifier and name. `bytes` is the size of the copy that `act` makes for each object.
   void count_copies(std::string_view at, std::size_t bytes);
   template <class Do>
   void for_objects(const Subject& subject, std::size_t bytes, Do&& act);
@@ -150,19 +152,19 @@ class Reader {
   Cursor cursor_;
   Database database_;
   std::vector<Warning> warnings_;
-  std::vector<MessageText> texts_;                 ///< of each message
-  bool in_message_ = false;                        ///< a signal's line may follow
-  bool in_left_out_ = false;                       ///< and its signal is left out
-  std::optional<std::uint64_t> left_out_;          ///< Vector's message without a frame
-  std::vector<std::function<void()>> details_;     ///< apply after the last line
-  std::vector<std::function<void()>> long_names_;  ///< apply after these
+  std::vector<MessageText> texts_;                 ///< one for each message
+  bool in_message_ = false;                        ///< a signal line may follow
+  bool in_left_out_ = false;                       ///< the signal lines belong to a message that is left out
+  std::optional<std::uint64_t> left_out_;          ///< identifier of Vector's message without a frame
+  std::vector<std::function<void()>> details_;     ///< functions that apply after the last line
+  std::vector<std::function<void()>> long_names_;  ///< functions that apply after details_
   std::size_t copied_ = 0;
   // Trees, because the keys of a hash table can be chosen so that each search visits all of them.
-  std::map<std::string_view, std::string> nodes_;  ///< long name of each, if it has one
+  std::map<std::string_view, std::string> nodes_;  ///< long name of each node; empty if it has none
   std::map<std::string, Names> value_tables_;
   std::map<std::string, Attribute> attributes_;
-  std::map<std::string_view, std::size_t> names_;    ///< index of each message
-  std::multimap<std::uint64_t, std::size_t> by_id_;  ///< by the identifier in the DBC
+  std::map<std::string_view, std::size_t> names_;    ///< index of each message by its name
+  std::multimap<std::uint64_t, std::size_t> by_id_;  ///< index of each message by its identifier in the DBC
 };
 
 template <class Do>
@@ -189,8 +191,8 @@ void Reader::for_signals(std::string_view id, std::string_view name, std::size_t
   });
 }
 
-/// `act` takes a message, a signal or the long name of a node. Nothing is kept of the network and of
-/// environment variables.
+/// Calls `act` with a message, a signal or the long name of a node. Ignores the network and environment
+/// variables, because the database does not store them.
 template <class Do>
 void Reader::for_objects(const Subject& subject, std::size_t bytes, Do&& act) {
   if (subject.kind == "BO_") {

@@ -1,5 +1,5 @@
-// The sections that say more about messages and signals: comments, names of values, types, extended
-// multiplexing, attributes.
+// The sections with details about messages and signals: comments, value names, types, extended multiplexing,
+// attributes.
 #include <algorithm>
 #include <array>
 #include <set>
@@ -18,7 +18,7 @@ std::size_t bytes_of(const std::map<std::int64_t, std::string>& names) {
   return bytes;
 }
 
-/// The same values, in ranges that ascend and do not overlap.
+/// Returns the same values as ranges that ascend and do not overlap.
 std::vector<Multiplexing::Range> disjoint(std::vector<Multiplexing::Range> ranges) {
   std::ranges::sort(ranges, std::less<>{}, &Multiplexing::Range::low);
   std::vector<Multiplexing::Range> result;
@@ -34,14 +34,15 @@ std::vector<Multiplexing::Range> disjoint(std::vector<Multiplexing::Range> range
 
 }  // namespace
 
-/// VFrameFormat is an ENUM with names, or an INT with the numbers of Vector.
+/// Returns true for the value of VFrameFormat that means CAN FD: an ENUM with names, or an INT with Vector's
+/// numbers.
 bool Reader::is_fd(const Value& format) {
   const auto number = format.is_text ? std::nullopt : to_real(format.token);
   if (!number) return format.token.ends_with("FD");
   return *number == 14.0 || *number == 15.0;  // StandardCAN_FD, ExtendedCAN_FD
 }
 
-/// CANFD_BRS is an ENUM of "0" and "1", or an INT.
+/// Returns true if CANFD_BRS is not 0. It is an ENUM of "0" and "1", or an INT.
 bool Reader::switches(const Value& brs) { return to_real(brs.token) != 0.0; }
 
 Reader::Subject Reader::subject() {
@@ -64,7 +65,7 @@ void Reader::comment() {
   details_.emplace_back([this, of] { for_objects(of, 0, [](const auto&) {}); });
 }
 
-/// A raw value above the signed range means the signed value with the same 64 bits.
+/// Reads value names. A raw value above the signed range means the signed value with the same 64 bits.
 Reader::Names Reader::value_names() {
   Names names;
   for (std::size_t count = 0; const auto raw = cursor_.take_number(); ++count) {
@@ -88,7 +89,7 @@ void Reader::value_table() {
   need_semicolon();
 }
 
-/// The values of a signal or of an environment variable, which has no message.
+/// Reads the value names of a signal, or of an environment variable, which has no message.
 void Reader::values() {
   const std::string_view id = cursor_.need_word(message_id);
   const bool is_variable =
@@ -99,7 +100,7 @@ void Reader::values() {
   }
   const std::string_view signal = cursor_.need_word(signal_name);
   const Names names = value_names();
-  std::string_view table;  // instead of names
+  std::string_view table;  // set if the section refers to a table instead of listing names
   if (cursor_.next() != ';' && !is_section(cursor_.peek_word())) table = cursor_.take_word().value_or("");
   need_semicolon();
   details_.emplace_back([this, id, signal, table, names] { set_values(id, signal, table, names); });
@@ -120,7 +121,8 @@ void Reader::set_values(std::string_view id, std::string_view signal, std::strin
   });
 }
 
-/// The length decides between the two types, because real files confuse them.
+/// Reads a value type. The signal length decides between float and double, because real files confuse the
+/// two.
 void Reader::value_type() {
   const std::string_view id = cursor_.need_number(message_id);
   const std::string_view signal = cursor_.need_word(signal_name);
@@ -190,7 +192,7 @@ void Reader::set_multiplexing(std::string_view id, std::string_view switched, st
 }
 
 void Reader::definition() {
-  cursor_.take_word();  // the kind of object
+  cursor_.take_word();  // skips the kind of object
   const std::string name = unescaped(cursor_.need_quoted(attribute_name, longest_name));
   constexpr const char* any_type = "INT, HEX, FLOAT, STRING or ENUM";
   constexpr std::array<std::string_view, 5> types = {"INT", "HEX", "FLOAT", "STRING", "ENUM"};
@@ -228,7 +230,8 @@ void Reader::attribute_default() {
   });
 }
 
-/// Names of more than 32 characters stand shortened in the file, and whole in an attribute.
+/// Reads an attribute. A name of more than 32 characters is shortened in the file; an attribute has the whole
+/// name.
 void Reader::attribute() {
   const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
   const Subject of = subject();
@@ -264,7 +267,7 @@ void Reader::set_long_name(const Subject& subject, std::string_view name) {
   });
 }
 
-/// An attribute of a node together with a message, a signal or an environment variable.
+/// Reads the attribute of a node combined with a message, a signal or an environment variable.
 void Reader::relation() {
   const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
   const std::string_view kind = cursor_.need_word("BU_SG_REL_, BU_BO_REL_ or BU_EV_REL_");
@@ -284,7 +287,8 @@ void Reader::relation() {
   });
 }
 
-/// By the attribute's definition: the name of an ENUM's item for its number, and what is a text or a number.
+/// Interprets a value by the attribute's definition: the name of an ENUM item for its number, and text or
+/// number.
 Reader::Value Reader::known_value(std::string_view name, const Value& value) {
   const auto found = attributes_.find(unescaped(name));
   if (found == attributes_.end()) {
@@ -301,7 +305,7 @@ Reader::Value Reader::known_value(std::string_view name, const Value& value) {
   return value;
 }
 
-/// A sender is the name of a node.
+/// Replaces the senders, which are node names, by the long names of the nodes.
 void Reader::name_senders() {
   std::map<std::string, const std::string*> names;
   for (const auto& [name, long_name] : nodes_)
@@ -332,7 +336,7 @@ void Reader::note_repeated_long_names() {
   }
 }
 
-/// The attribute or its default decides before the length.
+/// Sets the frame format of each message from the attribute, else from its default, else from the length.
 void Reader::set_frame_formats() {
   const auto by_default = [this](const char* name, auto meaning) -> std::optional<bool> {
     const auto defined = attributes_.find(name);

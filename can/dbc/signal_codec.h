@@ -1,4 +1,4 @@
-// Packs and unpacks one signal. The constructor compiles the plan from the DBC; packing uses no strings.
+// Packs and unpacks one signal. The constructor prepares the layout from the DBC; packing uses no strings.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@ namespace hystcan::can {
 ///   physical = raw * scale + offset
 class SignalCodec {
  public:
-  /// Throws std::invalid_argument if the signal does not have 1..64 bits or the bits of its value type.
+  /// Throws std::invalid_argument if the signal does not have 1..64 bits or the width of its value type.
   explicit SignalCodec(const Signal& signal);
 
-  /// The payload must hold the signal: bytes_needed(signal).
-  /// The integer, or the bits of an IEEE 754 number.
+  /// Returns the integer, or the bits of an IEEE 754 number. The payload must contain the whole signal:
+  /// bytes_needed(signal).
   std::int64_t unpack_raw(std::span<const std::uint8_t> payload) const;
   double unpack(std::span<const std::uint8_t> payload) const;
 
@@ -27,14 +27,14 @@ class SignalCodec {
   /// Rounds to the nearest raw value. A value never wraps: the function returns false and does not change the
   /// payload if `physical` is not finite, is outside the physical range, or does not fit into the signal's
   /// bits. The range is widened by a millionth of the resolution, so that a value from unpack() can be packed
-  /// again. With a scale of 0 no value fits.
+  /// again. If the scale is 0, no value fits.
   [[nodiscard]] bool pack(double physical, std::span<std::uint8_t> payload) const;
 
   double minimum() const { return minimum_; }  ///< physical range that pack() accepts
   double maximum() const { return maximum_; }
-  double resolution() const { return scale_; }  ///< only for an integer signal
+  double resolution() const { return scale_; }  ///< only valid for an integer signal
   std::size_t first_byte() const { return placement_.first_byte; }
-  /// True: the signal consists of so many whole bytes.
+  /// Returns true if the signal consists of exactly `count` whole bytes.
   bool fills_bytes(unsigned count) const {
     return length_ == 8 * count && placement_.last_byte - placement_.first_byte + 1 == count;
   }
@@ -65,7 +65,7 @@ class SignalCodec {
   double maximum_ = 0.0;
   double accepted_from_ = 0.0;  ///< the physical range, widened for rounding
   double accepted_to_ = 0.0;
-  double raw_low_ = 0.0;  ///< representable raw values
+  double raw_low_ = 0.0;  ///< range of representable raw values
   double raw_high_ = 0.0;
 };
 

@@ -33,7 +33,7 @@ int hex_value(char digit) {
 
 bool is_hex(char c) { return hex_value(c) >= 0; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-/// Printable ASCII but a blank; char may be signed or not.
+/// Returns true for printable ASCII except a blank; char may be signed or unsigned.
 bool is_word(char c) { return c > ' ' && c < '\x7F'; }
 
 /// The first error in a line; `at` counts from 0.
@@ -139,7 +139,9 @@ class Line {
     if (take('#')) {
       if (!is_hex(peek())) refuse(at_, "the flags of an FD frame, one hexadecimal digit");
       const auto flags = static_cast<std::uint8_t>(hex_value(text_[at_++]));
-      if (frame.kind == FrameKind::error) return bytes(frame, classical_bytes);  // python-can on a CAN FD bus
+      if (frame.kind == FrameKind::error)
+        return bytes(frame, classical_bytes);  // written by python-can on a
+                                               // CAN FD bus
       frame.kind = FrameKind::fd;
       frame.fd_flags = flags;
       bytes(frame, frame.data.size());
@@ -200,7 +202,8 @@ std::string quoted(std::string_view line, std::size_t at) {
   return text.data();
 }
 
-/// The 12 of `DROPCOUNT: dropped 12 CAN frames on 'can0' socket (total drops 34)`. Empty for any other line.
+/// Returns 12 for `DROPCOUNT: dropped 12 CAN frames on 'can0' socket (total drops 34)`; nullopt for any other
+/// line.
 std::optional<std::uint64_t> drops_counted_by(std::string_view line) {
   constexpr std::string_view before = "DROPCOUNT: dropped ";
   if (!line.starts_with(before)) return std::nullopt;
@@ -213,7 +216,7 @@ std::optional<std::uint64_t> drops_counted_by(std::string_view line) {
   return drops;
 }
 
-/// A log of another program, by its first line.
+/// A log format of another program, detected by the first line.
 struct OtherLog {
   std::string_view begin, kind, converter;
 };
@@ -224,7 +227,7 @@ constexpr OtherLog other_logs[] = {
     {"base dec", "Vector (ASC)", of_vector},    {"LOGG", "Vector (BLF)", of_python},
     {";$FILEVERSION", "PEAK (TRC)", of_python}, {"MDF     ", "ASAM (MF4)", of_python}};
 
-/// What the first line shows of a file that is no log of candump; empty if it may be one.
+/// Returns the problem if the first line shows that the file is not a candump log; empty if it may be one.
 std::string refusal_of_file(std::string_view text) {
   if (const std::string_view other = refusal_of_encoding(text); !other.empty()) return std::string(other);
   for (const OtherLog& log : other_logs)
@@ -234,7 +237,7 @@ std::string refusal_of_file(std::string_view text) {
   return {};
 }
 
-/// True if zeros fill the rest of the stream, as a file system leaves them when the power fails.
+/// Returns true if zeros fill the rest of the stream; a file system leaves them after a power failure.
 bool ends_in_zeros(std::istream& stream, std::string_view line) {
   const std::size_t zero = line.find('\0');
   if (zero == std::string_view::npos || line.find_first_not_of('\0', zero) != std::string_view::npos)
@@ -267,7 +270,7 @@ std::optional<LoggedFrame> CandumpReader::next() {
       throw Error({name_, line_, at + 1}, fmt::format("found {}", found), {.expected = expected});
     };
     if (stream_.bad()) throw Error(name_, "cannot be read");
-    if (!stream_.eof() && !stream_.fail()) --size;  // the end of the line is counted too
+    if (!stream_.eof() && !stream_.fail()) --size;  // the line end is counted, too
     if (line_ == 1)
       if (const std::string other = refusal_of_file({buffer.data(), size}); !other.empty())
         throw Error({name_, 1, 1}, other);

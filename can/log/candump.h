@@ -7,12 +7,12 @@
 //   (1699876543.123456) can0 20000004#0001...    error frame: 0x20000000 and the classes of linux/can/error.h
 //   (1699876543.123456) can0 123#11 R            with `candump -x`: received, or sent (T) by the same host
 //
-// The reader also accepts, and nothing else:
+// The reader also accepts the following, and nothing else:
 //
-//   - times in nanoseconds, which it cuts to microseconds
+//   - times in nanoseconds, truncated to microseconds
 //   - several blanks before the interface, and dots between bytes
-//   - a DLC above 8 of a classical frame (`_9`), which it drops like canplayer
-//   - comments (`#` in column 1), which it skips like canplayer
+//   - a DLC above 8 of a classical frame (`_9`), which it ignores like canplayer
+//   - comments (`#` in column 1), which it ignores like canplayer
 //   - error frames of a CAN FD bus as python-can writes them (`20000080##0`)
 //   - the lines of `candump -d` between frames (`DROPCOUNT: ...`)
 #pragma once
@@ -39,27 +39,27 @@ struct LoggedFrame {
   friend bool operator==(const LoggedFrame&, const LoggedFrame&) = default;
 };
 
-/// Only the frame, in the format of cansend: `123#11223344`.
+/// Formats only the frame, as for cansend: `123#11223344`.
 std::string candump_frame(const Frame& frame);
 
-/// One line, without the line end.
+/// Formats one line, without the line end.
 std::string candump_line(const LoggedFrame& logged);
 
 /// Reads a log line by line, in constant memory.
 class CandumpReader {
  public:
-  /// `stream` must outlive the reader. Messages call the file `name`.
+  /// `stream` must outlive the reader. Error messages call the file `name`.
   CandumpReader(std::istream& stream, std::string name) : stream_(stream), name_(std::move(name)) {}
 
-  /// Empty at the end of the log, and at a last line behind others without its end: a crash has cut it.
-  /// Throws Error: `FILE:LINE:COLUMN: found what, expected what`.
+  /// Returns the next frame; nullopt at the end of the log, and at a last line without a line end after other
+  /// lines (a crash cut it). Throws Error: `FILE:LINE:COLUMN: found ..., expected ...`.
   std::optional<LoggedFrame> next();
 
-  /// True if next() has left out the last line, which may be incomplete.
+  /// Returns true if next() omitted the last line because it may be incomplete.
   bool is_cut() const { return is_cut_; }
-  /// The line of the last frame, counted from 1.
+  /// The line number of the last frame, counted from 1.
   std::size_t line() const { return line_; }
-  /// The number of frames that `candump -d` has reported as lost so far.
+  /// The number of lost frames that `candump -d` reported up to here.
   std::uint64_t dropped() const { return dropped_; }
 
  private:
@@ -70,8 +70,8 @@ class CandumpReader {
   bool is_cut_ = false;
 };
 
-/// A frame that reports that the recorder has lost `lost` frames before it (24 bits; a larger number
-/// becomes the largest). It is an error frame and not a comment, because python-can refuses comments:
+/// Returns a frame that reports that the recorder lost `lost` frames before it (24 bits; a larger number is
+/// reported as the maximum). It is an error frame and not a comment, because python-can rejects comments:
 ///
 ///   class      CAN_ERR_CRTL
 ///   data[1]    1, receive overflow
@@ -79,7 +79,7 @@ class CandumpReader {
 ///   data[5..7] the number of lost frames, little-endian
 Frame drop_notice(std::uint32_t lost);
 
-/// The number of lost frames in a drop notice. Empty for any other frame.
+/// Returns the number of lost frames in a drop notice; nullopt for any other frame.
 std::optional<std::uint32_t> drops_reported_by(const Frame& frame);
 
 }  // namespace hystcan::can

@@ -109,7 +109,7 @@ std::string describe_error(const Frame& frame) {
     text += ", arbitration lost in bit " + std::to_string(frame.data[0]);
   if ((frame.id & CAN_ERR_PROT) != 0 && frame.data[3] != CAN_ERR_PROT_LOC_UNSPEC)
     text += ", at place " + std::to_string(frame.data[3]);
-  // Older drivers, such as the one for SJA1000, give the counters without their class.
+  // Older drivers, such as the SJA1000 driver, send the counters without their class.
   if ((frame.id & CAN_ERR_CNT) != 0 || frame.data[6] != 0 || frame.data[7] != 0)
     text += ", error counters: transmit " + std::to_string(frame.data[6]) + ", receive " +
             std::to_string(frame.data[7]);

@@ -1,5 +1,5 @@
-// The contents of a SocketCAN error frame (linux/can/error.h). The identifier has the classes, the payload
-// the details:
+// The contents of a SocketCAN error frame (linux/can/error.h). The error classes are in the identifier, the
+// details in the payload:
 //
 //   byte 1  controller: overflow, warning, passive, active      byte 4      transceiver
 //   byte 2  protocol violation: kind                            bytes 6, 7  TX and RX error counter
@@ -16,10 +16,11 @@
 namespace hystcan::can {
 
 struct ErrorReport {
-  std::optional<BusState> state;  ///< state of the controller; empty if the frame contains none
-  /// Empty if the driver gives none. It marks them with CAN_ERR_CNT; an older driver gives them with a state.
+  std::optional<BusState> state;  ///< state of the controller; nullopt if the frame does not contain it
+  /// nullopt if the frame has no counters. New drivers mark them with CAN_ERR_CNT; old ones send them with a
+  /// state.
   std::optional<ErrorCounters> error_counters;
-  bool restarted = false;         ///< after bus-off
+  bool restarted = false;         ///< the controller restarted after bus-off
   bool not_acknowledged = false;  ///< no other node received the frame
   bool arbitration_lost = false;
   bool protocol_error = false;  ///< bit, stuff, form, CRC, overload
@@ -27,19 +28,20 @@ struct ErrorReport {
   bool transceiver_error = false;
 };
 
-/// `error_frame` has the kind `error`; its identifier contains the error classes.
+/// Interprets an error frame: its kind must be `error`; its identifier contains the error classes.
 ErrorReport interpret(const Frame& error_frame);
 
-/// Adds the causes of one error frame, but no change of state, because a frame may repeat a known state.
+/// Adds the causes of one error frame, but no change of state, because a frame may repeat the present state.
 void count(const ErrorReport& report, BusCounters& counters);
 
 // The text of an error frame: the classes and details of linux/can/error.h.
 
-/// The causes of the frame without numbers, so that a caller can count them: "bus-off", "not acknowledged",
-/// "stuff error". A class without details is a cause by itself. The result is never empty.
+/// Returns the causes without numbers, so that a caller can count them: "bus-off", "not acknowledged", "stuff
+/// error". A class without details is a cause. The result is never empty.
 std::vector<std::string> error_causes(const Frame& error_frame);
 
-/// One line: the causes, the bit of lost arbitration, the place of a protocol error and the error counters.
+/// Returns one line: the causes, the bit of lost arbitration, the place of a protocol error and the error
+/// counters.
 std::string describe_error(const Frame& error_frame);
 
 }  // namespace hystcan::can

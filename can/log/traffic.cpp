@@ -9,7 +9,7 @@
 namespace hystcan::can {
 namespace {
 
-/// A frame carries at most so many bytes; a longer message has several frames (J1939).
+/// The maximum payload of a frame; a longer message uses several frames (J1939).
 constexpr std::size_t max_frame_bytes = Frame{}.data.size();
 
 bool is_protected_as_ours(const Message& message) {
@@ -21,7 +21,8 @@ bool is_protected_as_ours(const Message& message) {
          crc->byte_order == ByteOrder::little_endian;
 }
 
-/// Empty: the protection is unknown. If several messages have one name, the configuration means the first.
+/// Returns nullopt if the protection is unknown. If several messages have one name, the configuration means
+/// the first.
 std::optional<Protection> find_protection(const Database& database, const Message& message,
                                           const Protections& configured) {
   if (message.length > max_frame_bytes) return std::nullopt;

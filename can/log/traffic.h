@@ -1,4 +1,4 @@
-// The traffic on a bus for each message: number of frames, rate, jitter and rejections.
+// The traffic on a bus by message: number of frames, rate, jitter and rejections.
 #pragma once
 
 #include <array>
@@ -15,42 +15,43 @@
 
 namespace hystcan::can {
 
-/// Frames of one identifier.
+/// The frames of one identifier.
 struct MessageTraffic {
-  const Message* message = nullptr;  ///< null if the database has none
-  std::uint64_t count = 0;           ///< accepted and rejected
+  const Message* message = nullptr;  ///< null if the database has no such message
+  std::uint64_t count = 0;           ///< accepted and rejected frames
   std::array<std::uint64_t, rejection_count> rejected{};
   std::chrono::microseconds last{};
   std::optional<LoggedFrame> newest;  ///< the last accepted frame
   double rate_Hz = 0.0;               ///< in the last period
-  /// Standard deviation of the times between accepted frames in the last period. Empty: fewer than two times.
+  /// Standard deviation of the intervals between accepted frames in the last period; nullopt if fewer than
+  /// two intervals.
   std::optional<double> jitter_ms;
 };
 
-/// Counts frames and compares them with a database. An E2eChecker checks each message whose protection is
-/// known: from the configuration or, without one, from the signals `Counter` and `Crc` of our protocol (with
-/// the CRC in the last byte). For any other message the class checks only kind and length. A frame with the
+/// Counts frames and compares them with a database. An E2eChecker checks each message with known protection:
+/// from the configuration or, if it has none, from the signals `Counter` and `Crc` of our protocol (with the
+/// CRC in the last byte). For any other message, only kind and length are checked. A frame with the
 /// identifier of a checked message but the wrong identifier type counts for that message.
 class Traffic {
  public:
   using Key = std::pair<bool, std::uint32_t>;  ///< extended, identifier
 
-  /// The database must outlive this object. `configured` is the protection of the messages by their names.
+  /// The database must outlive this object. `configured` is the protection of each message, by message name.
   explicit Traffic(const Database& database, const Protections& configured = {});
 
   void add(const LoggedFrame& logged);
-  /// Ends a period: rates and jitter are now those of this period.
+  /// Ends a period: rates and jitter are now the values of this period.
   void end_period(std::chrono::duration<double> period);
 
   const std::map<Key, MessageTraffic>& messages() const { return messages_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t error_frames() const { return error_frames_; }
   double rate_Hz() const { return rate_Hz_; }
-  std::optional<BusState> state() const { return state_; }  ///< by the error frames
+  std::optional<BusState> state() const { return state_; }  ///< from the error frames
   std::optional<ErrorCounters> error_counters() const { return error_counters_; }
 
  private:
-  /// Statistics of the times between frames since the period began.
+  /// Statistics of the intervals between frames since the start of the period.
   struct Period {
     std::uint64_t frames = 0;
     std::uint64_t intervals = 0;

@@ -17,7 +17,7 @@ typename Sum::value_type crc_of_bytes(std::span<const std::uint8_t> bytes) {
   return crc.checksum();
 }
 
-/// The data id, then every byte but those of the CRC, which begin at `crc_byte`.
+/// Computes the CRC of the data id, then of all bytes except the CRC bytes, which begin at `crc_byte`.
 template <class Sum>
 std::uint16_t crc_of_frame(std::span<const std::uint8_t> id, std::span<const std::uint8_t> payload,
                            std::size_t crc_byte) {

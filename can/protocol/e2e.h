@@ -1,6 +1,6 @@
 // End-to-end protection of a message: a sequence counter, and a CRC over a data id and the payload.
 //
-//   Crc = CRC(data id, payload bytes without those of the CRC)
+//   Crc = CRC(data id, payload bytes without the CRC bytes)
 //
 //   | polynomial                   | poly   | init   | xorout | check value of "123456789" |
 //   |------------------------------|--------|--------|--------|----------------------------|
@@ -8,9 +8,9 @@
 //   | 8H2F, AUTOSAR                | 0x2F   | 0xFF   | 0xFF   | 0xDF                       |
 //   | CRC-16, as AUTOSAR profile 5 | 0x1021 | 0xFFFF | 0x0000 | 0x29B1                     |
 //
-// How many bit errors each of them finds in which length: docs/protocol/frames.md.
+// docs/protocol/frames.md lists the number of bit errors that each CRC detects at each length.
 //
-// The data id is one of three:
+// The data id is one of these:
 //
 //   identifier   low byte first; two bytes if standard, four bytes if extended
 //   number       two bytes, low byte first
@@ -35,10 +35,11 @@ namespace hystcan::can {
 enum class Crc : std::uint8_t { sae_j1850, autosar_8h2f, crc16 };
 constexpr auto words(Crc) { return std::to_array<std::string_view>({"SAE-J1850", "CRC-8H2F", "CRC-16"}); }
 constexpr unsigned bytes_of(Crc crc) { return crc == Crc::crc16 ? 2 : 1; }
-/// The one that a message of so many bytes has where the configuration does not say.
+/// Returns the default CRC of a message of this length, in bytes.
 constexpr Crc usual_crc(std::size_t length) { return length > 8 ? Crc::crc16 : Crc::sae_j1850; }
-/// The most bytes of a frame, without those of the CRC, in which it finds every two wrong bits. With more the
-/// Hamming distance is 2: frame and CRC are longer than the period of the polynomial, 255, 127 or 32767 bits.
+/// Returns the maximum number of frame bytes, without the CRC bytes, in which the CRC detects every pair of
+/// wrong bits. Above it the Hamming distance is 2: frame and CRC are longer than the period of the
+/// polynomial, 255, 127 or 32767 bits.
 constexpr unsigned most_bytes_guarded(Crc crc) {
   return std::array{30U, 14U, 4093U}[static_cast<std::size_t>(crc)];
 }
@@ -57,7 +58,7 @@ constexpr auto words(DataId::Kind) {
   return std::to_array<std::string_view>({"identifier", "data_id", "payload"});
 }
 
-/// The places of counter and CRC in a message; either may be missing. The CRC fills bytes_of(polynomial)
+/// The signals of counter and CRC in a message; either may be missing. The CRC fills bytes_of(polynomial)
 /// bytes.
 struct Protection {
   std::optional<SignalCodec> counter{};
@@ -65,11 +66,11 @@ struct Protection {
   Crc polynomial = Crc::sae_j1850;
   DataId data_id{};
 
-  /// The CRC that belongs into the frame. The message has one.
+  /// Computes the CRC for the frame. The message must have a CRC signal.
   std::uint16_t crc_of(const Frame& frame) const;
 };
 
-/// The key is the name of the message.
+/// The protection of each message, by message name.
 using Protections = std::map<std::string, Protection, std::less<>>;
 
 /// The sender's side: writes the next counter value and the CRC into a frame.
@@ -77,7 +78,7 @@ class E2eProtector {
  public:
   explicit E2eProtector(const Protection& protection) : protection_(protection) {}
   void seal(Frame& frame);
-  /// The counter begins at 0 again.
+  /// Restarts the counter at 0.
   void restart() { counter_ = 0; }
 
  private:
@@ -95,20 +96,21 @@ constexpr std::string_view to_string(Rejection rejection) {
                                           "repeated counter"})[static_cast<std::size_t>(rejection)];
 }
 
-/// The receiver's side: accepts a frame, or returns why it rejects it. Each cause has its own count.
+/// The receiver's side: accepts a frame or returns the reason for rejection. Each reason has its own count.
 class E2eChecker {
  public:
-  /// `length` is the length of the message. `extended`: the message has a 29-bit identifier. `fd`: it is
-  /// CAN FD although it is no longer than 8 bytes.
+  /// `length` is the length of the message. `extended`: the message has a 29-bit identifier. `fd`: the
+  /// message is CAN FD even if it has at most 8 bytes.
   E2eChecker(const Protection& protection, std::uint8_t length, bool extended, bool fd = false);
 
-  /// Empty: the frame is accepted. The checks run in the order of `Rejection`; the first failure counts.
+  /// Checks a frame. Returns nullopt if it is accepted. The checks run in the order of `Rejection`; the first
+  /// failure is returned.
   std::optional<Rejection> check(const Frame& frame);
 
   std::uint64_t rejected(Rejection cause) const { return rejected_[static_cast<std::size_t>(cause)]; }
   std::uint64_t accepted() const { return accepted_; }
 
-  /// Forgets the last counter value, because the node has restarted. The next frame may have any counter.
+  /// Clears the last counter value, because the node restarted. The next frame may have any counter value.
   void restart() { last_counter_.reset(); }
 
  private:
@@ -123,13 +125,13 @@ class E2eChecker {
   std::uint64_t accepted_ = 0;
 };
 
-/// The rejected frames of one message, by cause.
+/// The rejected frames of one message, by reason.
 struct RejectedFrames {
   std::string message;
   std::array<std::uint64_t, rejection_count> by_cause{};
 };
 RejectedFrames rejected_frames(std::string message, const E2eChecker& checker);
-/// "XAmpStatus: rejected: 3 wrong CRC, 1 repeated counter"; empty if no frame was rejected.
+/// Returns "XAmpStatus: rejected: 3 wrong CRC, 1 repeated counter"; empty if no frame was rejected.
 std::string describe(const RejectedFrames& rejected);
 
 }  // namespace hystcan::can

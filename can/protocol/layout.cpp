@@ -7,14 +7,14 @@ namespace hystcan::can {
 namespace {
 
 // A micro sign is U+00B5 or U+03BC in UTF-8. The DBC reader converts Latin-1 to UTF-8.
-using Prefix = std::pair<std::string_view, int>;  ///< and its exponent
+using Prefix = std::pair<std::string_view, int>;  ///< a prefix and its exponent
 constexpr std::array prefixes{Prefix{"p", -12},       Prefix{"n", -9},        Prefix{"u", -6},
                               Prefix{"\xC2\xB5", -6}, Prefix{"\xCE\xBC", -6}, Prefix{"\xB5", -6},
                               Prefix{"m", -3},        Prefix{"k", 3},         Prefix{"M", 6}};
 
 constexpr std::array<std::string_view, 5> base_units{"V", "A", "m", "Hz", "s"};
 
-/// The base unit, and the exponent of its prefix.
+/// Returns the base unit and the exponent of its prefix.
 std::optional<std::pair<std::string_view, int>> parse(std::string_view unit) {
   for (const std::string_view base : base_units) {
     if (!unit.ends_with(base)) continue;

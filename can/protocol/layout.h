@@ -1,4 +1,5 @@
-// The layout of one message, compiled from the DBC and a map of names. The constructor looks up the roles.
+// The layout of one message, compiled from the DBC and a map of names. The constructor finds the signal of
+// each role.
 //
 // A `Payload` lists its roles in fields():
 //
@@ -46,16 +47,17 @@ struct StateValues {
   std::vector<std::int64_t> enabled{2};
   std::vector<std::int64_t> fault{3};
 
-  /// An unlisted value reads as off. A value that is in two lists reads as the more severe state.
+  /// Converts a raw value. An unlisted value means off; a value in two lists means the more severe state.
   AmpState state(std::int64_t raw) const;
-  /// The first of the state's list; where that is empty, of `off`, or else 0.
+  /// Returns the first raw value of the state's list; if the list is empty, the first value of `off`, else 0.
   std::int64_t raw(AmpState state) const;
 };
 
 /// The names from the configuration: the message of the DBC and the signal of each role.
 struct MessageMap {
   std::string message;
-  std::map<std::string, std::string, std::less<>> signals{};  ///< by role; a role that is absent is not sent
+  /// Signal name by role; a role that is missing is not sent.
+  std::map<std::string, std::string, std::less<>> signals{};
   Integrity integrity = Integrity::counter_crc;
   std::string counter = "Counter";
   std::string crc = "Crc";
@@ -66,20 +68,21 @@ struct MessageMap {
   bool carries(std::string_view role) const { return signals.contains(role); }
 };
 
-/// The lab's own frames of one axis. Without a status message the controller does not read the amplifier.
+/// The lab's own frames of one axis. Without a status message, the controller does not read the amplifier's
+/// status.
 struct AxisFrames {
   MessageMap command;
   std::optional<MessageMap> status{};
   MessageMap sample;
 };
 
-/// Converts the unit of a DBC to ours if the two differ only by a decimal prefix: mV to V, nm to um, mA to A.
+/// Converts a DBC unit to our unit if the two differ only by a decimal prefix: mV to V, nm to um, mA to A.
 ///
 ///   ours = theirs * 10^n,   n = exponent(their prefix) - exponent(our prefix)
 ///
-/// The step is exact: a double holds the whole number 10^|n|, and one multiplication or division by it rounds
-/// once. A value that is converted and converted back differs at most in its last bit or two, far below the
-/// resolution of any signal.
+/// The step is exact: a double represents the whole number 10^|n| exactly, and one multiplication or division
+/// by it rounds once. A value that is converted there and back differs by at most one or two last bits, far
+/// below the resolution of any signal.
 class DecimalStep {
  public:
   double to_ours(double theirs) const { return theirs * multiplier_ / divisor_; }
@@ -87,12 +90,12 @@ class DecimalStep {
 
  private:
   friend std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
-  double multiplier_ = 1.0;  ///< one of the two is 1
+  double multiplier_ = 1.0;  ///< one of multiplier and divisor is 1
   double divisor_ = 1.0;
 };
 
-/// Empty if the units do not convert, because they differ by more than a prefix. Known prefixes: p, n, u
-/// (also written with a micro sign), m, none, k, M.
+/// Returns nullopt if the units differ by more than a prefix. Known prefixes: p, n, u (also written with a
+/// micro sign), m, none, k, M.
 std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
 
 enum class Quantity : std::uint8_t { number, drive, position };
@@ -100,7 +103,7 @@ enum class Quantity : std::uint8_t { number, drive, position };
 template <class Payload, class Value>
 struct Field {
   const char* role;
-  const char* signal;  ///< its name in the standard frames
+  const char* signal;  ///< signal name in the standard frames
   Value Payload::*member;
   Quantity quantity = Quantity::number;
 };
@@ -109,7 +112,7 @@ Field(const char*, const char*, Value Payload::*) -> Field<Payload, Value>;
 template <class Payload, class Value>
 Field(const char*, const char*, Value Payload::*, Quantity) -> Field<Payload, Value>;
 
-/// The map of the standard frames: message `prefix` + Payload::name, every role, counter and CRC.
+/// Returns the map of the standard frames: message `prefix` + Payload::name, every role, counter and CRC.
 template <class Payload>
 MessageMap standard_map(const std::string& prefix) {
   MessageMap map{.message = prefix + std::string(Payload::name)};
@@ -118,10 +121,10 @@ MessageMap standard_map(const std::string& prefix) {
   return map;
 }
 
-/// The signal of this name. Throws std::invalid_argument if the message has no such signal.
+/// Finds the signal of this name. Throws std::invalid_argument if the message has no such signal.
 const Signal& find_signal(const Message& message, const std::string& name);
 
-/// Throws std::invalid_argument if a signal is missing or that of the CRC does not fill the bytes of the
+/// Throws std::invalid_argument if a signal is missing, or if the CRC signal does not fill the bytes of the
 /// polynomial.
 Protection protection_of(const Message& message, const MessageMap& map);
 
@@ -131,8 +134,8 @@ class Layout {
  public:
   static constexpr std::size_t field_count = std::tuple_size_v<decltype(Payload::fields())>;
 
-  /// Throws std::invalid_argument if the message lacks a signal or a unit does not convert. Without a
-  /// `drive_unit` the numbers are not converted.
+  /// Throws std::invalid_argument if a signal of the message is missing or a unit does not convert. If
+  /// `drive_unit` is empty, the numbers are not converted.
   Layout(const Message& message, const MessageMap& map, const std::string& drive_unit,
          const Payload& absent = {})
       : id_(message.id),
@@ -150,16 +153,16 @@ class Layout {
       slot.emplace(Slot{SignalCodec(signal), step_for(message, signal, field.quantity, drive_unit)});
     });
   }
-  /// The standard frames.
+  /// Uses the layout of the standard frames.
   explicit Layout(const Message& message) : Layout(message, standard_map<Payload>(""), "") {}
 
   std::uint32_t id() const { return id_; }
   bool extended() const { return extended_; }
   const Protection& protection() const { return protection_; }
-  /// Of the frames of this message.
+  /// Returns a checker for frames of this message.
   E2eChecker checker() const { return {protection_, length_, extended_, kind_ == FrameKind::fd}; }
 
-  /// A frame of this message, in which every signal is zero.
+  /// Returns a frame of this message in which every signal is zero.
   Frame frame() const {
     return {.id = id_,
             .extended = extended_,
@@ -167,8 +170,9 @@ class Layout {
             .length = wire_length(length_),
             .fd_flags = fd_flags_};
   }
-  /// Writes the signals of this layout into a frame of the message and leaves the others, so that the axes of
-  /// one message write one after the other. False if a signal cannot represent a value: a value never wraps.
+  /// Writes the signals of this layout into a frame of the message and leaves all others unchanged, so that
+  /// several axes can share one message. Returns false if a signal can't represent a value; a value never
+  /// wraps.
   bool put(const Payload& payload, Frame& frame) const {
     bool fits = true;
     for_each_field([&](const auto& field, const std::optional<Slot>& slot) {
@@ -176,7 +180,7 @@ class Layout {
     });
     return fits;
   }
-  /// Empty if a signal cannot represent a value.
+  /// Returns nullopt if a signal can't represent a value.
   std::optional<Frame> encode(const Payload& payload) const {
     Frame encoded = frame();
     if (!put(payload, encoded)) return std::nullopt;
@@ -264,7 +268,7 @@ class Encoder {
   explicit Encoder(Layout<Payload> layout) : layout_(std::move(layout)), protector_(layout_.protection()) {}
   explicit Encoder(const Message& message) : Encoder(Layout<Payload>(message)) {}
 
-  /// Empty if the signal cannot represent a value.
+  /// Returns nullopt if the signal can't represent a value.
   std::optional<Frame> operator()(const Payload& payload) {
     auto frame = layout_.encode(payload);
     if (frame) protector_.seal(*frame);
@@ -285,7 +289,7 @@ class Decoder {
   explicit Decoder(Layout<Payload> layout) : layout_(std::move(layout)), checker_(layout_.checker()) {}
   explicit Decoder(const Message& message) : Decoder(Layout<Payload>(message)) {}
 
-  /// Empty if the frame is rejected; checker() has the counts of all causes.
+  /// Returns nullopt if the frame is rejected; checker() counts the rejections by reason.
   std::optional<Payload> operator()(const Frame& frame) {
     if (checker_.check(frame)) return std::nullopt;
     return layout_.decode(frame);

@@ -1,5 +1,4 @@
-// The frames between the nodes that CANopen defines (CiA 301), and the life of a node: boot-up, NMT states,
-// heartbeat.
+// The CANopen frames between nodes (CiA 301), and the life cycle of a node: boot-up, NMT states, heartbeat.
 //
 //   NMT                       0x000
 //   SYNC                      0x080
@@ -68,46 +67,50 @@ Frame sync_frame(std::uint8_t counter);
 Frame heartbeat_frame(std::uint8_t node, NmtState state);
 Frame emergency_frame(std::uint8_t node, Emergency emergency);
 
-/// Empty if the frame is not well-formed. The caller has checked the identifier, but for that of SYNC.
+/// Returns nullopt if the frame is not well-formed. The caller has already checked the identifier, except for
+/// SYNC.
 std::optional<Nmt> parse_nmt(const Frame& frame);
 std::optional<std::uint8_t> parse_sync(const Frame& frame);
-/// True for every SYNC of CiA 301: with a counter, or without data.
+/// Returns true for every SYNC of CiA 301: with a counter, or without data.
 bool is_sync(const Frame& frame);
 std::optional<NmtState> parse_heartbeat(const Frame& frame);
 std::optional<Emergency> parse_emergency(const Frame& frame);
-/// True: the frame is a heartbeat of this node with a state of CiA 301.
+/// Returns true if the frame is a heartbeat of this node with a valid CiA 301 state.
 bool is_heartbeat_of(std::uint8_t node, const Frame& frame);
 
-/// True for the counter of a SYNC.
+/// Returns true if a SYNC can have this counter.
 constexpr bool is_sync_counter(int counter) { return counter >= 1 && counter <= sync_counter_max; }
-/// The SYNC counter that follows `counter`: 1..240, then 1 again.
+/// Returns the SYNC counter after `counter`: 1..240, then 1 again.
 constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
   return counter >= sync_counter_max ? std::uint8_t{1} : static_cast<std::uint8_t>(counter + 1);
 }
-/// How many SYNCs after that of `earlier` the one of `counter` is: 0..239. Both are counters of a SYNC.
+/// Returns the number of SYNCs from counter `earlier` to `counter`: 0..239. Both must be SYNC counters.
 constexpr int syncs_after(int earlier, int counter) {
   return (counter - earlier + sync_counter_max) % sync_counter_max;
 }
 
-/// Frames in slots: a node sends its heartbeat and its periodic status only after a SYNC whose counter leaves
-/// the same remainder as its number, one frame after each. 0: there are no slots.
+/// Returns true if the node may send in the slot after this SYNC. With slots, a node sends its heartbeat and
+/// its periodic status only after a SYNC whose counter modulo `slots` equals its node id modulo `slots`, one
+/// frame after each such SYNC. 0: no slots.
 constexpr bool is_in_slot(std::uint8_t node, std::uint8_t counter, unsigned slots) {
   return slots == 0 || counter % slots == node % slots;
 }
 
-/// The meaning of the error code of an emergency (CiA 301, table of emergency error codes): the text of the
-/// code or, if it has none, of its group: 0x2310 -> 0x2300 -> 0x2000. A code without a group is reserved.
+/// Returns the meaning of the error code of an emergency (CiA 301, table of emergency error codes): the text
+/// of the code or, if it has none, of its group: 0x2310 -> 0x2300 -> 0x2000. A code without a group is
+/// reserved.
 std::string_view emergency_text(std::uint16_t code);
 
 /// A node that obeys NMT and sends heartbeats. At start() and at each NMT reset it sends a boot-up message
-/// and becomes pre-operational. It calls the handler for both states; at boot-up the owner resets what
-/// last_reset() says.
+/// and becomes pre-operational. It calls the handler for both states; at boot-up, the owner resets the parts
+/// given by last_reset().
 ///
-/// Where the frames of nodes have slots, the owner calls on_slot() in that of the node, and a heartbeat that
-/// is due waits for it. If no slot has come for a whole period, because no SYNC comes, it does not wait.
+/// If nodes have slots, the owner calls on_slot() in the slot of this node, and a due heartbeat waits for
+/// that call. If no slot occurred for a whole heartbeat period, because SYNC is missing, the heartbeat does
+/// not wait.
 ///
-/// The node is silent before start(). When it receives a heartbeat with its own node id, another node uses
-/// that id: it stops, calls the handler and stays silent permanently.
+/// The node is silent before start(). If it receives a heartbeat with its own node id, another node uses that
+/// id: the node stops, calls the handler and stays silent permanently.
 class NmtSlave {
  public:
   using ChangeHandler = std::function<void(NmtState)>;
@@ -119,13 +122,13 @@ class NmtSlave {
   /// Obeys an NMT frame to this node or to all nodes, detects another node with this node id, and ignores
   /// every other frame.
   void handle(const Frame& frame);
-  /// True: the heartbeat was due and takes the slot.
+  /// Returns true if a heartbeat was due and used the slot.
   bool on_slot();
   NmtState state() const { return state_; }
-  /// reset_node: everything is reset, as at power-on. reset_communication: only counters and the NMT state
-  /// are.
+  /// The scope of the last reset. reset_node: everything, as at power-on. reset_communication: only counters
+  /// and the NMT state.
   NmtCommand last_reset() const { return last_reset_; }
-  /// Another node uses this node id.
+  /// True if another node uses this node id.
   bool is_taken() const { return id_taken_; }
   bool is_silent() const { return !started_ || id_taken_; }
 
@@ -149,17 +152,18 @@ class NmtSlave {
   std::unique_ptr<Timer> heartbeat_;
 };
 
-/// The NMT state of another node by its heartbeats. The caller gives the time; the monitor has no timer.
+/// The NMT state of another node, from its heartbeats. The caller supplies the time; the monitor has no
+/// timer.
 class HeartbeatMonitor {
  public:
   explicit HeartbeatMonitor(Duration timeout) : timeout_(timeout) {}
 
   void on_heartbeat(NmtState state, Time now);
-  /// Forgets the state: it is unknown until the next heartbeat.
+  /// Clears the state: it is unknown until the next heartbeat.
   void forget() { state_.reset(); }
-  /// Empty: no heartbeat has come, or the last one is older than the timeout.
+  /// Returns the state; nullopt if no heartbeat was received, or if the last one is older than the timeout.
   std::optional<NmtState> state(Time now) const;
-  /// Number of boot-up messages received. If it changes, the node has restarted.
+  /// Number of boot-up messages received. If it changes, the node restarted.
   unsigned boot_ups() const { return boot_ups_; }
 
  private:

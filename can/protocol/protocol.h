@@ -1,6 +1,6 @@
 // The messages of the axes. The DBC gives their layout; the configuration may give their names.
-// can/protocol/node.h has the frames of CANopen, and the identifiers of all. docs/protocol/frames.md has the
-// table and one annotated frame.
+// can/protocol/node.h has the CANopen frames and all identifiers. docs/protocol/frames.md has the table and
+// one annotated frame.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct AmpCommand {
   double setpoint = 0.0;  ///< drive units
   bool enable = false;
   bool clear_fault = false;
-  std::uint8_t sync_counter = 0;  ///< counter of the SYNC whose sample this command answers
+  std::uint8_t sync_counter = 0;  ///< counter of the SYNC whose sample this command is computed from
 
   static constexpr auto fields() {
     return std::tuple{Field{"setpoint", "Setpoint", &AmpCommand::setpoint, Quantity::drive},
@@ -64,15 +64,15 @@ struct SensorSample {
   }
 };
 
-/// The controller's status of one axis. `state` and `cause` have the numbers of controller/control/axis.h;
-/// the DBC gives them the same names.
+/// The controller's status of one axis. `state` and `cause` are the numbers of controller/control/axis.h; the
+/// DBC has the same names for them.
 struct ControllerStatus {
   static constexpr std::string_view name = "ControllerStatus";
   double following_error_um = 0.0;  ///< reference minus measured; 0 while the axis does not track
   std::uint8_t state = 0;           ///< controller::AxisState
   std::uint8_t cause = 0;           ///< controller::Cause
   bool in_position = false;
-  bool limited = false;  ///< in this cycle the command differs from the demand of the control law
+  bool limited = false;  ///< the command of this cycle differs from the demand of the control law
   bool reference_finished = false;
 
   static constexpr auto fields() {
@@ -92,7 +92,7 @@ inline constexpr std::uint8_t follow = 0;  ///< follow the configured reference 
 inline constexpr std::uint8_t go_to = 1;   ///< go to Position and stay there
 }  // namespace setpoint_mode
 
-/// A live setpoint. Any node may send it; the controller obeys it only where its configuration allows it.
+/// A live setpoint. Any node may send it; the controller obeys it only if its configuration allows it.
 struct Setpoint {
   static constexpr std::string_view name = "Setpoint";
   double position_um = 0.0;
@@ -104,7 +104,7 @@ struct Setpoint {
   }
 };
 
-/// A line of a scan begins on this axis. Both numbers count from 0.
+/// Marks the start of a scan line on this axis. Both numbers count from 0.
 struct ScanMarker {
   static constexpr std::string_view name = "ScanMarker";
   std::uint16_t line = 0;
@@ -118,7 +118,7 @@ struct ScanMarker {
   }
 };
 
-/// The controller's own messages. They have only their standard names, and a database may lack them.
+/// The controller's own messages. They always have their standard names, and a database may lack them.
 template <class Payload>
 inline constexpr bool is_optional = std::is_same_v<Payload, ControllerStatus> ||
                                     std::is_same_v<Payload, Setpoint> || std::is_same_v<Payload, ScanMarker>;
@@ -136,7 +136,7 @@ struct AxisWire {
   std::optional<AxisFrames> frames{};  ///< the lab's own frames; empty: the standard frames
 };
 
-/// The names of the message `Payload` of this axis. Empty: the axis has no such message.
+/// Returns the names of the message `Payload` of this axis; nullopt if the axis has no such message.
 template <class Payload>
 std::optional<MessageMap> message_map(const AxisWire& axis) {
   if constexpr (is_optional<Payload>) {
@@ -153,10 +153,10 @@ std::optional<MessageMap> message_map(const AxisWire& axis) {
   }
 }
 
-/// Throws std::invalid_argument if the database lacks the message.
+/// Finds the message. Throws std::invalid_argument if the database lacks it.
 const Message& find_message(const Database& database, const MessageMap& map);
 
-/// The same, and also empty if the message is optional and the database lacks it.
+/// Like message_map(); also nullopt if the message is optional and the database lacks it.
 template <class Payload>
 std::optional<MessageMap> message_map_in(const Database& database, const AxisWire& axis) {
   auto map = message_map<Payload>(axis);
@@ -164,9 +164,9 @@ std::optional<MessageMap> message_map_in(const Database& database, const AxisWir
   return map;
 }
 
-/// The compiled layout of the message `Payload` of this axis. A role that it does not carry reads as in
-/// `absent`. Empty as message_map_in(). Throws std::invalid_argument if the database lacks a named message
-/// or signal.
+/// Returns the compiled layout of the message `Payload` of this axis. A role that the message does not carry
+/// keeps its value in `absent`. nullopt under the same conditions as message_map_in(). Throws
+/// std::invalid_argument if the database lacks a named message or signal.
 template <class Payload>
 std::optional<Layout<Payload>> find_layout(const Database& database, const AxisWire& axis,
                                            const Payload& absent = {}) {

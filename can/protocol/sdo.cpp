@@ -58,7 +58,7 @@ SdoMessage message_of(const Frame& frame, SdoService service) {
           .content = {.value = 0, .bytes = 4}};
 }
 
-/// `bytes` of data, from byte 4 on.
+/// Reads `bytes` bytes of data, from byte 4 on.
 std::uint32_t value_of(const Frame& frame, unsigned bytes) {
   std::uint32_t value = 0;
   for (unsigned i = 0; i < bytes; ++i) value |= std::uint32_t{frame.data[4 + i]} << 8 * i;
@@ -70,8 +70,8 @@ bool is_sdo(const Frame& frame, std::uint8_t least_length) {
          frame.length <= 8;
 }
 
-/// The value that an expedited transfer of stated size carries, `specifier` in bits 7 to 5. Empty: it is
-/// another one.
+/// Parses an expedited transfer with stated size and `specifier` in bits 7 to 5; nullopt for any other
+/// transfer.
 std::optional<SdoMessage> parse_sized(const Frame& frame, unsigned specifier, SdoService service) {
   const unsigned command = frame.data[0];
   if ((command & 0xF3U) != (specifier | expedited_with_size)) return std::nullopt;
@@ -89,7 +89,7 @@ std::optional<SdoMessage> parse_abort(const Frame& frame) {
   return message;
 }
 
-/// A value of which the node does not state the size: all bytes of the frame.
+/// Parses a value whose size the node does not state: all remaining bytes of the frame.
 SdoMessage unsized_value(const Frame& frame) {
   SdoMessage message = message_of(frame, SdoService::value);
   message.content = {.value = value_of(frame, frame.length - 4U), .bytes = 0};

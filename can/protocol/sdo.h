@@ -1,4 +1,4 @@
-// Expedited SDO (CiA 301): writes and reads objects of 1 to 4 bytes in the dictionary of another node.
+// Expedited SDO (CiA 301): writes and reads objects of 1 to 4 bytes in the object dictionary of another node.
 //
 //   request 0x600 + node, response 0x580 + node, 8 bytes:
 //
@@ -12,11 +12,11 @@
 //   | read in segments       | 0x40, 0x41             | index | sub-index | number of bytes       |
 //   | abort, either way      | 0x80                   | index | sub-index | abort code            |
 //
-// A response may be shorter than 8 bytes if it holds all that its first byte announces. Nodes send such
-// responses, although CiA 301 asks for 8 bytes.
+// A response may be shorter than 8 bytes if it contains everything that its first byte announces. Real nodes
+// send such responses, although CiA 301 requires 8 bytes.
 //
-// No function here waits or holds a timer. The caller gives the received frames and the time, and sends the
-// frames that are returned.
+// No function here waits or has a timer. The caller supplies the received frames and the time, and sends the
+// returned frames.
 #pragma once
 
 #include <cstdint>
@@ -50,20 +50,21 @@ enum class SdoService : std::uint8_t { write, written, read, value, segmented, a
 struct SdoMessage {
   SdoService service = SdoService::abort;
   SdoObject object{};
-  SdoValue content{};  ///< the value of write and value, or the code of abort
+  SdoValue content{};  ///< the value for `write` and `value`, or the code for `abort`
 
   friend bool operator==(const SdoMessage&, const SdoMessage&) = default;
 };
 
-/// The message as a request to `node`, or as a response from `node`.
+/// Encodes the message as a request to `node`, or as a response from `node`.
 Frame sdo_request(std::uint8_t node, const SdoMessage& message);
 Frame sdo_response(std::uint8_t node, const SdoMessage& message);
-/// Empty if the frame is not a well-formed expedited transfer. The caller has checked the identifier.
+/// Returns nullopt if the frame is not a well-formed expedited transfer. The caller has already checked the
+/// identifier.
 std::optional<SdoMessage> parse_sdo_request(const Frame& frame);
-/// The same, and also the announcement of a value in segments.
+/// Like parse_sdo_request(), and also accepts the announcement of a segmented value.
 std::optional<SdoMessage> parse_sdo_response(const Frame& frame);
-/// The begin of a transfer of any kind (expedited, in segments, or in blocks) as write or read of its
-/// object, without the value. Empty: this request begins no transfer.
+/// Returns the first request of a transfer (expedited, segmented or block) as a write or read of its object,
+/// without the value; nullopt if this request does not start a transfer.
 std::optional<SdoMessage> sdo_access_of(const Frame& request);
 
 namespace sdo_abort {
@@ -73,10 +74,10 @@ inline constexpr std::uint32_t no_such_object = 0x0602'0000;
 inline constexpr std::uint32_t wrong_length = 0x0607'0010;
 }  // namespace sdo_abort
 
-/// The text of an abort code.
+/// Returns the text of an abort code.
 std::string_view sdo_abort_text(std::uint32_t code);
 
-/// One object that is written before a node is started.
+/// One object that is written before the node is started.
 struct SdoWrite {
   SdoObject object{};
   SdoValue content{};
@@ -91,26 +92,27 @@ struct SdoFailure {
   std::uint32_t written = 0;
   std::uint32_t read_back = 0;
 };
-/// "object 0x2001:02: refused by the node with 0x06010002: ...".
+/// Returns "object 0x2001:02: refused by the node with 0x06010002: ...".
 std::string describe(const SdoFailure& failure);
 
-/// How long the setup waits for a response, and how often it tries.
+/// The response timeout of the setup and its number of attempts.
 struct SdoPatience {
-  Duration timeout{std::chrono::milliseconds(100)};  ///< for one response
-  unsigned attempts = 3;                             ///< for each object, the first one included
+  Duration timeout{std::chrono::milliseconds(100)};  ///< per response
+  unsigned attempts = 3;                             ///< per object, the first attempt included
 };
 
-/// Writes objects in order, reads each one back and compares. If any of this fails, it starts again with the
-/// write of the same object. The setup has failed after `attempts` tries of one object.
+/// Writes objects in order, reads each one back and compares. After any failure it writes the same object
+/// again. The setup fails after `attempts` attempts at one object.
 class SdoSetup {
  public:
   SdoSetup(std::uint8_t node, std::vector<SdoWrite> writes, SdoPatience patience = {});
 
-  /// Starts again with the first object, because the node has lost its values.
+  /// Restarts with the first object, because the node lost its values.
   void restart();
-  /// The frame to send now, if there is one. The caller polls once a cycle until is_done() or has_failed().
+  /// Returns the frame to send now, if any. The caller polls once per cycle until is_done() or has_failed().
   std::optional<Frame> poll(Time now);
-  /// Takes a response of this node. False: the frame does not answer the last request and is ignored.
+  /// Processes a response of this node. Returns false if the frame does not answer the last request; it is
+  /// then ignored.
   bool handle(const Frame& frame);
 
   bool is_done() const { return next_ == writes_.size(); }
@@ -135,7 +137,7 @@ class SdoSetup {
   SdoFailure failure_;
 };
 
-/// A minimal server for a node. It keeps up to 64 written objects from 0x2000 to 0x5FFF; an object exists
+/// A minimal server for a node. It stores up to 64 written objects from 0x2000 to 0x5FFF; an object exists
 /// only after a write.
 class SdoServer {
  public:
@@ -143,7 +145,7 @@ class SdoServer {
 
   /// Returns to the state at power-on: no object exists.
   void reset() { objects_.clear(); }
-  /// The response to a request to this node; empty for every other frame.
+  /// Returns the response to a request to this node; nullopt for every other frame.
   std::optional<Frame> answer(const Frame& frame);
   std::optional<SdoValue> object(SdoObject object) const;
 

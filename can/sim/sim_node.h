@@ -14,7 +14,7 @@
 
 namespace hystcan::can::sim {
 
-/// Fault confinement of one CAN node (ISO 11898-1, 10.11): its error counters and the state that they give.
+/// Fault confinement of one CAN node (ISO 11898-1, 10.11): its error counters and the resulting state.
 ///
 ///   transmit error               TEC + 8     not if the node is error-passive and no node acknowledges
 ///   receive error                REC + 1
@@ -88,7 +88,7 @@ struct Node {
   Node(std::size_t attached_as, TransmitOrder transmit_order, std::span<const Filter> receives)
       : number(attached_as), order(transmit_order), filters(receives.begin(), receives.end()) {}
 
-  const std::size_t number;  ///< in the order in which nodes are attached
+  const std::size_t number;  ///< index in the order of attachment
   const TransmitOrder order;
   const std::vector<Filter> filters;
   Bus::FrameHandler on_frame;
@@ -104,22 +104,22 @@ struct Node {
   bool sends_again = false;
   bool attached = true;
   bool off = false;     ///< bus-off
-  bool missed = false;  ///< the node is error-passive and has an error in the frame on the wire
+  bool missed = false;  ///< the node is error-passive and detected an error in the frame on the wire
   FaultConfinement confinement;
-  BusState reported = BusState::active;  ///< the state that the handler got last
+  BusState reported = BusState::active;  ///< the last state that the handler received
   NodeFaults faults;
   Recovery recovery = Recovery::none;
-  unsigned sequences_left = 0;  ///< sequences of recessive bits that are still to come
+  unsigned sequences_left = 0;  ///< sequences of recessive bits until recovery
   Time recessive_since;
   std::unique_ptr<Timer> recovery_timer;
 
   bool listens() const { return attached && !off; }
-  /// True: a filter passes the frames of this identifier, or the node has no filters.
+  /// Returns true if a filter passes the frames of this identifier, or if the node has no filters.
   bool receives(std::uint32_t id) const {
     return filters.empty() || std::ranges::find(filters, id, &Filter::id) != filters.end();
   }
 
-  /// False: the node refuses the frame.
+  /// Returns false if the node refuses the frame.
   bool push(const Frame& frame) {
     if (off || queued == queue.size() || !can_be_sent(frame)) return false;
     std::size_t place = queued++;

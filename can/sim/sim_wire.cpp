@@ -54,7 +54,7 @@ std::optional<Transmission> Disturbance::error_within(const FrameBits& frame, un
     const unsigned bit = first_error(node->faults.receive_bit_error, bits);
     if (bit == bits) continue;
     if (node->confinement.passive()) {
-      node->missed = true;  // its flag is recessive: no other node sees it
+      node->missed = true;  // its error flag is recessive: other nodes do not detect it
     } else {
       take(*node, bit);
     }
@@ -76,8 +76,8 @@ unsigned Disturbance::first_error(double per_bit, unsigned none) {
   return bit < none ? static_cast<unsigned>(bit) : none;
 }
 
-/// Draws the number of dominant bits just before an error flag, 0..4. The stuff error of the other nodes, and
-/// with it their flags, come earlier by this number of bits.
+/// Draws the number of dominant bits just before an error flag, 0..4. The other nodes detect the stuff error,
+/// and send their flags, earlier by this number of bits.
 unsigned Disturbance::dominant_bits_before_flag() {
   return std::min<unsigned>(static_cast<unsigned>(std::countr_one(random_())), 4);
 }
@@ -135,7 +135,7 @@ bool Wire::send(Node& node, const Frame& frame) {
   return true;
 }
 
-/// The node has another number of frames to send.
+/// Updates the list of pending nodes after the node's queue changed.
 void Wire::note_pending(Node& node) {
   const auto place = std::ranges::find(pending_, &node);
   if ((place != pending_.end()) == (node.key != never)) return;
@@ -182,7 +182,7 @@ void Wire::arbitrate() {
   timer_->expire_at(now + duration_of({.nominal = nominal - interframe_bits, .data = data}));
 }
 
-/// All nodes with a frame to send are error-passive and pause. Another node may send before they do.
+/// Waits if all nodes with a frame to send are error-passive and pause. Another node may send earlier.
 void Wire::await_suspended() {
   std::optional<Time> earliest;
   for (const Node* node : pending_)
@@ -340,7 +340,7 @@ void Wire::expect_recessive(Node& node, Time since) const {
                                  duration_of({.nominal = node.sequences_left * recovery_sequence_bits}));
 }
 
-/// A frame begins: counts the recessive bits up to now.
+/// Counts the recessive bits up to now, because a frame begins.
 void Wire::count_recessive_bits() {
   if (nodes_off_ == 0) return;
   for (const auto& node : nodes_) {
@@ -354,7 +354,8 @@ void Wire::count_recessive_bits() {
   }
 }
 
-/// Every frame, whole or destroyed, ends with eleven recessive bits, of which three are interframe space.
+/// Counts the eleven recessive bits at the end of every frame, complete or destroyed; three of them are
+/// interframe space.
 void Wire::add_recessive_end() {
   if (nodes_off_ == 0) return;
   for (const auto& node : nodes_) {

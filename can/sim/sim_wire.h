@@ -1,5 +1,5 @@
-// The wire of the simulated bus: which node sends next, for how long, and which nodes receive the frame.
-// Internal to the simulated bus.
+// The wire of the simulated bus: decides which node sends next, for how long, and which nodes receive the
+// frame. Internal to the simulated bus.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,13 @@
 
 namespace hystcan::can::sim {
 
-/// How a frame on the wire ends.
+/// The end of a frame on the wire.
 struct Transmission {
   enum class End : std::uint8_t { delivered, not_acknowledged, destroyed };
   End end = End::delivered;
   BitCount bits;                  ///< from start of frame to the end of the interframe space
-  const Node* witness = nullptr;  ///< the one node that saw the error first; null: all saw it at once
+  const Node* witness = nullptr;  ///< the one node that detected the error first; null if all detected it at
+                                  ///< the same bit
 };
 
 using Nodes = std::span<const std::unique_ptr<Node>>;
@@ -33,14 +34,14 @@ class Disturbance {
   Disturbance(double bit_error, std::uint64_t seed) : bit_error_(bit_error), random_(seed) {}
 
   void set_bit_error(double probability) { bit_error_ = probability; }
-  /// The wire calls this function when a node is attached or detached, or changes its faults.
+  /// Call this when a node is attached or detached, or when its faults change.
   void note_faults(Nodes nodes);
-  /// True: at least one probability is above 0.
+  /// Returns true if at least one probability is above 0.
   bool is_active() const { return is_active_; }
 
-  /// Marks the error-passive nodes that miss the frame, because they alone see an error.
+  /// Marks the error-passive nodes that miss the frame because only they detect an error.
   Transmission draw(const Frame& frame, const Node& sender, Nodes nodes);
-  /// True: the node alone loses the frame in its full receive buffer.
+  /// Returns true if this node alone loses the frame because its receive buffer is full.
   bool overruns(const Node& node) { return node.faults.overrun > 0.0 && uniform() < node.faults.overrun; }
 
  private:
@@ -55,7 +56,7 @@ class Disturbance {
   bool is_active_ = false;
 };
 
-/// Which nodes the frames of an identifier reach, in the order in which they were attached.
+/// The nodes that receive the frames of each identifier, in the order of attachment.
 class Receivers {
  public:
   void add(Node& node);
@@ -66,8 +67,9 @@ class Receivers {
   }
 
  private:
-  std::vector<Node*> unfiltered_;                                   ///< they receive every frame
-  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< of each identifier in a filter
+  std::vector<Node*> unfiltered_;                                   ///< nodes that receive every frame
+  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< receivers of each identifier in a
+                                                                    ///< filter
 };
 
 class Wire : public std::enable_shared_from_this<Wire> {
@@ -76,7 +78,8 @@ class Wire : public std::enable_shared_from_this<Wire> {
 
   Node& attach(TransmitOrder order, std::span<const Filter> filters);
   void detach(Node& node);
-  /// False: the node refuses the frame. All nodes that send at this instant take part in the arbitration.
+  /// Returns false if the node refuses the frame. All nodes that send at this instant take part in the
+  /// arbitration.
   bool send(Node& node, const Frame& frame);
   void request_restart(Node& node);
   void note_faults() { disturbance_.note_faults(nodes_); }
@@ -118,14 +121,15 @@ class Wire : public std::enable_shared_from_this<Wire> {
   Duration busy_{};
   Disturbance disturbance_;
   std::optional<Duration>
-      restart_after_;          ///< time from bus-off to the automatic restart request; empty: none
+      restart_after_;          ///< time from bus-off to the automatic restart request; nullopt: no automatic
+                               ///< restart
   std::size_t nodes_off_ = 0;  ///< nodes in bus-off
   std::vector<std::unique_ptr<Node>> nodes_;
   Receivers receivers_;
   std::vector<Node*> pending_;  ///< the nodes with a frame to send
-  std::size_t attached_ = 0;    ///< the nodes that there were
-  Frame frame_;                 ///< the one on the wire
-  Transmission transmission_;   ///< of frame_
+  std::size_t attached_ = 0;    ///< number of nodes attached since the start
+  Frame frame_;                 ///< the frame on the wire
+  Transmission transmission_;   ///< the transmission of frame_
   Node* sender_ = nullptr;
   bool on_wire_ = false;
   bool contending_ = false;

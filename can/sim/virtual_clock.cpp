@@ -13,7 +13,7 @@ struct VirtualClock::Alarm {
   std::size_t place = idle;  ///< index in the heap
 };
 
-/// Binary heap of the armed alarms. Each alarm knows its place, so that the heap can move or remove it.
+/// A binary heap of the armed alarms. Each alarm stores its index, so that the heap can move or remove it.
 class VirtualClock::Queue {
  public:
   Time now() const { return now_; }
@@ -55,7 +55,7 @@ class VirtualClock::Queue {
       now_ = due.deadline;
       ringing_ = due.alarm;
       due.alarm->on_expiry();
-      // It has stayed the first: nothing is armed before now. Most handlers have armed it again.
+      // The alarm is still the first: nothing is armed before now. Most handlers arm it again.
       if (!heap_.empty() && heap_.front().order == due.order) disarm(*due.alarm);
       ringing_ = nullptr;
       doomed_.reset();
@@ -98,7 +98,7 @@ class VirtualClock::Queue {
   std::size_t alarms_ = 0;
   std::uint64_t next_order_ = 0;
   Alarm* ringing_ = nullptr;
-  std::unique_ptr<Alarm> doomed_;  ///< an alarm whose running handler has destroyed it
+  std::unique_ptr<Alarm> doomed_;  ///< an alarm that its running handler destroyed
 };
 
 VirtualClock::VirtualClock() : queue_(std::make_shared<Queue>()) {}

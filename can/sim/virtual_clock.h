@@ -24,7 +24,7 @@ class VirtualClock final : public Scheduler {
  private:
   class Queue;
   struct Alarm;
-  std::shared_ptr<Queue> queue_;  ///< a timer may outlive the clock; it never expires then
+  std::shared_ptr<Queue> queue_;  ///< shared, because a timer may outlive the clock; it then never expires
 };
 
 }  // namespace hystcan::can

@@ -15,8 +15,8 @@ using SteadyTimer =
     asio::basic_waitable_timer<std::chrono::steady_clock, asio::wait_traits<std::chrono::steady_clock>,
                                asio::io_context::executor_type>;
 
-/// At most one wait is pending. The timer finds a later deadline only when the old one expires, so that a
-/// watchdog that is reset a thousand times per second costs no system call.
+/// At most one wait is pending. A later deadline takes effect only when the old wait expires, so that
+/// resetting a watchdog a thousand times per second needs no system call.
 class Alarm : public std::enable_shared_from_this<Alarm> {
  public:
   Alarm(asio::io_context& context, std::function<void()> on_expiry)

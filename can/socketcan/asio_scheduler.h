@@ -1,4 +1,4 @@
-// The scheduler on Boost.Asio: in real time.
+// The scheduler on Boost.Asio, in real time.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
 // Receives everything on an interface: frames of every node and of this host's programs, error frames, and
-// the number of frames that the kernel has dropped.
+// the number of frames that the kernel dropped.
 #pragma once
 
 #include <chrono>
@@ -13,22 +13,22 @@
 
 namespace hystcan::can {
 
-/// If the interface goes down or disappears, the monitor waits until it is back.
+/// If the interface goes down or disappears, the monitor waits until it is up again.
 class BusMonitor {
  public:
   using Handler = std::function<void(const LoggedFrame& frame)>;
 
-  /// Throws RunError.
+  /// Throws RunError if the interface can't be used.
   explicit BusMonitor(const std::string& interface);
   ~BusMonitor();
   BusMonitor(const BusMonitor&) = delete;
   BusMonitor& operator=(const BusMonitor&) = delete;
 
-  /// Waits for a frame or a signal, at most `at_most`; then passes all available frames to the handler. A
-  /// drop_notice() takes the place of frames that the kernel has dropped.
+  /// Waits for a frame or a signal, for at most `at_most`; then passes all available frames to the handler. A
+  /// drop_notice() replaces the frames that the kernel dropped.
   void listen(std::chrono::milliseconds at_most, const Handler& handler);
 
-  /// Reports the frames that the kernel dropped after the last frame.
+  /// Reports the frames that the kernel dropped after the last received frame.
   void finish(const Handler& handler);
 
   bool up() const { return up_; }
@@ -43,7 +43,7 @@ class BusMonitor {
   std::string interface_;
   int socket_;
   bool up_ = true;
-  std::optional<ReceiveBatch> batch_;  ///< a new one for each socket, because it counts the lost frames
+  std::optional<ReceiveBatch> batch_;  ///< new for each socket, because it counts the lost frames
   std::uint32_t lost_of_socket_ = 0;
   std::uint64_t lost_ = 0;
 };

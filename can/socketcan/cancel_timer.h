@@ -2,8 +2,8 @@
 
 namespace hystcan::can {
 
-/// Ends the waits of a timer of Asio, in a destructor too. Its cancel() does not fail, but is not declared
-/// noexcept, and Boost 1.87 has no cancel(error_code) any more.
+/// Cancels the waits of an Asio timer, also in a destructor. Asio's cancel() does not fail but is not
+/// declared noexcept, and Boost 1.87 no longer has cancel(error_code).
 template <class Timer>
 void cancel_timer(Timer& timer) noexcept {
   try {

@@ -1,7 +1,7 @@
 #include "can/socketcan/interface.h"
 
-// net/if.h comes first: then linux/if.h leaves out what both declare, also where Asio includes net/if.h
-// later.
+// net/if.h must be first: linux/if.h then omits the declarations that both have, even if Asio includes
+// net/if.h later.
 #include <net/if.h>
 
 #include <fmt/format.h>
@@ -50,7 +50,7 @@ std::vector<std::byte> ask_for_link(const std::string& name) {
   return reply;
 }
 
-/// Throws RunError if the kernel has no CAN, so that the user does not look for an interface.
+/// Throws RunError if the kernel has no CAN support, so that the user does not search for an interface.
 void require_can_support() {
   const Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (socket.get() < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
@@ -103,7 +103,7 @@ std::string text_of(Bytes bytes) {
 
 static_assert(CAN_STATE_BUS_OFF == static_cast<int>(BusState::bus_off), "Linux numbers the states as we do");
 
-/// Empty if the interface is stopped or sleeping: it is down.
+/// Returns nullopt if the interface is stopped or sleeping: it is down.
 std::optional<BusState> state_of(std::uint32_t can_state) {
   return can_state <= CAN_STATE_BUS_OFF ? std::optional(static_cast<BusState>(can_state)) : std::nullopt;
 }
@@ -133,7 +133,7 @@ void read_can_attribute(int type, Bytes value, Interface& interface) {
   interface.sample_point = timing.sample_point / 1000.0;
 }
 
-/// IFLA_INFO_KIND decides the meaning of IFLA_INFO_DATA and may come after it.
+/// Reads the kind and the data. IFLA_INFO_KIND decides the meaning of IFLA_INFO_DATA and may be after it.
 void read_link_info(Bytes info, Interface& interface) {
   Bytes data;
   Bytes statistics;
@@ -181,7 +181,7 @@ void require_able_to_send(const std::string& name, const Interface& interface) {
 }
 
 void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates) {
-  constexpr double rounding = 0.01;  // the kernel reports what the adapter's clock divides into
+  constexpr double rounding = 0.01;  // the kernel reports values that the adapter's clock can divide to
   if (!interface.bitrate_bit_per_s) return;
   const double off = static_cast<double>(*interface.bitrate_bit_per_s) / rates.nominal_bit_per_s - 1.0;
   if (std::abs(off) <= rounding) return;

@@ -1,4 +1,4 @@
-// A network interface as the kernel describes it (rtnetlink).
+// A network interface as described by the kernel (rtnetlink).
 #pragma once
 
 #include <cstddef>
@@ -14,61 +14,63 @@
 
 namespace hystcan::can {
 
-/// An optional member is empty if the driver states no value: a virtual interface has no bit rate.
+/// An optional member is nullopt if the driver gives no value; for example, a virtual interface has no bit
+/// rate.
 struct Interface {
   int index = 0;
   bool up = false;
   bool is_can = false;
-  std::string kind;                   ///< "vcan", "vxcan", "can"; empty if the driver states none
+  std::string kind;                   ///< "vcan", "vxcan", "can"; empty if the driver gives none
   std::optional<BusState> bus_state;  ///< state of the CAN controller
   std::optional<std::uint32_t> bitrate_bit_per_s;
-  std::optional<std::uint32_t> data_bitrate_bit_per_s;  ///< of the data phase of CAN FD
-  std::optional<double> sample_point;                   ///< share of the bit time
+  std::optional<std::uint32_t> data_bitrate_bit_per_s;  ///< bit rate of the CAN FD data phase
+  std::optional<double> sample_point;                   ///< fraction of the bit time
   std::optional<std::uint32_t> restart_ms;  ///< time from bus-off to restart; 0: no automatic restart
   bool listen_only = false;
   bool loopback = false;
   bool one_shot = false;
-  bool fd = false;  ///< takes CAN FD frames: its MTU is at least that of an FD frame, 72 bytes
+  bool fd = false;  ///< accepts CAN FD frames: its MTU is at least 72 bytes, the size of an FD frame
   std::optional<ErrorCounters> error_counters;
   std::optional<std::uint32_t> bus_offs;  ///< since the driver was loaded, caused by any program
   std::uint32_t transmit_queue_frames = 0;
   std::string queue_discipline;  ///< "pfifo_fast", "noqueue"
 };
 
-/// Throws RunError: "interface NAME: WHAT: ", and the text of errno.
+/// Throws RunError: "interface NAME: WHAT: ", then the text of errno.
 [[noreturn]] void fail_at_interface(const std::string& name, const char* what);
 
-/// Empty if there is no interface of this name. Throws RunError if the kernel does not answer.
+/// Returns nullopt if there is no interface of this name. Throws RunError if the kernel does not answer.
 std::optional<Interface> query_interface(const std::string& name);
 
-/// The interface, which can carry CAN frames now. Otherwise throws RunError, with the remedy.
+/// Returns the interface if it can carry CAN frames now; otherwise throws RunError with the remedy.
 Interface require_can_interface(const std::string& name);
 
-/// Throws RunError, with the remedy, if the interface is listen-only.
+/// Throws RunError with the remedy if the interface is listen-only.
 void require_able_to_send(const std::string& name, const Interface& interface);
 
-/// Throws RunError, with the remedy, if the interface has another nominal bit rate than the configured one: a
-/// node with a wrong bit rate disturbs every frame of the others.
+/// Throws RunError with the remedy if the nominal bit rate of the interface differs from the configured one:
+/// a node with a wrong bit rate disturbs every frame of the others.
 void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates);
 
-/// Throws RunError, with the remedy, if `messages`, names of the DBC that need CAN FD, is not empty and the
-/// interface takes no CAN FD frames or has another data bit rate than the configured one.
+/// Throws RunError with the remedy if `messages` (names of DBC messages that need CAN FD) is not empty and
+/// the interface does not accept CAN FD frames or its data bit rate differs from the configured one.
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
                               const std::vector<std::string>& messages, const BitRates& rates);
 
-/// Why an interface is not used any more that was `before` at the start.
+/// Returns why an interface can't be used any more: it differs from its state `before`, at the start.
 Refusal refusal_of(const Interface& now, const Interface& before);
 
-/// One line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.
+/// Formats one line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.
 std::string describe(const std::string& name, const Interface& interface);
 
-/// Settings with which a node runs, but not as intended, such as no restart after bus-off.
+/// Returns warnings about settings with which a node runs, but not as intended, such as no restart after
+/// bus-off.
 std::vector<std::string> find_doubts(const std::string& name, const Interface& interface);
 
 // Parses RTM_NEWLINK, the kernel's description of an interface (rtnetlink(7), linux/can/netlink.h).
 
-/// `message` begins with its nlmsghdr. Empty if it is another message (an error: no such interface). The
-/// parser skips attributes that are cut short or unknown.
+/// `message` begins with its nlmsghdr. Returns nullopt for any other message (an error: no such interface).
+/// The parser skips attributes that are truncated or unknown.
 std::optional<Interface> parse_link_message(std::span<const std::byte> message);
 
 }  // namespace hystcan::can

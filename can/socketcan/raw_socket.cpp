@@ -17,9 +17,9 @@
 namespace hystcan::can {
 namespace {
 
-// The size of the socket's send buffer. The kernel doubles it, so that it holds seven or eight classical
-// frames. Two axes send eight frames in their busiest cycle. The kernel refuses a further frame and does
-// not queue it.
+// The size of the socket's send buffer. The kernel doubles it, so that it has space for seven or eight
+// classical frames. Two axes send eight frames in their busiest cycle. The kernel refuses any further frame
+// instead of queueing it.
 constexpr int send_buffer_bytes = 3072;
 
 constexpr std::chrono::seconds oldest_credible_stamp{1};
@@ -29,7 +29,7 @@ bool set_option(int socket, int level, int option, const Value& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-/// Passes both identifier types, as data or remote frames; the checker of the message judges them.
+/// Returns filters for both identifier types, data and remote; the checker of the message rejects wrong ones.
 std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
   std::vector<can_filter> result;
   for (const Filter& filter : filters) {

@@ -25,13 +25,13 @@ namespace hystcan::can {
 /// error frames and kernel time stamps. The caller closes the socket. Throws RunError.
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters);
 
-/// The socket also receives the echo of its own frames, as far as its filters pass them.
+/// Enables the echo of the socket's own frames; the socket's filters apply to it.
 void receive_own_frames(int socket);
 
 /// Returns 0, or the errno with which the kernel refused the frame.
 int write_frame(int socket, const Frame& frame);
 
-/// The frames of one system call.
+/// The frames that one system call returns.
 class ReceiveBatch {
  public:
   static constexpr std::size_t capacity = 16;
@@ -44,13 +44,14 @@ class ReceiveBatch {
   int read(int socket, std::size_t room = capacity);
 
   Frame frame(std::size_t index) const;
-  /// The arrival time by the kernel's stamp, as steady time; the time of reading if the stamp is implausible.
+  /// The arrival time from the kernel's time stamp, as steady time; the time of reading if the stamp is
+  /// implausible.
   Time received(std::size_t index) const { return received_[index]; }
-  /// The kernel's unchanged stamp, the time since 1970-01-01 UTC.
+  /// The kernel's unchanged time stamp, as the time since 1970-01-01 UTC.
   Duration stamped(std::size_t index) const { return stamped_[index]; }
-  /// The echo of a frame that this socket has sent.
+  /// Returns true for the echo of a frame that this socket sent.
   bool is_own(std::size_t index) const { return (headers_[index].msg_hdr.msg_flags & MSG_CONFIRM) != 0; }
-  /// The number of frames that the kernel has dropped on this socket since it was opened.
+  /// The number of frames that the kernel dropped on this socket since it was opened.
   std::uint32_t lost() const { return lost_; }
   /// Call this before the first read from a new socket.
   void restart() { lost_ = 0; }

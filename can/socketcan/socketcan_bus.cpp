@@ -77,7 +77,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   const BusCounters& counters() const { return counters_; }
 
  private:
-  /// Returns 0 or an errno. In bus-off the kernel would keep the frames and send them after the restart.
+  /// Sends a frame. Returns 0 or an errno. Refuses in bus-off, because the kernel would store the frames and
+  /// send them after the restart.
   int try_to_send(const Frame& frame) {
     if (!socket_.is_open()) return ENETDOWN;
     if (state_ == BusState::bus_off) return ENOBUFS;
@@ -102,7 +103,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   /// Reads the first frame alone, so that its answer does not wait for other frames or for a read of an empty
-  /// queue. All further frames follow in batches.
+  /// queue. All further frames are read in batches.
   void receive() {
     for (std::size_t room = 1;; room = ReceiveBatch::capacity) {
       const int count = batch_.read(socket_.native_handle(), room);
@@ -160,7 +161,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   void retry() {
     retrying_ = false;
-    if (socket_.is_open()) {  // send() has found that the interface is lost
+    if (socket_.is_open()) {  // send() already detected that the interface is lost
       lose_interface();
       return;
     }
@@ -191,7 +192,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  /// A virtual interface has no state: there only an error frame, or taking the interface down, ends bus-off.
+  /// Queries the state. A virtual interface has none: only an error frame, or taking the interface down, ends
+  /// its bus-off.
   void ask_whether_restarted() {
     const auto found = query_interface(interface_);
     if (found && found->up && found->bus_state && *found->bus_state != BusState::bus_off) {
@@ -206,7 +208,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   std::vector<Filter> filters_;
   asio::posix::basic_stream_descriptor<Executor> socket_;
   SteadyTimer retry_timer_;    ///< searches for the interface after it is lost
-  SteadyTimer restart_timer_;  ///< asks, in bus-off, whether it has ended
+  SteadyTimer restart_timer_;  ///< in bus-off, queries whether it ended
   ReceiveBatch batch_;
   Interface at_start_;
   Refusal refusal_ = Refusal::none;

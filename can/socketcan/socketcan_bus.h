@@ -1,4 +1,4 @@
-// SocketCAN on Boost.Asio: a real interface, in real time.
+// A real SocketCAN interface on Boost.Asio, in real time.
 #pragma once
 
 #include <memory>
@@ -21,17 +21,17 @@ namespace hystcan::can {
 ///   not reach the frame handler.
 /// - send() never blocks. A frame that the kernel refuses (ENOBUFS, EAGAIN, ENETDOWN) is dropped and counted,
 ///   because the next cycle has a newer command.
-/// - When the interface goes down or disappears, the state is `down`. The bus looks every 50 ms for an
-///   interface of this name that is up, and sets its filters again. It does not use an interface that has
-///   become listen-only, has another bit rate, or takes no CAN FD frames any more: refusal() says so.
-/// - In bus-off the bus asks the driver every 50 ms for its state, because the error frame of the restart
-///   may be lost. Until then it sends nothing, because the kernel would keep the frames and send them,
-///   stale, after the restart.
+/// - When the interface goes down or disappears, the state is `down`. Every 50 ms the bus searches for an
+///   interface of this name that is up, and sets its filters again. It does not use an interface that is now
+///   listen-only, has another bit rate, or does not accept CAN FD frames; refusal() returns the reason.
+/// - In bus-off the bus queries the driver's state every 50 ms, because the error frame of the restart may
+///   be lost. It sends nothing before the restart, because the kernel would store the frames and send them,
+///   outdated, afterwards.
 /// - The bus's own frames reach the other sockets of the host, but this one only as an echo for on_sent().
-/// - Arrival times are the kernel's stamps.
+/// - Arrival times are the kernel's time stamps.
 class SocketCanBus final : public Bus {
  public:
-  /// Throws RunError, with the name and the remedy, if the interface can't be used: it is absent, down or no
+  /// Throws RunError with the name and the remedy if the interface can't be used: it is absent, down or not a
   /// CAN device, or permission is missing.
   SocketCanBus(boost::asio::io_context& context, const std::string& interface,
                std::span<const Filter> filters);
@@ -51,7 +51,8 @@ class SocketCanBus final : public Bus {
   std::shared_ptr<Impl> impl_;  ///< shared with the pending operations
 };
 
-/// True: the interface is virtual (vcan, vxcan), without a real bus. Throws RunError if it is absent.
+/// Returns true if the interface is virtual (vcan, vxcan), without a real bus. Throws RunError if it is
+/// absent.
 bool is_virtual_interface(const std::string& interface);
 
 }  // namespace hystcan::can

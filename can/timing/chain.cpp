@@ -5,7 +5,7 @@
 namespace hystcan::can {
 namespace {
 
-/// If frames are still left over after so many cycles, the response counts as unbounded.
+/// Number of cycles after which left-over frames make the response unbounded.
 constexpr int cycles_max = 100;
 
 std::uint32_t priority_order(const ChainSource& source) {
@@ -18,7 +18,7 @@ bool share_an_axis(const ChainSource& one, const ChainSource& other) {
 
 class Chain {
  public:
-  /// `sample`: the last one that `last` waits for. Null: `last` is no command.
+  /// `sample`: the last sample that `last` waits for; null if `last` is not a command.
   Chain(std::span<const ChainSource> sources, const ChainSource* sample, const ChainSource& last,
         const ChainTiming& timing)
       : sources_(sources),
@@ -51,7 +51,7 @@ class Chain {
   }
 
  private:
-  /// w(0).
+  /// Returns w(0).
   std::optional<Duration> alone() const {
     Duration own = last_.role == ChainRole::sync ? Duration::zero() : timing_.turnaround + in_slots(1);
     std::vector<const ChainSource*> before;
@@ -75,7 +75,7 @@ class Chain {
     });
   }
 
-  /// L.
+  /// Returns L.
   Duration blocking(std::span<const ChainSource* const> after, Duration window) const {
     std::int64_t times = last_.role == ChainRole::sync ? 1 : last_.role == ChainRole::sample ? 2 : 3;
     Duration sum{};
@@ -87,7 +87,7 @@ class Chain {
     return sum;
   }
 
-  /// w(q), q > 0.
+  /// Returns w(q), q > 0.
   std::optional<Duration> with_left_overs(int q) const {
     const bool is_sync = last_.role == ChainRole::sync;
     const int answered = is_sync ? q : q + 1;
@@ -100,7 +100,8 @@ class Chain {
     });
   }
 
-  /// The time at which all commands and the slot of cycle q, and a heartbeat queued behind them, have passed.
+  /// Returns the time at which all commands and the slot of cycle q, and the heartbeat queued behind them,
+  /// are sent.
   std::optional<Duration> end_of_cycle(int q) const {
     const Duration own = (q + 1) * timing_.turnaround + in_slots(q + 1);
     return settle([&](Duration w) {
@@ -110,7 +111,7 @@ class Chain {
     });
   }
 
-  /// D(cycles).
+  /// Returns D(cycles).
   Duration in_slots(int cycles) const {
     Duration greatest{};
     for (std::size_t first = 0; first < of_slot_.size(); ++first) {
@@ -122,8 +123,9 @@ class Chain {
     return greatest;
   }
 
-  /// The sum of `own`, of the controller's axis statuses of `status_cycles` cycles, and of every other frame
-  /// that has no slot times(source, count), where `count` is how often the frame may come in the window.
+  /// Returns the sum of `own`, of the controller's axis statuses of `status_cycles` cycles, and, for every
+  /// other frame without a slot, of times(source, count) transmissions; `count` is the maximum number of such
+  /// frames in the window.
   template <class Times>
   std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
                                    Times times) const {
@@ -144,7 +146,7 @@ class Chain {
     return sum + std::min(statuses, status_cycles) * longest_status;
   }
 
-  /// The least fixed point of `next`. Empty: it is beyond the limit, or `next` returns empty.
+  /// Returns the least fixed point of `next`; nullopt if it exceeds the limit or if `next` returns nullopt.
   template <class Next>
   std::optional<Duration> settle(Next next) const {
     Duration value{};
@@ -159,13 +161,13 @@ class Chain {
     return &source == &last_ || source.role == ChainRole::sync || &source == sample_;
   }
 
-  /// True: `last` is a command and may stand in the controller's queue behind the frame.
+  /// Returns true if `last` is a command that may be queued behind the frame in the controller.
   bool shares_queue(const ChainSource& source) const {
     if (last_.role != ChainRole::command) return false;
     return source.role == ChainRole::command || (source.slot && is_of_controller(source.role));
   }
 
-  /// True: the frame is an answer to `last`. It comes only after `last` if nothing is left over.
+  /// Returns true if the frame answers `last`. If nothing is left over, it is sent only after `last`.
   bool comes_after_last(const ChainSource& source) const {
     if (last_.role == ChainRole::sync) return is_link(source.role);
     return last_.role == ChainRole::sample && source.role == ChainRole::command &&
@@ -174,7 +176,7 @@ class Chain {
 
   Duration cost(const ChainSource& source) const { return worst_transmission(source.frame, timing_.rates); }
 
-  /// n_k(window). Empty: unbounded.
+  /// Returns n_k(window); nullopt: unbounded.
   std::optional<std::int64_t> instances(const ChainSource& source, Duration window) const {
     const bool is_status = source.role == ChainRole::controller_status;
     if (!source.response && !is_status) return std::nullopt;
@@ -192,11 +194,11 @@ class Chain {
   Duration bit_;
   Duration limit_;
   std::uint32_t weakest_ = 0;
-  std::vector<Duration> of_slot_;  ///< the longest frame of each
+  std::vector<Duration> of_slot_;  ///< the longest frame of each slot
 };
 
-/// Sets the jitter of the frames that follow from SYNC: the time from the start of the period until queued.
-/// What is due just after its slot waits for the next one.
+/// Sets the jitter of the frames that follow SYNC: the time from the start of the period until queued. A
+/// frame that is due just after its slot waits for the next slot.
 void set_jitter(std::span<ChainSource> sources, Duration sync_response, const ChainTiming& timing) {
   const Duration answered = sync_response + timing.turnaround;
   for (ChainSource& source : sources) {
@@ -209,7 +211,8 @@ void set_jitter(std::span<ChainSource> sources, Duration sync_response, const Ch
   }
 }
 
-/// Computes the responses of the frames that are no links (Davis, Burns, Bril, Lukkien). True: one changed.
+/// Computes the responses of the frames that are not links (Davis, Burns, Bril, Lukkien). Returns true if one
+/// changed.
 bool respond_to_jitter(std::span<ChainSource> sources, const BitRates& rates) {
   std::vector<PeriodicFrame> frames;
   frames.reserve(sources.size());

@@ -9,7 +9,7 @@ namespace {
 
 constexpr unsigned error_frame_bits = 31;
 
-/// A longer busy period counts as endless; it needs a load within 1e-6 of 1.
+/// A longer busy period counts as infinite; reaching it needs a load within 1e-6 of 1.
 constexpr Duration endless = std::chrono::hours(1);
 
 std::int64_t divide_up(std::int64_t value, std::int64_t by) { return (value + by - 1) / by; }
@@ -107,7 +107,8 @@ class Analysis {
     return error_interval_ ? instances(window, *error_interval_) * disturbance_ : Duration::zero();
   }
 
-  /// The least fixed point of a non-decreasing function at or above `from`. Empty: it is beyond `endless`.
+  /// Returns the least fixed point, at or above `from`, of a non-decreasing function; nullopt if it exceeds
+  /// `endless`.
   template <class Next>
   static std::optional<Duration> settle(Duration from, Next next) {
     Duration value = std::max(from, Duration{1});
@@ -125,7 +126,7 @@ class Analysis {
   Duration cost_{};
   Duration disturbance_{};
   double level_load_ = 0.0;
-  std::vector<std::pair<const PeriodicFrame*, Duration>> higher_;  ///< with their costs
+  std::vector<std::pair<const PeriodicFrame*, Duration>> higher_;  ///< with their transmission times
 };
 
 }  // namespace

@@ -15,15 +15,15 @@
 //   w(q) = B + q C + sum over hp:  ceil((w(q) + J_k + tau_bit) / T_k) C_k        instance q = 0..Q-1
 //   R    = max over q of  J + w(q) - q T + C
 //
-// Errors that are at least T_e apart add one term each to t and to w(q), for the error frame, the pause and
-// the repeated frame:
+// Errors at least T_e apart add one term each to t and to w(q), for the error frame, the pause and the
+// repeated frame:
 //
 //   to t:      ceil(t / T_e) E
 //   to w(q):   ceil((w(q) + C) / T_e) E
 //   E        = 31 tau_bit + max of C over hp and m
 //
-// Assumptions: the frames of each node leave it by priority; no node outside the set sends; a receiver is as
-// fast as the bus.
+// Assumptions: each node sends its frames by priority; no node outside the set sends; a receiver is as fast
+// as the bus.
 #pragma once
 
 #include <cstdint>
@@ -42,17 +42,18 @@ struct PeriodicFrame {
   std::uint32_t id = 0;
   bool extended = false;
   unsigned bytes = 8;
-  Duration period{};  ///< for a sporadic frame the least time between two frames
-  Duration jitter{};  ///< the longest time from the start of its period until it is queued
+  Duration period{};  ///< for a sporadic frame, the minimum time between two frames
+  Duration jitter{};  ///< maximum time from the start of the period until the frame is queued
   Duration deadline{};
   bool fd = false;
-  bool bit_rate_switch = false;  ///< of an FD frame, with a data phase at the data bit rate
+  bool bit_rate_switch = false;  ///< for an FD frame: its data phase uses the data bit rate
 };
 
 struct FrameResponse {
   Duration transmission{};  ///< C, with all possible stuff bits and the interframe space
   Duration blocking{};      ///< B
-  /// R, from the start of the period (jitter included) to the end of the interframe space. Empty: unbounded.
+  /// R, from the start of the period (jitter included) to the end of the interframe space; nullopt:
+  /// unbounded.
   std::optional<Duration> response;
   std::uint64_t instance = 0;  ///< q of the worst instance, counted from 0
   bool schedulable = false;    ///< R <= D
@@ -63,16 +64,17 @@ struct Schedule {
   double load = 0.0;                  ///< sum of C / T; the bus cannot carry more than 1
 };
 
-/// Bits of the longest frame with so many bytes, interframe space included: 135 for 8 bytes, 160 if extended.
-/// For CAN FD it is at most two data bits more than the longest frame with that identifier type.
+/// Returns the bits of the longest frame of this size, interframe space included: 135 for 8 bytes, 160 if
+/// extended. For CAN FD, the result exceeds the longest frame with that identifier type by at most two data
+/// bits.
 BitCount worst_frame_bits(const PeriodicFrame& frame);
 
-/// C. The nominal bit rate is above 0.
+/// Returns C. The nominal bit rate must be above 0.
 Duration worst_transmission(const PeriodicFrame& frame, const BitRates& rates);
 
-/// `error_interval` is the least time between two errors on the bus; empty: no errors. Throws
+/// `error_interval` is the minimum time between two errors on the bus; nullopt: no errors. Throws
 /// std::invalid_argument for a bit rate of 0, more than 64 bytes, a period not above 0, a negative jitter,
-/// two frames with the same identifier, and an error interval not above 0.
+/// two frames with the same identifier, or an error interval not above 0.
 Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
                  std::optional<Duration> error_interval = std::nullopt);
 
