@@ -15,8 +15,8 @@ constexpr std::size_t most_shown = 5;
 
 int lower(char letter) { return std::tolower(static_cast<unsigned char>(letter)); }
 
-/// Levenshtein distance: the fewest insertions, deletions and substitutions that turn one text into the
-/// other.
+/// Returns the Levenshtein distance: the smallest number of insertions, deletions and substitutions that turn
+/// one text into the other.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

@@ -8,12 +8,12 @@
 
 namespace hystcan::config {
 
-/// The candidates with the least edit distance to `name`, regardless of case: "A, B, C"; `none` if there are
-/// no candidates.
+/// Returns the candidates with the smallest edit distance to `name`, ignoring case: "A, B, C"; `none` if
+/// there are no candidates.
 std::string closest(std::string_view name, const std::vector<std::string>& candidates);
 
-/// The candidate with the least edit distance to `name`; empty if it is no likely misspelling: more than a
-/// third of the letters differ.
+/// Returns the candidate with the smallest edit distance to `name`; nullopt if more than a third of the
+/// letters differ, which is unlikely to be a misspelling.
 std::optional<std::string> meant_by(std::string_view name, const std::vector<std::string>& candidates);
 
 }  // namespace hystcan::config

@@ -1,6 +1,6 @@
 // A TOML file, and the visitors that copy values between its tables and structs.
 //
-// Each struct has one `visit` (config/schema/schema.h) that names its keys, ranges, defaults and meanings. A
+// Each struct has one `visit` (config/schema/schema.h) with its keys, ranges, defaults and descriptions. A
 // Reader passed to it fills the struct, a Writer writes it, and a test compares the tables of
 // docs/configuration/ with it. Unknown keys, missing keys, wrong types and values out of range are errors
 // with line and column. The key of a duration has its unit in its name: _s, _ms or _us.
@@ -29,28 +29,29 @@
 
 namespace hystcan::config {
 
-/// The greatest size of a configuration in bytes, and of a model file, which may have long lists of weights.
+/// Maximum sizes in bytes of a configuration, and of a model file, which may have long lists of weights.
 inline constexpr std::size_t largest_configuration = 1'048'576;
 inline constexpr std::size_t largest_model_file = 16 * largest_configuration;
 
 class Document {
  public:
-  /// Of a file that has this text, or will have it.
+  /// Parses a text that is, or will be, the content of `file`.
   Document(std::filesystem::path file, std::string_view text);
   /// Reads a regular file of at most `largest` bytes.
   explicit Document(const std::filesystem::path& file, std::size_t largest = largest_configuration);
-  /// The same with other values of these keys.
+  /// Returns a copy with these keys set to other values.
   Document with(const std::vector<Setting>& overrides) const;
 
   const toml::table& root() const { return *root_; }
   bool has(std::string_view path) const { return static_cast<bool>(root_->at_path(path)); }
   const std::filesystem::path& file() const { return file_; }
-  /// Resolves a path of the file, which is relative to the file's own folder.
+  /// Resolves a path in the file; it is relative to the file's own folder.
   std::filesystem::path resolve(const std::filesystem::path& path) const;
 
-  /// FILE:LINE:COLUMN, or the key where an override stands.
+  /// Returns FILE:LINE:COLUMN, or the key if an override sets the value.
   Place place_of(const toml::source_region& where) const;
-  /// The place of the key with this path ("axis[1].amplifier_node"), or of the nearest table above it.
+  /// Returns the place of the key with this path ("axis[1].amplifier_node"), or of the nearest table above
+  /// it.
   Place place_at(std::string_view path) const;
   [[noreturn]] void fail_at(std::string_view path, const std::string& what) const {
     throw Error(place_at(path), what);
@@ -60,14 +61,15 @@ class Document {
   void put(const Setting& setting, toml::table& root);
 
   std::filesystem::path file_;
-  std::shared_ptr<const toml::table> read_;  ///< its nodes know where they stand; those of a copy do not
-  std::shared_ptr<const toml::table> root_;  ///< the same, or a copy with other values
-  std::vector<std::string> overridden_{};    ///< paths
+  std::shared_ptr<const toml::table> read_;  ///< the table as parsed; its nodes have source places, which a
+                                             ///< copy loses
+  std::shared_ptr<const toml::table> root_;  ///< the same table, or a copy with other values
+  std::vector<std::string> overridden_{};    ///< paths of the overridden keys
 };
 
 double nanoseconds_per_unit(std::string_view key);
 
-/// A list of some of an enum's words.
+/// A list of words of one enumeration.
 template <class T>
 concept ListOfWords = requires {
   typename T::value_type;
@@ -85,7 +87,7 @@ class Reader {
     lacks_choice_ |= HasWords<T> && !table_.contains(key);
     if (const toml::node* node = look_up(key)) read(*node, key, value, range);
   }
-  /// A list may be empty.
+  /// Reads an optional key; a list may be empty.
   template <class T>
   void optional(std::string_view key, T& value, Range range = any, const About& = {}) {
     known_.emplace(key);
@@ -93,29 +95,29 @@ class Reader {
   }
   void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
               const About& = {});
-  /// A limit; another limit is in force if it is left out. `inf` means that there is no limit.
+  /// Reads a limit. If the key is missing, another limit is in force. `inf` means no limit.
   void limit_or_inf(std::string_view key, double& value, double in_its_place, const About& = {});
 
-  /// A sub-table that may be left out.
+  /// Reads a sub-table that may be missing.
   template <class T, class Visit>
   void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
     known_.emplace(key);
     if (table_.contains(key)) table(key, value.emplace(), visit);
   }
-  /// A sub-table that may be left out because all its keys have defaults.
+  /// Reads a sub-table that may be missing because all its keys have defaults.
   template <class T, class Visit>
   void section(std::string_view key, T& value, Visit visit) {
     known_.emplace(key);
     if (table_.contains(key)) table(key, value, visit);
   }
-  /// A sub-table with its own struct: calls `visit(reader, value)`.
+  /// Reads a sub-table with its own struct: calls `visit(reader, value)`.
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
     const toml::node* node = look_up(key);
     if (!missing_.empty()) return;  // the sub-table's keys may depend on the missing key
     read_table(*node, join(key), value, visit);
   }
-  /// An array of at least one table.
+  /// Reads an array of at least one table.
   template <class T, class Visit>
   void list(std::string_view key, std::vector<T>& values, Visit visit) {
     const toml::node* node = look_up(key);
@@ -127,22 +129,22 @@ class Reader {
     for (std::size_t i = 0; i < array->size(); ++i)
       read_table(*array->get(i), join(key) + "[" + std::to_string(i) + "]", values.emplace_back(), visit);
   }
-  /// An array of tables that may be left out.
+  /// Reads an array of tables that may be missing.
   template <class T, class Visit>
   void optional_list(std::string_view key, std::vector<T>& values, Visit visit) {
     known_.emplace(key);
     if (table_.contains(key)) list(key, values, visit);
   }
-  /// Makes the alternative with this name.
+  /// Creates the alternative that a choice selected.
   template <class Make>
   void alternative(Make make) {
     make();
   }
   void takes_effect(Effect) {}
 
-  /// Fails at an unknown key, then at a missing required key. The order matters because a misspelt key is
-  /// both. Where a missing key is a choice, which may decide on the keys, only one that is close to a known
-  /// one counts as unknown.
+  /// Fails at the first unknown key, then at the first missing required key: a misspelt key is both, and the
+  /// error should quote it. If a missing key is a choice, which decides which keys exist, only a key that
+  /// resembles a known one counts as unknown.
   void finish() const;
 
  private:
@@ -198,16 +200,16 @@ class Reader {
   std::int64_t read_whole_number(const toml::node& node, std::string_view key, Index index = {}) const;
   std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
   double read_number(const toml::node& node, std::string_view key, Range range, Index index = {}) const;
-  /// Fails beyond a year, which no timer needs and a computation with times still has room for, and where
-  /// less than a nanosecond would become zero.
+  /// Fails above one year, which no timer needs and time computations can still represent, and if less than a
+  /// nanosecond would become zero.
   can::Duration read_duration(const toml::node& node, std::string_view key, Range range) const;
   std::string read_string(const toml::node& node, std::string_view key, Index index = {}) const;
   std::string read_word(const toml::node& node, std::string_view key,
                         std::span<const std::string_view> choices, Index index = {}) const;
 
-  /// The node of a required key; null if it is absent, and finish() then fails.
+  /// Returns the node of a required key; null if the key is missing (finish() then fails).
   const toml::node* look_up(std::string_view key);
-  /// "KEY what", at the key or at an element of its list.
+  /// Throws "KEY what", at the key or at an element of its list.
   [[noreturn]] void fail(std::string_view key, const std::string& what, Index index = {}) const;
   [[noreturn]] void wrong_type(const toml::node& node, std::string_view key, const std::string& expected,
                                Index index = {}) const;
@@ -217,20 +219,20 @@ class Reader {
   const toml::table& table_;
   std::string path_;
   std::set<std::string, std::less<>> known_;
-  std::string missing_;        ///< the first required key that is absent
-  bool lacks_choice_ = false;  ///< of the absent keys, one is a choice
+  std::string missing_;        ///< the first required key that is missing
+  bool lacks_choice_ = false;  ///< one of the missing keys is a choice
 };
 
-/// Writes structs as TOML. A remark decides which keys are written, and what stands behind their values.
+/// Writes structs as TOML. A Remark decides which keys are written, and the comment after each value.
 class Writer {
  public:
   enum class Layout : std::uint8_t {
     plain,    ///< `hystcan check`: each number with the fewest characters
-    columns,  ///< a file: equals signs and comments below each other, numbers that are not whole have a point
-    model,    ///< a model file: numbers of some digits, meanings as comments
-    schema    ///< for the remark alone, without values: also what is left out
+    columns,  ///< a file: aligned equals signs and comments; fractions have a decimal point
+    model,    ///< a model file: numbers with a limited number of digits, descriptions as comments
+    schema    ///< only the calls of the remark, without values; includes keys and tables that are left out
   };
-  /// `table`: in whose keys the struct's are, as path and header; empty: the file's.
+  /// `table`: the table of the struct's keys, as path and header; empty: the root of the file.
   Writer(Layout layout, Remark remark, std::string table = {})
       : layout_(layout), remark_(std::move(remark)), header_(table), path_(std::move(table)) {}
 
@@ -238,8 +240,8 @@ class Writer {
   void required(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     line(key, value, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
   }
-  /// An infinite number, an empty text and a list of no word say that the key is left out. A key without a
-  /// default of its own counts as required otherwise, unless it is a word.
+  /// Omits an infinite number, an empty text or an empty list of words. A key without a default counts as
+  /// required, unless it is a word.
   template <class T>
   void optional(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     bool is_left_out = false;
@@ -255,8 +257,8 @@ class Writer {
               const About& about = {}) {
     line(key, value, text_of(key, value), true, about, choices);
   }
-  /// `in_its_place`: in force where it is left out; infinite: nothing. Shown as a comment, as it is no value
-  /// of the key.
+  /// `in_its_place`: the limit in force if the key is missing; infinite: none. It is written as a comment,
+  /// because it is not the key's value.
   void limit_or_inf(std::string_view key, const double& value, double in_its_place, const About& about = {});
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
@@ -284,7 +286,7 @@ class Writer {
   }
   template <class Make>
   void alternative(Make) {}
-  /// Of all further keys of this table and of its tables, if nothing else is said of them.
+  /// Sets the effect of all following keys in this table and its sub-tables that have no effect of their own.
   void takes_effect(Effect effect) { effect_ = effect; }
 
   std::string text() const { return keys_ + tables_; }
@@ -315,7 +317,7 @@ class Writer {
     else
       return toml_string(std::filesystem::path(value).string());
   }
-  /// A table, or the element of a list with this index.
+  /// Writes a table, or the element of a list with this index.
   void enter(std::string_view key, const std::string& index, const Member& member,
              const std::function<void(Writer&)>& body);
   template <class T>
@@ -339,10 +341,10 @@ class Writer {
 
   Layout layout_;
   Remark remark_;
-  std::string header_;  ///< the table's name in TOML
-  std::string path_;    ///< the table's name with indices
-  std::string keys_;    ///< the text of the table's own keys
-  std::string tables_;  ///< and that of the tables in it
+  std::string header_;  ///< TOML name of the table
+  std::string path_;    ///< TOML name of the table, with indices
+  std::string keys_;    ///< text of the table's own keys
+  std::string tables_;  ///< text of the sub-tables
   Effect effect_ = Effect::after_restart;
 };
 

@@ -2,8 +2,8 @@
 //
 //   format = 1
 //
-// stands before the first table; it is also the format of a file that does not state one. A newer format than
-// the program knows is an error.
+// The line must be before the first table; a file without it has format 1. A format newer than newest_format
+// is an error.
 #pragma once
 
 #include <toml++/toml.h>
@@ -13,10 +13,11 @@
 namespace hystcan::config {
 
 inline constexpr int newest_format = 1;
-/// Where a file is written.
+/// The line at the top of each written file.
 inline constexpr std::string_view format_line = "format = 1\n";
 
-/// Throws Error with its place in the file `name` if these tables state a newer format, or no number of one.
+/// Throws Error with the place in file `name` if the format is newer than newest_format or not a valid
+/// number.
 void require_known_format(const toml::table& root, const std::string& name);
 
 }  // namespace hystcan::config

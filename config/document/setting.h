@@ -1,4 +1,4 @@
-// One key of a configuration: its value, and what is said of it.
+// One key of a configuration: its value and its description.
 #pragma once
 
 #include <cstdint>
@@ -12,26 +12,26 @@
 
 namespace hystcan::config {
 
-/// What takes over a change of a key, and what that restarts.
+/// How a changed key takes effect.
 enum class Effect : std::uint8_t {
-  after_restart,  ///< the controller, when it is started again
-  at_once,        ///< the running controller, between two cycles
-  at_next_start,  ///< the same, for the next start of the axis
-  new_reference,  ///< the running controller, whose reference begins again
-  on_nodes        ///< the twin or the node, when it is started again
+  after_restart,  ///< when the controller restarts
+  at_once,        ///< in the running controller, between two cycles
+  at_next_start,  ///< in the running controller, at the next start of the axis
+  new_reference,  ///< in the running controller; the reference restarts
+  on_nodes        ///< when the twin or the node restarts
 };
 constexpr bool is_taken_over(Effect effect) {
   return effect != Effect::after_restart && effect != Effect::on_nodes;
 }
 
-/// A key by its path ("axis[0].control.kp") and its value, as TOML.
+/// A key: its path ("axis[0].control.kp") and its value as TOML.
 struct Setting {
   std::string path;
   std::string value;
-  Effect effect = Effect::after_restart;  ///< of a key from a `visit`
+  Effect effect = Effect::after_restart;  ///< set if the key is from a `visit`
 };
 
-/// True for the path itself and for the keys of its table or list.
+/// Returns true for the table's or list's own path and for the keys in it.
 bool is_within(std::string_view path, std::string_view table);
 
 /// The allowed range of a number.
@@ -47,19 +47,19 @@ inline constexpr Range any{};
 inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
 inline constexpr Range not_negative{.lo = 0.0};
 
-/// The unit that a key, or its path, ends with, as it is written: "um/s^2", "%"; empty where it has none.
+/// Returns the unit at the end of a key or of its path, as written in text: "um/s^2", "%"; empty if none.
 std::string unit_of(std::string_view key);
 
-/// What is said of a key, in the tables of docs/configuration/*.md or behind its value in a model file.
+/// The description of a key, for the tables of docs/configuration/*.md and the comments of a model file.
 struct About {
   std::string_view meaning{};
-  std::string_view otherwise{};  ///< what holds where the key is left out and no default does: "of the model"
-  std::optional<Effect> effect{};  ///< none: that of its table
-  int digits = 17;                 ///< significant ones in a model file; 17 bring back the same bits
+  std::string_view otherwise{};  ///< value in force if the key is missing and has no default: "of the model"
+  std::optional<Effect> effect{};  ///< nullopt: the effect of its table
+  int digits = 17;                 ///< significant digits in a model file; 17 restore the same bits
 };
 
-/// A member that a `visit` names: its place, and its type, because the first member of a struct has the place
-/// of the struct.
+/// Identifies a member in a `visit`: its address and its type. The address alone does not suffice: the first
+/// member of a struct has the address of the struct.
 struct Member {
   Member() = default;
   template <class T>
@@ -70,7 +70,8 @@ struct Member {
   std::type_index type = typeid(void);
 };
 
-/// A key, or a table, with what its struct's `visit` says of it. Its default is what its member begins with.
+/// A key or a table with its description from the struct's `visit`. The default of a key is the initial value
+/// of its member.
 struct Key : Setting {
   Range range{};
   std::string_view meaning{};
@@ -81,8 +82,8 @@ struct Key : Setting {
   std::string unit() const { return unit_of(path); }
 };
 
-/// What a Writer asks about each key: the comment behind it, which may be empty; nothing: the key is left
-/// out. It asks about tables too, with an empty value.
+/// Called by a Writer for each key and, with an empty value, for each table. Returns the comment after the
+/// value, which may be empty; nullopt omits the key.
 using Remark = std::function<std::optional<std::string>(const Key& key, bool is_required)>;
 
 }  // namespace hystcan::config

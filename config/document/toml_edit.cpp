@@ -15,7 +15,7 @@
 namespace hystcan::config {
 namespace {
 
-/// "a[1].b" as "a", "[1]", "b".
+/// Splits "a[1].b" into "a", "[1]", "b".
 std::vector<std::string> parts_of(const std::string& path) {
   std::vector<std::string> parts{""};
   for (const char c : path) {
@@ -28,7 +28,7 @@ std::vector<std::string> parts_of(const std::string& path) {
 
 bool is_index(const std::string& part) { return part.starts_with('['); }
 
-/// A bare key of TOML, which needs no quotes, or an index.
+/// Returns true for a bare TOML key, which needs no quotes, and for an index.
 bool can_stand_in_a_path(const std::string& part) {
   constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
   constexpr std::string_view digits = "0123456789";
@@ -46,8 +46,8 @@ const toml::node* child_of(const toml::node& node, const std::string& part) {
 /// The lines of a table's own keys.
 struct OwnLines {
   std::size_t last = 0;
-  std::size_t last_key = 0;  ///< where the last value begins
-  bool has_tables = false;   ///< with headers of their own
+  std::size_t last_key = 0;  ///< line at which the last value begins
+  bool has_tables = false;   ///< has sub-tables with headers of their own
 };
 
 using HasHeader = std::function<bool(const toml::node&)>;
@@ -69,7 +69,7 @@ OwnLines own_lines_of(const toml::table& table, const HasHeader& has_header) {
   return lines;
 }
 
-/// `key = value`, with the equals sign below that of `above`, if there is one.
+/// Formats `key = value` with the equals sign aligned to that of the line `above`, if it has one.
 std::string aligned(const std::string& key, const std::string& value, std::string_view above) {
   const std::size_t indent = std::min(above.find_first_not_of(" \t"), above.size());
   const bool is_key = indent < above.size() && above[indent] != '[' && above[indent] != '#';
@@ -82,15 +82,15 @@ std::string aligned(const std::string& key, const std::string& value, std::strin
 
 }  // namespace
 
-/// What there is of a path.
+/// The existing part of a path.
 struct TomlEdit::Place {
   std::vector<std::string> parts;
   std::vector<const toml::node*> nodes;  ///< the root, then one for each part that exists
-  bool within_inline = false;  ///< the deepest node stands in an inline table or in a list of values
+  bool within_inline = false;            ///< the deepest node is in an inline table or in a list of values
 
   bool is_complete() const { return nodes.size() == parts.size() + 1; }
   const toml::node& deepest() const { return *nodes.back(); }
-  /// The first `count` parts without indices: the name in a header.
+  /// Joins the first `count` parts without indices: the name in a header.
   std::string header(std::size_t count) const {
     std::string name;
     for (std::size_t i = 0; i < count; ++i)
@@ -125,7 +125,7 @@ std::string_view TomlEdit::line_at(std::size_t line) const {
   return std::string_view(text_).substr(start, text_.find('\n', start) - start);
 }
 
-/// toml++ counts columns in characters, not in bytes.
+/// Returns the byte offset of a position. toml++ counts columns in characters, not bytes.
 std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
   std::size_t at = line_start(position.line);
   if (at == 0 && text_.starts_with(byte_order_mark)) at = byte_order_mark.size();
@@ -139,7 +139,7 @@ std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
   return at;
 }
 
-/// An inline table and a value are no tables with a header; a table of dotted keys has none, too.
+/// Returns false for an inline table, a value and a table of dotted keys: they have no header.
 bool TomlEdit::has_header(const toml::node& node) const {
   const std::string_view there = std::string_view(text_).substr(offset_of(node.source().begin));
   if (const toml::table* table = node.as_table()) return !table->is_inline() && there.starts_with('[');
@@ -170,8 +170,7 @@ void TomlEdit::replace_value(const toml::source_region& at, const std::string& v
   std::size_t comment = to;
   while (comment < text_.size() && text_[comment] == ' ') ++comment;
   std::string spaces = text_.substr(to, comment - to);
-  if (comment < text_.size() &&
-      text_[comment] == '#') {  // the comment stays in its column where there is room
+  if (comment < text_.size() && text_[comment] == '#') {  // keeps the comment in its column if there is room
     const std::size_t room = comment - from;
     spaces.assign(room > value.size() ? room - value.size() : 1, ' ');
   }
@@ -181,7 +180,7 @@ void TomlEdit::replace_value(const toml::source_region& at, const std::string& v
 void TomlEdit::insert_below(std::size_t line, const std::vector<std::string>& lines) {
   const std::string_view end = text_.find("\r\n") != std::string::npos ? "\r\n" : "\n";
   const std::size_t newline = text_.find('\n', line_start(line));
-  const bool is_last = newline == std::string::npos;  // without a line end
+  const bool is_last = newline == std::string::npos;  // the last line, without a line end
   std::string text = text_, added;
   for (const std::string& one : lines) added.append(is_last ? end : one).append(is_last ? one : end);
   take(text.insert(is_last ? text.size() : newline + 1, added));

@@ -1,13 +1,12 @@
-// Changes values in the text of a TOML file. Comments, order, spaces and line ends stay as they are.
+// Changes values in the text of a TOML file. Comments, order, spaces and line ends are unchanged.
 //
-//   set                 replaces the value where it stands. A key that is absent becomes a line below the
-//                       last one of its table; a table that is absent becomes [a.table] below its parent's
-//                       keys
-//   set_comment         replaces the comment behind a value
-//   comment_out         puts `# ` before each line of the key or table; it is absent then
+//   set                 replaces the value in its place. A missing key becomes a line below the last key of
+//                       its table; a missing table becomes [a.table] below its parent's keys
+//   set_comment         replaces the comment after a value
+//   comment_out         puts `# ` before each line of the key or table, which is then missing
 //
-// A path is that of a Setting: "axis[1].control.notch.depth". A value within an inline table is replaced;
-// nothing is added to a table that has no header of its own, as {...} and dotted keys have none.
+// Paths have the form of Setting::path: "axis[1].control.notch.depth". A value in an inline table is
+// replaced; nothing is added to a table without a header of its own ({...} and dotted keys).
 #pragma once
 
 #include <toml++/toml.h>
@@ -22,24 +21,24 @@ namespace hystcan::config {
 
 class TomlEdit {
  public:
-  /// Throws Error if the text is no TOML. Errors begin with `name`.
+  /// Throws Error if the text is not valid TOML. Error messages begin with `name`.
   TomlEdit(std::string text, std::string name);
-  TomlEdit(TomlEdit&&) = default;  ///< not copied: a copy of toml++'s nodes does not know where they stand
+  TomlEdit(TomlEdit&&) = default;  ///< not copyable: a copy of toml++'s nodes loses their source places
   /// Reads a regular file of at most `largest` bytes.
   static TomlEdit of_file(const std::filesystem::path& file, std::size_t largest = largest_configuration);
 
-  /// `value` is TOML, and the keys of the path need no quotes. Throws Error with the place where the text has
-  /// no place for the key; nothing is changed then.
+  /// Sets the value, which is TOML, at the path, whose keys must not need quotes. If the text has no place
+  /// for the key, throws Error with that place and changes nothing.
   void set(const std::string& path, const std::string& value);
-  /// Does nothing if the key is absent. Throws Error where it stands in an inline table, if it is a table
-  /// that has further tables, or a list of tables.
+  /// Does nothing if the key is missing. Throws Error if the key is in an inline table, is a table with
+  /// sub-tables, or is a list of tables.
   void comment_out(const std::string& path);
 
-  /// Replaces the comment behind the value. Does nothing if the key is absent or has none.
+  /// Replaces the comment after the value. Does nothing if the key or its comment is missing.
   void set_comment(const std::string& path, const std::string& comment);
 
   const std::string& text() const { return text_; }
-  /// The text of the value at a path that exists: "{ kind = 'hold' }".
+  /// Returns the text of the value at an existing path: "{ kind = 'hold' }".
   std::string text_of(const std::string& path) const;
 
  private:
@@ -54,7 +53,7 @@ class TomlEdit {
 
   void replace_value(const toml::source_region& at, const std::string& value);
   void insert_below(std::size_t line, const std::vector<std::string>& lines);
-  /// Takes the text if it is TOML in which the path has this value; throws otherwise.
+  /// Replaces the text if it is valid TOML in which the path has this value; throws otherwise.
   void take(std::string text);
 
   std::string text_;

@@ -12,8 +12,8 @@ namespace {
 
 bool is_ascii(char c) { return static_cast<unsigned char>(c) < 0x80; }
 
-/// The place behind the string that begins at `at`, or the end of the text if the string does not end.
-/// A multi-line string may end with two quotes of its own before the three that close it.
+/// Returns the position after the string that begins at `at`; the end of the text if the string does not end.
+/// A multi-line string may end with two quotes of its own before the three closing quotes.
 std::size_t end_of_string(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const auto run = [&](std::size_t from) {
@@ -26,7 +26,7 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
     if (text[at] == '\\' && quote == '"') {
       ++at;
     } else if (text[at] == '\n' && !multi_line) {
-      return at;  // the library refuses it
+      return at;  // the library rejects it
     } else if (text[at] == quote) {
       const std::size_t length = run(at);
       if (!multi_line) return at + 1;
@@ -37,11 +37,11 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
   return text.size();
 }
 
-/// Reads a text without its strings and comments, character by character, and keeps what the library would
-/// do.
+/// Scans a text without its strings and comments, character by character, and tracks the state that the
+/// library would have.
 class Scan {
  public:
-  /// What is wrong with this character; null if nothing is.
+  /// Returns the problem with this character; null if there is none.
   const char* add(char c) {
     constexpr std::string_view before_a_value = " \t\r\n=,[{";
     constexpr std::string_view behind_a_number = " \t\r\n,]}";
@@ -55,8 +55,9 @@ class Scan {
     return count(c);
   }
   void add_comment() { in_number_ = false; }
-  /// What is wrong with a string here. The library looks for white space behind a backslash of a multi-line
-  /// string, and up to the end of a number, whatever is there.
+  /// Returns the problem with a string at this position; null if there is none. In a multi-line string, the
+  /// library skips white space after a backslash without checking the characters; in a number, it skips up to
+  /// the end of the number.
   const char* add_string(std::string_view string) {
     if (in_number_) return "a string that begins in a number";
     last_ = string.front();

@@ -1,6 +1,6 @@
-// TOML as text. The TOML library (toml++) calls itself once for each part of a dotted key and for each
-// bracket, so that a hostile text exhausts its stack. It also misreads characters outside ASCII where TOML
-// allows none. Such a text never reaches the library.
+// TOML as text. The TOML library (toml++) recurses for each part of a dotted key and for each bracket, so
+// that a hostile text exhausts its stack. It also misreads non-ASCII characters outside strings. Such texts
+// are refused before the library parses them.
 #pragma once
 
 #include <toml++/toml.h>
@@ -10,25 +10,25 @@
 
 namespace hystcan::config {
 
-/// The greatest numbers of open brackets and of parts of one dotted key.
+/// Maximum numbers of open brackets and of parts of a dotted key.
 inline constexpr std::size_t deepest_nesting = 16;
 inline constexpr std::size_t most_key_parts = 16;
 
-/// Throws Error `NAME:LINE:COLUMN: what, expected TOML` if the library must not see this text.
+/// Throws Error `NAME:LINE:COLUMN: PROBLEM, expected TOML` if the library must not parse this text.
 void refuse_hostile_toml(std::string_view text, const std::string& name);
 
-/// The text as a string of TOML, in quotes: a reader gets the same text back.
+/// Returns the text as a quoted TOML string, from which a parser restores the same text.
 std::string toml_string(std::string_view text);
 
-/// Each line of the text, which is UTF-8 and ends with a line end, as a comment. It has a space for each
-/// control character.
+/// Returns each line of the text as a comment. The text must be UTF-8 and end with a line end. Each control
+/// character becomes a space.
 std::string toml_comment(std::string_view lines);
 
-/// What read_regular_file() expects.
+/// The expected content in the errors of read_regular_file().
 inline constexpr const char* a_toml_file = "a TOML file";
 
-/// Throws Error `NAME:LINE:COLUMN: what, expected TOML`. The sources of the nodes have `origin` as their
-/// path; no path if it is empty.
+/// Throws Error `NAME:LINE:COLUMN: PROBLEM, expected TOML`. The source path of the nodes is `origin`; they
+/// have none if it is empty.
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin = {});
 
 }  // namespace hystcan::config

@@ -15,7 +15,7 @@ typename Model::State at_rest(const Model& model) {
     return model.virgin(model.input_range().lo);
 }
 
-/// Calls `work(model, state)` with the types that belong together.
+/// Calls `work(model, state)` with matching types of model and state.
 template <class Any, class Work>
 auto with(const model::AnyModel& model, Any& state, Work work) {
   return std::visit(
@@ -137,7 +137,8 @@ Actuator Actuator::load(const std::filesystem::path& file, bool beyond_limit) {
 
 Actuator Actuator::quasi_static() const {
   Actuator alone = *this;
-  alone.model = std::make_shared<const model::AnyModel>(*model);  // its memories are others
+  alone.model = std::make_shared<const model::AnyModel>(*model);  // a new pointer: memories of the whole
+                                                                  // actuator do not match this one
   alone.lag = {.delay_s = lag.delay_s};
   return alone;
 }

@@ -1,4 +1,4 @@
-// An actuator as its model file states it: hysteresis of any kind, with creep and dynamics behind it; and its
+// An actuator as described by its model file: hysteresis of any kind, followed by creep and dynamics; and its
 // memory.
 #pragma once
 
@@ -21,43 +21,43 @@ namespace hystcan::config {
 
 using SharedModel = std::shared_ptr<const model::AnyModel>;
 
-/// The rows of one pass.
+/// The result of one pass over a file's rows.
 struct Pass {
-  std::vector<double> inputs;  ///< found for wanted outputs; empty where the inputs are given
+  std::vector<double> inputs;  ///< found for the wanted outputs; empty if the inputs are given
   std::vector<double> outputs;
   model::Tally tally{};
 };
 
-/// Memory of the hysteresis, and of the creep behind it. Creep needs the times of inputs and outputs, which
+/// The memory of the hysteresis, and of the creep after it. With creep, the rows need times, which must
 /// increase.
 class ActuatorMemory {
  public:
   static constexpr std::size_t capacity = 4096;  ///< branches
 
-  /// The initial ascending curve, at the lower threshold. The creep is settled at the first row.
+  /// Starts on the initial ascending curve, at the lower threshold. The creep is settled at the first row.
   ActuatorMemory(SharedModel model, const std::optional<model::OutputCreep::Config>& creep);
-  /// Of a memory file, which has a creep if this has one. Throws Error.
+  /// Loads a memory file, which must contain creep if this memory has creep. Throws Error.
   void load(const std::filesystem::path& file);
-  /// Of the hysteresis alone, whatever creep the file has.
+  /// Loads only the hysteresis; ignores any creep in the file.
   void load_hysteresis(const std::filesystem::path& file);
 
   const SharedModel& model() const { return model_; }
   bool creeps() const { return creep_.has_value(); }
   double input() const;
   double output() const;
-  std::optional<double> time_s() const;  ///< of the last row, if there is creep
+  std::optional<double> time_s() const;  ///< time of the last row, if there is creep
   model::Interval reachable() const;
   std::vector<double> turning_inputs() const;  ///< oldest first; empty for play operators
-  std::uint64_t merged() const;                ///< steps with a full memory
-  std::string text() const;                    ///< TOML, as `simulate --save-memory` writes it
+  std::uint64_t merged() const;                ///< number of steps in which a full memory merged branches
+  std::string text() const;                    ///< as TOML, as written by `simulate --save-memory`
 
-  /// `time_s`: as many as inputs or outputs; read only if there is creep.
+  /// `time_s`: one value for each input or output; only read if there is creep.
   Pass simulate(std::span<const double> inputs, std::span<const double> time_s);
-  /// `drive_sign`: of the inputs that are found; -1 makes sense only for an even model.
+  /// `drive_sign`: sign of the inputs to find; -1 is only useful for an even model.
   Pass inverse(std::span<const double> outputs, std::span<const double> time_s, double drive_sign);
 
  private:
-  double shown(double h) const;  // the output at present, if the hysteresis had the output h
+  double shown(double h) const;  // the present output if the hysteresis had the output h
 
   SharedModel model_;
   std::optional<model::HeldCreep> creep_;
@@ -65,11 +65,11 @@ class ActuatorMemory {
 };
 
 struct Actuator {
-  /// `beyond_limit`: also where branches do not all increase. Throws Error.
+  /// `beyond_limit`: also accepts a model in which some branches do not increase. Throws Error.
   static Actuator load(const std::filesystem::path& file, bool beyond_limit);
   static Actuator of(model::AnyModel model, std::string name, const identification::Lag& lag = {});
 
-  /// The hysteresis alone, with its delay.
+  /// Returns only the hysteresis, with its delay.
   Actuator quasi_static() const;
   ActuatorMemory memory() const { return {model, lag.creep}; }
 
@@ -78,9 +78,9 @@ struct Actuator {
   bool is_even() const;
 
   SharedModel model;
-  std::string name;  ///< of the file
+  std::string name;  ///< name in the file
   std::string input_unit, output_unit;
-  identification::Lag lag{};  ///< that was identified with it
+  identification::Lag lag{};  ///< delay, dynamics and creep identified with the model
 };
 
 }  // namespace hystcan::config

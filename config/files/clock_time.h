@@ -1,4 +1,4 @@
-// Times of day in a column of time: 02:59:57.010, 2026-10-25T02:59:57.010Z, 25.10.2026 2:59:57,010 PM.
+// Times of day in a time column: 02:59:57.010, 2026-10-25T02:59:57.010Z, 25.10.2026 2:59:57,010 PM.
 #pragma once
 
 #include <optional>
@@ -9,25 +9,26 @@ namespace hystcan::config {
 
 struct ClockTime {
   double s = 0.0;         ///< since midnight
-  std::string_view date;  ///< as in the file; empty: none
+  std::string_view date;  ///< as in the file; empty if none
 };
 
-/// None if the text is no time with hours, minutes and seconds.
+/// Returns nullopt if the text is not a time with hours, minutes and seconds.
 std::optional<ClockTime> clock_time(std::string_view text);
-/// True for 2026-10-25, 25.10.2026, 10/25/26 and 25-Oct-2026.
+/// Returns true for dates such as 2026-10-25, 25.10.2026, 10/25/26 and 25-Oct-2026.
 bool is_date(std::string_view text);
 
-/// Seconds since the first time of a column. A time that goes back by more than half a day is of the next
-/// day.
+/// Converts a column of times of day to seconds since its first time. A time that is more than half a day
+/// earlier than the time before it belongs to the next day.
 class ClockColumn {
  public:
-  /// None if the text is no time, if its date changes and no midnight is near, or if it goes back over one.
+  /// Converts a time. Returns nullopt if the text is not a time, if the date changes away from midnight, or
+  /// if time goes back across midnight.
   std::optional<double> seconds(std::string_view text);
 
  private:
   std::optional<double> first_s_;
   double before_s_ = 0.0;
-  double midnight_s_ = 0.0;  ///< of the present day
+  double midnight_s_ = 0.0;  ///< midnight of the present day
   std::string date_;
 };
 

@@ -30,17 +30,18 @@ std::unique_ptr<char[]> buffer_of_a_line() {
   return std::make_unique_for_overwrite<char[]>(longest_csv_line + 1);
 }
 
-/// The end of the field with which the line begins.
+/// Returns the end of the first field of the line.
 std::size_t end_of_field(std::string_view line, char separator) {
   bool quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (line[i] == '"') quoted = !quoted;
     if (!quoted && (line[i] == separator || (separator == ' ' && line[i] == '\t'))) return i;
   }
-  return quoted ? line.find(separator) : std::string_view::npos;  // an odd quote is a letter
+  return quoted ? line.find(separator) : std::string_view::npos;  // an unmatched quote counts as a letter
 }
 
-/// A running controller reads this file too, so it must not wait for a pipe. The last row gets its line end.
+/// Reads a setpoint file. A running controller also reads it, so it must be a regular file, not a pipe. Adds
+/// the line end of the last row if it is missing.
 std::string text_of_setpoint(const std::filesystem::path& file) {
   constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
   std::string text = read_regular_file(file, largest, a_csv_file);
@@ -64,7 +65,8 @@ void split_fields(std::string_view line, char separator, std::vector<std::string
   while (true) {
     const auto end = plain ? line.find(separator) : end_of_field(line, separator);
     const std::string_view field = trimmed(line.substr(0, end));
-    fields.emplace_back(field.data(), field.size());  // a copy of the view would wait for its two halves
+    fields.emplace_back(field.data(), field.size());  // copying the view would stall until both halves are
+                                                      // stored
     if (end == std::string_view::npos) return;
     line.remove_prefix(end + 1);
     if (separator == ' ') line = trimmed(line);
@@ -162,7 +164,7 @@ bool CsvLines::read_line() {
   ends_in_mid_line_ = stream_->eof();
   ++line_number_;
   bytes_read_ += size;
-  if (!stream_->eof() && !stream_->fail()) --size;  // the end of the line is counted too
+  if (!stream_->eof() && !stream_->fail()) --size;  // the line end is counted, too
   line_ = {buffer_.get(), size};
   if (line_number_ == 1)
     if (const std::string_view other = refusal_of_encoding(line_); !other.empty()) fail(std::string(other));
@@ -229,7 +231,7 @@ void CsvReader::require_distinct_columns() const {
       lines_.fail(name, fmt::format("column {} occurs twice, expected each name once", shortened(name)));
 }
 
-/// The index of the column in the header; the header's size if it is not there.
+/// Returns the index of the column in the header; the header's size if the column is missing.
 std::size_t CsvReader::look_up(const std::string& column) const {
   return static_cast<std::size_t>(std::ranges::find(header_, column) - header_.begin());
 }

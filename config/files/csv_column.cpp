@@ -9,7 +9,7 @@
 namespace hystcan::config {
 namespace {
 
-/// "Channel A" is no current, and "drive min" no time.
+/// Returns true if the last word is not a unit: "Channel A" is not a current, and "drive min" is not a time.
 bool is_letter_of_a_channel(std::string_view text, std::string_view mark, std::size_t at) {
   const std::string_view word = text.substr(at + mark.size());
   const bool may_be_letter = mark == " " || mark == "-" || mark == "." || mark == ":";

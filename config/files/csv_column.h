@@ -9,16 +9,16 @@ namespace hystcan::config {
 struct CsvColumn {
   std::string title{};  ///< as in the file, without quotes
   std::string name{};   ///< without the unit
-  std::string unit{};   ///< the symbol if it is known, else as in the file; empty: none
+  std::string unit{};   ///< the symbol if the unit is known, else as in the file; empty if none
 };
 
-/// A name and the unit in parentheses or brackets behind it, or behind another mark if it is a
-/// known one.
+/// Splits a title into the name and the unit: in parentheses or brackets after the name, or after another
+/// mark if the unit is a known one.
 CsvColumn csv_column(std::string_view title);
 
-/// Trimmed, without double or single quotes around it.
+/// Trims the text and removes enclosing double or single quotes.
 std::string without_quotes(std::string_view text);
-/// The symbol of a unit that is known, else the text.
+/// Returns the symbol of a known unit, else the text.
 std::string symbol_of(std::string_view unit);
 
 }  // namespace hystcan::config

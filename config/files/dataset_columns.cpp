@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> usual_names{"time_s", "input", "output"};
 
-/// How likely a column has this meaning; 0: it has not.
+/// Returns how likely the column has this meaning; 0: it does not.
 int likeness(const CsvColumn& column, ColumnMeaning meaning) {
   int points = name_likeness(lower_case(column.name), meaning);
   const UnitWord* unit = find_unit(column.unit);
@@ -25,7 +25,7 @@ int likeness(const CsvColumn& column, ColumnMeaning meaning) {
   return std::max(points, 0);
 }
 
-/// With the unit, where it is not a part of the title.
+/// Returns the title followed by its unit, unless the title contains the unit.
 std::string title_with_unit(const CsvColumn& column) {
   const bool is_part = column.title.find(column.unit) != std::string::npos;
   return is_part ? column.title : fmt::format("{} [{}]", column.title, column.unit);
@@ -121,7 +121,7 @@ class Choice {
           shortened(title), columns().size()));
   }
 
-  // TIME,INPUT,OUTPUT or TIME,INPUT,TIME,OUTPUT; with --rate INPUT,OUTPUT.
+  // Selects the user's columns: TIME,INPUT,OUTPUT or TIME,INPUT,TIME,OUTPUT; with --rate: INPUT,OUTPUT.
   void by_user() {
     std::vector<std::string> named = named_columns();
     const std::size_t first = named.size() == 2 && layout_.rate_Hz ? 1 : 0;  // without time
@@ -151,7 +151,8 @@ class Choice {
     return named;
   }
 
-  /// A number is always the place of a column, also where another column has that name.
+  /// Returns the index of the named column. A number is always a position, even if another column has that
+  /// name.
   std::size_t named_column(const std::string& name) const {
     std::size_t number = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
@@ -204,7 +205,7 @@ class Choice {
     return std::ranges::adjacent_find(sorted) != sorted.end();
   }
 
-  /// Its index, and whether no other column is as likely.
+  /// The index of the likeliest column, and whether no other column is equally likely.
   using Likeliest = std::pair<std::optional<std::size_t>, bool>;
 
   Likeliest likeliest(ColumnMeaning meaning) const {
@@ -221,7 +222,8 @@ class Choice {
     return {column, is_alone};
   }
 
-  /// Where each channel has a time of its own, in front of it and with the same name, the output's is second.
+  /// Returns the time columns. If each channel has its own time column before it, both with the same title,
+  /// the second result is the output's.
   std::pair<Likeliest, std::optional<std::size_t>> times_of(const Likeliest& input,
                                                             const Likeliest& output) const {
     const Likeliest time = likeliest(ColumnMeaning::time);
@@ -237,7 +239,8 @@ class Choice {
     return {{first, true}, second};
   }
 
-  /// A wrong guess would be wrong by a thousand, and every figure of a result would look right.
+  /// Throws if the unit of time is unknown: a wrong guess would be wrong by a factor of a thousand, and every
+  /// result would look plausible.
   void require_known_time() const {
     if (!choice_.has_time) return;
     const CsvColumn& time = columns()[choice_.selected[0]];

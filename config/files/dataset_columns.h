@@ -1,4 +1,4 @@
-// Which columns of a record are time, input and output, and in what units.
+// Decides which columns of a record are time, input and output, and their units.
 #pragma once
 
 #include <array>
@@ -14,31 +14,34 @@
 namespace hystcan::config {
 
 struct DatasetColumns {
-  /// Time, input, output; without time if a rate is given and no column is one. Last the output's own time,
-  /// if it has one.
+  /// Indices of time, input and output; without time if a rate is given and no column is a time. The output's
+  /// own time is last, if it has one.
   std::vector<std::size_t> selected{};
   bool has_time = false, has_output_time = false;
   std::array<std::string, 3> titles{};  ///< time, input, output
-  double seconds = 1.0;                 ///< of one unit of time, or of one sample where a rate is stated
-  std::optional<double> time_unit_s{};  ///< where the column states a unit
+  double seconds = 1.0;                 ///< duration of one unit of time, or of one sample if a rate is given
+  std::optional<double> time_unit_s{};  ///< set if the column has a unit
   double input_scale = 1.0, output_scale = 1.0;
-  std::string input_unit{}, output_unit{};  ///< empty: unknown
-  bool by_likeness = false;                 ///< else the names are time_s, input, output, or the user's
+  std::string input_unit{}, output_unit{};  ///< empty if unknown
+  bool by_likeness = false;                 ///< selected by likeness; else by the names time_s, input,
+                                            ///< output, or by the user
 };
 
-/// Throws Error at the header if a column is missing or if two are alike, if a unit of time is not known, and
-/// if the input is a position.
+/// Throws Error at the header if a column is missing or two columns are equally likely, if a time unit is not
+/// known, or if the input is a position.
 DatasetColumns dataset_columns(const LabCsvReader& reader, const DatasetLayout& layout);
 
-/// Of a file with one channel, the input or the output, whose values are both input and output here: of two
-/// columns the first is the time, and --columns is TIME,VALUE, and a second pair for the output's file.
+/// Decides the columns of a file with one channel, the input or the output; its values are used as both input
+/// and output. Of two columns, the first is the time. --columns is TIME,VALUE, followed by a second pair for
+/// the output's file.
 DatasetColumns channel_columns(const LabCsvReader& reader, const DatasetLayout& layout,
                                ColumnMeaning channel);
 
-/// "time from t in ms, input from V, ..." of columns that were taken by likeness; else empty.
+/// Returns "time from t in ms, input from V, ..." for columns that were selected by likeness; else an empty
+/// text.
 std::string taken_by_likeness(const LabCsvReader& reader, const DatasetColumns& columns);
 
-/// The numbers of input and output for --columns: "2,3".
+/// Returns the column numbers of input and output for --columns: "2,3".
 std::string columns_without_time(const DatasetColumns& columns);
 
 }  // namespace hystcan::config

@@ -15,7 +15,7 @@
 namespace hystcan::config {
 namespace {
 
-/// Unit of a comment, else of the header, as a multiple of its base.
+/// Returns the base unit and its multiple, from a comment if there is one, else from the header.
 std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* name,
                                        const std::string& in_header, double header_scale) {
   const std::string in_comment = reader.comment(name);
@@ -25,8 +25,8 @@ std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* n
   return {std::string(unit->base), unit->factor};
 }
 
-/// Counts of a clock since 1970, in 2008 to 2036. No clock that counts from its start in another unit shows
-/// them with steps as small, within three weeks.
+/// Clock counts since 1970, for the years 2008 to 2036. A clock that counts another unit from its own start
+/// does not reach such values with such small steps within three weeks.
 struct Epoch {
   double first, last, longest_step, unit_s;
   const char* name;
@@ -35,7 +35,7 @@ constexpr std::array<Epoch, 3> epochs{{{1.2e12, 2.1e12, 1e3, 1e-3, "milliseconds
                                        {1.2e15, 2.1e15, 1e6, 1e-6, "microseconds"},
                                        {1.2e18, 2.1e18, 1e9, 1e-9, "nanoseconds"}}};
 
-/// Times that are rounded agree on average.
+/// Returns true if the times agree with the rate at the start or on average (times may be rounded).
 bool agrees_with_rate(const std::vector<double>& time_s, double rate_Hz) {
   constexpr double tolerance = 0.01;
   const double mean_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
@@ -43,7 +43,7 @@ bool agrees_with_rate(const std::vector<double>& time_s, double rate_Hz) {
          std::abs(mean_s * rate_Hz - 1.0) < tolerance;
 }
 
-/// Whether two channels were read at one time: nearer than a thousandth of the step before them.
+/// Returns true if two channels were read at the same time: closer than a thousandth of the preceding step.
 bool is_one_time(double one_s, double other_s, double step_s) {
   constexpr double same = 1e-3;
   return std::abs(other_s - one_s) <= same * step_s;
@@ -110,7 +110,7 @@ class RowLoader {
     output_scale_ *= *layout_.output_scale;
   }
 
-  /// Units in the head that are not known, and what a scale means without V.
+  /// Notes unknown units in the head, and the meaning of a scale if the output is not in V.
   void note_units() {
     const std::size_t first = columns_.has_time ? 1 : 0;
     for (const std::size_t i : {first, first + 1}) {
@@ -128,7 +128,7 @@ class RowLoader {
     }
   }
 
-  /// From the first two rows.
+  /// Determines the time scale from the first two rows.
   void settle_time() {
     std::vector<double> row, times;
     while (times.size() < 2 && reader_.read(row))
@@ -165,7 +165,8 @@ class RowLoader {
     loaded_.notes.push_back(fmt::format("{} has no unit, s assumed", columns_.titles[0]));
   }
 
-  /// Seconds of one unit of the time column beside a stated rate: the number of the sample, or it agrees.
+  /// Returns the duration of one unit of the time column if a rate is given: the column is the sample number,
+  /// or it agrees with the rate.
   double seconds_beside_rate(double step) {
     const double unit_s = columns_.time_unit_s.value_or(1.0);
     constexpr double same = 1e-6;
@@ -177,7 +178,8 @@ class RowLoader {
           return other_s;
         }
     if (!columns_.time_unit_s && step == std::round(step) && step > 0.0) return 1.0 / rate_Hz_;
-    constexpr double rounded = 0.2;  // 0.0003 s at 3 kHz; agrees_with_rate() looks at all rows
+    constexpr double rounded = 0.2;  // accepts rounded times: 0.0003 s at 3 kHz; agrees_with_rate() checks
+                                     // all rows
     if (std::abs(unit_s * step * rate_Hz_ - 1.0) < rounded) return unit_s;
     fail(fmt::format("{} increases by {} s, expected {} s at {}, or a count of samples; {}",
                      columns_.titles[0], unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));
@@ -260,8 +262,8 @@ class RowLoader {
   const DatasetLayout& layout_;
   std::size_t most_rows_;
   double seconds_;
-  double origin_ = 0.0;   ///< of the time column
-  double rate_Hz_ = 0.0;  ///< 0: none is stated
+  double origin_ = 0.0;   ///< first value of the time column if it counts from 1970
+  double rate_Hz_ = 0.0;  ///< 0: no rate is given
   std::string origin_of_rate_;
   double input_scale_ = 1.0, output_scale_ = 1.0;
   DatasetFile loaded_;
@@ -274,7 +276,7 @@ DatasetFile load_channel(const std::filesystem::path& file, const DatasetLayout&
   return RowLoader(reader, columns, layout, most_rows).load();
 }
 
-/// Two files that an instrument has written of one measurement.
+/// Loads two files that an instrument wrote for one measurement.
 DatasetFile load_two_files(const std::filesystem::path& file, const DatasetLayout& layout,
                            std::size_t most_rows) {
   DatasetFile loaded = load_channel(file, layout, most_rows, ColumnMeaning::input);

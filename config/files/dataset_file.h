@@ -1,5 +1,5 @@
-// Reads a measured dataset for identification from a CSV file: which columns are time, input and output, in
-// what units.
+// Reads a measured dataset for identification from a CSV file: decides which columns are time, input and
+// output, and their units.
 #pragma once
 
 #include <cstddef>
@@ -13,33 +13,35 @@
 
 namespace hystcan::config {
 
-/// What the user says about the file.
+/// The user's options for the file.
 struct DatasetLayout {
-  /// "t,V,x": names or numbers of time, input and output; empty: by likeness. "t1,V,t2,x": two times.
+  /// "t,V,x": names or numbers of time, input and output; "t1,V,t2,x": two times. Empty: by likeness.
   std::string columns{};
-  std::optional<double> rate_Hz{};         ///< there is no time, or it is the number of the sample
-  std::optional<double> output_scale{};    ///< um of one unit of the output: of 1 V, where it is in mV
-  std::filesystem::path output_from{};     ///< file of the output; empty: that of the input
-  std::optional<double> from_s{}, to_s{};  ///< the rows before and after are not judged
-  bool has_interval_options = false;       ///< a message may advise --from and --to
+  /// Set if the file has no time, or if its time is the sample number.
+  std::optional<double> rate_Hz{};
+  std::optional<double> output_scale{};    ///< um per unit of the output: per 1 V, even if the file is in mV
+  std::filesystem::path output_from{};     ///< file of the output; empty: same file as the input
+  std::optional<double> from_s{}, to_s{};  ///< rows before and after are not judged
+  bool has_interval_options = false;       ///< a message may suggest --from and --to
 };
 
-/// A dataset is in memory as a whole, with 24 bytes for each row, and its text while it is read.
+/// Maximum rows of a dataset. It is stored in memory with 24 bytes per row, plus its text while it is read.
 inline constexpr std::size_t most_dataset_rows = 50'000'000;
 
 struct DatasetFile {
-  identification::Dataset dataset;  ///< in s, V or A where the file has multiples of them
-  std::string taken;  ///< which columns were taken by likeness: "time from t [ms], ..."; empty: none
-  std::vector<std::string> notes;  ///< what was assumed or left out
+  identification::Dataset dataset;  ///< in s, V or A, converted from their multiples
+  std::string taken;                ///< columns selected by likeness: "time from t [ms], ..."; empty: none
+  std::vector<std::string> notes;   ///< assumptions and omissions
 };
 
-/// The columns are time_s, input and output, or what `layout` and the header say (lab_csv.h). The sampling
-/// rate is that of `layout`, else the one stated above the rows, where the file has no time or the number
-/// of the sample; beside a time it must agree. The lines `# input_unit = ...` and `# output_unit = ...` state
-/// the units, if they exist. Times of day and milliseconds since 1970 count from the first row. Reading
-/// begins at the first row from `from_s` on and ends at the first one that reaches `to_s`. Throws Error if
-/// the file cannot be read, with the place where a row is none; if time does not increase; if a value is
-/// beyond the limits of identification/dataset.h; or if there are more than `most_rows`.
+/// Selects the columns time_s, input and output, or the columns given by `layout` or the header (lab_csv.h).
+/// The sampling rate is from `layout`, else from the lines above the rows, and applies if the file has no
+/// time or only the sample number; if the file has times, the rate must agree with them. The lines
+/// `# input_unit = ...` and `# output_unit = ...` give the units, if present. Times of day and milliseconds
+/// since 1970 count from the first row. Reading begins at the first row at or after `from_s` and ends at the
+/// first row beyond `to_s`.
+/// Throws Error if the file can't be read or has more than `most_rows` rows, if a row is invalid (with its
+/// place), if time does not increase, or if a value exceeds the limits of identification/dataset.h.
 DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& layout = {},
                          std::size_t most_rows = most_dataset_rows);
 

@@ -13,7 +13,8 @@
 namespace hystcan::config {
 namespace {
 
-/// A block of fewer rows below a blank line is a summary if the block above it has ten times as many.
+/// A block below a blank line with at most this number of rows is a summary if the block above it has ten
+/// times as many.
 constexpr std::size_t longest_small_block = 9;
 
 bool may_begin_a_decimal(std::string_view digits) {
@@ -34,7 +35,7 @@ LabCsvReader::LabCsvReader(std::filesystem::path file, std::size_t most_rows)
   line_ = first_;
 }
 
-/// The shape of a text without rows is that of its first line, which is returned.
+/// Uses the first line as the shape of a text without rows. Returns that line.
 TextLine LabCsvReader::shape_of_names() {
   TextLine line;
   if (!text_.next_content(line)) text_.fail(line, {}, "no header row, expected column names");
@@ -52,7 +53,7 @@ void LabCsvReader::read_head_above() {
   head_ = read_head(head, shape_, settings_beside());
 }
 
-/// Some instruments write their settings to the left of the first rows.
+/// Returns the first rows with settings to their left, as some instruments write them.
 std::vector<TextLine> LabCsvReader::settings_beside() {
   constexpr std::size_t looked_at = 100;
   std::vector<TextLine> beside;
@@ -84,10 +85,10 @@ void LabCsvReader::find_foot() {
   }
 }
 
-/// Sums or means that some programs write below the rows.
+/// Omits sums or means that some programs write below the rows.
 void LabCsvReader::leave_out_small_block() {
   const std::string_view all = text_.text();
-  std::size_t below = 0, above = 0, blank = 0;  // blank: where the blank line begins
+  std::size_t below = 0, above = 0, blank = 0;  // blank: position of the blank line
   for (std::size_t end = end_; end > first_.next && above <= 10 * below;) {
     const std::size_t before = all.substr(0, end - 1).rfind('\n');
     end = before == std::string_view::npos ? 0 : before + 1;
@@ -129,7 +130,7 @@ void LabCsvReader::find_signs() {
   signs_ = survey.found();
 }
 
-/// 0,0100,2,25: where commas separate, a decimal comma makes two fields of a number.
+/// Refuses rows such as 0,0100,2,25: if commas separate, a decimal comma splits a number into two fields.
 void LabCsvReader::refuse_split_decimals() const {
   constexpr std::size_t looked_at = 100;
   std::vector<std::string_view> fields;

@@ -16,7 +16,7 @@ constexpr std::array<std::string_view, 4> memory_kinds{
     model::Hysteresis::kind(), model::LinearMapping::kind(), model::PrandtlIshlinskii::kind(),
     model::Preisach::kind()};
 
-/// A memory file.
+/// The content of a memory file.
 struct MemoryFile {
   std::string kind;
   std::string model;
@@ -29,7 +29,7 @@ struct MemoryFile {
   std::vector<double> plays;
   std::vector<double> creep;
   double time_s = 0.0;
-  // Beside [memory], in a file that a controller has saved:
+  // Outside [memory], in a file that a controller saved:
   std::vector<std::vector<double>> learnt{};  ///< [[learning]]: correction_um of each segment
   std::optional<std::string> stop{};          ///< [stop]: the reason
 };
@@ -59,7 +59,7 @@ MemoryFile read(const Document& document) {
   reader.table("memory", raw, plain);
   reader.optional_table("stop", raw.stop,
                         [](Reader& sub, std::string& reason) { sub.required("reason", reason); });
-  // Former controllers wrote a learnt gain and offset of the model, which no longer exist.
+  // Earlier controllers wrote a learnt gain and offset of the model, which no longer exist.
   std::optional<double> former{};
   reader.optional_table("correction", former, [](Reader& sub, double& ignored) {
     sub.optional("gain", ignored);
@@ -123,7 +123,7 @@ template model::HysteresisState load_memory(const std::filesystem::path&, const 
 
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
   const Document document(file, largest_model_file);
-  // [stop] comes last and shows that the file is complete: a number that is cut off is still a valid number.
+  // [stop] is last and shows that the file is complete: a truncated number is still a valid number.
   if (!document.root().contains("stop"))
     document.fail_at("", "missing table [stop], expected a whole file that a controller has saved");
   if (document.has("memory.creep"))

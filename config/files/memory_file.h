@@ -14,13 +14,14 @@
 
 namespace hystcan::config {
 
-/// Reads a memory of `model` that was saved or written by hand. Throws Error. `Model`: one with branches.
+/// Reads a saved or hand-written memory of `model`, whose kind has branches. Throws Error.
 template <class Model>
 model::HysteresisState load_memory(const std::filesystem::path& file, const Model& model,
                                    std::size_t capacity);
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t capacity);
-/// The text of a memory file: load_memory() restores it to the bit. What follows it belongs to [memory].
+/// Returns the text of a memory file, from which load_memory() restores it to the bit. Any appended text
+/// belongs to [memory].
 template <class Model>
 std::string memory_text(const Model& model, const typename Model::State& state) {
   std::vector<char> buffer(4096);
@@ -31,16 +32,16 @@ std::string memory_text(const Model& model, const typename Model::State& state) 
 /// The state of an axis that a controller saved at a clean stop: a memory file with [stop].
 struct SavedState {
   model::HysteresisState memory;
-  std::vector<std::vector<double>> learnt;  ///< controller::Learning::table(); empty: nothing
+  std::vector<std::vector<double>> learnt;  ///< controller::Learning::table(); empty if nothing was learnt
 };
 /// Throws Error, also if the state belongs to another model.
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model);
 
-/// The creep of a memory file of any kind, where `h` is the output of its memory; none if it has no creep.
-/// Throws Error, also if it is that of another number of lags.
+/// Reads the creep from a memory file of any kind; `h` is the output of its memory. nullopt if the file has
+/// no creep. Throws Error, also if the number of lags differs.
 std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,
                                                          const model::OutputCreep& creep, double h);
-/// The lines that load_creep_memory() reads, to the bit. They belong at the end of [memory].
+/// Returns the lines that load_creep_memory() reads, exact to the bit. They belong at the end of [memory].
 std::string creep_memory_text(const model::HeldCreep::State& state);
 
 }  // namespace hystcan::config

@@ -15,7 +15,7 @@
 namespace hystcan::config {
 namespace {
 
-/// The average model is a recursive-memory model without k. Only a file names it as a kind of its own.
+/// The average model is a recursive-memory model without k. Only model files name it as its own kind.
 constexpr std::string_view average_kind = "average";
 
 constexpr std::array<std::string_view, 5> model_kinds{
@@ -106,7 +106,6 @@ void visit(V& v, model::OutputCreep::Config& c) {
   v.required("to_s", c.to_s, positive);
 }
 
-/// The tables of a model file.
 template <class V>
 void visit_tables(V& v, ModelTables& m) {
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
@@ -188,7 +187,7 @@ model::AnyParameters any_parameters(const Document& document, const ModelTables&
   return raw.kind == average_kind ? model::average(given) : given;
 }
 
-// Reads the kind first, because the keys depend on it.
+// Checks the kind first, because the keys depend on it.
 model::HysteresisParameters recursive_memory(const Document& document) {
   const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
   if (kind && *kind != model::Hysteresis::kind())

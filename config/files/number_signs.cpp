@@ -13,14 +13,14 @@ namespace {
 
 constexpr char signs[2] = {'.', ','};
 
-/// A number in its parts: sign, digits with the signs between them, exponent.
+/// The parts of a number: sign, digits with the marks between them, exponent.
 struct Parts {
   bool is_negative = false;
   std::string digits{};  ///< digits, points and commas
   std::string_view exponent{};
 };
 
-/// Of an apostrophe or a blank in front of a group of three digits; 0: there is none.
+/// Returns the length of an apostrophe or a blank before a group of three digits; 0 if there is none.
 std::size_t length_of_mark(std::string_view text) {
   for (const std::string_view mark : {"'", " ", "\xE2\x80\x99", "\xC2\xA0", "\xE2\x80\xAF", "\xE2\x80\x89"}) {
     if (!text.starts_with(mark)) continue;
@@ -32,13 +32,13 @@ std::size_t length_of_mark(std::string_view text) {
   return 0;
 }
 
-/// True if a number may have other marks than digits, signs and points.
+/// Returns true if a number may have marks other than digits, signs and points.
 bool has_other_marks(std::string_view text) {
   return std::ranges::any_of(
       text, [](char c) { return c == '\'' || c == ' ' || static_cast<unsigned char>(c) >= 0x80; });
 }
 
-/// Other marks of thousands and the minus of typesetters are replaced: they can be nothing else.
+/// Splits a number. Replaces other thousands marks and the typographic minus, which are unambiguous.
 std::optional<Parts> parts_of(std::string_view text) {
   text = unquoted(text);
   Parts parts;
@@ -71,7 +71,7 @@ std::optional<Parts> parts_of(std::string_view text) {
   return parts;
 }
 
-/// Whether this sign separates groups of three digits: 1.234.567
+/// Returns true if the sign separates groups of three digits: 1.234.567
 bool is_grouped(std::string_view digits, char sign) {
   const std::size_t first = digits.find(sign);
   if (first == 0 || first > 3 || digits.front() == '0') return false;
@@ -85,7 +85,7 @@ bool is_grouped(std::string_view digits, char sign) {
   return true;
 }
 
-/// What a number says of the signs of its file.
+/// The conclusions from one number about the signs of its file.
 struct Evidence {
   bool is_number = false;
   std::optional<char> decimal{}, thousands{}, either{};
@@ -142,7 +142,7 @@ std::optional<double> NumberSigns::number(std::string_view text) const {
     else if (c != thousands)
       return std::nullopt;
   }
-  // A thousands sign has to group, and a decimal sign stands once.
+  // A thousands sign must separate groups, and a decimal sign occurs once.
   if (evidence.thousands && *evidence.thousands != thousands) return std::nullopt;
   if (evidence.decimal && *evidence.decimal != decimal) return std::nullopt;
   return parsed_number<double>(plain.append(parts->exponent));
@@ -172,7 +172,7 @@ void SignSurvey::add(std::string_view text, std::size_t line, std::size_t column
   of.has_either[*evidence.either == ','] = true;
 }
 
-/// Whether each number that can be either has whole numbers below 1000 beside it, and none above.
+/// Returns true if each ambiguous number has whole numbers below 1000 in its column, and none above.
 bool SignSurvey::separates_thousands(std::size_t side) const {
   return std::ranges::all_of(columns_, [&](const auto& each) {
     const Column& column = each.second;

@@ -1,4 +1,4 @@
-// What was read from files: each is read again only after it has changed.
+// A cache of file contents. A file is read again only after it changed.
 #pragma once
 
 #include <chrono>
@@ -16,7 +16,8 @@ namespace hystcan::config {
 
 class ReadFiles {
  public:
-  /// What `load` makes of the file; throws what it throws. The reference holds until drop_unused().
+  /// Returns the result of `load` for the file; throws what `load` throws. The reference is valid until
+  /// drop_unused().
   template <class Content>
   const Content& get(const std::filesystem::path& file, Content (*load)(const std::filesystem::path&)) const {
     Read& read = files_[{file, typeid(Content)}];
@@ -25,22 +26,23 @@ class ReadFiles {
       read = {std::make_shared<const Content>(load(file)), stamp};
     return *static_cast<const Content*>(read.content.get());
   }
-  /// Drops what nobody has got since the last call.
+  /// Removes all contents that were not requested since the last call.
   void drop_unused() const {
     for (auto file = files_.begin(); file != files_.end();)
       file = std::exchange(file->second.is_used, false) ? std::next(file) : files_.erase(file);
   }
 
  private:
-  using Stamp = std::pair<std::filesystem::file_time_type, std::uintmax_t>;  ///< time, bytes
+  using Stamp = std::pair<std::filesystem::file_time_type, std::uintmax_t>;  ///< time and size in bytes
   struct Read {
     std::shared_ptr<const void> content;
     std::optional<Stamp> stamp;
     bool is_used = true;
   };
-  /// None where the file was written so lately that it may be written again at the same time.
+  /// Returns nullopt if the file was written so recently that another write may get the same time stamp.
   static std::optional<Stamp> stamp_of(const std::filesystem::path& file) {
-    constexpr auto coarsest_clock = std::chrono::seconds(2);  // of a file system: FAT
+    constexpr auto coarsest_clock = std::chrono::seconds(2);  // coarsest time resolution of a file system:
+                                                              // FAT
     std::error_code error;
     const auto written = std::filesystem::last_write_time(file, error);
     if (error || decltype(written)::clock::now() - written <= coarsest_clock) return std::nullopt;

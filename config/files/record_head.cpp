@@ -14,7 +14,7 @@ namespace {
 
 using Fields = std::vector<std::string_view>;
 
-/// Without blanks, separators and brackets at both ends.
+/// Removes blanks, separators and brackets at both ends.
 std::string_view without_marks(std::string_view text) {
   constexpr std::string_view marks = "# \t:=;,\"()[]|";
   const auto begin = text.find_first_not_of(marks);
@@ -22,7 +22,7 @@ std::string_view without_marks(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(marks) - begin + 1);
 }
 
-/// Of a line of units: "V", "(V)"; none if it is no unit.
+/// Returns the unit in a field of a units line: "V", "(V)"; nullopt if the field is not a unit.
 std::optional<std::string> only_unit(std::string_view field) {
   const CsvColumn column = csv_column(field);
   if (column.name.empty() && !column.unit.empty()) return column.unit;
@@ -31,7 +31,7 @@ std::optional<std::string> only_unit(std::string_view field) {
   return std::string(known->symbol);
 }
 
-// The ways in which a line of names can be split.
+// The ways to split a line of names.
 
 Fields split_by(std::string_view line, char separator) {
   Fields fields;
@@ -39,7 +39,7 @@ Fields split_by(std::string_view line, char separator) {
   return fields;
 }
 
-/// At two blanks or more.
+/// Splits at two or more blanks.
 Fields split_at_gaps(std::string_view line) {
   Fields fields;
   for (line = trimmed(line); !line.empty();) {
@@ -50,7 +50,7 @@ Fields split_at_gaps(std::string_view line) {
   return fields;
 }
 
-/// At blanks, but not before a unit in brackets.
+/// Splits at blanks, but not before a unit in brackets.
 Fields split_before_brackets(std::string_view line) {
   Fields fields;
   for (const std::string_view field : split_by(line, ' ')) {
@@ -93,7 +93,7 @@ class HeadReader {
     for (std::size_t i = 0; i < shape_.width(); ++i) {
       if (!is_used(i)) continue;
       ++used;
-      const bool may_have_no_name = i == 0;  // the number of the row
+      const bool may_have_no_name = i == 0;  // the row number
       if (i >= fields.size() || (fields[i].empty() && !may_have_no_name)) return false;
       texts.insert(fields[i]);
       has_text = has_text || (!fields[i].empty() && !is_value(fields[i]));
@@ -107,7 +107,7 @@ class HeadReader {
     return has_text;
   }
 
-  /// The names in a line above the rows; empty if it has others than the columns.
+  /// Returns the names in a line above the rows; empty if the fields do not match the columns.
   Fields names_in(const TextLine& line) const {
     std::string_view text = trimmed(line.text);
     if (shape_.rows > 0 && has_shape(split_by(text, shape_.separator), shape_)) return {};
@@ -134,7 +134,7 @@ class HeadReader {
     return {};
   }
 
-  /// Of a line in which most of the used fields are units.
+  /// Returns the units if most used fields of the line are units.
   std::optional<std::vector<std::string>> units_in(const TextLine& line) const {
     const std::string_view text =
         trimmed(line.text.substr(std::min(line.text.find_first_not_of("#% \t"), line.text.size())));
@@ -207,7 +207,7 @@ class HeadReader {
            name_likeness(name, ColumnMeaning::input) > 0 || name_likeness(name, ColumnMeaning::output) > 0;
   }
 
-  /// Units that stand above the names, if all of them are known.
+  /// Returns the units above the names, if all of them are known.
   std::optional<std::vector<std::string>> units_above(std::size_t index) const {
     while (index > 0 && lines_[index - 1].is_blank()) --index;
     if (index == 0) return std::nullopt;
@@ -217,7 +217,7 @@ class HeadReader {
     return units;
   }
 
-  /// Whether there are names above this line.
+  /// Returns true if there are names above this line.
   bool is_below_names(std::size_t index) const {
     for (std::size_t n = 0; n < 3 && index > 0;) {
       const TextLine& above = lines_[--index];
@@ -228,7 +228,7 @@ class HeadReader {
     return false;
   }
 
-  // Settings: their words, then their values in the same field, in the fields behind, or below.
+  // Settings: their words, then their values in the same field, in the following fields, or below.
 
   void read_settings(const std::vector<TextLine>& lines) {
     std::vector<StatedRate> rates;
@@ -242,7 +242,7 @@ class HeadReader {
         if (found->setting == RecordSetting::rate_Hz || found->setting == RecordSetting::interval_s) {
           std::string value = rest;
           for (std::size_t j = i + 1; j < std::min(i + 3, fields.size()) && fields[j] != fields[i]; ++j)
-            if (j == i + 1 || fields[j] != fields[j - 1])  // one for each channel
+            if (j == i + 1 || fields[j] != fields[j - 1])  // one rate for each channel
               value += " " + lower_case(without_marks(fields[j]));
           if (n + 1 < lines.size() && value.find_first_of("0123456789") == std::string::npos)
             if (const Fields below = split_by(lines[n + 1].text, shape_.separator); i < below.size())
@@ -258,7 +258,7 @@ class HeadReader {
     if (!rates.empty() && std::ranges::all_of(rates, is_first)) head_.rate = rates.front();
   }
 
-  /// The rate in a text like "5 khz", "[hz] 5000" or "ch1:0.01 ch2:0.01".
+  /// Returns the rate in a text like "5 khz", "[hz] 5000" or "ch1:0.01 ch2:0.01".
   static std::optional<double> rate_of(std::string_view text, RecordSetting setting) {
     std::size_t begin = 0;
     const auto is_start = [&](std::size_t at) {
@@ -283,7 +283,7 @@ class HeadReader {
     const std::size_t point = number.find_first_of(".,");
     if (!value || !(*value > 0.0)) return std::nullopt;
     if (point != std::string_view::npos && number.size() - point == 4 && number.front() != '0')
-      return std::nullopt;  // five, or thousands
+      return std::nullopt;  // ambiguous: 5.000 is five or five thousand
     const std::string unit = std::string(before) + std::string(behind);
     if (setting == RecordSetting::interval_s) {
       const UnitWord* known = unit.empty() ? find_unit("s") : find_unit(unit);
@@ -299,7 +299,7 @@ class HeadReader {
 
   using ValueOfField = std::pair<std::size_t, std::string_view>;
 
-  /// The texts behind the words of a setting, up to the next one.
+  /// Returns the texts after the words of a setting, up to the next setting.
   static std::vector<ValueOfField> values_of(const Fields& fields, std::size_t at, std::string_view rest) {
     std::vector<ValueOfField> values;
     if (!without_marks(rest).empty()) values.emplace_back(at, without_marks(rest));
@@ -309,16 +309,16 @@ class HeadReader {
     return values;
   }
 
-  /// A unit among the settings, and what says of which column it is.
+  /// A unit in the settings, and the information about its column.
   struct UnitSetting {
     bool is_of_time = false, is_alone = false;
-    std::string_view channel{};              ///< CH1:V; empty: none is named
-    std::size_t target = std::string::npos;  ///< npos: none
-    std::size_t field = 0;                   ///< in which it stands
+    std::string_view channel{};              ///< from CH1:V; empty if no channel is named
+    std::size_t target = std::string::npos;  ///< index of the column; npos if unknown
+    std::size_t field = 0;                   ///< index of the field that contains the unit
   };
 
-  /// `Vertical Units,V,,Vertical Units,mV`: of the column below; `CH1:V CH2:mV`: of the column of that name;
-  /// else of every column.
+  /// Assigns units: `Vertical Units,V,,Vertical Units,mV` to the column below; `CH1:V CH2:mV` to the column
+  /// of that name; else to every column.
   void take_units(const Fields& fields, std::size_t at, RecordSetting setting, std::string_view rest) {
     const std::vector<ValueOfField> values = values_of(fields, at, rest);
     const std::vector<std::size_t> targets = targets_of(values.size());
@@ -349,7 +349,8 @@ class HeadReader {
     return !is_time(column);
   }
 
-  /// The columns that so many units belong to: all, or all but the time; empty: as they stand.
+  /// Returns the columns for this number of units: all, or all except the time; empty: assign each unit by
+  /// its position.
   std::vector<std::size_t> targets_of(std::size_t units) const {
     std::vector<std::size_t> all, channels;
     for (std::size_t i = 0; i < shape_.width(); ++i) {

@@ -1,6 +1,6 @@
-// The head of a measured record: names and units of the columns, the sampling rate. All of it can be missing.
+// The head of a measured record: names and units of the columns, and the sampling rate. Each may be missing.
 //
-//   names   the nearest line above the rows with a field for each column, also behind #
+//   names   the nearest line above the rows with a field for each column, also after #
 //   units   in the names, `drive (V)`, `x [um]`, `time_s`; in a line between the names and the rows; or
 //           settings: `Vertical Units,V`
 //   rate    `Abtastrate: 5000 Hz`, `Sample Interval,1e-3`, `Delta_X`, or `Increment` above its number
@@ -17,7 +17,7 @@
 
 namespace hystcan::config {
 
-/// None is taken where a point may separate thousands (5.000 Hz).
+/// Not set if the point may be a thousands sign (5.000 Hz).
 struct StatedRate {
   double rate_Hz = 0.0;
   std::string line{};  ///< as in the file
@@ -26,12 +26,12 @@ struct StatedRate {
 struct RecordHead {
   std::vector<CsvColumn> columns{};  ///< named 1, 2, 3 ... if there are no names
   bool has_names = false;
-  std::size_t line = 1;              ///< of the names
-  std::optional<StatedRate> rate{};  ///< none if two differ
+  std::size_t line = 1;              ///< line of the names
+  std::optional<StatedRate> rate{};  ///< nullopt if there are two different rates
   std::vector<std::string> comments{};
 };
 
-/// `lines`: all lines above the rows; `beside`: rows that have settings to their left.
+/// `lines`: all lines above the rows; `beside`: rows with settings to their left.
 RecordHead read_head(const std::vector<TextLine>& lines, const RowShape& shape,
                      const std::vector<TextLine>& beside);
 

@@ -20,7 +20,7 @@ struct Kind {
   std::string_view begin;
   std::string_view found;
 };
-/// Files of other programs, by their first bytes.
+/// Files of other programs, recognised by their first bytes.
 constexpr std::array<Kind, 9> other_kinds{{{"PK\x03\x04", "an Excel file or another archive"},
                                            {"\xD0\xCF\x11\xE0", "an old Excel file"},
                                            {"\x89HDF", "an HDF5 or MATLAB file"},

@@ -11,11 +11,11 @@
 namespace hystcan::config {
 
 struct TextLine {
-  std::string_view text{};     ///< without its end
-  std::size_t number = 0;      ///< from 1; 0: before the first line
-  std::size_t begin = 0;       ///< in the text
-  std::size_t next = 0;        ///< where the next line begins
-  bool ends_the_file = false;  ///< it has no line end: it may be incomplete
+  std::string_view text{};     ///< without its line end
+  std::size_t number = 0;      ///< from 1; 0 before the first line
+  std::size_t begin = 0;       ///< offset in the text
+  std::size_t next = 0;        ///< offset of the next line
+  bool ends_the_file = false;  ///< the line has no line end: it may be incomplete
 
   bool is_blank() const;
   bool is_comment() const;  ///< begins with #
@@ -23,20 +23,20 @@ struct TextLine {
 
 class RecordText {
  public:
-  /// The file may be a pipe (base/input_file.h). Throws Error if it cannot be read, if it is no text in
-  /// UTF-8, if a line is longer than longest_csv_line, or if it has more than `most_lines`.
+  /// The file may be a pipe (base/input_file.h). Throws Error if it can't be read, if it is not UTF-8 text,
+  /// if a line is longer than longest_csv_line, or if it has more than `most_lines`.
   RecordText(std::filesystem::path file, std::size_t most_lines);
 
   const std::filesystem::path& file() const { return file_; }
   std::string_view text() const { return text_; }
-  /// Zeros at the end that were left out: a file system writes them when the power fails.
+  /// The number of omitted zeros at the end; a file system writes them after a power failure.
   std::size_t zeros() const { return zeros_; }
-  /// Goes from a line to the next one, at first from TextLine{}. False at the end.
+  /// Replaces a line by the next one; start with TextLine{}. Returns false at the end.
   bool next(TextLine& line) const;
-  /// Like next(), without blank lines and comments.
+  /// Like next(), but skips blank lines and comments.
   bool next_content(TextLine& line) const;
 
-  /// `at` points into the line.
+  /// Returns the place of `at`, which points into the line.
   Place place(const TextLine& line, std::string_view at) const;
   /// Throws Error with the place; `at` points into the line.
   [[noreturn]] void fail(const TextLine& line, std::string_view at, const std::string& what) const;

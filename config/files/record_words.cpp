@@ -42,7 +42,7 @@ constexpr std::array<UnitWord, 27> unit_words{
      {"N", "N", 1.0, std::nullopt, " newton "},
      {"deg", "deg", 1.0, std::nullopt, " degree degrees "}}};
 
-// Whole names, in lower case, the likeliest first.
+// Whole names in lower case, the likeliest first.
 constexpr std::array<std::string_view, 13> time_words{
     "time",  "t", "zeit", "timestamp", "elapsed",   "seconds", "sample",
     "index", "n", "#",    "nr",        "messpunkt", "sequence"};
@@ -57,7 +57,7 @@ constexpr std::array<std::string_view, 18> output_words{
     "sensorspannung", "weg"};
 constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
 
-// No word begins with one that stands before it.
+// No word begins with a word listed before it.
 constexpr std::array<std::string_view, 9> rate_words{"abtastrate",  "abtastfrequenz",     "sampling rate",
                                                      "sample rate", "sampling frequency", "sample frequency",
                                                      "samplerate",  "sampling_rate",      "sample_rate"};

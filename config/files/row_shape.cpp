@@ -15,7 +15,7 @@
 namespace hystcan::config {
 namespace {
 
-/// A larger text is looked at in three places.
+/// A larger text is sampled in three places.
 constexpr std::size_t whole_bytes = 1 << 20;
 constexpr std::size_t sampled_lines = 2000;
 
@@ -44,7 +44,7 @@ class ShapeCounts {
     count.texts += texts;
   }
 
-  /// The most frequent one with so many numbers at least.
+  /// Returns the most frequent shape with at least this many numbers.
   std::pair<RowShape, std::size_t> best(std::ptrdiff_t fewest_numbers) const {
     const std::string* key = nullptr;
     Count most;
@@ -92,17 +92,17 @@ RowShape shape_among(const RecordText& text, const std::vector<std::size_t>& beg
   return {};
 }
 
-/// A shorter block with the shape of the record, above names, is a part of the head.
+/// A block above the names with the record's shape and at most this many rows belongs to the head.
 constexpr std::size_t longest_block_of_head = 9;
 
-/// True if a field in which the record has no numbers has a text.
+/// Returns true if a field outside the number columns has a text.
 bool has_label(const std::vector<std::string_view>& fields, const RowShape& shape) {
   for (std::size_t i = 0; i < shape.width() && i < fields.size(); ++i)
     if (!shape.numbers[i] && !fields[i].empty() && !is_value(fields[i])) return true;
   return false;
 }
 
-/// The word of a setting in front of its values: "BlockSize",600,600. Empty if the line begins otherwise.
+/// Returns the setting's name before its values: "BlockSize",600,600. Empty if the line has another form.
 std::string_view setting_of(const std::vector<std::string_view>& fields, const RowShape& shape) {
   std::size_t label = 0;
   while (label < shape.width() && fields[label].empty()) ++label;
@@ -112,7 +112,8 @@ std::string_view setting_of(const std::vector<std::string_view>& fields, const R
   return value < shape.width() && shape.numbers[value] ? fields[label] : std::string_view();
 }
 
-/// True if the first number can be read, which is the time in most records; in a wider line, if all can.
+/// Returns true for a row with unreadable numbers: its first number (the time in most records) can be read
+/// or, in a line that is too wide, all numbers.
 bool is_damaged_row(const std::vector<std::string_view>& fields, const RowShape& shape) {
   for (std::size_t i = 0; i < std::min(fields.size(), shape.width()); ++i) {
     if (!shape.numbers[i]) continue;
@@ -122,7 +123,7 @@ bool is_damaged_row(const std::vector<std::string_view>& fields, const RowShape&
   return fields.size() > shape.width();
 }
 
-/// Takes the lines from the first one on, and finds the first row among them.
+/// Processes the lines from the first one on, and finds the first row.
 class FirstRow {
  public:
   explicit FirstRow(const RowShape& shape) : shape_(shape) {}
@@ -144,7 +145,9 @@ class FirstRow {
  private:
   void add_row(const TextLine& before) {
     const std::string_view setting = setting_of(fields_, shape_);
-    if (setting.empty() && settings_ == rows_ && settings_ > 1) forget();  // Yokogawa: they were settings
+    if (setting.empty() && settings_ == rows_ && settings_ > 1)
+      forget();  // Yokogawa: the rows so far were
+                 // settings
     if (rows_ == 0) before_row_ = damaged_.value_or(before);
     ++rows_;
     if (has_label(fields_, shape_)) ++labelled_;

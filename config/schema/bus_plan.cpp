@@ -22,10 +22,10 @@ namespace {
 using can::Duration;
 using can::PeriodicFrame;
 
-/// Least time between two emergencies of one node, which stays faulted until it is cleared.
+/// Minimum time between two emergencies of one node, which stays in fault until it is cleared.
 constexpr Duration emergency_interval = std::chrono::seconds(1);
 
-/// Least time between two live setpoints to one axis, from all senders together.
+/// Minimum time between two live setpoints for one axis, from all senders together.
 constexpr Duration live_setpoint_interval = std::chrono::milliseconds(10);
 
 Duration cycle_of(const Config& config) { return controller::cycle_of(config.controller); }
@@ -52,7 +52,7 @@ PeriodicFrame of_message(const can::Message& message, Duration period) {
           .bit_rate_switch = message.bit_rate_switch};
 }
 
-/// The shortest line of the axis's scans; a whole heartbeat period where there is none.
+/// Returns the duration of the shortest line of the axis's scans; a whole heartbeat period if it has none.
 Duration line_of(const Config& config, const AxisConfig& axis) {
   double line_s = can::seconds(config.controller.heartbeat_period);
   for (const controller::Segment& segment : axis.control.setpoint)
@@ -61,22 +61,22 @@ Duration line_of(const Config& config, const AxisConfig& axis) {
   return can::Duration(std::llround(1e9 * line_s));
 }
 
-/// The slot of a node's heartbeats and statuses.
+/// Returns the slot of a node's heartbeats and statuses.
 std::optional<unsigned> slot_of(const Config& config, unsigned node) {
   if (config.bus.background_slots == 0) return std::nullopt;
   return node % config.bus.background_slots;
 }
 
-/// The time between two slots of a node; a cycle without slots.
+/// Returns the time between two slots of a node; one cycle if there are no slots.
 Duration round_of(const Config& config) {
   return std::max(config.bus.background_slots, 1U) * cycle_of(config);
 }
 
-/// The least number of them that is as long as `time`.
+/// Returns the smallest number of rounds that is at least `time` long.
 std::int64_t rounds_up(Duration time, Duration round) { return (time + round - Duration{1}) / round; }
 
 /// Adds the controller's scan markers and axis statuses, if the database has them. All statuses are due with
-/// a heartbeat; the controller sends one marker or status per cycle, in turn, after its commands, or one in
+/// a heartbeat; the controller sends one marker or status per cycle, taking turns, after its commands or in
 /// its slot.
 void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
@@ -110,8 +110,8 @@ bool has_identifier(const PeriodicFrame& frame, const PeriodicFrame& of) {
   return frame.id == of.id && frame.extended == of.extended;
 }
 
-/// Adds a frame of an axis, or the axis to the frame if it is there: a message that axes share, or the
-/// heartbeat of a node that they share.
+/// Adds a frame of an axis. If the frame exists (a message or a node's heartbeat that axes share), adds the
+/// axis to it.
 void add_for_axis(std::vector<can::ChainSource>& sources, PeriodicFrame frame, can::ChainRole role,
                   std::size_t axis, std::optional<unsigned> slot = {}) {
   const auto shared = std::ranges::find_if(sources, [&](const can::ChainSource& source) {
@@ -155,8 +155,7 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
   add_own_frames(sources, config);
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
-  own.jitter =
-      round_of(config);  // it is due at a SYNC and waits for the commands of that cycle, or for its slot
+  own.jitter = round_of(config);  // due at a SYNC, and waits for the commands of that cycle or for its slot
   sources.push_back({own, can::ChainRole::controller_heartbeat, {}, slot_of(config, config.controller.node)});
   std::ranges::sort(sources, {}, [](const can::ChainSource& s) {
     return can::arbitration_key(s.frame.id, s.frame.extended);
@@ -196,7 +195,7 @@ PlannedFrame planned(const can::ChainSource& source, const can::BitRates& rates)
   return planned;
 }
 
-/// A command frame of several axes is not to go out before their samples can have come.
+/// Throws if the deadline could send a command frame of several axes before their samples arrive.
 void check_command_deadline(const Checked& checked, const BusPlan& plan) {
   const Config& config = checked.config;
   const Duration deadline = controller::command_deadline_of(config.controller);
@@ -217,7 +216,7 @@ void check_command_deadline(const Checked& checked, const BusPlan& plan) {
   }
 }
 
-/// The nodes of the bus and what they are to a user.
+/// Returns the nodes of the bus with their description for the user.
 std::map<unsigned, std::string> nodes_of(const Config& config) {
   std::map<unsigned, std::string> nodes{{config.controller.node, "the controller"}};
   for (const AxisConfig& axis : config.axes) {

@@ -58,7 +58,8 @@ class AxisCheck : Checked {
            2.0 * period_ms);
   }
 
-  /// The controller sends one request per cycle, so it must wait at least one cycle for the answer.
+  /// Checks the setup timeout: the controller sends one request per cycle, so it must wait at least one cycle
+  /// for the answer.
   void check_setup_timeout() const {
     if (axis_.wire.amplifier_setup.empty() && axis_.wire.sensor_setup.empty()) return;
     const double timeout_ms = 1e3 * can::seconds(axis_.wire.setup_patience.timeout);
@@ -103,7 +104,8 @@ class AxisCheck : Checked {
     check_in_position();
   }
 
-  /// For setpoints that take effect on receipt, check_receipt_delays() checks the delay.
+  /// Checks the delay of setpoints that take effect at SYNC; check_receipt_delays() checks those that take
+  /// effect on receipt.
   void check_command_delay() const {
     if (axis_.twin.apply != node::Apply::sync) return;
     const can::Duration& delay = axis_.control.delays.command_delay;
@@ -139,7 +141,7 @@ class AxisCheck : Checked {
     }
   }
 
-  /// With timeout < window, every move would fail.
+  /// Checks timeout >= window; otherwise every move would fail.
   void check_in_position() const {
     if (!axis_.control.in_position) return;
     const auto& [tolerance_um, window, timeout] = *axis_.control.in_position;
@@ -165,7 +167,7 @@ class AxisCheck : Checked {
            "plant_inverse and second_order are both true, expected one of them: each is a feed-forward");
   }
 
-  static constexpr double rounding = 1.0 + 1e-9;  ///< tolerates a shape that is exactly at its limit
+  static constexpr double rounding = 1.0 + 1e-9;  ///< accepts a shape exactly at its limit
   std::size_t index_;
   const AxisConfig& axis_;
   const std::string& unit_;

@@ -1,6 +1,6 @@
-// Checks between the keys of a configuration, and what `hystcan check` finds in one that is sound.
+// Checks between the keys of a configuration, and the findings of `hystcan check` in a valid configuration.
 //
-// A check throws Error at the key in conflict.
+// A check throws Error at the conflicting key.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,12 +16,12 @@
 
 namespace hystcan::config {
 
-/// True if an axis can have this name, for which state files, columns and groups of HDF5 are named.
+/// Returns true if an axis can have this name; state files, columns and HDF5 groups have it in their names.
 bool is_axis_name(std::string_view name);
 inline constexpr const char* expected_axis_name =
     "letters (A to Z, a to z), digits, _, . and -: 1 to 64 of them, not . or .. alone";
 
-/// A configuration to check, and the document in which its keys stand.
+/// A configuration to check, and the document that contains its keys.
 struct Checked {
   const Document& document;
   const Config& config;
@@ -34,68 +34,73 @@ struct Checked {
   }
 };
 
-/// All checks of this file: node ids, DBC, units, ranges, delays, the timing of the bus.
+/// Runs all checks of this file: node ids, DBC, units, ranges, delays, bus timing.
 void check_agreement(const Checked& checked);
 
-/// Messages of an axis, standard or a lab's own, against the DBC: signals, identifiers, overlaps, units and
-/// ranges. If a message or signal is missing, the error names the nearest ones of the DBC.
+/// Checks the messages of an axis, standard or the lab's own, against the DBC: signals, identifiers,
+/// overlaps, units and ranges. If a message or signal is missing, the error lists the most similar names in
+/// the DBC.
 void check_frames(const Checked& checked, std::size_t axis);
-/// Axes that share a message have the same node, the same protection and signals of their own.
+/// Checks that axes with a common message have the same node, the same protection and separate signals.
 void check_sharing(const Checked& checked);
-/// Where a CRC covers more bytes of a message than it can guard: one line for each message, "message M of
-/// axis x: ..., what would do".
+/// Returns one line for each message that is too long for its CRC: "message M of axis x: ...", with the
+/// remedy.
 std::vector<std::string> protection_warnings(const Config& config);
-/// Where the DBC calls a message of more than 8 bytes classical: one line for each.
+/// Returns one line for each message of more than 8 bytes that the DBC declares as classical CAN.
 std::vector<std::string> format_warnings(const Config& config);
-/// Where a signal of a command has no role and its raw 0, which is sent, is another value: one line for each.
+/// Returns one line for each command signal without a role whose raw value 0, which is sent, is not the
+/// physical value 0.
 std::vector<std::string> command_warnings(const Config& config);
-/// Two messages that are sent or received, including those of CANopen, do not share an identifier.
+/// Checks that no two messages that are sent or received, CANopen frames included, share an identifier.
 void check_identifiers(const Checked& checked);
-/// The keys of a twin's amplifier and sensor.
+/// Checks the keys of a twin's amplifier and sensor.
 void check_instruments(const Checked& checked, std::size_t axis);
-/// The scales of [axis.analogue] are not 0, and no two axes use one channel.
+/// Checks that the scales of [axis.analogue] are not 0, and that no two axes use one channel.
 void check_analogue(const Checked& checked);
-/// command_delay_us of every axis whose setpoints take effect on receipt: more than 0, and at most the latest
-/// end of the command on the bus. The bus must have passed check_bus().
+/// Checks command_delay_us of every axis whose setpoints take effect on receipt: above 0, and at most the
+/// latest end of the command on the bus. Call check_bus() first.
 void check_receipt_delays(const Checked& checked);
-/// The linear loop (controller/analysis/linear_loop.h) is stable for the delays that the axis itself states.
+/// Checks that the linear loop (controller/analysis/linear_loop.h) is stable with the delays of the axis's
+/// own keys.
 void check_loop(const Checked& checked, std::size_t axis);
-/// The rasters of all axes have the same lines, and begin at the same time of each pass.
+/// Checks that the rasters of all axes have the same lines and begin at the same time of each pass.
 void check_scans(const Checked& checked);
-/// Throws Error at the key rate_Hz if a command can be late, and at background_slots if nodes share one.
+/// Throws Error at the key rate_Hz if a command can be late, and at background_slots if nodes share a slot.
 void check_bus(const Checked& checked);
 
-/// Designs the filters of the axis: of its feed-forward and of its learning, where it has them. Throws Error
-/// where it cannot learn.
+/// Designs the filters of the axis, for its feed-forward and its learning, if it has them. Throws Error if
+/// learning is impossible.
 void plan_filters(const Document& document, Config& config, std::size_t axis);
 
-/// The resonance may be this far off: where the loop then has no margin, findings_of_loop() warns.
+/// Assumed error of the resonance; findings_of_loop() warns if the loop has no margin with this error.
 inline constexpr double resonance_off_percent = 10.0;
 
-/// Margins for the stated plant, and the worst ones with its resonance off.
+/// Returns the margins for the configured plant, and the worst margins with its resonance off.
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz);
 
-/// The mode is so near a multiple of the rate that held setpoints ring it (controller/control/delays.h).
+/// Returns true if the mode is so close to a multiple of the rate that held setpoints excite it
+/// (controller/control/delays.h).
 bool rings_at(const AxisConfig& axis, double rate_Hz);
 
 struct Finding {
   bool is_warning = false;
   std::string text;
 };
-/// The line of the finding: "warning: " before the text of a warning.
+/// Returns the line of the finding: "warning: " before the text of a warning.
 std::string line_of(const Finding& finding);
 
-/// Warns if the mode is near a multiple of the rate (controller/control/delays.h).
+/// Warns if the mode is close to a multiple of the rate (controller/control/delays.h).
 std::vector<Finding> findings_of_rate(const AxisConfig& axis, double rate_Hz);
 
-/// Margins, sensitivity, bandwidth; a warning if the margin is lost with the resonance off.
+/// Returns margins, sensitivity and bandwidth; warns if the margin is lost with the resonance off.
 std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz);
 
-/// One line for each supervision of an axis with feedback that is off: its limit is 0, or so wide that a
+/// Returns one line for each disabled supervision of an axis with feedback: its limit is 0, or so wide that a
 /// plausible position never exceeds it.
 std::vector<std::string> supervision_warnings(const Config& config);
 
-/// Lines for `check`: what the learning learns of each segment, up to which frequency, and how fast.
+/// Returns lines for `check`: for each segment, the learnt part, the highest frequency and the speed of
+/// learning.
 std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rate_Hz);
 
 }  // namespace hystcan::config

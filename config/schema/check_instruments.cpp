@@ -87,7 +87,7 @@ class InstrumentCheck : Checked {
   const twin::Amplifier::Config& amplifier_;
 };
 
-/// The latest end of the axis's command, counted from its SYNC.
+/// Returns the latest end of the axis's command, counted from its SYNC.
 can::Duration latest_command(const BusPlan& plan, const Config& config, const AxisConfig& axis) {
   const auto map = can::message_map_in<can::AmpCommand>(config.database, axis.wire);
   const std::string& name = can::find_message(config.database, *map).name;

@@ -28,7 +28,7 @@ std::string text_of(const Margins& margins) {
                      margins.peak_sensitivity);
 }
 
-/// With less the error of a disturbance is amplified more than threefold.
+/// Sensitivity above which the loop amplifies a disturbance's error more than threefold.
 constexpr double too_sensitive = 3.0;
 
 }  // namespace

@@ -26,8 +26,8 @@ class ScanAxis : Checked {
       if (is_raster(segments[i])) rasters_.push_back(i);
   }
 
-  /// A first way that the limits lengthen depends on where it begins, and the scan would begin later by as
-  /// much.
+  /// Checks the first transition: if the limits lengthen it, its duration depends on its start position, and
+  /// the scan would begin later by that time.
   void check_first_way() const {
     const controller::AxisConfig& control = axis_.control;
     const controller::Segment& first = control.setpoint.front();
@@ -45,7 +45,7 @@ class ScanAxis : Checked {
            first.transition_s, least_s);
   }
 
-  /// The same lines at the same time.
+  /// Checks that the other axis has the same lines at the same time.
   void compare_with(const ScanAxis& other) const {
     if (rasters_.size() != other.rasters_.size())
       differ(list(), "rasters", rasters_.size(), other.rasters_.size(), other);
@@ -72,7 +72,7 @@ class ScanAxis : Checked {
     document.fail_at(path, fmt::format("{} is {}, expected {} as on axis {}, with which it scans", what, here,
                                        there, other.axis_.wire.name));
   }
-  /// The path of the segments.
+  /// Returns the path of the list of segments.
   std::string list() const {
     const std::string first = path_of(config, axis_.control.setpoint.front());
     return first.substr(0, first.rfind('['));

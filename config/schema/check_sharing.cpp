@@ -10,11 +10,11 @@
 namespace hystcan::config {
 namespace {
 
-/// The checks of one message that an axis shares with axes before it.
+/// The checks of one message that an axis shares with preceding axes.
 template <class Payload>
 class SharingCheck : Checked {
  public:
-  /// `part` is "command", "status" or "sample"; `node` the one that sends or receives it.
+  /// `part` is "command", "status" or "sample"; `node` is the node that sends or receives the message.
   SharingCheck(const Checked& checked, std::size_t index, const char* part, std::uint8_t can::AxisWire::*node)
       : Checked(checked), index_(index), part_(part), node_(node) {}
 
@@ -57,7 +57,7 @@ class SharingCheck : Checked {
     expect_same("data_id", map.data_id.number == theirs.data_id.number);
   }
 
-  /// The counter of the SYNC is one for all axes of a frame.
+  /// Checks that the axes of a frame have separate signals. Only the SYNC counter may be shared.
   void check_signals(const can::Message& message, const can::MessageMap& map, std::size_t other) const {
     const can::MessageMap theirs = map_of(other);
     for (const auto& [role, signal] : map.signals)
@@ -84,7 +84,7 @@ class SharingCheck : Checked {
   std::uint8_t can::AxisWire::*node_;
 };
 
-/// The objects of a node are written by one axis.
+/// Checks that only one axis writes the objects of a node.
 void check_setups(const Checked& checked, std::size_t index) {
   const Config& config = checked.config;
   const auto check = [&](std::size_t first, const std::vector<can::SdoWrite>& setup) {
@@ -100,7 +100,7 @@ void check_setups(const Checked& checked, std::size_t index) {
 }  // namespace
 
 std::vector<std::string> command_warnings(const Config& config) {
-  std::map<std::string, std::set<std::string>> named;  // by message: the signals of all its axes
+  std::map<std::string, std::set<std::string>> named;  // signals of all axes, by message
   for (const AxisConfig& axis : config.axes) {
     const can::MessageMap map = *can::message_map<can::AmpCommand>(axis.wire);
     std::set<std::string>& signals = named[map.message];

@@ -31,12 +31,13 @@ model::HysteresisParameters line_through(const AxisConfig& axis) {
   const controller::Supervisor::Config& limits = axis.control.supervision;
   model::Interval positions{limits.position_min_um, limits.position_max_um};
   if (!std::isfinite(positions.span())) positions = {0.0, 1.0};
-  const double margin = 0.1 * positions.span();  // to what ends a run
+  const double margin = 0.1 * positions.span();  // distance of the line's ends from the limits at which a run
+                                                 // ends
   positions = {positions.lo + margin, positions.hi - margin};
   return model::straight_line(axis.wire.drive_unit, "um", {gate.drive_min, gate.drive_max}, positions);
 }
 
-/// Makes a configuration of a document and of the files that it names.
+/// Builds a configuration from a document and the files that it names.
 class Loader {
  public:
   Loader(Document document, const ReadFiles& files, bool is_measured = true)
@@ -72,7 +73,7 @@ class Loader {
   }
 
  private:
-  /// With the messages of its DBC.
+  /// Reads the document and the messages of its DBC.
   void read() {
     config_.file = document_.file();
     Reader reader(document_, document_.root(), "");
@@ -87,7 +88,7 @@ class Loader {
     }
   }
 
-  /// The file that this member names. If it cannot be read, the message has the place of its key.
+  /// Returns the file named by this member. If it can't be read, the error has the place of the key.
   std::filesystem::path file_named_by(const auto& name) const {
     std::filesystem::path file = document_.resolve(name);
     std::error_code ignored;
@@ -104,7 +105,7 @@ class Loader {
     return file;
   }
 
-  /// The model file that this member names. None: a straight line stands for it.
+  /// Returns the model file named by this member; nullopt: a straight line replaces it.
   std::optional<std::filesystem::path> model_named_by(const std::filesystem::path& name) const {
     if (!is_measured_ && (name.empty() || !std::filesystem::exists(document_.resolve(name))))
       return std::nullopt;
@@ -114,19 +115,19 @@ class Loader {
                       fmt::format("missing key model, expected in [axis{}]", table.substr(table.rfind('.'))));
   }
 
-  /// True if the file, or an override, has the key of this member of the axis.
+  /// Returns true if the file or an override contains the key of this axis member.
   bool is_given(const AxisConfig& axis, const Member& member) const {
     return document_.has(fmt::format("axis[{}].{}", &axis - config_.axes.data(), path_of(axis, member)));
   }
 
-  /// A CRC whose polynomial the file leaves out has the one that goes with the length of its message.
+  /// Sets the default polynomial for the message's length if the file leaves it out.
   void choose_polynomial(const AxisConfig& axis, can::MessageMap& map) const {
     const can::Message* message = config_.database.find(map.message);
     if (message != nullptr && map.integrity == can::Integrity::counter_crc && !is_given(axis, map.polynomial))
       map.polynomial = can::usual_crc(message->length);
   }
 
-  /// Resolves the axes that the couplings of the axis `name` name.
+  /// Finds the axes named by the couplings of the axis `name`.
   void resolve(const std::string& name, std::vector<model::Coupling>& couplings) const {
     for (model::Coupling& coupling : couplings) {
       const auto from = std::ranges::find(config_.axes, coupling.from,
@@ -138,7 +139,7 @@ class Loader {
     }
   }
 
-  /// Loads the controller's model and sets what is derived from it.
+  /// Loads the controller's model and sets the values derived from it.
   void complete_control(AxisConfig& axis) {
     const auto file = model_named_by(axis.control_model);
     axis.control.law.model =
@@ -148,7 +149,7 @@ class Loader {
     controller::Delays& delays = axis.control.delays;
     set_mode(axis, file, delays.resonance_Hz, delays.damping_ratio);
     set_amplifier(axis, file, delays.amplifier_bandwidth_Hz, delays.sensor_s());
-    // Where the file leaves out a limit, transitions have one of their own, which derive() sets.
+    // If the file has no limit, transitions have a limit of their own, which derive() sets.
     const controller::ReferenceLimits& limits = axis.control.reference_limits;
     controller::ReferenceLimits& of_transitions = axis.control.transition_limits;
     if (!is_given(axis, limits.slew_um_per_s)) of_transitions.slew_um_per_s = 0.0;
@@ -173,8 +174,8 @@ class Loader {
       rate_Hz = config_.controller.rate_Hz;
   }
 
-  // Where the axis leaves out what the dynamics of its model file say, it is taken from there. The file is
-  // read for keys that are left out alone.
+  // Missing keys are replaced by the dynamics of the axis's model file, which is only read if a key is
+  // missing.
   using File = std::optional<std::filesystem::path>;
 
   void set_mode(const AxisConfig& axis, const File& model, double& resonance_Hz,
@@ -184,7 +185,7 @@ class Loader {
     if (const auto dynamics = dynamics_for(axis, model, damping_ratio))
       damping_ratio = dynamics->mode.damping_ratio;
   }
-  /// The amplifier's lag is what the delay has more than the sensor's part of it.
+  /// Sets the amplifier's lag: the part of the delay that is not the sensor's.
   void set_amplifier(const AxisConfig& axis, const File& model, double& bandwidth_Hz, double sensor_s) const {
     const auto dynamics = dynamics_for(axis, model, bandwidth_Hz);
     if (!dynamics) return;
@@ -195,7 +196,7 @@ class Loader {
                                dynamics->delay_s, sensor_s));
     bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
   }
-  /// None: the file has the key.
+  /// Returns nullopt if the file has the key.
   std::optional<model::Dynamics> dynamics_for(const AxisConfig& axis, const File& model,
                                               const double& value) const {
     if (is_given(axis, value)) return std::nullopt;
@@ -266,7 +267,8 @@ void derive(Config& config, std::size_t i) {
   if (std::isfinite(limits.acceleration_um_per_s2))
     limits.acceleration_um_per_s2 = usual.acceleration_um_per_s2;
   const double mode_period_s = 1.0 / control.delays.resonance_Hz;
-  for (controller::Segment& segment : control.setpoint) {  // the turnarounds of a shape spare the mode
+  // The turnarounds of a shape avoid exciting the mode.
+  for (controller::Segment& segment : control.setpoint) {
     if (auto* triangle = std::get_if<controller::Triangle>(&segment.shape))
       triangle->mode_period_s = mode_period_s;
     if (auto* raster = std::get_if<controller::Raster>(&segment.shape)) raster->mode_period_s = mode_period_s;
@@ -295,7 +297,7 @@ std::string echo(const std::filesystem::path& file, const std::vector<Setting>& 
   const Document document = Document(file).with(overrides);
   Config config = Loader(document, {}).as_written();
   Writer writer(Writer::Layout::plain, [&](const Setting& key, bool /*is_required*/) {
-    const bool is_given = key.value.empty() || document.has(key.path);  // or a table
+    const bool is_given = key.value.empty() || document.has(key.path);  // an empty value: a table
     return std::optional<std::string>(is_given ? "" : "default");
   });
   visit(writer, config);

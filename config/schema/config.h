@@ -25,26 +25,26 @@
 
 namespace hystcan::config {
 
-inline constexpr double rate_max_Hz = 10'000.0;  ///< of `controller.rate_Hz`
+inline constexpr double rate_max_Hz = 10'000.0;  ///< maximum of `controller.rate_Hz`
 
-inline constexpr std::string_view control_key = "control";    ///< of the table [axis.control]
-inline constexpr std::string_view setpoint_key = "setpoint";  ///< of the list of segments in it
+inline constexpr std::string_view control_key = "control";    ///< key of the table [axis.control]
+inline constexpr std::string_view setpoint_key = "setpoint";  ///< key of the list of segments in it
 
 struct BusConfig {
   std::string interface = "vcan0";
   std::uint32_t bitrate_bit_per_s = 1'000'000;
-  std::uint32_t data_bitrate_bit_per_s = 0;  ///< of the data phase of CAN FD; 0: no bit-rate switch
+  std::uint32_t data_bitrate_bit_per_s = 0;  ///< bit rate of the data phase of CAN FD; 0: no bit-rate switch
   std::filesystem::path dbc;
   /// Sum of two times: from receiving a SYNC to queueing the sample (sensor), and from receiving the sample
   /// to queueing the command (controller).
   can::Duration turnaround{std::chrono::microseconds(50)};
 
-  unsigned background_slots = 0;  ///< of heartbeats and statuses (can::is_in_slot); 0: none
+  unsigned background_slots = 0;  ///< slots for heartbeats and statuses (can::is_in_slot); 0: none
 
   can::BitRates rates() const { return {bitrate_bit_per_s, data_bitrate_bit_per_s}; }
 };
 
-/// One axis as both sides of the wire see it.
+/// One axis, for both sides of the wire.
 struct AxisConfig {
   can::AxisWire wire;
   std::filesystem::path control_model;
@@ -58,12 +58,12 @@ struct AxisConfig {
 
 /// [record]: runs on disk (runs/recorder.h).
 struct RecordConfig {
-  std::filesystem::path folder = "hystcan-runs";  ///< of the runs; relative to the working directory
-  bool at_start = false;                          ///< else from a command on
+  std::filesystem::path folder = "hystcan-runs";  ///< folder of the runs; relative to the working directory
+  bool at_start = false;                          ///< false: recording starts by command
   bool bus_log = false;
-  double part_MB = 256.0;                          ///< of a CSV, then the next part begins
-  can::Duration part_time{std::chrono::hours(1)};  ///< likewise
-  double limit_GB = 20.0;                          ///< of the folder
+  double part_MB = 256.0;                          ///< size of a CSV at which the next part begins
+  can::Duration part_time{std::chrono::hours(1)};  ///< age of a CSV at which the next part begins
+  double limit_GB = 20.0;                          ///< maximum size of the folder
 };
 
 struct Config {
@@ -73,42 +73,41 @@ struct Config {
   RecordConfig record;
   twin::CommonConfig twin;
   std::vector<AxisConfig> axes;
-  std::vector<controller::RestingAxis> resting{};  ///< of the file, and not controlled
+  std::vector<controller::RestingAxis> resting{};  ///< axes of the file that are not controlled
   can::Database database;
 };
 
 std::vector<std::string> axis_names(const Config& config);
 
-/// What the controller is made from.
+/// Returns the part of the configuration for the controller.
 controller::Config controller_config(const Config& config);
-/// What the twin is made from.
+/// Returns the part of the configuration for the twin.
 twin::Config twin_config(const Config& config);
-/// Those with [axis.analogue]. The node accepts the drives of [axis.control].
+/// Returns the axes with [axis.analogue]. The node accepts the drives of [axis.control].
 std::vector<node::WiredAnalogueAxis> analogue_axes(const Config& config);
 
-/// Reads and checks `file` and all files that it names, those of `files` only if they have changed since; the
-/// overrides replace values of `file`. Throws Error.
+/// Reads and checks `file` and all files that it names; files in the cache `files` are read only if they
+/// changed. The overrides replace values of `file`. Throws Error.
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
             const ReadFiles& files = {});
 
-/// The same where `file` is to have this text and need not exist.
+/// Like load(), with this text as the content of `file`, which need not exist.
 Config load_text(const std::filesystem::path& file, std::string_view text);
 
-/// The same for a stage that has yet to be measured: where an axis or its twin names no model, or one that is
-/// not there, a straight line through its drives and positions stands for it.
+/// Like load(), for a stage that is not measured yet: if the model of an axis or its twin is not named or its
+/// file is missing, a straight line through its drives and positions replaces it.
 Config load_unmeasured(const std::filesystem::path& file);
 
-/// The configuration with the values that the file has, its models and the messages of its DBC: no path is
-/// resolved, and nothing is checked between the keys.
+/// Reads the configuration with the values in the file, its models and the messages of its DBC; resolves no
+/// paths and checks nothing between the keys.
 Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
                        const ReadFiles& files = {});
 
-/// Sets what follows from the model, the delays and the reference of an axis that was changed in memory: the
-/// limits of its transitions, and the turnarounds. The filters are not designed anew.
+/// Updates the values derived from model, delays and reference after an axis was changed in memory: the
+/// limits of its transitions, and the turnarounds. Does not redesign the filters.
 void derive(Config& config, std::size_t axis);
 
-/// The configuration in force as TOML. Each value that the file leaves out is marked as a default. Throws
-/// Error.
+/// Returns the configuration in force as TOML, with a mark at each default value. Throws Error.
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
 }  // namespace hystcan::config

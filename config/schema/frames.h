@@ -1,4 +1,4 @@
-// The frames of an axis: their messages, their protection, and the functions that are lost if a role of a
+// The frames of an axis: their messages, their protection, and the functions that are lost if a role of the
 // lab's own frames has no signal.
 #pragma once
 
@@ -11,27 +11,27 @@
 
 namespace hystcan::config {
 
-/// True for the roles without which control is impossible.
+/// Returns true for the roles without which control is impossible.
 inline bool must_be_carried(std::string_view role) { return role == "setpoint" || role == "position"; }
 
-/// The amplifier's status says when it is enabled and when it has tripped.
+/// Returns true if the amplifier's status reports both that it is enabled and that it has tripped.
 bool reports_state(const can::AxisWire& axis);
 
-/// The functions that the controller lacks, one sentence each; empty for the standard frames.
+/// Returns the functions that the controller lacks, one sentence each; empty for the standard frames.
 std::vector<std::string> losses(const can::AxisWire& axis);
 
-/// The axis's messages, standard or the lab's own, which the database has.
+/// Returns the axis's messages in the database, standard or the lab's own.
 std::vector<const can::Message*> messages_of(const can::AxisWire& axis, const can::Database& database);
 
-/// Those of them that are CAN FD.
+/// Returns the names of the axis's messages that are CAN FD.
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database);
-/// Those of all axes, each once.
+/// Returns the CAN FD messages of all axes, each once.
 std::vector<std::string> fd_messages(const Config& config);
 
-/// The bits of the signal in its message, by bytes.
+/// Returns a mask of the signal's bits in its message, by bytes.
 std::vector<std::uint8_t> bits_of(const can::Message& message, const can::Signal& signal);
 
-/// The first axis whose message `Payload` in [axis.frames] is that of axis i; i itself where there is none.
+/// Returns the first axis with the same message `Payload` in [axis.frames] as axis i; i if there is none.
 template <class Payload>
 std::size_t first_sharing(const Config& config, std::size_t i) {
   const auto map = can::message_map<Payload>(config.axes[i].wire);
@@ -42,7 +42,7 @@ std::size_t first_sharing(const Config& config, std::size_t i) {
   return i;
 }
 
-/// The protection (counter, CRC) of the axis's messages, standard or the lab's own.
+/// Returns the protection (counter, CRC) of the axis's messages, standard or the lab's own.
 can::Protections protections(const can::AxisWire& axis, const can::Database& database);
 
 }  // namespace hystcan::config

@@ -1,5 +1,5 @@
-// The keys of a configuration: one `visit` for each struct, to read, to write and to describe it. A test
-// compares the tables of docs/configuration/*.md with these sentences, whose links lead from that folder.
+// The keys of a configuration: one `visit` for each struct, to read, write and describe it. A test compares
+// the tables of docs/configuration/*.md with these texts; their links are relative to that folder.
 #pragma once
 
 #include <string>
@@ -31,7 +31,7 @@ void visit(V& v, BusConfig& bus) {
        "divisor of 240; 0: they are sent at any time"});
 }
 
-/// [controller.realtime].
+/// Keys of [controller.realtime].
 template <class V>
 void visit(V& v, controller::Realtime& r) {
   v.optional("priority", r.priority, {.lo = 0, .hi = 99},
@@ -179,7 +179,7 @@ void visit(V& v, controller::Delays& d) {
   v.required("command_delay_us", d.command_delay, not_negative,
              {"delay from a SYNC until its command takes effect"});
   v.optional("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive,
-             {"small-signal bandwidth, -3 dB", "of the model"});  // these three: else of the model file
+             {"small-signal bandwidth, -3 dB", "of the model"});  // these three: else from the model file
   v.optional("resonance_Hz", d.resonance_Hz, positive,
              {"first mode of the stage with its load", "of the model"});
   v.optional("damping_ratio", d.damping_ratio, not_negative, {"damping ratio of that mode", "of the model"});
@@ -214,7 +214,7 @@ void visit(V& v, controller::Learning::Config& l) {
   v.optional("frozen", l.frozen, any, {"keeps the learnt correction and stops learning"});
 }
 
-/// The limits that trip an axis, also in [axis.control].
+/// Keys of the limits that trip an axis; they are also in [axis.control].
 template <class V>
 void visit_supervision(V& v, controller::AxisConfig& c) {
   controller::Supervisor::Config& s = c.supervision;
@@ -250,8 +250,8 @@ void visit(V& v, controller::InPosition::Config& c) {
 
 inline constexpr Range enable_delay_range{.lo = 0.0, .hi = 10'000.0};
 
-/// [axis.control]. An amplifier that does not report its state needs an enable_delay_ms. The keys of a drive
-/// have its unit in their names.
+/// Keys of [axis.control]. An amplifier that does not report its state needs enable_delay_ms. The keys of a
+/// drive have its unit in their names.
 template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
@@ -259,7 +259,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.takes_effect(Effect::at_once);
   v.optional("model", axis.control_model, any,
              {"model file; `excite` runs without one", "required",
-              Effect::after_restart});  // missing only where a straight line stands for it: config.h
+              Effect::after_restart});  // missing only if a straight line replaces it: config.h
   v.required("structure", c.law.structure, any, {"control structure: [theory](../theory/control_law.md)"});
   v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative, {"integral gain"});
@@ -350,7 +350,7 @@ void visit_frame(V& v, can::MessageMap& map) {
   visit_integrity(v, map);
 }
 
-/// [axis.frames.command], [axis.frames.status], [axis.frames.sample]: a lab's own frames (frames.h).
+/// Keys of [axis.frames.command], [axis.frames.status], [axis.frames.sample]: a lab's own frames (frames.h).
 template <class V>
 void visit_frames(V& v, can::AxisFrames& frames) {
   v.table("command", frames.command, [](V& sub, auto& map) { visit_frame<can::AmpCommand>(sub, map); });
@@ -358,7 +358,7 @@ void visit_frames(V& v, can::AxisFrames& frames) {
   v.table("sample", frames.sample, [](V& sub, auto& map) { visit_frame<can::SensorSample>(sub, map); });
 }
 
-/// [[axis.amplifier_setup]], [[axis.sensor_setup]]: an object that is written by SDO before the node is
+/// Keys of [[axis.amplifier_setup]], [[axis.sensor_setup]]: an object to write by SDO before the node is
 /// started.
 template <class V>
 void visit(V& v, can::SdoWrite& write) {

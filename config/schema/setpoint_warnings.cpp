@@ -14,13 +14,13 @@
 namespace hystcan::config {
 namespace {
 
-/// What one segment of the reference needs.
+/// The requirements of one segment of the reference.
 struct SegmentNeeds {
   double lowest_um = std::numeric_limits<double>::infinity();
   double highest_um = -std::numeric_limits<double>::infinity();
-  double slew_per_s = 0.0;  ///< of the drive, in drive units
+  double slew_per_s = 0.0;  ///< slew of the drive, drive units per second
   double motion_um = 0.0;   ///< in one cycle
-  double step_um = 0.0;     ///< from level to level at once
+  double step_um = 0.0;     ///< height of a jump from level to level
   std::string place{};      ///< "axis x, setpoint[1]"
 };
 
@@ -48,7 +48,7 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
   std::vector<SegmentNeeds> needs(axis.setpoint.size());
   const auto cycles = static_cast<std::size_t>(std::min(reference.length_s() * rate_Hz, most_cycles));
   double last_um = memory.output, last_drive = memory.input;
-  bool follows_segment = false;  // the last cycle was of a segment, not of a transition
+  bool follows_segment = false;  // the last cycle was in a segment, not in a transition
   for (std::size_t n = 0; n < cycles; ++n) {
     const double t_s = static_cast<double>(n) / rate_Hz;
     const controller::Trajectory::Point point = reference.at(t_s);
@@ -113,7 +113,7 @@ void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, std::vector
         needs.place, needs.step_um, following.error_um, following.cycles));
 }
 
-/// The highest frequency of a shape that swings; 0: it does not.
+/// Returns the highest frequency of a periodic shape; 0 if it is not periodic.
 double highest_frequency_Hz(const controller::Shape& shape) {
   return std::visit(
       [](const auto& s) {
@@ -126,7 +126,7 @@ double highest_frequency_Hz(const controller::Shape& shape) {
 
 void warn_of_rate(const controller::Shape& shape, double rate_Hz, const std::string& place,
                   std::vector<std::string>& warnings) {
-  constexpr double fewest_cycles = 4.0;  // of a period
+  constexpr double fewest_cycles = 4.0;  // minimum cycles in a period
   const double frequency_Hz = highest_frequency_Hz(shape);
   if (rate_Hz < fewest_cycles * frequency_Hz)
     warnings.push_back(fmt::format(
@@ -135,9 +135,9 @@ void warn_of_rate(const controller::Shape& shape, double rate_Hz, const std::str
         place, frequency_Hz, rate_Hz, rate_Hz / frequency_Hz, rate_Hz / fewest_cycles));
 }
 
-/// A range far beyond those of model and twin is rather mistyped than meant.
+/// Warns of a range far beyond those of model and twin, which is probably a typing error.
 void warn_of_range(const AxisConfig& axis, std::vector<std::string>& warnings) {
-  constexpr double far = 0.25;  // of the other range
+  constexpr double far = 0.25;  // relative to the other range
   const controller::Gate::Config& gate = axis.control.gate;
   const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
   const auto warn = [&](const char* whose, double min, double max) {

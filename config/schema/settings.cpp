@@ -19,7 +19,7 @@ std::map<std::string, std::string> by_path(const std::vector<Setting>& settings)
   return result;
 }
 
-/// As many axes and segments, of the same kinds, with their defaults and without tables that may be left out.
+/// Returns defaults with the same number of axes and segments, of the same kinds, without optional tables.
 Config defaults_of(const Config& config) {
   Config defaults;
   for (const AxisConfig& axis : config.axes) {
@@ -32,7 +32,7 @@ Config defaults_of(const Config& config) {
   return defaults;
 }
 
-/// For a Writer, which changes nothing of what it visits.
+/// Removes const for a Writer, which changes nothing of the visited value.
 template <class T>
 T& visited(const T& value) {
   return const_cast<T&>(value);
@@ -48,7 +48,7 @@ void for_each_key(const T& value, Writer::Layout layout, const std::function<voi
   visit(writer, visited(value));
 }
 
-/// The keys that have a value.
+/// Returns the keys that have a value.
 template <class T>
 std::vector<Setting> keys_of(const T& value, Writer::Layout layout) {
   std::vector<Setting> result;

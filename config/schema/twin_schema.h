@@ -1,5 +1,5 @@
-// The keys of [twin] and [axis.twin]: one `visit` for each struct. config/schema/check.cpp and
-// config/schema/check.h check them against each other.
+// The keys of [twin] and [axis.twin]: one `visit` for each struct. config/schema/check.h has the checks
+// between them.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace hystcan::config {
 
-/// [[axis.control.coupling]], [[axis.twin.coupling]].
+/// Keys of [[axis.control.coupling]], [[axis.twin.coupling]].
 template <class V>
 void visit(V& v, model::Coupling& c) {
   v.required("from", c.from, any, {"axis that moves this one"});
@@ -16,7 +16,7 @@ void visit(V& v, model::Coupling& c) {
              {"position of this axis per um of the other one"});
 }
 
-/// In the place of the unit in a description of all keys.
+/// Replaces the unit in a description of all keys.
 inline constexpr std::string_view any_drive_unit = "<U>";
 
 /// Keys of the amplifier's load; they depend on the drive unit, V or A.
@@ -37,7 +37,7 @@ void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifie
   v.optional("load_ohm", amplifier.load_ohm, not_negative, {"a resistance, see below"});
 }
 
-/// Keys of the amplifier other than range, slew and bandwidth.
+/// Keys of the amplifier except range, slew and bandwidth.
 template <class V>
 void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   twin::Amplifier::Config& amplifier = t.plant.amplifier;
@@ -60,7 +60,7 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
              {"duration of the linear ramp to the setpoint after that; the state is \"enabled\" at its end"});
 }
 
-/// [axis.twin.sensor]: keys of the sensor other than white noise and resolution.
+/// Keys of [axis.twin.sensor] except white noise and resolution.
 template <class V>
 void visit_sensor(V& v, twin::AxisConfig& t) {
   twin::Sensor::Config& sensor = t.sensor;
@@ -86,7 +86,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
              {"error of the sensor's own clock; positive: fast"});
 }
 
-/// [axis.twin.second_mode], [axis.twin.creep], [axis.twin.temperature], [[axis.twin.coupling]].
+/// Keys of [axis.twin.second_mode], [axis.twin.creep], [axis.twin.temperature], [[axis.twin.coupling]].
 template <class V>
 void visit(V& v, twin::SecondMode& second) {
   v.required("resonance_Hz", second.mode.natural_frequency_Hz, positive, {"a second mechanical mode"});
@@ -112,7 +112,7 @@ void visit(V& v, twin::Temperature& temperature) {
              {"relative change of the stroke, less than 1 / `swing_K`"});
 }
 
-/// [axis.twin]: the physical axis.
+/// Keys of [axis.twin]: the physical axis.
 template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
@@ -121,7 +121,7 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.optional("model", axis.twin_model, any,
              {"the twin's own model file, of any kind", "required"});  // as in [axis.control]
   v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive,
-             {"mechanical mode", "of the model"});  // and bandwidth_Hz: else of the model file
+             {"mechanical mode", "of the model"});  // and bandwidth_Hz: else from the model file
   v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative,
              {"damping ratio of the mode", "of the model"});
   v.required("drive_min_" + unit, t.plant.amplifier.drive_min, any, {"lowest output of the amplifier"});
@@ -146,7 +146,7 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.optional_list("coupling", t.couplings, plain);
 }
 
-/// [[twin.fault]]. The keys depend on the kind.
+/// Keys of [[twin.fault]]; they depend on the kind.
 template <class V>
 void visit(V& v, twin::FaultSpec& f) {
   v.required("kind", f.kind, any,
@@ -166,7 +166,7 @@ void visit(V& v, twin::FaultSpec& f) {
              {"period of a repeated fault, more than `duration_s`; 0: once"});
 }
 
-/// [twin.random_faults].
+/// Keys of [twin.random_faults].
 template <class V>
 void visit(V& v, twin::RandomFaults& r) {
   v.optional("seed", r.seed, any, {"the same seed gives the same faults"});

@@ -21,7 +21,7 @@ void add_message(can::Database& database, const can::MessageMap& map, std::uint3
   message.bit_rate_switch = fd;
 }
 
-/// The messages that the axis has in the place of the standard ones. The first axis adds them.
+/// Replaces the axis's standard messages by shared ones. The first axis adds these to the database.
 void share_messages(Config& config, can::AxisWire& wire, std::size_t axes) {
   wire.frames = can::AxisFrames{.command = {.message = "AmpCommand"},
                                 .status = can::MessageMap{.message = "AmpStatus"},
@@ -60,7 +60,7 @@ Config wired_as(Wiring wiring, std::size_t axes, const Config& config) {
     wired.controller.node = slots;
   }
   const std::size_t apart = wiring == Wiring::fd_slots ? slots / 3 : 1;  // sensor, amplifier, controller
-  // Node ids from 1 on, without the controller's.
+  // Returns node ids from 1, without the controller's.
   const auto node = [&](std::size_t place) {
     const std::size_t number = apart * (place + 1);
     return static_cast<std::uint8_t>(number < wired.controller.node ? number : number + 1);

@@ -1,4 +1,4 @@
-// Axes in frames of one kind or another, to compare what a bus carries.
+// Puts axes into frames of several kinds, to compare the bus load.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@ namespace hystcan::config {
 
 /// How axes are put into frames.
 enum class Wiring : std::uint8_t {
-  classical,  ///< the standard frames of 8 bytes, of two nodes for each axis
-  fd,         ///< the same as CAN FD with bit-rate switch
-  fd_shared,  ///< one frame of all axes for samples, commands and statuses, of one sensor and one amplifier
-  fd_slots    ///< the same, and the three nodes of the bus have slots, eight cycles apart
+  classical,  ///< the standard frames of 8 bytes; two nodes for each axis
+  fd,         ///< like `classical`, as CAN FD with bit-rate switch
+  fd_shared,  ///< one frame of all axes each for samples, commands and statuses; one sensor and one amplifier
+  fd_slots    ///< like `fd_shared`; the three nodes of the bus have slots eight cycles apart
 };
 
-/// So many axes like the first one, on the same bus with nothing else on it: samples, commands, statuses,
-/// axis statuses, heartbeats. A frame that n axes share has 4 + 3 n bytes: SYNC counter, counter, CRC-16, and
-/// for each axis 24 bits of position, of setpoint and flags, or of output, state and fault. CAN FD without a
-/// data bit rate has 5 Mbit/s.
+/// Returns a configuration with `axes` copies of the first axis on the same bus and nothing else: samples,
+/// commands, statuses, axis statuses, heartbeats. A frame that n axes share has 4 + 3 n bytes: SYNC counter,
+/// counter, CRC-16, and, for each axis, 24 bits of position; of setpoint and flags; or of output, state and
+/// fault. If the bus has no data bit rate, CAN FD uses 5 Mbit/s.
 Config wired_as(Wiring wiring, std::size_t axes, const Config& config);
 
 }  // namespace hystcan::config
