@@ -18,16 +18,16 @@ struct Curve {
   double at(double t_s) const { return a + b * t_s + c * std::exp(-k * t_s); }
 };
 
-/// share g + t-independent shift.
+/// Returns the curve share g(t) + shift.
 Curve scaled(const Curve& g, double share, double shift) {
   return {share * g.a + shift, share * g.b, share * g.c, g.k};
 }
-/// Both have the same k.
+/// Adds two curves with the same k.
 Curve sum(const Curve& one, const Curve& other) {
   return {one.a + other.a, one.b + other.b, one.c + other.c, one.k};
 }
 
-/// Where a falling g passes zero between these times.
+/// Returns the time at which a falling g passes zero between these times.
 double zero_between(const Curve& g, double from_s, double to_s) {
   if (g.at(from_s) <= 0.0) return from_s;
   while (true) {
@@ -37,7 +37,8 @@ double zero_between(const Curve& g, double from_s, double to_s) {
   }
 }
 
-/// When g falls below zero, at the latest at `end_s`. A g that begins at zero and rises has not fallen.
+/// Returns the time at which g falls below zero; `never` if not before `end_s`. A g that begins at zero and
+/// rises has not fallen.
 double falls_below_zero(const Curve& g, double end_s) {
   const double ratio = g.k * g.c / g.b;  // e^{kt} at the extremum
   const double extremum_s = ratio > 1.0 ? std::min(std::log(ratio) / g.k, end_s) : end_s;
@@ -83,7 +84,7 @@ class Walk {
   }
 
  private:
-  /// More than there are; rounding could alternate between two phases that agree.
+  /// More phases than exist; limits alternation by rounding between two phases with equal values.
   static constexpr int most_phases = 32;
 
   struct End {
@@ -121,7 +122,7 @@ class Walk {
     return {now_.target - lag, now_.rate_per_s, lag - error_now(), limits_.omega};
   }
 
-  /// e.
+  /// Returns e.
   Curve error() const {
     Curve e = scaled(output(), -1.0, now_.target);
     e.b += now_.rate_per_s;
@@ -240,8 +241,9 @@ Amplifier::State Amplifier::operator()(const State& state) const {
   return next;
 }
 
-/// The lag alone does not exceed the limits. Where that holds at both ends of a step, it holds within it: v'
-/// and the limits are linear in an error that is monotone, but for a moving target with a limited voltage.
+/// Returns true if the lag alone does not exceed the limits. If this is true at both ends of a step, it is
+/// true within it: v' and the limits are linear in an error that is monotone, except for a moving target with
+/// a voltage limit.
 bool Amplifier::is_within(const DriveLimits& limits, const State& state) {
   const double wanted = limits.omega * (state.target - state.output);
   if (std::abs(wanted) > limits.slew_per_s) return false;

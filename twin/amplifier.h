@@ -6,12 +6,12 @@
 
 namespace hystcan::twin {
 
-// The output of an amplifier whose target moves in a straight line, r = target + rate t, in closed form.
+// The closed-form output of an amplifier whose target moves in a straight line, r = target + rate t.
 //
 //   v' = omega e within  max(-slew, rho (-P - v)) <= omega e <= min(slew, rho (P - v)),   e = r - v
-//   v' = the limit       elsewhere                                       rho = R / L, P = V / R
+//   v' = the limit       otherwise                                       rho = R / L, P = V / R
 //
-// v passes through phases: lag, slew limit, voltage limit. In each of them v, e and the distance to every
+// v passes through phases: lag, slew limit, voltage limit. In each phase, v, e and the distance to every
 // limit have the form
 //
 //   g(t) = a + b t + c e^{-kt}
@@ -20,16 +20,16 @@ namespace hystcan::twin {
 //   slew      v = v(0) +- slew t
 //   voltage   v = +-P + (v(0) -+ P) e^{-rho t}
 //
-// g has at most one extremum, which is known, so the end of a phase is found on a monotone piece of g, to
+// g has at most one extremum, at a known time, so the end of a phase is found on a monotone part of g, up to
 // rounding.
 //
-// v turns where e = 0. There e' = rate, so e keeps the sign of the rate from then on: v turns at most once.
+// v turns at e = 0. There, e' = rate, so e keeps the sign of the rate from then on: v turns at most once.
 
 struct DriveLimits {
-  double omega = 1.0;                                           ///< of the lag, 1/s
+  double omega = 1.0;                                           ///< corner of the lag, 1/s
   double slew_per_s = 1.0;                                      ///< drive units per second
   double load_rate_per_s = 0.0;                                 ///< rho
-  double load_limit = std::numeric_limits<double>::infinity();  ///< P; infinite: the voltage is not limited
+  double load_limit = std::numeric_limits<double>::infinity();  ///< P; infinite: no voltage limit
 };
 
 // The drive amplifier: a first-order lag with limits.
@@ -45,14 +45,14 @@ struct DriveLimits {
 // With an inductive load, a target beyond V / R is never reached: v ends at V / R.
 //
 // The equation is solved in closed form over a step of any length, phase by phase, as above. Between two
-// changes of the target v is monotone, so the hysteresis turns only where the target changes. A target may
-// also move in a straight line: then v may turn once in between.
+// changes of the target, v is monotone, so the hysteresis turns only when the target changes. If the target
+// moves in a straight line, v may turn once in between.
 //
-// When the amplifier is switched off, its power stage is disconnected and the load discharges by itself:
+// When the amplifier is switched off, its power stage is disconnected and the load discharges itself:
 //
 //   v' = -v / tau,   tau = R C (a bleed resistor) or L / R (free-wheeling)
 
-/// A step of fixed length; its decays are computed once.
+/// A step of fixed length; its decay factors are computed once.
 class Amplifier {
  public:
   static constexpr double unlimited = std::numeric_limits<double>::infinity();
@@ -62,38 +62,38 @@ class Amplifier {
     double drive_max = 100.0;
     double slew_per_s = 1e5;             ///< drive units per second, > 0
     double bandwidth_Hz = 1000;          ///< small-signal, -3 dB, > 0
-    double safe_drive = 0.0;             ///< output when the amplifier may not drive
+    double safe_drive = 0.0;             ///< output when the amplifier is not allowed to drive
     double current_limit_A = unlimited;  ///< into load_uF
     double voltage_limit_V = unlimited;  ///< across load_mH and load_ohm
     double load_uF = 0.0;                ///< capacitive load; 0: none
     double load_mH = 0.0;                ///< inductive load; 0: none
-    double load_ohm = 0.0;               ///< in series with load_mH, or the bleed across load_uF
-    double resolution = 0.0;             ///< of the target (DAC), drive units; 0: not quantised
+    double load_ohm = 0.0;               ///< in series with load_mH, or a bleed resistor across load_uF
+    double resolution = 0.0;             ///< resolution of the target (DAC), drive units; 0: not quantised
     double ramp_per_s = unlimited;       ///< slew in Course::ramp
   };
   /// How the output moves to its target.
   enum class Course : std::uint8_t {
     drive,  ///< as fast as the amplifier can
     ramp,   ///< no faster than ramp_per_s
-    off     ///< not driven: the load discharges to zero, whatever the target
+    off     ///< not driven: the load discharges to zero, independent of the target
   };
   struct State {
     double output = 0.0;  ///< v
     double target = 0.0;  ///< r
     Course course = Course::drive;
-    double rate_per_s = 0.0;  ///< of the target
+    double rate_per_s = 0.0;  ///< rate of the target
 
-    /// v in Course::drive.
+    /// Returns v in Course::drive.
     double output_after(const DriveLimits& limits, double time_s) const;
-    /// When v turns in Course::drive; infinite where it does not turn within `time_s`.
+    /// Returns the time at which v turns in Course::drive; infinity if it does not turn within `time_s`.
     double turns_after_s(const DriveLimits& limits, double time_s) const;
   };
 
-  /// The target for a setpoint: rounded to the resolution and limited to the range.
+  /// Returns the target for a setpoint: rounded to the resolution and limited to the range.
   static double target_of(const Config& config, double setpoint);
-  /// tau of the load that discharges by itself; 0 where it is not given: the output is zero at once.
+  /// Returns tau of the load's discharge; 0 if the load has no tau: the output is then zero at once.
   static double discharge_s(const Config& config);
-  /// omega, slew and load, as v meets them in Course::drive.
+  /// Returns omega, slew and load limits of v in Course::drive.
   static DriveLimits limits(const Config& config);
 
   Amplifier(const Config& config, double dt_s);

@@ -16,7 +16,7 @@
 
 namespace hystcan::twin {
 
-/// A node and its connection. Axes may share it.
+/// A node and its connection. Several axes may share them.
 template <class Made>
 struct Connected {
   Made* node = nullptr;

@@ -1,4 +1,4 @@
-// What a twin is made of.
+// The configuration of a twin.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace hystcan::twin {
 struct AxisConfig : node::AmplifierConfig {
   Plant::Config plant;
   Sensor::Config sensor;
-  std::vector<model::Coupling> couplings{};  ///< Of the way that the other axis is from its start.
+  std::vector<model::Coupling> couplings{};  ///< coupled to the displacement of the other axis from its start
   DriveNoise::Config drive_noise{};
   node::SampleClock sample_clock{};
 };
@@ -29,7 +29,7 @@ struct WiredAxisConfig {
   AxisConfig axis;
 };
 
-/// What holds for the twin as a whole.
+/// The keys of the twin as a whole.
 struct CommonConfig : node::CommonConfig {
   std::uint64_t seed = 1;
   std::vector<FaultSpec> faults{};  ///< their times count from start()
@@ -40,8 +40,8 @@ struct Config : CommonConfig {
   std::vector<WiredAxisConfig> axes;
 };
 
-/// The same twin with these axes alone and their faults; the others are other twins', or real. Throws
-/// std::invalid_argument where there is no axis of a name.
+/// Returns the same twin with only these axes and their faults; the other axes are real or belong to other
+/// twins. Throws std::invalid_argument if an axis name does not exist.
 Config with_axes(Config config, const std::vector<std::string>& names);
 
 }  // namespace hystcan::twin

@@ -48,7 +48,7 @@ constexpr bool are_in_the_order_of_fault() {
 }
 static_assert(are_in_the_order_of_fault());
 
-/// What the fault needs in the frame that it changes, and this frame does not have.
+/// Returns the field that the fault changes if the frame does not have it.
 std::optional<std::string> missing_field(Fault kind, Node node, const can::AxisWire& wire) {
   const bool by_sensor = node == Node::sensor;
   const auto map =

@@ -10,7 +10,7 @@
 namespace hystcan::twin {
 namespace {
 
-/// A drift is a staircase; this is the length of a step.
+/// Step length of the staircase that approximates a drift.
 constexpr can::Duration drift_step = std::chrono::milliseconds(1);
 
 can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)); }
@@ -57,7 +57,7 @@ std::size_t FaultScheduler::axis_of(const FaultSpec& spec) const {
   return static_cast<std::size_t>(found - axes_.begin());
 }
 
-/// A fault of a node has the same place for all its axes.
+/// Returns true if both faults have the same site. A fault of a node has one site for all its axes.
 bool FaultScheduler::same_place(const FaultSpec& a, const FaultSpec& b) const {
   if (a.kind != b.kind) return false;
   if (traits(a.kind).site == FaultSite::plant) return a.axis == b.axis;
@@ -140,7 +140,7 @@ void FaultScheduler::begin_what_is_due(can::Time now) {
   std::erase_if(planned_, [](const Planned& one) { return one.begins == can::Time::max(); });
 }
 
-// The time to the next event of a Poisson process is distributed exponentially.
+// Draws the time to the next event of a Poisson process from its exponential distribution.
 void FaultScheduler::plan_next_random() {
   const double mean_s = 3600.0 / random_->rate_per_hour;
   next_random_ += duration_of(-mean_s * std::log1p(-uniform())) + can::Duration{1};
@@ -179,7 +179,7 @@ void FaultScheduler::begin(const FaultSpec& spec) {
   act(spec, true);
 }
 
-/// Where the fault acts, when it begins and when it ends.
+/// Applies the begin or the end of the fault at its site.
 void FaultScheduler::act(const FaultSpec& spec, bool begins) {
   const std::size_t index = axis_of(spec);
   Axis& axis = *axes_[index];

@@ -1,9 +1,9 @@
-// Begins and ends faults: by the configuration's schedule, at random from a seed, and on request at run time.
-// Times are those of the scheduler, real or virtual; the same seed gives the same faults.
+// Begins and ends faults: by the configured schedule, at random from a seed, and on request at run time. All
+// times are the scheduler's, real or virtual; the same seed gives the same faults.
 //
-// Where an active fault begins again, it continues with the new value and the new end. A drift changes the
-// travel linearly from its present value to 1 + value, where it stays after the end. Another drift with the
-// value 0, or remove(), takes it back.
+// If an active fault begins again, it continues with the new value and the new end. A drift changes the
+// travel linearly from its present value to 1 + value, and the travel stays there after the end. Another
+// drift with the value 0, or remove(), reverses it.
 #pragma once
 
 #include <functional>
@@ -26,24 +26,24 @@ class FaultScheduler {
     FaultSpec spec;
     can::Time began{};
     can::Time ends{};
-    double gain_before = 1.0;  ///< at the beginning of a drift
+    double gain_before = 1.0;  ///< gain at the start of a drift
   };
 
-  /// The axes outlive it. Throws std::invalid_argument where a scheduled fault is not possible.
+  /// The axes must outlive this object. Throws std::invalid_argument if a scheduled fault is not possible.
   FaultScheduler(can::Scheduler& scheduler, const Axes& axes, const std::vector<FaultSpec>& scheduled,
                  const std::optional<RandomFaults>& random);
 
-  /// `handler` is called at every begin and end.
+  /// Calls `handler` at every begin and end of a fault.
   void on_event(EventHandler handler) { on_event_ = std::move(handler); }
-  /// The times of the schedule count from `start`; faults that are already due begin now.
+  /// Schedule times count from `start`; faults that are already due begin now.
   void start(can::Time start);
-  /// Ends every fault; none begins any more.
+  /// Ends every fault; no further fault begins.
   void stop();
 
-  /// Begins a fault now. Throws std::invalid_argument where it is not possible.
+  /// Begins a fault now. Throws std::invalid_argument if it is not possible.
   void inject(const FaultSpec& spec);
-  /// Ends the active faults, only those of this kind and those that act on this axis where they are given,
-  /// and takes drifts back. Returns the number of faults that were active.
+  /// Ends the active faults, limited to this kind and this axis if they are given, and reverses drifts.
+  /// Returns the number of faults that were active.
   std::size_t remove(std::optional<Fault> kind = {}, std::string_view axis = {});
   const std::vector<Active>& active() const { return active_; }
 
@@ -70,10 +70,10 @@ class FaultScheduler {
 
   can::Scheduler& scheduler_;
   const Axes& axes_;
-  std::vector<Disturbance> disturbances_;  ///< of each axis's plant
+  std::vector<Disturbance> disturbances_;  ///< one for each axis's plant
   std::vector<FaultSpec> scheduled_;
   std::optional<RandomFaults> random_;
-  std::vector<FaultSpec> random_faults_;  ///< to draw random faults from, each with its default number
+  std::vector<FaultSpec> random_faults_;  ///< candidates for random faults, with their default values
   std::mt19937_64 random_source_;
   can::Time next_random_ = can::Time::max();
   std::vector<Planned> planned_;

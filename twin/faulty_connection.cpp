@@ -10,7 +10,7 @@ namespace {
 
 using enum Fault;
 
-/// The identifier of the highest priority that no node uses: 0 is NMT, which nodes would follow.
+/// The identifier with the highest priority that no node uses: 0 is NMT, which nodes would obey.
 constexpr std::uint32_t babble_id = 0x001;
 
 bool is_of(const can::Filter& filter, const can::Frame& frame) {
@@ -135,11 +135,11 @@ bool FaultyConnection::loses(const can::Frame& frame) {
          (channel_of(frame) != nullptr || is_of({.id = can::sdo_response_base + config_.node}, frame));
 }
 
-/// Hands a frame to the bus. A lost one counts as sent.
+/// Passes a frame to the bus. A lost frame counts as sent.
 bool FaultyConnection::put(can::Frame frame) {
   if (loses(frame)) return true;
   if (channel_of(frame) == nullptr) return within_->send(frame);
-  if (is_on(wrong_length)) {  // one of the lengths 0..8 but its own
+  if (is_on(wrong_length)) {  // a random length 0..8 except its own
     const auto other = static_cast<std::uint8_t>(uniform() * (frame.length <= 8 ? 8 : 9));
     frame.length = static_cast<std::uint8_t>(other >= frame.length ? other + 1 : other);
   }
@@ -202,7 +202,7 @@ bool FaultyConnection::pass_in_order(const can::Frame& frame, Channel& first) {
 
 bool FaultyConnection::pass_late(const can::Frame& frame, Channel& first) {
   const auto delay = static_cast<std::size_t>(value_of(late));
-  while (first.late_count > delay) {  // the delay has become shorter
+  while (first.late_count > delay) {  // the delay became shorter
     first.oldest_late = (first.oldest_late + 1) % held_frames;
     --first.late_count;
   }

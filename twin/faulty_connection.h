@@ -1,13 +1,13 @@
-// A node's connection to the bus, at which faults can begin and end. The node itself does not notice them.
+// A node's connection to the bus, with faults that begin and end. The node itself does not detect them.
 //
 //   node  ->  wrong value, status, counter, CRC  ->  late, out of order
-//         ->  lost, doubled, wrong length, wrong kind of identifier  ->  bus
+//         ->  lost, doubled, wrong length, wrong identifier type  ->  bus
 //
-// After a change of value or status the CRC is computed again, with the frame's own counter, so that only
-// the value is wrong. A wrong CRC or a frozen counter is then applied to the protected frame. Frames that
-// are held back when a fault ends are dropped: no stale frame follows.
+// After a change of value or status the CRC is computed again, with the frame's own counter, so that only the
+// value is wrong. A wrong CRC or a frozen counter is then applied to the protected frame. Frames that are
+// delayed when a fault ends are dropped, so that no outdated frame follows.
 //
-// The axes of a node are its channels. They share a message, or each has its own.
+// The axes of a node are its channels. They share one message, or each has its own.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@
 
 namespace hystcan::twin {
 
-/// The message that a node sends for its axis: where its value and its protection are, as faults need it.
+/// The message that a node sends for its axis: the signals and the protection that faults change.
 class SentMessage {
  public:
   SentMessage(const can::Message& message, const can::MessageMap& map, std::string_view value_role,
@@ -43,11 +43,11 @@ class SentMessage {
   }
 
   void put_value(can::Frame& frame, std::int64_t raw) const;
-  /// Puts the nearest value that the signal can carry.
+  /// Puts the nearest value that the signal can represent.
   void put_physical(can::Frame& frame, double value) const;
   void put_bad_status(can::Frame& frame) const;
   void put_counter(can::Frame& frame, std::int64_t raw) const;
-  /// Computes the CRC of the frame as it is now.
+  /// Computes the CRC of the frame in its present state.
   void seal(can::Frame& frame) const;
   void corrupt_crc(can::Frame& frame) const;
 
@@ -59,24 +59,24 @@ class SentMessage {
   can::Protection protection_;
 };
 
-/// The sensor's sample or the amplifier's status; empty where the node sends none.
+/// Returns the sensor's sample or the amplifier's status; nullopt if the node does not send it.
 std::optional<SentMessage> sent_by(Node node, const can::Database& database, const can::AxisWire& wire);
 
 class FaultyConnection final : public can::Bus {
  public:
   struct Config {
     std::uint8_t node = 0;
-    std::optional<can::Filter> obeys{};  ///< the command, where the node is an amplifier
+    std::optional<can::Filter> obeys{};  ///< the command, if the node is an amplifier
     std::uint64_t seed = 1;
   };
 
   FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, const Config& config);
 
-  /// Adds the next channel with the message that it sends; empty: none.
+  /// Adds the next channel with the message that it sends; nullopt: none.
   void add_channel(std::optional<SentMessage> sends) { channels_.push_back({.sends = sends}); }
 
-  /// Kinds that act on the plant or the node itself change nothing here. An active fault continues with the
-  /// new value. `channel` has a meaning where acts_on_one_axis(kind).
+  /// Kinds that act on the plant or inside the node have no effect here. An active fault continues with the
+  /// new value. `channel` is only used if acts_on_one_axis(kind).
   void begin(Fault kind, double value, std::size_t channel = 0);
   void end(Fault kind, std::size_t channel = 0);
 
@@ -89,15 +89,15 @@ class FaultyConnection final : public can::Bus {
   const can::BusCounters& counters() const override { return within_->counters(); }
 
  private:
-  static constexpr std::size_t held_frames = 17;  ///< traits(Fault::late).highest and the present one
+  static constexpr std::size_t held_frames = 17;  ///< traits(Fault::late).highest, plus the present frame
 
-  using ActiveFaults = std::array<std::optional<double>, fault_count>;  ///< their values, by kind
+  using ActiveFaults = std::array<std::optional<double>, fault_count>;  ///< values by kind; nullopt: inactive
   struct Channel {
     std::optional<SentMessage> sends{};
-    ActiveFaults on{};  ///< those that act on this axis alone
+    ActiveFaults on{};  ///< faults that act only on this axis
     std::optional<std::int64_t> frozen_value{};
     std::optional<double> gain_from{};  ///< value in the first frame of sensor_gain
-    // The frames of a message; where channels share it, the first of them has these.
+    // State of the message. If channels share a message, it is in the first of them.
     std::optional<std::int64_t> frozen_counter{};
     std::optional<can::Frame> overtaken{};
     std::array<can::Frame, held_frames> late{};
@@ -110,7 +110,7 @@ class FaultyConnection final : public can::Bus {
   }
   bool is_on(Fault kind) const { return on_[static_cast<std::size_t>(kind)].has_value(); }
   double value_of(Fault kind) const { return *on_[static_cast<std::size_t>(kind)]; }
-  /// The first channel of this message; null where it is another frame.
+  /// Returns the first channel of this message; null for any other frame.
   Channel* channel_of(const can::Frame& frame);
   void note_faults();
   bool misses(const can::Frame& frame);
@@ -129,7 +129,7 @@ class FaultyConnection final : public can::Bus {
   Config config_;
   std::mt19937_64 random_;
   std::vector<Channel> channels_;
-  ActiveFaults on_{};  ///< those that act on the node
+  ActiveFaults on_{};  ///< faults that act on the node
   std::unique_ptr<can::Timer> babbles_;
 };
 

@@ -11,14 +11,14 @@
 
 namespace hystcan::twin {
 
-/// Numbers with mean 0 and standard deviation 1. Those of Boost, unlike those of <random>, do not depend on
-/// the standard library: the same seed gives the same numbers on every host.
+/// Random numbers with mean 0 and standard deviation 1. Boost's numbers, unlike those of <random>, do not
+/// depend on the standard library: the same seed gives the same numbers on every host.
 using NormalNumbers =
     boost::random::variate_generator<boost::random::mt19937_64, boost::random::normal_distribution<double>>;
 inline NormalNumbers normal_numbers(std::uint64_t seed) {
   return NormalNumbers(boost::random::mt19937_64(seed), boost::random::normal_distribution<double>());
 }
-/// Each axis of a node has other numbers. Node numbers are below 128.
+/// Returns a different seed for each axis of a node. Node numbers are below 128.
 constexpr std::uint64_t seed_of(std::uint64_t seed, std::uint8_t node, std::size_t channel) {
   return seed + node + 256 * channel;
 }
@@ -27,9 +27,9 @@ constexpr std::uint64_t seed_of(std::uint64_t seed, std::uint8_t node, std::size
 //
 //   n(t) = sigma N(0, 1) + ripple sin(2 pi f (t - start)),   sigma = density / sqrt(2 dt)
 //
-// The noise is drawn once for each sub-step dt and held over it. It is white up to 1 / (2 dt) and has the
-// one-sided density of a data sheet, so its variance is density^2 / (2 dt). The mechanical mode filters it.
-// Above 1 / (2 dt) there is neither noise nor a ripple.
+// The noise is drawn once for each sub-step dt and constant within it. It is white up to 1 / (2 dt) and has
+// the one-sided density of a data sheet, so its variance is density^2 / (2 dt). The mechanical mode filters
+// it. Neither noise nor ripple exists above 1 / (2 dt).
 
 class DriveNoise {
  public:
@@ -39,10 +39,11 @@ class DriveNoise {
     double ripple_Hz = 0.0;
   };
 
-  /// `substep`: the time for which a value is held. The same seed gives the same noise on every host.
+  /// `substep`: the time for which a value is constant. The same seed gives the same noise on every host.
   DriveNoise(const Config& config, can::Duration substep, can::Time start, std::uint64_t seed);
 
-  /// Noise in drive units for the sub-step that begins or ends at `time`; call it once per sub-step.
+  /// Returns the noise in drive units for the sub-step that begins or ends at `time`; call it once per
+  /// sub-step.
   double operator()(can::Time time);
   bool is_silent() const { return sigma_ == 0.0 && ripple_ == 0.0; }
 

@@ -11,12 +11,12 @@
 namespace hystcan::twin {
 namespace {
 
-/// A drive whose amplitude changes with every period, as under a learning controller, nests two turning
-/// points per period. A full memory merges branches, which is a jump that no real actuator makes.
+/// Capacity of the memory. A drive whose amplitude changes with every period, as under a learning controller,
+/// nests two turning points per period. A full memory merges branches, a jump that no real actuator makes.
 constexpr std::size_t remembered_branches = 4096;
 
-/// Number of sub-steps taken as one where only creep or temperature move the stage: three simulated days take
-/// a second.
+/// Number of sub-steps combined into one if only creep or temperature move the stage: three simulated days
+/// take one second.
 constexpr int even_substeps = 1000;
 
 /// Spreads neighbouring lengths over a table (Knuth's multiplicative hashing).
@@ -57,7 +57,7 @@ model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor
   return mode;
 }
 
-// Within these bounds only rounding would move the mode: it is set to rest.
+// Sets the mode to rest within these bounds, in which only rounding would move it.
 bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
   constexpr double negligible_um = 1e-12;
   const double swing_um = state.velocity / mode.natural_frequency_Hz;
@@ -187,7 +187,7 @@ void Plant::move_target(double drive, can::Duration time) {
     ramp_->turn = std::min(ramp_->end, present_.time + can::Duration(std::llround(1e9 * turn_s)));
 }
 
-/// From the present time on; the output goes on from where it is.
+/// Applies the new target from the present time on; the output continues from its present value.
 void Plant::aim(const Amplifier::State& at) {
   split();
   for (Motion* motion : {&settled_, &present_}) {
@@ -228,7 +228,7 @@ double Plant::crosstalk_um() const {
   return sum_um;
 }
 
-// `hysteresis` gives x_h at a drive.
+// Moves by one step. `hysteresis` returns x_h at a drive.
 template <class Hysteresis>
 void Plant::move(Motion& motion, const Step& step, Hysteresis hysteresis) {
   motion.time += step.length;
@@ -252,7 +252,7 @@ void Plant::split() {
   settled_ = present_;
 }
 
-// The noise of the new sub-step changes the drive at once.
+// Starts a sub-step with new noise, which changes the drive at once.
 void Plant::begin_substep(can::Duration length) {
   next_grid_ = settled_.time + length;
   if (drive_noise_) {
@@ -305,7 +305,7 @@ double Plant::stroke_um(const Motion& motion) const {
   return motion.hysteresis_um + motion.creep_um - late_share_ * (motion.hysteresis_um - start_um_);
 }
 
-// This form has no rounding error where neither gain nor temperature changes the travel.
+// This form has no rounding error if neither gain nor temperature changes the travel.
 inline double Plant::input_um(const Motion& motion) const {
   double gain = disturbance_.gain;
   double offset_um = disturbance_.load_um;

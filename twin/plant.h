@@ -23,19 +23,20 @@ namespace hystcan::twin {
 //
 //   x_h = H[v](t)
 //
-// The model is rate-independent: only the sequence of the values of v matters. Every drive is reached from
-// the last one without a turning point in between. Where the symmetry is even (magnetostriction,
+// The model is rate-independent: only the sequence of the values of v matters. The drive moves monotonically
+// from each value to the next, without a turning point in between. If the symmetry is even (magnetostriction,
 // x(v) = x(-v)), a drive that changes its sign passes through zero.
 
 class Material {
  public:
-  /// Starts on its virgin curve at `drive`. `branches`: capacity of the memory, where the model remembers
-  /// branches. Throws std::invalid_argument where the model is invalid or does not reach `drive`.
+  /// Starts on the virgin curve at `drive`. `branches`: capacity of the memory, if the model stores branches.
+  /// Throws std::invalid_argument if the model is invalid or does not reach `drive`.
   Material(const model::AnyParameters& parameters, double drive, std::size_t branches);
 
-  /// Goes to `drive`, in drive units, limited to the thresholds. Returns the output, um.
+  /// Moves to `drive`, in drive units, limited to the thresholds. Returns the output, um.
   double go_to(double drive);
-  /// The output that go_to(drive) would return. Changes no memory, except by a zero passed on the way.
+  /// Returns the output that go_to(drive) would return, without changing the memory, except at a zero crossed
+  /// on the way.
   double look_at(double drive);
 
  private:
@@ -59,32 +60,33 @@ class Material {
 //
 //   v(t)       drive: output of the amplifier (twin/amplifier.h) plus its noise, held over a sub-step
 //   x_h      = H[v](t)                             hysteresis of any kind (twin/plant.h)
-//   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): logarithmic in time, or that of the
-//              model of the hysteresis (model/output_creep.h), whose share s of x_h - x_0 comes with C and
-//              not at once; or both
-//   T        = swing sin(2 pi t / period)          ambient temperature, from the start on
+//   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): logarithmic in time, or the creep
+//              of the hysteresis model (model/output_creep.h), whose share s of x_h - x_0 appears with C
+//              instead of at once; or both
+//   T        = swing sin(2 pi t / period)          ambient temperature, from the start
 //   u        = x_0 + g (1 + gain_per_K T) ((1 - s) (x_h - x_0) + C) + expansion T + load
 //   x_i'' + 2 zeta_i omega_i x_i' + omega_i^2 x_i = omega_i^2 u(t)
 //   position = (1 - share) x_1 + share x_2
 //
-// x_0 is x_h at the start. The Disturbance holds g, load and a factor on the omega_i. At the start all is at
-// rest, the creep has settled, and T = 0.
+// x_0 is x_h at the start. The Disturbance contains g, load and a factor on the omega_i. At the start
+// everything is at rest, the creep has settled, and T = 0.
 //
-// Sub-steps lie on a fixed grid, at whole multiples of `substep` from the start. A change of the target or a
-// disturbance splits the sub-step in which it falls. Amplifier and modes are exact for any length; between
-// those points u is linear in time, and the creep's input is constant, the mean of both ends. v is monotone
-// between them, so no turning point is missed. A target that moves in a straight line splits it twice more:
-// where v turns, if it does, and where the target arrives.
+// Sub-steps are on a fixed grid, at whole multiples of `substep` from the start. A change of the target or a
+// disturbance splits the present sub-step. Amplifier and modes are exact for any length; between those points
+// u is linear in time, and the creep's input is constant, the mean of both ends. v is monotone between them,
+// so no turning point is missed. A target that moves in a straight line splits the sub-step twice more: at
+// the turn of v, if it turns, and at the end of the target's motion.
 //
-// A look at the plant changes nothing, to the bit: the motion between the last such point and the time of the
-// look is computed on a copy. A plant at rest is not stepped; with temperature or drive noise it never rests.
+// Reading the plant changes no bit of its state: the motion between the last such point and the time of
+// reading is computed on a copy. A plant at rest is not stepped; with temperature or drive noise it never
+// rests.
 
 struct SecondMode {
   model::SecondOrder::Config mode;
-  double share = 0.0;  ///< of the position, 0 to 1
+  double share = 0.0;  ///< share of the position, 0 to 1
 };
 
-/// As model::logarithmic_creep.
+/// Like model::logarithmic_creep.
 struct LogarithmicCreep {
   double per_decade = 0.0;  ///< gamma, share of the response without creep
   double from_s = 0.1;
@@ -95,15 +97,16 @@ struct Temperature {
   double swing_K = 0.0;   ///< amplitude of the ambient sine
   double period_s = 1.0;  ///< > 0
   double expansion_um_per_K = 0.0;
-  double gain_per_K = 0.0;  ///< relative, of the travel
+  double gain_per_K = 0.0;  ///< relative change of the travel
 };
 
-/// A change of the stage or of its amplifier in operation.
+/// A change of the stage or of its amplifier during operation.
 struct Disturbance {
   double load_um = 0.0;    ///< displacement of a static load
-  double gain = 1.0;       ///< factor on the travel from where the stage started
+  double gain = 1.0;       ///< factor on the travel from the start position of the stage
   double resonance = 1.0;  ///< factor on the natural frequencies, > 0
-  double most_drive = std::numeric_limits<double>::infinity();  ///< of the amplifier, to both sides, >= 0
+  double most_drive = std::numeric_limits<double>::infinity();  ///< maximum magnitude of the amplifier's
+                                                                ///< output, >= 0
 };
 
 class Plant {
@@ -113,47 +116,47 @@ class Plant {
     model::SecondOrder::Config mode;
     Amplifier::Config amplifier;
     can::Duration substep{50'000};
-    std::optional<model::OutputCreep::Config> hysteresis_creep{};  ///< of the model of the hysteresis
+    std::optional<model::OutputCreep::Config> hysteresis_creep{};  ///< creep of the hysteresis model
     std::optional<SecondMode> second_mode{};
     std::optional<LogarithmicCreep> creep{};
     std::optional<Temperature> temperature{};
   };
 
-  /// Starts at rest, with the amplifier at its safe value and the actuator on its virgin curve.
-  /// Throws std::invalid_argument where the hysteresis is invalid or a parameter is out of range.
+  /// Starts at rest, with the amplifier at its safe value and the actuator on its virgin curve. Throws
+  /// std::invalid_argument if the hysteresis is invalid or a parameter is out of range.
   Plant(const Config& config, can::Time start);
 
   Plant(const Plant&) = delete;  // others may be coupled to it
   Plant& operator=(const Plant&) = delete;
 
-  /// Makes `time` the present time; an earlier time changes nothing.
+  /// Advances the plant to `time`; an earlier time changes nothing.
   void advance_to(can::Time time);
   /// Sets the amplifier's target and course from the present time on; the target is limited to its range.
   void set_target(double drive, Amplifier::Course course = Amplifier::Course::drive);
-  /// Moves the amplifier's target from the present time on in a straight line, from where it is to `drive`,
-  /// which it reaches after `time`; the end is limited to the amplifier's range.
+  /// Moves the amplifier's target from the present time on in a straight line from its present value to
+  /// `drive`, which it reaches after `time`; the end is limited to the amplifier's range.
   void move_target(double drive, can::Duration time);
-  /// Disturbs the stage from the present time on. Throws std::invalid_argument where a number is not finite,
+  /// Disturbs the stage from the present time on. Throws std::invalid_argument if a number is not finite,
   /// resonance <= 0 or most_drive < 0.
   void disturb(const Disturbance& disturbance);
   /// Adds `um_per_um` times the motion of `from` since its start to this position: a kinematic error, which
-  /// does not excite the modes. Every read of the position reads `from`, so it must live as long as this.
+  /// does not excite the modes. Every read of the position reads `from`, so `from` must outlive this object.
   void couple(Plant& from, double um_per_um) { couplings_.emplace_back(&from, um_per_um); }
 
-  /// Each handler is called at the end of every sub-step of the fixed grid, with the position without
-  /// couplings; it is linear in between. A rest counts as one sub-step, a whole number of times as long: the
-  /// handler is called at its end.
+  /// Calls each handler at the end of every sub-step of the fixed grid, with the position without couplings;
+  /// the position is linear in between. A rest counts as one sub-step, a whole number of times as long, and
+  /// the handler is called at its end.
   using GridHandler = std::function<void(can::Time, double position_um)>;
   void on_grid(GridHandler handler) { on_grid_.push_back(std::move(handler)); }
-  /// Noise in drive units, added to the amplifier's output from the next sub-step on. `noise` is called once
-  /// for each sub-step, with the time of its beginning; the value is held over the sub-step.
+  /// Adds noise in drive units to the amplifier's output from the next sub-step on. `noise` is called once
+  /// for each sub-step, with the time of its start; the value is constant within the sub-step.
   using DriveNoise = std::function<double(can::Time)>;
   void set_drive_noise(DriveNoise noise) { drive_noise_ = std::move(noise); }
 
   /// Input of the actuator: the amplifier's output and its noise.
   double drive() const { return present_.amplifier.output + noise_; }
   double position_um() const { return own_position_um(present_) + crosstalk_um(); }
-  /// What couplings add to the position.
+  /// The sum of the couplings' contributions to the position.
   double crosstalk_um() const;
   /// x_h.
   double hysteresis_um() const { return present_.hysteresis_um; }
@@ -169,7 +172,7 @@ class Plant {
     model::SecondOrder::State mode, second_mode;
     model::Creep::State creep;
   };
-  /// The steps of all parts over one length of time.
+  /// The step functions of all parts for one length of time.
   struct Step {
     Step(const Config& config, const model::Creep::Operators& creep_operators, can::Duration step_length);
     can::Duration length;
@@ -179,11 +182,11 @@ class Plant {
     model::Creep creep;
   };
 
-  /// The rest of the way of a moving target.
+  /// The remaining motion of a moving target.
   struct Ramp {
     can::Time end;
     double to = 0.0;
-    std::optional<can::Time> turn;  ///< of v, until it is passed
+    std::optional<can::Time> turn;  ///< turn of v, until it has passed
   };
 
   template <class Hysteresis>
@@ -201,15 +204,15 @@ class Plant {
   double input_um(const Motion& motion) const;
   double own_position_um(const Motion& motion) const;
 
-  Config config_;  ///< natural frequencies as disturbed
+  Config config_;  ///< with the disturbed natural frequencies
   model::Creep::Operators creep_;
   double late_share_;  ///< s
   Disturbance disturbance_;
-  Material material_;  ///< as of settled_
+  Material material_;  ///< at the time of settled_
   double start_um_;    ///< x_0
   can::Time start_;
   Step substep_;
-  /// Steps over parts of a sub-step. Commands come at the same phases again and again.
+  /// Steps over parts of a sub-step, cached because commands arrive at the same phases again and again.
   std::array<std::optional<Step>, 128> parts_;
   Motion settled_;  ///< at the last grid point, change of target, or disturbance
   Motion present_;  ///< at the present time

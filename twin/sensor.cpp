@@ -7,7 +7,8 @@
 namespace hystcan::twin {
 namespace {
 
-/// The points within the delay, one before them and one after them, which does not exist yet.
+/// Returns the number of points within the delay, plus one before them and one after them, which does not
+/// exist yet.
 std::size_t points_needed(can::Duration delay, can::Duration substep) {
   return static_cast<std::size_t>(delay / substep) + 3;
 }
@@ -61,11 +62,11 @@ Sensor::Point Sensor::low_passed(can::Time time, double position_um) const {
   return {time, position_um, position_um - lag_um + (last.seen_um - last.position_um + lag_um) * decay};
 }
 
-/// Interpolates between the known points and `now`.
+/// Interpolates between the stored points and `now`.
 double Sensor::delayed_um(const Point& now) const {
   const can::Time then = now.time - config_.delay;
   if (known_ == 0 || then >= now.time) return now.seen_um;
-  std::size_t younger = 0;  // bisection for the youngest point that is not after `then`
+  std::size_t younger = 0;  // bisection for the youngest point not after `then`
   std::size_t older = known_;
   while (younger < older) {
     const std::size_t middle = (younger + older) / 2;
@@ -74,7 +75,7 @@ double Sensor::delayed_um(const Point& now) const {
     else
       younger = middle + 1;
   }
-  if (younger == known_) return point(known_ - 1).seen_um;  // at rest before the oldest known point
+  if (younger == known_) return point(known_ - 1).seen_um;  // at rest before the oldest stored point
   const Point& before = point(younger);
   const Point& after = younger == 0 ? now : point(younger - 1);
   if (after.time == before.time) return before.seen_um;
@@ -91,7 +92,7 @@ double Sensor::low_passed_noise(can::Time time) {
   return density_noise_um_;
 }
 
-/// Age 0 is the newest point.
+/// Returns a stored point; age 0 is the newest.
 const Sensor::Point& Sensor::point(std::size_t age) const {
   return points_[(newest_ + points_.size() - age) % points_.size()];
 }

@@ -18,11 +18,11 @@ namespace hystcan::twin {
 //   c = min(max(z, lo), hi)                         the range is [lo, hi]
 //   reading = c + A sin(2 pi (c - lo) / (hi - lo)) + gain_error c + offset + drift (t - start) + noise
 //
-// A = nonlinearity * (hi - lo): this error is zero at both ends and in the middle of the range. Beyond the
-// range the electronics saturates, and the reading reports it. The reading is rounded to the resolution.
+// A = nonlinearity * (hi - lo): this error is zero at both ends and in the middle of the range. Outside the
+// range the electronics saturate, and the reading reports this. The reading is rounded to the resolution.
 //
 // The noise is the sum of white noise with `noise_um_rms` per sample and of noise n with a density, limited
-// by the bandwidth; dt is the time since the last sample:
+// by the bandwidth; dt is the time since the previous sample:
 //
 //   rms  = density sqrt(pi / 2 * bandwidth),   rho = e^{-omega dt}
 //   n[k] = rho n[k-1] + sqrt(1 - rho^2) rms N(0, 1)
@@ -37,14 +37,14 @@ class Sensor {
   struct Config {
     double noise_um_rms = 0.0;               ///< standard deviation of one sample, >= 0
     double resolution_um = 0.0;              ///< least significant bit; 0: not quantised
-    double noise_density_um_per_rtHz = 0.0;  ///< one-sided, with a bandwidth
+    double noise_density_um_per_rtHz = 0.0;  ///< one-sided, if there is a bandwidth
     double bandwidth_Hz = 0.0;               ///< -3 dB; 0: unlimited
     can::Duration delay{};
-    double drift_um_per_h = 0.0;        ///< from the start on
+    double drift_um_per_h = 0.0;        ///< since the start
     double nonlinearity_percent = 0.0;  ///< A in percent of the range
     double range_min_um = -unbounded_um;
     double range_max_um = unbounded_um;
-    double gain_error_percent = 0.0;  ///< of the position
+    double gain_error_percent = 0.0;  ///< percent of the position
     double offset_um = 0.0;
   };
   struct Reading {
@@ -56,12 +56,13 @@ class Sensor {
   explicit Sensor(const Config& config, std::uint64_t seed, can::Time start = {},
                   can::Duration substep = std::chrono::microseconds(50));
 
-  /// True: the reading depends on the past, so follow() must be called at every grid point.
+  /// Returns true if the reading depends on the past; follow() must then be called at every grid point.
   bool follows() const { return config_.bandwidth_Hz > 0.0 || config_.delay > can::Duration::zero(); }
-  /// Takes the grid points of the plant in order; the sensor rests at the first one until then. Allocates
-  /// nothing.
+  /// Stores the grid points of the plant in order; before the first one, the sensor was at rest there. Does
+  /// not allocate.
   void follow(can::Time time, double position_um);
-  /// The sample at `time`, which is not before the last grid point. Changes only the state of the noise.
+  /// Returns the sample at `time`, which must not be before the last grid point. Changes only the state of
+  /// the noise.
   Reading measure(can::Time time, double position_um);
 
  private:
@@ -80,7 +81,7 @@ class Sensor {
   can::Duration substep_;
   double omega_;
   double substep_decay_;       ///< e^{-omega substep}
-  std::vector<Point> points_;  ///< a ring that is long enough for the delay
+  std::vector<Point> points_;  ///< a ring, long enough for the delay
   std::size_t newest_ = 0;
   std::size_t known_ = 0;  ///< number of points in the ring
   NormalNumbers normal_;

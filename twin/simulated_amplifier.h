@@ -1,4 +1,4 @@
-// The amplifier in front of a simulated plant, as its node drives it.
+// The amplifier of a simulated plant, driven by its node.
 #pragma once
 
 #include "node/drive_output.h"

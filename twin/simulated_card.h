@@ -13,7 +13,7 @@
 
 namespace hystcan::twin {
 
-// Of each axis, by the channels that its [axis.analogue] names:
+// The channels of each axis, as named in its [axis.analogue]:
 //
 //   drive_output     amplifier of [axis.twin], target = volts / volts_per_drive
 //   position_input   volts = (reading of the sensor of [axis.twin] - position_zero) / position_um_per_V
@@ -27,11 +27,10 @@ namespace hystcan::twin {
 class SimulatedCard final : public node::Card {
  public:
   static constexpr std::string_view device = "simulated";
-  /// True for "simulated" (16 bits) and "simulated:BITS".
+  /// Returns true for "simulated" (16 bits) and "simulated:BITS".
   static bool has_name(std::string_view name) { return name.starts_with(device); }
 
-  /// Those of the axes that are connected to the device `name`. Throws Error if the name has no valid number
-  /// of bits.
+  /// Connects the axes whose device is `name`. Throws Error if the name has no valid number of bits.
   SimulatedCard(const std::string& name, const Config& config,
                 const std::vector<node::WiredAnalogueAxis>& axes, can::Scheduler& scheduler);
   ~SimulatedCard() override;
@@ -42,7 +41,7 @@ class SimulatedCard final : public node::Card {
   std::unique_ptr<node::LineInput> line_input(const node::CardChannel& place) override;
   void check_line_output(const node::CardChannel&) override {}
 
-  /// The stage of an axis, at the present time.
+  /// Returns the stage of an axis, at the present time.
   Plant& plant(std::string_view axis);
 
  private:

@@ -1,4 +1,4 @@
-// The sensor of a simulated plant, as its node reads it.
+// The sensor of a simulated plant, read by its node.
 #pragma once
 
 #include "node/position_input.h"
@@ -9,7 +9,7 @@ namespace hystcan::twin {
 
 class SimulatedSensor final : public node::PositionInput {
  public:
-  /// Follows the plant from `start` on, if the reading depends on the past.
+  /// Follows the plant from `start` on if the reading depends on the past.
   SimulatedSensor(Sensor sensor, Plant& plant, can::Time start);
 
   Reading read(can::Time at) override;

@@ -1,7 +1,7 @@
 // The simulation twin: for each axis a plant and its two nodes on the bus. Axes with the same node number
 // share the node.
 //
-// It communicates only by the bus. Each node has its own connection, as a real one does.
+// The twin communicates only over the bus. Each node has its own connection, like a real node.
 #pragma once
 
 #include <cstddef>
@@ -21,15 +21,15 @@
 
 namespace hystcan::twin {
 
-// The true state of a simulated stage, together with the commanded and the measured values. A comparison of
-// these three shows an error of sign or scale in any of them.
+// The true state of a simulated stage, together with the commanded and the measured values. Comparing the
+// three reveals a wrong sign or scale in any of them.
 
 /// The true state of one axis at the time of a sample.
 struct Truth {
-  can::Time time;  ///< the scheduler's: CLOCK_MONOTONIC, or virtual
+  can::Time time;  ///< time of the scheduler: CLOCK_MONOTONIC, or virtual
   std::size_t axis = 0;
-  std::uint8_t sync_counter = 0;  ///< as in the sample
-  double setpoint = 0.0;          ///< last commanded, drive units
+  std::uint8_t sync_counter = 0;  ///< same as in the sample
+  double setpoint = 0.0;          ///< last commanded value, drive units
   double drive = 0.0;             ///< input of the actuator, noise included, drive units
   double hysteresis_um = 0.0;     ///< output of the hysteresis
   double position_um = 0.0;       ///< input of the sensor
@@ -40,21 +40,21 @@ using TruthHandler = std::function<void(const Truth&)>;
 
 class Twin {
  public:
-  /// Throws std::invalid_argument where the database lacks a message or a parameter is out of range.
+  /// Throws std::invalid_argument if the database lacks a message or a parameter is out of range.
   Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
        const can::Attach& attach);
 
   Twin(const Twin&) = delete;
   Twin& operator=(const Twin&) = delete;
 
-  /// As node::Station::start; the faults begin with it.
+  /// Like node::Station::start(); also starts the faults.
   void start();
   /// Switches every amplifier off; their outputs end at the safe value.
   void shut_down();
 
   const node::Station& station() const { return station_; }
   const Axes& axes() const { return axes_; }
-  /// `handler` is called at every sample of every axis; it does not delay the sample.
+  /// Calls `handler` at every sample of every axis, without delaying the sample.
   void on_truth(const TruthHandler& handler);
   FaultScheduler& faults() { return *faults_; }
   const FaultScheduler& faults() const { return *faults_; }
