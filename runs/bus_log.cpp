@@ -20,7 +20,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds flush_every{500};
 
-/// Bus logs of bounded size, one after the other.
+/// Writes bus logs of limited size, one after the other.
 class BusLogParts {
  public:
   BusLogParts(std::filesystem::path run, std::uint64_t part_bytes)

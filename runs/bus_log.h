@@ -1,4 +1,5 @@
-// The bus log of a run: all traffic of an interface in candump format, beside the cycles (bus_0001.log).
+// The bus log of a run: all traffic of an interface in candump format, in the folder of the cycles
+// (bus_0001.log).
 #pragma once
 
 #include <atomic>
@@ -14,7 +15,7 @@ class BusLog {
  public:
   using Warn = std::function<void(const std::string&)>;
 
-  /// Throws RunError if the interface cannot be listened to.
+  /// Throws RunError if the interface can't be monitored.
   BusLog(const std::string& interface, std::filesystem::path run, std::uint64_t part_bytes, Warn warn);
   ~BusLog();
   BusLog(const BusLog&) = delete;

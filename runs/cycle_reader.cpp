@@ -17,7 +17,7 @@ namespace {
 
 using Kind = controller::CycleColumn::Kind;
 
-/// A pipe cannot be read twice.
+/// Returns the file if it is a regular file: a pipe can't be read twice.
 std::filesystem::path regular(std::filesystem::path file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
@@ -27,7 +27,7 @@ std::filesystem::path regular(std::filesystem::path file) {
 
 constexpr const char* needed_columns[] = {"cycle", "time_s", "axis", "state", "position_um"};
 
-/// The bits of "slew+model"; empty if a name is unknown.
+/// Returns the bits of "slew+model"; nullopt if a name is unknown.
 std::optional<double> bits_of(std::string_view text, const std::vector<std::string>& words) {
   unsigned bits = 0;
   while (!text.empty()) {

@@ -1,5 +1,5 @@
-// Reads a CSV of cycles (controller/cycle_record.h) row by row in constant memory. Columns are found by
-// their names: a file of an older version may lack some, and one of a newer version may have more.
+// Reads a CSV of cycles (controller/cycle_record.h) row by row in constant memory. Columns are found by name:
+// a file of an older version may lack some, and a file of a newer version may have more.
 #pragma once
 
 #include <cstddef>
@@ -14,23 +14,23 @@
 
 namespace hystcan::runs {
 
-/// True if the file is a CSV with the columns that every file of cycles has.
+/// Returns true if the file is a CSV with the columns that every file of cycles has.
 bool has_cycles(const std::filesystem::path& file);
 
 class CycleReader {
  public:
-  /// Throws Error if the file cannot be read or is no CSV of cycles.
+  /// Throws Error if the file can't be read or is not a CSV of cycles.
   explicit CycleReader(std::filesystem::path file);
 
-  /// In the order of the file.
+  /// Column names in the order of the file.
   const std::vector<std::string>& header() const { return header_; }
-  /// Asks for one more column, by its name. False: the file does not have it. Throws Error at a
-  /// name that no column of cycles has.
+  /// Requests one more column by its name. Returns false if the file does not have it. Throws Error at a name
+  /// that is not a column of cycles.
   bool add(std::string_view column);
 
-  /// The columns asked for, and the name of the row's axis. False at the end of the file, and at a last
-  /// line without its end, which a killed program leaves. Throws Error at a line that is no row:
-  /// FILE:LINE:COLUMN: what, expected what.
+  /// Returns the requested columns, and the name of the row's axis. Returns false at the end of the file, and
+  /// at a last line without a line end, as left by a killed program. Throws Error at a line that is not a
+  /// row: FILE:LINE:COLUMN: PROBLEM, expected ...
   bool next(std::vector<double>& row, std::string_view& axis);
 
  private:

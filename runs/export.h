@@ -1,4 +1,4 @@
-// A recorded run, or a part of it, as one CSV or one HDF5 file.
+// Exports a recorded run, or a part of it, as one CSV or one HDF5 file.
 #pragma once
 
 #include <cstdint>
@@ -17,24 +17,24 @@ class Hdf5Writer;
 namespace hystcan::runs {
 
 struct Selection {
-  std::optional<std::string> axis;   ///< may be left out where the run has one axis
-  std::vector<std::string> signals;  ///< empty: all that the run has
+  std::optional<std::string> axis;   ///< optional if the run has only one axis
+  std::vector<std::string> signals;  ///< empty: all signals of the run
   TimeSpan span;
 };
 
-/// The named axis, or the only one that the run has. Throws Error with the names of its axes.
+/// Returns the named axis, or the only axis of the run. Otherwise throws Error with the names of its axes.
 std::size_t axis_of(const Run& run, const std::optional<std::string>& axis);
-/// The axes that are selected: the named one, else all. Throws Error.
+/// Returns the named axis; all axes if none is named. Throws Error.
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection);
-/// The names of the selected columns, `time_s` first. Throws Error at an unknown one.
+/// Returns the names of the selected columns, `time_s` first. Throws Error at an unknown name.
 std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Selection& selection);
 
 /// Throws Error if `rows` is 0.
 void require_rows(const Run& run, std::uint64_t rows);
 
-/// Writes the rows of one axis: `# NAME_unit = "V"` for each unit, a header, and the shortest digits that
-/// read back to the same bits; words for states and causes; an empty field where there is no value. Returns
-/// the number of rows. Throws Error if no row is selected, and what `write` throws.
+/// Writes the rows of one axis: `# NAME_unit = "V"` for each unit, a header, and the rows. Numbers have the
+/// fewest digits that restore the same bits; states and causes are words; a missing value is an empty field.
+/// Returns the number of rows. Throws Error if no row is selected, and all exceptions of `write`.
 std::uint64_t export_csv(const Run& run, const Selection& selection,
                          const std::function<void(std::string_view)>& write);
 
@@ -45,8 +45,8 @@ std::uint64_t export_csv(const Run& run, const Selection& selection,
 ///                     enumerations
 ///   /config/FILE      the text of the configuration and of the files that it names
 ///
-/// Without a selected axis, all axes. Returns the number of rows. Throws Error if none is selected,
-/// and storage::Hdf5Error. The caller closes the file.
+/// Exports all axes if none is selected. Returns the number of rows. Throws Error if no row is selected, and
+/// storage::Hdf5Error. The caller closes the file.
 std::uint64_t export_hdf5(const Run& run, const Selection& selection, storage::Hdf5Writer& file);
 
 }  // namespace hystcan::runs

@@ -1,8 +1,8 @@
-// Records runs of a controller: one after the other, begun at the start or by a command.
+// Records runs of a controller, one after the other; a run starts with the program or by a command.
 //
-// Calls come from three threads: records from the telemetry thread, commands from that of the control
-// socket, the end from the main thread. None of them waits for a disk, but for start(), which makes a
-// folder, and finish().
+// Calls arrive from three threads: records from the telemetry thread, commands from the control socket's
+// thread, the end from the main thread. No call waits for a disk, except start(), which creates a folder, and
+// finish().
 #pragma once
 
 #include <filesystem>
@@ -18,25 +18,25 @@ namespace hystcan::runs {
 
 class Recorder {
  public:
-  /// `info`: of every run (describe()).
+  /// `info`: the part common to every run (describe()).
   Recorder(const config::Config& config, RunInfo info, RunWriter::Sink sink,
            UtcNow utc_now = std::chrono::system_clock::now);
   ~Recorder() { finish(); }
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Begins a run and returns its folder. Throws std::runtime_error if one is under way, or if it cannot be
-  /// made.
+  /// Starts a run and returns its folder. Throws std::runtime_error if a run is in progress or the folder
+  /// can't be created.
   std::filesystem::path start();
-  /// Ends the run; its last rows are written afterwards. Returns its folder; empty if none is under way.
+  /// Ends the run; its last rows are written afterwards. Returns its folder; empty if no run is in progress.
   std::filesystem::path stop();
-  /// Ends the run and waits until all is written.
+  /// Ends the run and waits until everything is written.
   void finish();
 
   void add(const controller::CycleRecord& record);
   void add(const std::vector<config::Change>& changes);
 
-  /// Of the present or the last run.
+  /// The status of the present or the last run.
   RunWriter::Status status() const;
 
  private:
@@ -47,7 +47,7 @@ class Recorder {
   RunWriter::Sink sink_;
   UtcNow utc_now_;
   mutable std::mutex mutex_;
-  std::shared_ptr<RunWriter> writer_;  ///< of the present or the last run
+  std::shared_ptr<RunWriter> writer_;  ///< writer of the present or the last run
 };
 
 }  // namespace hystcan::runs

@@ -26,7 +26,7 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
   return std::filesystem::absolute(file).parent_path();
 }
 
-/// Whether the CSV lies in the folder of a run, which describes it.
+/// Returns true if the CSV is in the folder of a run, which describes it.
 bool is_part(const std::filesystem::path& file) {
   std::error_code ignored;
   return file.filename().string().starts_with("cycles_") &&
@@ -39,7 +39,7 @@ Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
           .words = words_of(column)};
 }
 
-/// What a crash has left at the end of a part.
+/// Returns notes about the remains of a crash at the end of a part.
 std::vector<std::string> notes_of_end(const std::filesystem::path& part) {
   std::ifstream stream(part, std::ios::binary);
   constexpr std::streamoff looked_at = config::longest_csv_line;
@@ -82,7 +82,7 @@ std::string Run::name() const {
   return plain.filename().string();
 }
 
-/// What run.json does not say, because there is none, or because the run was not closed.
+/// Determines the information that run.json lacks, because the file is missing or the run was not closed.
 void Run::look_through() {
   std::vector<std::string> names = info_.axis_names();
   RunSummary summary(RunSummary::most_axes);
@@ -164,7 +164,7 @@ void Run::read_blocks(std::span<const std::size_t> axes, std::span<const std::st
   for (std::size_t i = 0; i < axes.size(); ++i) pass_on(i);
 }
 
-/// Rows of all axes: time_s, then the columns.
+/// Reads rows of all axes: time_s, then the columns.
 void Run::read_part(const std::filesystem::path& part, std::span<const std::string> names,
                     const TimeSpan& span,
                     const std::function<void(std::string_view, const std::vector<double>&)>& take) const {

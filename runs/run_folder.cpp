@@ -23,7 +23,7 @@ std::string host_name() {
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }
 
-/// "20261123T092000.123Z" for `date_format` "%Y%m%dT%H%M%S".
+/// Returns "20261123T092000.123Z" for `date_format` "%Y%m%dT%H%M%S".
 template <class Format>
 std::string utc_text(const Format& date_format, std::chrono::system_clock::time_point time) {
   const auto since_epoch = std::chrono::floor<std::chrono::milliseconds>(time.time_since_epoch());
@@ -33,7 +33,7 @@ std::string utc_text(const Format& date_format, std::chrono::system_clock::time_
          fmt::format(".{:03}Z", (since_epoch - whole_s).count());
 }
 
-/// The files that settings name: their values are paths, relative to the configuration's folder.
+/// Returns the files named by the settings: their values are paths, relative to the configuration's folder.
 std::set<std::filesystem::path> files_named_by(const RunInfo& info,
                                                const std::filesystem::path& config_file) {
   std::set<std::filesystem::path> files{config_file};
@@ -46,7 +46,7 @@ std::set<std::filesystem::path> files_named_by(const RunInfo& info,
   return files;
 }
 
-/// 0 of a symbolic link: the file to which it leads is not the folder's, and stays when the link is removed.
+/// Returns 0 for a symbolic link: its target is outside the folder and remains when the link is removed.
 std::uintmax_t bytes_of(const Path& file) {
   std::error_code gone;
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file, gone))) return 0;
@@ -64,7 +64,7 @@ std::uintmax_t bytes_below(const Path& folder) {
   return bytes;
 }
 
-/// Runs that may go, in the order in which they go.
+/// Returns the runs that may be removed, in the order of removal.
 std::vector<Path> dispensable(const Path& folder, const Path& current) {
   std::vector<Path> runs = runs_in(folder);
   std::erase_if(runs, [&](const Path& run) {
@@ -75,7 +75,7 @@ std::vector<Path> dispensable(const Path& folder, const Path& current) {
   return runs;
 }
 
-/// The CSVs of the run that is being recorded that may go: all but the last.
+/// Returns the removable CSVs of the run that is being recorded: all but the last.
 std::vector<Path> dispensable_parts(const Path& current) {
   std::vector<Path> parts = exists(current / "keep") ? std::vector<Path>() : parts_of(current);
   if (!parts.empty()) parts.pop_back();
@@ -151,7 +151,7 @@ std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run) {
     const std::string name = entry->path().filename().string();
     if (name.starts_with("cycles_") && name.ends_with(".csv")) parts.push_back(entry->path());
   }
-  // 10000 comes after 9999.
+  // Sorts by length first: 10000 follows 9999.
   std::ranges::sort(parts, {}, [](const std::filesystem::path& part) {
     const std::string name = part.filename().string();
     return std::pair(name.size(), name);

@@ -21,8 +21,8 @@ using nlohmann::json;
 constexpr std::uint64_t format_version = 1;
 constexpr std::size_t largest_info = 64 << 20;
 
-// The members of run.json, once for writing and reading. `measured` is a number that may be null (NaN);
-// `added` is one that older runs lack.
+// The members of run.json, for writing and reading. `measured` is a number that may be null (NaN); `added` is
+// a member that older runs lack.
 
 template <class Visitor, class Fault>
 requires std::same_as<std::remove_const_t<Fault>, RunFault>
@@ -86,7 +86,7 @@ class Writer {
   json& object_;
 };
 
-/// Throws Error, with the file, where a member is missing or is something else.
+/// Reads members. Throws Error with the file if a member is missing or has another type.
 class Reader {
  public:
   Reader(const std::filesystem::path& file, const json& object) : file_(file), object_(object) {}
@@ -128,7 +128,7 @@ class Reader {
   }
   [[noreturn]] void refuse(const char* key, const json& found, const char* expected) const {
     constexpr std::size_t longest = 40;
-    const std::string text =  // dump() goes down by recursion
+    const std::string text =  // dump() is recursive
         found.is_structured() ? found.type_name() : found.dump(-1, ' ', true, json::error_handler_t::replace);
     throw Error(file_,
                 fmt::format("{} is {}{}", key, text.substr(0, longest), text.size() > longest ? "..." : ""),
@@ -183,7 +183,10 @@ RunInfo read_run_info(const std::filesystem::path& run) {
 
 bool ended_without_fault(const std::filesystem::path& run) {
   std::error_code ignored;
-  if (std::filesystem::file_size(run / info_name, ignored) > largest_info) return false;  // none: the largest
+  if (std::filesystem::file_size(run / info_name, ignored) > largest_info)
+    return false;  // missing file: the
+                   // size is the
+                   // maximum
   std::ifstream stream(run / info_name);
   const json info = json::parse(stream, nullptr, false);
   const auto axes = info.find("axes");

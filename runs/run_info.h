@@ -1,11 +1,11 @@
-// What a run says of itself: `run.json` in its folder.
+// The description of a run: `run.json` in its folder.
 //
 //   DIR/run_20261123T092000.123Z/
-//     run.json            when, where, by what; axes and units; columns; settings in force; outcome
+//     run.json            time, host, command; axes and units; columns; settings in force; outcome
 //     config/             copies of the configuration and of all files that it names
-//     cycles_0001.csv     every cycle of every axis: the truth; the next part after rotation is 0002
-//     bus_0001.log        the bus log (candump format), where it was asked for
-//     changes.csv         settings that were changed during the run
+//     cycles_0001.csv     every cycle of every axis; the next part after rotation is 0002
+//     bus_0001.log        the bus log (candump format), if enabled
+//     changes.csv         settings that changed during the run
 #pragma once
 
 #include <cstddef>
@@ -28,29 +28,29 @@ struct RunFault {
   double time_s = 0.0;
 };
 
-/// An axis, and what it did while it tracked. NaN is null in run.json.
+/// An axis and its results while it tracked. NaN is null in run.json.
 struct RunAxis {
   std::string name;
   std::string drive_unit{};
-  double stroke_um = 0.0;  ///< of its model, between the thresholds; 0: unknown
+  double stroke_um = 0.0;  ///< stroke of its model, between the thresholds; 0: unknown
   /// Mean delay from a drive to the sample that shows its effect; NaN: unknown.
   double delay_s = std::numeric_limits<double>::quiet_NaN();
   std::uint64_t tracked_rows = 0;
-  double rms_um = std::numeric_limits<double>::quiet_NaN();  ///< of the error; NaN: no row was tracked
-  double max_um = std::numeric_limits<double>::quiet_NaN();  ///< greatest magnitude of the error
+  double rms_um = std::numeric_limits<double>::quiet_NaN();  ///< RMS of the error; NaN: no row was tracked
+  double max_um = std::numeric_limits<double>::quiet_NaN();  ///< largest magnitude of the error
   std::vector<RunFault> faults{};
 };
 
 struct RunInfo {
-  std::string version;  ///< of hystcan
+  std::string version;  ///< version of hystcan
   std::string host;
   std::string command;  ///< "controller"
-  std::string config;   ///< name of the configuration's file
+  std::string config;   ///< file name of the configuration
   std::string interface;
   double rate_Hz = 0.0;
   std::string started{};               ///< ISO 8601, UTC
-  std::string ended{};                 ///< empty: under way, or killed
-  std::string failure{};               ///< why the recording ended before the run; empty: it did not
+  std::string ended{};                 ///< empty: in progress, or killed
+  std::string failure{};               ///< reason if the recording ended before the run; else empty
   double first_s = 0.0, last_s = 0.0;  ///< time_s of the first and the last row
   std::uint64_t rows = 0;
   std::uint64_t rows_lost = 0;
@@ -62,11 +62,11 @@ struct RunInfo {
 };
 
 nlohmann::json to_json(const RunInfo& info);
-/// Reads RUN/run.json. Throws Error with the name of the file if it is no such file.
+/// Reads RUN/run.json. Throws Error with the file name if the file is invalid.
 RunInfo read_run_info(const std::filesystem::path& run);
-/// True if RUN/run.json lists the faults of each axis, and there are none.
+/// Returns true if RUN/run.json lists the faults of each axis and there are none.
 bool ended_without_fault(const std::filesystem::path& run);
-/// Replaces RUN/run.json in one step. Throws RunError.
+/// Replaces RUN/run.json atomically. Throws RunError.
 void write_run_info(const std::filesystem::path& run, const RunInfo& info);
 
 }  // namespace hystcan::runs

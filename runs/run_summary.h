@@ -1,4 +1,4 @@
-// Counts what the axes of a run did, row by row, for its `run.json`.
+// Summarises the axes of a run, row by row, for its `run.json`.
 #pragma once
 
 #include <cstddef>
@@ -13,16 +13,16 @@ namespace hystcan::runs {
 
 class RunSummary {
  public:
-  static constexpr std::size_t most_faults = 100;  ///< of an axis; later ones are left out
+  static constexpr std::size_t most_faults = 100;  ///< per axis; later ones are not stored
   static constexpr std::size_t most_axes = 64;
 
   explicit RunSummary(std::size_t axes) : axes_(axes) {}
 
-  /// One row of an axis. `error_um` counts while the axis tracks.
+  /// Adds one row of an axis. `error_um` counts while the axis tracks.
   void add(std::size_t axis, double time_s, controller::AxisState state, controller::Cause cause,
            double error_um);
   std::uint64_t rows() const { return rows_; }
-  /// Writes rows, times and the summaries of the axes.
+  /// Sets rows, times and the summaries of the axes.
   void put_into(RunInfo& info) const;
 
  private:

@@ -44,7 +44,7 @@ RunWriter::RunWriter(const config::Config& config, const RunInfo& info, Sink sin
           config.bus.interface, run_, bytes(config_.part_MB), [this](const std::string& reason) {
             sink_(Level::warning, fmt::format("{}: {}", run_.string(), reason));
           });
-  } catch (...) {  // no run has begun
+  } catch (...) {  // the run did not start
     std::error_code ignored;
     std::filesystem::remove_all(run_, ignored);
     throw;
@@ -199,7 +199,7 @@ void RunWriter::close() {
   try {
     info_.failure = status().failure;
     if (info_.failure.empty()) close_part();
-    part_.reset();  // a file that was removed from a full disk takes its space until it is closed
+    part_.reset();  // a file deleted on a full disk uses its space until it is closed
     {
       const std::scoped_lock lock(mutex_);
       summary_.put_into(info_);

@@ -1,9 +1,9 @@
-// Writes one run: a thread of its own that waits for the disk, so that no other thread does.
+// Writes one run in its own thread, so that no other thread waits for the disk.
 //
 //   telemetry thread ── add() ──▶ text in memory (bounded) ── every half second ──▶ cycles_0001.csv
 //
-// What was added half a second ago survives SIGKILL. If the disk is full, slow or gone, the rows that find
-// no place are counted, and the run says why it ended.
+// Rows that are older than half a second survive SIGKILL. If the disk is full, slow or removed, the lost rows
+// are counted, and the run stores the reason for its end.
 #pragma once
 
 #include <condition_variable>
@@ -30,19 +30,19 @@ namespace hystcan::runs {
 class RunWriter {
  public:
   using Sink = can::BusHealthLog::Sink;
-  /// Rows that wait for the disk, bytes.
+  /// Maximum size of the rows that wait for the disk, bytes.
   static constexpr std::size_t most_waiting = 16 << 20;
 
   struct Status {
     bool is_recording = false;
-    std::filesystem::path run{};  ///< its folder; empty: there is none
+    std::filesystem::path run{};  ///< folder of the run; empty if there is none
     std::uint64_t rows = 0;
     std::uint64_t rows_lost = 0;
-    std::uint64_t bytes = 0;  ///< of the CSVs
-    std::string failure{};    ///< why it ended before it was asked to; empty: it did not
+    std::uint64_t bytes = 0;  ///< size of the CSVs
+    std::string failure{};    ///< reason if the run ended before stop(); else empty
   };
 
-  /// Makes the folder and the first part. Throws std::system_error, std::filesystem::filesystem_error or
+  /// Creates the folder and the first part. Throws std::system_error, std::filesystem::filesystem_error or
   /// RunError.
   RunWriter(const config::Config& config, const RunInfo& info, Sink sink, UtcNow utc_now);
   ~RunWriter();
@@ -54,10 +54,10 @@ class RunWriter {
   /// Does not wait for the disk.
   void add(const controller::CycleRecord& record);
   void add(const config::Change& change);
-  /// Writes until end(). Called once, on a thread of its own.
+  /// Writes until end(). Call it once, on its own thread.
   void write_until_the_end();
   void end();
-  /// No more rows are taken, and the CSVs are closed.
+  /// Returns true if no more rows are accepted and the CSVs are closed.
   bool is_closed() const;
   /// Waits until write_until_the_end() has returned.
   void await() const;
@@ -77,10 +77,10 @@ class RunWriter {
   UtcNow utc_now_;
   std::vector<std::string> axis_names_;
   std::filesystem::path run_;
-  std::optional<Descriptor> lock_;  ///< until it is closed
+  std::optional<Descriptor> lock_;  ///< held until the run is closed
   RunInfo info_;
 
-  // of the thread that writes
+  // only for the writing thread
   std::unique_ptr<AppendFile> part_, changes_file_;
   unsigned part_number_ = 0;
   std::uint64_t closed_bytes_ = 0;
@@ -89,7 +89,7 @@ class RunWriter {
 
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
-  std::string rows_, changes_;  ///< that wait to be written
+  std::string rows_, changes_;  ///< texts that wait to be written
   RunSummary summary_;
   Status status_;
   bool ending_ = false;
