@@ -1,5 +1,5 @@
 // Amplitude spectral density of a signal by Welch's method: segments of `length` samples that overlap by
-// half, without their mean, under a Hann window; the one-sided power densities are averaged.
+// half, with the mean removed, under a Hann window; the one-sided power densities are averaged.
 //
 //   ASD(f) = sqrt( 2 |X(f)|^2 / (rate * sum w^2) ),   sum over f of ASD^2 * rate/length = variance
 //
@@ -16,17 +16,17 @@ namespace hystcan::metrics {
 
 class Spectrum {
  public:
-  /// `length`: even.
+  /// `length` must be even.
   explicit Spectrum(double rate_Hz, std::size_t length = 1024);
 
   void add(double value);
-  /// The next value does not follow the last one.
+  /// Starts a new segment, because the next value does not follow the last one.
   void break_off() { segment_.clear(); }
 
   std::size_t segments() const { return segments_; }
-  /// rate/length, 2 rate/length, ..., rate/2.
+  /// Returns rate/length, 2 rate/length, ..., rate/2.
   std::vector<double> frequencies_Hz() const;
-  /// Units of the signal per sqrt(Hz), at these frequencies. Empty if no segment was complete.
+  /// Densities at these frequencies, in signal units per sqrt(Hz); empty if no segment was complete.
   std::vector<double> densities() const;
 
  private:
@@ -35,7 +35,7 @@ class Spectrum {
   double rate_Hz_;
   model::HannTransform transform_;
   std::vector<double> segment_;
-  std::vector<double> powers_;  ///< sums over the segments
+  std::vector<double> powers_;  ///< sums over all segments
   std::size_t segments_ = 0;
 };
 

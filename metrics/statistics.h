@@ -1,4 +1,4 @@
-// What is counted of a series of values in constant memory.
+// Statistics of a series of values in constant memory.
 #pragma once
 
 #include <cstddef>
@@ -10,27 +10,27 @@ namespace hystcan::metrics {
 struct ErrorStatistics {
   std::size_t samples = 0;
   double sum_of_squares = 0.0;
-  double max_um = 0.0;  ///< the greatest magnitude
+  double max_um = 0.0;  ///< largest magnitude
 
   void add(double error_um);
   void add(const ErrorStatistics& others);
   double rms_um() const;
 };
 
-/// Counts of values in classes; each takes what is at most its upper edge, and the last one, which has no
-/// edge, the rest.
+/// Counts values in classes; each class has the values up to and including its upper edge. The last class has
+/// no edge and counts the rest.
 class Histogram {
  public:
   explicit Histogram(std::vector<double> upper_edges)
       : upper_edges_(std::move(upper_edges)), counts_(upper_edges_.size() + 1) {}
-  /// Classes of equal width.
+  /// Creates classes of equal width.
   static Histogram of_width(double width, std::size_t classes);
 
-  /// What is not finite does not count.
+  /// Ignores values that are not finite.
   void add(double value);
 
   const std::vector<double>& upper_edges() const { return upper_edges_; }
-  /// One more than there are edges.
+  /// One more than the number of edges.
   const std::vector<std::uint64_t>& counts() const { return counts_; }
   std::uint64_t samples() const { return samples_; }
   double sum() const { return sum_; }

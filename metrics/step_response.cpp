@@ -7,13 +7,13 @@
 namespace hystcan::metrics {
 namespace {
 
-constexpr std::size_t least_rest = 10;  // cycles, in a record
+constexpr std::size_t least_rest = 10;  // minimum rest, in cycles of a record
 
 /// A move of the reference in a record.
 struct Move {
   double from_um = 0.0;
-  std::size_t left = 0;            ///< the first cycle in which it is no longer at the level before
-  std::size_t begin = 0, end = 0;  ///< the cycles at the new level
+  std::size_t left = 0;            ///< first cycle away from the previous level
+  std::size_t begin = 0, end = 0;  ///< range of cycles at the new level
 };
 
 /// Calls `visit` with each move from one resting level to the next.
