@@ -44,7 +44,7 @@ Dataset dataset_of(const Array& t, const Array& u, const Array& y, const std::st
   return dataset;
 }
 
-/// Arrays of one record, or sequences of arrays of several.
+/// Accepts arrays of one record, or sequences of arrays of several records.
 std::vector<Dataset> datasets_of(const py::object& t, const py::object& u, const py::object& y,
                                  const std::string& input_unit, const std::string& output_unit) {
   const auto is_several = [](const py::object& given) {

@@ -20,7 +20,7 @@ using Model = config::Actuator;
 using Memory = config::ActuatorMemory;
 using config::Pass;
 
-/// RuntimeWarning, which a notebook shows once and a test can make an error.
+/// Issues a RuntimeWarning, which a notebook shows once and a test can turn into an error.
 void warn_of(const Pass& pass, const char* what, const Model& model) {
   std::string text;
   if (pass.tally.saturated > 0)
@@ -36,8 +36,8 @@ void warn_of(const Pass& pass, const char* what, const Model& model) {
 
 using Times = std::optional<Array>;
 
-/// The times of `size` rows from this memory on; none if they are left out, which a model without creep
-/// allows.
+/// Returns the times of `size` rows, which start at this memory; empty if no times are given, which is
+/// allowed for a model without creep.
 std::span<const double> times_of(const Model& model, const Memory& memory, const Times& t, std::size_t size) {
   if (!t && model.lag.creep)
     throw py::value_error(model.name +
@@ -56,7 +56,7 @@ std::span<const double> times_of(const Model& model, const Memory& memory, const
   return times;
 }
 
-/// Runs `work(memory, times)` on the memory given, which it advances, or on a new one.
+/// Runs `work(memory, times)` on the given memory, which it advances, or on a new one.
 template <class Work>
 py::array_t<double> run(const Model& model, Memory* memory, const Times& t, const char* what,
                         std::size_t size, Work work) {

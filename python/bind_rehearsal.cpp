@@ -41,7 +41,8 @@ can::Duration duration_of(double time_s) {
   return std::chrono::ceil<can::Duration>(std::chrono::duration<double>(time_s));
 }
 
-/// `references`: instead of the configured ones, each followed once, by the name of the axis. Throws Error.
+/// Loads the configuration. `references`: by axis name; each replaces the configured reference and is
+/// followed once. Throws Error.
 config::Config configuration(const std::filesystem::path& file, const std::vector<config::Setting>& overrides,
                              const std::map<std::string, controller::MonotoneCubic>& references,
                              const config::ReadFiles& files) {
@@ -63,7 +64,7 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
   return config;
 }
 
-/// A rehearsal that is run step by step, keeps every cycle, and takes the commands of a control socket.
+/// A rehearsal that runs step by step, stores every cycle, and accepts the commands of a control socket.
 class VirtualStage {
  public:
   VirtualStage(const std::filesystem::path& file, config::Config config, config::ReadFiles files)
@@ -85,7 +86,7 @@ class VirtualStage {
   const std::vector<std::string>& axes() const { return live_.axis_names(); }
   double time_s() const { return loop_.time_s(); }
 
-  /// In pieces, so that Ctrl-C ends it.
+  /// Runs in short pieces, so that Ctrl-C can interrupt it.
   void run_until(double end_s) {
     constexpr auto piece = std::chrono::milliseconds(500);
     for (double left_s = end_s - time_s(); left_s > 0.0; left_s = end_s - time_s()) {
@@ -94,13 +95,14 @@ class VirtualStage {
     }
   }
 
-  /// Until every axis has finished its reference once, or one faults, or none begins to track in time.
+  /// Runs until every axis has finished its reference once, an axis faults, or no axis starts to track in
+  /// time.
   void run_to_the_end() {
     const double deadline_s = time_s() + start_up_limit_s + std::ranges::max(lengths_s_);
     while (!is_over() && time_s() < deadline_s) run_until(time_s() + 0.01);
   }
 
-  /// The columns of every cycle so far.
+  /// Returns the columns of every cycle so far.
   py::dict signals(const std::optional<std::string>& axis) const {
     if (!axis && axes().size() != 1)
       throw Error(fmt::format("there are {} axes", axes().size()),
@@ -128,7 +130,7 @@ class VirtualStage {
     return states;
   }
 
-  // Both run the few cycles that the answers take. They throw Error if a request is refused.
+  // Both functions run the few cycles until the answers. They throw Error if a request is refused.
 
   void set(const std::string& axis, const std::string& key, const std::string& toml_value) {
     app::LiveConfig::Prepared prepared = live_.with(axis, key, toml_value);
@@ -189,10 +191,10 @@ class VirtualStage {
   config::Config config_;
   app::LiveConfig live_;
   std::vector<std::vector<std::vector<double>>> columns_;  ///< [axis][column]
-  std::vector<double> true_um_;                            ///< newest of each axis
+  std::vector<double> true_um_;                            ///< newest value of each axis
   controller::RequestLink requests_;
   std::vector<std::optional<double>> tracks_since_s_;
-  std::vector<double> lengths_s_;  ///< of one pass of each reference
+  std::vector<double> lengths_s_;  ///< duration of one pass of each reference
   rehearsal::Rehearsal loop_;
 };
 
@@ -200,8 +202,7 @@ std::string toml_of(const py::object& value) {
   return py::module_::import("json").attr("dumps")(value).cast<std::string>();
 }
 
-/// What Python holds. An object that Python makes without __init__ has the memory of one, which is zeroed: it
-/// has no stage.
+/// The object held by Python. If Python creates it without __init__, its memory is zeroed: it has no stage.
 class Rehearsal {
  public:
   static void* operator new(std::size_t size) {
@@ -213,7 +214,7 @@ class Rehearsal {
 
   explicit Rehearsal(std::unique_ptr<VirtualStage> stage) : stage_(std::move(stage)) {}
 
-  /// For the time of one call. Throws if there is no stage, or if another thread is in a call.
+  /// Protects one call. Throws if there is no stage, or if another thread is in a call.
   class Use {
    public:
     explicit Use(Rehearsal& of) : of_(of) {

@@ -50,9 +50,10 @@ void stay_if_the_interpreter_ends() {
   while (true) pause();
 }
 
-/// Python calls this in the main thread, with the lock, before it ends the interpreter.
+/// Waits until no other thread needs Python's lock. Python calls this in the main thread, with the lock,
+/// before the interpreter ends.
 void wait_for_threads() {
-  constexpr auto longest = std::chrono::seconds(30);  // the longest time between two calls of check_signals()
+  constexpr auto longest = std::chrono::seconds(30);  // maximum time between two calls of check_signals()
   const auto deadline = std::chrono::steady_clock::now() + longest;
   ending_thread = std::this_thread::get_id();
   interpreter_ends = true;
@@ -68,7 +69,7 @@ Unlocked::Unlocked() {
   thread_ = PyEval_SaveThread();
 }
 
-// The thread counts until it has the lock again: wait_for_threads() gives it the time.
+// The thread counts until it has the lock again; wait_for_threads() waits for that.
 Unlocked::~Unlocked() {
   stay_if_the_interpreter_ends();
   PyEval_RestoreThread(thread_);

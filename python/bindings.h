@@ -1,4 +1,4 @@
-// What the parts of the module `hystcan._hystcan` share: numpy arrays, Python's lock, JSON.
+// Shared by the parts of the module `hystcan._hystcan`: numpy arrays, Python's lock, JSON.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -17,16 +17,16 @@ namespace hystcan::python {
 
 namespace py = pybind11;
 
-/// What Python gives, as float64 in one piece.
+/// An argument from Python, converted to contiguous float64.
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// Throws ValueError unless the array has one dimension and finite values.
 std::span<const double> column(const Array& array, const char* name);
-/// Values may be missing: NaN.
+/// Like column(), but values may be missing (NaN).
 std::span<const double> gapped_column(const Array& array, const char* name);
 std::vector<double> vector_of(const Array& array, const char* name);
 
-/// Without a copy: the array owns the vector.
+/// Returns an array that owns the vector, without a copy.
 inline py::array_t<double> array_of(std::vector<double> values) {
   auto owned = std::make_unique<std::vector<double>>(std::move(values));
   const auto size = static_cast<py::ssize_t>(owned->size());
@@ -36,8 +36,8 @@ inline py::array_t<double> array_of(std::vector<double> values) {
   return {{size}, {static_cast<py::ssize_t>(sizeof(double))}, data, owner};
 }
 
-/// Releases Python's lock for a scope, in which no Python object is touched. A thread whose interpreter ends
-/// meanwhile does not come back from the scope: Python would end it by an exception that C++ cannot pass on.
+/// Releases Python's lock for a scope that must not touch Python objects. If the interpreter ends during the
+/// scope, the thread never leaves the scope: Python would end it by an exception that C++ can't pass on.
 class Unlocked {
  public:
   Unlocked();
@@ -49,11 +49,11 @@ class Unlocked {
   PyThreadState* thread_;
 };
 
-/// Within such a scope: runs the handlers of Python's signals. Throws what they raise: KeyboardInterrupt at
-/// Ctrl-C.
+/// Call this within Unlocked: runs Python's signal handlers. Throws the exceptions that they raise, such as
+/// KeyboardInterrupt at Ctrl-C.
 void check_signals();
 
-/// At the interpreter's end, waits until no other thread needs its lock.
+/// Makes the interpreter, when it ends, wait until no other thread needs its lock.
 void bind_end_of_interpreter();
 
 void bind_errors(pybind11::module_& module);
@@ -62,10 +62,10 @@ void bind_identification(pybind11::module_& module);
 void bind_run(pybind11::module_& module);
 void bind_rehearsal(pybind11::module_& module);
 
-/// As json.loads() gives it.
+/// Converts JSON to Python objects, like json.loads().
 pybind11::object python_of(const nlohmann::json& value);
-/// Makes `T.__new__` raise TypeError: objects of the class come from `instead`. Without this, pybind11 takes
-/// the memory of an object that nothing has constructed for one.
+/// Makes `T.__new__` raise TypeError: objects of the class are made by `instead`. Otherwise pybind11 would
+/// use the memory of an object that was never constructed.
 template <class T>
 void forbid_new(pybind11::class_<T>& type, const char* instead) {
   type.attr("__new__") = pybind11::cpp_function(
@@ -76,7 +76,7 @@ void forbid_new(pybind11::class_<T>& type, const char* instead) {
 
 namespace pybind11::detail {
 
-/// As pybind11's own, but a lack of memory stays one: its own makes it a wrong type.
+/// Like pybind11's caster, but passes on MemoryError, which pybind11 turns into a type error.
 template <>
 struct pyobject_caster<hystcan::python::Array> {
   using type = hystcan::python::Array;

@@ -42,7 +42,7 @@ def model_of(k_ascending: float, k_descending: float) -> hystcan.Model:
 
 
 def path_through(corners: list[float]) -> numpy.ndarray:
-    """From corner to corner in steps of 0.02 V."""
+    """Return the path from corner to corner in steps of 0.02 V."""
     legs = [numpy.linspace(a, b, int(abs(b - a) / 0.02) + 2)[1:] for a, b in zip(corners, corners[1:])]
     return numpy.concatenate([[corners[0]], *legs])
 
@@ -52,7 +52,7 @@ def draw_panel(axes: plt.Axes, title: str, ks: tuple[float, float]) -> None:
     memory = model.memory()
     u = path_through([0.0, 10.0, *TURNING_V, 10.0])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # beyond the limit some branches do not increase: that is what is shown
+        warnings.simplefilter("ignore")  # some branches do not increase; the figure shows them
         model.simulate(path_through([0.0, 10.0, *TURNING_V, 4.0]), memory)
         y = model.simulate(u)
         rising = numpy.linspace(0.0, 10.0, 200)
@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument("--output", default="figure6.png")
     output = parser.parse_args().output
     figure, axes = plt.subplots(2, 2, figsize=(8.0, 7.0), layout="constrained")
-    figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))  # the legend above
+    figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))  # space for the legend above
     for panel, (title, ks) in zip(axes.flat, PANELS.items()):
         draw_panel(panel, title, ks)
     figure.legend(*axes.flat[-1].get_legend_handles_labels(), loc="upper center", ncols=3, frameon=False)

@@ -15,7 +15,7 @@ BLUE, ORANGE = "#0072b2", "#d55e00"
 
 
 def synthetic() -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]:
-    """A loop that shrinks, with 0.05 % noise."""
+    """Return a record of shrinking loops with 0.05 % noise."""
     t = numpy.arange(8000) * 1e-3
     u = 50 - 50 * (1 - t / 10) * numpy.cos(7 * t)
     y = hystcan.Model.load(hystcan.shipped("piezo.model.toml")).simulate(u)
@@ -23,7 +23,7 @@ def synthetic() -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]:
 
 
 def measured(file: str) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]:
-    with open(file) as lines:  # genfromtxt would take the first comment for the header
+    with open(file) as lines:  # genfromtxt would use the first comment as the header
         rows = [line for line in lines if not line.startswith("#")]
     record = numpy.genfromtxt(rows, delimiter=",", names=True)
     return record["time_s"], record["input"], record["output"]
@@ -46,7 +46,7 @@ def main() -> None:
 
     predicted = hystcan.validate(found.model, t, u, y)["predicted"]
     figure, (loops, residual) = plt.subplots(2, 1, figsize=(6.3, 7.0), height_ratios=[2, 1], layout="constrained")
-    figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))  # the legend above
+    figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))  # space for the legend above
     loops.plot(u, y, ".", ms=2, color=BLUE, label="measured")
     loops.plot(u, predicted, lw=1.0, color=ORANGE, label="model")
     loops.set(xlabel="input (V)", ylabel="output (um)")

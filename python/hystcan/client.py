@@ -11,7 +11,7 @@ from typing import Any
 
 
 class Refused(RuntimeError):
-    """The controller has refused a command; the text is its reason."""
+    """The controller refused a command; the text is the reason."""
 
 
 def _is_of_this_user(folder: str) -> bool:
@@ -38,7 +38,7 @@ class Client:
     Raises OSError if no controller listens.
 
     In a `with` block, an exception stops the stage: every axis ramps to its safe drive and the controller ends. Without
-    an exception the stage goes on as it is.
+    an exception the stage continues unchanged.
 
     >>> with Client("/run/user/1000/hystcan-can0.sock") as stage:    # doctest: +SKIP
     ...     stage.go_to("x", 12.5)
@@ -70,7 +70,7 @@ class Client:
             self.close()
 
     def _stop_after_an_error(self) -> None:
-        """On a connection of its own: this one may be in the middle of an answer."""
+        """Stop the controller over a new connection: this one may be in the middle of an answer."""
         try:
             fresh = Client(self._socket.getpeername(), timeout_s=self._timeout_s)
             try:
@@ -78,10 +78,10 @@ class Client:
             finally:
                 fresh.close()
         except (OSError, Refused):
-            pass  # the controller has ended; the first error is the one to report
+            pass  # the controller ended; the first error is the one to report
 
     def close(self) -> None:
-        """Close the connection. The stage goes on as it is."""
+        """Close the connection. The stage continues unchanged."""
         self._socket.close()
 
     def command(self, do: str, **arguments: Any) -> dict[str, Any]:
@@ -121,7 +121,7 @@ class Client:
         return self.command("settings")
 
     def enable(self, axis: str | None = None) -> None:
-        """From offline to tracking; all axes if none is named."""
+        """Start the axis: from offline to tracking; all axes if none is named."""
         self.command("enable", axis=axis)
 
     def disable(self, axis: str | None = None) -> None:
@@ -154,7 +154,7 @@ class Client:
         return changed
 
     def undo(self) -> None:
-        """Take the last setting back."""
+        """Undo the last change of a setting."""
         self.command("undo")
 
     def record(self, on: bool = True) -> pathlib.Path:
@@ -162,5 +162,5 @@ class Client:
         return pathlib.Path(self.command("record", on=on)["run"])
 
     def stop(self) -> None:
-        """Every axis ramps to its safe drive, and the controller ends."""
+        """Ramp every axis to its safe drive and end the controller."""
         self.command("stop")

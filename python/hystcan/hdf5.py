@@ -24,11 +24,11 @@ CHUNK_ROWS = 65536
 
 
 class Writer:
-    """The messages are the methods."""
+    """Each message calls the method of its kind."""
 
     def __init__(self, path, stream):
         self.stream = stream
-        # Without a cache each block goes to the file at once, and a failure to the call that caused it.
+        # Without a cache each block is written at once, and the call that caused a failure gets it.
         self.file = h5py.File(path, "w", rdcc_nbytes=0)
         self.tables = []
 
@@ -102,7 +102,7 @@ def read(path, column, rows):
 
 
 def reason_of(error):
-    """What the system says, if the library repeats it: "No space left on device"."""
+    """Return the system's message if the error contains it: "No space left on device"."""
     system = re.search("error message = '([^']*)'", str(error))
     return system[1] if system else " ".join(str(error.args[0] if error.args else error).split())
 
@@ -120,7 +120,7 @@ def main(task, path, *rest):
         failure = "cannot be written: " if task == "write" else "cannot be read, expected an HDF5 file: "
         failure += reason_of(error)
     print(failure, file=sys.stderr, flush=True)
-    os._exit(bool(failure))  # the library's own end would write once more what a full disk has refused
+    os._exit(bool(failure))  # the library's own exit would write the data again that a full disk refused
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""The pictures of hystcan, drawn with matplotlib from the CSV files that the program writes.
+"""Draws hystcan's pictures with matplotlib from the CSV files that the program writes.
 
     python3 -m hystcan.plot FOLDER/pictures.json
 
 draws again what `hystcan plot`, `demo`, `identify --report` or `tune --plot` has drawn. pictures.json lists the pictures:
 `kind` is a function of this file, `data` its CSV files, `to` the files to draw, and the rest its facts: labels, limits.
-How a picture looks is said here alone. To change it, change this file, or call a copy of it in the same way.
+Only this file decides how a picture looks. To change that, edit this file, or call a copy of it in the same way.
 """
 import csv
 import json
@@ -29,7 +29,7 @@ LOOK = {
     "legend.frameon": False, "lines.linewidth": 1.0, "savefig.dpi": 200,
     "svg.fonttype": "none", "svg.hashsalt": "hystcan", "agg.path.chunksize": 10000,
 }
-# Colours that colour-blind people tell apart; without colour, dashes do.
+# Colours that colour-blind people can distinguish; without colour, the dashes differ.
 SOLID: list[dict] = [{"color": color} for color in ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#999999", "#000000")]
 BLUE, GREY, BLACK = SOLID[0], SOLID[4], {**SOLID[5], "linewidth": 0.8}
 VERMILION, GREEN = {**SOLID[1], "dashes": (7, 2)}, {**SOLID[2], "dashes": (2, 2)}
@@ -38,7 +38,7 @@ POINTS = {"marker": "o", "linestyle": "none", "markeredgewidth": 0}
 
 
 class Table:
-    """A CSV file: `table["position_um"]` is an array of numbers, NaN where there is none."""
+    """A CSV file: `table["position_um"]` is an array of numbers, NaN for a missing one."""
 
     def __init__(self, path):
         with open(path, encoding="utf-8", errors="replace", newline="") as file:
@@ -53,12 +53,12 @@ class Table:
 
 
 def plain(text):
-    """The text as it is: a dollar begins no formula, and it is one line."""
+    """Return the text in one line, with dollars escaped so that they do not begin a formula."""
     return "".join(c if c.isprintable() else " " for c in text).replace("$", r"\$")
 
 
 def key_above(ax, rows=1):
-    """The key above the plot, off the data; one entry a row where they have no room side by side."""
+    """Put the key above the plot, outside the data; one entry per row if they do not fit side by side."""
     handles, labels = ax.get_legend_handles_labels()
     width_pt = ax.figure.get_figwidth() * 72 * ax.get_position().width
     columns = -(-len(labels) // rows) if 4 * sum(len(label) + 7 for label in labels) < width_pt * rows else 1
@@ -135,7 +135,7 @@ def comparison(figure, data, legends):
 # ---- the demo
 
 def demo(figure, average, pi, average_pi, inverse_pi, *, title, axis, drive_unit, stroke_um, delay_cycles, from_s, to_s):
-    """Cycles of one axis while it tracks, of four structures."""
+    """Draw the cycles of one axis while it tracks, for four control structures."""
 
     def of(data, values):
         is_shown = data.text("state")[data.text("axis") == axis] == "tracking"
@@ -145,7 +145,7 @@ def demo(figure, average, pi, average_pi, inverse_pi, *, title, axis, drive_unit
         return of(data, data[name][data.text("axis") == axis])
 
     def acting_drive(data):
-        """The drive of `delay_cycles` before, whose effect the sample shows."""
+        """Return the drive `delay_cycles` earlier, whose effect the sample shows."""
         drive = data["drive"][data.text("axis") == axis]
         cycle = numpy.arange(len(drive))
         return of(data, numpy.interp(cycle - delay_cycles, cycle, drive, left=numpy.nan))
@@ -175,7 +175,7 @@ def demo(figure, average, pi, average_pi, inverse_pi, *, title, axis, drive_unit
 # ---- tune
 
 def response(figure, data, title):
-    """Rows with a coherence are measured, the others are of the model and the loops."""
+    """Draw a frequency response. Rows with a coherence are measured, the others are from the model and the loops."""
     frequency_Hz = data["frequency_Hz"]
     measured = numpy.isfinite(data["coherence"])
     curve = ~measured & (frequency_Hz >= 0.5)
@@ -236,7 +236,7 @@ def residual_input(figure, record, input_unit, span):
     ax = figure.subplots()
     drive = record["input"]
     way = numpy.sign(numpy.diff(drive, prepend=drive[:1]))
-    way = way[numpy.maximum.accumulate(numpy.where(way != 0, numpy.arange(len(way)), 0))]  # at rest, the way before
+    way = way[numpy.maximum.accumulate(numpy.where(way != 0, numpy.arange(len(way)), 0))]  # at rest: the last one
     size = 1.6 if len(drive) > 2000 else 2.5
     ax.axhline(0, color="#404040", linewidth=1)
     for of, line, legend in ((way > 0, VERMILION, "rising"), (way < 0, BLUE, "falling")):
@@ -253,7 +253,7 @@ def curves(figure, record, table, input_unit, output_unit, span, observed):
         above.plot(record["input"][of], record["output"][of], color="#d0d0d0", label="measured" if k == 0 else None)
     for name, line in (("ascending", VERMILION), ("descending", BLUE)):
         above.plot(drive, table[name], color=line["color"], linewidth=1.5, label=name)
-    # Extrapolated curves may leave the measured range far behind: half a span beyond it they are cut off.
+    # Extrapolated curves may extend far beyond the measured range: clip them half a span beyond it.
     low, high = above.get_ylim()
     above.set_ylim(max(low, record["output"].min() - 0.5 * span), min(high, record["output"].max() + 0.5 * span))
     below.plot(drive, 100 * (table["descending"] - table["ascending"]) / span, color="#404040", linewidth=1.5,
@@ -269,12 +269,12 @@ def curves(figure, record, table, input_unit, output_unit, span, observed):
 
 
 def landscape(figure, table, span, drive_span, best):
-    """Over asinh(k times the span of the drive), so that both signs and all orders of magnitude have room."""
+    """Draw the error over asinh(k times the drive span), which shows both signs and all orders of magnitude."""
     ax = figure.subplots()
     across, up = (numpy.unique(table[name]) for name in ("k_ascending", "k_descending"))
     percent = 100 * table["rms"].reshape(len(up), len(across)) / span
     least, most = percent.min(), percent.max()
-    # Otherwise the place of the minimum would not be visible.
+    # Otherwise the position of the minimum would not be visible.
     top = max(min(most, 4 * least), least + 1e-4)
     x, y = numpy.arcsinh(across * drive_span), numpy.arcsinh(up * drive_span)
     colours = ax.pcolormesh(x, y, percent, shading="gouraud", vmin=least, vmax=top, cmap="viridis", rasterized=True)
@@ -294,7 +294,7 @@ KINDS = (loops, tracking, error, spectrum, step, timing, comparison, demo, respo
 
 
 def save(figure, path):
-    """The file is complete or absent."""
+    """Save the figure; the file is complete or missing."""
     unfinished = path.with_name(f"{path.name}.undone")
     dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     try:
@@ -306,7 +306,7 @@ def save(figure, path):
 
 
 def draw(folder, kind, data, to, size_mm, **facts):
-    """One picture, in each of its formats."""
+    """Draw one picture in each of its formats."""
     with matplotlib.rc_context(LOOK):
         figure = Figure(figsize=[mm / 25.4 for mm in size_mm], layout="constrained")
         make = next(function for function in KINDS if function.__name__ == kind)
