@@ -21,8 +21,8 @@ namespace {
 
 using namespace hystcan;
 
-/// Prints a line on standard error. It neither throws if standard error is closed, as with the terminal, nor
-/// waits forever for its reader.
+/// Prints a line on standard error. Does not throw if standard error is closed, for example with its
+/// terminal, and does not wait forever for its reader.
 int print_line(const std::string& text, int status) {
   const std::string line = printable(text) + "\n";
   spdlog::default_logger()->flush();
@@ -31,7 +31,7 @@ int print_line(const std::string& text, int status) {
   return status;
 }
 
-/// In one line, whatever the name of a file is.
+/// Prints the error in one line; file names may contain line ends.
 int print_error(std::string reason, int status) {
   std::ranges::replace(reason, '\n', ' ');
   return print_line(fmt::format("hystcan: {}", reason), status);
@@ -60,7 +60,7 @@ int run(int argc, char** argv) {
   return status;
 }
 
-/// Returns the exit status of the command. Prints what it throws.
+/// Runs the command and returns its exit status. Prints its exceptions.
 template <class Command>
 int report_errors(const Command& command) {
   try {

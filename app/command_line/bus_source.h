@@ -1,5 +1,5 @@
-// The input of the commands for a bus: the interface and the database of its messages, from a configuration
-// or from options; or a candump log.
+// The input of the bus commands: the interface and the database of its messages, from a configuration or from
+// options; or a candump log.
 #pragma once
 
 #include <cstdint>
@@ -22,27 +22,27 @@ struct BusOptions {
   std::filesystem::path dbc;
 };
 
-/// [CONFIG] [--interface IF] [--dbc FILE]. The options override the configuration.
+/// Adds [CONFIG] [--interface IF] [--dbc FILE]. The options override the configuration.
 void add_bus_options(CLI::App& command, BusOptions& options);
 
 struct BusSource {
   std::string interface;
   std::optional<can::Database> database;
-  can::Protections protections;  ///< of the configuration's messages; empty with --dbc
+  can::Protections protections;  ///< protection of the configuration's messages; empty with --dbc
 };
 
-/// Throws Error if no interface is named, and the errors of the files that it reads.
+/// Throws Error if no interface is given, and the errors of the files that it reads.
 BusSource find_bus(const BusOptions& options);
 
-/// What open_input() expects.
+/// The expected content in the errors of open_input().
 inline constexpr const char* a_candump_log = "a log of candump -L";
-/// What is said of a log that a crash has cut.
+/// The note about a log that a crash cut.
 inline constexpr const char* last_line_left_out =
     "ignoring the last line: it has no line end and may be incomplete";
 /// Throws Error if a log had no frames, which is then no log or a recording of nothing.
 void require_frames(const std::string& name, std::uint64_t frames);
 
-/// Prints the warnings of a DBC on standard error, at most the first ten.
+/// Prints at most the first ten warnings of a DBC on standard error.
 void print_parse_warnings(const can::Database& database);
 
 }  // namespace hystcan::app

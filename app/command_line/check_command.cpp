@@ -66,7 +66,7 @@ void show_frame(const config::PlannedFrame& planned) {
         in_us(planned.deadline), planned.in_time() ? "" : "  late");
 }
 
-/// Prints worst-case response times. For SYNC, samples and commands they count from the start of the cycle.
+/// Prints worst-case response times. Those of SYNC, samples and commands count from the start of the cycle.
 void show_bus(const config::Config& config) {
   const config::BusPlan plan = config::plan_bus(config);
   print("# the bus at {} bit/s{}, with the maximum of stuff bits; times in us:\n",
@@ -82,7 +82,8 @@ void show_bus(const config::Config& config) {
         1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
 }
 
-/// A mismatch is allowed: it rehearses a bench whose amplifier is not what the controller assumes.
+/// Prints a warning about a mismatch, which is allowed: it rehearses a bench whose amplifier differs from the
+/// controller's assumption.
 void show_mismatch(const config::AxisConfig& axis) {
   if (axis.twin.interpolate == axis.control.delays.interpolated) return;
   print(
@@ -91,7 +92,7 @@ void show_mismatch(const config::AxisConfig& axis) {
       axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
 }
 
-/// Where the start-up takes the actuator to, so that it remembers nothing that the model does not know.
+/// Returns the range to which the start-up moves the actuator, so that the model knows its whole memory.
 std::string start_up_text(const config::AxisConfig& axis) {
   const controller::Gate::Config& gate = axis.control.gate;
   const model::Interval& thresholds = axis.control.law.model.input_range();
@@ -105,7 +106,7 @@ std::string start_up_text(const config::AxisConfig& axis) {
       thresholds.hi, unit, thresholds.lo, unit);
 }
 
-/// Reads, checks and prints a configuration and its consequences. It moves nothing and opens no interface.
+/// Reads, checks and prints a configuration and its consequences. Moves nothing and opens no interface.
 int check(const std::filesystem::path& file) {
   if (config::is_model_file(file)) return check_model(file);
   const config::Config config = config::load(file);
@@ -161,7 +162,7 @@ constexpr std::array wirings{
     WiringName{config::Wiring::fd_slots, "fd_slots", "the same with own slots"},
 };
 
-/// The bus at the highest rate that fits, or at 1 Hz. The rate is 0 if none fits.
+/// The bus at the highest possible rate, or at 1 Hz. The rate is 0 if none is possible.
 struct Limit {
   double rate_Hz;
   config::BusPlan plan;
@@ -227,7 +228,7 @@ struct CheckArguments {
 
 int run_check(const CheckArguments& options) {
   if (!options.rates) return check(options.file);
-  // As written: its own rate may be too high for its bus.
+  // Loads without checks: the file's own rate may be too high for its bus.
   const config::Config config =
       config::load_as_written(options.file.empty() ? shipped_file("piezo.toml") : options.file);
   if (options.json)

@@ -17,7 +17,7 @@
 namespace hystcan::app {
 namespace {
 
-/// The program and the subcommands that the command line names, the innermost last.
+/// Returns the program and the subcommands in the command line, the innermost last.
 std::vector<const CLI::App*> named_commands(const CLI::App& cli) {
   std::vector<const CLI::App*> commands{&cli};
   for (auto inner = cli.get_subcommands(); !inner.empty(); inner = inner.front()->get_subcommands())
@@ -37,7 +37,8 @@ std::vector<std::string> subcommands_of(const CLI::App& command) {
   return names;
 }
 
-/// `--name` of every option that the innermost command takes. A subcommand of ctl takes those of ctl too.
+/// Returns `--name` of every option of the innermost command. A subcommand of ctl also has the options of
+/// ctl.
 std::vector<std::string> options_of(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> names;
   for (auto command = commands.rbegin(); command != commands.rend(); ++command) {
@@ -53,7 +54,8 @@ std::string hint(std::string_view name, const std::vector<std::string>& candidat
   return fmt::format("expected one of {}", fmt::join(candidates, ", "));
 }
 
-/// What the command line has and nothing takes: an option first, because the rest may be its value.
+/// Returns the part of the command line that no command accepts: an option first, because the rest may be its
+/// value.
 std::optional<std::string> left_over(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> all;
   for (const CLI::App* command : commands)
@@ -73,7 +75,7 @@ std::string refuse_left_over(const std::vector<const CLI::App*>& commands, const
   return fmt::format("unexpected argument '{}'; see {} --help", text, name_of(commands));
 }
 
-/// The parser names the option first and then says what is wrong with it in its own words.
+/// Rewords the parser's message, which begins with the name of the option.
 std::string refuse_values(const std::vector<const CLI::App*>& commands, const std::string& text) {
   for (const CLI::App* command : commands)
     for (const CLI::Option* option : command->get_options()) {
@@ -113,7 +115,7 @@ std::string example_of(const ControlCommand& row) {
   return line;
 }
 
-/// By the words of the command below `hystcan`.
+/// Returns the examples of each command; the key is the command below `hystcan`.
 Examples examples() {
   Examples lines{
       {"demo", {"hystcan demo", "hystcan demo --config config/galfenol.toml --output galfenol-demo"}},
@@ -167,7 +169,8 @@ void add_examples_below(CLI::App& command, const std::string& words) {
     add_examples_below(*below, words.empty() ? below->get_name() : words + " " + below->get_name());
 }
 
-/// A variable of a shell that is not set is an empty text, and no option that was left out.
+/// Refuses an empty value of an option: an unset shell variable gives an empty text, but does not omit the
+/// option.
 void refuse_empty_values(CLI::App& command) {
   for (CLI::Option* option : command.get_options())
     option->check(CLI::Validator(

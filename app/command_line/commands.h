@@ -12,13 +12,13 @@ class ParseError;
 
 namespace hystcan::app {
 
-/// All subcommands, with the examples of their --help.
+/// Adds all subcommands, with the examples of their --help.
 void add_commands(CLI::App& cli, int& status);
-/// The message of a command line that cannot be used: one line that begins with the command,
-/// `hystcan identify: --order: 0, expected auto or 1 to 20`. A command or an option that does not exist is
-/// named with the nearest that does.
+/// Returns the message for an invalid command line: one line that begins with the command,
+/// `hystcan identify: --order: 0, expected auto or 1 to 20`. For an unknown command or option, the message
+/// has the most similar one.
 std::string usage_error(const CLI::App& cli, const CLI::ParseError& error);
-/// To every command below `cli`; the examples of a command end its --help.
+/// Adds the examples to every command below `cli`; they are at the end of its --help.
 void add_examples(CLI::App& cli);
 
 /// Adds one subcommand to `cli`. If the user chooses it, it runs once and sets `status` to the exit status.

@@ -1,4 +1,5 @@
-// Shell completion, made from the tree of commands: what a command takes is written in one place.
+// Shell completion, generated from the tree of commands, so that each command's arguments are listed in one
+// place.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -16,7 +17,7 @@
 namespace hystcan::app {
 namespace {
 
-/// Tables by the words of a command below `hystcan`: its commands, its options, and what an option takes:
+/// Tables by the words of a command below `hystcan`: its commands, its options, and the values of an option:
 /// words, `@interface`, `@file`, or nothing.
 using Tables = std::map<std::string, std::string>;  ///< "commands", "options", "values"
 
@@ -31,7 +32,8 @@ std::string words_taken(const CLI::Option& option) {
   return words;
 }
 
-/// The options of the commands above count too: `hystcan ctl --json status` and `hystcan ctl status --json`.
+/// Adds the tables of a command and its subcommands. The options of parent commands count, too:
+/// `hystcan ctl --json status` and `hystcan ctl status --json`.
 void add_tables(const CLI::App& command, const std::string& path, const std::string& inherited,
                 Tables& tables) {
   std::string commands, options = inherited;
@@ -98,7 +100,7 @@ std::string script(const CLI::App& root, const std::string& shell) {
   const bool is_bash = shell == "bash";
   std::string text = is_bash ? "# bash completion of hystcan, made by `hystcan completion bash`\n"
                              : "#compdef hystcan\n# made by `hystcan completion zsh`\n";
-  // zsh takes the quotes of a key as part of it.
+  // zsh treats the quotes of a key as part of the key.
   for (const auto& [name, rows] : tables) {
     std::string table = rows;
     if (!is_bash) {

@@ -59,8 +59,8 @@ struct ControllerArguments {
   bool json = false;
 };
 
-/// Consumes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the
-/// black box come first, the log comes last.
+/// Processes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the
+/// black box are first, the log is last.
 class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
@@ -87,7 +87,7 @@ class CycleRecorder {
   }
 
   const StateLog& log() const { return log_; }
-  /// Sampled on the control thread. Its last lines are written after the telemetry thread has ended.
+  /// Sampled on the control thread. Its last lines are written after the telemetry thread ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   CycleOutlets& outlets() { return outlets_; }
   controller::BlackBox& black_box() { return black_box_; }
@@ -112,8 +112,8 @@ bool all_axes(const controller::Controller& controller, auto predicate) {
   return true;
 }
 
-/// True if every axis is at the end of its reference or is not driven. An axis that still waits counts as
-/// such when another one has ended, and when it had its time.
+/// Returns true if every axis finished its reference or is not driven. A waiting axis counts as not driven if
+/// another axis has ended and the time to wait is over.
 bool nothing_left_to_do(const controller::Controller& controller, bool had_their_time) {
   const auto has_ended = [](const controller::Axis& axis) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
@@ -178,8 +178,8 @@ std::vector<controller::AxisOutcome> outcomes_of(
   return outcomes;
 }
 
-/// Throws RunError with the reason why the run is not a success: every fault, or else the first reason.
-/// `was_enabled`: some axis was when the run was asked to end. A user may leave all axes disabled.
+/// Throws RunError with the reason if the run was not a success: every fault, or else the first other reason.
+/// `was_enabled`: an axis was enabled when the run was asked to end; a user may leave all axes disabled.
 void require_success(const controller::Controller& controller, const StateLog& log,
                      const ControllerArguments& options, bool was_enabled,
                      const std::vector<controller::AxisOutcome>& outcomes) {
@@ -204,12 +204,12 @@ bool is_done(const controller::Controller& controller, const ControllerArguments
          (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
 }
 
-/// Returns when every axis is safe: whether some axis was enabled until then. What follows may wait for a
-/// disk, but not forever.
+/// Returns, when every axis is safe, whether an axis was enabled until then. The later steps may wait for a
+/// disk, but only for a limited time.
 bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
                     CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
   const ExitLimit limit(std::chrono::seconds(30));
-  bool is_enabled = true;  // from the start on
+  bool is_enabled = true;  // enabled at the start
   run_live(loop, controller, recorder.bus_log(),
            {.clear_faults = options.clear_faults,
             .is_done = [&](double run_s) { return is_done(controller, options, run_s, start_timeout_s); },
@@ -223,7 +223,7 @@ bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlS
   return is_enabled;
 }
 
-/// A run that was asked for and cannot be recorded does not begin.
+/// Starts recording. Throws if that fails, so that no run starts without its recording.
 void start_recording(runs::Recorder& recorder) {
   try {
     spdlog::info("recording to {}", recorder.start().string());
@@ -232,11 +232,11 @@ void start_recording(runs::Recorder& recorder) {
   }
 }
 
-/// With the twin on the simulated bus. Its log has the virtual time. Nothing that belongs to the real stage
-/// is touched: no socket, no black box, no saved memory.
+/// Runs with the twin on the simulated bus. The log has virtual times. Nothing of the real stage is used: no
+/// socket, no black box, no saved memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
   std::vector<controller::TrackingStatistics> statistics;
-  double limit_s = std::max(options.duration_s, patience_s);  // of an axis that never starts, or never ends
+  double limit_s = std::max(options.duration_s, patience_s);  // for an axis that never starts or never ends
   for (const config::AxisConfig& axis : config.axes) {
     statistics.emplace_back(axis.control, settle_s);
     limit_s = std::max(limit_s, patience_s + controller::reference_of(axis.control).length_s());
@@ -299,7 +299,7 @@ int run_controller(ControllerArguments options) {
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
   check_interface(config, config.bus.interface);
   states.restore(controller);
-  // After the bus has been opened, so that a run that fails to start keeps the CSV of the last run.
+  // Created after the bus is open, so that a run that fails to start keeps the CSV of the previous run.
   CycleRecorder recorder(config, states, options.csv);
   if (config.record.at_start) start_recording(recorder.outlets().recorder);
   telemetry = std::make_unique<controller::TelemetryThread>(
@@ -324,7 +324,7 @@ int run_controller(ControllerArguments options) {
   states.save(controller);
   const auto lost = recorder.close_csv();
   const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, recorder.statistics());
-  spdlog::default_logger()->flush();  // its last lines come before the results
+  spdlog::default_logger()->flush();  // prints its last lines before the results
   const auto unprinted =
       print_patiently(results_text(controller, recorder.log(), outcomes, options, dropped));
   require_success(controller, recorder.log(), options, was_enabled, outcomes);

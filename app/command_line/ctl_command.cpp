@@ -34,7 +34,7 @@ struct CtlArguments {
   nlohmann::json command = nlohmann::json::object();
 };
 
-/// Sends one command and returns its answer. `process`: controller or twin, for the message of an error.
+/// Sends one command and returns its answer. `process`: controller or twin, for error messages.
 nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json& command, const char* process,
                         std::optional<std::chrono::milliseconds> limit) {
   try {
@@ -51,7 +51,7 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
   }
 }
 
-/// `wait` may take as long as it says, and without a time as long as it takes.
+/// Returns the time limit of the answer. `wait` adds its own timeout; without one, there is no limit.
 std::optional<std::chrono::milliseconds> limit_of(const CtlArguments& options, Verb verb) {
   const double timeout_s = options.command.value("timeout_s", 0.0);
   if (verb == Verb::wait && timeout_s <= 0.0) return std::nullopt;
@@ -108,7 +108,7 @@ int run(const CtlArguments& options, const ControlCommand& row) {
   return done;
 }
 
-/// The argument as a number, a boolean or a list; any other word is a string.
+/// Parses the argument as a number, a boolean or a list; any other text is a string.
 nlohmann::json value_of(const std::string& text) {
   const nlohmann::json parsed = parse_command(text);
   return parsed.is_discarded() ? nlohmann::json(text) : parsed;

@@ -28,8 +28,9 @@ struct DecodeArguments {
   bool json = false;
 };
 
-/// Frames per second of a log. A stamp that is ahead counts as the time between the stamps beside it. A clock
-/// that was set back does not count, nor does a gap of a second and a thousand mean intervals.
+/// Computes the frame rate of a log. If a time stamp is ahead of the next one, the interval between its
+/// neighbours counts instead. Ignores a clock that was set back, and a gap longer than both a second and a
+/// thousand mean intervals.
 class LogRate {
  public:
   void add(std::chrono::microseconds time) {
@@ -40,7 +41,7 @@ class LogRate {
       take(time - before_ - std::exchange(taken_, {}), before_);
     last_ = time;
   }
-  /// None if no time has passed.
+  /// Returns nullopt if no time passed.
   std::optional<double> rate_Hz() const {
     return span_ > Span(0) ? std::optional(static_cast<double>(intervals_) / span_.count()) : std::nullopt;
   }
@@ -58,12 +59,12 @@ class LogRate {
   }
 
   std::optional<std::chrono::microseconds> last_;
-  std::chrono::microseconds before_{};  ///< the stamp before the last
-  Span span_{0}, taken_{0};             ///< taken_: of the last interval
+  std::chrono::microseconds before_{};  ///< the stamp before the last one
+  Span span_{0}, taken_{0};             ///< taken_: span of the last interval
   std::uint64_t intervals_ = 0;
 };
 
-/// With `at_once`, each frame is printed when it arrives, for example from `candump -L can0 |`.
+/// Decodes a log. With `at_once`, prints each frame when it arrives, for example from `candump -L can0 |`.
 void decode(std::istream& stream, const std::string& name, const DecodeArguments& options, bool at_once,
             FrameText& text, DecodeFindings& findings) {
   can::CandumpReader reader(stream, name);

@@ -35,7 +35,7 @@ struct DemoArguments {
   std::filesystem::path config;
   std::filesystem::path output = "hystcan-demo";
   bool json = false;
-  std::string page;  ///< address; empty: none
+  std::string page;  ///< listening address; empty: no page
 };
 
 struct Column {
@@ -44,7 +44,7 @@ struct Column {
   std::string failure;  ///< empty if every axis tracked without a fault
 };
 
-/// Writes the two CSV files of one structure. They do not remain if the run is stopped.
+/// Writes the two CSV files of one structure. Removes them if the run is stopped.
 Column run_column(const rehearsal::Setup& setup, controller::Structure structure,
                   const std::vector<std::string>& axis_names, const std::filesystem::path& directory) {
   const auto log_file = directory / fmt::format("{}.csv", to_string(structure));
@@ -69,7 +69,7 @@ Column run_column(const rehearsal::Setup& setup, controller::Structure structure
   }
 }
 
-/// A structure that fails is reported, and the next one runs.
+/// Runs all structures. If one fails, reports it and continues with the next.
 std::vector<Column> run_columns(const config::Config& config, const std::filesystem::path& directory) {
   const rehearsal::Setup setup = rehearsal_setup(config);
   const std::vector<std::string> names = config::axis_names(config);

@@ -29,7 +29,7 @@ namespace hystcan::app {
 namespace {
 
 constexpr auto pace = std::chrono::milliseconds(5);
-/// A machine that is busy for longer shows the rehearsal slower than real time.
+/// If the machine is busy for longer, the rehearsal is slower than real time.
 constexpr auto longest_catch_up = std::chrono::milliseconds(100);
 
 class TemporaryFolder {
@@ -59,11 +59,10 @@ std::filesystem::path copy_of(const std::filesystem::path& shipped, const Tempor
   return folder / shipped.filename();
 }
 
-/// Controller and twin in virtual time that keeps up with the clock, with the sockets of both, on a thread of
-/// its own.
+/// Controller and twin in virtual time, paced by the clock, with the sockets of both, on a separate thread.
 class PacedRehearsal {
  public:
-  /// `files`: with which `config` was loaded.
+  /// `files`: the cache with which `config` was loaded.
   PacedRehearsal(const std::filesystem::path& file, const config::Config& config, config::ReadFiles files,
                  const TemporaryFolder& folder)
       : outlets_(config, runs::describe(config, config::settings(config.file), "demo"), bus_log_sink()),
@@ -88,7 +87,7 @@ class PacedRehearsal {
   PacedRehearsal(const PacedRehearsal&) = delete;
   PacedRehearsal& operator=(const PacedRehearsal&) = delete;
 
-  /// What is left is to close its sockets, which the destructor waits for.
+  /// Returns true if only the sockets remain to be closed; the destructor waits for that.
   bool has_ended() const { return has_ended_; }
 
  private:
@@ -135,7 +134,7 @@ int run_demo_page(const std::filesystem::path& given, const std::string& listen)
   const TemporaryFolder folder;
   const std::filesystem::path file =
       given.empty() ? copy_of(shipped_file("piezo.toml"), folder) : std::filesystem::absolute(given);
-  // One rehearsal after the other, at the same sockets. Each reads the file anew.
+  // Runs one rehearsal after the other at the same sockets. Each one reads the file again.
   std::optional<PacedRehearsal> running;
   const auto start = [&] {
     if (running && !running->has_ended()) throw RunError("the rehearsal runs", {.remedy = "stop it first"});

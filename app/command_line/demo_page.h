@@ -6,7 +6,8 @@
 
 namespace hystcan::app {
 
-/// Until a signal. Without `config` a copy of the shipped stage, so that the page cannot change the original.
+/// Runs until a signal. If `config` is empty, uses a copy of the shipped stage, so that the page can't change
+/// the original.
 int run_demo_page(const std::filesystem::path& config, const std::string& listen);
 
 }  // namespace hystcan::app

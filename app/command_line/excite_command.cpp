@@ -38,7 +38,7 @@ struct ExciteArguments {
   bool overwrite = false;
 };
 
-/// Seconds of one major loop.
+/// Returns the duration of one major loop.
 double loop_period_s(const ExciteArguments& options, const config::Config& config) {
   return options.period_s.value_or(quasi_static_period_s(config.axes[0].control.delays.resonance_Hz));
 }
@@ -80,7 +80,7 @@ Excitation::Config excitation(const ExciteArguments& options, const config::Conf
       .levels = options.levels.value_or(5)};
 }
 
-/// Writes the CSV. An error of the file during the run is kept and thrown by close().
+/// Writes the CSV. Stores a file error during the run; close() throws it.
 class DatasetRecorder {
  public:
   DatasetRecorder(OutputFile& file, const ExciteArguments& options, const config::Config& config,
@@ -134,30 +134,30 @@ class DatasetRecorder {
   std::string lost_;
 };
 
-/// A size that is not stated is chosen: small first.
+/// Returns true if no size is given: the program then chooses one, starting small.
 bool chooses_size(const ExciteArguments& options) {
   return options.signal == "hysteresis" ? !options.low && !options.high : !options.amplitude;
 }
 
-/// The stated excitation. A size that is not stated is tried on the stage (loops), or on the twin (step,
-/// chirp).
+/// Returns the given excitation. If its size is not given, it is determined by trials on the stage (loops) or
+/// on the twin (step, chirp).
 Excitation::Config chosen_excitation(const ExciteArguments& options, const config::Config& config,
                                      const twin::Config& twin) {
   const Excitation::Config stated = excitation(options, config);
   if (!chooses_size(options)) return stated;
   if (const auto* loops = std::get_if<Excitation::Hysteresis>(&stated)) {
-    in_open_loop(config, stated);  // refuses what the gate would limit
+    in_open_loop(config, stated);  // refuses an excitation that the gate would limit
     return tried_small_first(config, twin, options.run, *loops);
   }
   return with_margin(config, twin, stated);
 }
 
-/// The records that tell apart what one record of loops leaves open.
+/// Proposes further records that resolve the ambiguities of a single record of loops.
 void propose_further(const ExciteArguments& options, const config::Config& config) {
   if (options.signal != "hysteresis" || options.period_s || options.slew_per_s || options.levels) return;
   const double period_s = loop_period_s(options, config);
   std::string stem =
-      options.output.stem().string();  // x.loops.csv -> x.slow.csv, as `init --continue` looks for it
+      options.output.stem().string();  // x.loops.csv -> x.slow.csv, the name that `init --continue` expects
   if (stem.ends_with(".loops")) stem.resize(stem.size() - std::string_view(".loops").size());
   const auto beside = [&](const char* what) {
     return shell_word(options.output.parent_path() / fmt::format("{}.{}.csv", stem, what));
@@ -168,8 +168,8 @@ void propose_further(const ExciteArguments& options, const config::Config& confi
       4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
 }
 
-/// Loops of a chosen size come after one more of them, which is not recorded: it erases what the smaller ones
-/// have left in the stage's memory.
+/// Adds an unrecorded loop before loops of a chosen size: it erases the traces of the smaller trial loops in
+/// the stage's memory.
 Excitation::Config with_lead(Excitation::Config excitation) {
   if (auto* loops = std::get_if<Excitation::Hysteresis>(&excitation)) ++loops->loops;
   return excitation;
@@ -179,8 +179,8 @@ double lead_s(const Excitation::Config& excitation) {
   return loops != nullptr ? loop_s(*loops) : 0.0;
 }
 
-/// Runs the excitation until its end; rows of a run that left its limits are not kept. True: smaller, once
-/// more.
+/// Runs the excitation to its end. Returns true if it exceeded a limit that a smaller one may keep; its rows
+/// are then discarded.
 bool recorded(OutputFile& file, const ExciteArguments& options, const config::Config& chosen,
               const twin::Config& twin, const Excitation::Config& excitation, bool may_shrink) {
   const bool leads = chooses_size(options);

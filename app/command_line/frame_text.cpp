@@ -26,7 +26,7 @@ std::string time_text(std::chrono::microseconds time) {
 std::string in_one_line(std::string_view text) { return config::in_one_line(can::dbc::to_utf8(text)); }
 std::string csv_field(std::string_view text) { return config::csv_field(can::dbc::to_utf8(text)); }
 
-/// The sign of nan has no meaning and is left out.
+/// Formats 17 significant digits. The sign of nan is meaningless and omitted.
 std::string csv_number(double value) { return std::isnan(value) ? "nan" : fmt::format("{:.17g}", value); }
 
 std::string_view kind_text(FrameKind kind) {
@@ -43,7 +43,7 @@ std::string_view kind_text(FrameKind kind) {
   return "unknown";
 }
 
-/// The reason why a frame carries only a part of its message; empty if it carries all.
+/// Returns the reason why a frame contains only a part of its message; empty if it contains all.
 std::string shortcoming(const can::Frame& frame, const Message& message) {
   if (frame.kind == FrameKind::remote) return "remote";
   if (frame.length < message.length) return fmt::format("{} of {} bytes", frame.length, message.length);
@@ -52,12 +52,12 @@ std::string shortcoming(const can::Frame& frame, const Message& message) {
 
 constexpr std::size_t classical_bytes = 8;
 
-// SAE J1939-21: the parameter groups and control bytes that announce a transport.
+// SAE J1939-21: parameter group and control bytes that announce a transport.
 constexpr std::uint32_t connection_management = 0xEC00;
 constexpr std::uint8_t request_to_send = 16;
 constexpr std::uint8_t broadcast_announce = 32;
 
-/// Below 0xF000 the low byte is an address and not a part of the group.
+/// Returns the group. Below 0xF000, the low byte is an address and not part of the group.
 std::uint32_t parameter_group(std::uint32_t id) {
   const std::uint32_t group = id >> 8U & 0x3FFFFU;
   return (group & 0xFF00U) < 0xF000U ? group & 0x3FF00U : group;

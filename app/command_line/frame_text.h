@@ -21,21 +21,22 @@ enum class FrameFormat : std::uint8_t {
 
 inline constexpr std::string_view csv_header = "time_s,interface,id,message,signal,raw,value,unit,name\n";
 
-/// Values in csv and json have 17 significant digits. Raw values are exact: 0 to 2^64 - 1 for an unsigned
-/// signal, the bits for a float signal. A value that is not finite is `nan` or `inf` in csv, null in json.
+/// Formats frames. Values in csv and json have 17 significant digits. Raw values are exact: 0 to 2^64 - 1 for
+/// an unsigned signal, the bits for a float signal. A value that is not finite is `nan` or `inf` in csv, null
+/// in json.
 class FrameText {
  public:
   /// The database must outlive this object.
   FrameText(const can::Database& database, FrameFormat format) : database_(database), format_(format) {}
 
-  /// Returns lines with their ends; for csv an empty text if the frame has no signals. Valid until the next
+  /// Returns lines with line ends; for csv, an empty text if the frame has no signals. Valid until the next
   /// call.
   const std::string& operator()(const can::LoggedFrame& logged);
 
   std::uint64_t frames() const { return frames_; }    ///< without error frames
   std::uint64_t unknown() const { return unknown_; }  ///< frames that match no message of the database
   std::uint64_t error_frames() const { return error_frames_; }
-  std::uint64_t lost() const { return lost_; }  ///< according to the drop notices in the log
+  std::uint64_t lost() const { return lost_; }  ///< frames lost according to the drop notices in the log
 
  private:
   void write_text(const can::LoggedFrame& logged, const can::Message* message);
@@ -51,33 +52,33 @@ class FrameText {
   std::uint64_t lost_ = 0;
 };
 
-/// `Position=12.5 um, State=2 (enabled)`, to twelve digits, in UTF-8.
+/// Returns `Position=12.5 um, State=2 (enabled)`, with twelve digits, in UTF-8.
 std::string signals_text(const std::vector<can::DecodedSignal>& signals);
 
-/// An object that maps each signal name to raw, value, unit and name of the value.
+/// Returns an object that maps each signal name to raw, value, unit and value name.
 std::string signals_json(const std::vector<can::DecodedSignal>& signals);
 
-/// The members of an FD frame, `,"brs":true,"esi":false`; empty for any other.
+/// Returns the members for an FD frame, `,"brs":true,"esi":false`; empty for any other frame.
 std::string fd_flags_json(const can::Frame& frame);
 
-/// An identifier as candump writes it: three digits, or eight if it is extended.
+/// Formats an identifier like candump: three digits, or eight if it is extended.
 std::string id_text(std::uint32_t id, bool extended);
-/// In quotes, escaped. What is no UTF-8 is read as Windows-1252.
+/// Returns the text quoted and escaped. Text that is not UTF-8 is read as Windows-1252.
 std::string json_string(std::string_view text);
 
-/// 17 significant digits; null if the value is not finite.
+/// Formats 17 significant digits; null if the value is not finite.
 std::string json_number(double value);
 
-/// The raw value of a signal in decimal.
+/// Returns the raw value of a signal in decimal.
 std::string raw_text(const can::DecodedSignal& signal);
 
-/// Reports the parts of a message that decoding leaves out, once for each message.
+/// Reports the parts of a message that can't be decoded, once for each message.
 ///
-/// Each frame is decoded by itself. Decoding leaves out
+/// Each frame is decoded on its own. Decoding omits
 ///   - signals that cannot be decoded,
-///   - a message longer than a frame: a frame with the message's own identifier shows only its first bytes,
-///   - a message that J1939 announces (connection management, PGN 0xEC00: request to send, or broadcast) and
-///     carries in frames of its transport protocol: nothing of it is decoded.
+///   - a message longer than a frame: a frame with the message's own identifier has only its first bytes,
+///   - a message that J1939 announces (connection management, PGN 0xEC00: request to send, or broadcast)
+///     and sends in frames of its transport protocol: none of it is decoded.
 class DecodeFindings {
  public:
   /// The database must outlive this object.

@@ -41,20 +41,20 @@ using identification::Identified;
 
 struct IdentifyArguments {
   std::vector<std::filesystem::path> data;
-  std::filesystem::path start;  ///< model file; empty: none
+  std::filesystem::path start;  ///< model file; empty if none
   std::filesystem::path output;
   std::filesystem::path initial_memory;
   std::filesystem::path report;
   DatasetInput input;
-  identification::IdentifyOptions asked;  ///< but for those that are words here
+  identification::IdentifyOptions asked;  ///< except the options stored as text here
   ModelWords model;
   bool dynamics = false;
   std::string symmetry = "auto";
   std::string thresholds = "auto";
   bool json = false;
   bool overwrite = false;
-  std::filesystem::path config;   ///< empty: none
-  std::filesystem::path written;  ///< copy of the configuration with the model in it
+  std::filesystem::path config;   ///< empty if none
+  std::filesystem::path written;  ///< copy of the configuration that contains the new model
 };
 
 identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
@@ -87,7 +87,7 @@ void save_memory(const IdentifyArguments& options, const Dataset& dataset, const
   out.commit();
 }
 
-/// What the datasets say of the model, and what the old one says.
+/// Describes which part of the model the datasets determine and which part the old model gives.
 std::string finding_of_old(const std::filesystem::path& file, const identification::OldModel& old,
                            const std::vector<Dataset>& datasets) {
   const model::Interval& known = old.parameters.input_range();
@@ -107,7 +107,7 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
       config::load_lag(file).dynamics ? ", but for its [dynamics], which are left out" : "");
 }
 
-/// The last part of a path, which may end in a slash.
+/// Returns the last part of a path, which may end in a slash.
 std::string name_of(const std::filesystem::path& path) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
@@ -120,7 +120,7 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
     note("hystcan: {}: {}\n", options.report.string(), *undrawn);
 }
 
-/// The configuration that gets the model, before it has one.
+/// Loads the configuration that gets the model; it has none yet.
 config::Config config_to_complete(const IdentifyArguments& options) {
   config::Config config = config::load_unmeasured(options.config);
   refuse_to_write_into(options.written, config, options.output);
@@ -146,7 +146,7 @@ void write_config(const IdentifyArguments& options, const config::Config& config
   }
 }
 
-// Runs before the slow work begins.
+// Checks the output files before the slow work begins.
 void check_outputs(const IdentifyArguments& options) {
   for (const auto& file : options.data)
     for (const auto& output : {options.output, options.initial_memory})

@@ -24,7 +24,7 @@
 namespace hystcan::app {
 namespace {
 
-/// The files of each axis: with one axis all records are its own, with several there is one for each.
+/// Returns the files of each axis: a single axis has all records; with several axes, each has one.
 std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
   const std::size_t axes = options.axes.size();
   const auto require_one_each = [&](const char* option, const std::vector<std::filesystem::path>& files) {

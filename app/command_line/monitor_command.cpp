@@ -29,7 +29,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds poll_interval{50};  // of keys and signals
+constexpr std::chrono::milliseconds poll_interval{50};  // for keys and signals
 
 struct MonitorArguments {
   BusOptions bus;
@@ -41,7 +41,7 @@ struct MonitorArguments {
 struct BusLine {
   std::string interface;
   can::BusState state = can::BusState::active;
-  std::uint64_t lost = 0;           ///< frames the kernel dropped
+  std::uint64_t lost = 0;           ///< frames that the kernel dropped
   std::chrono::microseconds now{};  ///< since 1970-01-01 UTC; ages are relative to it
 };
 
@@ -85,7 +85,7 @@ std::string row(const Traffic::Key& key, const MessageTraffic& traffic, const Bu
                      content(traffic), rejects_text(traffic));
 }
 
-/// The table: one line about the bus, then one row for each message. Not cut to any width.
+/// Returns the table: one line about the bus, then one row for each message, of any width.
 std::vector<std::string> monitor_lines(const BusLine& bus, const Traffic& traffic) {
   std::string top = fmt::format("{}: {}", bus.interface, to_string(bus.state));
   if (const auto counters = traffic.error_counters())
@@ -104,7 +104,7 @@ std::vector<std::string> monitor_lines(const BusLine& bus, const Traffic& traffi
   return lines;
 }
 
-/// One object, in one line.
+/// Returns one object in one line.
 std::string monitor_json(const BusLine& bus, const Traffic& traffic) {
   std::string text;
   const auto out = std::back_inserter(text);

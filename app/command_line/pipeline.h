@@ -1,8 +1,8 @@
-// Reads, computes and writes blocks on cores of their own.
+// Reads, computes and writes blocks in separate threads.
 //
-//   calling thread: read ──▶ thread: compute ──▶ thread: write        blocks stay in order, and go round
+//   calling thread: read ──▶ thread: compute ──▶ thread: write        blocks stay in order and are reused
 //
-// Signals reach the calling thread only: one that waits for input is woken.
+// Only the calling thread receives signals, so that a signal interrupts its wait for input.
 #pragma once
 
 #include <pthread.h>
@@ -27,7 +27,7 @@ class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t most) : most_(most) {}
 
-  /// Waits for room. False: no more is taken.
+  /// Waits for space. Returns false if the queue was abandoned.
   bool push(T value) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return abandoned_ || values_.size() < most_; });
@@ -36,7 +36,7 @@ class BoundedQueue {
     changed_.notify_all();
     return true;
   }
-  /// Waits for a value. Empty: no more will come.
+  /// Waits for a value. Returns nullopt if no more values will arrive.
   std::optional<T> pop() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return finished_ || !values_.empty(); });
@@ -46,9 +46,9 @@ class BoundedQueue {
     changed_.notify_all();
     return value;
   }
-  /// No more will be pushed; what waits is still taken.
+  /// Ends the input: no more values will be pushed; waiting values are still returned.
   void finish() { set(finished_); }
-  /// No more will be taken.
+  /// Ends the output: no more values will be popped.
   void abandon() { set(abandoned_); }
 
  private:
@@ -66,7 +66,7 @@ class BoundedQueue {
   bool abandoned_ = false;
 };
 
-/// Does the work of run_pipeline() in the calling thread alone.
+/// Does the work of run_pipeline() in the calling thread.
 template <class Block, class Read, class Compute, class Write>
 void run_in_sequence(Read& read, Compute& compute, Write& write) {
   for (Block block; read(block);) {
@@ -76,8 +76,8 @@ void run_in_sequence(Read& read, Compute& compute, Write& write) {
 }
 
 /// `read(Block&)` fills a block and returns false at the end; `compute(Block&)` and `write(const Block&)` get
-/// each block once, in order. What one of them throws ends all. It is thrown here; of several, that of the
-/// earliest block. Where the system has no further thread, the calling thread does everything.
+/// each block once, in order. An exception from any of them ends the pipeline and is thrown here; of several,
+/// the one from the earliest block. If the system can't create a thread, the calling thread does everything.
 template <class Block, class Read, class Compute, class Write>
 void run_pipeline(Read read, Compute compute, Write write) {
   constexpr std::size_t depth = 4;  // blocks between two threads

@@ -29,7 +29,7 @@ struct PlotArguments {
   DatasetInput interval;
 };
 
-/// Runs may have the same name: average.csv of two folders.
+/// Makes the name unique: runs may have the same name, such as average.csv in two folders.
 std::string distinct_name(const std::vector<RunFigures>& others, const runs::Run& run) {
   std::string name = std::filesystem::is_directory(run.path()) ? run.name() : run.path().stem().string();
   for (const RunFigures& other : others)

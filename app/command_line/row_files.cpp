@@ -65,7 +65,7 @@ class CsvRows final : public RowInput {
   std::vector<double> row_;
 };
 
-/// What h5py reads (python/hystcan/hdf5.py).
+/// Rows that h5py reads (python/hystcan/hdf5.py).
 class Hdf5Rows final : public RowInput {
  public:
   Hdf5Rows(const std::filesystem::path& file, std::string column)
@@ -181,7 +181,7 @@ class Hdf5RowOutput final : public RowOutput {
   std::vector<std::vector<double>> columns_;
 };
 
-/// The first bytes of an HDF5 file without a block of the user's before it.
+/// Returns true if the file begins like an HDF5 file without a user block.
 bool is_hdf5(const std::filesystem::path& file) {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   std::error_code ignored;

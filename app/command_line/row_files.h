@@ -17,40 +17,40 @@ struct SampleBlock {
   std::vector<double> time_s, given, input, output;
 };
 
-/// True for a name that ends in .h5 or .hdf5.
+/// Returns true for a name that ends in .h5 or .hdf5.
 bool has_hdf5_name(const std::filesystem::path& file);
 
 class RowInput {
  public:
   virtual ~RowInput() = default;
-  /// Fills time_s and given. False at the end. Throws Error at a value that is not finite, at a row that is
-  /// none, and where time decreases, with the place.
+  /// Fills time_s and given. Returns false at the end. Throws Error with the place at an invalid row, at a
+  /// value that is not finite, and if time decreases.
   virtual bool next(SampleBlock& block) = 0;
-  /// That the file states for its column; empty: none.
+  /// The unit that the file gives for its column; empty if none.
   virtual std::string unit() const = 0;
-  /// The file has the column time_s.
+  /// True if the file has the column time_s.
   virtual bool timed() const = 0;
-  /// What was left out at the end, a sentence each.
+  /// Returns one sentence for each thing that was omitted at the end.
   virtual std::vector<std::string> notes() const { return {}; }
-  /// What was read of `size()`, for a progress bar.
+  /// The amount read, of `size()`, for a progress bar.
   virtual std::uint64_t done() const = 0;
   virtual std::uint64_t size() const = 0;  ///< 0: unknown
 };
 
-/// `column`: "input" or "output", a CSV column or an HDF5 dataset beside `time_s`, which may be left out:
-/// then it is the number of the row. The contents tell which format it is. Throws Error.
+/// Opens a CSV column or an HDF5 dataset named `column`, "input" or "output". `time_s` is optional; if it is
+/// missing, the time is the row number. The contents decide the format. Throws Error.
 std::unique_ptr<RowInput> open_rows(const std::filesystem::path& file, const std::string& column);
 
 class RowOutput {
  public:
   virtual ~RowOutput() = default;
   virtual void write(const SampleBlock& block) = 0;
-  /// Without it no file remains.
+  /// Keeps the file; without this call, it is removed.
   virtual void commit() = 0;
 };
 
-/// time_s, input, output. HDF5 if its name says so, else CSV with the shortest digits that read back to the
-/// same bits.
+/// Writes time_s, input, output. The format is HDF5 if the file name requires it, else CSV with the fewest
+/// digits that restore the same bits.
 std::unique_ptr<RowOutput> make_rows(const std::filesystem::path& file, const std::string& input_unit,
                                      const std::string& output_unit);
 

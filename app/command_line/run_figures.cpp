@@ -18,7 +18,7 @@
 namespace hystcan::app {
 namespace {
 
-constexpr std::size_t longest_step = 2'000'000;  // rows in which a step is looked for
+constexpr std::size_t longest_step = 2'000'000;  // maximum rows in which a step is searched
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<std::string> needed{"time_s", "state", "reference_um", "position_um", "drive"};
@@ -43,10 +43,10 @@ double rate_of(const runs::Run& run, std::size_t axis) {
   return static_cast<double>(time_s.size() - 1) / (time_s.back() - time_s.front());
 }
 
-/// A command takes effect a cycle after it was given and acts for another one, until the next sample.
+/// A command takes effect one cycle after it was sent and acts for one more cycle, until the next sample.
 constexpr double cycles_of_the_wire = 2.0;
 
-/// The drive of some cycles before, between two of them where that is no whole number.
+/// The drive some cycles earlier, interpolated if the number of cycles is not whole.
 class DelayedDrive {
  public:
   explicit DelayedDrive(double cycles)
@@ -63,17 +63,17 @@ class DelayedDrive {
  private:
   std::size_t whole_;
   double part_;
-  std::vector<double> last_;  ///< the newest first
+  std::vector<double> last_;  ///< newest first
 };
 
-/// The known delay of the axis, else that of the wire.
+/// Returns the known delay of the axis, else the delay of the wire.
 double drive_delay_s(const runs::RunAxis& axis, double rate_Hz) {
   constexpr double longest_cycles = 1000.0;
   const double cycles = axis.delay_s * rate_Hz;
   return (cycles >= 0.0 && cycles <= longest_cycles ? cycles : cycles_of_the_wire) / rate_Hz;
 }
 
-/// in_position.tolerance_um; 0 where it was not configured.
+/// Returns in_position.tolerance_um; 0 if it was not configured.
 double tolerance_of(const runs::Run& run, std::size_t axis) {
   config::AxisConfig any;
   const double& tolerance_um = any.control.in_position.emplace().tolerance_um;
@@ -86,7 +86,7 @@ double tolerance_of(const runs::Run& run, std::size_t axis) {
   return *value;
 }
 
-/// Takes the cycles of an axis in order.
+/// Processes the cycles of an axis in order.
 class Gatherer {
  public:
   Gatherer(RunFigures& figures, const std::vector<std::string>& columns, double rate_Hz, double tolerance_um)
@@ -108,11 +108,11 @@ class Gatherer {
     const auto value = [&](std::size_t column) {
       return column < columns.size() ? columns[column][i] : nothing;
     };
-    // A transition to a segment is no step of it: the levels count anew from the segment's beginning.
+    // A transition to a segment is not a step of the segment: the levels restart at the start of the segment.
     const bool is_between =
         value(shape_time_) == 0.0 || std::exchange(in_segment_, value(segment_)) != value(segment_);
     add(row, value(missing_) == 1.0, is_between);
-    figures_.turnaround_us.add(value(turnaround_));  // what is nothing does not count
+    figures_.turnaround_us.add(value(turnaround_));  // ignores values that are not finite
     figures_.lateness_us.add(value(lateness_));
   }
 
@@ -131,7 +131,7 @@ class Gatherer {
     return static_cast<std::size_t>(std::ranges::find(columns, name) - columns.begin());
   }
 
-  /// A step is judged by the samples that the controller has had.
+  /// Adds a row. Steps are judged only by samples that the controller received.
   void add(const PlotRow& row, bool is_missing, bool is_between) {
     figures_.error.add(row.error_um);
     figures_.rows.add(row);
@@ -145,12 +145,12 @@ class Gatherer {
 
   RunFigures& figures_;
   std::size_t turnaround_, lateness_, missing_, segment_,
-      shape_time_;  ///< columns; beyond the last: not there
+      shape_time_;  ///< column indices; beyond the last column: missing
   double rate_Hz_, tolerance_um_;
   DelayedDrive drive_;
   double in_segment_ = nothing;
   std::vector<double> time_s_, reference_um_, position_um_;
-  std::vector<double> level_um_;  ///< the reference; NaN between the segments
+  std::vector<double> level_um_;  ///< reference; NaN between the segments
 };
 
 using TableRow = std::vector<std::string>;
@@ -184,7 +184,7 @@ TableRow row_of(const RunFigures& run) {
   return row;
 }
 
-/// The text as the letters that it has: no command, no argument of the line above.
+/// Escapes the text for LaTeX, so that it contains no command and no argument of the line above.
 std::string latex_text(std::string_view text) {
   return (text.starts_with('[') || text.starts_with('*') ? "{}" : "") +
          with_replaced(text, {{'\\', "\\textbackslash{}"},
@@ -202,7 +202,7 @@ std::string latex_text(std::string_view text) {
                               {'}', "\\}"}});
 }
 
-/// The text as the letters that it has: no HTML, no link, no further cell.
+/// Escapes the text for Markdown, so that it contains no HTML, no link and no further cell.
 std::string markdown_text(std::string_view text) {
   return with_replaced(text, {{'<', "&lt;"},
                               {'&', "&amp;"},
@@ -215,7 +215,7 @@ std::string markdown_text(std::string_view text) {
                               {'!', "\\!"}});
 }
 
-/// A spreadsheet computes a cell that begins with one of these letters, unless an apostrophe is before it.
+/// Adds an apostrophe before the characters with which a spreadsheet formula begins.
 std::string spreadsheet_text(const std::string& text) {
   return !text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos ? "'" + text
                                                                                                 : text;

@@ -1,4 +1,4 @@
-// What a recorded run shows: figures of its tracking cycles, read once in constant memory, and their table.
+// The figures of a recorded run's tracking cycles, read once in constant memory, and their table.
 #pragma once
 
 #include <cstddef>
@@ -15,19 +15,20 @@
 
 namespace hystcan::app {
 
-/// A cycle in a picture.
+/// A cycle in a plot.
 struct PlotRow {
-  double time_s, reference_um, position_um, error_um, drive;  ///< drive: the one that this sample shows
+  double time_s, reference_um, position_um, error_um, drive;  ///< drive: the one whose effect this sample
+                                                              ///< shows
 };
 
-/// Keeps at most `most` rows of a signal, whatever its length: of each group of neighbours the rows with the
-/// least and the greatest error, so that no peak is lost.
+/// Keeps at most `most` rows of a signal of any length: of each group of neighbours, the rows with the
+/// smallest and the largest error, so that no peak is lost.
 class PlotRows {
  public:
   static constexpr std::size_t most = 20'000;
 
   void add(const PlotRow& row);
-  /// In order of time.
+  /// Returns the rows in order of time.
   std::vector<PlotRow> rows() const;
 
  private:
@@ -44,24 +45,24 @@ class PlotRows {
 struct RunFigures {
   std::string run, axis, drive_unit;
   double stroke_um = 0.0;      ///< 0: unknown
-  double drive_delay_s = 0.0;  ///< by which the drive of the rows is earlier than the one in the record
+  double drive_delay_s = 0.0;  ///< a row has the drive that was recorded this much earlier
   metrics::ErrorStatistics error{};
   std::size_t faults = 0;
   PlotRows rows;
-  metrics::Spectrum spectrum;  ///< of the error
+  metrics::Spectrum spectrum;  ///< spectrum of the error
   metrics::Histogram turnaround_us = metrics::Histogram::of_width(5.0, 199),
                      lateness_us = metrics::Histogram::of_width(1.0, 199);
-  std::optional<metrics::Step> step;  ///< the largest
-  std::vector<PlotRow> step_rows;     ///< around the step
+  std::optional<metrics::Step> step;  ///< the largest step
+  std::vector<PlotRow> step_rows;     ///< rows around the step
 };
 
-/// Throws Error if the axis does not track in this time, or if a column is missing.
+/// Throws Error if the axis does not track in this time span, or if a column is missing.
 RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSpan& span);
 
 /// "markdown", "csv", "latex".
 const std::vector<std::string>& table_formats();
-/// A row for each run and axis: cycles, RMS and greatest error in um and in percent of the stroke, faults;
-/// rise time, overshoot and settling time where there is a step. What is unknown is empty.
+/// Returns a row for each run and axis: cycles, RMS and largest error in um and in percent of the stroke,
+/// faults; rise time, overshoot and settling time if there is a step. Unknown values are empty.
 std::string run_table(const std::vector<RunFigures>& runs, std::string_view format);
 
 }  // namespace hystcan::app

@@ -11,7 +11,7 @@
 namespace hystcan::app {
 namespace {
 
-/// A picture: the text of its CSV, and what plot.py cannot read there.
+/// A plot: the text of its CSV, and the values that plot.py can't get from it.
 struct RunPicture {
   std::string data;
   nlohmann::json facts;
@@ -65,7 +65,7 @@ RunPicture step(const RunFigures& run) {
   return {csv(row_header, run.step_rows), legend(std::move(figures))};
 }
 
-/// Up to the last class that has a count.
+/// Plots the timing histograms up to the last class with a count.
 RunPicture timing(const RunFigures& run) {
   std::string data = "upper_us,share_percent,what\n";
   for (const auto& [what, histogram] :
@@ -89,7 +89,7 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
   return all;
 }
 
-/// Why this picture cannot be made of the run.
+/// Returns the reason if this plot can't be made for the run.
 std::optional<std::string> lack_of(const std::string& kind, const RunFigures& run) {
   if (kind == "step" && !run.step) return "its reference has no step";
   if (kind == "spectrum" && run.spectrum.segments() == 0)
@@ -121,7 +121,7 @@ class Drawing {
   }
 
  private:
-  /// Names that differ may have the same file name.
+  /// Makes the name unique: different names may lead to the same file name.
   std::string distinct(const std::string& name) const {
     std::string candidate = name;
     for (int number = 2; std::ranges::find(drawn_.names, candidate) != drawn_.names.end(); ++number)
@@ -136,7 +136,7 @@ class Drawing {
 
 std::string label_of(const RunFigures& run) { return fmt::format("{}-{}", run.run, run.axis); }
 
-/// The errors of all runs from the beginning of each.
+/// Plots the errors of all runs, each from its start.
 RunPicture comparison(const std::vector<RunFigures>& runs) {
   std::string data = "time_s,error_um,which\n";
   std::vector<std::string> legends;

@@ -1,4 +1,4 @@
-// The pictures of recorded runs, drawn from CSV files that stay beside them.
+// The plots of recorded runs, drawn from CSV files that remain in the same folder.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace hystcan::app {
 const std::vector<std::string>& plot_kinds();
 
 struct RunPlots {
-  std::filesystem::path folder;  ///< is there
+  std::filesystem::path folder;  ///< must exist
   std::vector<std::string> kinds, formats;
   PictureSize size;
 };
@@ -26,7 +26,7 @@ struct DrawnPlots {
   std::optional<std::string> undrawn;  ///< why they are not drawn
 };
 
-/// Throws RunError if a file cannot be written.
+/// Throws RunError if a file can't be written.
 DrawnPlots draw_runs(const std::vector<RunFigures>& runs, const RunPlots& plots);
 
 }  // namespace hystcan::app

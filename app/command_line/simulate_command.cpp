@@ -38,7 +38,7 @@ struct SimulateArguments {
   bool overwrite = false;
 };
 
-/// A creep acts between the rows. `rows`: those before the block.
+/// Throws if time does not increase: creep acts between the rows. `rows`: number of rows before the block.
 void require_later_rows(const SimulateArguments& options, std::optional<double> before_s,
                         const SampleBlock& block, std::size_t rows) {
   for (const double time_s : block.time_s) {
@@ -58,7 +58,7 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
   }
 }
 
-/// In constant memory. Returns what the rows had.
+/// Simulates in constant memory. Returns the tally of the rows.
 model::Tally run(const SimulateArguments& options, const config::Actuator& actuator,
                  config::ActuatorMemory& memory, RowOutput& out) {
   const std::unique_ptr<RowInput> rows = open_rows(options.input, options.inverse ? "output" : "input");
@@ -136,7 +136,7 @@ int simulate(const SimulateArguments& options) {
     for (const auto& input : {options.model, options.input}) refuse_to_overwrite(output, input);
   refuse_to_overwrite(options.output, options.memory);
   refuse_to_replace(options.output, options.overwrite);
-  std::error_code ignored;  // a memory may go on in its own file
+  std::error_code ignored;  // the memory file may be its own input
   if (!std::filesystem::equivalent(options.save_memory, options.memory, ignored))
     refuse_to_replace(options.save_memory, options.overwrite);
   if (!options.save_memory.empty()) refuse_to_share(options.output, options.save_memory);

@@ -24,7 +24,8 @@ void SimulatedMode::move(SampleBlock& block) {
     block.output[i] = next(block.time_s[i], block.output[i]);
 }
 
-// The cycle is known with the second row. At the first one the stage is at rest.
+// Returns the next position. The stage is at rest at the first row. The cycle time is known from the second
+// row on.
 double SimulatedMode::next(double time_s, double at_rest) {
   if (row_ == 0) {
     first_ = at_rest;

@@ -1,4 +1,4 @@
-// The mode behind hysteresis and creep in `simulate`, of the model file.
+// The mechanical mode of a model file, after hysteresis and creep, for `simulate`.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,14 @@
 
 namespace hystcan::app {
 
-/// The positions of a stage whose model file has [dynamics], at an even rate.
+/// Computes the positions of a stage whose model file has [dynamics], at a constant rate.
 class SimulatedMode {
  public:
-  /// Throws Error if the actuator of this file has none.
+  /// Throws Error if this file's actuator has no dynamics.
   SimulatedMode(const config::Actuator& actuator, const std::filesystem::path& file,
                 std::filesystem::path input);
 
-  /// From the outputs of the block to positions.
+  /// Replaces the outputs of the block by positions.
   void move(SampleBlock& block);
 
  private:

@@ -34,12 +34,12 @@ constexpr std::chrono::milliseconds print_every{1000};
 struct StatusArguments {
   std::string socket;
   std::string interface = "vcan0";
-  bool shows_bus = true;  ///< a socket alone does not tell the interface
+  bool shows_bus = true;  ///< false if only a socket is given, because it does not identify the interface
   bool watch = false;
   bool json = false;
 };
 
-/// The answer; throws RunError with the reason if there is none.
+/// Returns the answer; throws RunError with the reason if there is none.
 nlohmann::json ask(const StatusArguments& options) {
   const std::filesystem::path file =
       options.socket.empty() ? find_socket(options.interface) : std::filesystem::path(options.socket);
@@ -57,7 +57,7 @@ void print_lines(const std::vector<std::string>& lines) {
   flush_output();
 }
 
-/// A controller that has ended, or is not there yet, is asked again.
+/// Shows the status repeatedly. Retries if the controller ended or has not started yet.
 int watch(const StatusArguments& options, const std::function<std::optional<BusReport>()>& bus) {
   const auto lines = [&] {
     try {

@@ -10,14 +10,14 @@
 
 namespace hystcan::app {
 
-/// "-" if there is no number.
+/// Formats the value; "-" if it is NaN.
 std::string four_decimals(double value);
 
-/// Counters, recording, a row for each axis. Not cut to any width.
+/// Returns counters, recording, and a row for each axis, of any width.
 std::vector<std::string> status_lines(const StatusAnswer& status);
 
-/// The same for a screen: with timing, the last event of a node, and the interface, if there is one.
-/// `status` may be empty: no answer has come, and `trouble` says why.
+/// Like status_lines(), for a screen: adds timing, the last event of a node, and the interface, if given. If
+/// no answer arrived, `status` is nullopt and `trouble` is the reason.
 std::vector<std::string> status_screen(const std::optional<StatusAnswer>& status,
                                        const std::optional<BusReport>& bus, const std::string& trouble);
 

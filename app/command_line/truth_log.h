@@ -1,4 +1,4 @@
-// Writes the truth of a twin as CSV, one row for each sample of each axis.
+// Writes the true states of a twin as CSV, one row for each sample of each axis.
 #pragma once
 
 #include <filesystem>
@@ -13,11 +13,11 @@ namespace hystcan::app {
 
 class TruthLog {
  public:
-  /// Replaces the file. Throws std::system_error if the file cannot be created.
+  /// Replaces the file. Throws std::system_error if the file can't be created.
   TruthLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
   void write(const twin::Truth& truth);
-  /// Why rows were lost, if any were.
+  /// Returns the reason if rows were lost.
   std::optional<std::string> close();
 
  private:

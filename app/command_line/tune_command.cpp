@@ -36,9 +36,9 @@ using identification::Dataset;
 struct TuneArguments {
   OpenLoopOptions run;
   std::filesystem::path output = "tuning.toml";
-  std::filesystem::path written, picture, table;  ///< empty: not asked for
-  std::filesystem::path record;                   ///< empty: an experiment makes one
-  config::DatasetLayout layout{};                 ///< of the record
+  std::filesystem::path written, picture, table;  ///< empty: not requested
+  std::filesystem::path record;                   ///< empty: an experiment records it
+  config::DatasetLayout layout{};                 ///< layout of the record
   std::optional<double> centre, amplitude;
   double period_s = 0.4;
   unsigned cycles = 5;
@@ -63,15 +63,15 @@ CautiousRule cautious_rule(const TuneArguments& options) {
   return rule;
 }
 
-/// The stated amplitude, or the default one, made smaller where the twin comes near a limit with it.
+/// Returns the given amplitude, or the default, reduced if the twin gets close to a limit.
 Excitation::Steps chosen_steps(const TuneArguments& options, const config::Config& config,
                                const twin::Config& twin) {
   const Excitation::Steps stated = steps(options, config.axes[0].control.gate);
-  in_open_loop(config, stated);  // refuses what is outside the range
+  in_open_loop(config, stated);  // refuses steps outside the range
   return options.amplitude ? stated : std::get<Excitation::Steps>(with_margin(config, twin, stated));
 }
 
-/// The files that were asked for, opened before the axis moves.
+/// The requested files, opened before the axis moves.
 struct AskedFiles {
   AskedFiles(const TuneArguments& options, const config::Config& loaded) {
     refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
@@ -100,7 +100,7 @@ void put(std::optional<OutputFile>& file, const std::string& text) {
   file->commit();
 }
 
-/// What the proposal rests on.
+/// The data on which the proposal is based.
 struct Measured {
   Dataset record;
   IdentifiedPlant plant;
@@ -112,7 +112,7 @@ Measured measured_before(const TuneArguments& options, const config::Config& con
   input.axis = report.axis;
   input.input_unit = report.drive_unit;
   input.layout = options.layout;
-  load(records, input, true);  // no limit of the stage comes from it
+  load(records, input, true);  // accepts doubts: the record sets no limit of the stage
   report.record = options.record.filename().string();
   return {*records.step, *shown_plant(records, config.axes[0].control.delays)};
 }
@@ -130,7 +130,7 @@ int tune(const TuneArguments& options) {
   const config::Config loaded = config::load(options.run.config);
   AskedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
-  const twin::Config twin = twin_config(loaded);  // whole, as the bus has all its nodes
+  const twin::Config twin = twin_config(loaded);  // complete, because the bus has all its nodes
   TuningReport report = tuning_of(config);
   report.rule = options.sensitivity;
   report.cautious_rule = cautious_rule(options);

@@ -52,7 +52,7 @@ ValidationOptions asked_for(const ValidateArguments& options, const model::Hyste
   if (!options.quasi_static)
     asked.crept =
         config::load_creep_memory(options.memory, model::OutputCreep(lag.creep), asked.memory->output);
-  if (asked.crept) asked.crept->time_s.reset();  // it is that of the first row
+  if (asked.crept) asked.crept->time_s.reset();  // the first row sets the time
   return asked;
 }
 
