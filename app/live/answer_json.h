@@ -1,5 +1,5 @@
-// Writes and reads the structs of app/live/control_answers.h as JSON objects, by their `visit`. A number that
-// is NaN is null. Further members of an object, for example those of a newer program, are ignored.
+// Writes and reads the structs of app/live/control_answers.h as JSON objects, by their `visit`. NaN is null.
+// Other members of an object, for example from a newer program, are ignored.
 #pragma once
 
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 
-/// Neither a struct with a `visit` nor something that holds one.
+/// True for types without a `visit` that contain no type with a `visit`.
 template <class T>
 inline constexpr bool is_value =
     std::is_arithmetic_v<T> || HasWords<T> || std::is_same_v<T, std::string> ||
@@ -53,7 +53,7 @@ class AnswerWriter {
   nlohmann::json object = nlohmann::json::object();
 };
 
-/// Of a struct with a `visit`, a list of them, or one value.
+/// Converts a struct with a `visit`, a list of such structs, or one value.
 template <class T>
 nlohmann::json as_json(T value) {
   if constexpr (std::is_same_v<T, std::filesystem::path>) {
@@ -75,7 +75,7 @@ nlohmann::json as_json(T value) {
   }
 }
 
-/// Reads a value; throws RunError with its place and what was expected.
+/// Reads a value; throws RunError with its place and the expected type.
 template <class T>
 void read_value(const nlohmann::json& from, T& to, const std::string& place);
 
@@ -140,7 +140,7 @@ void read_value(const nlohmann::json& from, T& to, const std::string& place) {
   }
 }
 
-/// {"ok": true, ...}, or of a refusal {"ok": false, ...}.
+/// Returns {"ok": true, ...}, or {"ok": false, ...} for a refusal.
 template <class T>
 nlohmann::json answer_json(T answer) {
   nlohmann::json object = as_json(std::move(answer));
@@ -148,13 +148,13 @@ nlohmann::json answer_json(T answer) {
   return object;
 }
 
-/// Whether the command was carried out.
+/// Returns true if the command was carried out.
 inline bool is_done(const nlohmann::json& answer) {
   const auto ok = answer.find("ok");
   return ok != answer.end() && *ok == true;
 }
 
-/// Throws RunError if the object lacks a member or has it with another type.
+/// Throws RunError if a member is missing or has another type.
 template <class T>
 T read_object(const nlohmann::json& object) {
   T read{};
@@ -162,7 +162,7 @@ T read_object(const nlohmann::json& object) {
   return read;
 }
 
-/// The same; throws RunError with the reason if the answer is a refusal.
+/// Like read_object(); throws RunError with the reason if the answer is a refusal.
 template <class T>
 T read_answer(const nlohmann::json& answer) {
   if (!is_done(answer)) throw RunError(read_object<RefusedAnswer>(answer).error);

@@ -1,4 +1,4 @@
-// Opens the cards that [axis.analogue] names.
+// Opens the cards named in [axis.analogue].
 #pragma once
 
 #include <vector>
@@ -9,7 +9,8 @@
 
 namespace hystcan::app {
 
-/// Opens a real card, or the simulated one with the stages of `axes`. Refers to its arguments.
+/// Returns a function that opens a real card, or the simulated card with the stages of `axes`. The arguments
+/// must outlive it.
 node::Cards::Open card_opener(const config::Config& config, const std::vector<node::WiredAnalogueAxis>& axes,
                               can::Scheduler& scheduler);
 

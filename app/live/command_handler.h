@@ -1,4 +1,4 @@
-// The interface between a control socket and the process that it commands. It has two implementations:
+// The interface between a control socket and the process that it commands, with two implementations:
 // ControllerCommandHandler and TwinCommandHandler.
 #pragma once
 
@@ -26,7 +26,7 @@ class CommandHandler {
   CommandHandler(const CommandHandler&) = delete;
   CommandHandler& operator=(const CommandHandler&) = delete;
 
-  /// Carries out a command from the socket: {"do": "enable", "axis": "x"}.
+  /// Executes a command from the socket: {"do": "enable", "axis": "x"}.
   void obey(const nlohmann::json& command, const Answer& answer) {
     try {
       carry_out(take_command(command, server).verb, command, answer);
@@ -34,13 +34,13 @@ class CommandHandler {
       answer(refusal(error_text(error)));
     }
   }
-  /// The client has disconnected: drops its pending commands.
+  /// Drops the pending commands of a client that disconnected.
   virtual void forget(const void* client) = 0;
 
   const Server server;
 
  private:
-  /// Throws if the command is invalid; nothing has changed then.
+  /// Throws if the command is invalid; nothing is changed then.
   virtual void carry_out(Verb verb, const nlohmann::json& command, const Answer& answer) = 0;
 };
 

@@ -1,7 +1,7 @@
-// The answers of a control socket, one struct for each, with the members that it has beside `ok`. A `visit`
-// gives the name, the unit and the meaning of each member; one that is `optional` is there under the
-// condition that its meaning has. app/live/answer_json.h writes and reads the answers with it, and the table
-// of docs/control_socket.md is made from it.
+// The answers of a control socket, one struct for each, with its members besides `ok`. A `visit` gives the
+// name, unit and description of each member; an `optional` member is present under the condition in its
+// description. app/live/answer_json.h writes and reads the answers by `visit`, and the table of
+// docs/control_socket.md is generated from it.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,16 @@
 namespace hystcan::app {
 
 struct About {
-  std::string_view unit;  ///< empty: none
+  std::string_view unit;  ///< empty if none
   std::string_view meaning;
 };
 
-/// A value that is not there: null on the wire.
+/// A missing value: null on the wire.
 inline constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 struct RefusedAnswer {
   std::string error;
-  std::map<std::string, std::string> refusals{};  ///< by the name of the axis
+  std::map<std::string, std::string> refusals{};  ///< by axis name
   std::string file{};
 };
 template <class V>
@@ -308,7 +308,7 @@ void visit(V& v, TwinStatusAnswer& a) {
   v.member("faults", a.faults, {"", "each active fault"});
 }
 
-/// Calls `use` with an empty answer of this kind; not at all for `none`.
+/// Calls `use` with an empty answer of this kind; does nothing for `none`.
 template <class Use>
 void with_answer(Reply reply, Use use) {
   if (reply == Reply::done) use(DoneAnswer{});

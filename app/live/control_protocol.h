@@ -1,6 +1,6 @@
-// The control protocol: each command of a control socket with its arguments, who may send it, and its answer.
-// Its words stand only in this table. The command handlers, `hystcan ctl` with its help and its completion,
-// the page's server, the Python package and the table of docs/control_socket.md use it.
+// The control protocol: each command of a control socket with its arguments, its access rights and its
+// answer. Its words are only in this table. The command handlers, `hystcan ctl` with its help and its
+// completion, the page's server, the Python package and the table of docs/control_socket.md use it.
 #pragma once
 
 #include <algorithm>
@@ -43,7 +43,7 @@ enum class Server : std::uint8_t { controller, twin };
 enum class Access : std::uint8_t { reads, ends, writes };
 constexpr auto words(Access) { return std::to_array<std::string_view>({"reads", "ends", "writes"}); }
 
-/// The answer (app/live/control_answers.h); none: the server does not take the command.
+/// The answer (app/live/control_answers.h); `none`: the server does not accept the command.
 enum class Reply : std::uint8_t {
   none,
   done,
@@ -63,8 +63,8 @@ constexpr auto words(Reply) {
 
 struct Argument {
   enum class Type : std::uint8_t { text, value, on_or_off, fault, node, number, duration_s, timeout_s };
-  std::string_view name;  ///< as a member of the command
-  std::string_view ctl;   ///< for `hystcan ctl`: its place, or --option
+  std::string_view name;  ///< member of the command
+  std::string_view ctl;   ///< for `hystcan ctl`: positional name, or --option
   Type type = Type::text;
   std::string_view example;
   std::string_view meaning;  ///< for the help
@@ -75,13 +75,13 @@ struct Argument {
 
 struct ControlCommand {
   Verb verb;
-  std::string_view word;  ///< in the member `do`
+  std::string_view word;  ///< value of the member `do`
   Access access;
   Reply controller, twin;
-  int page_place;  ///< in the list of the commands that a page may send; 0: it may not
+  int page_place;  ///< position in the list of commands that a page may send; 0: not allowed
   std::span<const Argument> arguments;
-  std::string_view meaning;  ///< for the help of `hystcan ctl`, which has the commands in this order
-  std::optional<controller::Request::Kind> act{};  ///< the request that the controller makes of it
+  std::string_view meaning;  ///< for the help of `hystcan ctl`, which lists the commands in this order
+  std::optional<controller::Request::Kind> act{};  ///< the controller's request for this command
 
   constexpr std::string_view ctl_word() const { return verb == Verb::go_to ? "go" : word; }
   constexpr Reply reply_of(Server server) const { return server == Server::twin ? twin : controller; }
@@ -148,19 +148,19 @@ inline constexpr auto commands = std::to_array<ControlCommand>({
 constexpr const ControlCommand& row_of(Verb verb) {
   return *std::ranges::find(protocol::commands, verb, &ControlCommand::verb);
 }
-/// {"do": "status"}.
+/// Returns {"do": "status"}.
 nlohmann::json command_of(Verb verb);
 
-/// The row of the word in `do`; null if the server does not take it.
+/// Returns the row of the word in `do`; null if the server does not accept it.
 const ControlCommand* find_command(const nlohmann::json& command, Server server);
-/// The same; throws Error with the words that the server takes instead of returning null.
+/// Like find_command(), but throws Error with the accepted words instead of returning null.
 const ControlCommand& take_command(const nlohmann::json& command, Server server);
 
-/// Parses one line of the socket, a command or an answer. Returns something other than an object if the line
-/// is neither, or is nested deeper than eight levels.
+/// Parses one line of the socket, a command or an answer. The result is not an object if the line is neither,
+/// or is nested deeper than eight levels.
 nlohmann::json parse_command(const std::string& line);
 
-/// The text or number of this key. Throws Error if the key is missing or has another type.
+/// Returns the text or number of this key. Throws Error if the key is missing or has another type.
 std::string text_of(const nlohmann::json& command, const char* key);
 double number_of(const nlohmann::json& command, const char* key);
 

@@ -20,7 +20,7 @@ void log_failure(const std::exception* error) noexcept {
   try {
     spdlog::error("a command of the control socket failed: {}",
                   error != nullptr ? error_text(*error) : "an unknown exception");
-  } catch (...) {  // the log needs memory too
+  } catch (...) {  // not logged, because logging needs memory, too
     return;
   }
 }
@@ -59,7 +59,7 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
   });
 }
 
-/// A controller runs without a stream rather than not at all.
+/// Opens the stream. If that fails, the controller runs without a stream.
 void ControlService::open_stream(const std::filesystem::path& file, const std::string& greeting,
                                  SampleBoard& samples) {
   try {

@@ -1,4 +1,4 @@
-// The thread that serves a running controller's control socket, the watch on its configuration file and
+// The thread that serves a running controller's control socket, watches its configuration file, and handles
 // SIGHUP. It has an ordinary priority and shares only two lock-free rings with the control thread.
 #pragma once
 
@@ -16,14 +16,14 @@
 
 namespace hystcan::app {
 
-/// Runs until the context is stopped. An exception of a handler, also of memory that is not there, ends this
-/// handler and not the process.
+/// Runs until the context is stopped. An exception of a handler, including lack of memory, ends this handler
+/// and not the process.
 void run_despite_exceptions(boost::asio::io_context& context);
 
 class ControlService {
  public:
-  /// `files`: those of LiveConfig. An empty `socket` means that there is none, and no stream beside it.
-  /// Throws RunError if it cannot be opened.
+  /// `files`: the cache of LiveConfig. If `socket` is empty, there is neither a socket nor a stream. Throws
+  /// RunError if the socket can't be opened.
   ControlService(const std::filesystem::path& config_file, const config::Config& config,
                  config::ReadFiles files, const std::filesystem::path& socket, CycleOutlets& outlets);
   ~ControlService();  ///< answers waiting clients and ends the thread
@@ -31,7 +31,7 @@ class ControlService {
   ControlService& operator=(const ControlService&) = delete;
 
   controller::RequestLink& requests() { return requests_; }
-  /// Reads the file again. May be called from any thread.
+  /// Reads the file again. Any thread may call it.
   void reload();
 
  private:

@@ -33,19 +33,19 @@ pid_t pid_of(stream_protocol::socket& socket) {
 
 }  // namespace
 
-/// One connection. It lives as long as one of its operations is pending.
+/// One connection. It lives while one of its operations is pending.
 class ControlSocket::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(stream_protocol::socket socket, ControlSocket& owner)
       : socket_(std::move(socket)), owner_(owner), pid_(pid_of(socket_)), limit_(socket_.get_executor()) {}
 
-  /// Waits for no answer and has not the right to write.
+  /// Returns true if the connection neither waits for an answer nor has the right to write.
   bool is_idle() const { return !obeying_ && owner_.writer_.lock().get() != this; }
   void close() {
     error_code ignored;
     socket_.close(ignored);
   }
-  /// Allows only one line, which is `stop`, and closes the connection soon.
+  /// Accepts only one line, which must be `stop`, and closes the connection soon.
   void read_only_a_stop() {
     stop_only_ = true;
     close_after(time_for_a_stop);
@@ -98,8 +98,8 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     });
   }
 
-  /// Until the answer is ready, only the wait for a disconnect keeps the session alive. A client that is
-  /// killed while it waits therefore gives up the right to write immediately.
+  /// Executes a command. Until the answer is ready, only the wait for a disconnect keeps the session alive,
+  /// so that a client that is killed while it waits loses the right to write immediately.
   void obey(const nlohmann::json& command) {
     obeying_ = true;
     socket_.async_wait(stream_protocol::socket::wait_error,
@@ -158,7 +158,7 @@ void ControlSocket::admit(stream_protocol::socket connection) {
   session->read();
 }
 
-/// Returns false if every place is taken by a connection that is not idle.
+/// Returns false if no connection is idle.
 bool ControlSocket::make_place() {
   std::erase_if(sessions_, [](const std::weak_ptr<Session>& session) { return session.expired(); });
   if (sessions_.size() < most_sessions) return true;

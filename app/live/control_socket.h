@@ -1,11 +1,11 @@
 // The local control socket: a Unix stream socket. A client sends one JSON object per line and receives one
 // JSON object per line, in the same order.
 //
-// The permissions of the file are the access control. There is one writer at a time: the first connection
-// that changes something keeps this right until it closes. Other connections may read the status and stop.
+// Access is controlled by the file permissions. There is one writer at a time: the first connection that
+// changes something keeps this right until it closes. Other connections may read the status and stop.
 //
-// There are at most 16 connections. One more takes the place of the connection that has been idle longest. If
-// none is idle, it may still send one `stop` within 0.1 s.
+// There are at most 16 connections. A further connection replaces the one that was idle longest. If none is
+// idle, the further connection may still send one `stop` within 0.1 s.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -23,7 +23,7 @@ namespace hystcan::app {
 
 class ControlSocket {
  public:
-  /// Throws RunError as LocalListener.
+  /// Throws RunError under the same conditions as LocalListener.
   ControlSocket(boost::asio::io_context& context, std::filesystem::path file, CommandHandler& handler);
   ControlSocket(const ControlSocket&) = delete;
   ControlSocket& operator=(const ControlSocket&) = delete;
@@ -36,8 +36,8 @@ class ControlSocket {
   void mark_as_newest(const Session& session);
 
   CommandHandler& handler_;
-  std::vector<std::weak_ptr<Session>> sessions_;  ///< the one that sent a line last is the last
-  std::weak_ptr<Session> last_resort_;            ///< the one beyond the table, which may only stop
+  std::vector<std::weak_ptr<Session>> sessions_;  ///< in the order of their last line; the newest is last
+  std::weak_ptr<Session> last_resort_;            ///< a connection beyond the limit, which may only stop
   std::weak_ptr<Session> writer_;
   LocalListener listener_;
 };

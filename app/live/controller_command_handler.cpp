@@ -23,7 +23,7 @@ constexpr auto poll_period = std::chrono::milliseconds(5);
 
 constexpr double longest_wait_s = 1e6;  // twelve days; also the default of `wait`
 
-/// The value as TOML. Only a table, also in a list, is written differently than in JSON.
+/// Formats the value as TOML. Only tables, also in lists, differ from JSON.
 std::string toml_of(const json& value) {
   if (!value.is_structured()) return value.dump();
   std::vector<std::string> members;
@@ -80,8 +80,8 @@ std::string joined(const std::vector<config::Change>& changes) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
-/// The answer to `wait`; null while the wait goes on. The board lags behind the control thread: records up to
-/// `since_cycle` may describe an earlier move.
+/// Returns the answer to `wait`; null if the wait continues. The board lags behind the control thread:
+/// records up to `since_cycle` may describe an earlier move.
 json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
   if (record.cycle <= since_cycle) return {};
   const controller::AxisReport& report = record.report;
@@ -148,7 +148,7 @@ json ControllerCommandHandler::record(const json& command) {
   return answer_json(RunAnswer{.run = run.string()});
 }
 
-/// The named axis; all axes if none is named.
+/// Returns the named axis; all axes if none is named.
 std::vector<std::size_t> ControllerCommandHandler::axes_of(const json& command) const {
   if (command.contains("axis")) return {live_.axis_index(text_of(command, "axis"))};
   std::vector<std::size_t> all(live_.axis_names().size());
@@ -200,7 +200,7 @@ json ControllerCommandHandler::settings() const {
                                       .settings = live_.settings(),
                                       .unsaved = config::changes(live_.settings_of_file(), live_.settings()),
                                       .undo = live_.single_settings()});
-  } catch (const Error& error) {  // the file has been changed and is invalid
+  } catch (const Error& error) {  // the file was changed and is invalid
     return answer_json(RefusedAnswer{.error = error.what(), .file = file});
   }
 }
@@ -237,7 +237,7 @@ void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, const Answer
   });
 }
 
-/// Calls `done` when all requests are answered.
+/// Calls `done` after all requests are answered.
 void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> requests,
                                        std::function<void(const Outcome&)> done) {
   struct Round {

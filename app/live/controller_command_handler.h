@@ -1,10 +1,10 @@
-// Turns the commands of the control socket and the changes of the configuration file into requests to the
-// control thread, and returns its answers. All of this runs on one thread, not the control thread.
+// Converts the commands of the control socket and the changes of the configuration file to requests to the
+// control thread, and returns its answers. All of this runs on one thread, not on the control thread.
 //
 //   ControlSocket (line-delimited JSON) ──▶ ControllerCommandHandler ──▶ RequestLink ──▶ control thread
 //   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ CycleOutlets (newest cycle records, recorder)
 //
-// docs/control_socket.md has the commands.
+// docs/control_socket.md lists the commands.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -31,7 +31,7 @@ class ControllerCommandHandler final : public CommandHandler {
   void forget(const void* client) override;
   /// Reads the file again, applies it if it is valid, and logs the result.
   void reload(const Answer& answer);
-  /// The controller ends: answers all waiting clients.
+  /// Answers all waiting clients, because the controller ends.
   void close();
 
  private:
@@ -55,7 +55,7 @@ class ControllerCommandHandler final : public CommandHandler {
     std::string axis;
     controller::Refusal why;
   };
-  using Outcome = std::vector<Refused>;  ///< empty if every axis has carried out its request
+  using Outcome = std::vector<Refused>;  ///< empty if every axis carried out its request
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
                std::function<void(const Outcome&)> done);
   static std::vector<std::string> texts_of(const Outcome& outcome);
@@ -69,7 +69,8 @@ class ControllerCommandHandler final : public CommandHandler {
   controller::RequestLink& requests_;
   CycleOutlets& outlets_;
   LiveConfig& live_;
-  std::vector<std::uint64_t> last_before_act_;  ///< cycle of each axis; later records show the act
+  std::vector<std::uint64_t> last_before_act_;  ///< last cycle of each axis before the request; later records
+                                                ///< show its effect
   std::map<const controller::Request*, std::function<void(controller::Request&)>> pending_;
   std::vector<Waiter> waiters_;
   bool armed_ = false;

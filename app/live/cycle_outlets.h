@@ -1,5 +1,5 @@
-// All that a controller's cycle records feed for those who command and watch it: the newest of each axis, the
-// stream, and the recording of runs.
+// The consumers of a controller's cycle records: the newest record of each axis, the stream, and the recorder
+// of runs.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace hystcan::app {
 
-/// The newest cycle record of each axis: the telemetry thread writes it, any other thread reads it.
+/// The newest cycle record of each axis. The telemetry thread writes it; any other thread may read it.
 class StatusBoard {
  public:
   using Clock = std::chrono::steady_clock;
@@ -29,17 +29,17 @@ class StatusBoard {
     if (record.event) last_event_ = record;
     put_ = now;
   }
-  /// The newest record with an event of a node; none yet: empty.
+  /// Returns the newest record with an event of a node; nullopt if there is none.
   std::optional<controller::CycleRecord> last_event() const {
     const std::scoped_lock lock(mutex_);
     return last_event_;
   }
-  /// The time since the last record was put, or since the start if there is none.
+  /// Returns the time since the last record, or since the start if there is none.
   double age_s(Clock::time_point now = Clock::now()) const {
     const std::scoped_lock lock(mutex_);
     return std::chrono::duration<double>(now - put_).count();
   }
-  /// The newest record of each axis; a default-constructed one if the axis has made none yet.
+  /// Returns the newest record of each axis; a default-constructed one if the axis has none.
   std::vector<controller::CycleRecord> newest() const {
     const std::scoped_lock lock(mutex_);
     return newest_;
@@ -69,7 +69,8 @@ struct CycleOutlets {
   runs::Recorder recorder;
 
  private:
-  /// More never waits: a batch is taken every 20 ms.
+  /// Returns the number of samples in one second. This capacity always suffices, because a batch is taken
+  /// every 20 ms.
   static std::size_t samples_of_a_second(const config::Config& config) {
     return config.axes.size() * static_cast<std::size_t>(std::max(config.controller.rate_Hz, 1.0));
   }

@@ -1,6 +1,5 @@
-// Reports when a file has been written or replaced, or a symbolic link on the way to it was. It watches the
-// folders by inotify, because editors replace the file with a new one. Several changes within 0.1 s count as
-// one.
+// Reports when a file was written or replaced, or a symbolic link in its path was. Watches the folders by
+// inotify, because editors replace the file by a new one. Several changes within 0.1 s count as one.
 #pragma once
 
 #include <array>
@@ -17,7 +16,7 @@ namespace hystcan::app {
 
 class FileWatch {
  public:
-  /// If a folder cannot be watched, no change of its files is reported, and is_watching() is false.
+  /// If a folder can't be watched, changes of its files are not reported, and is_watching() is false.
   FileWatch(boost::asio::io_context& context, const std::vector<std::filesystem::path>& files,
             std::function<void()> on_change);
 
@@ -26,7 +25,7 @@ class FileWatch {
  private:
   void read();
   bool has_watched_name(std::size_t bytes) const;
-  /// Watches the folders of the files and of the targets of the links as they are now.
+  /// Watches the present folders of the files and of the link targets.
   void watch_folders();
   void watch(std::filesystem::path place);
 

@@ -15,7 +15,7 @@ using controller::Request;
 constexpr std::size_t longest_key = 200;
 constexpr std::size_t most_undone = 100;
 
-/// Of a file with other axes than those in force; their keys one by one say less.
+/// Describes a file whose axes differ from those in force; a list of their keys would be less clear.
 std::string difference(const config::Config& config, const std::vector<std::string>& in_force) {
   const std::vector<std::string> in_file = config::axis_names(config);
   std::vector<std::string> texts;
@@ -56,7 +56,9 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
                 [&](const config::Setting& setting) { return config::is_within(setting.path, path); });
   overrides.push_back({path, toml_value});
   Prepared prepared = prepare(std::move(history));
-  if (prepared.at_once.empty()) prepared.history.erase(prepared.history.end() - 2);  // it is so already
+  if (prepared.at_once.empty())
+    prepared.history.erase(prepared.history.end() - 2);  // no change: the setting
+                                                         // already has this value
   return prepared;
 }
 

@@ -1,5 +1,5 @@
 // The configuration of a running controller: the settings in force, and the changes that a new version of the
-// file, or a single setting, would make. This class prepares changes and applies nothing. The caller applies
+// file, or a single setting, would cause. This class prepares changes and applies nothing. The caller applies
 // all prepared changes, or none if one of them needs a restart, because the file was checked as a whole.
 #pragma once
 
@@ -18,47 +18,47 @@ namespace hystcan::app {
 
 class LiveConfig {
  public:
-  /// The configuration at the start of the process. `files`: with which it was loaded, so that no change
-  /// reads a file that is as it was.
+  /// The configuration at the start of the process. `files`: the cache with which it was loaded, so that a
+  /// change does not read unchanged files again.
   LiveConfig(std::filesystem::path file, const config::Config& config, config::ReadFiles files = {});
 
-  /// The overrides of the file after each single setting: the last are in force. Never empty.
+  /// The overrides of the file after each single setting; the last ones are in force. Never empty.
   using History = std::vector<std::vector<config::Setting>>;
 
   struct Prepared {
-    std::vector<config::Setting> settings;  ///< in force once this is applied
+    std::vector<config::Setting> settings;  ///< in force after this is applied
     History history;
     std::vector<config::Change> at_once{};
     std::vector<config::Change> after_restart{};
-    std::vector<std::unique_ptr<controller::Request>> requests{};  ///< retune, one for each axis concerned
+    /// Retune requests, one for each axis concerned.
+    std::vector<std::unique_ptr<controller::Request>> requests{};
   };
-  /// Prepares the file as it is now; discards earlier single settings. Throws Error.
+  /// Prepares the present file; discards earlier single settings. Throws Error.
   Prepared reread() const;
   /// Prepares one setting of an axis's control: key "kp", "delays.resonance_Hz".
   Prepared with(std::string_view axis, std::string_view key, const std::string& toml_value) const;
-  /// Prepares to take the last single setting back. Throws Error if there is none since the file was
-  /// read.
+  /// Prepares the undo of the last single setting. Throws Error if there is none since the file was read.
   Prepared without_the_last() const;
-  /// Call it when `prepared` has been applied.
+  /// Call this after `prepared` was applied.
   void accept(const Prepared& prepared);
-  /// Call it when one axis has refused `prepared` and another may have applied it. The next version then
-  /// sends all settings to both.
+  /// Call this if one axis refused `prepared` and another may have applied it. The next version then sends
+  /// all settings to both.
   void mark_uncertain(const Prepared& prepared);
 
   const std::filesystem::path& file() const { return file_; }
   const std::vector<config::Setting>& settings() const { return settings_; }
-  /// Those of the file as it is now, which is read again only if it has changed. Throws Error.
+  /// Returns the settings of the present file, which is read again only if it changed. Throws Error.
   std::vector<config::Setting> settings_of_file() const { return config::settings(file_, {}, files_); }
   std::size_t single_settings() const { return history_.size() - 1; }
   const std::vector<std::string>& axis_names() const { return names_; }
-  /// Throws Error if no axis has that name.
+  /// Throws Error if no axis has this name.
   std::size_t axis_index(std::string_view name) const;
 
  private:
-  /// Axes, and whether their reference begins again. Without that it goes on unchanged.
+  /// The axes, and whether their reference restarts; otherwise it continues unchanged.
   using Concerned = std::map<std::size_t, bool>;
 
-  /// With those that are uncertain.
+  /// Includes the uncertain axes.
   Concerned concerned_by(const std::vector<config::Change>& changes) const;
   Prepared prepare(History history) const;
 

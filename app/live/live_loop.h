@@ -1,4 +1,4 @@
-// The event loop of a process on a real bus. A signal ends it in good order.
+// The event loop of a process on a real bus. A signal ends it cleanly.
 #pragma once
 
 #include <sys/prctl.h>
@@ -18,9 +18,9 @@ namespace hystcan::app {
 
 class LiveLoop {
  public:
-  /// Disables huge pages: a kernel with init_on_alloc zeroes 2 MB at once, which takes some cycles on a slow
-  /// core, and a kernel that is not preemptible blocks the control thread for that time, whichever thread
-  /// allocates.
+  /// Disables huge pages: a kernel with init_on_alloc clears 2 MB at once, which takes several cycles on a
+  /// slow core, and a kernel that is not preemptible blocks the control thread for that time, no matter which
+  /// thread allocates.
   explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {
     prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
   }
@@ -34,9 +34,9 @@ class LiveLoop {
     };
   }
 
-  /// Runs until stop(). Calls `on_signal` at every Ctrl-C, SIGTERM, Ctrl-\\, SIGHUP and SIGXCPU, the limit of
-  /// the processor time. Ignores every other signal that would end or stop the process and reports no error
-  /// of the program: timers, SIGUSR1, a background job that uses its terminal.
+  /// Runs until stop(). Calls `on_signal` at every Ctrl-C, SIGTERM, Ctrl-\\, SIGHUP and SIGXCPU (the
+  /// processor time limit). Ignores every other signal that would end or stop the process without being a
+  /// program error: timers, SIGUSR1, a background job that uses its terminal.
   void run(std::function<void(int signal)> on_signal) {
     on_signal_ = std::move(on_signal);
     for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP, SIGXCPU}) signals_.add(signal);
@@ -58,7 +58,7 @@ class LiveLoop {
     });
   }
 
-  /// Without locks: no other thread uses it, and there is no other signal_set in the program.
+  /// Without locks: only this thread uses it, and the program has no other signal_set.
   boost::asio::io_context context_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE};
   boost::asio::signal_set signals_{context_};
   can::AsioScheduler scheduler_{context_};

@@ -1,4 +1,4 @@
-// A run that drives axes on a real bus, from the first SYNC to the safe command at the end.
+// A run that drives axes on a real bus, from the first SYNC to the final safe command.
 #pragma once
 
 #include <chrono>
@@ -10,27 +10,27 @@
 
 namespace hystcan::app {
 
-/// SIGHUP has two meanings: the terminal has closed, or the user asks to read the configuration again.
-/// Returns true if the terminal has closed. This requires that, at the first call, the process had a
+/// SIGHUP has two meanings: the terminal was closed, or the user requests a reload of the configuration.
+/// Returns true if the terminal was closed. This requires that, at the first call, the process had a
 /// controlling terminal and did not ignore SIGHUP (nohup). The targets of its streams do not matter.
 bool terminal_hung_up();
 
 struct LiveRun {
   bool clear_faults = false;
-  std::function<bool(double run_s)> is_done;  ///< called every 20 ms with the seconds since start
+  std::function<bool(double run_s)> is_done;  ///< called every 20 ms with the seconds since the start
   std::function<void()> before_stop{};        ///< called once, before the axes ramp down; may be empty
   std::function<void()> reload;               ///< called at SIGHUP; empty: SIGHUP ends the run
 };
 
-/// Runs the controller until is_done(), until a client asks it to stop, or until a signal. Then every axis
-/// ramps to its safe drive and switches off. A second signal ends the ramp. The safe command is sent in every
-/// case, also after an exception.
+/// Runs the controller until is_done(), until a client sends `stop`, or until a signal. Then every axis ramps
+/// to its safe drive and switches off. A second signal ends the ramp. The safe command is sent in every case,
+/// also after an exception.
 void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealthLog& bus_log,
               const LiveRun& run);
 
-/// For a process that has nothing left to do for its actuators, but may still wait for a disk or a reader:
-/// from its destruction on, the process ends within the limit: by itself, or with the exit status 1 and one
-/// line on standard error.
+/// For a process that has nothing more to do for its actuators, but may still wait for a disk or a reader:
+/// from the destruction of this object, the process ends within the limit: by itself, or with exit status 1
+/// and one line on standard error.
 class ExitLimit {
  public:
   explicit ExitLimit(std::chrono::milliseconds limit) : limit_(limit) {}

@@ -1,4 +1,4 @@
-// What a run on a real bus asks of the machine before it begins.
+// Prepares the machine for a run on a real bus.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace hystcan::app {
 
-/// Logs the settings of the interface, with a warning for each doubtful one. Throws RunError if the
-/// interface cannot serve a node that sends.
+/// Logs the settings of the interface, with a warning for each doubtful one. Throws RunError if the interface
+/// can't be used by a node that sends.
 void check_interface(const config::Config& config, const std::string& interface);
 
-/// Applies [controller.realtime] to this thread and logs a warning for each setting that is refused. Threads
-/// that exist already keep their settings.
+/// Applies [controller.realtime] to this thread and logs a warning for each refused setting. Existing threads
+/// keep their settings.
 void become_realtime(const config::Config& config);
 
 }  // namespace hystcan::app

@@ -36,8 +36,8 @@ void touch_stack() {
   touch(room.data(), room.size());
 }
 
-/// Keeps the memory of the heap: freed memory is not returned to the kernel, and large blocks come from the
-/// heap too. A reload needs half a megabyte for a moment, the threads as much when they begin.
+/// Keeps the memory of the heap: freed memory is not returned to the kernel, and large blocks are allocated
+/// from the heap, too. A reload needs half a megabyte for a moment, and so does the start of the threads.
 void keep_heap() {
   constexpr std::size_t reserve_bytes = std::size_t{2} * 1024 * 1024;
   mallopt(M_TRIM_THRESHOLD, -1);

@@ -8,7 +8,7 @@
 
 namespace hystcan::app {
 
-/// The controller of `config` with this twin, which may have more axes.
+/// Combines the controller of `config` with this twin, which may have more axes.
 inline rehearsal::Setup rehearsal_setup(const config::Config& config, twin::Config twin) {
   return {.controller = controller_config(config),
           .twin = std::move(twin),

@@ -12,7 +12,7 @@
 namespace hystcan::app {
 namespace {
 
-/// Nothing measured is null.
+/// Returns null for values that were not measured.
 nlohmann::json error_to_json(const controller::ErrorStatistics& error, double stroke_um) {
   const auto measured = [&](double value) { return error.samples > 0 ? nlohmann::json(value) : nullptr; };
   return {{"samples", error.samples},
@@ -22,14 +22,14 @@ nlohmann::json error_to_json(const controller::ErrorStatistics& error, double st
           {"max_percent", measured(100.0 * error.max_um / stroke_um)}};
 }
 
-/// Adds the error against the reference with sharp corners where there are turnarounds.
+/// Adds the error against the reference with sharp corners, if it has turnarounds.
 void add_ideal(nlohmann::json& object, const controller::ErrorStatistics& error,
                const controller::ErrorStatistics& against_ideal, double stroke_um) {
   if (against_ideal.sum_of_squares != error.sum_of_squares)
     object["against_ideal"] = error_to_json(against_ideal, stroke_um);
 }
 
-/// Empty where the segment has no levels.
+/// Returns an empty object if the segment has no levels.
 nlohmann::json levels_to_json(const controller::LevelStatistics& levels, double band_um) {
   nlohmann::json object = nlohmann::json::object();
   if (const metrics::StepResponse::Result steps = levels.steps.result(); steps.steps > 0) {
@@ -161,7 +161,8 @@ std::string describe(const controller::AxisOutcome& outcome) {
   return line;
 }
 
-// The fault of one axis ends the run of all: it is why another has not tracked.
+// Returns the reason for a failure. The fault of one axis ends the run of all axes, so it explains why
+// another axis did not track.
 std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
   for (const controller::AxisOutcome& axis : axes)
     if (axis.fault.cause != controller::Cause::none) return describe(axis.name, axis.fault);

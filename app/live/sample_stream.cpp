@@ -25,7 +25,7 @@ using Batch = std::shared_ptr<const std::vector<double>>;
 
 }  // namespace
 
-/// One connection. It lives as long as one of its operations is pending.
+/// One connection. It lives while one of its operations is pending.
 class SampleStream::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(stream_protocol::socket socket, std::size_t columns)
@@ -36,7 +36,7 @@ class SampleStream::Session : public std::enable_shared_from_this<Session> {
     write(boost::asio::buffer(text_));
   }
 
-  /// Without waiting: rows that find another batch under way are lost to this connection.
+  /// Sends without waiting: rows that arrive during another batch are lost for this connection.
   void send(const Batch& batch, std::uint32_t lost) {
     const auto rows = static_cast<std::uint32_t>(batch->size() / columns_);
     lost_ += lost;
@@ -71,7 +71,7 @@ class SampleStream::Session : public std::enable_shared_from_this<Session> {
                                self->keep();
                              });
   }
-  /// A session that writes nothing would end: it waits for the other side to hang up.
+  /// Waits for the other side to close; a session without a pending operation would end.
   void keep() {
     if (std::exchange(is_kept_, true)) return;
     socket_.async_wait(stream_protocol::socket::wait_error,
@@ -105,11 +105,11 @@ SampleStream::~SampleStream() {
 
 void SampleStream::admit(stream_protocol::socket connection) {
   std::erase_if(sessions_, [](const std::weak_ptr<Session>& session) { return session.expired(); });
-  if (sessions_.size() >= most_listeners) return;  // closes it
+  if (sessions_.size() >= most_listeners) return;  // closes the connection
   const auto session = std::make_shared<Session>(std::move(connection), board_.columns());
   sessions_.push_back(session);
   session->greet(greeting_);
-  if (!board_.is_listening()) board_.take(values_);  // what is left of an earlier listener
+  if (!board_.is_listening()) board_.take(values_);  // discards rows left over from an earlier listener
   board_.set_listening(true);
   if (!std::exchange(armed_, true)) arm();
 }

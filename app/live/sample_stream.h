@@ -1,12 +1,12 @@
-// A read-only Unix stream socket: every row of a SampleBoard, to each connection, for the page and other
-// programs (docs/control_socket.md). It takes no commands; what a client sends is not read.
+// A read-only Unix stream socket that sends every row of a SampleBoard to each connection, for the page and
+// other programs (docs/control_socket.md). It accepts no commands and does not read data from clients.
 //
 //   greeting   one line of JSON: columns, units, rate, axes
-//   batches    every 20 ms, also without rows:  u32 rows, u32 lost, rows * columns float64; all little-endian
+//   batches    every 20 ms, even without rows:  u32 rows, u32 lost, rows * columns float64; all little-endian
 //
-// `lost` counts the rows since the batch before that this connection did not get. A connection has one batch
-// under way; what comes meanwhile is lost to it. One that takes nothing for two seconds is closed. There are
-// at most 4 connections.
+// `lost` counts the rows since the previous batch that this connection did not get. A connection has one
+// batch in transmission; rows that arrive during it are lost for this connection. A connection that accepts
+// nothing for two seconds is closed. There are at most 4 connections.
 #pragma once
 
 #include <atomic>
@@ -26,17 +26,17 @@
 
 namespace hystcan::app {
 
-/// Rows of numbers from the thread that makes them to the one that sends them. Bounded: rows that are not
-/// taken are counted and dropped, the oldest stay.
+/// Passes rows of numbers from the thread that creates them to the thread that sends them. The capacity is
+/// limited: further rows are counted and dropped, and the oldest remain.
 class SampleBoard {
  public:
-  /// `most_rows` between two calls of take().
+  /// `most_rows`: capacity between two calls of take().
   SampleBoard(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {
     values_.reserve(columns_ * most_rows_);
   }
 
   std::size_t columns() const { return columns_; }
-  /// Without a listener put() costs one load.
+  /// Without a listener, put() costs one load.
   void set_listening(bool listening) { listening_.store(listening, std::memory_order_relaxed); }
   bool is_listening() const { return listening_.load(std::memory_order_relaxed); }
 
@@ -48,8 +48,8 @@ class SampleBoard {
       values_.insert(values_.end(), row.begin(), row.end());
   }
 
-  /// Exchanges the values that have come, row by row, for `empty`, whose storage is used again. Returns the
-  /// number of rows after these that had no place.
+  /// Exchanges the stored values, row by row, for `empty`, whose memory is reused. Returns the number of rows
+  /// dropped after them.
   std::uint32_t take(std::vector<double>& empty) {
     empty.clear();
     empty.reserve(columns_ * most_rows_);
@@ -68,7 +68,7 @@ class SampleBoard {
 
 class SampleStream {
  public:
-  /// `greeting`: without its end of line. Throws RunError as LocalListener.
+  /// `greeting` has no line end. Throws RunError under the same conditions as LocalListener.
   SampleStream(boost::asio::io_context& context, std::filesystem::path file, std::string greeting,
                SampleBoard& board);
   ~SampleStream();
@@ -88,12 +88,12 @@ class SampleStream {
   boost::asio::steady_timer timer_;
   std::vector<std::weak_ptr<Session>> sessions_;
   bool armed_ = false;
-  /// A handler that was due when the stream ended is called all the same, without an error.
+  /// Detects the end of this object: a handler that was due at the end is still called, without an error.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
   LocalListener listener_;
 };
 
-/// Of the stream beside this control socket: hystcan-vcan0.sock has hystcan-vcan0.stream.sock.
+/// Returns the stream for this control socket: hystcan-vcan0.sock has hystcan-vcan0.stream.sock.
 std::filesystem::path stream_beside(const std::filesystem::path& control_socket);
 
 }  // namespace hystcan::app

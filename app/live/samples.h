@@ -1,4 +1,4 @@
-// Rows of numbers for SampleStream: a cycle of an axis, a sample of a twin's stage.
+// Rows of numbers for SampleStream: a cycle of an axis, or a sample of a twin's stage.
 #pragma once
 
 #include <array>
@@ -15,13 +15,14 @@
 
 namespace hystcan::app {
 
-/// Of controller/cycle_record.h, in the order of the stream. A later version adds at the end only.
+/// Columns of controller/cycle_record.h, in the order of the stream. A later version adds columns only at the
+/// end.
 inline constexpr auto streamed_columns = std::to_array<std::string_view>(
     {"cycle", "time_s", "axis", "state", "fault", "limits", "sample_missing", "segment", "shape_time_s",
      "reference_um", "position_um", "demand_um", "learnt_um", "drive", "amplifier_output", "turnaround_us",
      "lateness_us", "scan_line", "scan_pixel"});
 
-/// Name and unit; "drive" is the axis's drive unit.
+/// Name and unit; "drive" means the axis's drive unit.
 inline constexpr auto truth_columns = std::to_array<std::pair<std::string_view, std::string_view>>({
     {"sync_counter", ""},
     {"time_s", "s"},
@@ -33,7 +34,7 @@ inline constexpr auto truth_columns = std::to_array<std::pair<std::string_view, 
     {"measured_um", "um"},
 });
 
-/// NaN where a cycle has no such value.
+/// A column is NaN if a cycle has no such value.
 std::array<double, streamed_columns.size()> sample_of(const controller::CycleRecord& record);
 /// Times count from `started`.
 std::array<double, truth_columns.size()> sample_of(const twin::Truth& truth, can::Time started);
@@ -85,7 +86,7 @@ void visit(V& v, StreamGreeting& g) {
              {"", "controller: words for the bits in the column `limits`"});
 }
 
-/// Of a controller, and of a twin.
+/// Returns the first line of the stream, for a controller and for a twin.
 StreamGreeting stream_greeting(const config::Config& config);
 StreamGreeting stream_greeting(const config::Config& config, const twin::Config& twin);
 

@@ -17,7 +17,7 @@ namespace {
 
 using controller::MemorySource;
 
-/// A table for each segment, an empty one where it does not repeat.
+/// Returns a table for each segment, an empty one if the segment does not repeat.
 std::string learnt_text(const controller::Learning* learning) {
   std::string text;
   if (learning == nullptr) return text;

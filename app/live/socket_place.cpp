@@ -23,18 +23,18 @@ using FileId = std::pair<dev_t, ino_t>;
 constexpr mode_t socket_mode = 0660;
 
 constexpr auto pause_between_looks = std::chrono::milliseconds(10);
-/// Without it, an exhausted table of file descriptors would keep the thread busy.
+/// Without this pause, a full table of file descriptors would keep the thread busy.
 constexpr auto pause_after_failure = std::chrono::milliseconds(100);
 
-/// Of the socket itself, not of what a link there points to; empty if there is none.
+/// Returns the id of the socket file itself, without following links; nullopt if there is none.
 std::optional<FileId> id_of_socket(const std::filesystem::path& file) {
   struct stat found {};
   if (lstat(file.c_str(), &found) != 0 || !S_ISSOCK(found.st_mode)) return std::nullopt;
   return FileId{found.st_dev, found.st_ino};
 }
 
-/// Removes a socket file without a listener, which remains from a process that was killed. Throws RunError if
-/// a process listens there, or if the file is no socket: it then belongs to another program.
+/// Removes a socket file without a listener, left by a killed process. Throws RunError if a process listens
+/// there, or if the file is not a socket: it then belongs to another program.
 void remove_if_dead(boost::asio::io_context& context, const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) return;
@@ -51,7 +51,8 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
 
 constexpr mode_t writable_by_others = 0022;
 
-/// Why this is not a folder of the user alone. A symbolic link is none: another user may have made it.
+/// Returns the reason why this folder does not belong to the user alone. A symbolic link does not, because
+/// another user may have created it.
 std::optional<std::string> reason_against(const std::filesystem::path& folder, uid_t user) {
   struct stat found {};
   if (lstat(folder.c_str(), &found) != 0) return std::generic_category().message(errno);
@@ -68,7 +69,7 @@ std::filesystem::path temporary_folder(const SocketPlaces& places) {
   return places.temporary / fmt::format("hystcan-{}", places.user);
 }
 
-/// The folder that the environment names, or the one of the login.
+/// Returns the folder in the environment, or the folder of the login.
 std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
     if (const char* folders = std::getenv(variable); folders != nullptr && *folders != '\0') {
@@ -82,7 +83,7 @@ std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
 
 std::filesystem::path made_folder(const SocketPlaces& places) {
   std::filesystem::path folder = temporary_folder(places);
-  mkdir(folder.c_str(), 0700);  // if this fails, the folder exists or the next line says why
+  mkdir(folder.c_str(), 0700);  // if this fails, the folder exists or the next line reports the reason
   if (const auto reason = reason_against(folder, places.user))
     throw RunError(folder, fmt::format("not usable for the control socket: {}", *reason),
                    expect("a folder of user {} alone: set control_socket", places.user));
@@ -92,7 +93,7 @@ std::filesystem::path made_folder(const SocketPlaces& places) {
 std::string name_of(const std::string& interface) { return "hystcan-" + interface + ".sock"; }
 std::string token_name_of(const std::string& interface) { return "hystcan-" + interface + ".page-token"; }
 
-/// The first file of this name and type where a client looks.
+/// Returns the first file of this name and type among the places that a client searches.
 std::optional<std::filesystem::path> find_file(const std::string& name, std::filesystem::file_type type,
                                                const SocketPlaces& places) {
   std::vector<std::filesystem::path> folders;

@@ -1,10 +1,9 @@
-// The local sockets: where the control socket of an interface is if no path is configured, and how a process
-// listens there.
+// The local sockets: the default path of an interface's control socket, and the listener on it.
 //
-// Another user must not be able to put a socket there first, or `hystcan ctl` would talk to it. The socket is
-// therefore in a folder of the user: the one that RUNTIME_DIRECTORY (systemd) or XDG_RUNTIME_DIR names; else
-// /run/user/UID; else /tmp/hystcan-UID, which is made for it. The last two count only if they belong to the
-// user and no other user can write there.
+// Another user must not be able to create a socket at this path first, because `hystcan ctl` would connect to
+// it. The socket is therefore in a folder of the user: the one in RUNTIME_DIRECTORY (systemd) or
+// XDG_RUNTIME_DIR; else /run/user/UID; else /tmp/hystcan-UID, which is created if necessary. The last two are
+// used only if they belong to the user and no other user can write there.
 #pragma once
 
 #include <sys/types.h>
@@ -23,30 +22,32 @@
 
 namespace hystcan::app {
 
-/// The folders in which the folder of each user is. Tests have their own.
+/// The folders that contain the users' folders. Tests replace them.
 struct SocketPlaces {
   std::filesystem::path runtime = "/run/user";
   std::filesystem::path temporary = "/tmp";
-  std::filesystem::path service = "/run/hystcan";  ///< of the service; only root can make it
+  std::filesystem::path service = "/run/hystcan";  ///< folder of the service; only root can create it
   uid_t user = geteuid();
 };
 
-/// The socket of a controller on `interface`, hystcan-vcan0.sock, or of a twin, hystcan-twin-vcan0.sock.
-/// Makes the folder in /tmp if it is needed. Throws RunError if it is not the user's own.
+/// Returns the socket of a controller on `interface`, hystcan-vcan0.sock, or of a twin,
+/// hystcan-twin-vcan0.sock. Creates the folder in /tmp if necessary. Throws RunError if it is not the user's
+/// own.
 std::filesystem::path default_socket(const std::string& interface, const SocketPlaces& places = {});
 std::filesystem::path default_twin_socket(const std::string& interface);
 
-/// The same for a client: the first of these places where there is a socket, because /run/user/UID may have
-/// come after the start of the controller, or else that of the service. Else the place of default_socket().
+/// For a client: returns the first existing socket among these places, because /run/user/UID may have been
+/// created after the start of the controller; else the service's socket; else the path of default_socket().
 std::filesystem::path find_socket(const std::string& interface, const SocketPlaces& places = {});
 std::filesystem::path find_twin_socket(const std::string& interface);
 
-/// The token of the operator's page, beside the socket of the controller; the second is for one who reads it.
+/// Returns the file of the operator page's token, in the folder of the controller's socket; the second
+/// function is for readers of the token.
 std::filesystem::path page_token(const std::string& interface, const SocketPlaces& places = {});
 std::filesystem::path find_page_token(const std::string& interface, const SocketPlaces& places = {});
 
-/// Listens on a Unix stream socket whose file is its own: it replaces one that a killed process has left,
-/// refuses one that another process serves, and removes no other file than its own.
+/// Listens on a Unix stream socket with its own file: replaces a file that a killed process left, refuses to
+/// replace one that another process serves, and removes only its own file.
 class LocalListener {
  public:
   using Socket = boost::asio::local::stream_protocol::socket;
@@ -65,12 +66,13 @@ class LocalListener {
   void accept_after(std::chrono::milliseconds pause);
 
   std::filesystem::path file_;
-  std::optional<std::pair<dev_t, ino_t>> id_;  ///< of the own socket file, the only one that is removed
+  std::optional<std::pair<dev_t, ino_t>> id_;  ///< identifies the own socket file, the only one that is
+                                               ///< removed
   boost::asio::local::stream_protocol::acceptor acceptor_;
   boost::asio::steady_timer pause_;
   std::function<void(Socket)> admit_;
   std::function<bool()> is_ready_;
-  /// A handler that was due when the listener ended is called all the same, without an error.
+  /// Detects the end of this object: a handler that was due at the end is still called, without an error.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
 };
 

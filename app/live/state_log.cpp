@@ -51,7 +51,7 @@ Level level_of(const controller::NodeEvent& event) {
   return is_all_clear(event) ? Level::info : Level::warning;
 }
 
-/// What an axis lacks for less than this is the ordinary course of a start.
+/// A shorter wait of an axis is normal during a start.
 constexpr double worth_a_line_s = 2.0;
 
 bool is_on_its_way(AxisState state) {
@@ -150,7 +150,7 @@ bool StateLog::is_told_by_another(const controller::CycleRecord& record) {
          record.time_s - told->time_s < at_once_s;
 }
 
-/// Another controller concerns every axis.
+/// Returns the names of the axes concerned. Another controller concerns every axis.
 std::string StateLog::concerned(const Axis& axis, const controller::NodeEvent& event) const {
   const bool is_of_all = event.kind == controller::NodeEvent::Kind::another_controller;
   std::vector<std::string> names;
@@ -176,8 +176,8 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
   if (is_first) add_missing_axes();
 }
 
-/// When the first axes begin. The other axes of their cycle come after this one: those that are ready are not
-/// missing.
+/// Logs the missing axes when the first axes begin. The records of other axes of the same cycle follow this
+/// one: axes that are ready are not missing.
 void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))

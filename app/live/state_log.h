@@ -1,5 +1,5 @@
-// What happens to the axes of a live run, as lines of the log: states, what an axis waits for, events of
-// nodes, and the report of the bus at the end.
+// Logs the events of a live run's axes: states, what an axis waits for, events of nodes, and the report of
+// the bus at the end.
 #pragma once
 
 #include <algorithm>
@@ -17,39 +17,39 @@
 
 namespace hystcan::app {
 
-/// Writes the lines to the log of the program.
+/// Returns a sink that writes to the log of the program.
 can::BusHealthLog::Sink bus_log_sink();
 
 /// The events of the nodes: emergencies, and reasons why a node could not be set up.
 ///
-/// A node may send an emergency in every cycle. The first one has a line at once. Those that follow within a
-/// second are counted, and have one line per second together. Events are of one kind if axis, node and code
-/// agree.
+/// A node may send an emergency in every cycle. The first one is logged at once. Those that follow within a
+/// second are counted and share one line per second. Events are of the same kind if axis, node and code are
+/// equal.
 class EventLog {
  public:
   static constexpr std::size_t most_kinds = 100;
 
   explicit EventLog(can::BusHealthLog::Sink sink) : sink_(std::move(sink)) {}
-  /// Takes every record, also one without an event. `axes`: the names of those that its event concerns.
+  /// Call this for every record, also without an event. `axes`: names of the axes that the event concerns.
   void add(const std::string& axes, const controller::CycleRecord& record);
-  /// Of a record without an event that would be added.
+  /// Call this for a record whose event is not added.
   void log_pending(double time_s);
 
-  /// One line for each kind, with its total.
+  /// Returns one line for each kind, with its total.
   std::vector<std::string> lines() const;
-  /// The events of kinds beyond `most_kinds`. They have no line.
+  /// Number of events of kinds beyond `most_kinds`. They have no line.
   std::uint64_t truncated() const { return truncated_; }
 
  private:
   struct Kind {
     std::string axes;
-    std::size_t axis_index = 0;     ///< the one whose record told it
-    controller::NodeEvent event{};  ///< the first one
+    std::size_t axis_index = 0;     ///< index of the axis whose record contained the event
+    controller::NodeEvent event{};  ///< the first event
     double first_s = 0.0;
     double last_s = 0.0;
-    double line_s = 0.0;  ///< of the last line
+    double line_s = 0.0;  ///< time of the last line
     std::uint64_t total = 0;
-    std::uint64_t pending = 0;  ///< since the last line
+    std::uint64_t pending = 0;  ///< events since the last line
   };
   void count(Kind& kind, const controller::CycleRecord& record);
 
@@ -69,7 +69,7 @@ class StateLog {
   bool has_any_tracked() const {
     return std::ranges::any_of(axes_, [](const Axis& axis) { return axis.has_tracked; });
   }
-  /// What kept an axis from tracking: "x waited for a heartbeat of the sensor".
+  /// Returns what prevented an axis from tracking: "x waited for a heartbeat of the sensor".
   std::string blocks_of(std::size_t axis) const;
 
  private:
@@ -82,23 +82,24 @@ class StateLog {
     std::string drive_unit;
     controller::AxisState state = controller::AxisState::offline;
     controller::ArmingBlocks blocks{};
-    controller::ArmingBlocks last_blocks{};  ///< not empty
-    double blocked_since_s = 0.0;            ///< the first of them
+    controller::ArmingBlocks last_blocks{};  ///< the last blocks that were not empty
+    double blocked_since_s = 0.0;            ///< start of the first of them
     double amplifier_output = 0.0;
     bool block_is_logged = false;
     bool has_tracked = false;
 
     bool has(std::uint8_t node) const { return node == amplifier_node || node == sensor_node; }
   };
-  /// A frame that concerns several axes is in a record of each. One of them tells it.
+  /// Returns true if another axis already reported the frame: a frame that concerns several axes is in a
+  /// record of each.
   bool is_told_by_another(const controller::CycleRecord& record);
   std::string concerned(const Axis& axis, const controller::NodeEvent& event) const;
   void add_state(Axis& axis, const controller::CycleRecord& record);
   void add_block(Axis& axis, const controller::CycleRecord& record);
   void add_missing_axes();
-  /// All that the axis waits for.
+  /// Returns everything that the axis waits for.
   std::string blocks_text(const Axis& axis, controller::ArmingBlocks blocks) const;
-  /// What the axis waits for, with the node, the value or the axes that it is about.
+  /// Returns one thing that the axis waits for, with the node, value or axes concerned.
   std::string block_text(const Axis& axis, controller::ArmingBlock block) const;
 
   can::BusHealthLog::Sink sink_;

@@ -51,7 +51,7 @@ void SystemdNotifier::report_cycle(double time_s) {
   last_sent_s_ = time_s;
 }
 
-/// Ignores a failure: a manager that receives nothing acts by its watchdog.
+/// Sends the text and ignores failures: a manager that receives nothing acts by its watchdog.
 void SystemdNotifier::send(std::string_view text) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;

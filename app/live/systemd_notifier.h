@@ -19,7 +19,7 @@ class SystemdNotifier {
   static SystemdNotifier from_environment();
 
   /// Reports a complete cycle that began at `time_s`. The first call sends READY=1. Later calls send
-  /// WATCHDOG=1, three times in each watchdog interval. If cycles stop, the manager's watchdog expires.
+  /// WATCHDOG=1, three times per watchdog interval. If cycles stop, the manager's watchdog expires.
   void report_cycle(double time_s);
 
  private:
@@ -27,7 +27,7 @@ class SystemdNotifier {
 
   std::string address_;
   int socket_ = -1;
-  std::optional<double> interval_s_;  ///< empty: no watchdog
+  std::optional<double> interval_s_;  ///< nullopt: no watchdog
   std::optional<double> last_sent_s_;
 };
 

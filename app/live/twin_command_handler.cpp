@@ -89,7 +89,7 @@ TwinFaultAnswer TwinCommandHandler::answer_of(const twin::FaultScheduler::Active
   return answer;
 }
 
-/// The axis named in the command; a twin with one axis needs no name.
+/// Returns the axis named in the command; a twin with one axis needs no name.
 std::string TwinCommandHandler::axis_of(const json& command) const {
   if (!command.contains("axis") && twin_.axes().size() == 1) return twin_.axes().front()->name;
   return text_of(command, "axis");

@@ -2,7 +2,7 @@
 // faults, stop. It runs on the twin's own thread, between two of its events, and answers every command
 // immediately.
 //
-// docs/twin.md has the commands.
+// docs/twin.md lists the commands.
 #pragma once
 
 #include <functional>
