@@ -1,4 +1,4 @@
-// The files of the operator's page, which lie within the program (cmake/page_assets.cmake puts them there).
+// The files of the operator's page, which are embedded in the program (by cmake/page_assets.cmake).
 #pragma once
 
 #include <span>
@@ -7,12 +7,12 @@
 namespace hystcan::app {
 
 struct Asset {
-  std::string_view path;  ///< as a browser asks for it: "/", "/main.js"
-  std::string_view type;  ///< for Content-Type
+  std::string_view path;  ///< path in a browser's request: "/", "/main.js"
+  std::string_view type;  ///< value of Content-Type
   std::string_view content;
 };
 
-/// Empty in a program that was built without npm.
+/// Empty if the program was built without npm.
 std::span<const Asset> page_assets();
 
 inline bool page_is_built() { return !page_assets().empty(); }

@@ -1,4 +1,4 @@
-// Model and loop of an axis with the settings in force, as curves for the page.
+// The model and the loop of an axis with the settings in force, as curves for the page.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -7,10 +7,11 @@
 
 namespace hystcan::app {
 
-/// The reference curves of the controller's model, and how much later than its drive a position is sampled.
+/// Returns the reference curves of the controller's model, and the delay from its drive to the sample of the
+/// position.
 nlohmann::json reference_curves_of(const config::AxisConfig& axis, double cycle_s);
 
-/// The open loop, the sensitivity and the closed loop up to half the rate, and the margins.
+/// Returns the open loop, the sensitivity and the closed loop up to half the rate, and the margins.
 nlohmann::json bode_of(const config::AxisConfig& axis, double cycle_s);
 
 }  // namespace hystcan::app

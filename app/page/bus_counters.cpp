@@ -12,8 +12,8 @@ namespace {
 
 constexpr auto shortest_time = std::chrono::milliseconds(900);
 
-// A classical frame with 11 bits of identifier: 44 bits beside its data, 3 between frames. Stuff bits are a
-// tenth.
+// A classical frame with an 11-bit identifier: 44 bits besides its data, 3 between frames. Stuff bits add
+// about a tenth.
 constexpr double bits_of_a_frame = 47.0;
 constexpr double stuffing = 1.1;
 
@@ -23,7 +23,7 @@ std::uint64_t number_in(const std::filesystem::path& file) {
   return number;
 }
 
-/// An FD frame whose bytes count up, which has some stuff bits.
+/// Returns an FD frame whose bytes count up, which causes some stuff bits.
 can::Frame fd_frame(const can::PeriodicFrame& planned) {
   can::Frame frame{.id = planned.id,
                    .extended = planned.extended,
@@ -49,7 +49,7 @@ AverageFrames average_frames(const config::Config& config) {
       average.fd_time_s += per_s * can::seconds(can::transmission_time(can::frame_bits(fd_frame(frame)).all(),
                                                                        config.bus.rates()));
   }
-  average.classical_bytes /= classical_per_s;  // there is a SYNC
+  average.classical_bytes /= classical_per_s;  // not 0: there is a SYNC
   if (fd_per_s > 0.0) {
     average.fd_bytes /= fd_per_s;
     average.fd_time_s /= fd_per_s;
@@ -66,7 +66,7 @@ double AverageFrames::busy_s(double frames, double bytes) const {
   return fd * fd_time_s + stuffing * (others * bits_of_a_frame + 8.0 * payload) / bitrate_bit_per_s;
 }
 
-/// A virtual interface receives what it sends, and counts it twice.
+/// Reads the counters. A virtual interface receives its own frames, and counts them twice.
 std::optional<BusCounters::Count> BusCounters::count(Clock::time_point now) const {
   const std::filesystem::path folder = network_ / report_.interface;
   std::error_code ignored;

@@ -1,4 +1,4 @@
-// What the kernel counts of a CAN interface, without a socket on it.
+// The kernel's counters of a CAN interface, read without a socket on it.
 #pragma once
 
 #include <chrono>
@@ -12,20 +12,20 @@
 
 namespace hystcan::app {
 
-/// What the frames of a configuration are on average. The kernel counts frames and bytes alone: with these it
-/// follows how many of them were CAN FD.
+/// The average frames of a configuration. The kernel counts only frames and bytes; these averages give the
+/// number of CAN FD frames among them.
 struct AverageFrames {
-  double bitrate_bit_per_s = 0.0;  ///< 0: not known
-  double classical_bytes = 0.0;    ///< payload of a classical frame
-  double fd_bytes = 0.0;           ///< of an FD frame; 0: there are none
-  double fd_time_s = 0.0;          ///< of an FD frame on the bus, with both bit rates
+  double bitrate_bit_per_s = 0.0;  ///< 0: unknown
+  double classical_bytes = 0.0;    ///< average payload of a classical frame
+  double fd_bytes = 0.0;           ///< average payload of an FD frame; 0: no FD frames
+  double fd_time_s = 0.0;          ///< time of an FD frame on the bus, with both bit rates
 
-  /// The time that so many frames with so many bytes take on the bus.
+  /// Returns the bus time of this number of frames with this total number of bytes.
   double busy_s(double frames, double bytes) const;
 };
 AverageFrames average_frames(const config::Config& config);
 
-/// The state of an interface; the rates are NaN where they are not known.
+/// The state of an interface; unknown rates are NaN.
 struct BusReport {
   std::string interface;
   std::string state{};  ///< "up", "down", "missing", "simulated"
@@ -44,12 +44,12 @@ class BusCounters {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// An empty interface is a simulated bus.
+  /// If `interface` is empty, the bus is simulated.
   BusCounters(std::string interface, const AverageFrames& average,
               std::filesystem::path network = "/sys/class/net")
       : average_(average), network_(std::move(network)), report_{.interface = std::move(interface)} {}
 
-  /// Rates since the call before, if that is long enough ago.
+  /// Returns the rates since the previous call; if it was too recent, the previous rates.
   BusReport report(Clock::time_point now = Clock::now());
 
  private:

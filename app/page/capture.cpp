@@ -92,7 +92,7 @@ json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um
   const std::vector<double> time_s = column(at.time), reference_um = column(at.reference),
                             missing = column(at.missing);
   std::vector<double> position_um = column(at.position);
-  for (std::size_t row = 0; row < rows; ++row)  // the controller has not had these samples
+  for (std::size_t row = 0; row < rows; ++row)  // the controller did not receive these samples
     if (missing[row] != 0.0) position_um[row] = std::numeric_limits<double>::quiet_NaN();
   const auto step = metrics::step_at({time_s, reference_um, position_um}, capture.trigger_row, tolerance_um);
   if (!step) return nullptr;

@@ -1,4 +1,4 @@
-// A capture of one axis at full rate around an event, from what is already in the history and what follows.
+// A capture of one axis at full rate around an event, from the history and the rows after the event.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +14,10 @@
 
 namespace hystcan::app {
 
-/// Where the columns that captures and events need are in a row of the controller's stream.
+/// Indices, in a row of the controller's stream, of the columns that captures and events need.
 struct CycleColumns {
   std::size_t count, time, axis, state, fault, reference, position, missing, line, turnaround, lateness;
-  /// Throws Error if one is missing.
+  /// Throws Error if a column is missing.
   static CycleColumns of(const StreamGreeting& greeting);
 };
 
@@ -27,22 +27,23 @@ struct Capture {
   double trigger_time_s = 0.0;
 };
 
-/// The response to the step of the reference at the trigger: the figures of metrics/step_response.h, the mean
-/// error of the last fifth of it, and its time. Null where the reference does not step there. `tolerance_um`:
-/// of the settling band.
+/// Returns the response to the reference step at the trigger: the figures of metrics/step_response.h, the
+/// mean error in its last fifth, and its time. Null if the reference does not step there. `tolerance_um`: the
+/// settling band.
 nlohmann::json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um);
 
-/// Makes a capture when its event comes.
+/// Makes a capture at each event.
 class Trigger {
  public:
-  /// Throws Error where the request is incomplete or out of range.
+  /// Throws Error if the request is incomplete or out of range.
   Trigger(const nlohmann::json& request, const StreamGreeting& greeting);
 
-  /// The event, as it was asked for.
+  /// The event as named in the request.
   const std::string& name() const { return name_; }
   std::size_t axis() const { return axis_; }
   bool repeats() const { return repeats_; }
-  /// Each row of the stream once, after it is in the history. The capture, when its last row has come.
+  /// Processes each row of the stream once, after it is in the history. Returns the capture when its last row
+  /// arrived.
   std::optional<Capture> put(std::span<const double> row, const RowHistory& history);
 
  private:
@@ -52,17 +53,17 @@ class Trigger {
   Capture collect(const RowHistory& history) const;
 
   CycleColumns at_;
-  std::string name_;  ///< of `on`
+  std::string name_;  ///< value of `on` in the request
   On on_ = On::now;
   std::size_t axis_ = 0;
-  std::size_t signal_ = 0;               ///< column; of `level`
-  double level_ = 0.0;                   ///< in the unit of the signal; of `step`: um in one cycle
-  bool rising_ = true, falling_ = true;  ///< the edges that count; of `level`
+  std::size_t signal_ = 0;               ///< column of the signal, for `level`
+  double level_ = 0.0;                   ///< in the unit of the signal; for `step`: um in one cycle
+  bool rising_ = true, falling_ = true;  ///< edges that count, for `level`
   double pre_s_ = 0.0;
   double post_s_ = 0.0;
   bool repeats_ = false;
 
-  std::vector<double> before_;  ///< the row of this axis before
+  std::vector<double> before_;  ///< the previous row of this axis
   std::optional<double> fired_s_;
   double rests_until_s_ = -std::numeric_limits<double>::infinity();  ///< captures do not overlap
 };

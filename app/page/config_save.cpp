@@ -25,7 +25,7 @@ namespace hystcan::app {
 namespace {
 
 constexpr std::size_t context_lines = 2;
-constexpr std::size_t most_cells = 4'000'000;  // of the table of a comparison
+constexpr std::size_t most_cells = 4'000'000;  // cells of the comparison table
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -34,7 +34,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// Lines with their marks: "- kp = 0". By the longest common subsequence.
+/// Returns lines with marks: "- kp = 0", by the longest common subsequence.
 std::vector<std::string> compare_by_subsequence(std::span<const std::string> before,
                                                 std::span<const std::string> after) {
   std::vector<std::vector<std::size_t>> longest(before.size() + 1,
@@ -81,7 +81,7 @@ std::vector<std::string> compare(std::span<const std::string> before, std::span<
   return lines;
 }
 
-/// "axis[0].control.setpoint[2].low_um": the list, the index in it, the key.
+/// The parts of "axis[0].control.setpoint[2].low_um": list, index and key.
 struct SegmentKey {
   std::string list;
   std::size_t index;
@@ -105,7 +105,7 @@ std::size_t last_line_of(const toml::node& node) {
   return last;
 }
 
-/// Line numbers count from 1.
+/// Comments out lines. Line numbers count from 1.
 void comment_out(std::vector<std::string>& lines, std::size_t first, std::size_t last) {
   for (std::size_t i = first - 1; i < last; ++i)
     if (const auto begin = lines[i].find_first_not_of(" \t\r");
@@ -113,9 +113,11 @@ void comment_out(std::vector<std::string>& lines, std::size_t first, std::size_t
       lines[i].insert(0, "# ");
 }
 
-using Segments = std::map<std::size_t, std::vector<std::string>>;  ///< index -> lines `key = value`
+using Segments = std::map<std::size_t, std::vector<std::string>>;  ///< index of a segment to its lines
+                                                                   ///< `key = value`
 
-/// The segments of a list that are new, or gone: their lines are empty then. They are taken out of `unsaved`.
+/// Returns the new and the removed segments of each list; removed segments have no lines. Removes these
+/// changes from `unsaved`.
 std::map<std::string, Segments> changed_lists(const toml::table& root, std::vector<config::Change>& unsaved) {
   std::map<std::string, Segments> lists;
   const auto size_of = [&](const std::string& list) {
@@ -135,7 +137,7 @@ std::map<std::string, Segments> changed_lists(const toml::table& root, std::vect
   return lists;
 }
 
-/// The text with the list in the brackets of one value, [{...}, {...}], and its segments added and removed.
+/// Returns the text with segments added to and removed from a list that is one value, [{...}, {...}].
 std::string with_inline_segments(const std::string& text, const std::string& name, const std::string& list,
                                  std::size_t size, const Segments& segments) {
   config::TomlEdit edit(text, name);
@@ -148,8 +150,8 @@ std::string with_inline_segments(const std::string& text, const std::string& nam
   return edit.text();
 }
 
-/// The text with the segments that `unsaved` adds, behind the last one of their axis, and with `# ` before
-/// the lines of those that it removes. What it tells of them is taken out of `unsaved`.
+/// Returns the text with the segments that `unsaved` adds, after the last one of their axis, and with `# `
+/// before the lines of the segments that it removes. Removes these changes from `unsaved`.
 std::string with_segments(const std::string& text, const std::string& name,
                           std::vector<config::Change>& unsaved) {
   std::string edited = text;
@@ -229,7 +231,8 @@ ConfigSave undo_of(const std::filesystem::path& file) {
   if (!std::filesystem::exists(kept))
     throw Error(fmt::format("{} is missing, so there is no save to undo", kept.string()));
   (void)config::load(kept);
-  constexpr std::size_t most = config::largest_configuration;  // it need not be TOML: somebody has broken it
+  constexpr std::size_t most = config::largest_configuration;  // the present file may be broken: it need not
+                                                               // be TOML
   ConfigSave undo = config_save(read_regular_file(file, most), read_regular_file(kept, most));
   undo.undoes = true;
   return undo;
@@ -251,7 +254,7 @@ void write_save(const std::filesystem::path& file, const ConfigSave& save) {
           error);
     }
   };
-  // At every moment one of the two files has what the user wants back.
+  // At every moment, one of the two files has the text that the user wants to restore.
   if (save.undoes) {
     written.commit();
     keep_former();

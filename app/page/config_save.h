@@ -1,6 +1,6 @@
-// What is in force but not in the configuration file, as an edit of the file that keeps its comments; and the
-// way back: the file as it was before the last save is kept beside it as FILE.before-save. Undoing the save
-// exchanges the two files, so that a second undo brings the saved file back.
+// Saves the settings in force that differ from the configuration file, as an edit of the file that keeps its
+// comments. The file before the last save is kept in the same folder as FILE.before-save. Undoing the save
+// exchanges the two files, so that a second undo restores the saved file.
 #pragma once
 
 #include <filesystem>
@@ -12,31 +12,31 @@
 namespace hystcan::app {
 
 struct ConfigSave {
-  std::string before;   ///< the text of the file as it is
-  std::string text;     ///< of the file with the edit
-  std::string diff;     ///< lines, with `- ` and `+ ` before those that change; empty if none does
-  std::string digest;   ///< of the file as it is and of the edit
-  bool undoes = false;  ///< it brings back what is kept
+  std::string before;   ///< the present text of the file
+  std::string text;     ///< the text after the edit
+  std::string diff;     ///< lines, with `- ` and `+ ` before changed lines; empty if there is no change
+  std::string digest;   ///< digest of the present file and of the edit
+  bool undoes = false;  ///< true if it restores the kept file
 };
 
-/// From the text of a file as it is to another one.
+/// Describes the change from the present text of a file to another text.
 ConfigSave config_save(const std::string& before, const std::string& text);
-/// `unsaved`: from the file to what is in force. Throws Error where the file has no place for a key, or
-/// could not be read with them.
+/// Describes saving `unsaved`, the changes from the file to the settings in force. Throws Error if the file
+/// has no place for a key, or if the result would not be valid.
 ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::Change>& unsaved);
 
-/// FILE.before-save beside the file; a link is followed.
+/// Returns FILE.before-save in the folder of the file; follows a link.
 std::filesystem::path kept_beside(const std::filesystem::path& file);
 
-/// The file as it was before the last save. Throws Error if there is none, or if it is no longer valid. The
-/// present file need not be valid.
+/// Describes the return to the file before the last save. Throws Error if that file is missing or no longer
+/// valid. The present file need not be valid.
 ConfigSave undo_of(const std::filesystem::path& file);
 
-/// Replaces the file and keeps its former text. Throws RunError if that cannot be kept; nothing is saved
-/// then.
+/// Replaces the file and keeps its previous text. Throws RunError if the previous text can't be kept; nothing
+/// is then saved.
 void write_save(const std::filesystem::path& file, const ConfigSave& save);
 
-/// Lines of both texts, with two lines of context around each change.
+/// Returns the lines of both texts, with two lines of context around each change.
 std::string line_diff(const std::string& before, const std::string& after);
 
 }  // namespace hystcan::app

@@ -113,8 +113,7 @@ void ControlLink::refuse(const std::string& reason, const std::list<Command>& co
     boost::asio::post(socket_.get_executor(), [done = command.done, refused] { done(refused); });
 }
 
-/// Everything that waits is refused: a command that was sent may have been carried out, so none is sent
-/// twice.
+/// Refuses all waiting commands. A command that was sent may have been executed, so no command is sent twice.
 void ControlLink::fail(const std::string& reason) {
   disconnect();
   refuse(reason, std::exchange(waiting_, {}));

@@ -1,6 +1,6 @@
-// A connection to a control socket that does not wait: commands are answered in their order, but `status`
-// goes before those that wait. Connects when there is a command. Every command gets one answer, also if no
-// controller is there.
+// A connection to a control socket that does not block: commands are answered in order, but `status` is sent
+// before waiting commands. Connects when there is a command. Every command gets one answer, also if no
+// controller is running.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -20,16 +20,16 @@ class ControlLink {
  public:
   using Done = std::function<void(nlohmann::json answer)>;
 
-  /// `place`: returns the path of the socket, before each connection. A command without an answer within
-  /// `answer_limit` fails.
+  /// `place`: returns the path of the socket; called before each connection. A command without an answer
+  /// within `answer_limit` fails.
   ControlLink(boost::asio::io_context& context, std::function<std::filesystem::path()> place,
               std::chrono::seconds answer_limit);
 
   void ask(const nlohmann::json& command, Done done);
-  /// Gives the right to write back: commands that write and have no answer yet are refused, those that read
-  /// go on, over a new connection.
+  /// Gives up the right to write: unanswered commands that write are refused; those that read continue over a
+  /// new connection.
   void give_up_writing();
-  /// Commands under way are answered as refused.
+  /// Answers all commands in progress as refused.
   void close();
   bool is_busy() const { return !waiting_.empty(); }
 
@@ -40,8 +40,8 @@ class ControlLink {
     bool reads;
   };
 
-  /// The handler of an operation of this connection: an error ends it, an earlier connection no longer
-  /// counts.
+  /// Wraps the handler of an operation of this connection: an error ends the connection, and operations of an
+  /// earlier connection are ignored.
   template <class Then>
   auto then(Then go_on) {
     return [this, connection = connection_, go_on](const boost::system::error_code& error, std::size_t = 0) {
@@ -64,7 +64,7 @@ class ControlLink {
   boost::asio::streambuf received_;
   std::filesystem::path file_;
   std::list<Command> waiting_;
-  std::uint64_t connection_ = 0;  ///< what is left of an earlier one does not count
+  std::uint64_t connection_ = 0;  ///< number of the connection, to ignore operations of earlier ones
 };
 
 }  // namespace hystcan::app

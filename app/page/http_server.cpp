@@ -33,10 +33,10 @@ constexpr std::size_t most_waiting_rows = 1'048'576;
 constexpr int send_buffer = 262'144;
 constexpr auto longest_request = std::chrono::seconds(10);
 constexpr auto longest_write = std::chrono::seconds(5);
-constexpr auto longest_silence = std::chrono::seconds(20);  // of a client: then a ping, which it must answer
+constexpr auto longest_silence = std::chrono::seconds(20);  // of a client; then it must answer a ping
 constexpr auto pause_after_failed_accept = std::chrono::milliseconds(100);
 
-/// Nothing but the page's own files may run, be shown or be asked; no other page may frame it.
+/// Only the page's own files may run, be shown or be requested; no other page may frame it.
 constexpr const char* content_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: "
     "data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -44,7 +44,8 @@ constexpr const char* content_policy =
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::string_body>;
 
-/// A socket that listens at every address of both kinds says ::ffff:192.0.2.1 of 192.0.2.1.
+/// Returns the local address; converts ::ffff:192.0.2.1, reported by a socket that listens at every address
+/// of both kinds, to 192.0.2.1.
 boost::asio::ip::address local_address(const tcp::socket& socket) {
   error_code ignored;
   boost::asio::ip::address address = socket.local_endpoint(ignored).address();
@@ -78,7 +79,7 @@ Response wired(const HttpResponse& answer, unsigned version, bool keep_alive) {
   return response;
 }
 
-/// What is sent as one message.
+/// The content of one message.
 struct Outgoing {
   bool is_text = true;
   std::string text{};
@@ -129,7 +130,7 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
   void end() {
     timer_.cancel();
     error_code ignored;
-    beast::get_lowest_layer(stream_).close(ignored);  // the pending read ends the session
+    beast::get_lowest_layer(stream_).close(ignored);  // the pending read then ends the session
   }
 
  private:
@@ -289,11 +290,11 @@ class HttpServer::Listener {
     requests_.push_back(session);
     session->read();
   }
-  /// A weak pointer keeps the memory of the session to which it leads.
+  /// Removes ended sessions: a weak pointer keeps the session's memory.
   void forget_ended() {
     std::erase_if(requests_, [](const auto& request) { return request.expired(); });
   }
-  /// Strangers who hold all places do not keep an operator out.
+  /// Makes room for a connection, so that strangers who occupy all places do not keep an operator out.
   bool make_room() {
     forget_ended();
     if (requests_.empty()) return page_.make_room();
@@ -306,8 +307,8 @@ class HttpServer::Listener {
   tcp::acceptor acceptor_;
   boost::asio::steady_timer pause_;
   PageService& page_;
-  std::deque<std::weak_ptr<HttpSession>> requests_;  ///< the oldest first
-  /// Each connection holds it: its count is that of the connections, and one.
+  std::deque<std::weak_ptr<HttpSession>> requests_;  ///< oldest first
+  /// Each connection has a copy: its use count is the number of connections plus one.
   std::shared_ptr<std::size_t> open_ = std::make_shared<std::size_t>(0);
 };
 

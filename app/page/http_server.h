@@ -1,10 +1,10 @@
-// A small HTTP and WebSocket server on one thread. PageService says what is served, whom it refuses and what
-// a message means. All of Boost.Beast is in http_server.cpp.
+// A small HTTP and WebSocket server on one thread. PageService decides what is served, who is refused, and
+// what a message means. Only http_server.cpp uses Boost.Beast.
 //
-// Bounds, whatever a client does: 32 connections, of which the oldest that has asked for nothing makes room;
-// a header of 8 KiB within 10 s and no body; a message of 16 KiB; what waits for a client that does not read:
-// 1 MiB of rows (further rows are left out and counted) and 8 MiB in all (it is cut off). A client that takes
-// nothing for 5 s is cut off.
+// Limits, independent of the client's behaviour: 32 connections (the oldest without a request is closed for a
+// new one); a header of 8 KiB within 10 s and no body; a message of 16 KiB; data that waits for a slow
+// client: 1 MiB of rows (further rows are dropped and counted) and 8 MiB in total (the client is
+// disconnected). A client that reads nothing for 5 s is disconnected.
 #pragma once
 
 #include <array>
@@ -18,9 +18,9 @@
 namespace hystcan::app {
 
 struct HttpRequest {
-  std::string method, target, host, origin;  ///< host, origin: empty if there is none
+  std::string method, target, host, origin;  ///< host, origin: empty if missing
   std::string accept{};                      ///< header Accept
-  std::string local_address{};               ///< of the connection, without port: "127.0.0.1"
+  std::string local_address{};               ///< server address of the connection, without port: "127.0.0.1"
 };
 
 struct HttpResponse {
@@ -29,11 +29,11 @@ struct HttpResponse {
   std::string body{};
 };
 
-/// float64 rows behind a head of four numbers: kind, rows, lost, capture (docs/page_protocol.md).
+/// float64 rows after a head of four numbers: kind, rows, lost, capture (docs/page_protocol.md).
 using RowBlock = std::shared_ptr<const std::vector<double>>;
 using RowHead = std::array<std::uint32_t, 4>;
 
-/// A client at the WebSocket. It lives from opened() to closed().
+/// A client at the WebSocket. It exists from opened() to closed().
 class WebClient {
  public:
   WebClient() = default;
@@ -42,9 +42,9 @@ class WebClient {
   WebClient& operator=(const WebClient&) = delete;
 
   virtual void send_text(std::string text) = 0;
-  /// False if so much waits for the client that rows are left out.
+  /// Returns false if so much data waits for the client that rows are dropped.
   virtual bool takes_rows() const = 0;
-  /// What takes_rows() says; if that is false, nothing was sent.
+  /// Returns takes_rows(); if false, nothing was sent.
   virtual bool send_rows(const RowHead& head, const RowBlock& rows) = 0;
   virtual void cut_off() = 0;
 };
@@ -53,7 +53,7 @@ class PageService;
 
 class HttpServer {
  public:
-  /// Port 0: any free one. Throws RunError if the address cannot be used.
+  /// Port 0 selects any free port. Throws RunError if the address can't be used.
   HttpServer(boost::asio::io_context& context, const std::string& address, std::uint16_t port,
              PageService& page);
   ~HttpServer();
@@ -61,7 +61,7 @@ class HttpServer {
   HttpServer& operator=(const HttpServer&) = delete;
 
   std::uint16_t port() const;
-  /// HTTP sessions in memory, those included that ended since the last connection.
+  /// Returns the number of HTTP sessions in memory, including those that ended since the last connection.
   std::size_t sessions_kept() const;
 
  private:

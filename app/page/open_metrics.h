@@ -1,5 +1,5 @@
-// States and counters for Prometheus and others: as OpenMetrics text (https://openmetrics.io), or in the
-// older text format of Prometheus, which knows neither stateset nor info.
+// States and counters for Prometheus and similar programs: as OpenMetrics text (https://openmetrics.io), or
+// in the older text format of Prometheus, which has neither stateset nor info.
 #pragma once
 
 #include <optional>
@@ -13,12 +13,12 @@
 
 namespace hystcan::app {
 
-/// Whether a client that sends this header `Accept` understands OpenMetrics.
+/// Returns true if a client with this header `Accept` supports OpenMetrics.
 bool accepts_open_metrics(std::string_view accept);
 const char* metrics_type(bool is_open);
 
-/// `is_open`: as OpenMetrics. `status`: of the controller; empty: none, or too old. `age_s`: since the last
-/// answer; infinite: none yet.
+/// Returns the text. `is_open`: as OpenMetrics. `status`: state of the controller; nullopt if there is none
+/// or it is too old. `age_s`: time since the last answer; infinite if there was none.
 std::string metrics_text(bool is_open, const std::optional<StatusAnswer>& status, double age_s,
                          const BusReport& bus, const metrics::Histogram& turnaround,
                          const metrics::Histogram& lateness, const PageCounters& page);

@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t token_bytes = 16;
 
-/// "LOCALHOST:8080" -> "localhost", "[::1]:8080" -> "::1".
+/// Converts "LOCALHOST:8080" to "localhost", "[::1]:8080" to "::1".
 std::string name_of(const std::string& host) {
   std::string name = host;
   if (name.starts_with('[')) {
@@ -41,7 +41,7 @@ bool is_hexadecimal(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return std::isxdigit(c) != 0; });
 }
 
-/// Root may read the token of a service: it belongs to the owner of the folder.
+/// Reads the token. Root may read the token of a service, which belongs to the owner of the folder.
 std::string read_token(const std::filesystem::path& file, const Descriptor& opened) {
   struct stat found {};
   struct stat folder {};
@@ -63,7 +63,7 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
   return token;
 }
 
-/// Nothing if there is no such file.
+/// Returns nullopt if the file does not exist.
 std::optional<std::string> token_there(const std::filesystem::path& file) {
   const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (opened.get() >= 0) return read_token(file, opened);
@@ -71,7 +71,7 @@ std::optional<std::string> token_there(const std::filesystem::path& file) {
   return std::nullopt;
 }
 
-/// Returns zero or the errno.
+/// Returns 0 or the errno.
 int write_line(const Descriptor& into, std::string_view line) {
   while (!line.empty()) {
     const ssize_t size = ::write(into.get(), line.data(), line.size());
@@ -81,14 +81,14 @@ int write_line(const Descriptor& into, std::string_view line) {
   return 0;
 }
 
-/// Makes the file, complete or not at all; nothing if there is one meanwhile.
+/// Creates the complete file; returns nullopt if another program created it first.
 std::optional<std::string> token_made(const std::filesystem::path& file) {
   std::string temporary = file.string() + ".XXXXXX";
   const Descriptor made(::mkostemp(temporary.data(), O_CLOEXEC));  // mode 0600
   if (made.get() < 0) throw RunError(file, fmt::format("cannot be created: {}", std::strerror(errno)));
   std::string token = new_token();
   int error = write_line(made, token + "\n");
-  // Not renameat2(RENAME_NOREPLACE), which a network file system refuses.
+  // renameat2(RENAME_NOREPLACE) is not used, because a network file system refuses it.
   if (error == 0 && ::link(temporary.c_str(), file.c_str()) != 0) error = errno;
   ::unlink(temporary.c_str());
   if (error == 0) return token;

@@ -1,8 +1,8 @@
-// Who may see the page, and who may write.
+// Decides who may see the page, and who may write.
 //
-// A page of another site can make a browser send requests to this server, and can give its own name the
-// server's address (DNS rebinding). It cannot choose Host and Origin. So Host must be a name of this server,
-// and Origin, if there is one, the page's own. The port does not count: it may be forwarded.
+// A page of another site can make a browser send requests to this server, and can assign the server's address
+// to its own name (DNS rebinding). It cannot choose Host and Origin. Therefore Host must be a name of this
+// server, and Origin, if present, must be the page's own. The port is ignored: it may be forwarded.
 #pragma once
 
 #include <filesystem>
@@ -16,12 +16,12 @@ namespace hystcan::app {
 
 class PageAccess {
  public:
-  /// `names`: further names of this server, beside localhost and its addresses.
+  /// `names`: further names of this server, besides localhost and its addresses.
   explicit PageAccess(std::vector<std::string> names, std::string token);
 
-  /// Status 200, or what the request is refused with.
+  /// Returns a response with status 200 if the request is allowed, else the refusal.
   HttpResponse judge(const HttpRequest& request) const;
-  /// In a time that does not depend on what is wrong.
+  /// Compares in constant time, independent of the differences.
   bool is_token(std::string_view text) const;
 
  private:
@@ -31,11 +31,11 @@ class PageAccess {
 
 bool is_loopback(const std::string& address);
 
-/// 32 hexadecimal digits from the kernel. Throws RunError.
+/// Returns 32 hexadecimal digits from the kernel's random numbers. Throws RunError.
 std::string new_token();
 
-/// The token in this file, which only its owner may read; makes the file if it is not there. Throws RunError
-/// if others may read it, if it is not the user's own or no token.
+/// Returns the token in this file, which only its owner may read; creates the file if it is missing. Throws
+/// RunError if others may read the file, if it is not the user's own, or if it contains no token.
 std::string token_of(const std::filesystem::path& file);
 
 }  // namespace hystcan::app

@@ -1,4 +1,4 @@
-// The pages that are connected.
+// The connected pages.
 #pragma once
 
 #include <chrono>
@@ -16,17 +16,17 @@ struct PageClient {
   WebClient& web;
   std::uint64_t number;
   bool is_authorised = false;
-  bool waits_for_token = false;                   ///< the answer to a wrong one is under way
+  bool waits_for_token = false;                   ///< the answer to a wrong token is pending
   double rate = 500.0;                            ///< rows per axis and second
-  std::map<std::uint32_t, std::uint32_t> lost{};  ///< rows of each kind since the last message
+  std::map<std::uint32_t, std::uint32_t> lost{};  ///< rows of each kind lost since the last message
   std::optional<Trigger> trigger{};
-  std::chrono::steady_clock::time_point second{};  ///< begin of the second in which messages are counted
+  std::chrono::steady_clock::time_point second{};  ///< start of the second in which messages are counted
   int messages = 0;
 
   void send(const nlohmann::json& message) {
     web.send_text(message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
-  /// Counts a message; true if there are too many in this second.
+  /// Counts a message; returns true if there are too many in this second.
   bool sends_too_much();
 };
 
@@ -41,13 +41,13 @@ class PageClients {
  public:
   PageClient& add(WebClient& web);
   void remove(const PageClient& client);
-  /// Null if it has left.
+  /// Returns null if the client is gone.
   PageClient* of(const WebClient& web);
   PageClient* with(std::uint64_t number);
-  /// By their numbers: the oldest first.
+  /// All clients by number: the oldest first.
   std::map<std::uint64_t, PageClient>& all() { return clients_; }
   void send_all(const nlohmann::json& message);
-  /// Cuts off the oldest client that has not given the token. False if there is none.
+  /// Disconnects the oldest client without a valid token. Returns false if there is none.
   bool make_room();
 
   PageCounters counters;

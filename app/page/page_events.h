@@ -1,8 +1,8 @@
-// What happens at the controller, in words for all pages: changes of state and faults, which its rows show,
-// and what people did. Pages that come later get the last events too. Beside them the times of the cycles,
-// which the same rows show.
+// The events of the controller as texts for all pages: changes of state and faults, detected in its rows, and
+// the actions of users. Pages that connect later also get the last events. Also collects the cycle times from
+// the same rows.
 //
-// An event is the `event` of docs/page_protocol.md.
+// Each event is an `event` of docs/page_protocol.md.
 #pragma once
 
 #include <deque>
@@ -19,8 +19,8 @@
 
 namespace hystcan::app {
 
-/// The events of a command to the controller and of its answer: one for each setting that it has changed, or
-/// else one. `by`: "page 3".
+/// Returns the events of a command and its answer: one for each setting that it changed, otherwise one. `by`:
+/// "page 3".
 std::vector<nlohmann::json> command_events(const std::string& by, const nlohmann::json& command,
                                            const nlohmann::json& answer);
 
@@ -28,14 +28,14 @@ class PageEvents {
  public:
   explicit PageEvents(PageClients& clients);
 
-  /// A controller has begun. Throws Error if a column is missing.
+  /// Starts with a new controller. Throws Error if a column is missing.
   void begin(const StreamGreeting& greeting);
   void put(std::span<const double> row);
 
-  /// What this page did; `level`: "info", "warning".
+  /// Adds an action of this page; `level`: "info", "warning".
   void add_act(std::uint64_t page, const std::string& level, const std::string& text);
   void add_command(std::uint64_t page, const nlohmann::json& command, const nlohmann::json& answer);
-  /// Changes of settings that no page has made.
+  /// Adds changes of settings that no page made.
   void add_foreign_changes(const std::vector<config::Change>& changes);
 
   const std::deque<nlohmann::json>& newest() const { return events_; }
@@ -50,7 +50,7 @@ class PageEvents {
   PageClients& clients_;
   StreamGreeting greeting_;
   CycleColumns at_{};
-  std::vector<std::pair<double, double>> last_;  ///< per axis: state and fault
+  std::vector<std::pair<double, double>> last_;  ///< state and fault, per axis
   double newest_s_ = std::numeric_limits<double>::quiet_NaN();
   std::deque<nlohmann::json> events_;
   metrics::Histogram turnaround_us_, lateness_us_;

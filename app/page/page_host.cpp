@@ -90,7 +90,7 @@ void PageHost::run() {
   while (!context_.stopped()) {
     try {
       context_.run();
-    } catch (const std::exception& error) {  // of one handler
+    } catch (const std::exception& error) {  // thrown by one handler
       spdlog::error("page: {}", error_text(error));
     }
   }

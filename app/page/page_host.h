@@ -1,4 +1,4 @@
-// The page at an address, until a signal: server, service and access together.
+// Serves the page at an address until a signal: server, service and access together.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -14,22 +14,22 @@ namespace hystcan::app {
 struct PageListening {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
-  std::vector<std::string> names{};  ///< by which browsers may ask for it, beside its addresses
-  bool expose = false;               ///< an address that others can reach is intended
+  std::vector<std::string> names{};  ///< names in browsers' requests, besides its addresses
+  bool expose = false;               ///< true: other computers may be able to reach the address
 
-  /// "127.0.0.1:8080", "[::1]:8080". Throws Error.
+  /// Parses "127.0.0.1:8080", "[::1]:8080". Throws Error.
   static PageListening at(const std::string& text);
 };
 
 class PageHost {
  public:
-  /// Throws Error if others could reach the address and that is not intended, RunError if it cannot
-  /// be used or the page is not in this program.
+  /// Throws Error if others could reach the address and `expose` is false; throws RunError if the address
+  /// can't be used or the program does not contain the page.
   PageHost(PageOptions options, const PageListening& listening, const std::string& token);
 
-  /// "http://127.0.0.1:8080/"; where it listens at every address, that of this machine for itself.
+  /// Returns "http://127.0.0.1:8080/"; if it listens at every address, the address for this machine.
   std::string url() const;
-  /// Until SIGINT or SIGTERM.
+  /// Runs until SIGINT or SIGTERM.
   void run();
 
  private:

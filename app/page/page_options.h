@@ -1,4 +1,4 @@
-// What a page's server is told at its start.
+// The start options of a page's server.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,8 @@ struct PageOptions {
   std::string start_command{};
   std::function<std::filesystem::path()> controller_socket, twin_socket;
   std::chrono::seconds answer_limit{5};  ///< time for the controller to answer a command
-  std::function<void()> start_again{};   ///< of a demo: begins another rehearsal, or throws why it cannot
+  /// Only for a demo: starts another rehearsal, or throws the reason why it can't.
+  std::function<void()> start_again{};
 };
 
 }  // namespace hystcan::app

@@ -27,7 +27,7 @@ constexpr double fastest_view_Hz = 1000.0;
 constexpr const char* no_token = "this needs the token; show it with hystcan page CONFIG --token";
 constexpr const char* no_role = "this page does not have the writer's role; take it first";
 
-/// The commands that the page may send, as a refusal lists them; `stop` has its own request.
+/// Returns the commands that the page may send, in the order for a refusal; `stop` has its own request.
 std::string page_commands() {
   std::map<int, std::string_view> words;
   for (const ControlCommand& row : protocol::commands)
@@ -37,7 +37,7 @@ std::string page_commands() {
   return text;
 }
 
-/// The overrides that give the loop and the model in force, which do not depend on the setpoint.
+/// Returns the overrides that give the loop and the model in force; they do not depend on the setpoint.
 std::vector<config::Setting> overrides_of(const std::vector<config::Change>& unsaved) {
   const std::string of_segments = fmt::format(".{}[", config::setpoint_key);
   std::vector<config::Setting> overrides;
@@ -47,7 +47,7 @@ std::vector<config::Setting> overrides_of(const std::vector<config::Change>& uns
   return overrides;
 }
 
-/// The keys that can change while the controller runs. docs/page_protocol.md has the members.
+/// Returns the keys that can change while the controller runs. docs/page_protocol.md lists the members.
 json keys_json(const config::Config& config) {
   json list = json::array();
   for (const config::Key& key : config::running_keys(config)) {
@@ -151,7 +151,7 @@ void PageRequests::view(PageClient& client, const Asked& asked, const json& requ
   reply(asked, {{"ok", true}});
 }
 
-/// Throws Error if the controller runs with another file than the page's.
+/// Throws Error if the controller and the page use different files.
 void PageRequests::require_the_same_file(const SettingsAnswer& settings) const {
   std::error_code error;
   if (!std::filesystem::equivalent(settings.file, options_.config, error))
@@ -308,7 +308,7 @@ void PageRequests::reply_or_write(const Asked& asked, const json& request,
         spdlog::info("page {}: {}", asked.client, done);
         events_.add_act(asked.client, "info", done);
         if (!save.undoes) return reply(asked, std::move(body));
-        // The controller takes the restored file over; if it does not, `not_applied` says why.
+        // The controller applies the restored file; if it does not, `not_applied` is the reason.
         role_.command(asked.client, command_of(Verb::reload),
                       [this, asked, body = std::move(body)](const json& reloaded) mutable {
                         if (!is_done(reloaded))

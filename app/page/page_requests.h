@@ -1,4 +1,4 @@
-// What the clients of the page ask for. docs/page_protocol.md has the requests.
+// Handles the requests of the page's clients. docs/page_protocol.md lists the requests.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -55,14 +55,14 @@ class PageRequests {
   void save(PageClient&, const Asked&, const nlohmann::json&);
   void undo_save(PageClient&, const Asked&, const nlohmann::json&);
 
-  /// `work` is called with the answer to `settings`, when it is this client's turn; with its `file` alone if
-  /// that is invalid and need not be valid.
+  /// Calls `work` with the answer to `settings` when it is this client's turn; with only its `file` if the
+  /// file is invalid and need not be valid.
   void with_settings(const Asked& asked, std::function<void(const SettingsAnswer&)> work,
                      bool needs_valid_file = true);
-  /// Replies with what `make` makes of the axis with the settings in force.
+  /// Replies with the result of `make` for the axis with the settings in force.
   void reply_of_axis(const Asked& asked, const nlohmann::json& request,
                      nlohmann::json (*make)(const config::AxisConfig& axis, double cycle_s));
-  /// Replies with the difference; if the request has its digest, writes the file.
+  /// Replies with the difference; writes the file if the request contains the digest of that difference.
   void reply_or_write(const Asked& asked, const nlohmann::json& request,
                       std::function<ConfigSave(const SettingsAnswer&)> make, bool needs_valid_file = true);
   void require_the_same_file(const SettingsAnswer& settings) const;

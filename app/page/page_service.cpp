@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr auto time_between_looks = std::chrono::milliseconds(200);
-constexpr double longest_age_s = 0.6;  // two answers that were due have not come
+constexpr double longest_age_s = 0.6;  // two due answers did not arrive
 constexpr std::uint32_t capture_kind = 3;
 
 }  // namespace
@@ -178,7 +178,7 @@ void PageService::look() {
     status_came_ = std::chrono::steady_clock::now();
     try {
       status_ = read_answer<StatusAnswer>(answer);
-    } catch (const RunError&) {  // the controller is not there
+    } catch (const RunError&) {  // the controller is not running
     }
     send_status();
   });

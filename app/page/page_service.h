@@ -1,11 +1,11 @@
-// The operator's page behind its server: passes the streams on to the clients, and their commands to the
-// control socket. docs/page_protocol.md has all messages. One thread.
+// The operator's page behind its server: forwards the streams to the clients, and their commands to the
+// control socket. docs/page_protocol.md lists all messages. Uses one thread.
 //
 //   PageStream (controller, twin) ──▶ PageEvents, captures, lanes ──▶ PageClients
 //   PageClients ──▶ PageRequests ──▶ WriterRole ──▶ ControlLink ──▶ control socket
 //
-// There are two connections to a controller: the stream, which takes no commands and never waits for this
-// process, and one for the commands. A `stop` or `disable` opens a third one, until it is answered.
+// There are two connections to a controller: the stream, which accepts no commands and never waits for this
+// process, and one for the commands. A `stop` or `disable` opens a third connection until it is answered.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -32,17 +32,18 @@ class PageService {
  public:
   PageService(boost::asio::io_context& context, PageOptions options, PageAccess access);
 
-  /// Any request but one for the WebSocket.
+  /// Answers any request except one for the WebSocket.
   HttpResponse answer(const HttpRequest& request);
-  /// Status 101: the client may open a WebSocket; otherwise what it gets instead.
+  /// Returns status 101 if the client may open a WebSocket; otherwise the response to send instead.
   HttpResponse admit(const HttpRequest& request);
 
   void opened(WebClient& web);
   void received(WebClient& web, std::string_view text);
   void closed(WebClient& web);
-  /// All connections are taken: cuts off a client that others may take the place of. False if there is none.
+  /// Makes room when all connections are in use: disconnects a client that others may replace. Returns false
+  /// if there is none.
   bool make_room() { return clients_.make_room(); }
-  /// A client was cut off, or was one too many.
+  /// Counts a client that was disconnected or that exceeded the limit.
   void count_cut_off() { ++clients_.counters.cut_off; }
 
  private:
@@ -53,12 +54,11 @@ class PageService {
   void batch(PageStream& stream, std::uint32_t lost);
   void send_rows(PageClient& client, const PageStream& stream, const RowBlock& rows);
   void send_capture(PageClient& client, const Capture& capture);
-  void look();  ///< asks for the state, five times a second
+  void look();  ///< requests the state, five times a second
   void send_status();
-  /// Seconds since the last answer; infinite before the first.
+  /// Seconds since the last answer; infinite before the first one.
   double status_age_s() const;
-  /// The state of the controller; empty if it does not answer, or if the last answers that were due have not
-  /// come.
+  /// Returns the state of the controller; nullopt if there was no answer, or if the last answer is too old.
   std::optional<StatusAnswer> status_known() const;
 
   PageOptions options_;
@@ -75,7 +75,7 @@ class PageService {
   BusCounters bus_;
   BusReport bus_report_{};
   std::optional<StatusAnswer> status_;
-  bool looks_ = false;  ///< the answer to `status` is under way
+  bool looks_ = false;  ///< a request for `status` is pending
   std::optional<std::chrono::steady_clock::time_point> status_came_;
 };
 

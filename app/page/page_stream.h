@@ -1,6 +1,5 @@
-// One stream socket (docs/control_socket.md), as the clients of the page get it: each lane has the rows of
-// one rate, made once for all clients of that rate. Connects, and connects again when the stream has ended or
-// sends nothing.
+// One stream socket (docs/control_socket.md), prepared for the clients of the page: each lane has the rows of
+// one rate, computed once for all clients with that rate. Reconnects when the stream ended or sends nothing.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -25,38 +24,40 @@ namespace hystcan::app {
 class PageStream {
  public:
   struct Hooks {
-    std::function<void()> changed;                         ///< it has begun or ended
-    std::function<void(std::span<const double> row)> row;  ///< in the history already
+    std::function<void()> changed;                         ///< the stream began or ended
+    std::function<void(std::span<const double> row)> row;  ///< the row is already in the history
     std::function<void(std::uint32_t lost)> batch;         ///< rows_at() has new rows
   };
 
-  /// `kind`: of its binary messages. `control_socket`: beside which the stream is, asked before each attempt.
+  /// `kind`: number in its binary messages. `control_socket`: path of the control socket in the stream's
+  /// folder; called before each attempt.
   PageStream(boost::asio::io_context& context, std::string name, std::uint32_t kind,
              std::function<std::filesystem::path()> control_socket, Hooks hooks);
 
   std::uint32_t kind() const { return kind_; }
   bool is_there() const { return history_.has_value(); }
-  /// Of a stream that is there.
+  /// Only valid if is_there().
   const StreamGreeting& greeting() const { return greeting_; }
   const RowHistory& history() const { return *history_; }
-  /// For the client: `stream`.
+  /// Returns the message `stream` for clients.
   nlohmann::json message() const;
 
-  /// For the hook `batch`: what the batch gives at this rate, rows per axis and second; null if nothing.
+  /// Returns the rows of the present batch at this rate, in rows per axis and second; null if there are none.
+  /// Call it from the hook `batch`.
   RowBlock rows_at(double rate);
-  /// What is in the history, in a few thousand rows. In small blocks: on one processor, a kernel that is not
-  /// preemptible does nothing else while it takes a block.
+  /// Returns the history as a few thousand rows, in small blocks: on one processor, a kernel that is not
+  /// preemptible does nothing else while it accepts a block.
   std::vector<RowBlock> past() const;
 
  private:
   struct Lane {
     RowDecimator decimator;
-    std::uint64_t batch = 0;  ///< the last one that was asked for
+    std::uint64_t batch = 0;  ///< the last requested batch
     RowBlock rows{};
   };
 
-  /// The handler of an operation of this attempt: an error ends the attempt, an earlier attempt no longer
-  /// counts.
+  /// Wraps the handler of an operation of this attempt: an error ends the attempt, and operations of an
+  /// earlier attempt are ignored.
   template <class Then>
   auto then(Then go_on) {
     return [this, attempt = attempt_, go_on](const boost::system::error_code& error, std::size_t = 0) {
@@ -70,7 +71,7 @@ class PageStream {
   void read_rows(std::uint32_t rows, std::uint32_t lost);
   void await();
   void fail(const std::string& reason);
-  /// Throws if it does not understand the greeting.
+  /// Throws if the greeting is not understood.
   void begin(const StreamGreeting& greeting);
   void take(std::span<const double> values, std::uint32_t lost);
   void end(const std::string& reason);
@@ -83,10 +84,10 @@ class PageStream {
   boost::asio::steady_timer limit_, pause_;
   boost::asio::streambuf received_;
   std::filesystem::path file_;
-  std::uint64_t attempt_ = 0;  ///< what is left of an earlier one does not count
+  std::uint64_t attempt_ = 0;  ///< number of the attempt, to ignore operations of earlier ones
   StreamGreeting greeting_;
   std::string reason_ = "not connected yet";
-  std::size_t axis_ = 0;  ///< column with the axis of a row
+  std::size_t axis_ = 0;  ///< column that contains the axis of a row
   std::optional<RowHistory> history_;
   std::uint64_t batch_ = 0, batch_begin_ = 0;  ///< number of the present batch, and of its first row
   std::map<double, Lane> lanes_;

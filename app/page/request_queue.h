@@ -1,5 +1,5 @@
-// Work that takes the page's thread for a while: one piece at a time, the clients in turn, and at most half
-// of the time. What comes five times a second, and stopping, does not wait behind it.
+// Work that occupies the page's thread for a while: one piece at a time, clients taking turns, and at most
+// half of the time. Work that is due five times a second, and stopping, does not wait for it.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -14,14 +14,14 @@ namespace hystcan::app {
 class RequestQueue {
  public:
   using Done = std::function<void()>;
-  /// Calls `done` once, now or later.
+  /// Must call `done` once, immediately or later.
   using Work = std::function<void(Done done)>;
 
   static constexpr std::size_t most_of_a_client = 16;
 
   explicit RequestQueue(boost::asio::io_context& context) : pause_(context) {}
 
-  /// False if so many of this client wait already.
+  /// Returns false if this client already has too many waiting pieces.
   [[nodiscard]] bool add(std::uint64_t client, Work work);
   void leave(std::uint64_t client) { waiting_.erase(client); }
 
@@ -29,7 +29,7 @@ class RequestQueue {
   void next();
 
   boost::asio::steady_timer pause_;
-  std::map<std::uint64_t, std::deque<Work>> waiting_;  ///< none is empty
+  std::map<std::uint64_t, std::deque<Work>> waiting_;  ///< no queue is empty
   std::uint64_t served_last_ = 0;
   bool is_busy_ = false;
 };

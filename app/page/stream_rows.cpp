@@ -50,7 +50,7 @@ void RowDecimator::join(Bucket& bucket, std::span<const double> row) const {
           static_cast<double>(static_cast<unsigned>(bucket.largest[i]) | static_cast<unsigned>(row[i]));
       continue;
     }
-    bucket.least[i] = std::fmin(bucket.least[i], row[i]);  // prefers a number to NaN, as fmax does
+    bucket.least[i] = std::fmin(bucket.least[i], row[i]);  // prefers a number to NaN, like fmax
     bucket.largest[i] = std::fmax(bucket.largest[i], row[i]);
   }
 }

@@ -1,4 +1,4 @@
-// The rows of a stream: the last ones, and fewer that show the same.
+// The rows of a stream: a history, and a reduction to fewer rows that show the same.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace hystcan::app {
 
-/// The last rows, for clients that come later and for captures. Bounded.
+/// Stores the last rows, for captures and for clients that connect later. Limited in size.
 class RowHistory {
  public:
   RowHistory(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {}
@@ -28,7 +28,7 @@ class RowHistory {
   }
 
   std::size_t columns() const { return columns_; }
-  /// Rows [first(), end()) are there; rows are counted from the beginning of the stream.
+  /// Rows [first(), end()) are available; rows are counted from the start of the stream.
   std::uint64_t first() const { return count_ > most_rows_ ? count_ - most_rows_ : 0; }
   std::uint64_t end() const { return count_; }
   std::span<const double> row(std::uint64_t number) const {
@@ -45,21 +45,21 @@ class RowHistory {
   std::vector<double> values_;
 };
 
-/// The column of this name in a stream with this greeting; empty if there is none.
+/// Returns the index of the column with this name in a stream with this greeting; nullopt if there is none.
 std::optional<std::size_t> column_in(const StreamGreeting& greeting, std::string_view name);
 
-/// Of some consecutive rows of an axis the least and the largest value of each column. NaN counts only if all
-/// are NaN. A change of `state` or `fault` is never within such rows, and a bit of `limits` that was set is
-/// set in the second one.
+/// Reduces groups of consecutive rows of an axis to two rows: the smallest and the largest value of each
+/// column. The result is NaN only if all values are NaN. A group ends at a change of `state` or `fault`. A
+/// bit of `limits` that was set in the group is set in the second row.
 class RowDecimator {
  public:
-  /// The stream has a column `axis`. `bucket`: rows that become two. 1 or 2: each row as it is.
+  /// The stream must have a column `axis`. `bucket`: number of rows per group; 1 or 2 keeps each row.
   RowDecimator(const StreamGreeting& greeting, std::size_t bucket);
-  /// The bucket that leaves at most `most_Hz` rows of an axis from `rate_Hz`.
+  /// Returns the bucket that reduces `rate_Hz` to at most `most_Hz` rows of an axis.
   static std::size_t bucket_for(double rate_Hz, double most_Hz);
 
   void put(std::span<const double> row);
-  /// What has come out since the last call.
+  /// Returns the results since the last call.
   std::vector<double> take();
 
  private:

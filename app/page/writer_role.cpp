@@ -48,15 +48,15 @@ void WriterRole::read_settings(ControlLink::Done done) {
               try {
                 if (changes == changes_ && is_done(answer))
                   compare(read_answer<SettingsAnswer>(answer).settings);
-              } catch (const std::exception& error) {  // it is no answer to `settings`
+              } catch (const std::exception& error) {  // not an answer to `settings`
                 return done(refusal(error_text(error)));
               }
               done(answer);
             });
 }
 
-/// The link's other end may be gone with the controller. The settings stay known: what changes until the
-/// next reading, at the same controller that was lost for a moment or at a new one, is an event too.
+/// Closes an idle link: its other end may have ended with the controller. The settings stay known: changes
+/// before the next reading, at the same controller after a short loss or at a new one, also become events.
 void WriterRole::controller_changed() {
   if (!link_.is_busy()) link_.close();
 }
