@@ -34,7 +34,7 @@ export class Access {
     return this.isAuthorised && this.role === 'yours';
   }
 
-  /** Stops the stage. Without the token it asks for it, and stops after it. */
+  /** Stops the stage. If the page has no token, requests it first. */
   async stop() {
     const { connection } = this;
     if (!connection.isOpen) return this.stopped(false, 'the page is not connected to its server');
@@ -44,7 +44,7 @@ export class Access {
     this.stopped(answer.ok, answer.error ?? '');
   }
 
-  /** Begins the demo again. Without the token it asks for it first. Returns the answer of the server. */
+  /** Restarts the demo. If the page has no token, requests it first. Returns the server's answer. */
   async startAgain() {
     if (!(await this.#hasToken('To start the demo again, the page needs the token.')))
       return { ok: false, error: 'this needs the token' };
@@ -64,7 +64,7 @@ export class Access {
     if (!answer.ok && !isForced && this.role === 'taken') openDialog('take-over-dialog');
   }
 
-  /** Asks for the token if the page has not given it yet. */
+  /** Requests the token if the page has not sent it yet. */
   #hasToken(why) {
     if (this.isAuthorised) return true;
     setText(byId('token-why'), why);
@@ -73,7 +73,7 @@ export class Access {
     openDialog('token-dialog');
     byId('token').focus();
     return new Promise((resolve) => {
-      this.#finish(false); // of an earlier question
+      this.#finish(false); // closes an earlier question
       this.#waiting = resolve;
     });
   }

@@ -7,11 +7,11 @@ import { onThemeChange } from './theme.js';
 import { TimeChart } from './time_chart.js';
 import { traceOfArrays } from './trace.js';
 
-const most = 20; // captures that are kept
-const shownAtOnce = 7; // as many as there are colours
+const most = 20; // maximum number of stored captures
+const shownAtOnce = 7; // the number of colours
 
 export class CaptureView {
-  captures = []; // the newest first: {number, on, axis, time_s, step, columns: Map, rows, isShown}
+  captures = []; // newest first: {number, on, axis, time_s, step, columns: Map, rows, isShown}
   #announced = new Map();
   changed = () => {};
 
@@ -79,7 +79,7 @@ export class CaptureView {
     this.#arm({ ...this.#request(), on: 'now', repeat: false });
   }
 
-  /** The server has no trigger of this page any more. */
+  /** Called when the server has no trigger of this page. */
   disarmed(why) {
     if (byId('armed').dataset.state === 'armed') this.#tell('idle', `not armed: ${why}`);
   }
@@ -88,7 +88,7 @@ export class CaptureView {
     this.#announced.set(message.number, message);
   }
 
-  /** The rows of a capture that was announced. */
+  /** Stores the rows of an announced capture. */
   take({ capture, rows, values }) {
     const result = this.#announced.get(capture);
     this.#announced.delete(capture);

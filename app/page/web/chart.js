@@ -1,18 +1,18 @@
-// What all charts share: the place with a legend above the plot, the colours of axes, the ranges of scales.
+// Shared by all charts: the figure with a legend above the plot, the colours of axes, the ranges of scales.
 
 import uPlot from './uPlot.esm.js';
 import { element } from './dom.js';
 import { palette } from './theme.js';
 
 const margin = 0.06;
-const shrinksBelow = 0.55; // share of the range that the data take
+const shrinksBelow = 0.55; // fraction of the range used by the data
 const shrinksAfter_ms = 800;
 
-/** A subclass gives `legendKeys()` and sets `uplot`. */
+/** A subclass defines `legendKeys()` and sets `uplot`. */
 export class Chart {
   uplot = null;
 
-  /** `host`: a figure. */
+  /** `host`: a figure element. */
   constructor(host, title, leastHeight = 90) {
     this.host = host;
     this.title = title;
@@ -32,7 +32,7 @@ export class Chart {
     this.legend.replaceChildren(element('b', { text: this.title }), ...this.legendKeys());
   }
 
-  /** Draws with these options of uPlot from now on. */
+  /** Sets the uPlot options for the following drawings. */
   make(options, data) {
     this.uplot?.destroy();
     this.uplot = new uPlot({ ...this.size, legend: { show: false }, ...options }, data, this.plot);
@@ -51,7 +51,7 @@ export class Chart {
   }
 }
 
-/** A key of a legend: a piece of the line and what it is. */
+/** Returns a legend entry: a sample of the line and its label. */
 export const legendKey = (colour, dash, width, ...words) =>
   element('span', { class: 'key' }, swatch(colour, dash, width), ...words);
 
@@ -68,7 +68,7 @@ function swatch(colour, dash, width = 2) {
   return canvas;
 }
 
-/** value -> scale * value + offset: `low` is at pixel `start`, `high` at start + size. */
+/** Maps value to scale * value + offset: `low` is at pixel `start`, `high` at start + size. */
 export function linear(low, high, start, size) {
   const scale = size / (high - low);
   return { scale, offset: start - low * scale };
@@ -82,17 +82,17 @@ export const colours = () => ({
   ticks: { stroke: () => palette().grid, width: 1, size: 4 },
 });
 
-/** The range of a scale that follows the data without jumping: it grows at once and shrinks when the data stay small. */
+/** The range of a scale. It grows with the data at once, but shrinks only when the data stay small. */
 export class SteadyRange {
   low = 0;
   high = 1;
   #small_ms = null;
   #isEmpty = true;
 
-  /** Takes the least and the largest value; returns [low, high]. */
+  /** Returns the range [low, high] for the smallest and the largest value. */
   follow(low, high, now_ms = performance.now()) {
     if (!(low <= high)) return [this.low, this.high];
-    const least = Math.max(Math.abs(low), Math.abs(high)) * 1e-4 || 1; // a constant value gets a range too
+    const least = Math.max(Math.abs(low), Math.abs(high)) * 1e-4 || 1; // a constant value needs a range, too
     const span = Math.max(high - low, least);
     const fits = low >= this.low && high <= this.high;
     const isSmall = span < shrinksBelow * (this.high - this.low);

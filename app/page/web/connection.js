@@ -1,8 +1,8 @@
-// The WebSocket to the server: requests with answers, messages to listeners, and a new connection after a loss.
+// The WebSocket to the server: requests with answers, messages to listeners, and reconnection after a loss.
 
 const shortestPause_ms = 300;
 const longestPause_ms = 4000;
-const silence_ms = 6000; // a status comes five times a second
+const silence_ms = 6000; // a status arrives five times a second
 const answerTime_ms = 10_000;
 
 export class Connection {
@@ -42,7 +42,7 @@ export class Connection {
     socket.onclose = () => this.#lost(socket);
   }
 
-  /** The answer of the server; without one, an answer that is not `ok`. It never throws. */
+  /** Returns the server's answer, or an answer without `ok` if none arrives. Never throws. */
   ask(request, patience_ms = answerTime_ms) {
     if (!this.isOpen) return Promise.resolve({ ok: false, error: 'not connected to the server of the page' });
     const id = this.#nextId++;
@@ -82,7 +82,7 @@ export class Connection {
     this.#pause_ms = Math.min(2 * this.#pause_ms, longestPause_ms);
   }
 
-  /** A connection without messages is dead, whatever the browser thinks (a suspended computer, a pulled cable). */
+  /** Closes a connection without messages, which is dead even if the browser does not report it (suspend, cable). */
   #watch() {
     const socket = this.#socket;
     if (!socket || performance.now() - this.#heard_ms < silence_ms) return;

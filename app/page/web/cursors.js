@@ -1,12 +1,12 @@
-// Two cursors over all charts of time. They stand still on the screen while the charts run, as on an oscilloscope.
+// Two cursors over all charts of time. Their screen positions are fixed while the charts run, as on an oscilloscope.
 
 import { byId, element, fillTable, setText } from './dom.js';
 import { compact, plain } from './format.js';
 
-const step = 0.005; // of the width, for an arrow key
+const step = 0.005; // fraction of the width per arrow key
 
 export class Cursors {
-  places = [0.35, 0.65]; // share of the width
+  places = [0.35, 0.65]; // fraction of the width
   isOn = false;
 
   constructor(view) {
@@ -21,7 +21,7 @@ export class Cursors {
     });
   }
 
-  /** Brings the readout up to date. */
+  /** Updates the readout. */
   show() {
     if (!this.isOn) return;
     const [from_s, to_s] = this.view.range;

@@ -8,14 +8,14 @@ import { dashes, line as lineColour } from './theme.js';
 export class CurveChart extends Chart {
   curves = [];
 
-  /** `steps`: the distances of marks that may be chosen. */
+  /** `steps`: the allowed distances between marks. */
   constructor(host, { title, yLog = false, steps }) {
     super(host, title);
     this.yLog = yLog;
     this.steps = steps;
   }
 
-  /** `curves`: list of {label, values, colour, dash}; values below `lowest` are cut off. */
+  /** `curves`: list of {label, values, colour, dash}; values below `lowest` are clipped. */
   show(frequency_Hz, curves, lowest) {
     this.lowest = lowest;
     const data = [
@@ -72,10 +72,10 @@ export class CurveChart extends Chart {
   }
 }
 
-/** The range of values that go from `low` to `high`: not below `lowest`, and up to the highest peak. */
+/** Returns the range for values from `low` to `high`: not below `lowest`, and up to the highest peak. */
 export const rangeAbove = (lowest, low, high) => [Math.max(low, lowest), Math.max(high, 0) + 2];
 
-/** 1, 2, ... 9, 10, 20, ... within the scale. */
+/** Returns 1, 2, ... 9, 10, 20, ... within the scale. */
 function logMarks(_, __, min, max) {
   const marks = [];
   for (let decade = Math.floor(Math.log10(min)); decade <= Math.log10(max); ++decade)
@@ -83,7 +83,7 @@ function logMarks(_, __, min, max) {
   return marks.filter((mark) => mark >= min && mark <= max);
 }
 
-/** Words at 1, 10, 100; over less than two decades at 2 and 5 too. */
+/** Labels 1, 10, 100; if the scale has less than two decades, also 2 and 5. */
 function logWords(_, marks) {
   const digits = marks.at(-1) / marks[0] < 100 ? '125' : '1';
   return marks.map((mark) => {

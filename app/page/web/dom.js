@@ -1,8 +1,8 @@
-// Building and changing elements. Text of the server goes in as text, never as markup.
+// Creates and changes elements. Text from the server is inserted as text, never as markup.
 
 export const byId = (id) => document.getElementById(id);
 
-/** An element with properties (`class`, `text`, `aria-...`, functions for events as `onclick`) and children. */
+/** Creates an element with properties (`class`, `text`, `aria-...`, event functions such as `onclick`) and children. */
 export function element(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -15,12 +15,12 @@ export function element(tag, properties = {}, ...children) {
   return made;
 }
 
-/** Changes the text only where it is another one: screen readers then announce only what is new. */
+/** Sets the text only if it differs, so that screen readers announce only changes. */
 export function setText(target, text) {
   if (target.textContent !== text) target.textContent = text;
 }
 
-/** As setText(). A path in the text breaks behind its slashes; a name in it breaks only if it is longer than a line. */
+/** Like setText(). A path wraps after slashes; a name in it wraps only if it is longer than a line. */
 export function setTextWithPath(target, text) {
   if (target.textContent === text) return;
   const pieces = (word) =>
@@ -34,7 +34,7 @@ export function setOptions(select, options) {
   if (options.some(([value]) => String(value) === chosen)) select.value = chosen;
 }
 
-/** Gives the browser a file to store. */
+/** Lets the browser download a file. */
 export function download(name, content) {
   const link = element('a', { href: URL.createObjectURL(content), download: name });
   document.body.append(link);
@@ -43,14 +43,14 @@ export function download(name, content) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
-/** Opens a dialog below the bar, which leaves the page in use: Stop must always be within reach of the pointer. */
+/** Opens a dialog below the bar. The page stays usable, because the pointer must always reach Stop. */
 export function openDialog(id) {
   const dialog = byId(id);
   if (!dialog.open) dialog.show();
   dialog.querySelector('input, button').focus();
 }
 
-/** A place for the answer to what the user has asked for, and the answer in it. */
+/** Creates a place for the answer to a user's request, and shows the answer in it. */
 export const answerPlace = () => element('p', { class: 'answer', role: 'status' });
 
 export function tell(place, answer, done) {
@@ -58,7 +58,7 @@ export function tell(place, answer, done) {
   setText(place, answer.ok ? done : (answer.error ?? 'refused'));
 }
 
-/** The rows of a table: a name and its values each. */
+/** Fills a table with rows of a name and its values. */
 export function fillTable(body, rows) {
   while (body.rows.length > rows.length) body.lastElementChild.remove();
   while (body.rows.length < rows.length)

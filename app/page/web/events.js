@@ -1,5 +1,5 @@
-// What has happened: the last events, those of the server and those of the page itself; and whether the controller is
-// there, how it ended, and how it begins again.
+// The last events of the server and of the page itself; and whether the controller runs, how it ended, and how to
+// restart it.
 
 import { byId, element, setText } from './dom.js';
 import { quantity } from './format.js';
@@ -9,9 +9,9 @@ const signs = { info: '\u2139', warning: '\u26a0', error: '\u25b2' };
 
 export class EventList {
   #seen = new Set();
-  ownName = ''; // "page 3": how the server calls this page
+  ownName = ''; // "page 3": the server's name for this page
 
-  /** `run` tells the runs of the controller apart; `mayRepeat`: the server sends its last events after a connection. */
+  /** `run` identifies the controller's run; `mayRepeat`: the server sends its last events after a connection. */
   add({ time_s, axis, level, text, remedy, by }, run, mayRepeat) {
     const key = `${run} ${time_s} ${axis} ${by} ${text}`;
     if (mayRepeat && this.#seen.has(key)) return;
@@ -21,7 +21,7 @@ export class EventList {
     this.#show(quantity(time_s, 's'), level, remedy ? `${text}. Remedy: ${remedy}.` : `${who}${text}`);
   }
 
-  /** What the page itself has seen, with the time of day. */
+  /** Adds an event detected by the page itself, with the time of day. */
   note(level, text) {
     this.#show(new Date().toLocaleTimeString('en-GB'), level, text);
   }
@@ -45,7 +45,7 @@ export class ControllerNotice {
   #startCommand = '';
   #isDemo = false;
   #stopSent = false;
-  #reason = element('span'); // why there is no controller
+  #reason = element('span'); // reason if there is no controller
 
   constructor(connection, access, events) {
     this.events = events;
@@ -57,7 +57,7 @@ export class ControllerNotice {
     access.stopped = (isDone, error) => this.#tellOfStop(isDone, error);
   }
 
-  /** The controller is there. */
+  /** Called when the controller runs. */
   found() {
     const place = byId('stream-message');
     if (place.textContent) this.events.note('info', 'the controller is there');
@@ -66,7 +66,7 @@ export class ControllerNotice {
     place.replaceChildren();
   }
 
-  /** Also when there is another reason. What is there stays: the button, which may be pressed, and its answer. */
+  /** Called when the controller ended or the reason changed. Keeps the button, which may be pressed, and its answer. */
   lost(reason = '') {
     if (this.#stopSent) setText(byId('stop-message'), 'Stopped: the controller has ended.');
     this.events.note('warning', `no controller: ${reason}`);

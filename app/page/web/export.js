@@ -1,13 +1,13 @@
-// CSV with every digit, and the visible charts as one picture.
+// Exports CSV with every digit, and the visible charts as one picture.
 
 import { download } from './dom.js';
 import { palette } from './theme.js';
 import { rowAt } from './trace.js';
 
-const most = 1_000_000; // lines of one file
+const most = 1_000_000; // maximum lines of one file
 const stamp = () => new Date().toISOString().slice(0, 19).replaceAll(':', '-');
 
-/** The words of `controller --csv` for the numbers of a row: column -> function of the number. */
+/** Returns functions, by column, from a row's numbers to the words of `controller --csv`. */
 export function wordsOf({ axes, states, faults, limits }) {
   const wordIn = (words) => (at) => words?.[at] ?? at;
   return {
@@ -32,7 +32,7 @@ export function saveCsv(name, columns, rows, words) {
   return parts.length - 1;
 }
 
-/** The rows of all axes of a store between two times, as they came from the controller. */
+/** Returns the rows of all axes of a store between two times, as received from the controller. */
 export function* rowsOfStore(store, from_s, to_s) {
   for (const axis of store.axes) {
     const columns = [...store.units.keys()].map((name) => axis.columns.get(name));
@@ -45,7 +45,7 @@ export function* rowsOfStore(store, from_s, to_s) {
   }
 }
 
-/** The charts with their titles and legends, as they are laid out on the screen, as a PNG. */
+/** Returns a PNG of the charts with titles and legends, in the layout of the screen. */
 export async function savePng(charts, title) {
   const ratio = devicePixelRatio;
   const boxes = charts.map(({ host }) => host.getBoundingClientRect());
@@ -72,7 +72,7 @@ export async function savePng(charts, title) {
   download(`hystcan-charts-${stamp()}.png`, blob);
 }
 
-/** The legend as it stands on the screen: its title, and swatch, words and value of each line. */
+/** Draws the legend as on the screen: its title, and swatch, label and value of each line. */
 function paintLegend(context, legend, left, top) {
   const text = (part, x, y) => {
     const style = getComputedStyle(part);

@@ -1,8 +1,8 @@
-// Numbers as text, with a fixed count of decimals for each unit, so that nothing jumps.
+// Formats numbers with a fixed number of decimals for each unit, so that texts do not move.
 
 const decimals = { um: 4, V: 3, A: 4, s: 3, us: 0, Hz: 2, '%': 2, '': 0, dB: 1, deg: 1, ms: 2 };
 
-/** The number with its unit; "-" where there is none. */
+/** Returns the number with its unit; "-" if there is no number. */
 export function quantity(value, unit, digits = decimals[unit] ?? 3) {
   const text = plain(value, digits);
   return text === '-' || !unit ? text : `${text} ${unit}`;
@@ -14,7 +14,7 @@ export function plain(value, digits) {
   return Number(text) === 0 ? text.replace('-', '') : text.replace('-', '\u2212');
 }
 
-/** A short number for the marks of an axis and for small or large values. */
+/** Returns a short number for the marks of an axis and for small or large values. */
 export function compact(value, digits = 4) {
   return typeof value === 'number' && Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : '-';
 }
@@ -23,7 +23,7 @@ export function count(value) {
   return typeof value === 'number' && Number.isFinite(value) ? value.toLocaleString('en-US') : '-';
 }
 
-/** Hours, minutes and seconds of a time in seconds. */
+/** Returns hours, minutes and seconds of a time in seconds. */
 export function clock(seconds) {
   if (!Number.isFinite(seconds)) return '-';
   const whole = Math.floor(seconds);
@@ -48,5 +48,5 @@ const words = {
   hysteresis_um: 'hysteresis',
 };
 
-/** The word of a column for a reader. */
+/** Returns the readable name of a column. */
 export const columnWord = (name) => words[name] ?? name.replaceAll('_', ' ');

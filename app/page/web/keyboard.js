@@ -2,7 +2,7 @@
 
 import { byId, openDialog, setText } from './dom.js';
 
-const twice_ms = 1000; // the second Esc within this time stops
+const twice_ms = 1000; // a second Esc within this time stops
 
 const textFieldOf = (target) => target.closest?.('input:not([type=checkbox]), select, textarea') ?? null;
 const takesSpace = (target) => (target.closest?.('button, summary, input, select, a, [role=tab]') ?? null) !== null;
@@ -18,7 +18,7 @@ export function startKeyboard(actions) {
     c: actions.capture,
     '?': actions.help,
     '+': actions.zoomIn,
-    '=': actions.zoomIn, // the same key of many keyboards, without Shift
+    '=': actions.zoomIn, // same key without Shift on many keyboards
     '-': actions.zoomOut,
     0: actions.zoomReset,
   };
@@ -46,7 +46,7 @@ export function startKeyboard(actions) {
   );
 }
 
-/** Esc closes an open dialog, or leaves a field, which gets the event `leave`. Elsewhere it stops, pressed twice. */
+/** Esc closes an open dialog, or leaves a field, which gets the event `leave`. Otherwise, pressing it twice stops. */
 class EscapeKey {
   #last_ms = -Infinity;
 
@@ -55,7 +55,7 @@ class EscapeKey {
     addEventListener('pointerdown', () => this.forget(), { capture: true });
   }
 
-  /** What is done between two Esc parts them. */
+  /** Called for an action between two Esc, which then do not count as a pair. */
   forget() {
     this.#last_ms = -Infinity;
     this.#say('');
@@ -87,14 +87,14 @@ export function startDialogs() {
     dialog.querySelector('button.close').addEventListener('click', () => dialog.close());
   }
   byId('help').addEventListener('click', () => openDialog('help-dialog'));
-  // The bar grows where a notice comes or its words need another line.
+  // The bar grows if a notice appears or its text needs another line.
   const bar = document.querySelector('.top');
   new ResizeObserver(() => {
     document.documentElement.style.setProperty('--top', `${bar.offsetHeight + 8}px`);
   }).observe(bar);
 }
 
-/** `shown(panel)` is called with the id of the panel. */
+/** Calls `shown(panel)` with the id of the panel. */
 export function startTabs(shown) {
   const tabs = [...document.querySelectorAll('[role=tab]')];
   const choose = (chosen) => {

@@ -1,4 +1,4 @@
-// The live charts: what they show, over which time, paused or running.
+// The live charts: their signals, their time span, paused or running.
 
 import { byId, element, setText } from './dom.js';
 import { columnWord } from './format.js';
@@ -7,8 +7,8 @@ import { onThemeChange } from './theme.js';
 import { TimeChart } from './time_chart.js';
 import { traceOfAxis } from './trace.js';
 
-const shortest_s = 0.002; // of a zoom by key
-const dashOf = (axis) => (axis === 0 ? 0 : 6); // of theme.js: an axis has a colour and a dash
+const shortest_s = 0.002; // minimum span of a zoom by key
+const dashOf = (axis) => (axis === 0 ? 0 : 6); // index in theme.js: an axis has a colour and a dash
 
 export class LiveView {
   isPaused = false;
@@ -49,7 +49,7 @@ export class LiveView {
     return this.frozen ?? this.streams;
   }
 
-  /** The times that the charts show. */
+  /** Returns the times that the charts show. */
   get range() {
     if (this.zoom) return this.zoom;
     const newest = this.stores.controller?.newest_s ?? 0;
@@ -73,7 +73,7 @@ export class LiveView {
     this.isDirty = true;
   }
 
-  /** The greeting of a stream is new: which axes and signals there are. */
+  /** Processes a new greeting of a stream, which lists its axes and signals. */
   rebuild() {
     const store = this.streams.controller;
     if (!store) return;
@@ -96,7 +96,7 @@ export class LiveView {
     for (const one of this.timeCharts) if (!one.host.hidden) one.showValues();
   }
 
-  /** Shows a shorter or longer time: of paused charts about the middle, of running ones up to the newest row. */
+  /** Changes the time span: around the middle if paused, up to the newest row if running. */
   zoomBy(factor) {
     if (!this.isPaused) return this.#stepWindow(factor < 1 ? -1 : 1);
     const [from_s, to_s] = this.range;
@@ -106,7 +106,7 @@ export class LiveView {
     this.isDirty = true;
   }
 
-  /** The whole range of every chart again. */
+  /** Shows the whole range of every chart again. */
   showAll() {
     for (const one of [this.loop, ...this.timeCharts]) one.forgetZoom();
     this.#resetZoom();
@@ -190,7 +190,7 @@ export class LiveView {
       };
     this.tracking.setLines(
       each((axis) => [
-        truth(axis, 'position_um', 'true'), // a pale band under the others
+        truth(axis, 'position_um', 'true'), // a pale band below the other lines
         this.#line(axis, 'reference_um', { colour: 'reference', dash: 1 + 2 * axis, width: 1.3 }),
         this.#line(axis, 'position_um', { colour: axis, dash: dashOf(axis), width: 2 }),
       ]),

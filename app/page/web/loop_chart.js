@@ -1,4 +1,4 @@
-// The hysteresis loop: position against the drive that caused it, the newest bright, the older fading.
+// The hysteresis loop: position against the drive that caused it; new parts are bright, older ones fade.
 
 import { Chart, SteadyRange, colours, legendKey, linear } from './chart.js';
 import { element } from './dom.js';
@@ -6,15 +6,15 @@ import { compact, plain } from './format.js';
 import { dashes, line as lineColour } from './theme.js';
 import { gap_s, rowsBetween, valueBetween } from './trace.js';
 
-const leastStep_px = 1.5; // a path leaves out points that are nearer than this to the last one,
-const turn_px = 0.3; // but not one where it turns back by more than this
+const leastStep_px = 1.5; // a path omits points closer than this to the last one,
+const turn_px = 0.3; // except a point at which it turns back by more than this
 const shades = 10; // steps of the fading
 const faintest = 0.1;
 export const longest_s = 5;
 
 export class LoopChart extends Chart {
   loops = []; // {label, unit, axis, colour, dash, drive: () => trace, position: () => trace, points}
-  references = []; // of each axis's model, behind the loops: {axis, drive, ascending_um, descending_um, delay_s}
+  references = []; // of each axis's model, drawn behind the loops: {axis, drive, ascending_um, descending_um, delay_s}
   x = new SteadyRange();
   y = new SteadyRange();
   zoomedTo = null;
@@ -60,7 +60,7 @@ export class LoopChart extends Chart {
     this.plot.setAttribute('aria-label', `${this.title}: ${newest.join('; ')}`);
   }
 
-  /** The points of an axis as they are drawn, or with another delay. */
+  /** Returns the points of an axis as drawn, or with another delay. */
   pointsOf(axis, delay_s = this.#delayOf(axis)) {
     const { drive, position } = this.loops.find((loop) => loop.axis === axis);
     const points = new LoopPoints().take(drive(), position(), ...this.shown, delay_s);
@@ -83,7 +83,7 @@ export class LoopChart extends Chart {
     return this.references.find((reference) => reference.axis === axis);
   }
 
-  /** By how much a row's position lags its drive; 0 where it is not known. */
+  /** Returns the lag of a row's position behind its drive; 0 if unknown. */
   #delayOf(axis) {
     return this.referenceOf(axis)?.delay_s ?? 0;
   }
@@ -211,13 +211,13 @@ function paintLoop(ctx, { points, colour, dash }, toX, toY) {
   ctx.fill();
 }
 
-/** The points of one axis, in memory that is used again. A point without a drive or a position is NaN. */
+/** The points of one axis, in reused memory. A point without a drive or a position is NaN. */
 class LoopPoints {
   number = 0;
   drive = new Float64Array(0);
   position = new Float64Array(0);
 
-  /** Takes the positions between two times, each with the drive of `delay_s` before, interpolated between the rows. */
+  /** Sets the positions between two times, each with the drive `delay_s` earlier, interpolated between the rows. */
   take(drive, position, from_s, to_s, delay_s) {
     this.number = 0;
     if (!drive || !position) return this;
@@ -234,7 +234,7 @@ class LoopPoints {
     return this;
   }
 
-  /** The newest point that is there: [drive, position]. */
+  /** Returns the newest complete point: [drive, position]. */
   get newest() {
     for (let at = this.number - 1; at >= 0; --at) {
       const point = [this.drive[at], this.position[at]];
@@ -251,13 +251,13 @@ class LoopPoints {
 }
 
 /**
- * Thins the points of a path out: `draw(x, y, isJoined)` is called with those that it needs, in canvas pixels. A point
- * near the last one is left out, except where the path turns back: the tips of a loop stay.
+ * Reduces the points of a path: calls `draw(x, y, isJoined)` for the necessary points, in canvas pixels. Omits a point
+ * near the last one, except where the path turns back, so that the tips of a loop remain.
  */
 export class Thinning {
-  #x = NaN; // the last point that was drawn
+  #x = NaN; // the last drawn point
   #y = NaN;
-  #far = 0; // distance of the farthest point that was left out since
+  #far = 0; // distance of the farthest point omitted since
   #farX = NaN;
   #farY = NaN;
 

@@ -1,4 +1,4 @@
-// Puts the page together: the connection, the memory of the rows, the views and the keys.
+// Connects the parts of the page: the connection, the row stores, the views and the keys.
 
 import { Access } from './access.js';
 import { CaptureView } from './captures.js';
@@ -18,12 +18,12 @@ import { startTheme } from './theme.js';
 import { rowsBetween, traceOfAxis } from './trace.js';
 
 const fullRate_Hz = 1000;
-const hiddenRate_Hz = 50; // a hidden page needs little
+const hiddenRate_Hz = 50; // sufficient for a hidden page
 const slow_ms = 200; // between two updates of texts
 
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/socket`);
 let twinShift_s = 0;
-let isShiftFound = false; // before: the newest rows count as those of one time
+let isShiftFound = false; // until then, the newest rows of both streams count as simultaneous
 const streams = { controller: null, twin: null, twinShift_s: () => twinShift_s };
 const derived = {
   error_um: { unit: 'um', value: (columns, at) => columns.get('reference_um')[at] - columns.get('position_um')[at] },
@@ -58,7 +58,7 @@ startTabs((panel) => {
 
 // ---- the connection
 
-let isNoted = true; // the new connection, in the events
+let isNoted = true; // whether the new connection is in the events
 
 function tellConnection(state, text) {
   byId('connection').dataset.state = state;
@@ -90,7 +90,7 @@ connection.on('stream', ({ name, greeting, reason }) => {
   if (name === 'controller') tellOfController(greeting, reason);
   if (!greeting) return;
   if (streams[name]?.fits(greeting)) {
-    if (name === 'controller') settingChanged(); // it may have begun again, with another file
+    if (name === 'controller') settingChanged(); // it may have restarted with another file
     return streams[name].begin(greeting);
   }
   view.setPaused(false);
@@ -105,14 +105,14 @@ connection.on('stream', ({ name, greeting, reason }) => {
   view.rebuild();
 });
 
-/** The reference curves of the controller's models, behind the loops. */
+/** Shows the reference curves of the controller's models behind the loops. */
 async function showReferences(greeting) {
   const answers = await Promise.all(greeting.axes.map(({ name }) => connection.ask({ do: 'curves', axis: name })));
   view.loop.setReferences(answers.map((answer, axis) => ({ ...answer, axis })).filter(({ ok }) => ok));
 }
 
 let settingsLater;
-/** Shows the settings and the model anew, once where many settings change at once. */
+/** Updates the settings and the model, only once if many settings change at once. */
 function settingChanged() {
   clearTimeout(settingsLater);
   settingsLater = setTimeout(() => {
@@ -159,7 +159,7 @@ document.addEventListener('visibilitychange', () => connection.isOpen && sendRat
 
 // ---- the charts
 
-/** RMS and peak of the error of an axis over the shown time. */
+/** Returns RMS and peak of an axis's error over the shown time. */
 function errorsOf(axis) {
   const rows = view.stores.controller?.axes[axis];
   if (!rows) return { rms_um: NaN, peak_um: NaN };
@@ -193,7 +193,7 @@ byId('export-png').addEventListener('click', () => {
 
 const frames = new Float64Array(120); // times of the last frames
 let frameNumber = 0;
-let drawing_ms = 0; // of a frame, smoothed
+let drawing_ms = 0; // drawing time of a frame, smoothed
 let slowAt_ms = 0;
 let twinAt_ms = 0;
 
@@ -246,7 +246,7 @@ window.hystcanPage = {
   get captures() {
     return captures.captures.length;
   },
-  /** What the loop chart draws of an axis: lists of drive and position; with the delay 0 those of the same row. */
+  /** Returns an axis's points in the loop chart: lists of drive and position; with delay 0, both are of one row. */
   loopPoints: (axis, delay_s) => view.loop.pointsOf(axis, delay_s),
   loopReference: (axis) => view.loop.referenceOf(axis),
 };

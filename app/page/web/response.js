@@ -61,7 +61,7 @@ export class ResponseView {
     return this.captures.captures.find(({ number }) => String(number) === byId('response-source').value);
   }
 
-  /** The error in even steps of time: {values, rate_Hz}, or null and the reason. */
+  /** Returns the error at equal time steps: {values, rate_Hz}, or null and the reason. */
   #error() {
     const capture = this.#capture();
     const rate_Hz = this.greeting.rate_Hz;

@@ -1,15 +1,15 @@
 // The newest rows of one stream in memory of a fixed size: a ring for each column of each axis.
 //
-// Times are those of the page: the stream's `time_s` plus an offset that grows when the controller starts again,
-// so that older rows stay to the left of the newer ones.
+// Times are page times: the stream's `time_s` plus an offset, which grows when the controller restarts, so that older
+// rows stay to the left of newer ones.
 
-const capacity = 1 << 16; // rows of an axis: 65 s at 1 kHz. A power of two, so that `index & mask` is the place
-const restart_s = 0.5; // a first block that ends so far before the newest row is of a new run
+const capacity = 1 << 16; // rows of an axis: 65 s at 1 kHz. A power of two, so that `index & mask` is the position
+const restart_s = 0.5; // a first block that ends this long before the newest row belongs to a new run
 
-// The twin's stream counts its time from its own start. Both streams have each measured position, the twin as
-// `measured_um`, the controller as `position_um`: the shift with which these agree is the difference of the clocks.
+// The twin's stream counts its time from its own start. Both streams contain each measured position: the twin as
+// `measured_um`, the controller as `position_um`. The time shift at which these agree is the difference of the clocks.
 const compared = 240; // rows
-const reach = 120; // rows, to each side of where the newest rows are
+const reach = 120; // rows, on each side of the newest rows
 const leastMotion_um = 0.05;
 
 export const rowsOfMessage = (buffer, columns) => {
@@ -19,7 +19,7 @@ export const rowsOfMessage = (buffer, columns) => {
 
 class AxisRows {
   first = 0;
-  end = 0; // the number of rows so far; row k is at k & mask
+  end = 0; // number of rows so far; row k is at k & mask
   mask = capacity - 1;
 
   constructor(names) {
@@ -68,7 +68,7 @@ export class RowStore {
     return shape(greeting) === shape(this.greeting);
   }
 
-  /** The connection or the controller begins anew: what comes next may overlap, or be of a new run. */
+  /** Call when the connection or the controller restarts: the next rows may overlap, or belong to a new run. */
   begin(greeting) {
     this.greeting = greeting;
     this.isBeginning = true;
@@ -84,7 +84,7 @@ export class RowStore {
       const at = row * width;
       const axis = this.axes[values[at + axisAt]];
       const time_s = values[at + timeAt] + this.offset_s;
-      if (!axis || time_s <= axis.newest_s) continue; // of an axis unknown, or already here
+      if (!axis || time_s <= axis.newest_s) continue; // unknown axis, or row already stored
       this.#put(axis, values, at, time_s);
       ++this.received[values[at + axisAt]];
     }
@@ -106,7 +106,7 @@ export class RowStore {
     axis.first = Math.max(axis.first, axis.end - capacity);
   }
 
-  /** The newest row of an axis as an object. */
+  /** Returns the newest row of an axis as an object. */
   latest(index) {
     const axis = this.axes[index];
     if (!axis || axis.end === axis.first) return null;
@@ -126,7 +126,7 @@ export class RowStore {
   }
 }
 
-/** The time to add to the twin's page times, or null where the stage does not move enough to tell. */
+/** Returns the time to add to the twin's page times; null if the stage moves too little to determine it. */
 export function shiftOfTwin(controller, twin) {
   for (let axis = 0; axis < Math.min(controller.axes.length, twin.axes.length); ++axis) {
     const shift = shiftOfAxis(controller.axes[axis], twin.axes[axis]);

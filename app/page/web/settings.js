@@ -1,17 +1,17 @@
-// The fields of settings: one with its value in force, an input for a new one and the controller's answer beside it; and the
-// segments of an axis's setpoint, each with the fields below its number and shape.
+// The fields of settings: the value in force, an input for a new value, and the controller's answer; and the segments
+// of an axis's setpoint, each with its fields below its number and shape.
 
 import { answerPlace, element, setText } from './dom.js';
 
-const longest = 12; // characters of a value that shares its row
+const longest = 12; // maximum characters of a value that shares its row
 let nextId = 0;
 
-/** TOML of a value as a user types it: 'inverse+pi' without its quotes. */
+/** Converts a TOML value to the form that a user types: 'inverse+pi' without quotes. */
 function wordOfToml(toml) {
   return /^'.*'$|^".*"$/s.test(toml) ? toml.slice(1, -1) : toml;
 }
 
-/** What a user types, or TOML, as a value of JSON: a number, true, false, a list, or else a word. */
+/** Converts typed text or TOML to a JSON value: a number, true, false, a list, or otherwise a word. */
 export function valueOfText(text) {
   const bare = text.trim().replace(/^(['"])(.*)\1$/s, '$2');
   try {
@@ -21,21 +21,21 @@ export function valueOfText(text) {
   }
 }
 
-/** Why a number that was typed is none of the controller's: "" where nothing is wrong. */
+/** Returns the problem if a typed number has a decimal comma; "" if it has none. */
 export function commaTrouble(text) {
   const found = /^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$/.exec(text.trim());
   return found ? `decimal point, not comma: ${found[1]}.${found[2]}` : '';
 }
 
-/** A key of a label, which a narrow column may break. */
+/** Returns a key as a label that may wrap in a narrow column. */
 const broken = (key) => key.replaceAll('_', '_\u200b');
 
-/** What the documents say of a key, without their marks. */
+/** Returns the documents' description of a key, without markup. */
 const plain = (text) => (text ?? '').replace(/\[([^\]]*)\]\([^)]*\)/g, '$1').replaceAll('`', '');
 
 /**
- * `about`: what the server says of the key, {unit, choices, range, meaning}, and {label, long, axis, absent (the word
- * where there is no value)}. `apply(value)` gives the answer of the controller.
+ * `about`: the server's description of the key, {unit, choices, range, meaning}, and {label, long, axis, absent (the
+ * word for a missing value)}. `apply(value)` returns the controller's answer.
  */
 export function settingField(key, about, apply) {
   const { label, long, unit, choices, range, meaning, axis, absent = 'none' } = about;
@@ -63,7 +63,7 @@ export function settingField(key, about, apply) {
   );
   let inForce = '';
   let isTyped = false;
-  let acceptedAs = null; // the value in force that the answer speaks of; null until it is known
+  let acceptedAs = null; // the value in force to which the answer belongs; null until it is known
 
   const say = (state, text) => {
     answer.className = `answer ${state}`;
@@ -76,7 +76,7 @@ export function settingField(key, about, apply) {
     say(result.ok ? 'done' : 'refused', result.ok ? `${input.value} is in force` : (result.error ?? 'refused'));
     if (result.ok) {
       isTyped = false;
-      inForce = input.value; // until the settings come
+      inForce = input.value; // until the settings arrive
     }
     acceptedAs = null;
   };
@@ -97,7 +97,7 @@ export function settingField(key, about, apply) {
   });
   button.addEventListener('click', send);
 
-  /** An answer does not outlive what it speaks of: a refused entry, or a value that was in force. */
+  /** Removes an answer with its subject: a refused entry, or a value that was in force. */
   const forgetOldAnswer = () => {
     if (answer.classList.contains('refused')) return void (!isTyped && say('', ''));
     if (!answer.classList.contains('done')) return;
@@ -109,7 +109,7 @@ export function settingField(key, about, apply) {
     root,
     typed: () => input.value,
     reset: () => (isTyped = false),
-    /** The value in force as TOML, undefined where there is none. What is being typed stays. */
+    /** Shows the value in force, as TOML; undefined if there is none. Keeps text that is being typed. */
     show(toml, isUnsaved) {
       inForce = toml === undefined ? '' : wordOfToml(toml);
       if (!isTyped && input.value !== inForce && document.activeElement !== input) input.value = inForce;
@@ -127,8 +127,8 @@ export class Segments {
   #keys = '';
 
   /**
-   * `makeField(about)`: a setting field of this axis, {path, label, long}; `set(list)`: sets the whole list and tells the answer; null: the
-   * segments are others by now. `ask()`: the settings in force, as show() gets them.
+   * `makeField(about)`: returns a setting field of this axis, {path, label, long}; `set(list)`: sets the whole list and
+   * shows the answer; null: the segments have changed. `ask()`: returns the settings in force, in the form for show().
    */
   constructor(axis, name, makeField, set, ask) {
     this.start = `axis[${axis}].control.`;
@@ -139,12 +139,12 @@ export class Segments {
     this.root = element('div');
   }
 
-  /** True if a key is one of these segments. */
+  /** Returns true if a key belongs to one of these segments. */
   owns(key) {
     return key.startsWith(`${this.start}setpoint[`);
   }
 
-  /** `values`: key -> TOML of all settings in force. Returns the new fields, or null where the segments are the same. */
+  /** `values`: key -> TOML of all settings in force. Returns the new fields, or null if the segments are the same. */
   show(values) {
     const { keys, list, shape } = this.#read(values);
     if (shape === this.#keys) return null;
@@ -169,7 +169,7 @@ export class Segments {
     return { keys, list, shape: JSON.stringify([keys, list.map(({ kind }) => kind)]) };
   }
 
-  /** Of the list as it is now: a key that was set a moment ago is not lost. */
+  /** Starts from the present list, so that a key that was just set is not lost. */
   async #change(changed) {
     const { list, shape } = this.#read(await this.ask());
     this.set(shape === this.#keys ? changed(list) : null);
@@ -200,7 +200,7 @@ export class Segments {
   }
 }
 
-/** The segments as the list that the key `setpoint` takes. */
+/** Returns the segments as the list for the key `setpoint`. */
 function listOf(keys, values, start) {
   const list = [];
   for (const key of keys) {

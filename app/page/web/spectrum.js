@@ -1,4 +1,4 @@
-// The spectrum of a signal, as metrics/spectrum.h has it.
+// The spectrum of a signal, as in metrics/spectrum.h.
 
 /** Fourier transform in place; the length is a power of two. */
 export function fourier(real, imaginary) {
@@ -30,8 +30,8 @@ export function fourier(real, imaginary) {
 }
 
 /**
- * One-sided spectrum of evenly sampled values by Welch's method: Hann window, segments that overlap by half and
- * lose their mean, mean of their powers. With w the window and X the transform of w (x - mean), at k rate / size:
+ * One-sided spectrum of evenly sampled values by Welch's method: Hann window, segments that overlap by half, with the
+ * mean removed, mean of their powers. With w the window and X the transform of w (x - mean), at k rate / size:
  *
  *   density[k]   = sqrt(2 |X[k]|^2 / (rate sum w^2))     in unit/sqrt(Hz); at rate / 2 without the 2
  *   amplitude[k] = 2 |X[k]| / sum w                      in unit: the amplitude of a sine at that frequency
@@ -54,7 +54,7 @@ export function spectrum(values, rate_Hz, longest = 4096) {
   const ofWindow = window.reduce((sum, weight) => sum + weight, 0);
   const ofSquares = window.reduce((sum, weight) => sum + weight * weight, 0);
   const kept = [...power.keys()].slice(1);
-  const twoSided = (k) => (k < size / 2 ? 2 : 1); // the negative frequencies, but of rate / 2
+  const twoSided = (k) => (k < size / 2 ? 2 : 1); // adds the negative frequencies, except at rate / 2
   return {
     frequency_Hz: kept.map((k) => (k * rate_Hz) / size),
     density: kept.map((k) => Math.sqrt((twoSided(k) * power[k]) / segments / (rate_Hz * ofSquares))),

@@ -3,7 +3,7 @@
 import { byId, element, fillTable, setText, setTextWithPath } from './dom.js';
 import { clock, count, plain, quantity } from './format.js';
 
-/** The rows of the table of axes: a name and the text from the axis's status and its drive unit. */
+/** The rows of the table of axes: a name, and the function from an axis's status and drive unit to the text. */
 const axisRows = [
   ['Position', ({ position_um }) => quantity(position_um, 'um')],
   ['Reference', ({ reference_um }) => quantity(reference_um, 'um')],
@@ -12,7 +12,7 @@ const axisRows = [
   ['Error, peak', (_, __, { peak_um }) => quantity(peak_um, 'um')],
   ['Drive', ({ drive }, unit) => quantity(drive, unit)],
   [
-    'Amplifier output', // of the amplifier's last status, which does not come in each cycle
+    'Amplifier output', // from the amplifier's last status, which does not arrive in each cycle
     ({ amplifier_output: output, amplifier_output_age_s: age_s }, unit) =>
       quantity(output, unit) + (Number.isFinite(age_s) ? `, ${plain(1000 * age_s, 0)}\u00a0ms\u00a0old` : ''),
   ],
@@ -27,9 +27,9 @@ const axisRows = [
   ['Learning', ({ learning, state }) => (state === 'no controller' || state === 'unknown' ? '-' : learningText(learning))],
 ];
 
-const longestAge_s = 0.7; // a status comes five times a second
+const longestAge_s = 0.7; // a status arrives five times a second
 
-/** Sign and word of a state: never colour alone. */
+/** Returns sign and word of a state, because colour alone is not enough. */
 const signs = {
   tracking: '\u25b6',
   ready: '\u25cf',
@@ -53,8 +53,8 @@ function learningText(learning) {
 
 export class StatusView {
   #names = [];
-  #units = []; // of the drives
-  #cameAt_ms = NaN; // the last status
+  #units = []; // units of the drives
+  #cameAt_ms = NaN; // arrival of the last status
 
   /** `errors(axis)`: {rms_um, peak_um} over the shown time. */
   constructor(errors) {
@@ -63,7 +63,7 @@ export class StatusView {
     byId('reveal-histogram').addEventListener('change', () => this.#showTiming(this.timing));
   }
 
-  /** The table of the controller's axes, which stays when the controller ends before its first status. */
+  /** Creates the table of the controller's axes. It remains if the controller ends before its first status. */
   begin({ axes }) {
     this.#units = axes.map(({ drive_unit: unit }) => unit);
     this.#nameAxes(axes.map(({ name }) => name));
@@ -82,7 +82,7 @@ export class StatusView {
     this.#showAge(isSilent ? age : controller?.age_s, isSilent ? 'no answer of the controller for' : 'values are old:');
   }
 
-  /** What is shown says so when it is no longer known. */
+  /** Marks the shown values when they are outdated. */
   #watch() {
     const age = (performance.now() - this.#cameAt_ms) / 1000;
     if (!(age > longestAge_s)) return;
@@ -174,7 +174,7 @@ export class StatusView {
   }
 }
 
-/** "" without a fault. */
+/** Returns "" if there is no fault. */
 function faultText({ name, state, fault, fault_time_s, remedy }) {
   if (state !== 'faulted' && (!fault || fault === 'none')) return '';
   const when = Number.isFinite(fault_time_s) ? ` at ${quantity(fault_time_s, 's')}` : '';
@@ -216,14 +216,14 @@ function drawBars(host, upper, counts, isLog) {
   setText(host.nextElementSibling, host.getAttribute('aria-label'));
 }
 
-/** The button that records a run, and what becomes of the recording. */
+/** The button that records a run, and the state of the recording. */
 export class Recording {
   constructor(connection) {
     this.connection = connection;
     byId('record').addEventListener('click', () => this.#switch());
   }
 
-  /** `controller`: the status of the controller; null if there is none. */
+  /** `controller`: the controller's status; null if there is none. */
   show(controller) {
     const recording = controller?.recording;
     this.isOn = recording?.on ?? false;
@@ -242,7 +242,7 @@ export class Recording {
   }
 }
 
-/** "recording runs/run_...: 120,000 rows, 25.1 MB". */
+/** Returns "recording runs/run_...: 120,000 rows, 25.1 MB". */
 function recordingText(recording) {
   if (!recording?.run) return 'no recording';
   const lost = recording.rows_lost ? `, ${count(recording.rows_lost)} lost` : '';

@@ -1,17 +1,17 @@
-// Steering and settings of the axes, applied while the controller runs.
+// Commands and settings of the axes, applied while the controller runs.
 
 import { answerPlace, byId, element, openDialog, setText, tell } from './dom.js';
 import { Segments, commaTrouble, settingField, valueOfText } from './settings.js';
 
-const settingsEvery_ms = 3000; // another program may change them too
-const shownFirst = ['structure', 'kp', 'ki_per_s', 'measurement_filter_Hz']; // the other keys are in groups, folded
+const settingsEvery_ms = 3000; // another program may change them, too
+const shownFirst = ['structure', 'kp', 'ki_per_s', 'measurement_filter_Hz']; // the other keys are in folded groups
 
 export class Steering {
-  #fields = []; // of all axes: {key, show(toml, isUnsaved)}
+  #fields = []; // fields of all axes: {key, show(toml, isUnsaved)}
   #asked = false;
-  #isStale = false; // what was asked for may have changed since
-  #units = new Map(); // of the keys
-  #keys = ''; // for which there are fields
+  #isStale = false; // the requested settings may have changed since
+  #units = new Map(); // by key
+  #keys = ''; // keys that have fields
 
   constructor(connection, access) {
     this.connection = connection;
@@ -28,14 +28,14 @@ export class Steering {
   begin(greeting) {
     this.#fields = [];
     this.segments = []; // per axis
-    this.groups = []; // that are off where no key begins with their start: {start, title, summary}
+    this.groups = []; // groups that are off if no key begins with `start`: {start, title, summary}
     this.cards = greeting.axes.map(({ name }, axis) => ({ name, axis, first: fields(), folded: element('div') }));
     this.#keys = '';
     byId('steering-axes').replaceChildren(...this.cards.map((card) => this.#card(card)));
     this.refresh();
   }
 
-  /** Asks for the settings in force and shows them. */
+  /** Requests the settings in force and shows them. */
   async refresh() {
     this.#isStale = this.#asked;
     if (this.#asked || !this.connection.isOpen) return;
@@ -68,7 +68,7 @@ export class Steering {
     );
   }
 
-  /** A field for each key that can change, in the order of the configuration; a group for each table. */
+  /** Creates a field for each key that can change, in the order of the configuration; a group for each table. */
   #makeFields(keys) {
     const shape = JSON.stringify(keys);
     if (shape === this.#keys || !this.cards) return;
@@ -157,7 +157,7 @@ export class Steering {
     );
   }
 
-  /** The keys of a table. It may be absent as a whole: it is off then, and its title says so. */
+  /** Creates the group of a table's keys. If the whole table is missing, it is off, which its title shows. */
   #tableGroup(name, start, table, made) {
     const title = (table[0].toUpperCase() + table.slice(1)).replaceAll('_', ' ');
     const grouped = group(title, fields(...made.map(({ root }) => root), this.#wholeTable(name, table, made)));
@@ -165,7 +165,7 @@ export class Steering {
     return grouped;
   }
 
-  /** The refusal of a position that is out of range, with the limits in force. */
+  /** Returns the refusal of a position out of range, with the limits in force. */
   #withLimits(answer, axis) {
     if (!Object.values(answer.answer?.refusals ?? {}).includes('position_out_of_range')) return answer;
     const value = (key) => this.values?.get(`axis[${axis}].control.${key}`) ?? '?';
@@ -181,7 +181,7 @@ export class Steering {
     return field;
   }
 
-  /** All values of a table at once: one that is not there yet cannot get one key alone. */
+  /** Sets all values of a table together, because a missing table can't get a single key. */
   #wholeTable(name, table, made) {
     const answer = answerPlace();
     const apply = async () => {
@@ -231,7 +231,7 @@ export class Steering {
   }
 }
 
-/** Key -> TOML of the settings in an answer; undefined where it has none. */
+/** Returns the settings in an answer, key -> TOML; undefined if it has none. */
 const valuesOf = ({ settings }) => settings && new Map(settings.map(({ key, value }) => [key, value]));
 
 const wordsOfChanges = (changes) =>
@@ -259,9 +259,9 @@ const waysToSave = {
   },
 };
 
-/** Save and Undo save: both show first what the configuration file would get. */
+/** The dialogs Save and Undo save: both first show the changes of the configuration file. */
 class SaveDialog {
-  /** `onWritten(answer, words)` is called when the file is written. */
+  /** Calls `onWritten(answer, words)` when the file was written. */
   constructor(connection, onWritten) {
     this.connection = connection;
     this.onWritten = onWritten;

@@ -1,4 +1,4 @@
-// Light or dark, and the colours of lines: the set of Okabe and Ito, which colour-blind people can tell apart.
+// Light or dark, and the colours of lines: the set of Okabe and Ito, which colour-blind people can distinguish.
 
 import { byId } from './dom.js';
 
@@ -18,7 +18,7 @@ const dark = {
   reference: '#b4bec4',
   lines: ['#56b4e9', '#e69f00', '#009e73', '#cc79a7', '#f0e442', '#d55e00', '#ffffff'],
 };
-/** Dashes of lines in the order of `lines`, so that nothing depends on colour alone. */
+/** Dashes of lines in the order of `lines`, so that no information depends only on colour. */
 export const dashes = [[], [9, 4], [2, 3], [12, 3, 2, 3], [5, 5], [2, 6], [14, 4]];
 
 const scheme = matchMedia('(prefers-color-scheme: dark)');

@@ -2,7 +2,7 @@
 //
 // A line is {label, unit, colour (a number of theme.js, or 'reference'), alpha (two hexadecimal digits),
 // dash (a number), width, trace: () => trace}.
-// uPlot itself gets two points only; the function `paths` of each series draws the trace between them.
+// uPlot itself gets only two points; the function `paths` of each series draws the trace between them.
 
 import { Chart, SteadyRange, colours, legendKey, linear } from './chart.js';
 import { element, setText } from './dom.js';
@@ -20,7 +20,7 @@ export class TimeChart extends Chart {
   shown = [0, 1];
   origin_s = 0;
 
-  /** `zoomed(from_s, to_s)` and `reset()` are called for a drag in time and a double click. */
+  /** Calls `zoomed(from_s, to_s)` after a drag in time, and `reset()` after a double click. */
   constructor(host, { title, zoomed = () => {}, reset = () => {}, timeLabel = '' }) {
     super(host, title);
     this.zoomed = zoomed;
@@ -37,7 +37,7 @@ export class TimeChart extends Chart {
     this.#build();
   }
 
-  /** Draws what lies between two times; the marks of the time axis count from `origin_s`. */
+  /** Draws the traces between two times; the marks of the time axis count from `origin_s`. */
   draw(from_s, to_s, origin_s = 0) {
     const { uplot } = this;
     if (!uplot || this.plot.clientWidth === 0) return;
@@ -59,7 +59,7 @@ export class TimeChart extends Chart {
     });
   }
 
-  /** The newest values of one instant into the legend and the label for screen readers; an older value with its age. */
+  /** Writes the newest values of one instant to the legend and the screen readers' label; with the age if old. */
   showValues() {
     const values = newestTogether(
       this.lines.map(({ trace }) => trace()),
@@ -172,7 +172,7 @@ export class TimeChart extends Chart {
         const toY = linear(y.min, y.max, top + height, -height);
         const { path, isDense } = pathOf(trace, ...this.shown, toX, toY);
         const series = uplot.series[at + 1];
-        // Where the rows are dense, a dash and a broad line cost much and show nothing.
+        // If the rows are dense, dashes and broad lines are slow and not visible.
         series.dash = isDense ? [] : dash;
         series.width = isDense ? Math.min(width, line.alpha ? 3 : 1) : width;
         return { stroke: path, fill: null, clip: null, flags: 2 };

@@ -1,9 +1,9 @@
-// What a line of a chart shows: times and values, somewhere in memory, and how they become a path.
+// The data of a chart's line: times and values, anywhere in memory, and their conversion to a path.
 //
 // A trace is {time, values, mask, first, end, shift_s}: row k, first <= k < end, is at `k & mask`; `shift_s` is
-// added to its time. For plain arrays the mask is -1. A value that is NaN is a gap; so are times that are far apart.
+// added to its time. For plain arrays the mask is -1. A value that is NaN is a gap; so is a long time between rows.
 
-export const gap_s = 0.3; // rows that are farther apart are not joined
+export const gap_s = 0.3; // rows farther apart are not joined
 
 export const traceOfArrays = (time, values, shift_s = 0) => ({
   time,
@@ -23,7 +23,7 @@ export const traceOfAxis = (axis, column, shift_s = 0) => ({
   shift_s,
 });
 
-/** The first row at or after a time of the trace itself, which rows of a RowStore are too. */
+/** Returns the first row at or after `time_s`, in the trace's own time. Rows of a RowStore are accepted, too. */
 export function rowAt({ time, mask, first, end }, time_s) {
   let [low, high] = [first, end];
   while (low < high) {
@@ -34,7 +34,7 @@ export function rowAt({ time, mask, first, end }, time_s) {
   return low;
 }
 
-/** The value of the trace at a time: of the nearest row, NaN where none is near. */
+/** Returns the value of the nearest row to a time; NaN if none is near. */
 export function valueAt(trace, time_s) {
   const { time, values, mask, first, end, shift_s } = trace;
   const after = rowAt(trace, time_s - shift_s);
@@ -47,7 +47,7 @@ export function valueAt(trace, time_s) {
   return best;
 }
 
-/** The value at a time at or after the row `before` and before the next one; NaN where there is none. */
+/** Returns the value at a time from row `before` up to the next row; NaN if there is none. */
 export function valueBetween({ time, values, mask, end }, before, at_s) {
   const from = before & mask;
   if (time[from] === at_s) return values[from];
@@ -58,9 +58,9 @@ export function valueBetween({ time, values, mask, end }, before, at_s) {
 }
 
 /**
- * The newest values of traces, all of one instant: the latest that each trace has reached. A trace that ends longer before
- * the others than a gap has its last value instead. `isWhole(at)`: the values of this trace are whole numbers, without
- * any between the rows. List of {value, age_s}: age_s is 0 at the common instant.
+ * Returns the newest values of traces at one instant: the latest that all traces have reached. A trace that ends more
+ * than a gap before the others has its last value instead. `isWhole(at)`: the values of this trace are whole numbers,
+ * which are not interpolated. Returns a list of {value, age_s}: age_s is 0 at the common instant.
  */
 export function newestTogether(traces, isWhole = () => false) {
   const ends_s = traces.map(endOf);
@@ -80,7 +80,7 @@ const endOf = (trace) =>
 /** The value at a time up to the last row, interpolated between the rows. */
 function valueDuring(trace, time_s) {
   const last_s = trace.time[(trace.end - 1) & trace.mask];
-  const at_s = Math.min(time_s - trace.shift_s, last_s); // rounding may carry it beyond
+  const at_s = Math.min(time_s - trace.shift_s, last_s); // rounding may exceed it
   const after = rowAt(trace, at_s);
   const isAtRow = trace.time[after & trace.mask] === at_s;
   return valueBetween(trace, isAtRow ? after : Math.max(after - 1, trace.first), at_s);
