@@ -40,7 +40,7 @@ class Run {
   const RunInfo& info() const { return info_; }
   /// The name of the folder or file, for titles: run_20261123T092000.123Z.
   std::string name() const;
-  /// "FILE: ignoring the last row: it has no line end and may be incomplete", one for each part.
+  /// Returns "FILE: ignoring the last row: it has no line end and may be incomplete" for each such part.
   /// Reads the end of each part.
   std::vector<std::string> notes() const;
   std::size_t axis_index(const std::string& axis) const;

@@ -39,7 +39,7 @@ inline constexpr const char* a_candump_log = "a log of candump -L";
 /// The note about a log that a crash cut.
 inline constexpr const char* last_line_left_out =
     "ignoring the last line: it has no line end and may be incomplete";
-/// Throws Error if a log had no frames, which is then no log or a recording of nothing.
+/// Throws Error if a log had no frames: it is not a candump log, or nothing was recorded.
 void require_frames(const std::string& name, std::uint64_t frames);
 
 /// Prints at most the first ten warnings of a DBC on standard error.

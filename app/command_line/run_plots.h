@@ -21,9 +21,9 @@ struct RunPlots {
 };
 
 struct DrawnPlots {
-  std::vector<std::string> names;      ///< of the pictures, without their endings
+  std::vector<std::string> names;      ///< names of the plots, without endings
   std::vector<std::string> lacking;    ///< "RUN-AXIS: its reference has no step"
-  std::optional<std::string> undrawn;  ///< why they are not drawn
+  std::optional<std::string> undrawn;  ///< reason if the plots were not drawn
 };
 
 /// Throws RunError if a file can't be written.

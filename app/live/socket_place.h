@@ -52,9 +52,9 @@ class LocalListener {
  public:
   using Socket = boost::asio::local::stream_protocol::socket;
 
-  /// Calls `admit` with each connection; no next one comes until is_ready(), where it is given. Throws
-  /// RunError if another process uses this socket, if there is a file that is not a socket, or if the file
-  /// cannot be created. Owner and group may connect.
+  /// Calls `admit` with each connection; if `is_ready` is given, the next connection waits for it. Throws
+  /// RunError if another process uses this socket, if the file exists and is not a socket, or if it can't be
+  /// created. Owner and group may connect.
   LocalListener(boost::asio::io_context& context, std::filesystem::path file,
                 std::function<void(Socket connection)> admit, std::function<bool()> is_ready = {});
   ~LocalListener();  ///< removes the file, unless it is no longer this socket's own

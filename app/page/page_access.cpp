@@ -142,7 +142,7 @@ std::string new_token() {
 std::string token_of(const std::filesystem::path& file) {
   if (auto token = token_there(file)) return *std::move(token);
   if (auto token = token_made(file)) return *std::move(token);
-  if (auto token = token_there(file)) return *std::move(token);  // of another program, made meanwhile
+  if (auto token = token_there(file)) return *std::move(token);  // created by another program in between
   throw RunError(file, "disappeared while it was read");
 }
 

@@ -64,7 +64,7 @@ void RecordText::read(std::size_t most_lines) {
         std::count(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.end(), '\n'));
     if (lines > most_lines)
       throw Error({file_, lines, 1}, "too many lines", expect("at most {}", most_lines));
-    // No more of a long line is read than is needed to refuse it.
+    // Reads only as much of a long line as is needed to refuse it.
     const std::size_t end = text_.rfind('\n');
     if (end != std::string::npos && end >= begin) line_begin = end + 1;
     if (text_.size() - line_begin > longest_csv_line)

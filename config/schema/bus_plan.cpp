@@ -234,7 +234,7 @@ void check_slots(const Checked& checked) {
   if (can::sync_counter_max % slots != 0)
     fail(fmt::format("background_slots is {}, expected a divisor of {}, the highest SYNC counter", slots,
                      can::sync_counter_max));
-  std::map<unsigned, std::pair<unsigned, std::string>> owners;  // by slot
+  std::map<unsigned, std::pair<unsigned, std::string>> owners;  // node that owns each slot
   for (const auto& [node, name] : nodes_of(config)) {
     const unsigned slot = *slot_of(config, node);
     const auto [other, is_new] = owners.try_emplace(slot, node, name);
