@@ -18,7 +18,7 @@ const write = () => page.locator('#save-dialog').getByRole('button', { name: 'Wr
 async function setGain(value) {
   await gain().fill(value);
   await gain().press('Enter');
-  await until('the gain is in force', async () => (await page.textContent('#steering-axes')).includes(`${value} is in force`));
+  await until('the gain is in force', async () => (await page.textContent('#steering-axes')).includes(`${value} is active`));
 }
 
 /** A busy machine may cut the page off or answer too late; the page says so, and a user asks again. */
@@ -65,7 +65,7 @@ test('Undo save shows the difference, restores the file and what is in force', a
   await open('#undo-save', /- kp\s+= 0\.0321/);
   assert.equal(text(), saved, 'nothing is written before it is confirmed');
   await write();
-  await until('the answer', async () => /in force again/.test(await page.textContent('#settings-answer')));
+  await until('the answer', async () => /active again/.test(await page.textContent('#settings-answer')));
   assert.equal(text(), former);
   assert.equal(readFileSync(kept(), 'utf8'), saved);
   await until('the old gain', async () => (await gain().inputValue()) === '0');

@@ -43,7 +43,7 @@ test('A key of the added segment can be set', async () => {
   const rise = card().getByRole('textbox', { name: 'Segment 3: staircase, rise_s' });
   await rise.fill('0.04');
   await rise.press('Enter');
-  await until('the answer', async () => /0\.04 is in force/.test(await card().textContent()));
+  await until('the answer', async () => /0\.04 is active/.test(await card().textContent()));
 });
 
 test('Remove takes one segment out, also after a key of a later one was set', async () => {

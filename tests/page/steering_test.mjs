@@ -74,7 +74,7 @@ test('A refusal goes away with the next success of the field', async () => {
   await until('the refusal', async () => /expected a number >= 0/.test(await body()));
   await gain().fill('0.0124');
   await gain().press('Enter');
-  await until('the success', async () => /0\.0124 is in force/.test(await body()));
+  await until('the success', async () => /0\.0124 is active/.test(await body()));
   assert.doesNotMatch(await body(), /expected a number >= 0/);
 });
 

@@ -107,7 +107,7 @@ test('One Esc outside of fields and dialogs only says what a second one does', a
     new MutationObserver(() => (window.said = said.textContent || window.said)).observe(said, { childList: true });
   });
   await page.keyboard.press('Escape');
-  await until('the words', async () => (await page.evaluate(() => window.said)) === 'Esc once more within a second: Stop');
+  await until('the words', async () => (await page.evaluate(() => window.said)) === 'Press Esc again within a second to stop');
   await until('they go away', async () => (await page.textContent('#key-message')) === '');
   assert.equal(await page.textContent('#stop-message'), '');
   await until('the axis is still driven', () => isDriven(page)); // unknown for a moment on a busy machine

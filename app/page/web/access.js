@@ -38,7 +38,7 @@ export class Access {
   async stop() {
     const { connection } = this;
     if (!connection.isOpen) return this.stopped(false, 'the page is not connected to its server');
-    if (!(await this.#hasToken('Stop needs the token. With the right token the stage stops at once.'))) return;
+    if (!(await this.#hasToken('Stop needs the token. The stage stops as soon as the token is accepted.'))) return;
     this.stopped(null, '');
     const answer = await connection.ask({ do: 'stop' }, stopPatience_ms);
     this.stopped(answer.ok, answer.error ?? '');
@@ -46,14 +46,14 @@ export class Access {
 
   /** Restarts the demo. If the page has no token, requests it first. Returns the server's answer. */
   async startAgain() {
-    if (!(await this.#hasToken('To start the demo again, the page needs the token.')))
+    if (!(await this.#hasToken('Restarting the demo needs the token.')))
       return { ok: false, error: 'this needs the token' };
     return this.connection.ask({ do: 'start' });
   }
 
   async #takeOrRelease() {
     if (this.role === 'yours') return void (await this.connection.ask({ do: 'release_writer' }));
-    if (!(await this.#hasToken('To change settings and to drive, the page needs the token.'))) return;
+    if (!(await this.#hasToken('Changing settings and moving the stage need the token.'))) return;
     if (this.role === 'taken') return openDialog('take-over-dialog');
     await this.#askForRole(false);
   }

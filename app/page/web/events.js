@@ -60,7 +60,7 @@ export class ControllerNotice {
   /** Called when the controller runs. */
   found() {
     const place = byId('stream-message');
-    if (place.textContent) this.events.note('info', 'the controller is there');
+    if (place.textContent) this.events.note('info', 'the controller is connected');
     if (this.#stopSent) setText(byId('stop-message'), '');
     this.#stopSent = false;
     place.replaceChildren();
@@ -70,15 +70,15 @@ export class ControllerNotice {
   lost(reason = '') {
     if (this.#stopSent) setText(byId('stop-message'), 'Stopped: the controller has ended.');
     this.events.note('warning', `no controller: ${reason}`);
-    setText(this.#reason, this.#stopSent ? '' : `There is no controller: ${reason}. `);
+    setText(this.#reason, this.#stopSent ? '' : `No controller is connected: ${reason}. `);
     const place = byId('stream-message');
     if (place.hasChildNodes()) return;
     place.append(
       this.#reason,
-      'The charts keep what has come. ',
+      'The charts keep the received data. ',
       ...(this.#isDemo
         ? this.#waysToStartAgain()
-        : ['The page connects when it starts: ', element('code', { text: this.#startCommand })]),
+        : ['The page connects as soon as it starts: ', element('code', { text: this.#startCommand })]),
     );
   }
 
@@ -87,16 +87,16 @@ export class ControllerNotice {
     const start = async () => {
       setText(answer, '');
       const result = await this.access.startAgain();
-      if (!result.ok) setText(answer, ` It does not start: ${result.error}`);
+      if (!result.ok) setText(answer, ` The start failed: ${result.error}`);
     };
     return [element('button', { id: 'start-again', type: 'button', text: 'Start again', onclick: start }), answer];
   }
 
   #tellOfStop(isDone, error) {
     const result = {
-      true: 'Stop is under way: every axis ramps down to its safe drive and is switched off. Then the controller ends.',
-      false: `Stop has failed: ${error}. Run "hystcan ctl stop", or switch the amplifiers off.`,
-      null: 'Stop is sent.',
+      true: 'Stopping: every axis ramps down to its safe drive and is disabled. Then the controller ends.',
+      false: `Stop failed: ${error}. Run "hystcan ctl stop", or switch the amplifiers off.`,
+      null: 'Stop was sent.',
     }[String(isDone)];
     setText(byId('stop-message'), result);
     if (isDone !== null) this.events.note(isDone ? 'warning' : 'error', result);

@@ -71,7 +71,7 @@ class EscapeKey {
     }
     const isSecond = timeStamp - this.#last_ms <= twice_ms;
     this.#last_ms = isSecond ? -Infinity : timeStamp;
-    this.#say(isSecond ? '' : 'Esc once more within a second: Stop');
+    this.#say(isSecond ? '' : 'Press Esc again within a second to stop');
     if (isSecond) this.stop();
   }
 

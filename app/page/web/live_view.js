@@ -27,7 +27,7 @@ export class LiveView {
         zoomed: (from_s, to_s) => this.#zoomTo(from_s, to_s),
         reset: () => this.#resetZoom(),
       });
-    this.loop = new LoopChart(byId('loop-chart'), `Hysteresis loop, last ${longest_s} s at most`);
+    this.loop = new LoopChart(byId('loop-chart'), `Hysteresis loop, at most the last ${longest_s} s`);
     this.tracking = chart('tracking-chart', 'Tracking');
     this.error = chart('error-chart', 'Following error');
     this.drive = chart('drive-chart', 'Drive', 'time since the start of the controller, s');

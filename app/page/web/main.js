@@ -72,7 +72,7 @@ connection.on('open', () => {
   steering.refresh();
 });
 connection.on('closed', () => {
-  if (byId('connection').dataset.state === 'connected') events.note('warning', 'the page has lost its server');
+  if (byId('connection').dataset.state === 'connected') events.note('warning', 'the page lost its server');
   tellConnection('lost', 'not connected: trying again');
 });
 connection.on('hello', ({ program, config, source, exposed, page }) => {

@@ -79,7 +79,7 @@ export class ResponseView {
       values.push(error[at]);
     }
     if (values.length < 256)
-      return { reason: 'The axis does not track, or some cycles are missing in the live rows. A capture can be the data.' };
+      return { reason: 'The axis does not track, or cycles are missing in the live rows. Choose a capture as the data.' };
     return { values: Float64Array.from(values.reverse()), rate_Hz };
   }
 

@@ -73,7 +73,7 @@ export function settingField(key, about, apply) {
     say('', '...');
     const trouble = commaTrouble(input.value);
     const result = trouble ? { error: trouble } : await apply(valueOfText(input.value));
-    say(result.ok ? 'done' : 'refused', result.ok ? `${input.value} is in force` : (result.error ?? 'refused'));
+    say(result.ok ? 'done' : 'refused', result.ok ? `${input.value} is active` : (result.error ?? 'refused'));
     if (result.ok) {
       isTyped = false;
       inForce = input.value; // until the settings arrive
@@ -155,7 +155,7 @@ export class Segments {
       element('button', {
         type: 'button',
         text: 'Add a segment',
-        title: 'A copy of the last one',
+        title: 'A copy of the last segment',
         'aria-label': `Add a segment, axis ${this.name}`,
         onclick: () => this.#change((now) => [...now, now.at(-1)]),
       }),

@@ -79,7 +79,7 @@ export class StatusView {
     this.timing = timing;
     this.#showTiming(timing);
     setText(byId('time'), controller ? clock(controller.time_s) : '-');
-    this.#showAge(isSilent ? age : controller?.age_s, isSilent ? 'no answer of the controller for' : 'values are old:');
+    this.#showAge(isSilent ? age : controller?.age_s, isSilent ? 'no answer from the controller for' : 'values are old:');
   }
 
   /** Marks the shown values when they are outdated. */
@@ -133,10 +133,10 @@ export class StatusView {
       ['Missed cycles', count(controller?.missed_cycles)],
       ['Missing samples', count(controller?.missing_samples)],
       ['Late samples', count(controller?.late_samples)],
-      ['Pages that are open', count(page.clients)],
-      ['Pages cut off', count(page.cut_off)],
+      ['Open pages', count(page.clients)],
+      ['Disconnected pages', count(page.cut_off)],
       ['Requests refused', count(page.refused)],
-      ['Rows lost to pages', count(page.lost_rows)],
+      ['Rows lost on the way to pages', count(page.lost_rows)],
     ];
     fillTable(byId('counters'), table);
     const alarming = ['missed_cycles', 'missing_samples', 'late_samples'].map((key) => controller?.[key] ?? 0);

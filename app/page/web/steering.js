@@ -63,8 +63,8 @@ export class Steering {
     setText(
       byId('unsaved'),
       unsaved.length === 0
-        ? 'The file has all settings in force.'
-        : `In force, not in the file: ${wordsOfChanges(unsaved)}`,
+        ? 'The file has all active settings.'
+        : `Active, but not in the file: ${wordsOfChanges(unsaved)}`,
     );
   }
 
@@ -127,10 +127,10 @@ export class Steering {
       name,
       (about) => this.#settingField(axis, name, about),
       async (list) => {
-        const changed = { error: 'the segments have changed meanwhile: look again' };
+        const changed = { error: 'the segments changed in the meantime; check them again' };
         const answer = list ? await this.#set(name, 'setpoint', list) : changed;
         if (!list) this.refresh();
-        tell(segmentsAnswer, answer, 'in force: the reference begins anew');
+        tell(segmentsAnswer, answer, 'active: the reference restarts');
       },
       async () => valuesOf(await this.connection.ask({ do: 'settings' })) ?? this.values,
     );
@@ -198,7 +198,7 @@ export class Steering {
       { class: 'field' },
       element('button', {
         type: 'button',
-        text: 'Apply all together',
+        text: 'Apply all',
         'aria-label': `Apply all of ${table}, axis ${name}`,
         onclick: apply,
       }),
@@ -226,7 +226,7 @@ export class Steering {
     const answer = await this.#command(command);
     const changed = answer.answer?.changed ?? [];
     const words = wordsOfChanges(changed);
-    tell(byId('settings-answer'), answer, words || 'nothing has changed');
+    tell(byId('settings-answer'), answer, words || 'nothing changed');
     this.refresh();
   }
 }
@@ -245,17 +245,17 @@ const waysToSave = {
   save: {
     title: 'Save to the configuration file',
     text: (kept) =>
-      'The file gets these lines. Comments and everything else stay. ' +
-      `The file as it is now is kept beside it as ${kept}; Undo save brings it back.`,
-    done: (kept) => `the file is written; the former one is ${kept}`,
+      'These lines are written to the file. Its comments and all other lines stay. ' +
+      `The present file is kept as ${kept}; Undo save restores it.`,
+    done: (kept) => `the file is written; the previous one is ${kept}`,
   },
   undo_save: {
     title: 'Undo save',
     text: (kept) =>
-      `The file gets these lines: it becomes what ${kept} holds, and the controller takes it over. ` +
-      'What was set here and not saved is lost. ' +
-      `The file as it is now is kept as ${kept}: a second Undo save brings it back.`,
-    done: (kept) => `the former file is in force again; what it replaced is ${kept}`,
+      `These lines are written to the file: it becomes ${kept} again, and the controller applies it. ` +
+      'Unsaved settings are lost. ' +
+      `The present file is kept as ${kept}; a second Undo save restores it.`,
+    done: (kept) => `the previous file is active again; the replaced one is ${kept}`,
   },
 };
 
@@ -295,7 +295,7 @@ class SaveDialog {
     byId('save-dialog').close();
     const { kept, not_applied: trouble } = answer;
     if (trouble)
-      this.onWritten({ error: `the former file is restored, but the controller has not taken it over: ${trouble}` });
+      this.onWritten({ error: `the previous file is restored, but the controller did not apply it: ${trouble}` });
     else this.onWritten(answer, waysToSave[this.way].done(kept));
   }
 }
