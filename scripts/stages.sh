@@ -32,13 +32,25 @@ configure_tree() {
   report_missing_page "$tree"
 }
 
-# skip_unwritable_ccache: compiles without ccache if another user owns its folder, as after a first run with sudo.
+# skip_unwritable_ccache: compiles without ccache if a folder of it belongs to another user, as after a first run with sudo.
 skip_unwritable_ccache() {
   local folder
   folder=$(ccache --get-config cache_dir 2>/dev/null) || return 0
-  [[ -e $folder && ! -w $folder ]] || return 0
+  folder=$(unwritable_folder "$folder")
+  [[ -n $folder ]] || return 0
   echo "ccache: $folder is not writable; compiling without it (mend: sudo chown -R $(id -un) $folder)" >&2
   export CCACHE_DISABLE=1
+}
+
+# unwritable_folder FOLDER: prints FOLDER if it has an unwritable folder, or the parent in which it cannot be created.
+unwritable_folder() {
+  local folder=$1
+  if [[ -d $folder ]]; then
+    [[ -z $(find "$folder" -maxdepth 2 -type d ! -writable -print -quit 2>/dev/null) ]] || echo "$folder"
+    return
+  fi
+  until [[ -e $folder ]]; do folder=$(dirname "$folder"); done
+  [[ -w $folder ]] || echo "$folder"
 }
 
 # report_missing_page BUILD_TREE: says why the program is built without the operator's page, if it is.
