@@ -24,7 +24,7 @@ Axis::Axis(const WiredAxisConfig& config, const CommonConfig& common, const can:
   if (!drive_noise.is_silent()) plant.set_drive_noise([this](can::Time time) { return drive_noise(time); });
 }
 
-node::BusNode& Axis::node(Node which) const {
+node::BusNode& FaultTarget::node(Node which) const {
   if (which == Node::amplifier) return amplifier.node();
   return sensor.node();
 }

@@ -23,6 +23,22 @@ struct Connected {
   FaultyConnection* line = nullptr;
 };
 
+/// What the faults of an axis act on.
+struct FaultTarget {
+  node::BusNode& node(Node which) const;
+  FaultyConnection& line(Node which) const { return which == Node::amplifier ? amplifier_line : sensor_line; }
+  std::size_t channel(Node which) const {
+    return which == Node::amplifier ? amplifier.index() : sensor.index();
+  }
+
+  can::AxisWire wire;
+  Plant& plant;
+  node::AmplifierChannel& amplifier;
+  node::SensorChannel& sensor;
+  FaultyConnection& amplifier_line;
+  FaultyConnection& sensor_line;
+};
+
 struct Axis {
   Axis(const WiredAxisConfig& config, const CommonConfig& common, const can::Database& database,
        can::Scheduler& scheduler, const Connected<node::AmplifierNode>& of_amplifier,
@@ -30,11 +46,7 @@ struct Axis {
   Axis(const Axis&) = delete;
   Axis& operator=(const Axis&) = delete;
 
-  node::BusNode& node(Node which) const;
-  FaultyConnection& line(Node which) const { return which == Node::amplifier ? amplifier_line : sensor_line; }
-  std::size_t channel(Node which) const {
-    return which == Node::amplifier ? amplifier.index() : sensor.index();
-  }
+  FaultTarget fault_target() { return {wire, plant, amplifier, sensor, amplifier_line, sensor_line}; }
 
   std::string name;
   can::AxisWire wire;

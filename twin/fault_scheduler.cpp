@@ -17,12 +17,12 @@ can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)
 
 }  // namespace
 
-FaultScheduler::FaultScheduler(can::Scheduler& scheduler, const Axes& axes,
+FaultScheduler::FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> axes,
                                const std::vector<FaultSpec>& scheduled,
                                const std::optional<RandomFaults>& random)
     : scheduler_(scheduler),
-      axes_(axes),
-      disturbances_(axes.size()),
+      axes_(std::move(axes)),
+      disturbances_(axes_.size()),
       scheduled_(scheduled),
       random_(random),
       random_source_(random ? random->seed : 0),
@@ -35,13 +35,13 @@ void FaultScheduler::list_random_faults() {
   for (std::size_t i = 0; i < fault_count; ++i) {
     const auto kind = static_cast<Fault>(i);
     if (!random_->kinds.empty() && std::ranges::find(random_->kinds, kind) == random_->kinds.end()) continue;
-    for (const auto& axis : axes_) {
-      FaultSpec spec = fault_spec(kind, axis->name);
+    for (const FaultTarget& axis : axes_) {
+      FaultSpec spec = fault_spec(kind, axis.wire.name);
       spec.lasts = random_->shortest;
-      if (!reason_against(spec, axis->wire)) random_faults_.push_back(spec);
+      if (!reason_against(spec, axis.wire)) random_faults_.push_back(spec);
       if (traits(kind).site != FaultSite::either_node) continue;
       spec.node = Node::amplifier;
-      if (!reason_against(spec, axis->wire)) random_faults_.push_back(spec);
+      if (!reason_against(spec, axis.wire)) random_faults_.push_back(spec);
     }
   }
   if (random_faults_.empty())
@@ -49,11 +49,12 @@ void FaultScheduler::list_random_faults() {
 }
 
 std::size_t FaultScheduler::axis_of(const FaultSpec& spec) const {
-  const auto found = std::ranges::find(axes_, spec.axis, [](const auto& axis) { return axis->name; });
+  const auto found =
+      std::ranges::find(axes_, spec.axis, [](const FaultTarget& axis) { return axis.wire.name; });
   if (found == axes_.end())
     throw std::invalid_argument(
         fmt::format("there is no axis \"{}\", expected an axis of this twin", spec.axis));
-  if (const auto reason = reason_against(spec, (*found)->wire)) throw std::invalid_argument(*reason);
+  if (const auto reason = reason_against(spec, found->wire)) throw std::invalid_argument(*reason);
   return static_cast<std::size_t>(found - axes_.begin());
 }
 
@@ -63,9 +64,10 @@ bool FaultScheduler::same_place(const FaultSpec& a, const FaultSpec& b) const {
   if (traits(a.kind).site == FaultSite::plant) return a.axis == b.axis;
   if (a.node != b.node) return false;
   if (a.axis == b.axis || acts_on_one_axis(a.kind)) return a.axis == b.axis;
-  const node::BusNode& node = axes_[axis_of(a)]->node(a.node);
-  return std::ranges::any_of(
-      axes_, [&](const auto& axis) { return axis->name == b.axis && &axis->node(b.node) == &node; });
+  const node::BusNode& node = axes_[axis_of(a)].node(a.node);
+  return std::ranges::any_of(axes_, [&](const FaultTarget& axis) {
+    return axis.wire.name == b.axis && &axis.node(b.node) == &node;
+  });
 }
 
 void FaultScheduler::start(can::Time start) {
@@ -104,7 +106,7 @@ std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view a
   for (const Active& one : before)
     if (matches(one.spec)) act(one.spec, false);
   for (std::size_t i = 0; i < axes_.size(); ++i)
-    if (disturbances_[i].gain != 1.0 && matches({.kind = Fault::parameter_drift, .axis = axes_[i]->name}))
+    if (disturbances_[i].gain != 1.0 && matches({.kind = Fault::parameter_drift, .axis = axes_[i].wire.name}))
       disturb(i, &Disturbance::gain, 1.0);
   arm();
   return before.size() - active_.size();
@@ -182,7 +184,7 @@ void FaultScheduler::begin(const FaultSpec& spec) {
 /// Applies the begin or the end of the fault at its site.
 void FaultScheduler::act(const FaultSpec& spec, bool begins) {
   const std::size_t index = axis_of(spec);
-  Axis& axis = *axes_[index];
+  const FaultTarget& axis = axes_[index];
   FaultyConnection& line = axis.line(spec.node);
   switch (spec.kind) {
     case Fault::parameter_drift:
@@ -224,8 +226,8 @@ void FaultScheduler::drift(const Active& active, can::Time now) {
 
 void FaultScheduler::disturb(std::size_t axis, double Disturbance::*what, double value) {
   disturbances_[axis].*what = value;
-  axes_[axis]->plant.advance_to(scheduler_.now());
-  axes_[axis]->plant.disturb(disturbances_[axis]);
+  axes_[axis].plant.advance_to(scheduler_.now());
+  axes_[axis].plant.disturb(disturbances_[axis]);
 }
 
 }  // namespace hystcan::twin

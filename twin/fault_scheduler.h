@@ -29,9 +29,9 @@ class FaultScheduler {
     double gain_before = 1.0;  ///< gain at the start of a drift
   };
 
-  /// The axes must outlive this object. Throws std::invalid_argument if a scheduled fault is not possible.
-  FaultScheduler(can::Scheduler& scheduler, const Axes& axes, const std::vector<FaultSpec>& scheduled,
-                 const std::optional<RandomFaults>& random);
+  /// What the axes refer to outlives it. Throws std::invalid_argument where a scheduled fault is not possible.
+  FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> axes,
+                 const std::vector<FaultSpec>& scheduled, const std::optional<RandomFaults>& random);
 
   /// Calls `handler` at every begin and end of a fault.
   void on_event(EventHandler handler) { on_event_ = std::move(handler); }
@@ -69,8 +69,8 @@ class FaultScheduler {
   void disturb(std::size_t axis, double Disturbance::*what, double value);
 
   can::Scheduler& scheduler_;
-  const Axes& axes_;
-  std::vector<Disturbance> disturbances_;  ///< one for each axis's plant
+  std::vector<FaultTarget> axes_;
+  std::vector<Disturbance> disturbances_;  ///< of each axis's plant
   std::vector<FaultSpec> scheduled_;
   std::optional<RandomFaults> random_;
   std::vector<FaultSpec> random_faults_;  ///< candidates for random faults, with their default values

@@ -84,7 +84,10 @@ Twin::Twin(const Config& config, const can::Database& database, can::Scheduler& 
   for (std::size_t i = 0; i < axes_.size(); ++i)
     for (const model::Coupling& coupling : config.axes[i].axis.couplings)
       axes_[i]->plant.couple(axes_.at(coupling.index)->plant, coupling.um_per_um);
-  faults_ = std::make_unique<FaultScheduler>(scheduler, axes_, config.faults, config.random_faults);
+  std::vector<FaultTarget> targets;
+  for (const auto& axis : axes_) targets.push_back(axis->fault_target());
+  faults_ =
+      std::make_unique<FaultScheduler>(scheduler, std::move(targets), config.faults, config.random_faults);
 }
 
 void Twin::on_truth(const TruthHandler& handler) {

@@ -1,16 +1,19 @@
 // Every fault of the twin, with an amplifier that holds a setpoint and with one that interpolates. The twin
 // begins each fault by its own schedule; the fault leads to the reaction that docs/twin.md states, and the
 // wire stays safe throughout. The reaction does not depend on the control structure: one fault shows it for
-// each. Where two axes share their frames, over CAN FD, a fault of the wire or of a node is one of both.
+// each. Where two axes share their frames, over CAN FD, a fault of the wire or of a node is one of both. The
+// nodes of `hystcan node` on a simulated card have the faults too.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <ostream>
 #include <string>
 #include <vector>
 
+#include "base/words.h"
 #include "tests/support/fault_rig.h"
 #include "tests/support/shows.h"
 
@@ -105,11 +108,21 @@ const std::vector<Row> rows{
     {Fault::relay_opens, Node::amplifier, brief, 0, {Cause::amplifier_not_enabled}, 2},
 };
 
+/// Who answers the controller.
+enum class Nodes : std::uint8_t {
+  held,          ///< an amplifier that holds a setpoint
+  interpolated,  ///< one that interpolates, and the controller expects it
+  shared,        ///< frames and nodes are those of another axis too
+  card           ///< `hystcan node`
+};
+constexpr auto words(Nodes) {
+  return std::to_array<std::string_view>({"held", "interpolated", "shared", "card"});
+}
+
 struct Case {
   Structure structure;
-  bool interpolates;  ///< the amplifier, and the controller expects it
+  Nodes nodes;
   Row row;
-  bool shares = false;  ///< frames and nodes with another axis
 };
 std::ostream& operator<<(std::ostream& out, const Case& one) { return out << one.row; }
 
@@ -121,22 +134,35 @@ Row shared(Row row) {
   return row;
 }
 
+/// The nodes of a card have one connection: what stops it stops samples and statuses.
+Row on_a_card(Row row) {
+  const bool stops = row.kind == Fault::node_reboot || row.kind == Fault::bus_off ||
+                     (row.kind == Fault::error_passive && row.node == Node::amplifier);
+  if (!stops) return row;
+  if (row.kind == Fault::error_passive) row.within_ms = 500;
+  row.causes.push_back(Cause::sample_missing);
+  if (row.kind == Fault::node_reboot && row.node == Node::amplifier)
+    row.causes.insert(row.causes.end(), stage_falls.begin(), stage_falls.end());
+  return row;
+}
+
 std::vector<Case> cases() {
   std::vector<Case> result;
   for (const Row& row : rows)
-    for (const bool interpolates : {false, true})
-      result.push_back({Structure::inverse_pi, interpolates, row});
+    for (const Nodes nodes : {Nodes::held, Nodes::interpolated})
+      result.push_back({Structure::inverse_pi, nodes, row});
   for (const Structure structure :
        {Structure::average, Structure::inverse, Structure::pi, Structure::average_pi})
     result.push_back({structure,
-                      false,
+                      Nodes::held,
                       {Fault::frozen_value,
                        Node::sensor,
                        half_s,
                        0,
                        {Cause::position_frozen, Cause::following_error},
                        52}});
-  for (const Row& row : rows) result.push_back({Structure::inverse_pi, false, shared(row), true});
+  for (const Row& row : rows) result.push_back({Structure::inverse_pi, Nodes::shared, shared(row)});
+  for (const Row& row : rows) result.push_back({Structure::inverse_pi, Nodes::card, on_a_card(row)});
   return result;
 }
 
@@ -146,10 +172,12 @@ can::Duration duration(const Case& one, const config::Config& config) {
 }
 
 config::Config config_for(const Case& one) {
-  config::Config config = one.shares ? two_axes_in_a_frame() : one_axis();
+  config::Config config = one.nodes == Nodes::shared ? two_axes_in_a_frame()
+                          : one.nodes == Nodes::card ? one_axis_on_a_card()
+                                                     : one_axis();
   controller::AxisConfig& axis = config.axes[0].control;
   axis.law.structure = one.structure;
-  axis.delays.interpolated = config.axes[0].twin.interpolate = one.interpolates;
+  axis.delays.interpolated = config.axes[0].twin.interpolate = one.nodes == Nodes::interpolated;
   // The error that the structure itself leaves must not count as the fault.
   if (one.structure == Structure::pi || one.structure == Structure::average)
     axis.following_error.error_um = 9.0;
@@ -210,7 +238,7 @@ TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
     EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
     EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
   }
-  if (GetParam().shares) {
+  if (GetParam().nodes == Nodes::shared) {
     EXPECT_EQ(rig.axis(1).state(), hits_both(row) ? AxisState::faulted : AxisState::tracking)
         << to_string(rig.axis(1).fault().cause);
   }
@@ -229,7 +257,7 @@ TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
   if (!row.causes.empty()) {
     ASSERT_EQ(rig.axis().state(), AxisState::faulted);
     EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
-    const std::size_t hit = GetParam().shares && hits_both(row) ? 2 : 1;
+    const std::size_t hit = GetParam().nodes == Nodes::shared && hits_both(row) ? 2 : 1;
     for (const Kind kind : {Kind::clear, Kind::enable})
       for (std::size_t i = 0; i < hit; ++i) ASSERT_EQ(rig.ask(kind, i), "");
     ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
@@ -243,11 +271,8 @@ TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
 INSTANTIATE_TEST_SUITE_P(, TwinFault, testing::ValuesIn(cases()), [](const auto& test) {
   std::string name(to_string(test.param.structure));
   std::ranges::replace(name, '+', '_');
-  return name +
-         (test.param.shares         ? "_shared_"
-          : test.param.interpolates ? "_interpolated_"
-                                    : "_held_") +
-         name_of(test.param.row) + "_" + std::to_string(test.index);
+  return name + "_" + std::string(word_of(test.param.nodes)) + "_" + name_of(test.param.row) + "_" +
+         std::to_string(test.index);
 });
 
 /// Whether a line of docs/twin.md describes this row: its kind, where it acts, every cause or none.

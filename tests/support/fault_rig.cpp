@@ -163,12 +163,29 @@ bool is_between_steps(controller::Cause cause) {
          cause == foreign_access || cause == sample_doubled;
 }
 
-config::Config one_axis() {
-  config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
+namespace {
+
+config::Config quick_piezo(const std::vector<config::Setting>& settings) {
+  config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml", settings);
   config.axes.resize(1);
   config.controller.lateness_trip = std::chrono::microseconds(400);
   make_quick(config.axes[0].control);
   return config;
+}
+
+}  // namespace
+
+config::Config one_axis() { return quick_piezo({}); }
+
+config::Config one_axis_on_a_card() {
+  const auto of_axis = [](const std::string& key, const std::string& value) {
+    return config::Setting{"axis[0].analogue." + key, value};
+  };
+  return quick_piezo({of_axis("device", "\"simulated\""), of_axis("volts_per_drive", "0.09"),
+                      of_axis("position_um_per_V", "3.3"), of_axis("drive_output.channel", "0"),
+                      of_axis("drive_output.range", "\"0..10 V\""), of_axis("position_input.channel", "0"),
+                      of_axis("output_input.channel", "1"), of_axis("output_input.range", "\"0..10 V\""),
+                      of_axis("interlock_line.line", "0")});
 }
 
 config::Config two_axes_in_a_frame() {
@@ -188,9 +205,11 @@ FaultRig::FaultRig(const config::Config& config)
   monitor_bus_->on_frame([this](const can::Frame& frame, can::Time when) {
     for (WireMonitor& monitor : monitors_) monitor.receive(frame, when);
   });
-  twin_ = std::make_unique<twin::Twin>(
-      twin_config(config_), config_.database, clock_,
-      [this](std::span<const can::Filter> filters) { return attach_node(filters); });
+  const auto attach = [this](std::span<const can::Filter> filters) { return attach_node(filters); };
+  if (config_.axes[0].analogue)
+    card_nodes_ = std::make_unique<CardNodes>(config_, clock_, attach);
+  else
+    twin_ = std::make_unique<twin::Twin>(twin_config(config_), config_.database, clock_, attach);
   controller_ = std::make_unique<controller::Controller>(
       controller_config(config_), config_.database, sleeper_,
       [this](std::span<const can::Filter>) {
@@ -205,6 +224,15 @@ FaultRig::FaultRig(const config::Config& config)
   controller_->listen_to(requests_);
 }
 
+void FaultRig::start() {
+  twin_ ? twin_->start() : card_nodes_->start();
+  controller_->start();
+}
+
+twin::FaultTarget FaultRig::stage() {
+  return twin_ ? twin_->axes()[0]->fault_target() : card_nodes_->fault_target();
+}
+
 /// Only the amplifier's node has a filter for commands (twin/twin.cpp).
 std::unique_ptr<can::Bus> FaultRig::listen(std::function<void(const can::Frame&)> handler) {
   std::unique_ptr<can::Bus> node = bus_.attach();
@@ -213,7 +241,8 @@ std::unique_ptr<can::Bus> FaultRig::listen(std::function<void(const can::Frame&)
 }
 
 std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> filters) {
-  auto node = bus_.attach(can::TransmitOrder::by_priority);
+  auto node =
+      bus_.attach(config_.axes[0].analogue ? can::TransmitOrder::as_sent : can::TransmitOrder::by_priority);
   const bool is_amplifier = std::ranges::any_of(filters, [](const auto& f) { return f.id == command_id; });
   if (is_amplifier) return node;
   return std::make_unique<HookedConnection>(std::move(node),
@@ -262,7 +291,7 @@ void FaultRig::displace(can::Frame& sample) {
 
 void FaultRig::begin(Trouble trouble) {
   on_[static_cast<std::size_t>(trouble)] = true;
-  for (const twin::FaultSpec& fault : twin_faults(trouble)) twin_->faults().inject(fault);
+  for (const twin::FaultSpec& fault : twin_faults(trouble)) stage_faults().inject(fault);
   switch (trouble) {
     case Trouble::sensor_stopped:
       return send(can::nmt_frame({can::NmtCommand::stop, sensor_node}));
@@ -306,8 +335,8 @@ void FaultRig::begin(Trouble trouble) {
 
 void FaultRig::interrupt_supply(twin::Node node) {
   const twin::FaultSpec reboot{.kind = twin::Fault::node_reboot, .axis = "x", .node = node};
-  twin_->faults().inject(reboot);
-  twin_->faults().remove(reboot.kind);
+  stage_faults().inject(reboot);
+  stage_faults().remove(reboot.kind);
 }
 
 void FaultRig::end(Trouble trouble) {
@@ -341,10 +370,10 @@ void FaultRig::end(Trouble trouble) {
 /// The twin ends a kind of fault at both nodes, so another trouble of the same kind begins again.
 void FaultRig::end_twin_faults(Trouble trouble) {
   for (const twin::FaultSpec& over : twin_faults(trouble)) {
-    twin_->faults().remove(over.kind);
+    stage_faults().remove(over.kind);
     for (std::size_t i = 0; i < trouble_count; ++i)
       for (const twin::FaultSpec& other : twin_faults(static_cast<Trouble>(i)))
-        if (on_[i] && other.kind == over.kind) twin_->faults().inject(other);
+        if (on_[i] && other.kind == over.kind) stage_faults().inject(other);
   }
 }
 

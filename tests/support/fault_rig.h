@@ -1,4 +1,4 @@
-// Controller and twin of one axis on the simulated bus, with troubles that a test begins and ends while the
+// Controller and twin, or nodes on a simulated card, of one axis on the simulated bus, with troubles that a test begins and ends while the
 // loop runs, any number of them at once. A trouble of a node is a fault of the twin (twin/fault.h) where the
 // twin has it. The others act on the connections and on the controller's scheduler, and a tester sends the
 // frames of other nodes. A WireMonitor of each axis receives every frame.
@@ -13,6 +13,7 @@
 
 #include "config/schema/config.h"
 #include "rehearsal/rehearsal.h"
+#include "tests/support/card_nodes.h"
 #include "tests/support/hooked_connection.h"
 #include "tests/support/oversleeper.h"
 #include "tests/support/wire_monitor.h"
@@ -69,6 +70,8 @@ bool is_between_steps(controller::Cause cause);
 
 /// The shipped piezo axis x alone, with a slow sine, a quick start-up and every supervision switched on.
 config::Config one_axis();
+/// The same with its amplifier and sensor on a simulated card.
+config::Config one_axis_on_a_card();
 /// The axes of fd_stage.toml, which share their frames and nodes, likewise.
 config::Config two_axes_in_a_frame();
 
@@ -79,7 +82,7 @@ class FaultRig {
  public:
   explicit FaultRig(const config::Config& config);
 
-  void start() { twin_->start(), controller_->start(); }
+  void start();
   void run_for(can::Duration time);
   /// Runs until the axis is in `state`; returns false if it is not within `limit`.
   bool reaches(controller::AxisState state, can::Duration limit);
@@ -99,8 +102,9 @@ class FaultRig {
     return std::as_const(*controller_).axis(index);
   }
   controller::Controller& controller() { return *controller_; }
-  twin::Axis& stage() { return *twin_->axes()[0]; }
-  twin::FaultScheduler& stage_faults() { return twin_->faults(); }
+  twin::FaultTarget stage();
+  twin::FaultScheduler& stage_faults() { return twin_ ? twin_->faults() : card_nodes_->faults(); }
+  FaultyCard& card() { return card_nodes_->card(); }
   can::VirtualClock& clock() { return clock_; }
   WireMonitor& monitor() { return monitors_[0]; }
   const WireMonitor& monitor(std::size_t axis = 0) const { return monitors_[axis]; }
@@ -132,7 +136,8 @@ class FaultRig {
   std::unique_ptr<can::Bus> monitor_bus_;
   std::unique_ptr<can::Bus> tester_;
   controller::RequestLink requests_;
-  std::unique_ptr<twin::Twin> twin_;
+  std::unique_ptr<twin::Twin> twin_;       ///< null: the axis is on a card
+  std::unique_ptr<CardNodes> card_nodes_;  ///< null: the axis is that of a twin
   can::SimNode* controller_node_ = nullptr;
   HookedConnection* controller_connection_ = nullptr;
   std::unique_ptr<controller::Controller> controller_;
