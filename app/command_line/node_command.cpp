@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/command_line/commands.h"
@@ -114,23 +115,58 @@ node::AllDevices open_devices(const config::Config& config, const AnalogueAxes& 
   return devices;
 }
 
+/// The guard waits no longer than the watchdog of an axis does, but allows the node short delays.
+node::Guard::Duration patience_of(const AnalogueAxes& axes) {
+  node::Guard::Duration shortest = std::chrono::hours(1);
+  for (const node::WiredAnalogueAxis& axis : axes)
+    shortest = std::min(shortest, axis.config.amplifier.command_timeout);
+  return std::max<node::Guard::Duration>(shortest, std::chrono::milliseconds(10));
+}
+
 /// A guard of these outputs. Another one has shown in a trial that it makes them safe.
-std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices) {
+std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices, node::Guard::Duration patience) {
   const auto make_safe = [&devices] {
     bool all = true;
     for (const auto& one : devices) all = one->output.make_safe() && all;
     return all;
   };
-  node::Guard trial(make_safe);
+  node::Guard trial(make_safe, patience);
   const auto begun = std::chrono::steady_clock::now();
   if (!trial.abandon())
     throw RunError(
         "the guard cannot write the safe drives: the card refuses them, or another program uses it");
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begun;
-  auto guard = std::make_unique<node::Guard>(make_safe);
+  auto guard = std::make_unique<node::Guard>(make_safe, patience);
+  for (const auto& one : devices) one->output.obey(guard->takeovers());
   spdlog::info("guard (process {}): tried, safe within {:.1f} ms", guard->process(), took.count());
   return guard;
 }
+
+/// Beats from the loop, four times as often as the guard needs it.
+class GuardBeat {
+ public:
+  GuardBeat(node::Guard& guard, node::Guard::Duration patience, can::Scheduler& scheduler)
+      : guard_(guard),
+        period_(patience / 4),
+        scheduler_(scheduler),
+        timer_(scheduler.make_timer([this] { beat(); })) {
+    beat();
+  }
+
+ private:
+  void beat() {
+    guard_.beat();
+    if (const unsigned known = std::exchange(known_, guard_.takeovers()); known != known_)
+      spdlog::warn("the node did not run: its guard has made the outputs safe");
+    timer_->expire_at(scheduler_.now() + period_);
+  }
+
+  node::Guard& guard_;
+  node::Guard::Duration period_;
+  can::Scheduler& scheduler_;
+  unsigned known_ = 0;
+  std::unique_ptr<can::Timer> timer_;
+};
 
 /// The CPUs of [controller.realtime] are those of the control thread.
 void become_realtime_beside(const config::Config& config) {
@@ -155,7 +191,8 @@ int run_node(const NodeArguments& options) {
   LiveLoop loop(interface);
   node::Cards cards(card_opener(config, axes, loop.scheduler()));
   const node::AllDevices devices = open_devices(config, axes, cards);
-  const auto guard = tried_guard(devices);  // before there are sockets, which it would share
+  const node::Guard::Duration patience = patience_of(axes);
+  const auto guard = tried_guard(devices, patience);  // before there are sockets, which it would share
   node::AnalogueStation station(devices, twin_config(config), config.database, loop.scheduler(),
                                 loop.attach());
   check_interface(config, interface);
@@ -177,12 +214,14 @@ int run_node(const NodeArguments& options) {
                             end();
                           });
   NodeWatch watch(station.station(), amplifiers_of(station), loop.scheduler(), interface, end);
+  const GuardBeat beat(*guard, patience, loop.scheduler());
   loop.run([&](int) { end(); });
   end_of_guard.release();
   watch.log_bus();
   const auto lost_output = print_patiently(closing_text(station.station(), amplifiers_of(station)));
   refuse_if_taken(station.station(), interface);
-  if (guard_died) throw RunError("the guard process has died: the outputs are safe; start the node again");
+  if (guard_died)
+    throw RunError("the guard process has died or was stopped: the outputs are safe; start the node again");
   if (!guard->abandon()) throw RunError("the card refuses the safe drives: switch the amplifiers off");
   if (lost_output) throw RunError(*lost_output);
   return done;

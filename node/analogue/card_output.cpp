@@ -55,14 +55,23 @@ CardOutput::CardOutput(const AnalogueConfig& config, const DriveRange& drives, C
 bool CardOutput::reaches(double drive) const { return drive >= drives_.min && drive <= drives_.max; }
 
 void CardOutput::switch_on() {
+  is_driven_ = true;
   if (enable_ && !enable_->write(true)) has_failed_ = true;
 }
 
-void CardOutput::go_to(double drive, can::Time, can::Duration) { write(drive); }
+/// The guard may have taken over between works() and here.
+void CardOutput::go_to(double drive, can::Time, can::Duration) {
+  is_driven_ = true;
+  write(drive);
+  if (!is_overruled()) return;
+  has_failed_ = true;
+  make_safe();
+}
 
 void CardOutput::leave(WatchdogAction, can::Time) { make_safe(); }
 
 bool CardOutput::make_safe() {
+  is_driven_ = false;
   const bool is_written = write(drives_.safe);
   const bool is_off = !enable_ || enable_->write(false);
   has_failed_ |= !is_off;
@@ -76,7 +85,14 @@ double CardOutput::output(can::Time) {
   return volts.value_or(config_.volts_per_drive * written_) / config_.volts_per_drive;
 }
 
+bool CardOutput::is_overruled() {
+  if (takeovers_ == nullptr) return false;
+  const unsigned known = std::exchange(known_takeovers_, *takeovers_);
+  return known != known_takeovers_;
+}
+
 bool CardOutput::works() {
+  if (is_overruled()) has_failed_ |= is_driven_;
   if (charge_pump_) has_failed_ |= !charge_pump_->write(pump_is_high_ = !pump_is_high_);
   if (!std::exchange(has_failed_, false)) return !interlock_is_active();
   write(drives_.safe);

@@ -1,6 +1,7 @@
 // The drive of an amplifier that a card's converter commands.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 
@@ -13,7 +14,8 @@ namespace hystcan::node {
 // volts = volts_per_drive * drive
 //
 // After a conversion that failed, the output does not work, and the safe drive is written at each SYNC until
-// that succeeds. Neither does it work while the interlock is active.
+// that succeeds. Neither does it work while the interlock is active, nor at the SYNC after the guard has taken
+// over while it was driven.
 
 class CardOutput final : public DriveOutput {
  public:
@@ -26,6 +28,8 @@ class CardOutput final : public DriveOutput {
   void leave(WatchdogAction action, can::Time from) override;
   double output(can::Time at) override;
   bool works() override;
+  /// `takeovers`: of the guard (Guard::takeovers).
+  void obey(const std::atomic<unsigned>& takeovers) { takeovers_ = &takeovers; }
   /// Writes the safe drive, then switches the line off. False: the card has refused one of them.
   bool make_safe();
 
@@ -33,6 +37,7 @@ class CardOutput final : public DriveOutput {
 
  private:
   bool write(double drive);
+  bool is_overruled();
   bool interlock_is_active();
 
   AnalogueConfig config_;
@@ -43,6 +48,9 @@ class CardOutput final : public DriveOutput {
   std::unique_ptr<LineOutput> charge_pump_;  ///< null: none
   std::unique_ptr<LineInput> interlock_;     ///< null: none
   double written_ = 0.0;
+  const std::atomic<unsigned>* takeovers_ = nullptr;  ///< null: there is no guard
+  unsigned known_takeovers_ = 0;
+  bool is_driven_ = false;
   bool has_failed_ = false;
   bool pump_is_high_ = false;
 };

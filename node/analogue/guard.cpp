@@ -1,5 +1,6 @@
 #include "node/analogue/guard.h"
 
+#include <poll.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -11,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <new>
 
 #include "base/error.h"
 
@@ -31,45 +33,66 @@ void hurry() {
   mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
 }
 
+/// A guard that does not run for this time is killed.
+constexpr std::chrono::seconds unresponsive{1};
+
 [[noreturn]] void fail() { throw RunError("no guard process", std::strerror(errno)); }
 
-/// A robust lock that this thread has, in memory that a child shares.
-pthread_mutex_t* held_lock() {
+Guard::Duration now() { return std::chrono::steady_clock::now().time_since_epoch(); }
+
+}  // namespace
+
+Guard::Shared* Guard::held_by_this_thread() {
   void* const place =
-      mmap(nullptr, sizeof(pthread_mutex_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+      mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (place == MAP_FAILED) fail();
-  auto* const lock = static_cast<pthread_mutex_t*>(place);
+  auto* const shared = new (place) Shared;
   pthread_mutexattr_t kind;
   pthread_mutexattr_init(&kind);
   pthread_mutexattr_setpshared(&kind, PTHREAD_PROCESS_SHARED);
   pthread_mutexattr_setrobust(&kind, PTHREAD_MUTEX_ROBUST);
-  pthread_mutex_init(lock, &kind);
+  pthread_mutex_init(&shared->life, &kind);
   pthread_mutexattr_destroy(&kind);
-  pthread_mutex_lock(lock);
-  return lock;
+  pthread_mutex_lock(&shared->life);
+  return shared;
 }
 
-[[noreturn]] void guard(pthread_mutex_t* life, int socket, const std::function<bool()>& make_safe) {
+bool Guard::ends(Shared& shared, Duration patience) {
+  const Duration present = now(), due = Duration(shared.beat) + patience;
+  const Duration until = due > present ? due : present + patience;
+  const timespec deadline{.tv_sec = until / std::chrono::seconds(1),
+                          .tv_nsec = (until % std::chrono::seconds(1)).count()};
+  const bool is_over = pthread_mutex_clocklock(&shared.life, CLOCK_MONOTONIC, &deadline) != ETIMEDOUT;
+  shared.watched = now().count();
+  return is_over;
+}
+
+void Guard::watch(Shared& shared, int socket, const std::function<bool()>& make_safe, Duration patience) {
   prctl(PR_SET_NAME, "hystcan-guard");
   ignore_signals();
   hurry();
   make_safe();  // all that it uses is in memory now
+  shared.watched = now().count();
   constexpr char ready = 'r';
   send(socket, &ready, 1, MSG_NOSIGNAL);
-  pthread_mutex_lock(life);
+  while (!ends(shared, patience)) {
+    const Duration beat{shared.beat};
+    if (beat == Duration::zero() || now() - beat < patience) continue;
+    ++shared.takeovers;
+    make_safe();
+  }
   _exit(make_safe() ? 0 : 1);
 }
 
-}  // namespace
-
-Guard::Guard(const std::function<bool()>& make_safe) : life_(held_lock()) {
+Guard::Guard(const std::function<bool()>& make_safe, Duration patience)
+    : patience_(patience), shared_(held_by_this_thread()) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) fail();
   process_ = fork();
   if (process_ < 0) fail();
   if (process_ == 0) {
     close(ends[0]);
-    guard(life_, ends[1], make_safe);
+    watch(*shared_, ends[1], make_safe, patience);
   }
   close(ends[1]);
   socket_ = ends[0];
@@ -80,15 +103,23 @@ Guard::Guard(const std::function<bool()>& make_safe) : life_(held_lock()) {
   if (count != 1) throw RunError("no guard process", "it has ended");
 }
 
+void Guard::beat() noexcept {
+  const Duration present = now();
+  shared_->beat = present.count();
+  if (present - Duration(shared_->watched) > patience_ + unresponsive) kill(process_, SIGKILL);
+}
+
 bool Guard::abandon() noexcept {
   if (socket_ < 0) return false;
-  pthread_mutex_unlock(life_);
+  pthread_mutex_unlock(&shared_->life);
+  pollfd end{.fd = socket_, .events = POLLIN, .revents = 0};
+  if (poll(&end, 1, std::chrono::milliseconds(unresponsive).count()) == 0) kill(process_, SIGKILL);
   int status = 0;
   const bool has_ended = waitpid(process_, &status, 0) == process_;
   close(socket_);
   socket_ = -1;
-  pthread_mutex_destroy(life_);
-  munmap(life_, sizeof(pthread_mutex_t));
+  pthread_mutex_destroy(&shared_->life);
+  munmap(shared_, sizeof(Shared));
   return has_ended && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 

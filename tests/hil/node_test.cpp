@@ -10,6 +10,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <sstream>
 #include <string>
@@ -65,8 +66,11 @@ class IcountAnalogueNode : public testing::Test {
     y_ = card_->input({.channel = 1, .range = ""});
   }
 
-  void start_node() {
+  void start_bench() {
     bench_ = std::make_unique<LiveBench>(hil::Wire{"vcan0", "vcan0"}, files_.config(), Nodes::of_the_test);
+  }
+  void start_node() {
+    if (!bench_) start_bench();
     node_ =
         std::make_unique<Process>(hil::with_real_time_priority({HYSTCAN_PROGRAM, "node", files_.config()}));
     ASSERT_TRUE(node_->says("y: amplifier node 3, sensor node 4 on vcan0")) << node_->err();
@@ -78,20 +82,23 @@ class IcountAnalogueNode : public testing::Test {
     ASSERT_TRUE(eventually([&] { return largest_V() > 1.0; }));
   }
   double largest_V() { return std::max(std::abs(*x_->read()), std::abs(*y_->read())); }
-  /// Kills the process; prints and returns the time until both outputs are at the safe drive.
-  double ms_until_safe(const char* what, pid_t process) {
+  /// Prints and returns the time from `cause` until both outputs are at the safe drive.
+  double ms_until_safe(const char* what, const std::function<void()>& cause) {
     const auto begun = std::chrono::steady_clock::now();
     const auto now_ms = [&] {
       return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
     };
     set_priority(SCHED_FIFO, hil::priority + 1);  // it sees the outputs while others log what happens
-    kill(process, SIGKILL);
+    cause();
     while (largest_V() > 0.001 && now_ms() < 10'000.0)
       std::this_thread::sleep_for(std::chrono::microseconds(100));
     const double took_ms = now_ms();
     set_priority(SCHED_OTHER, 0);
-    std::printf("%s killed: safe after %.2f ms\n", what, took_ms);
+    std::printf("%s: safe after %.2f ms\n", what, took_ms);
     return took_ms;
+  }
+  double ms_until_safe(const char* what, pid_t process, int signal = SIGKILL) {
+    return ms_until_safe(what, [&] { kill(process, signal); });
   }
   static void set_priority(int policy, int priority) {
     const sched_param param{.sched_priority = priority};
@@ -163,19 +170,71 @@ TEST_F(IcountAnalogueNode, Sends99PercentOfItsSamplesWithin100MicrosecondsOfSync
 
 TEST_F(IcountAnalogueNode, IsSafeWithinFiveMillisecondsOfItsOwnDeath) {
   track();
-  EXPECT_LT(ms_until_safe("node", node_->pid()), 5.0);
+  EXPECT_LT(ms_until_safe("node killed", node_->pid()), 5.0);
 }
 
 TEST_F(IcountAnalogueNode, IsSafeWithinFiveMillisecondsOfTheDeathOfItsGuard) {
   track();
-  EXPECT_LT(ms_until_safe("guard", guard()), 5.0);
+  EXPECT_LT(ms_until_safe("guard killed", guard()), 5.0);
   EXPECT_EQ(node_->wait(), 1) << node_->err();
   EXPECT_NE(node_->err().find("the guard process has died"), std::string::npos) << node_->err();
 }
 
 TEST_F(IcountAnalogueNode, IsSafeWhenItsWatchdogExpiresAfterTheDeathOfTheController) {
   track();
-  EXPECT_LT(ms_until_safe("controller", bench_->controller->pid()), 20.0 + 5.0) << "command_timeout_ms is 20";
+  EXPECT_LT(ms_until_safe("controller killed", bench_->controller->pid()), 20.0 + 5.0)
+      << "command_timeout_ms is 20";
+}
+
+TEST_F(IcountAnalogueNode, IsMadeSafeByItsGuardWhileItIsStoppedAndDoesNotDriveAgain) {
+  track();
+  EXPECT_LT(ms_until_safe("node stopped", node_->pid(), SIGSTOP), 20.0 + 5.0) << "command_timeout_ms is 20";
+  node_->send(SIGCONT);
+  double afterwards_V = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    afterwards_V = std::max(afterwards_V, largest_V());
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+  EXPECT_LT(afterwards_V, 0.001);
+  EXPECT_TRUE(node_->says("its guard has made the outputs safe")) << node_->err();
+}
+
+TEST_F(IcountAnalogueNode, EndsWithSafeOutputsWhenItsGuardIsStopped) {
+  track();
+  EXPECT_LT(ms_until_safe("guard stopped", guard(), SIGSTOP), 1'100.0);
+  EXPECT_EQ(node_->wait(), 1) << node_->err();
+}
+
+TEST_F(IcountAnalogueNode, IsTrackedAgainAfterTheInterfaceWasDownAndAfterARestart) {
+  const std::string socket = (files_.files / "ctl.sock").string();
+  files_.files.edit("piezo.toml", "[controller]\n", "[controller]\ncontrol_socket = \"" + socket + "\"\n");
+  start_bench();
+  bench_->start_controller();  // before the node
+  ASSERT_NO_FATAL_FAILURE(start_node());
+  ASSERT_TRUE(bench_->tracks()) << bench_->controller->err() << node_->err();
+  const hil::Client client(socket);
+  const auto both_are = [&](const std::string& state) {
+    return eventually([&] {
+      const hil::json axes = client.says("{\"do\": \"status\"}\n").at("axes");
+      return axes[0].at("state") == state && axes[1].at("state") == state;
+    });
+  };
+  const auto track_again = [&] {
+    ASSERT_TRUE(both_are("faulted"));
+    for (const char* command : {"{\"do\": \"clear\"}\n", "{\"do\": \"enable\"}\n"})
+      EXPECT_EQ(client.says(command).value("error", ""), "");
+    ASSERT_TRUE(both_are("tracking")) << bench_->controller->err() << node_->err();
+    ASSERT_TRUE(eventually([&] { return largest_V() > 1.0; }));
+  };
+  ASSERT_TRUE(eventually([&] { return largest_V() > 1.0; }));
+  EXPECT_LT(ms_until_safe("interface down", [] { hil::shell("ip link set vcan0 down"); }), 100.0);
+  std::this_thread::sleep_for(milliseconds(100));
+  EXPECT_TRUE(hil::shell("ip link set vcan0 up"));
+  ASSERT_NO_FATAL_FAILURE(track_again());
+  EXPECT_LT(ms_until_safe("SIGHUP", node_->pid(), SIGHUP), 5.0);
+  EXPECT_EQ(node_->wait(), 0) << node_->err();
+  ASSERT_NO_FATAL_FAILURE(start_node());
+  ASSERT_NO_FATAL_FAILURE(track_again());
 }
 
 TEST_F(IcountAnalogueNode, ReportsARailInsteadOfAPosition) {

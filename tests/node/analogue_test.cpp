@@ -131,6 +131,36 @@ TEST_F(CardOutputTest, TogglesTheChargePumpAtEachSync) {
   }
 }
 
+TEST_F(CardOutputTest, DoesNotWorkOnceAfterTheGuardHasTakenOver) {
+  std::atomic<unsigned> takeovers{0};
+  CardOutput output(config, drives, card);
+  output.obey(takeovers);
+  output.switch_on();
+  EXPECT_TRUE(output.works());
+  ++takeovers;
+  EXPECT_FALSE(output.works());
+  EXPECT_TRUE(output.works());
+}
+
+TEST_F(CardOutputTest, WorksAfterATakeoverWhileItWasNotDriven) {
+  std::atomic<unsigned> takeovers{0};
+  CardOutput output(config, drives, card);
+  output.obey(takeovers);
+  ++takeovers;
+  EXPECT_TRUE(output.works());
+}
+
+TEST_F(CardOutputTest, WritesTheSafeDriveBehindADriveThatCrossesATakeover) {
+  std::atomic<unsigned> takeovers{0};
+  CardOutput output(config, drives, card);
+  output.obey(takeovers);
+  EXPECT_TRUE(output.works());
+  ++takeovers;
+  output.go_to(80.0, {}, {});
+  EXPECT_DOUBLE_EQ(card.outputs_V[0], 0.5);
+  EXPECT_FALSE(output.works());
+}
+
 /// One axis on the fake card, and a tester that keeps what its nodes send.
 struct StationBench : twin::NodeTester {
   StationBench() {
@@ -166,9 +196,8 @@ struct StationBench : twin::NodeTester {
   AllDevices devices = [this] {
     AllDevices all;
     all.push_back(std::make_unique<AnalogueDevices>(
-        WiredAnalogueAxis{{.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2},
-                          connected_to_fake(),
-                          drives},
+        WiredAnalogueAxis{
+            {.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2}, config, drives},
         cards));
     return all;
   }();
@@ -245,23 +274,25 @@ class SharedCount {
       mmap(nullptr, sizeof(std::atomic<int>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
 };
 
+constexpr std::chrono::hours patient{1};
+
 TEST(Guard, MakesTheOutputsSafeAtItsStartAndAtTheEnd) {
   const SharedCount safe;
-  Guard guard([&] { return safe.add(); });
+  Guard guard([&] { return safe.add(); }, patient);
   EXPECT_EQ(safe.value(), 1);
   EXPECT_TRUE(guard.abandon());
   EXPECT_EQ(safe.value(), 2);
 }
 
 TEST(Guard, ReportsThatTheCardRefuses) {
-  EXPECT_FALSE(Guard([] { return false; }).abandon());
+  EXPECT_FALSE(Guard([] { return false; }, patient).abandon());
 }
 
 TEST(Guard, MakesTheOutputsSafeAfterItsNodeWasKilled) {
   const SharedCount ready, safe;
   const pid_t node = fork();
   if (node == 0) {
-    Guard guard([&] { return safe.add(); });
+    Guard guard([&] { return safe.add(); }, patient);
     ready.add();
     while (true) pause();
   }
@@ -272,10 +303,29 @@ TEST(Guard, MakesTheOutputsSafeAfterItsNodeWasKilled) {
 }
 
 TEST(Guard, IsSeenToDie) {
-  Guard guard([] { return true; });
+  Guard guard([] { return true; }, patient);
   kill(guard.process(), SIGKILL);
   pollfd end{.fd = guard.descriptor(), .events = POLLIN, .revents = 0};
   EXPECT_EQ(poll(&end, 1, 10'000), 1);
+  EXPECT_FALSE(guard.abandon());
+}
+
+TEST(Guard, TakesOverFromANodeThatDoesNotRun) {
+  const SharedCount safe;
+  Guard guard([&] { return safe.add(); }, std::chrono::milliseconds(5));
+  usleep(20'000);
+  EXPECT_EQ(guard.takeovers(), 0u) << "the node has not begun to beat";
+  guard.beat();
+  EXPECT_TRUE(safe.reaches(2));
+  EXPECT_GE(guard.takeovers(), 1u);
+}
+
+TEST(Guard, IsKilledWhenItDoesNotRun) {
+  Guard guard([] { return true; }, std::chrono::milliseconds(5));
+  kill(guard.process(), SIGSTOP);
+  pollfd end{.fd = guard.descriptor(), .events = POLLIN, .revents = 0};
+  for (int i = 0; i < 1000 && poll(&end, 1, 10) == 0; ++i) guard.beat();
+  EXPECT_NE(end.revents, 0);
   EXPECT_FALSE(guard.abandon());
 }
 
