@@ -142,6 +142,15 @@ std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices, node::
   return guard;
 }
 
+/// A simulated stage that moves for the first time takes milliseconds; no controller waits for it now. The
+/// guard's trial has already written the safe drives to a real card.
+void move_once(const node::AllDevices& devices, can::Time now) {
+  for (const auto& one : devices) {
+    one->output.make_safe();
+    one->input.read(now);
+  }
+}
+
 /// Beats from the loop, four times as often as the guard needs it.
 class GuardBeat {
  public:
@@ -197,7 +206,8 @@ int run_node(const NodeArguments& options) {
                                 loop.attach());
   check_interface(config, interface);
   become_realtime_beside(config);
-  station.station().start([] {});
+  move_once(devices, loop.scheduler().now());
+  station.station().start([&] { move_once(devices, loop.scheduler().now()); });
   for (const node::WiredAnalogueAxis& axis : axes)
     spdlog::info("{}: amplifier node {}, sensor node {} on {}, {}", axis.wire.name, axis.wire.amplifier_node,
                  axis.wire.sensor_node, interface, axis.config.device);
