@@ -98,9 +98,9 @@ void AmplifierChannel::start_softly(can::Time now) {
 }
 
 void AmplifierChannel::begin_to_drive() {
+  if (scheduler_.now() >= command_deadline_) return leave_drive(WatchdogAction::safe);
   is_enabling_ = false;
   soft_start_begun_.reset();
-  if (scheduler_.now() >= command_deadline_) return;  // the commands have stopped meanwhile
   watchdog_->expire_at(command_deadline_);
   enter(can::AmpState::enabled);
   if (config_.apply == Apply::receipt) output_.go_to(setpoint_, scheduler_.now());

@@ -163,7 +163,7 @@ TEST_F(CardOutputTest, WritesTheSafeDriveBehindADriveThatCrossesATakeover) {
 
 /// One axis on the fake card, and a tester that keeps what its nodes send.
 struct StationBench : twin::NodeTester {
-  StationBench() {
+  explicit StationBench(can::Duration delay = {}) : enable_delay(delay) {
     tester_->on_frame([this](const can::Frame& frame, can::Time) {
       if (const auto emergency = can::parse_emergency(frame); emergency && frame.id < 0x100)
         emergencies[frame.id - 0x80].push_back(emergency->code);
@@ -185,6 +185,7 @@ struct StationBench : twin::NodeTester {
     }
   }
 
+  can::Duration enable_delay;
   FakeCard* card = nullptr;
   can::Database database = can::load_dbc(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc");
   CommonConfig common{.heartbeat_period = std::chrono::milliseconds(100)};
@@ -195,6 +196,8 @@ struct StationBench : twin::NodeTester {
   }};
   AllDevices devices = [this] {
     AllDevices all;
+    AnalogueConfig config = connected_to_fake();
+    config.amplifier.enable_delay = enable_delay;
     all.push_back(std::make_unique<AnalogueDevices>(
         WiredAnalogueAxis{
             {.name = "x", .message_prefix = "X", .amplifier_node = 1, .sensor_node = 2}, config, drives},
@@ -233,6 +236,14 @@ TEST(AnalogueStation, SendsTheSampleOfASyncBeforeTheStatus) {
     bench.drive(40.0, 1);
     EXPECT_EQ(bench.received.front(), 0x182u) << cycle;
   }
+}
+
+TEST(AnalogueStation, SwitchesTheLineOffWhenCommandsStopWhileItIsEnabling) {
+  StationBench bench(std::chrono::milliseconds(50));
+  bench.drive(40.0, 3);
+  EXPECT_FALSE(bench.card->lines[0]) << "active low";
+  bench.run(std::chrono::milliseconds(100));
+  EXPECT_TRUE(bench.card->lines[0]);
 }
 
 TEST(AnalogueStation, ReportsAFailedConversionOnceAndItsEnd) {
