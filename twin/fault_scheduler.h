@@ -29,7 +29,7 @@ class FaultScheduler {
     double gain_before = 1.0;  ///< gain at the start of a drift
   };
 
-  /// What the axes refer to outlives it. Throws std::invalid_argument where a scheduled fault is not possible.
+  /// The axes must outlive this object. Throws std::invalid_argument if a scheduled fault is not possible.
   FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> axes,
                  const std::vector<FaultSpec>& scheduled, const std::optional<RandomFaults>& random);
 
@@ -70,7 +70,7 @@ class FaultScheduler {
 
   can::Scheduler& scheduler_;
   std::vector<FaultTarget> axes_;
-  std::vector<Disturbance> disturbances_;  ///< of each axis's plant
+  std::vector<Disturbance> disturbances_;  ///< one for each axis's plant
   std::vector<FaultSpec> scheduled_;
   std::optional<RandomFaults> random_;
   std::vector<FaultSpec> random_faults_;  ///< candidates for random faults, with their default values
