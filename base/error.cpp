@@ -19,6 +19,12 @@ const Error* as(const std::exception& error) {
   return dynamic_cast<const Error*>(&error);
 }
 
+std::string without_controls(std::string text) {
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20; }, ' ');
+  return text;
+}
+
 }  // namespace
 
 PlacedError::PlacedError(std::string what, Advice advice, Place place)
@@ -26,16 +32,19 @@ PlacedError::PlacedError(std::string what, Advice advice, Place place)
   form();
 }
 
-void PlacedError::form() {
+std::string PlacedError::finding() const {
   std::string text = place_.name;
   for (const std::size_t number : {place_.line, place_.column})
     if (number > 0) text += fmt::format(":{}", number);
   if (!text.empty()) text += ": ";
   text += what_;
   if (!advice_.expected.empty()) text += ", expected " + advice_.expected;
-  if (!advice_.remedy.empty()) text += "; " + advice_.remedy;
-  std::ranges::replace_if(
-      text, [](unsigned char c) { return c < 0x20; }, ' ');
+  return without_controls(std::move(text));
+}
+
+void PlacedError::form() {
+  std::string text = finding();
+  if (!advice_.remedy.empty()) text += "; " + without_controls(advice_.remedy);
   std::runtime_error::operator=(std::runtime_error(text));
 }
 

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "can/frame.h"
 #include "can/scheduler.h"
 #include "config/schema/config.h"
@@ -43,11 +44,9 @@ std::set<std::int64_t> parse_cpu_list(std::string_view text);
 /// The first line of a file of /proc or /sys; empty if there is none.
 std::string first_line(const std::filesystem::path& file);
 
-/// From a refusal, "figure; cure".
-inline Finding refused(std::string check, Verdict verdict, const std::string& text) {
-  const auto cut = text.find("; ");
-  return {std::move(check), verdict, text.substr(0, cut),
-          cut == std::string::npos ? "" : text.substr(cut + 2)};
+/// The remedy of the error is the cure.
+inline Finding refused(std::string check, Verdict verdict, const PlacedError& error) {
+  return {std::move(check), verdict, error.finding(), error.advice().remedy};
 }
 /// Good, or doubtful with a cure.
 inline Finding judged(std::string check, bool is_good, std::string figure, std::string cure) {

@@ -199,7 +199,7 @@ std::vector<Finding> examine_interface(const config::Config& config, const std::
       findings.push_back({"round trip", Verdict::good, "not tried: --send puts frames on this bus"});
     return findings;
   } catch (const RunError& error) {
-    Finding finding = refused("interface", Verdict::bad, error.what());
+    Finding finding = refused("interface", Verdict::bad, error);
     if (finding.cure.empty()) finding.cure = "name another interface by --interface";
     return {finding};
   }

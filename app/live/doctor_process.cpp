@@ -32,8 +32,7 @@ Result on_a_thread(Work work) {
 
 Finding examine_priority(const controller::Realtime& asked) {
   const int priority = asked.priority > 0 ? asked.priority : usual_priority;
-  const auto refusal =
-      on_a_thread<std::optional<std::string>>([priority] { return take_priority(priority); });
+  const auto refusal = on_a_thread<std::optional<RunError>>([priority] { return take_priority(priority); });
   if (refusal) return refused("priority", asked.priority > 0 ? Verdict::bad : Verdict::doubtful, *refusal);
   const bool is_given = asked.priority > 0 || sched_getscheduler(0) != SCHED_OTHER;
   return judged(

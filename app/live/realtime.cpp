@@ -62,17 +62,17 @@ bool has_capability(int number) {
 
 void share_heap() { mallopt(M_ARENA_MAX, 1); }
 
-std::optional<std::string> take_priority(int priority) {
+std::optional<RunError> take_priority(int priority) {
   const sched_param fifo{.sched_priority = priority};
   if (sched_setscheduler(0, SCHED_FIFO, &fifo) == 0) return std::nullopt;
   const int error = errno;
-  return fmt::format(
-      "priority {} (SCHED_FIFO) was refused: {}; raise ulimit -r (LimitRTPRIO={} in a systemd unit), or give "
-      "CAP_SYS_NICE",
-      priority, words_of(error), priority);
+  return RunError(
+      fmt::format("priority {} (SCHED_FIFO) was refused: {}", priority, words_of(error)),
+      {.remedy = fmt::format("raise ulimit -r (LimitRTPRIO={} in a systemd unit), or give CAP_SYS_NICE",
+                             priority)});
 }
 
-std::optional<std::string> keep_to_cpus(const std::vector<std::int64_t>& cpus) {
+std::optional<RunError> keep_to_cpus(const std::vector<std::int64_t>& cpus) {
   cpu_set_t set;
   CPU_ZERO(&set);
   std::string list;
@@ -82,24 +82,26 @@ std::optional<std::string> keep_to_cpus(const std::vector<std::int64_t>& cpus) {
   }
   if (sched_setaffinity(0, sizeof set, &set) == 0) return std::nullopt;
   const int error = errno;
-  return fmt::format(
-      "cpus [{}] were refused: {}; name some that are online (/sys/devices/system/cpu/online) and in the "
-      "process's cpuset (AllowedCPUs= in a systemd unit)",
-      list, words_of(error));
+  return RunError(
+      fmt::format("cpus [{}] were refused: {}", list, words_of(error)),
+      {.remedy = "name some that are online (/sys/devices/system/cpu/online) and in the process's cpuset "
+                 "(AllowedCPUs= in a systemd unit)"});
 }
 
-std::optional<std::string> find_memory_lock_refusal() {
+std::optional<RunError> find_memory_lock_refusal() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   if (limit.rlim_cur == RLIM_INFINITY || has_capability(CAP_IPC_LOCK)) return std::nullopt;
-  return fmt::format("lock_memory was refused: the limit of {} kB could stop an allocation; {}",
-                     limit.rlim_cur / 1024, memory_cure);
+  return RunError(
+      fmt::format("lock_memory is refused: there is a limit of {} kB, which an allocation could exceed",
+                  limit.rlim_cur / 1024),
+      {.remedy = memory_cure});
 }
 
-std::optional<std::string> lock_memory() {
+std::optional<RunError> lock_memory() {
   if (auto refusal = find_memory_lock_refusal()) return refusal;
   if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
-    return fmt::format("lock_memory was refused: {}; {}", words_of(errno), memory_cure);
+    return RunError(fmt::format("lock_memory is refused: {}", words_of(errno)), {.remedy = memory_cure});
   touch_stack();
   keep_heap();
   return std::nullopt;
@@ -107,8 +109,8 @@ std::optional<std::string> lock_memory() {
 
 std::vector<std::string> apply(const controller::Realtime& realtime) {
   std::vector<std::string> refused;
-  const auto note = [&](std::optional<std::string> line) {
-    if (line) refused.push_back(*std::move(line));
+  const auto note = [&](const std::optional<RunError>& refusal) {
+    if (refusal) refused.emplace_back(refusal->what());
   };
   if (realtime.lock_memory) note(lock_memory());
   if (!realtime.cpus.empty()) note(keep_to_cpus(realtime.cpus));
