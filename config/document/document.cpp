@@ -98,7 +98,7 @@ std::string Range::describe() const {
   const char* above = lo_excluded ? ">" : ">=";
   if (std::isinf(hi)) return fmt::format("a number {} {}", above, lo);
   if (std::isinf(lo)) return fmt::format("a number <= {}", hi);
-  return fmt::format("a number {} {} and <= {}", above, lo, hi);
+  return fmt::format("a number {}{} {} and <= {}", either_sign ? "whose magnitude is " : "", above, lo, hi);
 }
 
 std::string unit_of(std::string_view key) {

@@ -1,6 +1,7 @@
 // One key of a configuration: its value and its description.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -39,8 +40,12 @@ struct Range {
   double lo = -std::numeric_limits<double>::infinity();
   double hi = std::numeric_limits<double>::infinity();
   bool lo_excluded = false;
+  bool either_sign = false;  ///< of the magnitude
 
-  bool contains(double value) const { return (lo_excluded ? value > lo : value >= lo) && value <= hi; }
+  bool contains(double number) const {
+    const double value = either_sign ? std::abs(number) : number;
+    return (lo_excluded ? value > lo : value >= lo) && value <= hi;
+  }
   std::string describe() const;
 };
 inline constexpr Range any{};

@@ -45,7 +45,8 @@ std::string range_text(Range range) {
       range.hi = std::min(range.hi, static_cast<double>(std::numeric_limits<T>::max()));
   }
   const bool has_lo = std::isfinite(range.lo), has_hi = std::isfinite(range.hi);
-  if (has_lo && has_hi && !range.lo_excluded) return fmt::format("{}..{}", range.lo, range.hi);
+  if (has_lo && has_hi && !range.lo_excluded)
+    return fmt::format("{}{}..{}", range.either_sign ? "±" : "", range.lo, range.hi);
   std::string text;
   if (has_lo) text = fmt::format("{} {}", range.lo_excluded ? ">" : ">=", range.lo);
   if (has_hi) text += fmt::format("{}<= {}", has_lo ? ", " : "", range.hi);
