@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/text.h"
+#include "node/analogue/device_name.h"
 
 namespace hystcan::twin {
 namespace {
@@ -58,17 +58,12 @@ class SteadyLine final : public node::LineInput {
   bool level_;
 };
 
-unsigned bits_of(const std::string& name) {
-  constexpr unsigned usual = 16, most = 24;
-  if (name == SimulatedCard::device) return usual;
-  const std::string_view suffix = std::string_view(name).substr(SimulatedCard::device.size());
-  const auto bits = suffix.starts_with(":") && !suffix.starts_with(":+")
-                        ? parsed_number<unsigned>(suffix.substr(1))
-                        : std::nullopt;
-  if (!bits || *bits < 2 || *bits > most)
-    throw Error(fmt::format("device \"{}\" is not known", name),
-                expect("simulated:BITS with 2 to {} bits", most));
-  return *bits;
+constexpr std::string_view card_name = "simulated";
+
+/// A card of several axes is one, however its number of bits is written.
+bool is_on(const std::string& device, const node::DeviceName& card) {
+  const node::DeviceName named = node::device_named(device);
+  return named.kind == card.kind && named.bits == card.bits;
 }
 
 bool is_at(const node::CardChannel& one, const node::CardChannel& other) {
@@ -96,9 +91,9 @@ struct SimulatedCard::Stage {
 
 SimulatedCard::SimulatedCard(const std::string& name, const Config& config,
                              const std::vector<node::WiredAnalogueAxis>& axes, can::Scheduler& scheduler)
-    : bits_(bits_of(name)), scheduler_(scheduler) {
+    : bits_(node::device_named(name).bits), scheduler_(scheduler) {
   for (const node::WiredAnalogueAxis& axis : axes) {
-    if (axis.config.device != name) continue;
+    if (!is_on(axis.config.device, node::device_named(name))) continue;
     const auto twin = std::ranges::find(config.axes, axis.wire.name,
                                         [](const WiredAxisConfig& one) { return one.wire.name; });
     stages_.push_back(std::make_unique<Stage>(axis, twin->axis, config.seed, scheduler.now()));
@@ -127,45 +122,55 @@ Plant& SimulatedCard::plant(std::string_view axis) {
   return plant;
 }
 
-node::VoltageRange SimulatedCard::range_of(const node::CardChannel& place) const {
+node::VoltageRange SimulatedCard::range_of(unsigned bits, const node::CardChannel& place) {
   const auto range = [&](double lo, double hi) {
-    return node::VoltageRange{lo, hi, (hi - lo) / (std::exp2(bits_) - 1.0)};
+    return node::VoltageRange{lo, hi, (hi - lo) / (std::exp2(bits) - 1.0)};
   };
   if (place.range.empty() || place.range == "-10..10 V") return range(-10.0, 10.0);
   if (place.range == "0..10 V") return range(0.0, 10.0);
-  throw Error(device, fmt::format("channel {} has no range \"{}\"", place.channel, place.range),
-              {.remedy = "it has -10..10 V, 0..10 V"});
+  throw node::ChannelError(
+      "range", Error(card_name, fmt::format("channel {} has no range \"{}\"", place.channel, place.range),
+                     {.remedy = "it has -10..10 V, 0..10 V"}));
+}
+
+SimulatedCard::Stage& SimulatedCard::stage_driven_by(const node::CardChannel& place) {
+  for (const auto& stage : stages_)
+    if (is_at(stage->wired.config.drive_output, place)) return *stage;
+  throw Error(card_name, fmt::format("no axis has channel {} as its output", place.channel),
+              {.remedy = "name this card as device of the axis, not of the channel"});
+}
+
+node::VoltageRange SimulatedCard::check_output(const node::CardChannel& place) {
+  stage_driven_by(place);
+  return range_of(bits_, place);
 }
 
 std::unique_ptr<node::VoltageOutput> SimulatedCard::output(const node::CardChannel& place) {
-  for (const auto& stage : stages_) {
-    const node::AnalogueConfig& config = stage->wired.config;
-    if (!is_at(config.drive_output, place)) continue;
-    return std::make_unique<SimulatedOutput>(
-        range_of(place),
-        [this, &plant = stage->plant, volts_per_drive = config.volts_per_drive](double volts) {
-          plant.advance_to(scheduler_.now());
-          plant.set_target(volts / volts_per_drive);
-        });
-  }
-  throw Error(device, fmt::format("no axis has channel {} as its output", place.channel));
+  Stage& stage = stage_driven_by(place);
+  return std::make_unique<SimulatedOutput>(
+      range_of(bits_, place),
+      [this, &plant = stage.plant, volts_per_drive = stage.wired.config.volts_per_drive](double volts) {
+        plant.advance_to(scheduler_.now());
+        plant.set_target(volts / volts_per_drive);
+      });
 }
 
 std::unique_ptr<node::VoltageInput> SimulatedCard::input(const node::CardChannel& place) {
   for (const auto& stage : stages_) {
     const node::AnalogueConfig& config = stage->wired.config;
     if (is_at(config.position_input.place, place))
-      return std::make_unique<SimulatedInput>(range_of(place), [this, &stage = *stage, &config] {
+      return std::make_unique<SimulatedInput>(range_of(bits_, place), [this, &stage = *stage, &config] {
         return (stage.sensor.read(scheduler_.now()).position_um - config.position_zero_um) /
                config.position_um_per_V;
       });
     if (config.output_input && is_at(*config.output_input, place))
-      return std::make_unique<SimulatedInput>(range_of(place), [this, &plant = stage->plant, &config] {
+      return std::make_unique<SimulatedInput>(range_of(bits_, place), [this, &plant = stage->plant, &config] {
         plant.advance_to(scheduler_.now());
         return plant.drive() * config.volts_per_drive;
       });
   }
-  throw Error(device, fmt::format("no axis has channel {} as an input", place.channel));
+  throw Error(card_name, fmt::format("no axis has channel {} as an input", place.channel),
+              {.remedy = "name this card as device of the axis, not of the channel"});
 }
 
 std::unique_ptr<node::LineOutput> SimulatedCard::line_output(const node::CardChannel&) {

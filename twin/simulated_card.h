@@ -26,11 +26,10 @@ namespace hystcan::twin {
 
 class SimulatedCard final : public node::Card {
  public:
-  static constexpr std::string_view device = "simulated";
-  /// Returns true for "simulated" (16 bits) and "simulated:BITS".
-  static bool has_name(std::string_view name) { return name.starts_with(device); }
+  /// The range that the place names, of converters of so many bits. Throws ChannelError.
+  static node::VoltageRange range_of(unsigned bits, const node::CardChannel& place);
 
-  /// Connects the axes whose device is `name`. Throws Error if the name has no valid number of bits.
+  /// Those of the axes that are connected to the device `name` (node::DeviceName). Throws Error.
   SimulatedCard(const std::string& name, const Config& config,
                 const std::vector<node::WiredAnalogueAxis>& axes, can::Scheduler& scheduler);
   ~SimulatedCard() override;
@@ -39,14 +38,16 @@ class SimulatedCard final : public node::Card {
   std::unique_ptr<node::VoltageInput> input(const node::CardChannel& place) override;
   std::unique_ptr<node::LineOutput> line_output(const node::CardChannel& place) override;
   std::unique_ptr<node::LineInput> line_input(const node::CardChannel& place) override;
+  node::VoltageRange check_output(const node::CardChannel& place) override;
   void check_line_output(const node::CardChannel&) override {}
+  void check_line_input(const node::CardChannel&) override {}
 
   /// Returns the stage of an axis, at the present time.
   Plant& plant(std::string_view axis);
 
  private:
   struct Stage;
-  node::VoltageRange range_of(const node::CardChannel& place) const;
+  Stage& stage_driven_by(const node::CardChannel& place);
   void couple(const Config& config);
 
   unsigned bits_;

@@ -14,6 +14,7 @@
 #include "can/socketcan/asio_scheduler.h"
 #include "controller/timing.h"
 #include "node/analogue/axis_card.h"
+#include "node/analogue/axis_check.h"
 
 namespace hystcan::app {
 namespace {
@@ -53,28 +54,36 @@ Sampling sample(node::CardInput& input) {
   return result;
 }
 
-Finding examine_output(const node::AnalogueDevices& devices) {
-  const node::VoltageRange& range = devices.output.range();
-  const double volts_per_drive = devices.axis.config.volts_per_drive;
-  const auto [min, max, safe] = devices.axis.drives;
-  return {devices.axis.wire.name + " output", Verdict::good,
-          fmt::format("{:.4g} to {:.4g} V, of which the drives need {:.4g} to {:.4g} V; one bit is {:.3g} {}",
-                      range.lo, range.hi, volts_per_drive * min, volts_per_drive * max,
-                      range.step / std::abs(volts_per_drive), devices.axis.wire.drive_unit)};
+/// "-10 to 10"; + 0.0: of -0.0 only the sign would be left.
+std::string from_to(double first, double second) {
+  return fmt::format("{:.4g} to {:.4g}", first + 0.0, second + 0.0);
 }
 
-Finding examine_input(const node::AnalogueDevices& devices) {
-  const node::VoltageRange& range = devices.input.range();
-  const node::AnalogueConfig& config = devices.axis.config;
-  return {devices.axis.wire.name + " input", Verdict::good,
-          fmt::format("{:.4g} to {:.4g} V are {:.4g} to {:.4g} um; one bit is {:.3g} nm", range.lo, range.hi,
-                      config.position_um(range.lo), config.position_um(range.hi),
-                      1e3 * std::abs(config.position_um_per_V) * range.step)};
+Finding examine_output(const node::WiredAnalogueAxis& axis, const node::VoltageRange& range) {
+  const double volts_per_drive = axis.config.volts_per_drive;
+  return {
+      axis.wire.name + " output", Verdict::good,
+      fmt::format("{} V, of which the drives need {} V; one bit is {:.3g} {}", from_to(range.lo, range.hi),
+                  from_to(volts_per_drive * axis.drives.min, volts_per_drive * axis.drives.max),
+                  range.step / std::abs(volts_per_drive), axis.wire.drive_unit)};
 }
 
-std::vector<Finding> examine_samples(node::AnalogueDevices& devices, double rate_Hz) {
-  const std::string& axis = devices.axis.wire.name;
-  const Sampling samples = sample(devices.input);
+Finding examine_input(const node::WiredAnalogueAxis& axis, const node::VoltageRange& range) {
+  const node::AnalogueConfig& config = axis.config;
+  const std::string warning = node::stroke_warning(config, axis.positions, range);
+  return judged(axis.wire.name + " input", warning.empty(),
+                !warning.empty()
+                    ? warning
+                    : fmt::format("{} V are {} um; one bit is {:.3g} nm", from_to(range.lo, range.hi),
+                                  from_to(config.position_um(range.lo), config.position_um(range.hi)),
+                                  1e3 * std::abs(config.position_um_per_V) * range.step),
+                "choose another range of position_input, or correct position_um_per_V and position_zero_um");
+}
+
+std::vector<Finding> examine_samples(const node::WiredAnalogueAxis& wired, node::CardInput& input,
+                                     double rate_Hz) {
+  const std::string& axis = wired.wire.name;
+  const Sampling samples = sample(input);
   if (samples.without_position > 0)
     return {{axis + " noise", Verdict::bad,
              fmt::format("{} of {} samples have no position", samples.without_position, samples.count),
@@ -86,41 +95,28 @@ std::vector<Finding> examine_samples(node::AnalogueDevices& devices, double rate
        fmt::format("{:.3g} nm RMS in {} samples", samples.rms_nm(), samples.count)},
       judged(axis + " sample", times.p99_us <= good_sample_share * period_us,
              fmt::format("mean {:.0f} us, p99 {:.0f} us, max {:.0f} us for {}", times.mean_us, times.p99_us,
-                         times.max_us, counted(devices.axis.config.position_input.average, "conversion")),
+                         times.max_us, counted(wired.config.position_input.average, "conversion")),
              "lower average of position_input, use a faster card, or lower rate_Hz")};
-}
-
-/// Throws ChannelError if the card lacks a line that the node will drive.
-void check_driven_lines(const node::AnalogueConfig& config, node::Cards& cards) {
-  const auto check = [&](const char* key, const std::optional<node::LineConfig>& line) {
-    if (!line) return;
-    node::opened(key, [&] { node::AxisCard(cards, config.device).check_line_output(line->place); });
-  };
-  check("enable_line", config.enable_line);
-  check("charge_pump_line", config.charge_pump_line);
-}
-
-/// To open a line as an output would drive it.
-node::WiredAnalogueAxis without_driven_lines(node::WiredAnalogueAxis axis) {
-  axis.config.enable_line.reset();
-  axis.config.charge_pump_line.reset();
-  return axis;
 }
 
 std::vector<Finding> examine_axis(const config::Config& config, const node::WiredAnalogueAxis& axis,
                                   node::Cards& cards) try {
-  check_driven_lines(axis.config, cards);
-  node::AnalogueDevices devices(without_driven_lines(axis), cards);
+  node::AxisCard card(cards, axis.config.device);
+  const node::VoltageRange output = node::check_channels(axis, card);
+  if (axis.config.output_input)
+    node::opened("output_input", [&] { return card.input(*axis.config.output_input); });
+  node::CardInput input(axis.config, card);
+  node::check_positions(axis.config, axis.positions, input.range());
   const std::string& other = axis.config.position_input.place.device;
   std::vector<Finding> findings{
       {axis.wire.name + " device", Verdict::good,
        other.empty() ? axis.config.device : fmt::format("{}, input {}", axis.config.device, other)},
-      examine_output(devices),
-      examine_input(devices)};
-  std::ranges::move(examine_samples(devices, config.controller.rate_Hz), std::back_inserter(findings));
+      examine_output(axis, output),
+      examine_input(axis, input.range())};
+  std::ranges::move(examine_samples(axis, input, config.controller.rate_Hz), std::back_inserter(findings));
   return findings;
 } catch (const node::ChannelError& error) {
-  return {refused(axis.wire.name + " " + error.key, Verdict::bad, error.what())};
+  return {refused(axis.wire.name + " " + error.key, Verdict::bad, error)};
 }
 
 /// The processes `hystcan node`, without their guards.

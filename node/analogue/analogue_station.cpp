@@ -2,12 +2,16 @@
 
 #include <cstdint>
 
+#include "node/analogue/device_name.h"
+
 namespace hystcan::node {
 
 Card& Cards::card(const std::string& device) {
-  std::unique_ptr<Card>& card = cards_[device];
-  if (!card) card = opened("device", [&] { return open_(device); });
-  return *card;
+  return opened("device", [&]() -> Card& {
+    std::unique_ptr<Card>& card = cards_[identity_of(device_named(device))];
+    if (!card) card = open_(device);
+    return *card;
+  });
 }
 
 AnalogueAxis::AnalogueAxis(AnalogueDevices& devices, const CommonConfig& common,

@@ -11,6 +11,7 @@
 #include "can/dbc/database.h"
 #include "node/amplifier_channel.h"
 #include "node/analogue/axis_card.h"
+#include "node/analogue/axis_check.h"
 #include "node/analogue/card_input.h"
 #include "node/analogue/card_output.h"
 #include "node/sensor_channel.h"
@@ -19,7 +20,7 @@
 
 namespace hystcan::node {
 
-/// The cards that are open, by their names: axes may share one.
+/// The cards that are open, each once, whatever its names: axes may share one.
 class Cards {
  public:
   /// `open` opens a card by its name, as open_card() does.
@@ -31,7 +32,7 @@ class Cards {
 
  private:
   Open open_;
-  std::map<std::string, std::unique_ptr<Card>, std::less<>> cards_;
+  std::map<std::string, std::unique_ptr<Card>, std::less<>> cards_;  ///< by identity_of()
 };
 
 /// The devices of one axis. Throws ChannelError if the card lacks what the axis needs.
@@ -40,7 +41,9 @@ struct AnalogueDevices {
       : axis(wired),
         card(cards, axis.config.device),
         output(axis.config, axis.drives, card),
-        input(axis.config, card) {}
+        input(axis.config, card) {
+    check_positions(axis.config, axis.positions, input.range());
+  }
   AnalogueDevices(const AnalogueDevices&) = delete;
   AnalogueDevices& operator=(const AnalogueDevices&) = delete;
 

@@ -20,7 +20,9 @@ class AxisCard final : public Card {
   std::unique_ptr<VoltageInput> input(const CardChannel& place) override;
   std::unique_ptr<LineOutput> line_output(const CardChannel& place) override;
   std::unique_ptr<LineInput> line_input(const CardChannel& place) override;
+  VoltageRange check_output(const CardChannel& place) override { return card_at(place).check_output(place); }
   void check_line_output(const CardChannel& place) override { card_at(place).check_line_output(place); }
+  void check_line_input(const CardChannel& place) override { card_at(place).check_line_input(place); }
 
  private:
   Card& card_at(const CardChannel& place);

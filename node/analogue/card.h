@@ -9,15 +9,9 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "node/analogue/voltage_range.h"
 
 namespace hystcan::node {
-
-/// Volts.
-struct VoltageRange {
-  double lo = 0.0;
-  double hi = 0.0;
-  double step = 0.0;  ///< least significant bit
-};
 
 class VoltageOutput {
  public:
@@ -67,7 +61,7 @@ constexpr auto words(VoltageReference) {
 
 /// A place on a card.
 struct CardChannel {
-  std::string device{};  ///< open_card(); empty: that of the axis
+  std::string device{};  ///< DeviceName; empty: that of the axis
   unsigned subdevice = 0;
   unsigned channel = 0;
   std::string range;  ///< "0..10 V"; empty: the first range of the channel
@@ -86,26 +80,30 @@ class Card {
   virtual std::unique_ptr<VoltageInput> input(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineOutput> line_output(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineInput> line_input(const CardChannel& place) = 0;
-  /// Throws as line_output() does, and drives nothing.
+  /// Each throws as its counterpart does; drives, sets and locks nothing.
+  virtual VoltageRange check_output(const CardChannel& place) = 0;
   virtual void check_line_output(const CardChannel& place) = 0;
+  virtual void check_line_input(const CardChannel& place) = 0;
 };
 
-/// Opens a real card; `device`: "comedi:/dev/comedi0", "iio:ad5791". Throws Error if that fails, or if this
-/// program lacks the library.
+/// Opens a real card, by its name (device_name.h). Throws Error if that fails, or if this program lacks the
+/// library.
 std::unique_ptr<Card> open_card(const std::string& device);
 
-/// The card lacks what a key of [axis.analogue] names. what() has the remedy.
+/// The card lacks what a key of [axis.analogue] names.
 class ChannelError : public Error {
  public:
   ChannelError(std::string_view lacking_key, const Error& error) : Error(error), key(lacking_key) {}
-  std::string key;  ///< "drive_output"
+  std::string key;  ///< "drive_output.range"; of a Card: within the channel, "range"
 };
 
-/// Returns what `open` returns; an Error becomes that of the key.
+/// Returns what `open` returns; an Error becomes that of the key, or of the key within it.
 template <class Open>
-auto opened(std::string_view key, Open open) {
+decltype(auto) opened(std::string_view key, Open open) {
   try {
     return open();
+  } catch (const ChannelError& error) {
+    throw ChannelError(std::string(key) + "." + error.key, error);
   } catch (const Error& error) {
     throw ChannelError(key, error);
   }

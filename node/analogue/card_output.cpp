@@ -1,9 +1,9 @@
 #include "node/analogue/card_output.h"
 
-#include <fmt/format.h>
-
 #include <string_view>
 #include <utility>
+
+#include "node/analogue/axis_check.h"
 
 namespace hystcan::node {
 namespace {
@@ -39,17 +39,7 @@ CardOutput::CardOutput(const AnalogueConfig& config, const DriveRange& drives, C
     monitor_ = opened("output_input", [&] { return card.input(*config.output_input); });
   if (config.interlock_line)
     interlock_ = opened("interlock_line", [&] { return card.line_input(config.interlock_line->place); });
-  const VoltageRange& range = output_->range();
-  for (const double drive : {drives.min, drives.max, drives.safe}) {
-    const double volts = config.volts_per_drive * drive;
-    if (volts < range.lo || volts > range.hi)
-      throw ChannelError(
-          "volts_per_drive",
-          Error(fmt::format(
-              "a drive of {:g} needs {:g} V; the output has {:g} to {:g} V: choose another range, "
-              "or limit the drive in [axis.control]",
-              drive, volts, range.lo, range.hi)));
-  }
+  check_drives(config, drives, output_->range());
 }
 
 bool CardOutput::reaches(double drive) const { return drive >= drives_.min && drive <= drives_.max; }

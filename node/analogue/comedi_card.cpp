@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <initializer_list>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -100,7 +101,7 @@ std::string text_of(const comedi_range& range) { return fmt::format("{:g}..{:g} 
 class ComediCard final : public Card {
  public:
   explicit ComediCard(const std::string& file) : file_(file), device_(comedi_open(file.c_str()), Close{}) {
-    if (!device_) throw Error(file, reason(errno));
+    if (!device_) fail_to_open(errno);
   }
 
   std::unique_ptr<VoltageOutput> output(const CardChannel& place) override {
@@ -117,22 +118,53 @@ class ComediCard final : public Card {
     return std::make_unique<ComediLineOutput>(device_, place);
   }
   std::unique_ptr<LineInput> line_input(const CardChannel& place) override {
-    check_line(place, COMEDI_SUBD_DI, "inputs");
+    check_line_input(place);
     direct(place, COMEDI_INPUT);
     return std::make_unique<ComediLineInput>(device_, place);
   }
-  void check_line_output(const CardChannel& place) override { check_line(place, COMEDI_SUBD_DO, "outputs"); }
+  VoltageRange check_output(const CardChannel& place) override {
+    return converter(place, COMEDI_SUBD_AO, "analogue outputs").volts;
+  }
+  void check_line_output(const CardChannel& place) override {
+    check_line(place, COMEDI_SUBD_DO, "digital outputs");
+  }
+  void check_line_input(const CardChannel& place) override {
+    check_line(place, COMEDI_SUBD_DI, "digital inputs");
+  }
 
  private:
-  static std::string reason(int error) {
+  [[noreturn]] void fail_to_open(int error) const {
     if (error == EACCES || error == EPERM)
-      return "no permission; add the user to the group of the file, then log in again: sudo adduser USER "
-             "iocard";
-    if (error == EBUSY) return "another program has the device; end it";
-    if (error == ENOENT || error == ENXIO || error == ENODEV)
-      return "there is no such card; load its driver, or name another one (ls /dev/comedi*)";
-    if (error == ENOTTY || error == EISDIR) return "it is no comedi device; name one (ls /dev/comedi*)";
-    return comedi_strerror(comedi_errno());
+      throw Error(
+          file_, "no permission",
+          {.remedy = "add the user to the group of the file, then log in again: sudo adduser USER iocard"});
+    if (error == EBUSY) throw Error(file_, "another program has the device", {.remedy = "end it"});
+    if (error == ENOENT || error == ENXIO || error == ENODEV || error == ENOTDIR)
+      throw Error(file_, "there is no such card",
+                  {.remedy = "load its driver, or name another one (ls /dev/comedi*)"});
+    if (error == ENOTTY || error == EISDIR || error == EINVAL)
+      throw Error(file_, "it is no comedi device", {.remedy = "name one (ls /dev/comedi*)"});
+    throw Error(file_, comedi_strerror(comedi_errno()), {.remedy = "name another card (ls /dev/comedi*)"});
+  }
+
+  /// The subdevices of these types: "1, 3".
+  std::string subdevices(std::initializer_list<int> types) const {
+    std::vector<int> found;
+    for (int i = 0; i < comedi_get_n_subdevices(device_.get()); ++i)
+      if (std::ranges::find(types, comedi_get_subdevice_type(device_.get(), static_cast<unsigned>(i))) !=
+          types.end())
+        found.push_back(i);
+    return fmt::format("{}", fmt::join(found, ", "));
+  }
+
+  [[noreturn]] void fail_without(const CardChannel& place, std::string_view kind,
+                                 std::initializer_list<int> types) const {
+    const std::string others = subdevices(types);
+    throw ChannelError(
+        "subdevice",
+        Error(file_, fmt::format("subdevice {} has no {}", place.subdevice, kind),
+              {.remedy = others.empty() ? std::string("the card has none: name another card")
+                                        : fmt::format("name a subdevice that has: {}", others)}));
   }
 
   /// Another process that drives this output is refused, by a lock of a byte of the device file for each
@@ -140,39 +172,41 @@ class ComediCard final : public Card {
   void own(const CardChannel& place) const {
     const auto byte = static_cast<off_t>(place.subdevice) * 65'536 + place.channel;
     if (!lock_byte(comedi_fileno(device_.get()), byte))
-      throw Error(
-          file_,
-          fmt::format("another process drives channel {} of subdevice {}", place.channel, place.subdevice),
-          {.remedy = "end it"});
+      throw ChannelError("channel", Error(file_,
+                                          fmt::format("another process drives channel {} of subdevice {}",
+                                                      place.channel, place.subdevice),
+                                          {.remedy = "end it"}));
   }
 
-  void check_channel(const CardChannel& place, std::string_view kind) const {
+  void check_channel(const CardChannel& place, std::string_view key, std::string_view kind) const {
     const int channels = comedi_get_n_channels(device_.get(), place.subdevice);
     if (channels <= 0 || place.channel >= static_cast<unsigned>(channels))
-      throw Error(file_, fmt::format("subdevice {} has no channel {}", place.subdevice, place.channel),
-                  {.remedy = fmt::format("it has {} {}", std::max(channels, 0), kind)});
+      throw ChannelError(
+          key, Error(file_, fmt::format("subdevice {} has no {} {}", place.subdevice, key, place.channel),
+                     {.remedy = fmt::format("it has {} {}, from 0", std::max(channels, 0), kind)}));
   }
 
   void check_line(const CardChannel& place, int only, std::string_view kind) const {
     const int type = comedi_get_subdevice_type(device_.get(), place.subdevice);
-    if (type != only && type != COMEDI_SUBD_DIO)
-      throw Error(file_, fmt::format("subdevice {} has no digital {}", place.subdevice, kind));
-    check_channel(place, "lines");
+    if (type != only && type != COMEDI_SUBD_DIO) fail_without(place, kind, {only, COMEDI_SUBD_DIO});
+    check_channel(place, "line", "lines");
   }
 
   void direct(const CardChannel& place, unsigned direction) {
     comedi_t* const device = device_.get();
     if (comedi_get_subdevice_type(device, place.subdevice) == COMEDI_SUBD_DIO &&
         comedi_dio_config(device, place.subdevice, place.channel, direction) < 0)
-      throw Error(file_, fmt::format("line {} of subdevice {} cannot be an {}", place.channel,
-                                     place.subdevice, direction == COMEDI_OUTPUT ? "output" : "input"));
+      throw ChannelError(
+          "line", Error(file_,
+                        fmt::format("line {} of subdevice {} cannot be an {}", place.channel, place.subdevice,
+                                    direction == COMEDI_OUTPUT ? "output" : "input"),
+                        {.remedy = "name another line"}));
   }
 
-  Converter converter(const CardChannel& place, int type, std::string_view kind) {
+  Converter converter(const CardChannel& place, int type, std::string_view kind) const {
     comedi_t* const device = device_.get();
-    if (comedi_get_subdevice_type(device, place.subdevice) != type)
-      throw Error(file_, fmt::format("subdevice {} has no {}", place.subdevice, kind));
-    check_channel(place, kind);
+    if (comedi_get_subdevice_type(device, place.subdevice) != type) fail_without(place, kind, {type});
+    check_channel(place, "channel", kind);
     Converter found{.device = device_, .subdevice = place.subdevice, .channel = place.channel};
     found.range_index = range_index(place);
     found.reference = static_cast<unsigned>(place.reference);
@@ -193,10 +227,15 @@ class ComediCard final : public Card {
       names.push_back(text_of(*range));
       if (place.range.empty() || names.back() == place.range) return static_cast<unsigned>(i);
     }
-    throw Error(file_,
-                fmt::format("channel {} of subdevice {} has no range \"{}\"", place.channel, place.subdevice,
-                            place.range),
-                {.remedy = fmt::format("it has {}", fmt::join(names, ", "))});
+    if (names.empty())
+      throw ChannelError("channel", Error(file_,
+                                          fmt::format("channel {} of subdevice {} has no range in volts",
+                                                      place.channel, place.subdevice),
+                                          {.remedy = "name another channel"}));
+    throw ChannelError("range", Error(file_,
+                                      fmt::format("channel {} of subdevice {} has no range \"{}\"",
+                                                  place.channel, place.subdevice, place.range),
+                                      {.remedy = fmt::format("it has {}", fmt::join(names, ", "))}));
   }
 
   std::string file_;

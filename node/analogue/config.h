@@ -28,7 +28,7 @@ struct InputConfig {
 
 /// drive = volts / volts_per_drive,   position = zero + um_per_V * volts
 struct AnalogueConfig {
-  std::string device;  ///< open_card()
+  std::string device;  ///< DeviceName
   CardChannel drive_output;
   double volts_per_drive = 1.0;
   InputConfig position_input;
@@ -50,10 +50,23 @@ struct DriveRange {
   double safe = 0.0;
 };
 
+struct Span {
+  double lo = 0.0;
+  double hi = 0.0;
+};
+
+/// In um.
+struct PositionRange {
+  Span limits{};    ///< positions that are plausible
+  Span stroke{};    ///< positions that the drives reach, by the model
+  Span setpoint{};  ///< of all segments
+};
+
 struct WiredAnalogueAxis {
   can::AxisWire wire;
   AnalogueConfig config;
   DriveRange drives;
+  PositionRange positions{};
 };
 
 }  // namespace hystcan::node

@@ -88,16 +88,6 @@ std::optional<RawRange> raw_range(const iio_channel* channel) {
   return format.is_signed ? RawRange{-0.5 * values, 0.5 * values - 1.0} : RawRange{0.0, values - 1.0};
 }
 
-/// "0..10 V"; empty: another text.
-std::optional<VoltageRange> parsed_range(std::string_view text) {
-  const auto dots = text.find("..");
-  if (dots == std::string_view::npos || !text.ends_with(" V")) return std::nullopt;
-  const auto lo = parsed_number<double>(text.substr(0, dots));
-  const auto hi = parsed_number<double>(text.substr(dots + 2, text.size() - dots - 4));
-  if (!lo || !hi || !(*lo < *hi)) return std::nullopt;
-  return VoltageRange{.lo = *lo, .hi = *hi};
-}
-
 class IioOutput final : public VoltageOutput {
  public:
   IioOutput(IioConverter converter, Descriptor lock)
@@ -157,7 +147,12 @@ class IioCard final : public Card {
   }
   std::unique_ptr<LineOutput> line_output(const CardChannel&) override { refuse_lines(); }
   std::unique_ptr<LineInput> line_input(const CardChannel&) override { refuse_lines(); }
+  VoltageRange check_output(const CardChannel& place) override {
+    iio_channel* const found = channel(place, true);
+    return range_of(chosen_scale(found, place), found, place);
+  }
   void check_line_output(const CardChannel&) override { refuse_lines(); }
+  void check_line_input(const CardChannel&) override { refuse_lines(); }
 
  private:
   [[noreturn]] void refuse_lines() const {
@@ -175,7 +170,8 @@ class IioCard final : public Card {
 
   iio_channel* channel(const CardChannel& place, bool is_output) const {
     if (place.subdevice != 0)
-      throw Error(name_, "an IIO device has no subdevices", {.remedy = "leave subdevice out"});
+      throw ChannelError("subdevice",
+                         Error(name_, "an IIO device has no subdevices", {.remedy = "leave subdevice out"}));
     const std::string alone = fmt::format("voltage{}", place.channel);
     std::vector<std::string> names;
     for (unsigned i = 0; i < iio_device_get_channels_count(device_); ++i) {
@@ -187,10 +183,12 @@ class IioCard final : public Card {
                              : names.back() == alone;
       if (is_it) return one;
     }
-    throw Error(name_,
-                fmt::format("there is no {} {}{}", is_output ? "output" : "input", alone,
-                            place.reference == VoltageReference::differential ? "-N" : ""),
-                {.remedy = names.empty() ? "it has none" : fmt::format("it has {}", fmt::join(names, ", "))});
+    throw ChannelError(
+        "channel", Error(name_,
+                         fmt::format("there is no {} {}{}", is_output ? "output" : "input", alone,
+                                     place.reference == VoltageReference::differential ? "-N" : ""),
+                         {.remedy = names.empty() ? std::string("it has none: name another chip as device")
+                                                  : fmt::format("it has {}", fmt::join(names, ", "))}));
   }
 
   /// Another process that drives this output is refused, by a lock of the attribute that is written. A child
@@ -201,45 +199,60 @@ class IioCard final : public Card {
     Descriptor raw(open(file.c_str(), O_WRONLY | O_CLOEXEC));
     if (raw.get() < 0 && (errno == EACCES || errno == EPERM))
       throw Error(file, "no permission", {.remedy = "let udev give the file to the group of the cards"});
-    if (raw.get() < 0) throw Error(file, std::strerror(errno));
+    if (raw.get() < 0)
+      throw Error(file, std::strerror(errno), {.remedy = "load the driver of the chip again"});
     if (!lock_byte(raw.get(), 0))
-      throw Error(name_, fmt::format("another process drives channel {}", place.channel),
-                  {.remedy = "end it"});
+      throw ChannelError("channel",
+                         Error(name_, fmt::format("another process drives channel {}", place.channel),
+                               {.remedy = "end it"}));
     return raw;
   }
 
   IioConverter converter(iio_channel* channel, const CardChannel& place) {
     const IioScale scale = chosen_scale(channel, place);
-    IioConverter found{.context = context_, .channel = channel, .offset = IioScale::number(scale.offset)};
-    if (const auto raw = raw_range(channel))
-      found.volts = {.lo = scale.volts(raw->lo), .hi = scale.volts(raw->hi)};
-    else
-      found.volts = parsed_range(place.range).value();
-    found.volts.step = scale.step_V();
-    return found;
+    if (const auto raw = raw_range(channel)) set(channel, scale, range_name(scale, *raw), place);
+    return {.context = context_,
+            .channel = channel,
+            .volts = range_of(scale, channel, place),
+            .offset = IioScale::number(scale.offset)};
   }
 
-  /// Sets the range of the channel.
-  IioScale chosen_scale(iio_channel* channel, const CardChannel& place) {
+  static VoltageRange range_of(const IioScale& scale, const iio_channel* channel, const CardChannel& place) {
+    VoltageRange volts{};
+    if (const auto raw = raw_range(channel))
+      volts = {.lo = scale.volts(raw->lo), .hi = scale.volts(raw->hi)};
+    else
+      volts = parsed_range(place.range).value();
+    volts.step = scale.step_V();
+    return volts;
+  }
+
+  static std::string range_name(const IioScale& scale, const RawRange& raw) {
+    return fmt::format("{:.4g}..{:.4g} V", scale.volts(raw.lo) + 0.0, scale.volts(raw.hi) + 0.0);
+  }
+
+  /// The scale of the range that the place names; the present one if it names none.
+  IioScale chosen_scale(const iio_channel* channel, const CardChannel& place) const {
     const IioScale present = present_scale(channel);
     if (!(present.step_V() > 0.0))
-      throw Error(name_, fmt::format("channel {} has no scale above 0", place.channel));
+      throw ChannelError("channel",
+                         Error(name_, fmt::format("channel {} has no scale above 0", place.channel),
+                               {.remedy = "name a channel that converts volts"}));
     const auto raw = raw_range(channel);
     if (!raw && !parsed_range(place.range))
-      throw Error(name_, fmt::format("channel {} does not state its range", place.channel),
-                  {.remedy = "set range to the volts of its reference (example: \"0..10 V\")"});
+      throw ChannelError("range",
+                         Error(name_, fmt::format("channel {} does not state its range", place.channel),
+                               {.remedy = "set range to the volts of its reference (example: \"0..10 V\")"}));
     if (!raw) return present;
     std::vector<std::string> names;
     for (const IioScale& one : scales(channel, present)) {
-      std::string range = fmt::format("{:.4g}..{:.4g} V", one.volts(raw->lo), one.volts(raw->hi));
-      if (place.range.empty() || range == place.range) {
-        set(channel, one, range, place);
-        return one;
-      }
+      std::string range = range_name(one, *raw);
+      if (place.range.empty() || range == place.range) return one;
       if (std::ranges::find(names, range) == names.end()) names.push_back(std::move(range));
     }
-    throw Error(name_, fmt::format("channel {} has no range \"{}\"", place.channel, place.range),
-                {.remedy = fmt::format("it has {}", fmt::join(names, ", "))});
+    throw ChannelError("range",
+                       Error(name_, fmt::format("channel {} has no range \"{}\"", place.channel, place.range),
+                             {.remedy = fmt::format("it has {}", fmt::join(names, ", "))}));
   }
 
   static IioScale present_scale(const iio_channel* channel) {
@@ -262,8 +275,11 @@ class IioCard final : public Card {
     const char* const file = iio_channel_attr_get_filename(channel, "scale");
     const std::string& first = ranges_.try_emplace(file == nullptr ? "" : file, range).first->second;
     if (first != range)
-      throw Error(name_, fmt::format("channel {} shares its range with another one, which has \"{}\"",
-                                     place.channel, first));
+      throw ChannelError("range",
+                         Error(name_,
+                               fmt::format("channel {} shares its range with another one, which has \"{}\"",
+                                           place.channel, first),
+                               {.remedy = "name the same range at both"}));
     const auto is_set = [&] {
       const IioScale now = present_scale(channel);
       return now.volts(0.0) == scale.volts(0.0) && now.step_V() == scale.step_V();
@@ -273,9 +289,10 @@ class IioCard final : public Card {
                                       std::pair("scale", &scale.scale_mV)})
       if (!is_set()) iio_channel_attr_write(channel, name, value->c_str());
     if (!is_set())
-      throw Error(name_,
-                  fmt::format("the driver refuses to set range \"{}\" of channel {}", range, place.channel),
-                  {.remedy = "set it as root, or leave range out"});
+      throw ChannelError("range", Error(name_,
+                                        fmt::format("the driver refuses to set range \"{}\" of channel {}",
+                                                    range, place.channel),
+                                        {.remedy = "set it as root, or leave range out"}));
   }
 
   std::string name_;

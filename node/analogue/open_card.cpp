@@ -1,7 +1,6 @@
-#include <fmt/format.h>
-
 #include "base/error.h"
 #include "node/analogue/card.h"
+#include "node/analogue/device_name.h"
 #ifdef HYSTCAN_COMEDI
 #include "node/analogue/comedi_card.h"
 #endif
@@ -12,24 +11,26 @@
 namespace hystcan::node {
 
 std::unique_ptr<Card> open_card(const std::string& device) {
-  if (device.starts_with("comedi:/")) {
+  const DeviceName named = device_named(device);
+  switch (named.kind) {
+    case CardKind::comedi:
 #ifdef HYSTCAN_COMEDI
-    return open_comedi_card(device.substr(7));
+      return open_comedi_card(named.name);
 #else
-    throw Error(device, "this program was built without libcomedi",
-                {.remedy = "install libcomedi-dev and build again"});
+      throw Error(device, "this program was built without libcomedi",
+                  {.remedy = "install libcomedi-dev and build again"});
 #endif
-  }
-  if (device.starts_with("iio:") && device != "iio:") {
+    case CardKind::iio:
 #ifdef HYSTCAN_IIO
-    return open_iio_card(device.substr(4));
+      return open_iio_card(named.name);
 #else
-    throw Error(device, "this program was built without libiio",
-                {.remedy = "install libiio-dev and build again"});
+      throw Error(device, "this program was built without libiio",
+                  {.remedy = "install libiio-dev and build again"});
 #endif
+    case CardKind::simulated:
+      break;
   }
-  throw Error(fmt::format("device \"{}\" is not known", device),
-              {.remedy = "name one as comedi:/dev/comedi0, iio:ad5791 or simulated"});
+  throw Error(device, "this is not a real card", {.remedy = "name one as comedi:/dev/comedi0 or iio:ad5791"});
 }
 
 }  // namespace hystcan::node

@@ -133,9 +133,11 @@ TEST(SimulatedCard, RefusesARangeAndANumberOfBitsThatItLacks) {
     return support::refusal_of([&] { AnalogueLoop(on_a_card(device, range)); });
   };
   EXPECT_EQ(refusal_of("simulated", "\"0..5 V\""),
-            "simulated: channel 0 has no range \"0..5 V\"; it has -10..10 V, 0..10 V");
+            "axis[0].analogue.drive_output.range: simulated: channel 0 has no range \"0..5 V\"; it has "
+            "-10..10 V, 0..10 V");
   EXPECT_EQ(refusal_of("simulated:99", "\"0..10 V\""),
-            "device \"simulated:99\" is not known, expected simulated:BITS with 2 to 24 bits");
+            "axis[0].analogue.device: device is \"simulated:99\", expected comedi:/dev/comedi0, iio:ad5791, "
+            "simulated or simulated:BITS with 2 to 24 bits");
 }
 
 TEST(LongConverterBits, CostPositionNoiseAndTracking) {

@@ -76,7 +76,7 @@ TEST_F(CardOutputTest, RefusesADriveBeyondTheRangeOfTheCard) {
   config.volts_per_drive = 0.2;
   EXPECT_EQ(
       support::refusal_of([&] { CardOutput(config, drives, card); }),
-      "a drive of 90 needs 18 V; the output has -10 to 10 V: choose another range, or limit the drive in "
+      "a drive of 90 needs 18 V, and the output has -10 to 10 V; choose another range, or limit the drive in "
       "[axis.control]");
 }
 
@@ -342,8 +342,12 @@ TEST(Guard, IsKilledWhenItDoesNotRun) {
 }
 
 TEST(OpenCard, RefusesAKindThatIsNotKnown) {
-  EXPECT_EQ(support::refusal_of([] { open_card("nidaq:0"); }),
-            "device \"nidaq:0\" is not known; name one as comedi:/dev/comedi0, iio:ad5791 or simulated");
+  EXPECT_EQ(
+      support::refusal_of([] { open_card("nidaq:0"); }),
+      "device is \"nidaq:0\", expected comedi:/dev/comedi0, iio:ad5791, simulated or simulated:BITS with "
+      "2 to 24 bits");
+  EXPECT_EQ(support::refusal_of([] { open_card("simulated"); }),
+            "simulated: this is not a real card; name one as comedi:/dev/comedi0 or iio:ad5791");
 }
 
 TEST(OpenCard, RefusesAConverterThatIsNotThere) {

@@ -30,7 +30,12 @@ struct FakeCard final : Card {
   std::unique_ptr<LineOutput> line_output(const CardChannel& place) override {
     return std::make_unique<OutLine>(*this, place.channel);
   }
-  void check_line_output(const CardChannel&) override {}
+  VoltageRange check_output(const CardChannel& place) override {
+    check(place);
+    return range;
+  }
+  void check_line_output(const CardChannel& place) override { check(place); }
+  void check_line_input(const CardChannel& place) override { check(place); }
   std::unique_ptr<LineInput> line_input(const CardChannel& place) override {
     return std::make_unique<InLine>(*this, place.channel);
   }
@@ -88,6 +93,7 @@ struct FakeCard final : Card {
 /// Output and position on channel 0, monitor on input 1, lines 0, 1 and 2.
 inline AnalogueConfig connected_to_fake() {
   AnalogueConfig config;
+  config.device = "comedi:/fake";
   config.volts_per_drive = 0.1;
   config.position_um_per_V = 3.0;
   config.output_input.emplace().channel = 1;
