@@ -126,6 +126,16 @@ void add_for_axis(std::vector<can::ChainSource>& sources, PeriodicFrame frame, c
   shared->frame.deadline = shared->frame.period;
 }
 
+/// status_every of the twin and of the node on a card: either may be the amplifier.
+struct StatusPeriods {
+  unsigned shortest, longest;
+};
+StatusPeriods statuses_of(const AxisConfig& axis) {
+  const unsigned twin = axis.twin.status_every;
+  const unsigned node = axis.analogue ? axis.analogue->amplifier.status_every : twin;
+  return {std::min(twin, node), std::max(twin, node)};
+}
+
 std::vector<can::ChainSource> sources_of(const Config& config) {
   const Duration cycle = cycle_of(config);
   const Duration beat = config.twin.heartbeat_period;
@@ -145,7 +155,7 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
     add_message.template operator()<can::SensorSample>(cycle, can::ChainRole::sample);
     add_message.template operator()<can::AmpCommand>(cycle, can::ChainRole::command);
     add_message.template operator()<can::AmpStatus>(
-        rounds_up(axis.twin.status_every * cycle, round_of(config)) * round_of(config),
+        rounds_up(statuses_of(axis).shortest * cycle, round_of(config)) * round_of(config),
         can::ChainRole::status, slot_of(config, axis.wire.amplifier_node));
     if (axis.live_setpoint)
       add_message.template operator()<can::Setpoint>(live_setpoint_interval, can::ChainRole::live_setpoint);
@@ -269,7 +279,7 @@ void check_slots(const Checked& checked) {
 }  // namespace
 
 can::Duration longest_status_period(const Config& config, const AxisConfig& axis) {
-  const Duration least = axis.twin.status_every * cycle_of(config);
+  const Duration least = statuses_of(axis).longest * cycle_of(config);
   if (config.bus.background_slots == 0) return least;
   std::set<std::string> messages;
   for (const AxisConfig& other : config.axes)

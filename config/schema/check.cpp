@@ -52,10 +52,15 @@ class AxisCheck : Checked {
   void check_status_timeout() const {
     const double timeout_ms = 1e3 * can::seconds(axis_.control.supervision.status_timeout);
     const double period_ms = 1e3 * can::seconds(longest_status_period(config, axis_));
-    if (timeout_ms > 0.0 && timeout_ms < 2.0 * period_ms)
-      fail(axis_.control.supervision.status_timeout,
-           "status_timeout_ms is {:g}, expected at least two periods of status_every, {:g}, or 0", timeout_ms,
-           2.0 * period_ms);
+    if (timeout_ms == 0.0 || timeout_ms >= 2.0 * period_ms) return;
+    if (axis_.analogue && axis_.analogue->amplifier.status_every > axis_.twin.status_every)
+      fail(axis_.analogue->amplifier.status_every,
+           "status_every is {}: two periods take {:g} ms, expected at most {:g}, status_timeout_ms of "
+           "[axis.control]",
+           axis_.analogue->amplifier.status_every, 2.0 * period_ms, timeout_ms);
+    fail(axis_.control.supervision.status_timeout,
+         "status_timeout_ms is {:g}, expected at least two periods of status_every, {:g}, or 0", timeout_ms,
+         2.0 * period_ms);
   }
 
   /// Checks the setup timeout: the controller sends one request per cycle, so it must wait at least one cycle

@@ -55,10 +55,14 @@ std::vector<std::string> command_warnings(const Config& config);
 void check_identifiers(const Checked& checked);
 /// Checks the keys of a twin's amplifier and sensor.
 void check_instruments(const Checked& checked, std::size_t axis);
-/// Checks that the scales of [axis.analogue] are not 0, and that no two axes use one channel.
+/// The devices of [axis.analogue] have names; axes share no channel but inputs for interlocks and charge
+/// pumps; times go with those of the controller; ranges, as far as they are named, have the drives, the
+/// setpoints and some of the positions.
 void check_analogue(const Checked& checked);
-/// Checks command_delay_us of every axis whose setpoints take effect on receipt: above 0, and at most the
-/// latest end of the command on the bus. Call check_bus() first.
+/// Where a sensor does not measure the whole stroke, as far as its range is named: one line for each axis.
+std::vector<std::string> stroke_warnings(const Config& config);
+/// command_delay_us of every axis whose setpoints take effect on receipt: more than 0, and at most the latest
+/// end of the command on the bus. The bus must have passed check_bus().
 void check_receipt_delays(const Checked& checked);
 /// Checks that the linear loop (controller/analysis/linear_loop.h) is stable with the delays of the axis's
 /// own keys.

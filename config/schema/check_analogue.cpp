@@ -1,62 +1,197 @@
+#include <algorithm>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
+#include "config/files/csv.h"
 #include "config/schema/check.h"
+#include "config/schema/frames.h"
+#include "controller/control/start_up.h"
+#include "node/analogue/axis_check.h"
+#include "node/analogue/device_name.h"
+#include "twin/simulated_card.h"
 
 namespace hystcan::config {
 namespace {
 
+/// The purposes of channels; two axes share only a line of one purpose.
+enum class Purpose : std::uint8_t { output, input, enable, interlock, charge_pump };
+
+constexpr bool is_line(Purpose purpose) { return purpose >= Purpose::enable; }
+/// An interlock is read. A charge pump toggles for all axes at the same SYNC.
+constexpr bool may_be_shared(Purpose purpose) {
+  return purpose == Purpose::interlock || purpose == Purpose::charge_pump;
+}
+constexpr std::string_view noun_of(Purpose purpose) {
+  if (is_line(purpose)) return "line";
+  return purpose == Purpose::output ? "output" : "input";
+}
+
 /// A channel in use, and the member that names it.
 struct ChannelUse {
-  std::string_view device;
-  std::string_view kind;  ///< two kinds of channels of a subdevice are different channels
+  std::string card;  ///< identity_of()
+  Purpose purpose{};
   const node::CardChannel* place = nullptr;
+  const node::ActiveLevel* active = nullptr;  ///< of a line
   Member member;
 
+  /// Two kinds of channels of a subdevice are different channels.
   bool is_same(const ChannelUse& other) const {
-    return std::tie(device, kind, place->subdevice, place->channel) ==
-           std::tie(other.device, other.kind, other.place->subdevice, other.place->channel);
+    return std::tuple(card, noun_of(purpose), place->subdevice, place->channel) ==
+           std::tuple(other.card, noun_of(other.purpose), other.place->subdevice, other.place->channel);
   }
 };
 
-std::vector<ChannelUse> uses_of(const node::AnalogueConfig& a) {
-  std::vector<ChannelUse> uses;
-  const auto add = [&](std::string_view kind, const node::CardChannel& place, const Member& member) {
-    uses.push_back({place.device.empty() ? a.device : place.device, kind, &place, member});
-  };
-  add("output", a.drive_output, a.drive_output);
-  add("input", a.position_input.place, a.position_input);
-  if (a.output_input) add("input", *a.output_input, *a.output_input);
-  for (const auto* line : {&a.enable_line, &a.interlock_line, &a.charge_pump_line})
-    if (*line) add("line", (*line)->place, **line);
-  return uses;
+/// Empty: only the card knows it. Throws ChannelError if the simulated card lacks it.
+std::optional<node::VoltageRange> known_range(std::string_view key, const node::AnalogueConfig& analogue,
+                                              const node::CardChannel& place) {
+  const node::DeviceName card = node::device_named(place.device.empty() ? analogue.device : place.device);
+  if (card.kind != node::CardKind::simulated) return node::parsed_range(place.range);
+  return node::opened(key, [&] { return twin::SimulatedCard::range_of(card.bits, place); });
 }
 
-void check_scales(const Checked& checked, const node::AnalogueConfig& a) {
-  if (a.volts_per_drive == 0.0)
-    checked.fail(a.volts_per_drive, "volts_per_drive is 0, expected the volts of one unit of the drive");
-  if (a.position_um_per_V == 0.0)
-    checked.fail(a.position_um_per_V, "position_um_per_V is 0, expected the scale of the sensor");
+std::optional<node::VoltageRange> known_input_range(const node::AnalogueConfig& analogue) {
+  return known_range("position_input", analogue, analogue.position_input.place);
 }
+
+/// The checks of one axis.
+class AnalogueCheck : Checked {
+ public:
+  AnalogueCheck(const Checked& checked, const AxisConfig& axis)
+      : Checked(checked), axis_(axis), analogue_(*axis.analogue), device_(named(analogue_.device)) {}
+
+  /// Also of channels that axes before it have, in `all`.
+  void run(std::vector<ChannelUse>& all) const {
+    for (const ChannelUse& use : uses()) {
+      check_range_text(use);
+      for (const ChannelUse& other : all)
+        if (use.is_same(other)) check_shared(use, other);
+      all.push_back(use);
+    }
+    check_watchdog();
+    check_enable_delay();
+  }
+
+  /// Judges the ranges as far as the file names them; a card that is opened has the others.
+  void check_ranges(const node::WiredAnalogueAxis& wired) const try {
+    if (const auto range = known_range("drive_output", analogue_, analogue_.drive_output))
+      node::check_drives(analogue_, wired.drives, *range);
+    if (const auto range = known_input_range(analogue_))
+      node::check_positions(analogue_, wired.positions, *range);
+  } catch (const node::ChannelError& error) {
+    throw Error(document.place_at(path_of(config, *axis_.analogue) + "." + error.key), error);
+  }
+
+ private:
+  node::DeviceName named(const std::string& device) const {
+    if (auto card = node::DeviceName::parsed(device)) return *std::move(card);
+    fail(device, "device is \"{}\", expected {}", in_one_line(shortened(device)), node::DeviceName::expected);
+  }
+
+  std::vector<ChannelUse> uses() const {
+    std::vector<ChannelUse> uses;
+    const auto add = [&](Purpose purpose, const node::CardChannel& place, const Member& member,
+                         const node::ActiveLevel* active = nullptr) {
+      const node::DeviceName device = place.device.empty() ? device_ : named(place.device);
+      const std::string card = identity_of(device);
+      if (device.kind == node::CardKind::simulated && !is_line(purpose) && card != identity_of(device_))
+        fail(place.device,
+             "device is \"{}\", expected it as the device of the axis: it has the channels of such axes",
+             place.device);
+      uses.push_back({card, purpose, &place, active, member});
+    };
+    add(Purpose::output, analogue_.drive_output, analogue_.drive_output);
+    add(Purpose::input, analogue_.position_input.place, analogue_.position_input);
+    if (analogue_.output_input) add(Purpose::input, *analogue_.output_input, *analogue_.output_input);
+    const auto add_line = [&](Purpose purpose, const std::optional<node::LineConfig>& line) {
+      if (line) add(purpose, line->place, *line, &line->active);
+    };
+    add_line(Purpose::enable, analogue_.enable_line);
+    add_line(Purpose::interlock, analogue_.interlock_line);
+    add_line(Purpose::charge_pump, analogue_.charge_pump_line);
+    return uses;
+  }
+
+  void check_range_text(const ChannelUse& use) const {
+    const std::string& range = use.place->range;
+    if (!range.empty() && !node::parsed_range(range))
+      fail(range, "range is \"{}\", expected one as 0..10 V", in_one_line(shortened(range)));
+  }
+
+  void check_shared(const ChannelUse& use, const ChannelUse& other) const {
+    const std::string theirs = path_of(config, other.member);
+    if (use.purpose != other.purpose || !may_be_shared(use.purpose))
+      fail(use.member, "{} {} of subdevice {} is already in use by {}, expected another one",
+           noun_of(use.purpose), use.place->channel, use.place->subdevice, theirs);
+    if (*use.active != *other.active)
+      fail(*use.active, "active is \"{}\", expected \"{}\" as at {}, which has the same line",
+           word_of(*use.active), word_of(*other.active), theirs);
+  }
+
+  double cycle_ms() const { return 1e3 * can::seconds(controller::cycle_of(config.controller)); }
+
+  void check_watchdog() const {
+    const can::Duration& timeout = analogue_.amplifier.command_timeout;
+    const double timeout_ms = 1e3 * can::seconds(timeout);
+    if (timeout_ms < 2.0 * cycle_ms())
+      fail(timeout, "command_timeout_ms is {:g}, expected at least two cycles, {:g}", timeout_ms,
+           2.0 * cycle_ms());
+    const double tried_ms = 1e3 * controller::watchdog_timeout_s;
+    if (axis_.control.verify_watchdog && timeout_ms >= tried_ms)
+      fail(timeout, "command_timeout_ms is {:g}, expected less than {:g}: verify_watchdog waits no longer",
+           timeout_ms, tried_ms);
+  }
+
+  /// The controller commands no motion before its enable_delay_ms has passed, and gives up enable_timeout_s
+  /// later.
+  void check_enable_delay() const {
+    const can::Duration& delay = analogue_.amplifier.enable_delay;
+    const double delay_ms = 1e3 * can::seconds(delay);
+    const double control_ms = 1e3 * can::seconds(axis_.control.enable_delay);
+    if (!reports_state(axis_.wire) && delay_ms > control_ms)
+      fail(delay,
+           "enable_delay_ms is {:g}, expected at most {:g}, that of [axis.control]: the amplifier does not "
+           "report when its output is connected",
+           delay_ms, control_ms);
+    const double longest_ms =
+        std::max(0.0, control_ms + 1e3 * axis_.control.supervision.enable_timeout_s - 2.0 * cycle_ms());
+    if (reports_state(axis_.wire) && delay_ms > longest_ms)
+      fail(delay,
+           "enable_delay_ms is {:g}, expected at most {:g}: the controller waits no longer; raise "
+           "enable_delay_ms of [axis.control]",
+           delay_ms, longest_ms);
+  }
+
+  const AxisConfig& axis_;
+  const node::AnalogueConfig& analogue_;
+  node::DeviceName device_;
+};
 
 }  // namespace
 
 void check_analogue(const Checked& checked) {
   std::vector<ChannelUse> all;
+  std::vector<node::WiredAnalogueAxis> wired = analogue_axes(checked.config);
+  auto next = wired.begin();
   for (const AxisConfig& axis : checked.config.axes) {
     if (!axis.analogue) continue;
-    check_scales(checked, *axis.analogue);
-    for (const ChannelUse& use : uses_of(*axis.analogue)) {
-      for (const ChannelUse& other : all)
-        if (use.is_same(other))
-          checked.fail(use.member, "{} {} of subdevice {} is already in use by {}, expected another one",
-                       use.kind, use.place->channel, use.place->subdevice,
-                       path_of(checked.config, other.member));
-      all.push_back(use);
-    }
+    const AnalogueCheck check(checked, axis);
+    check.run(all);
+    check.check_ranges(*next++);
   }
+}
+
+std::vector<std::string> stroke_warnings(const Config& config) {
+  std::vector<std::string> warnings;
+  for (const node::WiredAnalogueAxis& axis : analogue_axes(config))
+    if (const auto range = known_input_range(axis.config))
+      if (const auto warning = node::stroke_warning(axis.config, axis.positions, *range); !warning.empty())
+        warnings.push_back(fmt::format("axis {}: {}", axis.wire.name, warning));
+  return warnings;
 }
 
 }  // namespace hystcan::config

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -216,6 +217,17 @@ class Loader {
   Config config_;
 };
 
+node::PositionRange positions_of(const controller::AxisConfig& control) {
+  const controller::Supervisor::Config& limits = control.supervision;
+  const model::Interval stroke = controller::model_reach_um(control.law.model, control.gate);
+  node::Span setpoint{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const controller::Segment& segment : control.setpoint) {
+    const controller::MotionBounds bounds = controller::motion_bounds(controller::prepared(segment.shape));
+    setpoint = {std::min(setpoint.lo, bounds.lowest_um), std::max(setpoint.hi, bounds.highest_um)};
+  }
+  return {{limits.position_min_um, limits.position_max_um}, {stroke.lo, stroke.hi}, setpoint};
+}
+
 Document read_document(const std::filesystem::path& file) { return Document(file); }
 
 }  // namespace
@@ -253,7 +265,10 @@ std::vector<node::WiredAnalogueAxis> analogue_axes(const Config& config) {
   for (const AxisConfig& axis : config.axes) {
     const controller::Gate::Config& gate = axis.control.gate;
     if (axis.analogue)
-      axes.push_back({axis.wire, *axis.analogue, {gate.drive_min, gate.drive_max, gate.safe_drive}});
+      axes.push_back({axis.wire,
+                      *axis.analogue,
+                      {gate.drive_min, gate.drive_max, gate.safe_drive},
+                      positions_of(axis.control)});
   }
   return axes;
 }

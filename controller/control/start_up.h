@@ -22,6 +22,10 @@
 
 namespace hystcan::controller {
 
+/// An amplifier that does not trip in this time without commands has no watchdog that would protect the
+/// stage.
+inline constexpr double watchdog_timeout_s = 1.0;
+
 class StartUp {
  public:
   enum class State : std::uint8_t { arming, following, approaching, withholding, ramping, ended };

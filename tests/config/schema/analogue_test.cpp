@@ -3,6 +3,7 @@
 
 #include <ostream>
 
+#include "config/schema/check.h"
 #include "config/schema/config.h"
 #include "tests/support/refusal.h"
 
@@ -63,6 +64,50 @@ TEST(Analogue, TakesItsDrivesFromTheControl) {
   EXPECT_EQ(axes[1].drives.max, 100.0);
 }
 
+std::string refusal_with(const std::vector<Setting>& changes) {
+  return support::refusal_of([&] { load(piezo, on_a_card(changes)); });
+}
+
+/// Of both axes.
+std::vector<Setting> of_both(const std::string& key, const std::string& value) {
+  return {{"axis[0].analogue." + key, value}, of_y(key, value)};
+}
+
+TEST(Analogue, SharesInterlocksAndChargePumpsAlone) {
+  EXPECT_EQ(refusal_with(of_both("interlock_line.line", "2")), "accepted");
+  EXPECT_EQ(refusal_with(of_both("charge_pump_line.line", "2")), "accepted");
+  const std::string refusal = refusal_with(of_both("enable_line.line", "2"));
+  EXPECT_NE(refusal.find("line 2 of subdevice 0 is already in use by axis[0].analogue.enable_line, expected"),
+            std::string::npos)
+      << refusal;
+  EXPECT_NE(refusal_with({{"axis[0].analogue.interlock_line.line", "2"}, of_y("charge_pump_line.line", "2")}),
+            "accepted");
+}
+
+TEST(Analogue, HasOneLevelOfASharedLine) {
+  std::vector<Setting> changes = of_both("interlock_line.line", "2");
+  changes.push_back(of_y("interlock_line.active", "\"low\""));
+  EXPECT_EQ(refusal_with(changes),
+            "axis[1].analogue.interlock_line.active: active is \"low\", expected \"high\" as at "
+            "axis[0].analogue.interlock_line, which has the same line");
+}
+
+TEST(Analogue, HasAWatchdogThatTripsWithinItsTrial) {
+  const std::vector<Setting> verified{{"axis[1].control.verify_watchdog", "true"},
+                                      of_y("command_timeout_ms", "1000.0")};
+  EXPECT_NE(refusal_with(verified).find("expected less than 1000: verify_watchdog waits no longer"),
+            std::string::npos)
+      << refusal_with(verified);
+}
+
+TEST(Analogue, IsWarnedOfAStrokeBeyondTheRangeOfItsSensor) {
+  const auto warnings = stroke_warnings(load(piezo, on_a_card({of_y("position_input.range", "\"0..9 V\"")})));
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_TRUE(warnings[0].starts_with("axis y: the input's 0 to 9 V are 0 to 27 um, and the stroke is 1.5 to "))
+      << warnings[0];
+  EXPECT_TRUE(stroke_warnings(load(piezo, on_a_card())).empty()) << "only the card knows its range";
+}
+
 struct Refusal {
   const char* name;
   Setting change;
@@ -79,17 +124,48 @@ TEST_P(AnalogueRefusal, NamesTheKey) {
 
 INSTANTIATE_TEST_SUITE_P(
     Config, AnalogueRefusal,
-    testing::Values(Refusal{"TwoAxesOnOneOutput", of_y("drive_output.channel", "0"),
-                            "output 0 of subdevice 0 is already in use by axis[0].analogue.drive_output"},
-                    Refusal{"TwoAxesOnOneInput", of_y("position_input.channel", "0"),
-                            "input 0 of subdevice 0 is already in use by axis[0].analogue.position_input"},
-                    Refusal{"MonitorOnTheInputOfThePosition", of_y("output_input.channel", "1"),
-                            "input 1 of subdevice 0 is already in use by axis[1].analogue.position_input"},
-                    Refusal{"NoVoltsForADrive", of_y("volts_per_drive", "0.0"), "volts_per_drive is 0"},
-                    Refusal{"NoScaleOfTheSensor", of_y("position_um_per_V", "0.0"), "position_um_per_V is 0"},
-                    Refusal{"UnknownReference", of_y("drive_output.reference", "\"floating\""),
-                            "reference is \"floating\""},
-                    Refusal{"UnknownKey", of_y("volts_per_um", "1.0"), "unknown key"}),
+    testing::Values(
+        Refusal{"TwoAxesOnOneOutput", of_y("drive_output.channel", "0"),
+                "output 0 of subdevice 0 is already in use by axis[0].analogue.drive_output"},
+        Refusal{"TwoAxesOnOneInput", of_y("position_input.channel", "0"),
+                "input 0 of subdevice 0 is already in use by axis[0].analogue.position_input"},
+        Refusal{"MonitorOnTheInputOfThePosition", of_y("output_input.channel", "1"),
+                "input 1 of subdevice 0 is already in use by axis[1].analogue.position_input"},
+        Refusal{"NoVoltsForADrive", of_y("volts_per_drive", "0.0"),
+                "volts_per_drive is 0, expected a number whose magnitude is >= 1e-06"},
+        Refusal{"NoScaleOfTheSensor", of_y("position_um_per_V", "0.0"), "position_um_per_V is 0"},
+        Refusal{"TinyScale", of_y("volts_per_drive", "-1e-300"), "volts_per_drive is -1e-300"},
+        Refusal{"HugeScale", of_y("position_um_per_V", "1e300"), "position_um_per_V is 1e+300"},
+        Refusal{"NoNumberAsAScale", of_y("volts_per_drive", "nan"), "volts_per_drive is nan"},
+        Refusal{"HugeOffset", of_y("position_zero_um", "-1e300"), "position_zero_um is -1e+300"},
+        Refusal{"HugeChannel", of_y("drive_output.channel", "65536"), "channel is 65536"},
+        Refusal{"HugeSubdevice", of_y("drive_output.subdevice", "256"), "subdevice is 256"},
+        Refusal{"LongWatchdog", of_y("command_timeout_ms", "10001"), "command_timeout_ms is 10001"},
+        Refusal{"UnknownDevice", of_y("device", "\"nidaq:0\""),
+                "axis[1].analogue.device: device is \"nidaq:0\", expected comedi:/dev/comedi0"},
+        Refusal{"UnknownDeviceOfALine", of_y("enable_line", "{ line = 0, device = \"iio:\" }"),
+                "device is \"iio:\", expected"},
+        Refusal{"SimulatedChannelOfARealAxis", of_y("position_input.device", "\"simulated\""),
+                "expected it as the device of the axis"},
+        Refusal{"OtherNameOfACard",
+                of_y("drive_output", "{ device = \"comedi:/dev//comedi0\", channel = 0 }"),
+                "is already in use by axis[0].analogue.drive_output"},
+        Refusal{"RangeOfAnotherForm", of_y("drive_output.range", "\"0-10V\""),
+                "drive_output.range: range is \"0-10V\", expected one as 0..10 V"},
+        Refusal{"RangeWithoutTheDrives", of_y("drive_output.range", "\"0..5 V\""),
+                "volts_per_drive: a drive of 100 needs 10 V, and the output has 0 to 5 V"},
+        Refusal{"RangeWithoutTheSetpoints", of_y("position_input.range", "\"0..5 V\""),
+                "position_input.range: the input's 0 to 5 V are 0 to 15 um, and the setpoint goes from "
+                "5 to 25 um"},
+        Refusal{"RareStatus", of_y("status_every", "501"),
+                "status_every is 501: two periods take 1002 ms, expected at most 1000"},
+        Refusal{"WatchdogWithinTwoCycles", of_y("command_timeout_ms", "1.9"),
+                "command_timeout_ms is 1.9, expected at least two cycles, 2"},
+        Refusal{"RelayThatIsTooSlow", of_y("enable_delay_ms", "499"),
+                "enable_delay_ms is 499, expected at most 498: the controller waits no longer"},
+        Refusal{"UnknownReference", of_y("drive_output.reference", "\"floating\""),
+                "reference is \"floating\""},
+        Refusal{"UnknownKey", of_y("volts_per_um", "1.0"), "unknown key"}),
     [](const auto& test) { return test.param.name; });
 
 }  // namespace
