@@ -139,8 +139,9 @@ int check(const std::filesystem::path& file) {
   print("# {} in {}; node ids, identifiers, units and ranges agree\n",
         counted(config.database.messages.size(), "message"), config.bus.dbc.string());
   for (const config::AxisConfig& axis : config.axes) show_mismatch(axis);
-  for (const auto warnings : {config::setpoint_warnings, config::supervision_warnings,
-                              config::protection_warnings, config::format_warnings, config::command_warnings})
+  for (const auto warnings :
+       {config::setpoint_warnings, config::supervision_warnings, config::stroke_warnings,
+        config::protection_warnings, config::format_warnings, config::command_warnings})
     for (const std::string& warning : warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config.database.warnings) print("# warning: {}\n", warning);
   if (config.database.further_warnings > 0)

@@ -232,8 +232,14 @@ void start_recording(runs::Recorder& recorder) {
   }
 }
 
-/// Runs with the twin on the simulated bus. The log has virtual times. Nothing of the real stage is used: no
-/// socket, no black box, no saved memory.
+void log_warnings(const config::Config& config) {
+  for (const auto warnings :
+       {config::supervision_warnings, config::stroke_warnings, config::setpoint_warnings})
+    for (const std::string& warning : warnings(config)) spdlog::warn(warning);
+}
+
+/// With the twin on the simulated bus. Its log has the virtual time. Nothing that belongs to the real stage
+/// is touched: no socket, no black box, no saved memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
   std::vector<controller::TrackingStatistics> statistics;
   double limit_s = std::max(options.duration_s, patience_s);  // for an axis that never starts or never ends
@@ -259,8 +265,7 @@ int rehearse(const config::Config& config, const ControllerArguments& options) {
              fmt::format("twin: {} {}", twin::describe(fault), begins ? "begins" : "ends"));
   });
   spdlog::set_pattern("[%n] [%^%l%$] %v");
-  for (const std::string& warning : config::supervision_warnings(config)) spdlog::warn(warning);
-  for (const std::string& warning : config::setpoint_warnings(config)) spdlog::warn(warning);
+  log_warnings(config);
 
   controller::Controller& controller = rehearsal.controller();
   run_and_stop(rehearsal, limit_s, [&] {
@@ -309,8 +314,7 @@ int run_controller(ControllerArguments options) {
   controller.listen_to(control->requests());
   spdlog::info("{} at {} Hz on {}; Ctrl-C ramps down and stops", counted(config.axes.size(), "axis", "axes"),
                config.controller.rate_Hz, config.bus.interface);
-  for (const std::string& warning : config::supervision_warnings(config)) spdlog::warn(warning);
-  for (const std::string& warning : config::setpoint_warnings(config)) spdlog::warn(warning);
+  log_warnings(config);
   become_realtime(config);
   const bool was_enabled = run_to_the_end(loop, controller, *control, recorder, options,
                                           can::seconds(config.controller.start_timeout));

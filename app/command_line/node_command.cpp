@@ -50,26 +50,39 @@ auto at_its_key(const config::Config& config, const node::WiredAnalogueAxis& axi
   }
 }
 
+/// With so many decimals. A number that rounds to zero has no sign.
+std::string fixed(double value, int decimals) {
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  return text.starts_with('-') && text.find_first_of("123456789") == std::string::npos ? text.substr(1)
+                                                                                       : text;
+}
+
+void warn_of_stroke(const node::WiredAnalogueAxis& axis, const node::VoltageRange& input) {
+  const std::string warning = node::stroke_warning(axis.config, axis.positions, input);
+  if (!warning.empty()) spdlog::warn("{}: {}", axis.wire.name, warning);
+}
+
 /// What --read shows of an axis. Nothing is written to the card.
 class Readings {
  public:
   Readings(const node::WiredAnalogueAxis& axis, node::Cards& cards) : axis_(axis) {
     node::AxisCard card(cards, axis.config.device);
+    node::check_channels(axis, card);
     position_ = node::opened("position_input", [&] { return card.input(axis.config.position_input.place); });
+    node::check_positions(axis.config, axis.positions, position_->range());
+    warn_of_stroke(axis, position_->range());
     if (const auto& monitor = axis.config.output_input)
       output_ = node::opened("output_input", [&] { return card.input(*monitor); });
   }
 
   std::string line() {
     const node::AnalogueConfig& config = axis_.config;
-    std::string text =
-        fmt::format("{}: position {}", axis_.wire.name, in_volts(*position_, [&](double volts) {
-                      return fmt::format("{:.4f} um", config.position_um(volts));
-                    }));
+    std::string text = fmt::format(
+        "{}: position {}", axis_.wire.name,
+        in_volts(*position_, [&](double volts) { return fixed(config.position_um(volts), 4) + " um"; }));
     if (output_)
       text += fmt::format("; output {}", in_volts(*output_, [&](double volts) {
-                            return fmt::format("{:.4f} {}", volts / config.volts_per_drive,
-                                               axis_.wire.drive_unit);
+                            return fixed(volts / config.volts_per_drive, 4) + " " + axis_.wire.drive_unit;
                           }));
     return text + "\n";
   }
@@ -78,7 +91,7 @@ class Readings {
   static std::string in_volts(node::VoltageInput& input, const std::function<std::string(double)>& physical) {
     const std::optional<double> volts = input.read();
     if (!volts) return "conversion failed";
-    return fmt::format("{:.5f} V = {}", *volts, physical(*volts));
+    return fmt::format("{} V = {}", fixed(*volts, 5), physical(*volts));
   }
 
   const node::WiredAnalogueAxis& axis_;
@@ -112,6 +125,7 @@ node::AllDevices open_devices(const config::Config& config, const AnalogueAxes& 
   for (const node::WiredAnalogueAxis& axis : axes)
     devices.push_back(
         at_its_key(config, axis, [&] { return std::make_unique<node::AnalogueDevices>(axis, cards); }));
+  for (const auto& one : devices) warn_of_stroke(one->axis, one->input.range());
   return devices;
 }
 

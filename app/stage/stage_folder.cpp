@@ -91,7 +91,8 @@ void print_findings(const config::Config& config) {
         if (finding.is_warning) print(fmt::format("{}: {}\n", axis.wire.name, line_of(finding)));
     print_lines(axis.wire.name, config::losses(axis.wire));
   }
-  for (const auto warnings : {config::supervision_warnings, config::setpoint_warnings})
+  for (const auto warnings :
+       {config::supervision_warnings, config::stroke_warnings, config::setpoint_warnings})
     for (const std::string& warning : warnings(config)) print(fmt::format("warning: {}\n", warning));
 }
 

@@ -16,8 +16,10 @@
 #include "app/stage/shipped.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
+#include "config/schema/analogue_schema.h"
 #include "config/schema/check.h"
 #include "identification/dynamics/second_order_fit.h"
+#include "node/analogue/device_name.h"
 
 namespace hystcan::app {
 namespace {
@@ -68,14 +70,13 @@ class AxisQuestions {
   }
 
   void ask_card() {
-    card_ = questions_.text(
-        {"--card", "Amplifier on CAN, or analogue", "",
-         "can, or the card of an analogue one: comedi:/dev/comedi0, iio:ad5791, simulated"},
-        stated_.card, on_can, [](const std::string& card) {
-          const bool is_sound = card == on_can || card == "simulated" || card.starts_with("simulated:") ||
-                                card.starts_with("comedi:/") || (card.starts_with("iio:") && card != "iio:");
-          return unless(is_sound, "'{}', expected can, comedi:FILE, iio:NAME or simulated[:BITS]", card);
-        });
+    card_ =
+        questions_.text({"--card", "Amplifier on CAN, or analogue", "",
+                         "can, or the card of an analogue one: comedi:/dev/comedi0, iio:ad5791, simulated"},
+                        stated_.card, on_can, [](const std::string& card) {
+                          return unless(card == on_can || node::DeviceName::parsed(card),
+                                        "'{}', expected can, {}", card, node::DeviceName::expected);
+                        });
   }
 
   void ask_unit() {
@@ -194,13 +195,14 @@ class AxisQuestions {
   /// The channels of a card are taken in the order of the axes.
   void wire_to_card(node::AnalogueConfig& analogue) {
     const auto is_scale = [](double value) {
-      return unless(value != 0.0 && std::abs(value) <= 1e6,
-                    "{:g}, expected at most 1e6 in magnitude, and not 0", value);
+      return unless(config::scale_range.contains(value), "{:g}, expected {}", value,
+                    config::scale_range.describe());
     };
     constexpr unsigned usual_output_subdevice = 1;
     analogue.device = card_;
     analogue.drive_output.channel = analogue.position_input.place.channel = static_cast<unsigned>(axis_);
-    if (card_.starts_with("comedi:")) analogue.drive_output.subdevice = usual_output_subdevice;
+    if (node::device_named(card_).kind == node::CardKind::comedi)
+      analogue.drive_output.subdevice = usual_output_subdevice;
     const auto usual_volts = unit_ == "V" ? std::optional(0.1) : std::nullopt;
     analogue.volts_per_drive = number({"--volts-per-drive", "Volts of the card for a drive of 1 " + unit_,
                                        "V", "0.1 for an amplifier of 10 V/V"},

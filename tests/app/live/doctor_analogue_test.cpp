@@ -66,21 +66,40 @@ TEST_F(AnalogueAxis, HasTheNoiseAndTheTimeOfASample) {
   EXPECT_NE(of("x sample").figure.find("us for 4 conversions"), std::string::npos) << of("x sample").figure;
 }
 
-TEST_F(AnalogueAxis, IsBadAtTheKeyThatTheCardLacks) {
-  settings.push_back({"axis[0].analogue.position_input.range", "\"0..5 V\""});
-  EXPECT_EQ(of("x position_input").verdict, Verdict::bad);
-  EXPECT_EQ(of("x position_input").cure, "it has -10..10 V, 0..10 V");
+TEST_F(AnalogueAxis, IsBadAtTheCardThatIsNotThere) {
+  settings[0].value = "\"comedi:/dev/null/card\"";
+  EXPECT_EQ(of("x device").verdict, Verdict::bad);
+  EXPECT_FALSE(of("x device").cure.empty());
 }
 
 TEST_F(AnalogueAxis, IsBadAtADrivenLineThatTheCardLacks) {
   settings.push_back({"axis[0].analogue.charge_pump_line.device", "\"comedi:/dev/null\""});
   settings.push_back({"axis[0].analogue.charge_pump_line.line", "0"});
-  EXPECT_EQ(of("x charge_pump_line").verdict, Verdict::bad);
+  EXPECT_EQ(of("x charge_pump_line.device").verdict, Verdict::bad);
 }
 
 TEST_F(AnalogueAxis, IsBadWithoutAPosition) {
-  settings.push_back({"axis[0].analogue.position_zero_um", "1000.0"});  // 0 um would be -200 V
+  settings.push_back({"axis[0].twin.sensor.offset_um", "1000.0"});  // 200 V
   EXPECT_EQ(of("x noise").verdict, Verdict::bad);
+}
+
+TEST_F(AnalogueAxis, IsDoubtfulWithoutItsWholeStroke) {
+  settings.push_back({"axis[0].analogue.position_zero_um", "-22.0"});  // the setpoint goes to 27 um
+  EXPECT_EQ(of("x input").verdict, Verdict::doubtful);
+  EXPECT_NE(of("x input").figure.find("are -71.98 to 27.98 um, and the stroke is"), std::string::npos)
+      << of("x input").figure;
+}
+
+TEST_F(AnalogueAxis, HasNoSignOfAZeroWithAnInvertingAmplifier) {
+  settings.push_back({"axis[0].analogue.volts_per_drive", "-0.1"});
+  EXPECT_EQ(of("x output").figure, "-10 to 10 V, of which the drives need 0 to -10 V; one bit is 0.0488 V");
+}
+
+TEST(ARefusal, HasItsRemedyAsCure) {
+  const Finding finding = app::refused(
+      "card", Verdict::bad, Error("card0", "a; b", {.expected = "c; d", .remedy = "name another; or none"}));
+  EXPECT_EQ(finding.figure, "card0: a; b, expected c; d");
+  EXPECT_EQ(finding.cure, "name another; or none");
 }
 
 TEST_F(AnalogueAxis, HasAFutureNodeOfTheConfiguredClass) {

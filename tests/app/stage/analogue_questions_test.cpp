@@ -66,7 +66,7 @@ TEST(AnalogueQuestions, TakeTheScaleOfTheRecord) {
 }
 
 TEST(AnalogueQuestions, AreAskedAgainAfterAWrongAnswer) {
-  const StageFacts facts = answered(stated(), "nidaq:0\nsimulated\n0\n0.09\n3\n");
+  const StageFacts facts = answered(stated(), "nidaq:0\nsimulated:99\nsimulated\n0\n0.09\n3\n");
   EXPECT_EQ(facts.axes[0].config.analogue->device, "simulated");
   EXPECT_EQ(facts.axes[0].config.analogue->volts_per_drive, 0.09);
 }
