@@ -103,7 +103,8 @@ TEST(Analogue, HasAWatchdogThatTripsWithinItsTrial) {
 TEST(Analogue, IsWarnedOfAStrokeBeyondTheRangeOfItsSensor) {
   const auto warnings = stroke_warnings(load(piezo, on_a_card({of_y("position_input.range", "\"0..9 V\"")})));
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_TRUE(warnings[0].starts_with("axis y: the input's 0 to 9 V are 0 to 27 um, and the stroke is 1.5 to "))
+  EXPECT_TRUE(
+      warnings[0].starts_with("axis y: the input's 0 to 9 V are 0 to 27 um, and the stroke is 1.5 to "))
       << warnings[0];
   EXPECT_TRUE(stroke_warnings(load(piezo, on_a_card())).empty()) << "only the card knows its range";
 }
