@@ -102,6 +102,8 @@ class AnalogueCheck : Checked {
         fail(place.device,
              "device is \"{}\", expected it as the device of the axis: it has the channels of such axes",
              place.device);
+      if (device.kind == node::CardKind::iio && is_line(purpose))
+        fail(member, "IIO has no digital lines, expected a device that has lines, or no such key");
       uses.push_back({card, purpose, &place, active, member});
     };
     add(Purpose::output, analogue_.drive_output, analogue_.drive_output);

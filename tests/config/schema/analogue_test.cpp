@@ -146,6 +146,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "axis[1].analogue.device: device is \"nidaq:0\", expected comedi:/dev/comedi0"},
         Refusal{"UnknownDeviceOfALine", of_y("enable_line", "{ line = 0, device = \"iio:\" }"),
                 "device is \"iio:\", expected"},
+        Refusal{"LineOfAChip", of_y("enable_line", "{ line = 0, device = \"iio:ad5791\" }"),
+                "IIO has no digital lines, expected a device that has lines"},
         Refusal{"SimulatedChannelOfARealAxis", of_y("position_input.device", "\"simulated\""),
                 "expected it as the device of the axis"},
         Refusal{"OtherNameOfACard",
