@@ -140,6 +140,17 @@ TEST_F(IioCardTest, RefusesAnOutputThatAnotherOneDrives) {
   EXPECT_EQ(support::refusal_of([] { output(); }), "iio:ad5791: another process drives channel 0; end it");
 }
 
+TEST_F(IioCardTest, IsCheckedWithoutAWriteBesideTheProcessThatDrivesIt) {
+  write_output("raw_available", "[0 1 65535]");
+  write_output("scale_available", "0.305175781 0.152587891");
+  const auto driven = output();
+  const auto card = open_card("iio:ad5791");
+  EXPECT_NEAR(card->check_output({.channel = 0, .range = "-5..5 V"}).lo, -5.0, 1e-6);
+  EXPECT_EQ(content("iio:device0/out_voltage0_scale"), "0.305175781");
+  EXPECT_EQ(support::refusal_of([&] { card->check_output({.channel = 0, .range = "0..5 V"}); }),
+            "iio:ad5791: channel 0 has no range \"0..5 V\"; it has -10..10 V, -5..5 V");
+}
+
 TEST_F(IioCardTest, MakesADriveAndAPositionOfTwoChips) {
   AnalogueConfig config;
   config.device = "iio:ad5791";
