@@ -51,10 +51,10 @@ class PlacedError : public std::runtime_error {
 
   const Place& place() const { return place_; }
   const Advice& advice() const { return advice_; }
-  /// what() without the remedy.
+  /// Returns what() without the remedy.
   std::string finding() const;
 
-  /// If the place is in the folder `from`, it gets the name that it has in `to`.
+  /// If the place is in the folder `from`, renames it to the same file in `to`.
   void rename_folder(const std::string& from, const std::string& to);
   void add_sentence(const std::string& sentence);
 

@@ -238,8 +238,8 @@ void log_warnings(const config::Config& config) {
     for (const std::string& warning : warnings(config)) spdlog::warn(warning);
 }
 
-/// With the twin on the simulated bus. Its log has the virtual time. Nothing that belongs to the real stage
-/// is touched: no socket, no black box, no saved memory.
+/// Runs with the twin on the simulated bus. The log has virtual times. Nothing of the real stage is used: no
+/// socket, no black box, no saved memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
   std::vector<controller::TrackingStatistics> statistics;
   double limit_s = std::max(options.duration_s, patience_s);  // for an axis that never starts or never ends

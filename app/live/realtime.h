@@ -19,12 +19,12 @@ std::vector<std::string> apply(const controller::Realtime& realtime);
 /// does not wait for another thread.
 void share_heap();
 
-/// The single settings. Each returns the refusal, or nothing if it is granted. lock_memory() refuses if there
-/// is a limit on locked memory: an allocation above that limit would fail in the middle of a run.
+/// Apply single settings. Each returns the refusal; nullopt if the setting is granted. lock_memory() refuses
+/// if locked memory is limited: an allocation above that limit would fail during a run.
 std::optional<RunError> take_priority(int priority);
 std::optional<RunError> keep_to_cpus(const std::vector<std::int64_t>& cpus);
 std::optional<RunError> lock_memory();
-/// The refusal that lock_memory() would return; locks nothing.
+/// Returns the refusal that lock_memory() would return, without locking.
 std::optional<RunError> find_memory_lock_refusal();
 
 /// Returns true if this process has the capability with this number (linux/capability.h).

@@ -44,8 +44,9 @@ struct BusPlan {
 /// Throws std::invalid_argument if the database lacks a message, or if two frames share an identifier.
 BusPlan plan_bus(const Config& config);
 
-/// The longest time between two AmpStatus of the axis: `status_every` cycles (of twin and node, the greater); with slots so many rounds as
-/// have a slot for each status message of its node beside the heartbeats.
+/// Returns the longest time between two AmpStatus of the axis: `status_every` cycles (the larger one of twin
+/// and node) or, with slots, as many whole rounds as its node needs to send each of its status messages and
+/// its heartbeats.
 can::Duration longest_status_period(const Config& config, const AxisConfig& axis);
 
 /// Returns the highest rate, up to the configured one, at which all commands are in time, rounded down to 1

@@ -55,14 +55,14 @@ std::vector<std::string> command_warnings(const Config& config);
 void check_identifiers(const Checked& checked);
 /// Checks the keys of a twin's amplifier and sensor.
 void check_instruments(const Checked& checked, std::size_t axis);
-/// The devices of [axis.analogue] have names; axes share no channel but inputs for interlocks and charge
-/// pumps; times go with those of the controller; ranges, as far as they are named, have the drives, the
-/// setpoints and some of the positions.
+/// Checks [axis.analogue]: devices have valid names, axes share only interlock inputs and charge pumps, times
+/// agree with those of the controller, and stated ranges cover the drives, the setpoints and a part of the
+/// positions.
 void check_analogue(const Checked& checked);
-/// Where a sensor does not measure the whole stroke, as far as its range is named: one line for each axis.
+/// Returns one line for each axis whose stated sensor range does not cover the whole stroke.
 std::vector<std::string> stroke_warnings(const Config& config);
-/// command_delay_us of every axis whose setpoints take effect on receipt: more than 0, and at most the latest
-/// end of the command on the bus. The bus must have passed check_bus().
+/// Checks command_delay_us of every axis whose setpoints take effect on receipt: above 0, and at most the
+/// latest end of the command on the bus. Call check_bus() first.
 void check_receipt_delays(const Checked& checked);
 /// Checks that the linear loop (controller/analysis/linear_loop.h) is stable with the delays of the axis's
 /// own keys.

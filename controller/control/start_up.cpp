@@ -9,7 +9,8 @@ namespace {
 /// The output has moved if its reading differs from the drive by more than this share of the range.
 constexpr double output_moved = 0.01;
 
-/// An output that falls while the relay is open would be lifted by a step when it closes.
+/// Lets the drive follow the output before the relay closes. If the output falls while the relay is open and
+/// the drive does not follow it, closing the relay makes a step.
 void follow_output(const Gate::Config& gate, const AxisInput& input, double& drive) {
   double output = input.health.amplifier_output;
   if (!(std::abs(output - drive) > output_moved * (gate.drive_max - gate.drive_min))) output = drive;
