@@ -57,3 +57,13 @@ unwritable_folder() {
 report_missing_page() {
   sed -n 's/^HYSTCAN_PAGE_MISSING:INTERNAL=\(..*\)/page: \1/p' "$1/CMakeCache.txt" >&2
 }
+
+# note_pass NAME: notes in build/release/passed/NAME that NAME has passed on this commit ("+": with changes), for
+# scripts/release.
+note_pass() {
+  local commit
+  commit=$(git rev-parse HEAD 2>/dev/null) || return 0
+  [[ -z $(git status --porcelain) ]] || commit+=+
+  mkdir -p build/release/passed
+  echo "$commit $(date -u '+%F %R UTC')" >"build/release/passed/$1"
+}
