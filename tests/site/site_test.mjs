@@ -24,13 +24,50 @@ after(async () => {
 // What is not on this machine goes to a proxy that does not exist.
 const open = (options) => openPage(browser, site, { proxy: { server: 'http://127.0.0.1:1', bypass: '127.0.0.1' }, ...options });
 
-for (const word of ['rings', 'backlash'])
-  test(`The search for "${word}" finds the page on troubles`, async () => {
+for (const [word, found] of [['rings', 'troubleshooting/rings'], ['backlash', 'troubleshooting/backlash'],
+  ['lag', 'troubleshooting/lags'], ['drift', 'troubleshooting/drifts'], ['oscilloscope', 'lab_files'],
+  ['oscilloscope', 'first_day'], ['DAQ card', 'analogue']])
+  test(`The search for "${word}" finds ${found}`, async () => {
     const page = await open();
     // Typed, not clicked: a click waits for two frames of an element at rest, and a busy browser may draw none.
     await page.locator('.md-search__input').pressSequentially(word);
-    await until('a result on troubles', () => page.locator('.md-search-result__link[href*="docs/troubleshooting"]').count());
+    await until(`a result in ${found}`, () => page.locator(`.md-search-result__link[href*="docs/${found}"]`).count());
     assert.deepEqual(page.problems, []);
+    await page.context().close();
+  });
+
+/** Texts of the page whose contrast with what is behind them is below 4.5 (WCAG 2, level AA), with the contrast. */
+function faintTexts() {
+  const channels = (colour) => (([r, g, b, a = 1]) => ({ r, g, b, a }))(colour.match(/[\d.]+/g).map(Number));
+  const over = (top, below) => ({ a: 1, ...Object.fromEntries(['r', 'g', 'b'].map((c) => [c, top.a * top[c] + (1 - top.a) * below[c]])) });
+  const behind = (element) => {
+    if (!element) return { r: 255, g: 255, b: 255, a: 1 };
+    const own = channels(getComputedStyle(element).backgroundColor);
+    return own.a === 1 ? own : over(own, behind(element.parentElement));
+  };
+  const linear = (c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4);
+  const luminance = ({ r, g, b }) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+  const faint = new Map();
+  for (const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT); texts.nextNode();) {
+    const element = texts.currentNode.parentElement;
+    const text = texts.currentNode.data.trim();
+    if (!text || element.closest('script, style, .headerlink, .md-search, .katex') || !element.checkVisibility({ visibilityProperty: true, opacityProperty: true })) continue;
+    const ground = behind(element);
+    const [one, other] = [luminance(over(channels(getComputedStyle(element).color), ground)), luminance(ground)];
+    const contrast = (Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05);
+    if (contrast < 4.5) faint.set(`${element.tagName} ${element.className}`, `${contrast.toFixed(2)}: ${text.slice(0, 40)}`);
+  }
+  return [...faint].map((each) => each.join(' '));
+}
+
+for (const colorScheme of ['light', 'dark'])
+  test(`No text is faint on a ${colorScheme} ground`, async () => {
+    const page = await open({ colorScheme });
+    for (const name of ['index', 'docs/first_day', 'docs/commands/run', 'docs/theory/model', 'docs/evidence']) {
+      await page.goto(`${site.url}${name}.html`, { waitUntil: 'domcontentloaded' });
+      assert.equal(await page.evaluate(() => document.body.dataset.mdColorScheme), colorScheme === 'dark' ? 'slate' : 'default');
+      assert.deepEqual(await page.evaluate(faintTexts), [], name);
+    }
     await page.context().close();
   });
 
