@@ -118,7 +118,7 @@ std::string example_of(const ControlCommand& row) {
 /// Returns the examples of each command; the key is the command below `hystcan`.
 Examples examples() {
   Examples lines{
-      {"demo", {"hystcan demo", "hystcan demo --config config/galfenol.toml --output galfenol-demo"}},
+      {"demo", {"hystcan demo", "hystcan demo --all --config config/galfenol.toml --output galfenol-demo"}},
       {"init",
        {"hystcan init stage --record loops.csv --step step.csv --drive-max 100 --safe 0",
         "hystcan init stage --from piezo"}},

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,6 +36,7 @@ struct DemoArguments {
   std::filesystem::path config;
   std::filesystem::path output = "hystcan-demo";
   bool json = false;
+  bool all = false;
   std::string page;  ///< listening address; empty: no page
 };
 
@@ -69,12 +71,21 @@ Column run_column(const rehearsal::Setup& setup, controller::Structure structure
   }
 }
 
-/// Runs all structures. If one fails, reports it and continues with the next.
-std::vector<Column> run_columns(const config::Config& config, const std::filesystem::path& directory) {
+/// Returns open loop and the configured loop; if the configuration is open loop itself, `inverse+pi`.
+std::vector<controller::Structure> open_and_closed_loop(const config::Config& config) {
+  using enum controller::Structure;
+  const controller::Structure configured = config.axes.front().control.law.structure;
+  return {average, configured == average ? inverse_pi : configured};
+}
+
+/// Runs the structures. If one fails, reports it and continues with the next.
+std::vector<Column> run_columns(const config::Config& config,
+                                std::span<const controller::Structure> structures,
+                                const std::filesystem::path& directory) {
   const rehearsal::Setup setup = rehearsal_setup(config);
   const std::vector<std::string> names = config::axis_names(config);
   std::vector<Column> columns;
-  for (const controller::Structure structure : controller::all_structures) {
+  for (const controller::Structure structure : structures) {
     columns.push_back(run_column(setup, structure, names, directory));
     if (const std::string& failure = columns.back().failure; !failure.empty())
       note("hystcan: {}: {}\n", to_string(structure), failure);
@@ -153,6 +164,16 @@ void print_table(const config::Config& config, const std::vector<Column>& column
   for (const Promise& promise : promises) print("{}\n", text_of(promise));
 }
 
+/// Prints what the loop is worth: the true errors of the first and the last column.
+void print_gain(const std::vector<Column>& columns) {
+  const Column &open = columns.front(), &closed = columns.back();
+  if (!open.failure.empty() || !closed.failure.empty()) return;
+  const double open_um = open.outcome.true_errors.front().total().rms_um();
+  const double closed_um = closed.outcome.true_errors.front().total().rms_um();
+  print("true RMS error: {:.4g} um in open loop ({}), {:.4g} um with {}: {:.3g} times smaller\n", open_um,
+        to_string(open.structure), closed_um, to_string(closed.structure), open_um / closed_um);
+}
+
 void print_comparison_json(const config::Config& config, const std::vector<Column>& columns,
                            const std::vector<Promise>& promises, double cycles_per_s) {
   const config::AxisConfig& axis = config.axes.front();
@@ -185,7 +206,10 @@ int run_demo(const DemoArguments& options) {
   create_folder(options.output);
   stop_at_a_signal();
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<Column> columns = run_columns(config, options.output);
+  const std::vector<controller::Structure> structures =
+      options.all ? std::vector(controller::all_structures.begin(), controller::all_structures.end())
+                  : open_and_closed_loop(config);
+  const std::vector<Column> columns = run_columns(config, structures, options.output);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
 
   double axis_cycles = 0.0;
@@ -199,20 +223,28 @@ int run_demo(const DemoArguments& options) {
     print_comparison_json(config, columns, promises, axis_cycles / wall.count());
   else
     print_table(config, columns, promises);
+  if (!options.json && !options.all) print_gain(columns);
 
   const config::AxisConfig& axis = config.axes.front();
   const double tracking_s =
       columns.front().outcome.virtual_s - controller::reference_of(axis.control).length_s();
   const double rate_Hz = config.controller.rate_Hz;
   const double begin_s = tracking_s + axis.control.setpoint.front().transition_s;
+  std::vector<std::string> names, files;
+  for (const controller::Structure structure : structures)
+    if (structure != controller::Structure::inverse || !options.all) {  // it would hide the others
+      names.emplace_back(to_string(structure));
+      files.push_back(names.back() + ".csv");
+    }
   const auto undrawn =
       draw_pictures(options.output / "pictures.json",
                     {{.kind = "demo",
-                      .data = {"average.csv", "pi.csv", "average+pi.csv", "inverse+pi.csv"},
+                      .data = files,
                       .to = {"demo.svg", "demo.png"},
                       .size = {.width_mm = 240.0, .height_mm = 190.0},
                       .facts = {{"title", config.file.stem().string() + ", axis " + axis.wire.name},
                                 {"axis", axis.wire.name},
+                                {"names", names},
                                 {"drive_unit", axis.wire.drive_unit},
                                 {"stroke_um", columns.front().outcome.axes.front().stroke_um},
                                 {"delay_cycles", rate_Hz * axis.control.delays.to_sample_s(1.0 / rate_Hz)},
@@ -233,10 +265,11 @@ int run_demo(const DemoArguments& options) {
 void add_demo(CLI::App& cli, int& status) {
   auto options = std::make_shared<DemoArguments>();
   CLI::App* command = cli.add_subcommand(
-      "demo", "Run controller and twin on a simulated bus; compare five control structures");
+      "demo", "Run controller and twin on a simulated bus; compare open loop and closed loop");
   command->add_option("--config", options->config,
                       "configuration (TOML); the shipped piezo stage if left out");
   command->add_option("--output", options->output, "folder for CSV and plot")->capture_default_str();
+  command->add_flag("--all", options->all, "compare all five control structures");
   command->add_flag("--json", options->json, "print the table as JSON");
   command
       ->add_option(

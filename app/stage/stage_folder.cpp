@@ -183,7 +183,7 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
   print(
       fmt::format("\n{0}: complete. Next:\n"
                   "  hystcan check {0}                  # the values in force, the bus, the margins\n"
-                  "  hystcan demo --config {0}          # five control structures, with a picture\n"
+                  "  hystcan demo --config {0}          # open and closed loop, with a picture\n"
                   "  hystcan {1} {0} & hystcan controller {0}\n",
                   file, nodes));
   if (std::filesystem::exists(made / fast_config))

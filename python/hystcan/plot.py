@@ -134,8 +134,9 @@ def comparison(figure, data, legends):
 
 # ---- the demo
 
-def demo(figure, average, pi, average_pi, inverse_pi, *, title, axis, drive_unit, stroke_um, delay_cycles, from_s, to_s):
-    """Draw the cycles of one axis while it tracks, for four control structures."""
+def demo(figure, open_loop, *runs, names, title, axis, drive_unit, stroke_um, delay_cycles, from_s, to_s):
+    """Draw the cycles of one axis while it tracks: in open loop and with each further structure, the last one the loop."""
+    loop = runs[-1]
 
     def of(data, values):
         is_shown = data.text("state")[data.text("axis") == axis] == "tracking"
@@ -155,13 +156,16 @@ def demo(figure, average, pi, average_pi, inverse_pi, *, title, axis, drive_unit
 
     figure.suptitle(plain(title))
     (actuator, before_after), (course, errors) = figure.subplots(2, 2)
-    actuator.plot(acting_drive(inverse_pi), column(inverse_pi, "position_um"), **SOLID[1], label="measured")
+    actuator.plot(acting_drive(loop), column(loop, "position_um"), **SOLID[1], label="measured")
     actuator.set(xlabel=plain(f"drive ({drive_unit})"), ylabel="position (um)")
-    plot(before_after, average, "reference_um", "position_um", GREY, "average (open loop)")
-    plot(before_after, inverse_pi, "reference_um", "position_um", BLUE, "inverse+pi")
+    plot(before_after, open_loop, "reference_um", "position_um", GREY, f"{names[0]} (open loop)")
+    plot(before_after, loop, "reference_um", "position_um", BLUE, names[-1])
     before_after.set(xlabel="reference (um)", ylabel="position (um)")
-    plot(course, inverse_pi, "time_s", "reference_um", BLACK, "reference", linewidth=1.6)
-    for data, line, name in ((pi, VERMILION, "pi"), (average_pi, GREEN, "average+pi"), (inverse_pi, BLUE, "inverse+pi")):
+    plot(course, loop, "time_s", "reference_um", BLACK, "reference", linewidth=1.6)
+    # Beside several closed loops, the error of open loop would hide theirs.
+    shown = [(loop, BLUE, names[-1])]
+    shown = [*zip(runs, (VERMILION, GREEN), names[1:-1]), *shown] if len(runs) > 1 else [(open_loop, GREY, names[0]), *shown]
+    for data, line, name in shown:
         plot(course, data, "time_s", "position_um", line, name)
         errors.plot(column(data, "time_s"), 100 * column(data, "error_um") / stroke_um, color=line["color"], label=name)
     course.set(xlabel="time (s)", ylabel="position (um)", xlim=(from_s, to_s))

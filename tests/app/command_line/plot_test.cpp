@@ -22,8 +22,8 @@ using Words = std::vector<std::string>;
 class Plot : public Cli {
  protected:
   Plot() {
-    Process demo(
-        {HYSTCAN_PROGRAM, "demo", "--config", path("piezo.toml"), "--output", (shipped / "demo").string()});
+    Process demo({HYSTCAN_PROGRAM, "demo", "--all", "--config", path("piezo.toml"), "--output",
+                  (shipped / "demo").string()});
     EXPECT_EQ(demo.wait(), done) << demo.err();
   }
   std::string csv(const char* structure) const { return (shipped / "demo" / structure).string() + ".csv"; }
