@@ -135,7 +135,7 @@ def comparison(figure, data, legends):
 # ---- the demo
 
 def demo(figure, open_loop, *runs, names, title, axis, drive_unit, stroke_um, delay_cycles, from_s, to_s):
-    """Draw the cycles of one axis while it tracks: in open loop and with each further structure, the last one the loop."""
+    """Draw the tracking cycles of one axis in open loop and with each further structure; the last one is the loop."""
     loop = runs[-1]
 
     def of(data, values):
