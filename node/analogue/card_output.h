@@ -13,9 +13,9 @@ namespace hystcan::node {
 
 // volts = volts_per_drive * drive
 //
-// After a conversion that failed, the output does not work, and the safe drive is written at each SYNC until
-// that succeeds. Neither does it work while the interlock is active, nor at the SYNC after the guard has taken
-// over while it was driven.
+// After a failed conversion the output does not work: the safe drive is written at each SYNC until a write
+// succeeds. It does not work while the interlock is active either, nor at the SYNC after the guard took over
+// a driven output.
 
 class CardOutput final : public DriveOutput {
  public:

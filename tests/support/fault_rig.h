@@ -1,7 +1,7 @@
-// Controller and twin, or nodes on a simulated card, of one axis on the simulated bus, with troubles that a test begins and ends while the
-// loop runs, any number of them at once. A trouble of a node is a fault of the twin (twin/fault.h) where the
-// twin has it. The others act on the connections and on the controller's scheduler, and a tester sends the
-// frames of other nodes. A WireMonitor of each axis receives every frame.
+// Controller and twin, or nodes on a simulated card, of one axis on the simulated bus, with troubles that a
+// test begins and ends while the loop runs, any number of them at once. A trouble of a node is a fault of
+// the twin (twin/fault.h) if the twin has it. The others act on the connections and on the controller's
+// scheduler, and a tester sends the frames of other nodes. A WireMonitor of each axis receives every frame.
 #pragma once
 
 #include <array>
