@@ -17,12 +17,14 @@
 #include <optional>
 #include <random>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "identification/baselines/comparison.h"
 #include "identification/identify.h"
 #include "model/hysteresis.h"
+#include "tests/bench/budgets.h"
 #include "tests/bench/short_run.h"
 
 namespace {
@@ -32,7 +34,6 @@ using namespace hystcan::identification;
 
 const std::size_t samples = bench::full_or_short(100'000, 10'000);
 const std::size_t samples_of_three = bench::full_or_short(1'000'000, 30'000);
-constexpr double budget_s = 2.0, budget_of_a_million_s = 5.0, budget_of_an_answer_s = 0.2;
 const int repetitions = bench::full_or_short(3, 1);
 
 /// Thirty cycles of 30 um between a fixed lower and a rising upper turning point, then nested ones; the noise
@@ -68,7 +69,7 @@ Identified identified(const Dataset& dataset, std::optional<int> order) {
   return identify({dataset}, options);
 }
 
-void time_it(const char* what, const Dataset& dataset, std::optional<int> order) {
+void time_it(bench::Budgets& budgets, const char* what, const Dataset& dataset, std::optional<int> order) {
   double best_s = 0.0;
   Identified found;
   for (int i = 0; i < repetitions; ++i) {
@@ -77,9 +78,9 @@ void time_it(const char* what, const Dataset& dataset, std::optional<int> order)
     const double now_s = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     best_s = i == 0 ? now_s : std::min(best_s, now_s);
   }
-  std::printf("%zu samples, %s: %.2f s, order %d, %.3f %% RMS; budget %.1f s: %s\n", dataset.size(), what,
-              best_s, found.search.shape.order, 100.0 * found.overall.rms / found.output_span, budget_s,
-              bench::verdict(best_s <= budget_s));
+  std::printf("%zu samples, %s: order %d, %.3f %% RMS\n", dataset.size(), what, found.search.shape.order,
+              100.0 * found.overall.rms / found.output_span);
+  budgets.print(std::string(what) + ", s", best_s, {2.0});
 }
 
 /// The longest time between two calls.
@@ -103,7 +104,7 @@ class Patience {
 };
 
 /// Three datasets with zeros of their own, at three rates.
-void time_three(std::size_t count) {
+void time_three(bench::Budgets& budgets, std::size_t count) {
   std::vector<Dataset> datasets;
   for (int i = 0; i < 3; ++i) {
     datasets.push_back(made(count / 3));
@@ -117,16 +118,15 @@ void time_three(std::size_t count) {
   const Identified found = identify(datasets, options);
   const double took_s = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
   const double answer_s = search.longest_s();
-  std::printf("%zu samples in three datasets: %.2f s, %s, %.3f %% RMS; budget %.1f s: %s\n", count, took_s,
-              found.search.shape.text().c_str(), 100.0 * found.overall.rms / found.output_span,
-              budget_of_a_million_s, bench::verdict(took_s <= budget_of_a_million_s));
+  std::printf("%zu samples in three datasets: %s, %.3f %% RMS\n", count, found.search.shape.text().c_str(),
+              100.0 * found.overall.rms / found.output_span);
+  budgets.print("three datasets, s", took_s, {5.0});
   Patience report;
   compare(datasets, found, [&report] { return report.look(); });
   const double report_s = report.longest_s();
   for (const auto& [what, seconds] :
        {std::pair{"identification", answer_s}, std::pair{"comparison", report_s}})
-    std::printf("%s, longest time without a look at the stop signal: %.2f s; budget %.1f s: %s\n", what,
-                seconds, budget_of_an_answer_s, bench::verdict(seconds <= budget_of_an_answer_s));
+    budgets.print(std::string(what) + ", longest time without a look at the stop signal, s", seconds, {0.2});
 }
 
 /// The peak memory of a child process that makes the dataset and, if `identifying`, identifies from it.
@@ -147,15 +147,15 @@ double peak_MB(std::size_t count, bool identifying) {
 }  // namespace
 
 int main() {
-  bench::announce_short_run();
+  bench::Budgets budgets("bench_identify");
   const double small = peak_MB(samples, true) - peak_MB(samples, false);
   const double large = peak_MB(4 * samples, true) - peak_MB(4 * samples, false);
   const Dataset dataset = made(samples);
-  time_it("order chosen", dataset, std::nullopt);
-  time_it("order 10", dataset, 10);
-  time_three(samples_of_three);
-  std::printf(
-      "memory beside the dataset's own: %zu samples %.1f MB, %zu samples %.1f MB, %.2f times; linear (4.4): "
-      "%s\n",
-      samples, small, 4 * samples, large, large / small, bench::verdict(large <= 4.4 * small));
+  time_it(budgets, "order chosen", dataset, std::nullopt);
+  time_it(budgets, "order 10", dataset, 10);
+  time_three(budgets, samples_of_three);
+  std::printf("memory beside the dataset's own: %zu samples %.1f MB, %zu samples %.1f MB\n", samples, small,
+              4 * samples, large);
+  budgets.computed("memory of four times the samples / once", large / small, {4.4});
+  return budgets.status();
 }

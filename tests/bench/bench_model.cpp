@@ -6,13 +6,16 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "model/hysteresis.h"
+#include "model/output_creep.h"
 #include "model/prandtl_ishlinskii.h"
 #include "model/preisach.h"
+#include "tests/bench/budgets.h"
 #include "tests/bench/short_run.h"
 #include "tests/support/relays.h"
 
@@ -124,6 +127,23 @@ void inverse(benchmark::State& run, const Sweep<Model>& sweep) {
     for (const double x : sweep.outputs) {
       const double v = sweep.model.inverse(state, x).value;
       sweep.model.advance(state, v);
+      benchmark::DoNotOptimize(v);
+    }
+  }
+}
+
+/// The inverse of the hysteresis and of the creep behind it, and the advance of both, as the control law does.
+void creep_inverse(benchmark::State& run) {
+  const Sweep<Hysteresis> sweep = sweep_at(10, 100);
+  const OutputCreep creep(OutputCreep::Config{.per_decade = 0.02});
+  HysteresisState state = sweep.start;
+  OutputCreep::State lags = creep.settled(state.output);
+  while (run.KeepRunningBatch(static_cast<benchmark::IterationCount>(sweep.outputs.size()))) {
+    state = sweep.start;
+    creep.settle(lags, state.output);
+    for (const double h : sweep.outputs) {
+      const double v = sweep.model.inverse(state, creep.inverse(lags, creep.output(lags, h))).value;
+      creep.advance(lags, sweep.model.advance(state, v).value, 1e-3);
       benchmark::DoNotOptimize(v);
     }
   }
@@ -241,6 +261,7 @@ void construction(benchmark::State& run) {
 void orders_and_depths(benchmark::internal::Benchmark* of) { of->ArgsProduct({{3, 10}, {1, 10, 100, 1000}}); }
 BENCHMARK(forward_step)->Apply(orders_and_depths);
 BENCHMARK(inverse_step)->Apply(orders_and_depths);
+BENCHMARK(creep_inverse);
 BENCHMARK(spline_forward)->Arg(1)->Arg(100);
 BENCHMARK(spline_inverse)->Arg(1)->Arg(100);
 BENCHMARK(bare_arithmetic)->Arg(3)->Arg(10);
@@ -273,54 +294,47 @@ class Reporter : public benchmark::BenchmarkReporter {
     for (const auto& [name, ns] : ns_) std::printf("%-32s %12.1f ns\n", name.c_str(), ns);
   }
 
-  /// Prints the figures. Returns whether the benchmarks of all of them ran.
-  bool compare() {
-    std::printf("\n%-58s %10s  %s\n", "order 10 if not stated; best of the repetitions", "", "budget");
+  /// Prints the figures: order 10 if not stated, the best of the repetitions.
+  void compare(hystcan::bench::Budgets& budgets) const {
+    budgets.print_heading();
     const double step = ns("forward_step/10/1"), deep = ns("forward_step/10/1000");
     const double back = ns("inverse_step/10/100");
     const double bare = ns("bare_arithmetic/10");
-    budget("forward step / its polynomial and exponential alone", step / bare, 1.4);
-    budget("forward step, depth 1000 / depth 1", deep / step, 1.2);
-    budget("forward step / 30 play operators", step / ns("plays_forward/30"), 0.6);
-    budget("the same with splines / with polynomials", ns("spline_forward/1") / step, 1.0);
-    budget("inverse, depth 100, with splines / with polynomials", ns("spline_inverse/100") / back, 1.0);
-    budget("inverse step with its advance / the same arithmetic", back / bare, 6.0);
-    print("forward step, depth 1, ns", step);
-    print("forward step, depth 1000, ns", deep);
-    print("inverse step with its advance, depth 100, ns", back);
-    print("forward step, order 3, ns", ns("forward_step/3/1"));
-    print("inverse step with its advance, order 3, ns", ns("inverse_step/3/100"));
-    print("inverse step, depth 1000 / depth 1", ns("inverse_step/10/1000") / ns("inverse_step/10/1"));
-    print("forward step / 9 play operators", step / ns("plays_forward/9"));
-    print("forward step / 100 play operators", step / ns("plays_forward/100"));
-    print("inverse step / inverse of 30 play operators", back / ns("plays_inverse/30"));
-    print("forward step / Preisach 100 x 100, Everett form", step / ns("preisach_everett_forward/"));
-    print("forward step / Preisach 100 x 100, relays", step / ns("preisach_relays_forward/"));
+    budgets.ratio("forward step / its polynomial and exponential alone", step / bare, {1.4});
+    budgets.ratio("forward step, depth 1000 / depth 1", deep / step, {1.2});
+    budgets.ratio("forward step / 30 play operators", step / ns("plays_forward/30"), {0.6});
+    budgets.ratio("forward step with splines / with polynomials", ns("spline_forward/1") / step, {1.0});
+    budgets.ratio("inverse step, depth 100, with splines / with polynomials", ns("spline_inverse/100") / back,
+                  {1.0});
+    budgets.ratio("inverse step with its advance / the same arithmetic", back / bare, {6.0, 8.3});
+    budgets.ratio("inverse step with creep / without", ns("creep_inverse/") / back, {1.3, 1.37});
+    budgets.print("forward step, depth 1, ns", step);
+    budgets.print("forward step, depth 1000, ns", deep);
+    budgets.print("inverse step with its advance, depth 100, ns", back);
+    budgets.print("forward step, order 3, ns", ns("forward_step/3/1"));
+    budgets.print("inverse step with its advance, order 3, ns", ns("inverse_step/3/100"));
+    budgets.print("inverse step, depth 1000 / depth 1", ns("inverse_step/10/1000") / ns("inverse_step/10/1"));
+    budgets.print("forward step / 9 play operators", step / ns("plays_forward/9"));
+    budgets.print("forward step / 100 play operators", step / ns("plays_forward/100"));
+    budgets.print("inverse step / inverse of 30 play operators", back / ns("plays_inverse/30"));
+    budgets.print("forward step / Preisach 100 x 100, Everett form", step / ns("preisach_everett_forward/"));
+    budgets.print("forward step / Preisach 100 x 100, relays", step / ns("preisach_relays_forward/"));
     for (const char* depth : {"1", "10", "100", "1000"})
-      print(std::string("forward step / printed recursion, depth ") + depth,
-            ns(std::string("forward_step/10/") + depth) / ns(std::string("printed_recursion/10/") + depth));
-    print("one step that wipes 1000 levels out, ns", ns("wipe_at_once/10/1000"));
-    print("1000 reversals and their wipe, ns per step", ns("nest_and_wipe/10/1000"));
-    print("the same / of 10 reversals", ns("nest_and_wipe/10/1000") / ns("nest_and_wipe/10/10"));
-    return is_complete_;
+      budgets.print(
+          std::string("forward step / printed recursion, depth ") + depth,
+          ns(std::string("forward_step/10/") + depth) / ns(std::string("printed_recursion/10/") + depth));
+    budgets.print("one step that wipes 1000 levels out, ns", ns("wipe_at_once/10/1000"));
+    budgets.print("1000 reversals and their wipe, ns per step", ns("nest_and_wipe/10/1000"));
+    budgets.print("the same / of 10 reversals", ns("nest_and_wipe/10/1000") / ns("nest_and_wipe/10/10"));
   }
 
  private:
-  double ns(const std::string& name) {
-    if (ns_.contains(name)) return ns_.at(name);
-    is_complete_ = false;
-    return std::nan("");
-  }
-  static void print(const std::string& what, double value) {
-    std::printf("%-58s %10.3f%s\n", what.c_str(), value, std::isnan(value) ? "  not run" : "");
-  }
-  static void budget(const char* what, double value, double at_most) {
-    std::printf("%-58s %10.3f  %6.2f  %s\n", what, value, at_most,
-                std::isnan(value) ? "not run" : hystcan::bench::verdict(value <= at_most));
+  /// NaN if an option of the user left the benchmark out.
+  double ns(const std::string& name) const {
+    return ns_.contains(name) ? ns_.at(name) : std::numeric_limits<double>::quiet_NaN();
   }
 
   std::map<std::string, double> ns_;
-  bool is_complete_ = true;
 };
 
 }  // namespace
@@ -328,11 +342,9 @@ class Reporter : public benchmark::BenchmarkReporter {
 // Five repetitions of each in random order, so that the load of other programs affects all alike. Options of
 // the user come later and have precedence; only they may leave a benchmark out.
 int main(int argc, char** argv) {
-  hystcan::bench::announce_short_run();
   std::vector<std::string> words{argv[0], "--benchmark_repetitions=5", "--benchmark_min_time=0.05",
                                  "--benchmark_enable_random_interleaving=true"};
-  if (hystcan::bench::is_short())
-    words = {argv[0], "--benchmark_repetitions=1", "--benchmark_min_time=0.001"};
+  if (hystcan::bench::is_short()) words[2] = "--benchmark_min_time=0.002";
   words.insert(words.end(), argv + 1, argv + argc);
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -342,5 +354,7 @@ int main(int argc, char** argv) {
   Reporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
   reporter.list();
-  return reporter.compare() || argc > 1 ? 0 : 1;
+  hystcan::bench::Budgets budgets("bench_model");
+  reporter.compare(budgets);
+  return argc > 1 ? 0 : budgets.status();
 }

@@ -10,7 +10,6 @@
 int main(int argc, char** argv) {
   using namespace hystcan::support;
   namespace bench = hystcan::bench;
-  bench::announce_short_run();
   constexpr double hour_s = 3600.0;
   constexpr std::int64_t resident_may_grow_kB = 256;
   const double hours = argc > 1 ? std::strtod(argv[1], nullptr) : bench::full_or_short(24.0, 0.1);

@@ -1,8 +1,7 @@
-// The short form of the benchmarks (tests/bench/run_short): each runs all of its code once, with little work.
-// It shows that a benchmark works; its figures are not judged.
+// The short form of the benchmarks (tests/bench/run --short): each runs all of its code with little work. Ratios
+// are judged as in the full form (tests/bench/budgets.h).
 #pragma once
 
-#include <cstdio>
 #include <cstdlib>
 
 namespace hystcan::bench {
@@ -14,17 +13,6 @@ inline bool is_short() { return std::getenv("HYSTCAN_BENCH_SHORT") != nullptr; }
 template <class Amount>
 Amount full_or_short(Amount full, Amount brief) {
   return is_short() ? brief : full;
-}
-
-/// Prints a line above the figures of a short run.
-inline void announce_short_run() {
-  if (is_short()) std::puts("short run: the figures are not judged");
-}
-
-/// Judges a figure against its budget.
-inline const char* verdict(bool is_met) {
-  if (is_short()) return "not judged";
-  return is_met ? "met" : "missed";
 }
 
 }  // namespace hystcan::bench
