@@ -15,7 +15,7 @@ namespace {
 TEST(Shipped, ConfigurationsLoad) {
   for (const char* name :
        {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml", "galfenol_unimorph.toml",
-        "raster.toml", "soft_stage.toml", "fd_stage.toml", "fd_eight.toml"})
+        "raster.toml", "soft_stage.toml", "fd_stage.toml", "fd_stage_learning.toml", "fd_eight.toml"})
     EXPECT_NO_THROW(load(std::string(HYSTCAN_SOURCE_DIR "/config/") + name)) << name;
 }
 

@@ -21,8 +21,9 @@ bool warns(const std::vector<Setting>& settings, const std::string& of) {
 }
 
 TEST(SetpointWarnings, AreNotMadeForShippedConfigurations) {
-  for (const char* file : {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml",
-                           "galfenol_unimorph.toml", "soft_stage.toml", "fd_stage.toml", "fd_eight.toml"}) {
+  for (const char* file :
+       {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml", "galfenol_unimorph.toml",
+        "soft_stage.toml", "fd_stage.toml", "fd_stage_learning.toml", "fd_eight.toml"}) {
     const auto found = warnings(file);
     EXPECT_TRUE(found.empty()) << file << ": " << found.front();
   }
