@@ -2,13 +2,22 @@
 //
 //   bench_loop [CONFIG]     prints the time of an axis-cycle, beside that of the model alone in the same run;
 //                           then the cost of learning, and that of an axis among 32
+//   bench_loop --scale      writes docs/evidence/scale.csv to the standard output: 1 to 64 axes on 1 to 4
+//                           interfaces, with a process for each interface
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdio>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "config/schema/config.h"
 #include "controller/analysis/learning_design.h"
@@ -26,6 +35,9 @@ using namespace std::chrono_literals;
 
 const int repetitions = bench::full_or_short(9, 5);
 const std::chrono::seconds timed = bench::full_or_short(10s, 2s);
+
+/// Node numbers end at 127, and an axis has two nodes.
+constexpr std::size_t most_axes = 63;
 
 /// Processor time: other programs disturb it little.
 double processor_s() {
@@ -122,9 +134,78 @@ void print_cost_of_many_axes(bench::Budgets& budgets, const config::Config& conf
   budgets.ratio("an axis-cycle with 32 axes / with one", one / many, {1.15});
 }
 
+/// What a process with so many axes costs.
+struct Cost {
+  double start_ms = 0.0;       ///< reads the configuration, and makes controller, twin and simulated bus
+  double axis_cycle_ns = 0.0;  ///< of the whole loop, with its share of the twin
+  double resident_kB = 0.0;    ///< the largest
+};
+
+Cost cost_of(std::size_t axes) {
+  Cost cost{.start_ms = std::numeric_limits<double>::infinity()};
+  for (int i = 0; i < repetitions; ++i) {
+    const double start_s = processor_s();
+    const rehearsal::Setup setup =
+        support::many_axes(config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml"), axes);
+    const rehearsal::Rehearsal loop(setup, [](const controller::CycleRecord&) {});
+    cost.start_ms = std::min(cost.start_ms, 1e3 * (processor_s() - start_s));
+  }
+  const rehearsal::Setup setup =
+      support::many_axes(config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml"), axes);
+  cost.axis_cycle_ns = 1e9 / best_of_each([&] { return loop_cycles_per_s(setup); })[0];
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  cost.resident_kB = static_cast<double>(usage.ru_maxrss);
+  return cost;
+}
+
+/// The costs in processes that run at one time, one for each interface.
+std::vector<Cost> costs_of(std::size_t interfaces, std::size_t axes) {
+  std::vector<int> pipes;
+  for (std::size_t i = 0; i < interfaces; ++i) {
+    std::array<int, 2> ends{};
+    if (pipe(ends.data()) != 0) throw std::runtime_error("no pipe");
+    if (fork() == 0) {
+      const Cost cost = cost_of(axes / interfaces);
+      _exit(write(ends[1], &cost, sizeof cost) == sizeof cost ? 0 : 1);
+    }
+    close(ends[1]);
+    pipes.push_back(ends[0]);
+  }
+  std::vector<Cost> costs(interfaces);
+  for (std::size_t i = 0; i < interfaces; ++i) {
+    if (read(pipes[i], &costs[i], sizeof costs[i]) != sizeof costs[i])
+      throw std::runtime_error("a process has failed");
+    close(pipes[i]);
+    wait(nullptr);
+  }
+  return costs;
+}
+
+void write_scale() {
+  std::printf("interfaces,axes,axes_per_process,start_ms,axis_cycle_ns,resident_kB_of_all\n");
+  for (const std::size_t interfaces : {1U, 2U, 4U})
+    for (std::size_t axes = interfaces; axes <= 64; axes *= 2) {
+      const std::size_t each = std::min(axes / interfaces, most_axes);
+      Cost sum{};
+      for (const Cost& cost : costs_of(interfaces, each * interfaces)) {
+        sum.start_ms = std::max(sum.start_ms, cost.start_ms);
+        sum.axis_cycle_ns += cost.axis_cycle_ns / static_cast<double>(interfaces);
+        sum.resident_kB += cost.resident_kB;
+      }
+      std::printf("%zu,%zu,%zu,%.1f,%.0f,%.0f\n", interfaces, each * interfaces, each, sum.start_ms,
+                  sum.axis_cycle_ns, sum.resident_kB);
+      std::fflush(stdout);
+    }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "--scale") {
+    write_scale();
+    return 0;
+  }
   bench::Budgets budgets("bench_loop");
   const std::string file = argc > 1 ? argv[1] : HYSTCAN_SOURCE_DIR "/config/piezo.toml";
   const config::Config config = config::load(file);

@@ -175,8 +175,8 @@ struct Budgeted {
   bench::Budget sampled{}, actual{};
 };
 
-/// Prints the errors of a case. A short run does not find the gains of a case with plant_inverse, and does not
-/// judge it.
+/// Prints the errors of a case. A short run does not find the gains of a case with plant_inverse, and does
+/// not judge it.
 void print_errors(bench::Budgets& budgets, const std::string& name, const Case& of, double frequency_Hz,
                   const Budgeted& budget) {
   const Error error = track(of, frequency_Hz);

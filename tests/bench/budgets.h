@@ -13,8 +13,8 @@
 
 namespace hystcan::bench {
 
-/// Allowance of a ratio of two times: other programs may slow one of them down in every repetition.
-constexpr double timing_allowance = 1.5;
+/// Allowance of a ratio of two times: a busy machine shares its caches, which slows the larger program down.
+constexpr double timing_allowance = 2.0;
 /// Allowance of a computed figure: only compilers and libraries differ.
 constexpr double computed_allowance = 1.02;
 

@@ -1,5 +1,5 @@
-// The short form of the benchmarks (tests/bench/run --short): each runs all of its code with little work. Ratios
-// are judged as in the full form (tests/bench/budgets.h).
+// The short form of the benchmarks (tests/bench/run --short): each runs all of its code with little work.
+// Ratios are judged as in the full form (tests/bench/budgets.h).
 #pragma once
 
 #include <cstdlib>
