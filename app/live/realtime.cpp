@@ -68,7 +68,7 @@ std::optional<RunError> take_priority(int priority) {
   const int error = errno;
   return RunError(
       fmt::format("priority {} (SCHED_FIFO) was refused: {}", priority, words_of(error)),
-      {.remedy = fmt::format("raise ulimit -r (LimitRTPRIO={} in a systemd unit), or give CAP_SYS_NICE",
+      {.remedy = fmt::format("raise ulimit -r (LimitRTPRIO={} in a systemd unit), or grant CAP_SYS_NICE",
                              priority)});
 }
 
@@ -92,16 +92,15 @@ std::optional<RunError> find_memory_lock_refusal() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   if (limit.rlim_cur == RLIM_INFINITY || has_capability(CAP_IPC_LOCK)) return std::nullopt;
-  return RunError(
-      fmt::format("lock_memory is refused: there is a limit of {} kB, which an allocation could exceed",
-                  limit.rlim_cur / 1024),
-      {.remedy = memory_cure});
+  return RunError(fmt::format("lock_memory was refused: the limit of {} kB could stop an allocation",
+                              limit.rlim_cur / 1024),
+                  {.remedy = memory_cure});
 }
 
 std::optional<RunError> lock_memory() {
   if (auto refusal = find_memory_lock_refusal()) return refusal;
   if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
-    return RunError(fmt::format("lock_memory is refused: {}", words_of(errno)), {.remedy = memory_cure});
+    return RunError(fmt::format("lock_memory was refused: {}", words_of(errno)), {.remedy = memory_cure});
   touch_stack();
   keep_heap();
   return std::nullopt;
