@@ -39,7 +39,7 @@ Dataset dataset_of(const Array& t, const Array& u, const Array& y, const std::st
   if (rows == 0) throw py::value_error("t, u, y are empty, expected values");
   for (std::size_t i = 1; i < rows; ++i)
     if (!(dataset.time_s[i] > dataset.time_s[i - 1]))
-      throw py::value_error(fmt::format("t[{}] is {} after {}, expected time to increase", i,
+      throw py::value_error(fmt::format("t[{}] is {} after {}, expected an increasing time", i,
                                         dataset.time_s[i], dataset.time_s[i - 1]));
   return dataset;
 }

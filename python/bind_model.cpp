@@ -50,7 +50,7 @@ std::span<const double> times_of(const Model& model, const Memory& memory, const
   for (std::size_t i = 0; i < size; ++i) {
     if (before_s && !(times[i] > *before_s))
       throw py::value_error(
-          fmt::format("t[{}] is {} after {}, expected time to increase", i, times[i], *before_s));
+          fmt::format("t[{}] is {} after {}, expected an increasing time", i, times[i], *before_s));
     before_s = times[i];
   }
   return times;
@@ -98,7 +98,7 @@ double step_memory(Memory& memory, double u, const std::optional<double>& t) {
   const double time_s = t.value_or(0.0);
   if (!std::isfinite(time_s)) throw py::value_error(fmt::format("t is {}, expected a finite number", time_s));
   if (const auto before_s = memory.time_s(); before_s && !(time_s > *before_s))
-    throw py::value_error(fmt::format("t is {} after {}, expected time to increase", time_s, *before_s));
+    throw py::value_error(fmt::format("t is {} after {}, expected an increasing time", time_s, *before_s));
   return memory.simulate({&u, 1}, {&time_s, 1}).outputs[0];
 }
 

@@ -40,7 +40,7 @@ class CsvRows final : public RowInput {
       const double time_s = timed_ ? row_[1] : static_cast<double>(rows_);
       if (time_s < previous_s_)
         throw Error({file_, reader_.line_number()}, fmt::format("time_s is {} after {}", time_s, previous_s_),
-                    expect("time to increase"));
+                    expect("an increasing time"));
       previous_s_ = time_s;
       ++rows_;
       block.time_s.push_back(time_s);
@@ -91,7 +91,7 @@ class Hdf5Rows final : public RowInput {
     for (std::size_t i = 0; i < count; ++i) {
       if (!timed_) block.time_s[i] = static_cast<double>(read_ + i);
       require(std::isfinite(block.given[i]), column_, i, block.given[i], "a finite number");
-      require(block.time_s[i] >= previous_s_, "time_s", i, block.time_s[i], "time to increase");
+      require(block.time_s[i] >= previous_s_, "time_s", i, block.time_s[i], "an increasing time");
       previous_s_ = block.time_s[i];
     }
     read_ += count;

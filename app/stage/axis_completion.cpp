@@ -48,7 +48,7 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
   const Validation seen =
       validate(model::Hysteresis(parameters), *records.unseen,
                {.lag = {.delay_s = delay_s, .dynamics = {}}, .estimate_s = {}, .memory = {}});
-  return fmt::format("unseen: {} is predicted with {:.3g} % RMS, {:.3g} % at most",
+  return fmt::format("unseen: {} is predicted with an error of {:.3g} % RMS, {:.3g} % at most",
                      records.unseen_file->filename().string(), 100.0 * seen.all.rms / seen.output_span,
                      100.0 * seen.all.max / seen.output_span);
 }
@@ -100,13 +100,13 @@ std::string dynamics_line(const std::string& record, const IdentifiedPlant& plan
   std::string text = fmt::format("{}; from {}", dynamics_line(plant.delays), record);
   if (!plant.mode)
     text += fmt::format(
-        ", which shows delay and lag but no mode ({}): the mode is within what is stated, {:g} Hz, "
-        "and the loop is sound with one anywhere from there up",
+        ", which shows delay and lag but no mode ({}): the loop uses the stated {:g} Hz and keeps its "
+        "margins with every higher resonance",
         plant.not_shown, stated_Hz);
   else if (!is_as_stated(*plant.mode, stated_Hz))
-    text += fmt::format(", where {:g} Hz was stated", stated_Hz);
+    text += fmt::format(", instead of the stated {:g} Hz", stated_Hz);
   if (plant.pure_s > 0.0)
-    text += fmt::format("; {:.3g} ms is no lag but a pure delay, taken as the sensor's", 1e3 * plant.pure_s);
+    text += fmt::format("; {:.3g} ms is pure delay, attributed to the sensor", 1e3 * plant.pure_s);
   return text;
 }
 
@@ -139,7 +139,7 @@ std::string loop_line(const TuningReport& report) {
          (is_cautious(report, first)
               ? fmt::format("; margins of {:g} degrees and {:.2g} dB", report.cautious_rule.phase_margin_deg,
                             decibel(report.cautious_rule.gain_margin))
-              : "; the cautious one does not track");
+              : "; the cautious loop does not track");
 }
 
 TuningReport tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records,
@@ -174,12 +174,11 @@ void set_as_stated(Stage& stage, std::size_t i) {
 }
 
 void print_as_stated(const config::AxisConfig& axis) {
-  print_lines(
-      axis.wire.name,
-      {dynamics_line(axis.control.delays) + ": stated or assumed, not measured",
-       fmt::format("loop: integral alone, ki {:.4g} 1/s: an eighth of what is stable with these; a record of "
-                   "small steps (--step) allows more",
-                   axis.control.law.pi.ki_per_s)});
+  print_lines(axis.wire.name,
+              {dynamics_line(axis.control.delays) + ": stated or assumed, not measured",
+               fmt::format("loop: integral alone, ki {:.4g} 1/s: an eighth of the stability limit with these "
+                           "values; a record of small steps (--step) allows more",
+                           axis.control.law.pi.ki_per_s)});
 }
 
 /// How far the twin's actuator is off the model, as a share of half the range of its outputs: so far that it
@@ -204,8 +203,8 @@ double measured_share(const Identified& found, const AxisRecords& records) {
 std::string plant_text(const Identified& found, const AxisRecords& records) {
   const double share = measured_share(found, records);
   return fmt::format(
-             "# The twin's actuator: the identified model with outputs off by {:.2g} % of half their range at "
-             "most.\n",
+             "# The twin's actuator: the identified model with output errors of up to {:.2g} % of half "
+             "the output range.\n",
              100.0 * share) +
          config::model_text(not_quite(found.parameters, share), {}, {}, not_quite(found.creep, share));
 }
@@ -247,7 +246,7 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
   print_lines(
       axis,
       {fmt::format(
-          "hysteresis: {}, misses {} by {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
+          "hysteresis: {}, fits {} to {:.3g} % RMS{} of {:.5g} um; {}.report/report.html{}",
           found.search.shape.text(), fmt::join(records.names(), ", "), found.overall.rms * percent,
           found.held_out_rms ? fmt::format(" ({:.3g} % cross-validated)", *found.held_out_rms * percent) : "",
           found.output_span, axis, undrawn ? ", without pictures: " + *undrawn : "")});

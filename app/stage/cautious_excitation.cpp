@@ -65,13 +65,13 @@ std::optional<Interval> positions_of(const config::Config& config, const twin::C
     note("{}\n", describe(config.axes[0].wire.name, end.axis.fault()));
     return std::nullopt;
   }
-  end.require_finished(config.axes[0].wire.name, "stopped at a first loop, nothing is written");
+  end.require_finished(config.axes[0].wire.name, "stopped during a small loop; nothing is written");
   if (falls(drives, positions_um))
     throw RunError(fmt::format("{}: {:g} to {:g} {}", config.axes[0].wire.name, loop.low, loop.high,
                                config.axes[0].wire.drive_unit),
                    identification::OutputFalls(), {.remedy = "nothing is written"});
   const auto [low_um, high_um] = std::ranges::minmax(positions_um);
-  note("first {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", loop.low, loop.high,
+  note("small loop, {:g} to {:g} {}: position {:.4g} to {:.4g} um\n", loop.low, loop.high,
        config.axes[0].wire.drive_unit, low_um, high_um);
   return Interval{low_um, high_um};
 }
@@ -120,24 +120,26 @@ std::optional<std::string> excess_of(const config::Config& config, const twin::C
                                                  if (shows_position(record.report))
                                                    positions_um.push_back(record.report.position_um);
                                                });
-    if (stop_signalled != 0) throw RunError("stopped before the experiment, nothing is written");
+    if (stop_signalled != 0) throw RunError("stopped before the experiment; nothing is written");
     if (end.axis.fault().cause != Cause::none) return describe(config.axes[0].wire.name, end.axis.fault());
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
-  if (positions_um.empty()) return "no sample came";
+  if (positions_um.empty()) return "no sample arrived";
   double jump_um = 0.0;
   for (std::size_t i = 1; i < positions_um.size(); ++i)
     jump_um = std::max(jump_um, std::abs(positions_um[i] - positions_um[i - 1]));
   if (limits.position_jump_um > 0.0 && amplitude_margin * jump_um > limits.position_jump_um)
-    return fmt::format("{:.3g} um from sample to sample, position_jump_um is {:g}", jump_um,
+    return fmt::format("the position moves by {:.3g} um between samples, position_jump_um is {:g}", jump_um,
                        limits.position_jump_um);
   const double first_um = positions_um.front();
   const Interval seen{std::ranges::min(positions_um), std::ranges::max(positions_um)};
   const auto twice = [&](double um) { return first_um + amplitude_margin * (um - first_um); };
   if (twice(seen.lo) < limits.position_min_um || twice(seen.hi) > limits.position_max_um)
-    return fmt::format("{:.4g} to {:.4g} um, position_min_um and position_max_um are {:g} and {:g}", seen.lo,
-                       seen.hi, limits.position_min_um, limits.position_max_um);
+    return fmt::format(
+        "the position moves from {:.4g} to {:.4g} um, position_min_um and position_max_um "
+        "are {:g} and {:g}",
+        seen.lo, seen.hi, limits.position_min_um, limits.position_max_um);
   return std::nullopt;
 }
 
@@ -169,14 +171,14 @@ Excitation::Config with_margin(const config::Config& config, const twin::Config&
     const Excitation::Config part = resized(whole, factor, safe_drive);
     const auto found = excess_of(config, twin, part);
     if (!found && halvings > 0)
-      note("amplitude {:g} {}, not {:g}: the twin comes near a limit with more\n", factor * amplitude,
-           config.axes[0].wire.drive_unit, amplitude);
+      note("amplitude {:g} {} instead of {:g}: a larger one brings the twin near a limit\n",
+           factor * amplitude, config.axes[0].wire.drive_unit, amplitude);
     if (!found) return part;
     excess = *found;
   }
   throw RunError(fmt::format(
-      "the experiment is too large for the twin even with an amplitude of {:.3g}: {}; nothing is written. "
-      "Look at [axis.twin] and at the limits of [axis.control], or state an --amplitude",
+      "the experiment is too large for the twin, even with an amplitude of {:.3g}: {}; check [axis.twin] "
+      "and the limits of [axis.control], or set --amplitude. Nothing is written",
       std::ldexp(amplitude, -most_halvings), excess));
 }
 
@@ -193,16 +195,16 @@ Excitation::Hysteresis tried_small_first(const config::Config& config, const twi
     const auto seen = positions_of(config, twin, run, part);
     if (!seen)
       throw RunError(fmt::format(
-          "{:g} to {:g} {} already takes the position out of position_min_um to position_max_um or past "
-          "position_jump_um: look at these limits, at the sign, the zero (`hystcan init --sensor-at-safe`) "
-          "and the unit of the sensor; nothing is written",
+          "a drive of {:g} to {:g} {} already moves the position beyond position_min_um, position_max_um "
+          "or position_jump_um; check these limits, and the sign, zero (`hystcan init --sensor-at-safe`) "
+          "and unit of the sensor. Nothing is written",
           part.low, part.high, unit));
     if (const auto smaller = part_within_limits(whole, part, *seen, control.supervision)) {
       const controller::Supervisor::Config& limits = control.supervision;
       note(
-          "{:.4g} to {:.4g} {}, not {:g} to {:g}: more would take the position out of its limits, {:g} to "
-          "{:g} um, as the sensor reads about {:.3g} um at {:g} {}. If that is its zero, state it: `hystcan "
-          "init --sensor-at-safe`\n",
+          "drive {:.4g} to {:.4g} {} instead of {:g} to {:g}: a larger range moves the position out of "
+          "its limits, {:g} to {:g} um, because the sensor reads about {:.3g} um at {:g} {}. If that is "
+          "its zero, set it: `hystcan init --sensor-at-safe`\n",
           smaller->low, smaller->high, unit, whole.low, whole.high, limits.position_min_um,
           limits.position_max_um, 0.5 * (seen->lo + seen->hi), control.gate.safe_drive, unit);
       return *smaller;

@@ -84,7 +84,7 @@ std::size_t index_of_axis(const config::Config& config, const std::string& name)
   if (name.empty()) return 0;
   const auto found = std::ranges::find(config.axes, name, [](const auto& axis) { return axis.wire.name; });
   if (found == config.axes.end())
-    throw Error(config.file, fmt::format("no axis {}", name), expect("one of its names"));
+    throw Error(config.file, fmt::format("no axis {}", name), expect("an axis of this file"));
   return static_cast<std::size_t>(found - config.axes.begin());
 }
 
@@ -109,8 +109,8 @@ void refuse_to_write_into(const std::filesystem::path& written, const config::Co
     return std::filesystem::weakly_canonical(std::filesystem::absolute(file, ignored), ignored).parent_path();
   };
   if (folder(written) != folder(config.file))
-    throw Error(written, fmt::format("is not beside {}", config.file.string()),
-                expect("a file in its folder: the paths in it count from there"));
+    throw Error(written, fmt::format("is not in the folder of {}", config.file.string()),
+                expect("a file in that folder, because its paths are relative"));
 }
 
 }  // namespace hystcan::app

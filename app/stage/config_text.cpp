@@ -16,12 +16,11 @@ namespace hystcan::app {
 namespace {
 
 constexpr const char* heading =
-    "# Written by `hystcan init`. `assumed` marks what nobody has stated or measured: look at it.\n"
-    "#\n"
-    "#   hystcan check FILE         the values in force and their consequences\n"
+    "# Written by `hystcan init`. Check the values marked `assumed`: they were neither stated nor "
+    "measured.\n#\n"
+    "#   hystcan check FILE         the active values and their consequences\n"
     "#   hystcan {}\n"
-    "#   hystcan controller FILE    ... and the controller\n"
-    "\n";
+    "#   hystcan controller FILE    ... and the controller\n\n";
 
 /// The configuration of one axis, and the comments behind its keys.
 class FirstAxis {
@@ -62,7 +61,7 @@ class FirstAxis {
       for (const can::MessageMap* map :
            {&frames->command, frames->status ? &*frames->status : nullptr, &frames->sample})
         if (map != nullptr && map->integrity == can::Integrity::counter_crc)
-          remark(map->polynomial, "assumed, and what it covers");
+          remark(map->polynomial, "assumed, like the bytes that it covers");
   }
 
   void set_loop() {
@@ -80,7 +79,7 @@ class FirstAxis {
            "1/s; `hystcan check` judges the loop, `hystcan tune` proposes others");
     if (config::reports_state(axis_.wire)) return;
     axis_.control.enable_delay = std::chrono::milliseconds(500);
-    remark(axis_.control.enable_delay, "assumed: its frames do not say when the amplifier is on");
+    remark(axis_.control.enable_delay, "assumed: the frames do not report when the amplifier is on");
   }
 
   /// What every drive and every position must keep to.
@@ -97,15 +96,14 @@ class FirstAxis {
     control.supervision.missing_samples = 3;
     control.following_error.error_um = rounded(0.15 * stroke, 2);
     control.following_error.cycles = 3;
-    remark(control.gate.drive_min, "no drive beyond these leaves the controller");
-    remark(control.gate.safe_drive, "where every run ends");
+    remark(control.gate.drive_min, "the controller commands no drive beyond these");
+    remark(control.gate.safe_drive, "the drive at the end of every run");
     remark(control.gate.slew_per_s, "assumed: the range in 2.5 periods of the resonance");
     remark(control.wipe_slew_per_s,
-           "ramps in and out; start-up goes to drive_max and back, which erases the stage's memory");
+           "slew of the ramps; start-up moves to drive_max and back, which erases the stage's memory");
     remark(control.wipe_dwell_s);
     remark(control.supervision.position_min_um, "a position beyond these ends the run");
-    remark(control.supervision.position_jump_um,
-           "in one cycle: more is not possible and shows a loose cable");
+    remark(control.supervision.position_jump_um, "per cycle; a larger jump means a loose cable");
     remark(control.following_error.error_um, "assumed; structure \"pi\" needs more");
     remark(control.supervision.missing_samples);
   }
@@ -166,7 +164,8 @@ class FirstAxis {
 
   void set_analogue() {
     if (!axis_.analogue) return;
-    remark(axis_.analogue->drive_output.channel, "assumed, as the input: `hystcan doctor` examines the card");
+    remark(axis_.analogue->drive_output.channel,
+           "assumed, like the input; `hystcan doctor` examines the card");
     remark(axis_.analogue->volts_per_drive, "stated: the amplifier's gain");
     remark(axis_.analogue->position_um_per_V, "stated: the sensor");
     remark(axis_.analogue->position_zero_um, "assumed: position at 0 V");

@@ -81,9 +81,8 @@ class LongestStretch {
   std::string text() const {
     std::string text = fmt::format("{} from {:.10g} s to {:.10g} s", counted(longest_.size(), "row"),
                                    longest_.time_s.front(), longest_.time_s.back());
-    if (stretches_ > 1)
-      text += fmt::format(", the longest of {} stretches in which it is driven", stretches_);
-    if (missing_ > 0) text += fmt::format(", without {} that had no sample", counted(missing_, "cycle"));
+    if (stretches_ > 1) text += fmt::format(", the longest of {} driven stretches", stretches_);
+    if (missing_ > 0) text += fmt::format(", without {} that have no sample", counted(missing_, "cycle"));
     return text;
   }
   bool is_empty() const { return longest_.size() == 0; }
@@ -92,14 +91,14 @@ class LongestStretch {
   void append(double time_s, double drive, double position_um) {
     if (present_.size() == config::most_dataset_rows)
       throw Error(name_, fmt::format("the axis is driven for more than {} rows", config::most_dataset_rows),
-                  expect("a part of them with --from and --to"));
+                  {.remedy = "select a part of them with --from and --to"});
     for (const double value : {time_s, drive, position_um})
       if (!(std::abs(value) <= identification::largest_value))
         throw Error(name_, fmt::format("a value is {} in cycle {}", value, before_->number),
                     expect("at most {} in magnitude", identification::largest_value));
     if (present_.size() > 0 && !(time_s > present_.time_s.back()))
       throw Error(name_, fmt::format("time_s is {} after {}", time_s, present_.time_s.back()),
-                  expect("time to increase"));
+                  expect("an increasing time"));
     present_.time_s.push_back(time_s);
     present_.input.push_back(drive);
     present_.output.push_back(position_um);
@@ -146,7 +145,7 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
   }
   if (unit.empty()) {
     unit = of.assumed;
-    note("hystcan: {}: {} is not given, {} assumed\n", file.string(), of.option, of.assumed);
+    note("hystcan: {}: {} is missing, assuming {}\n", file.string(), of.option, of.assumed);
   }
   if (has_control_character(unit))
     throw Error(file, fmt::format("{} has a control character", asked.empty() ? of.name : of.option),
@@ -179,7 +178,8 @@ Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
 Dataset load_run(const std::filesystem::path& run, const DatasetInput& input) {
   const config::DatasetLayout& layout = input.layout;
   if (!layout.columns.empty() || layout.rate_Hz || layout.output_scale || !layout.output_from.empty())
-    throw Error(run, "a recorded run", expect("no --columns, --rate and --output-scale"));
+    throw Error(run,
+                "--columns, --rate, --output-scale and --output-from are not allowed with a recorded run");
   return app::load_run(run, input.axis, span_of(input));
 }
 
@@ -189,7 +189,7 @@ Dataset load(const std::filesystem::path& file, const DatasetInput& input) {
   if (dataset.output_unit.empty() && input.output_unit.empty() && !input.model_output_unit.empty()) {
     dataset.output_unit = input.model_output_unit;
     if (input.model_output_unit != unit_of_output.assumed)
-      note("hystcan: {}: the unit of the output is not stated, {} assumed, the model's\n", file.string(),
+      note("hystcan: {}: the output has no unit, assuming {} as in the model\n", file.string(),
            input.model_output_unit);
   }
   settle(dataset.output_unit, input.output_unit, unit_of_output, file);
@@ -218,7 +218,7 @@ Dataset load_run(const std::filesystem::path& file, const std::string& axis, con
                   });
   stretch.end_stretch();
   if (stretch.is_empty())
-    throw Error(file, fmt::format("axis {} is not driven there", about.name),
+    throw Error(file, fmt::format("axis {} is not driven in these cycles", about.name),
                 expect("cycles between {:g} and {:g} s in which it is initialising, ready or tracking",
                        run.info().first_s, run.info().last_s));
   note("hystcan: {}: axis {}, {}\n", file.string(), about.name, stretch.text());
@@ -245,7 +245,7 @@ void require_run_for_axis(const std::vector<std::filesystem::path>& files, const
 Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout) {
   config::DatasetFile loaded = config::load_dataset(file, layout);
   if (!loaded.taken.empty())
-    note("hystcan: {}: {} (--columns says otherwise)\n", file.string(), loaded.taken);
+    note("hystcan: {}: {} (--columns selects others)\n", file.string(), loaded.taken);
   for (const std::string& said : loaded.notes) note("hystcan: {}: {}\n", file.string(), said);
   return std::move(loaded.dataset);
 }
@@ -253,30 +253,30 @@ Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayo
 void require_unit(const std::filesystem::path& file, const char* name, const std::string& file_unit,
                   const std::string& expected, const char* suffix) {
   if (!file_unit.empty() && file_unit != expected)
-    throw Error(file, fmt::format("the file says {} = \"{}\"", name, file_unit),
+    throw Error(file, fmt::format("the file has {} = \"{}\"", name, file_unit),
                 expect("\"{}\"{}", expected, suffix));
 }
 
 void add_column_options(CLI::App& command, config::DatasetLayout& layout) {
   command.add_option(
       "--columns", layout.columns,
-      "the columns of time, input and output, by name or number: t,V,x; if left out, by likeness");
+      "columns of time, input and output, by name or number (example: t,V,x); default: detected");
   command.add_option("--output-from", layout.output_from,
-                     "file of the output, if each channel has a file of its own");
+                     "file of the output, if each channel has its own file");
   add_checked(command, "--output-scale", layout.output_scale, finite_number(),
-              "um per V of the output column, where it is no length: 12.5 for a sensor of 12.5 um/V");
+              "scale of an output column that is not a length, um per unit (12.5 for a sensor of 12.5 um/V)");
 }
 
 void add_layout_options(CLI::App& command, DatasetInput& input) {
   add_column_options(command, input.layout);
   add_checked(command, "--rate", input.layout.rate_Hz, positive_number(),
-              "sampling rate in Hz, where there is no time or it is the number of the sample");
+              "sampling rate in Hz, if the time is missing or is a sample number");
 }
 
 void add_interval_options(CLI::App& command, DatasetInput& input) {
   add_checked(command, "--from", input.layout.from_s, finite_number(),
-              "leave out the rows before this time_s");
-  add_checked(command, "--to", input.layout.to_s, finite_number(), "leave out the rows after this time_s");
+              "first time_s; earlier rows are left out");
+  add_checked(command, "--to", input.layout.to_s, finite_number(), "last time_s; later rows are left out");
   input.layout.has_interval_options = true;
 }
 
@@ -294,14 +294,14 @@ std::vector<Dataset> load_datasets(const std::vector<std::filesystem::path>& fil
   span_of(input);
   if (files.size() > 1 && !input.layout.output_from.empty())
     throw Error(fmt::format("--output-from is {}", input.layout.output_from.string()),
-                expect("one file with the input, not {}", files.size()));
+                expect("one input file, not {}", files.size()));
   std::vector<Dataset> datasets;
   for (const auto& file : files) {
     datasets.push_back(load(file, input));
     const Dataset &first = datasets.front(), &last = datasets.back();
     if (last.input_unit != first.input_unit || last.output_unit != first.output_unit)
-      throw Error(file, fmt::format("{} to {}", last.input_unit, last.output_unit),
-                  expect("{} to {} as in {}", first.input_unit, first.output_unit, files.front().string()));
+      throw Error(file, fmt::format("the units are {} and {}", last.input_unit, last.output_unit),
+                  expect("{} and {} as in {}", first.input_unit, first.output_unit, files.front().string()));
   }
   return datasets;
 }

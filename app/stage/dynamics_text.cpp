@@ -29,11 +29,10 @@ nlohmann::json to_json(const Estimate& estimate) {
 /// What is known of the parts of a delay.
 std::string delay_shares(const IdentifiedPlant& plant) {
   if (plant.pure_s == 0.0)
-    return ", one sum: drive and position cannot tell the amplifier's lag from the sensor's";
+    return ", as one sum: drive and position do not separate the amplifier's lag from the sensor's";
   return fmt::format(
-      ", of it {:.3g} ms no lag but a pure delay, counted as the sensor's: if it is the amplifier's, "
-      "the stage itself is "
-      "that late",
+      ", including {:.3g} ms of pure delay, attributed to the sensor: if the amplifier causes it, the "
+      "stage itself is late by as much",
       1e3 * plant.pure_s);
 }
 
@@ -43,8 +42,8 @@ std::string far_from_stated(const IdentifiedPlant& plant, const controller::Dela
   const double ratio = plant.delays.resonance_Hz / stated.resonance_Hz;
   if (ratio <= far && ratio >= 1.0 / far) return {};
   return line("warning",
-              fmt::format("the stated resonance is {:g} Hz: above half the rate a mode shows as another "
-                          "one; trust neither before a record at a higher rate",
+              fmt::format("the stated resonance is {:g} Hz: above half the rate, a mode appears at "
+                          "another frequency; record at a higher rate to find the right one",
                           stated.resonance_Hz));
 }
 
@@ -66,19 +65,20 @@ std::string describe(const IdentifiedPlant& plant, const controller::Delays& sta
            line("delay", with_interval(plant.mode->delay_s, 1e3, " ms") + delay_shares(plant)) +
            line("gain", with_interval(plant.mode->gain, 1.0, " " + unit));
   else
-    text =
-        line("mode", "not shown: " + plant.not_shown) +
-        line("", fmt::format("the stated {:g} Hz is taken, and the loop is sound with anything from there up",
-                             stated.resonance_Hz)) +
-        line("delay", with_interval(plant.late_s, 1e3, " ms beside the sensor") + delay_shares(plant)) +
-        line("gain", fmt::format("{:.5g} {}", plant.gain, unit));
+    text = line("mode", "not shown: " + plant.not_shown) +
+           line("", fmt::format(
+                        "the loop uses the stated {:g} Hz and keeps its margins with every higher resonance",
+                        stated.resonance_Hz)) +
+           line("delay",
+                with_interval(plant.late_s, 1e3, " ms in addition to the sensor") + delay_shares(plant)) +
+           line("gain", fmt::format("{:.5g} {}", plant.gain, unit));
   return text +
          line("residual", fmt::format("{:.3g} {} rms; the chain explains {:.4f} % of the output's variance",
                                       plant.residual_rms, output_unit, 100.0 * plant.explained)) +
          line("chain", fmt::format("{:.5g} Hz, damping {:.4g}, amplifier {:.5g} Hz, sensor {:.4g} ms: {}",
                                    plant.delays.resonance_Hz, plant.delays.damping_ratio,
                                    plant.delays.amplifier_bandwidth_Hz, 1e3 * plant.delays.sensor_s(),
-                                   "what looks like the record in these samples")) +
+                                   "values that reproduce the samples of the record")) +
          far_from_stated(plant, stated);
 }
 
@@ -103,11 +103,10 @@ std::string describe(const controller::SensitivityRule& rule) {
               fmt::format("the largest ki of all pairs of ki and kp >= 0 with |1 / (1 + L)| <= {:g} at every "
                           "frequency, at all corners of the intervals",
                           rule.peak_sensitivity)) +
-         line("",
-              fmt::format(
-                  "with {:g} % more of resonance on both sides; without a filter, with a low pass, with a "
-                  "notch",
-                  rule.resonance_percent));
+         line("", fmt::format(
+                      "with the resonance interval widened by {:g} % on both sides; without a filter, with a "
+                      "low pass, with a notch",
+                      rule.resonance_percent));
 }
 
 std::string describe(const CautiousRule& rule) {

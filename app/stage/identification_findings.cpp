@@ -27,8 +27,8 @@ class Findings {
     if (identified_.parameters.symmetry == model::Symmetry::even)
       say("the output hardly changes with the input's sign: the model is even, folded to |input|");
     if (identified_.parameters.output_map)
-      say("the output passes a valley on both sides of zero input: the model is a butterfly, with an output map; a "
-          "controller works beyond the valley, from {:.5g} {} on",
+      say("the output has a valley on each side of zero input: the model is a butterfly with an output "
+          "map; a controller uses outputs from {:.5g} {} on",
           identified_.parameters.output_range().lo, datasets_.front().output_unit);
     report_zeros();
     report_steps();
@@ -59,8 +59,7 @@ class Findings {
 
   void describe(std::size_t i) {
     const Characterisation& is = identified_.datasets[i];
-    say("{}{} over {:.4g} s, {}, {:.0f} % of the samples on minor loops; {} sampling at "
-        "{:.4g} Hz",
+    say("{}{} over {:.4g} s, {}, {:.0f} % of the samples on minor loops; {} sampling at {:.4g} Hz",
         of_dataset(i), counted(is.samples, "sample"), is.duration_s, counted(is.cycles, "cycle"),
         100.0 * is.minor_fraction, is.uniform ? "uniform" : "uneven", 1.0 / is.sample_time_s);
     if (is.uniform && is.samples > 100)
@@ -68,12 +67,12 @@ class Findings {
           is.noise * percent_,
           is.repeatability
               ? fmt::format("; repeated cycles differ by {:.2g} % RMS", *is.repeatability * percent_)
-              : "; no cycle is repeated, so that the repeatability is unknown");
+              : "; no cycle is repeated, so the repeatability is unknown");
     if (is.rate_spread > 3.0)
       say("{}the input is {:.0f} times faster in some half cycles than in others{}", of_dataset(i),
           is.rate_spread, identified_.creep || identified_.dynamics ? "" : ": the model ignores the rate");
     if (is.cycles < 2)
-      say("{}there is no whole cycle: the dataset shows only a part of a loop", of_dataset(i));
+      say("{}the dataset has no complete cycle: it shows only part of a loop", of_dataset(i));
   }
 
   void report_trends(std::size_t i) {
@@ -81,12 +80,12 @@ class Findings {
         identified_.parameters.symmetry == model::Symmetry::even ? folded(datasets_[i]) : datasets_[i];
     const Trends trend = trends(seen, predict(identified_, datasets_, i));
     if (datasets_.size() > 1 && std::abs(trend.gain) * percent_ > 0.1)
-      say("{}its output moves {:+.2g} % of the span more than the model's, from its lowest point to its highest: "
-          "what is left is a gain",
+      say("{}its output range differs from the model's by {:+.2g} % of the span: the "
+          "remaining error is a gain",
           of_dataset(i), trend.gain * percent_);
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
-      say("{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the initial memory "
-          "is not of the assumed kind)",
+      say("{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the assumed "
+          "initial memory is wrong)",
           of_dataset(i), trend.drift * percent_);
     if (std::abs(trend.rate) > identified_.misses[i].rms && std::abs(trend.rate) * percent_ > 0.1)
       say("{}the residual depends on the input's speed, {:+.2g} % of span between fastest rise and fastest "
@@ -98,7 +97,7 @@ class Findings {
     for (const Step& step : identified_.search.steps)
       say("{} was needed: error {:.3g} -> {:.3g} % RMS{}", to_string(step.quantity),
           step.rms_before * percent_, step.rms_after * percent_,
-          step.held_out_after ? fmt::format(", of {} {:.3g} -> {:.3g} %", held_out(),
+          step.held_out_after ? fmt::format(", {} {:.3g} -> {:.3g} %", held_out(),
                                             *step.held_out_before * percent_, *step.held_out_after * percent_)
                               : std::string());
   }
@@ -106,14 +105,15 @@ class Findings {
   void report_zeros() {
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       if (identified_.offsets[i] != 0.0)
-        say("{}its zero lies {:+.4g} {} from that of dataset 1: each has its own (--common-zero: none has)",
+        say("{}its zero differs by {:+.4g} {} from dataset 1: each dataset has its own zero "
+            "(--common-zero: one for all)",
             of_dataset(i), identified_.offsets[i], datasets_.front().output_unit);
       if (identified_.gains[i] != 1.0)
-        say("{}its output moves {:.4g} times as far as that of dataset 1 (amplifier, sensor); "
-            "the model has the gain of dataset 1 (--common-gain: all the same)",
+        say("{}its output moves {:.4g} times as far as in dataset 1 (amplifier, sensor); the model has "
+            "the gain of dataset 1 (--common-gain: one gain for all)",
             of_dataset(i), identified_.gains[i]);
       if (identified_.drifts[i] != 0.0)
-        say("{}its zero drifts by {:+.3g} {} from beginning to end", of_dataset(i), identified_.drifts[i],
+        say("{}its zero drifts by {:+.3g} {} from start to end", of_dataset(i), identified_.drifts[i],
             datasets_.front().output_unit);
     }
   }
@@ -122,11 +122,11 @@ class Findings {
     if (identified_.creep) {
       const model::OutputCreep::Config& creep = *identified_.creep;
       const model::OutputCreep response(creep);
-      say("the output creeps by {:.2g} % of its travel in each decade of time, from {:.3g} to {:.3g} s{}: at 0.1 Hz it "
-          "moves {:.2g} % more than at 10 Hz; the model file has this as [creep]",
+      say("the output creeps by {:.2g} % of its travel per decade of time, from {:.3g} to {:.3g} s{}: at "
+          "0.1 Hz it moves {:.2g} % more than at 10 Hz; stored as [creep] in the model file",
           100.0 * creep.per_decade, creep.from_s, creep.to_s,
           identified_.creep_range
-              ? fmt::format(" ({:.2g} to {:.2g} % do nearly as well)", 100.0 * identified_.creep_range->lo,
+              ? fmt::format(" ({:.2g} to {:.2g} % fit nearly as well)", 100.0 * identified_.creep_range->lo,
                             100.0 * identified_.creep_range->hi)
               : std::string(),
           100.0 * (response.amplitude_at(0.1) / response.amplitude_at(10.0) - 1.0));
@@ -137,14 +137,14 @@ class Findings {
     const auto error = [&](const SearchResult& result) {
       return percent_ * result.held_out.value_or(result.rms);
     };
-    say("with creep of {:.2g} % in each decade of time and a delay of {:.3g} s instead of {:.3g} s, the error of {} is "
-        "{:.3g} % instead of {:.3g} %{}",
+    say("with a creep of {:.2g} % per decade of time and a delay of {:.3g} s instead of {:.3g} s, the "
+        "error of {} is {:.3g} % instead of {:.3g} %{}",
         100.0 * other.trial.creep_per_decade, other.trial.delay_s, identified_.delay_s, held_out(),
         error(other), error(identified_.search),
         datasets_.size() > 1
             ? std::string()
-            : ": at one rate, creep hardly differs from a delay and a wider loop; add a record at "
-              "another rate, or give --creep");
+            : ": a record at a single rate hardly distinguishes creep from a delay and a wider loop; add "
+              "a record at another rate, or set --creep");
   }
 
   void report_gains_instead() {
@@ -153,8 +153,9 @@ class Findings {
     std::string gains;
     for (std::size_t i = 1; i < datasets_.size(); ++i)
       gains += fmt::format("{}{:.5g} for dataset {}", i > 1 ? ", " : "", instead.gains[i], i + 1);
-    say("this creep may be a gain between the sessions (amplifier, sensor): without creep, a gain of {} explains as much, "
-        "error {:.3g} instead of {:.3g} % RMS; record all rates in one session, or give --creep",
+    say("this creep may be a difference in gain between the sessions (amplifier, sensor): without creep, "
+        "a gain of {} fits as well, error {:.3g} instead of {:.3g} % RMS; record all rates in one "
+        "session, or set --creep",
         gains, instead.rms * percent_, instead.rms_with_creep * percent_);
   }
 
@@ -163,8 +164,9 @@ class Findings {
       const LeftOut& part = identified_.left_out[i];
       if (part.samples == 0.0) continue;
       const double more = 100.0 * (part.gain - 1.0);
-      say("{}the others predict it to {:.3g} % RMS{}", of_dataset(i), part.rms() * percent_,
-          std::abs(more) > 0.2 ? fmt::format("; it moves {:.2g} % {} than they predict", std::abs(more),
+      say("{}the other records predict it with an error of {:.3g} % RMS{}", of_dataset(i),
+          part.rms() * percent_,
+          std::abs(more) > 0.2 ? fmt::format("; it moves {:.2g} % {} than predicted", std::abs(more),
                                              more > 0.0 ? "more" : "less")
                                : std::string());
     }
@@ -172,26 +174,26 @@ class Findings {
 
   void report_delay() {
     if (identified_.delay_s > 0.0)
-      say("the output follows {:.3g} s after the input; the model file has this as delay_s",
+      say("the output follows the input after {:.3g} s; stored as delay_s in the model file",
           identified_.delay_s);
     if (!identified_.delay_range) return;
     const DelayRange& range = *identified_.delay_range;
     if (range.hi_s <= 0.0) return;
     const double twice = range.at_twice_the_rate * percent_, five = range.at_five_times_the_rate * percent_;
-    say("delays from {:.3g} to {:.3g} s do nearly as well, but predict inputs twice as fast differently by "
-        "{:.2g} % of the span, five times as fast by {:.2g} %{}",
+    say("delays from {:.3g} to {:.3g} s fit nearly as well, but their predictions differ by {:.2g} % of "
+        "the span for inputs twice as fast, by {:.2g} % for inputs five times as fast{}",
         range.lo_s, range.hi_s, twice, five,
         datasets_.size() == 1 && five > 2.0 * identified_.overall.rms * percent_
-            ? ": a delay hardly differs from a wider loop at one rate; add a record at another rate, or give "
-              "--delay"
+            ? ": a record at a single rate hardly distinguishes a delay from a wider loop; add a record "
+              "at another rate, or set --delay"
             : "");
   }
 
   void report_dynamics() {
     if (!identified_.dynamics) return;
     const model::Dynamics& dynamics = *identified_.dynamics;
-    say("behind the hysteresis stand a mode at {:.5g} Hz with a damping ratio of {:.3g}, and a delay of {:.4g} s: the model "
-        "file has them as [dynamics]",
+    say("the hysteresis is followed by a mode at {:.5g} Hz with a damping ratio of {:.3g}, and by a "
+        "delay of {:.4g} s; stored as [dynamics] in the model file",
         dynamics.mode.natural_frequency_Hz, dynamics.mode.damping_ratio, dynamics.delay_s);
   }
 
@@ -200,24 +202,24 @@ class Findings {
       const InitialMemory& memory = identified_.memories[i];
       switch (memory.kind) {
         case InitialMemory::Kind::virgin:
-          say("{}it begins on the ascending reference curve with an empty memory", of_dataset(i));
+          say("{}it starts on the ascending reference curve with an empty memory", of_dataset(i));
           break;
         case InitialMemory::Kind::from_lower:
-          say("{}it begins as if the input came directly from the lower threshold", of_dataset(i));
+          say("{}it starts as if the input had moved directly from the lower threshold", of_dataset(i));
           break;
         case InitialMemory::Kind::from_upper:
-          say("{}it begins as if the input came directly from the upper threshold", of_dataset(i));
+          say("{}it starts as if the input had moved directly from the upper threshold", of_dataset(i));
           break;
         case InitialMemory::Kind::nested:
-          say("{}it begins after an unknown past, estimated as a decaying oscillation of bias {:+.2g} (0: "
-              "demagnetised, above 0: more from below)",
+          say("{}it starts after an unknown history, estimated as a decaying oscillation with bias "
+              "{:+.2g} (0: demagnetised, above 0: mostly from below)",
               of_dataset(i), memory.bias);
       }
     }
     if (shows_ascending_curve(identified_.memories)) return;
     if (begins_at_lower_point(identified_.parameters))
-      say("no sample has an empty memory: the ascending reference curve is chosen: it is the branch that rises "
-          "from the lower convergence point");
+      say("no sample has an empty memory: the ascending reference curve is taken as the branch that "
+          "rises from the lower convergence point");
     else
       say("no sample has an empty memory: the ascending reference curve is not measured near {:g} {}",
           identified_.parameters.input_range().lo, unit());
@@ -227,33 +229,32 @@ class Findings {
     const auto& shapes = identified_.search.shapes;
     if (shapes.empty()) return;
     const CurveShape& chosen = identified_.search.shape;
-    const std::string judge = shapes.front().held_out
-                                  ? fmt::format("the error of {}", held_out())
-                                  : "the error (there are too few cycles to hold any out)";
+    const std::string judge = shapes.front().held_out ? fmt::format("the error of {}", held_out())
+                                                      : "the error (too few cycles to hold one out)";
     if (!chosen.is_spline()) {
-      say("order {} is the lowest that {} accepts", chosen.order, judge);
+      say("order {} is the lowest one that passes, judged by {}", chosen.order, judge);
       return;
     }
     const auto error = [](const ShapeScore& tried) { return tried.held_out.value_or(tried.rms); };
     double polynomial = std::numeric_limits<double>::infinity();
     for (const ShapeScore& tried : shapes)
       if (!tried.shape.is_spline()) polynomial = std::min(polynomial, error(tried));
-    say("the curves are splines of {} pieces: the best polynomial misses by {:.3g} %, by {}",
+    say("the curves are splines of {} pieces: the best polynomial has an error of {:.3g} %, judged by {}",
         chosen.knots.size() - 1, polynomial * percent_, judge);
   }
 
   void report_k() {
     if (identified_.search.one_k)
-      say("rising and falling branches have the same k: two values would not fit better");
+      say("rising and falling branches have the same k: two values do not fit better");
     const auto report = [&](const char* name, double k, model::Interval range) {
       if (identified_.stopped)
         say("{} = {:.5g} 1/{}", name, k, unit());
       else if (is_determined(range))
-        say("{} = {:.5g} 1/{}; {:.5g} to {:.5g} would do as well (within 5 % of the error)", name, k, unit(),
+        say("{} = {:.5g} 1/{}; {:.5g} to {:.5g} fit as well (within 5 % of the error)", name, k, unit(),
             range.lo, range.hi);
       else
-        say("{} = {:.5g} 1/{}, but the dataset hardly determines it: {:.3g} to {:.3g} would do as well; "
-            "minor loops that turn inside the range would determine it",
+        say("{} = {:.5g} 1/{}, but the dataset hardly determines it: {:.3g} to {:.3g} fit as well; "
+            "record minor loops that turn inside the range",
             name, k, unit(), range.lo, range.hi);
     };
     report("k_ascending", identified_.parameters.k_ascending, identified_.pace_ascending);
@@ -263,9 +264,9 @@ class Findings {
   void report_thresholds() {
     const model::Interval& range = identified_.parameters.input_range();
     if (range.lo == identified_.observed.lo && range.hi == identified_.observed.hi) return;
-    say("thresholds {:.5g} and {:.5g} {} lie beyond the measured inputs, {:.5g} to {:.5g}: outside those the "
-        "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller must reach the upper "
-        "one, where it wipes out what the actuator remembers; --thresholds observed puts both at the inputs",
+    say("thresholds {:.5g} and {:.5g} {} are beyond the measured inputs, {:.5g} to {:.5g}; there the "
+        "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller must reach the upper threshold, "
+        "which erases the memory of the actuator; --thresholds observed sets both to the measured inputs",
         range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi,
         identified_.parameters.output(identified_.parameters.ascending.value(range.lo)),
         identified_.parameters.output(identified_.parameters.ascending.value(range.hi)),

@@ -49,9 +49,9 @@ std::string left_out_of(const IdentificationReport& report) {
               error_cell(of.rms(), report.identified) +
               number_cell(fmt::format("{:+.2g}", 100.0 * (of.gain - 1.0))) + "</tr>\n";
   return part +
-         "</table>\n<p class=\"note\">Each record predicted by the curves of the others, with its own zero "
-         "and the mean gain of the others; k, thresholds, delay, creep and initial memories are those of "
-         "all. Cycles beyond the inputs of the others do not count.</p>\n";
+         "</table>\n<p class=\"note\">Each record is predicted by the curves of the other records, with "
+         "its own zero and the mean gain of the others. k, thresholds, delay, creep and initial memories "
+         "come from all records. Cycles beyond the inputs of the other records do not count.</p>\n";
 }
 
 /// The table of what a search has tried: which parts of a model lower the error of what is held out. Empty if
@@ -61,10 +61,10 @@ std::string structures_of(const IdentificationReport& report) {
   const SearchResult& search = identified.search;
   if (!identified.held_out_rms) return {};
   std::string part =
-      "<h2>What carries over</h2>\n<table>\n" +
+      "<h2>Selected structure</h2>\n<table>\n" +
       heading_row({"structure", "fit RMS [%]",
                    identified.left_out.empty() ? "held-out cycles RMS [%]" : "records left out RMS [%]",
-                   "taken"});
+                   "selected"});
   const auto row = [&](const std::string& what, double rms, const std::optional<double>& held_out,
                        bool is_taken) {
     part += fmt::format("<tr><td>{}</td>", escaped(what)) + error_cell(rms, identified) +
@@ -73,7 +73,7 @@ std::string structures_of(const IdentificationReport& report) {
   };
   const auto with_creep = [](const SearchResult& result) {
     const double creep = result.trial.creep_per_decade;
-    return creep > 0.0 ? fmt::format("all, with creep of {:.2g} % a decade", 100.0 * creep)
+    return creep > 0.0 ? fmt::format("all, with a creep of {:.2g} % per decade", 100.0 * creep)
                        : "all, without creep";
   };
   for (const identification::Step& step : search.steps)
@@ -174,17 +174,17 @@ std::string table_of(const Comparison& comparison) {
 std::string cross_validated(const Identified& identified) {
   if (!identified.held_out_rms) return {};
   return fmt::format(
-      " Cross-validated, as identify prints it, the identified one misses {:.3g} % RMS: over all cycles that "
-      "can be held out, in turn, with k, delay and thresholds from all samples.",
+      " The cross-validated error of the identified model, which identify prints, is {:.3g} % RMS: each "
+      "cycle that can be held out is held out in turn, with k, delay and thresholds from all samples.",
       100.0 * *identified.held_out_rms / identified.output_span);
 }
 
 std::string hold_out_of(const Identified& identified, const Comparison& comparison) {
   if (comparison.no_hold_out) return "Nothing was held out: " + *comparison.no_hold_out + ".";
   return fmt::format(
-             "Held out: {} of {}, {} of {}, every other cycle of those that are not needed to reach "
-             "the ends of the input range. Every model was fitted again without them, the identified one "
-             "with the order found from all samples.",
+             "Held out: {} of {}, {} of {}: every second cycle, except those that are needed to reach "
+             "the ends of the input range. Every model was fitted again without them; the identified "
+             "model keeps the order that was found from all samples.",
              comparison.held_out_cycles, counted(comparison.cycles, "cycle"), comparison.held_out_samples,
              counted(comparison.samples, "sample")) +
          cross_validated(identified);
@@ -215,9 +215,9 @@ std::string memory_text(const InitialMemory& memory) {
     case InitialMemory::Kind::virgin:
       return "virgin";
     case InitialMemory::Kind::from_lower:
-      return "come from the lower threshold";
+      return "from the lower threshold";
     case InitialMemory::Kind::from_upper:
-      return "come from the upper threshold";
+      return "from the upper threshold";
     case InitialMemory::Kind::nested:
       break;
   }
@@ -306,10 +306,11 @@ std::string pictures_of(const std::filesystem::path& directory, const Identifica
                       picture.name, picture.title, picture.explanation);
     else if (report.undrawn)
       part += fmt::format(
-          "<p>No picture: {}. To draw it: <code>python3 -m hystcan.plot pictures.json</code> here.</p>\n",
+          "<p>No picture: {}. To draw it: <code>python3 -m hystcan.plot pictures.json</code> "
+          "in this folder.</p>\n",
           escaped(*report.undrawn));
     else
-      part += "<p>No picture: stopped before it was made.</p>\n";
+      part += "<p>No picture: the command was stopped before it was drawn.</p>\n";
   }
   return part;
 }
@@ -322,8 +323,8 @@ std::string files_of(const std::filesystem::path& directory, const Identificatio
   part += ". Residuals are measured - model. ";
   part += stride == 1 ? "record.csv and the pictures show every sample."
                       : fmt::format(
-                            "record.csv and the pictures show one of each {} samples: the one with "
-                            "the largest residual. Errors and fits use all samples.",
+                            "record.csv and the pictures show one of every {} samples, the one with the "
+                            "largest residual. Errors and fits use all samples.",
                             stride);
   return part + "</p>\n</body>\n</html>\n";
 }

@@ -115,7 +115,7 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
 }
 
 std::string creep_text(const model::OutputCreep::Config& creep) {
-  return fmt::format("creep of {:.3g} % a decade from {} to {}", 100.0 * creep.per_decade,
+  return fmt::format("creep of {:.3g} % per decade from {} to {}", 100.0 * creep.per_decade,
                      time_text(creep.from_s), time_text(creep.to_s));
 }
 

@@ -33,7 +33,7 @@ struct ValidationOptions {
   std::optional<model::HeldCreep::State> crept{};  ///< beside this memory; none: settled
 };
 
-/// "creep of 2.3 % a decade from 10 ms to 3 s".
+/// "creep of 2.3 % per decade from 10 ms to 3 s".
 std::string creep_text(const model::OutputCreep::Config& creep);
 
 /// How a model predicts a dataset.

@@ -193,7 +193,8 @@ Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainReco
                const controller::Delays& stated) {
   if (plant.late_s.hi < -0.1 * chain.cycle_s())
     refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
-           " ms, expected at most that of the record, ", rounded(1e3 * plant.mode->delay_s.value), " ms");
+           " ms, expected at most the delay of the record, ", rounded(1e3 * plant.mode->delay_s.value),
+           " ms");
   return found;
 }
 

@@ -137,7 +137,7 @@ class FrameQuestions {
     if (answer.empty())
       throw Error(
           fmt::format("{} missing: {}", role.option(), what),
-          {.expected = found.empty() ? "a signal, but the DBC has none that may be it" : "one of: " + list});
+          {.expected = found.empty() ? "a signal, but the DBC has no suitable one" : "one of: " + list});
     if (answer == no_signal) return;
     const std::size_t dot = answer.find('.');
     map.message = answer.substr(0, dot);
@@ -271,9 +271,9 @@ bool have_standard_frames(StageFacts& stage, const can::Database& database) {
   const std::string file = stage.config.bus.dbc.string();
   if (prefixes.size() < stage.axes.size())
     throw Error(file,
-                fmt::format("it has the standard frames of {} ({})", counted(prefixes.size(), "axis", "axes"),
+                fmt::format("has the standard frames of {} ({})", counted(prefixes.size(), "axis", "axes"),
                             fmt::join(prefixes, ", ")),
-                expect("those of {} axes", stage.axes.size()));
+                expect("the frames of {} axes", stage.axes.size()));
   for (AxisFacts& axis : stage.axes) {
     can::AxisWire& wire = axis.config.wire;
     take_standard_frames(wire, database, prefix_of(wire.name, prefixes), file);
@@ -290,7 +290,7 @@ void add_role(StatedRoles& roles, const std::string& text) {
     if (role.own_option == nullptr) keys.push_back(role.key());
   if (key.size() == text.size() || std::ranges::count(keys, key) == 0)
     throw Error(fmt::format("--role: '{}'", text),
-                expect("MSG.SIG behind one of: {}=", fmt::join(keys, "=, ")));
+                expect("MSG.SIG after one of: {}=", fmt::join(keys, "=, ")));
   roles[key].push_back(text.substr(key.size() + 1));
 }
 
@@ -299,7 +299,8 @@ void find_frames(StageFacts& stage, const StatedRoles& stated, Questions& questi
   if (have_standard_frames(stage, database)) {
     for (const auto& [key, signals] : stated)
       if (!signals.empty())
-        throw Error(stage.config.bus.dbc, "it has the standard frames", expect("no signal for {}", key));
+        throw Error(stage.config.bus.dbc,
+                    fmt::format("has the standard frames, so a signal for {} is not allowed", key));
     return;
   }
   for (std::size_t i = 0; i < stage.axes.size(); ++i)

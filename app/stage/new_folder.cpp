@@ -22,8 +22,8 @@ namespace {
     present = present.parent_path();
   if (present.empty()) present = ".";
   if (!std::filesystem::is_directory(present, ignored))
-    throw Error(path, fmt::format("{} is not a folder", present.string()), expect("one"));
-  throw RunError(path, fmt::format("cannot be made in the folder {}: {}", present.string(),
+    throw Error(path, fmt::format("{} is not a folder", present.string()));
+  throw RunError(path, fmt::format("cannot be created in the folder {}: {}", present.string(),
                                    std::generic_category().message(error)));
 }
 
@@ -36,11 +36,11 @@ std::filesystem::path named(const std::filesystem::path& path) {
 }  // namespace
 
 void require_new(const std::filesystem::path& path) {
-  if (path.empty()) throw Error("the folder has no name", expect("one"));
+  if (path.empty()) throw Error("the folder has no name");
   std::error_code error;
   const auto status = std::filesystem::symlink_status(path, error);
   if (!std::filesystem::exists(status)) return;
-  if (!std::filesystem::is_directory(status)) throw Error(path, "is there already", expect("a new folder"));
+  if (!std::filesystem::is_directory(status)) throw Error(path, "exists already", expect("a new folder"));
   const bool is_empty = std::filesystem::is_empty(path, error);
   if (error) throw RunError(path, fmt::format("cannot be read: {}", error.message()));
   if (!is_empty)

@@ -69,7 +69,7 @@ OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& 
 }  // namespace
 
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options) {
-  command.add_option("--axis", options.axis, "name of the axis; the first one if left out");
+  command.add_option("--axis", options.axis, "name of the axis; default: the first one");
   CLI::Option* interface = add_checked(command, "--interface", options.interface, interface_name(),
                                        "CAN interface; default: as configured");
   CLI::Option* clear = command.add_flag("--clear-faults", options.clear_faults,

@@ -276,7 +276,7 @@ std::vector<Promise> promises_of(const config::Config& config) {
 
 std::string warning_of(const Promise& promise) {
   if (promise.exact_failure.empty()) return {};
-  return fmt::format("{}: with an actuator that is exactly the model the rehearsal ends: {}", promise.axis,
+  return fmt::format("{}: the rehearsal fails with an actuator that equals the model: {}", promise.axis,
                      promise.exact_failure);
 }
 

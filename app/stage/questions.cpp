@@ -47,9 +47,8 @@ std::optional<double> parsed(std::string text, const std::string& unit) {
 std::string refusal_of_number(const std::string& text, const std::string& unit) {
   if (has_ambiguous_comma(text))
     return fmt::format(
-        "'{}' has a comma before three digits: write a decimal point, or the thousands without a comma",
-        text);
-  return fmt::format("'{}' is no number, expected one{}", text, unit.empty() ? "" : " in " + unit);
+        "'{}' has a comma before three digits; write a decimal point, or thousands without a comma", text);
+  return fmt::format("'{}', expected a number{}", text, unit.empty() ? "" : " in " + unit);
 }
 
 template <class T>
@@ -72,7 +71,7 @@ std::optional<std::string> Questions::answer(const Question& question, const std
   std::string line;
   if (!std::getline(in_, line))
     throw RunError(
-        fmt::format("the input ended before an answer to {}, nothing is written", question.option));
+        fmt::format("the input ended before an answer to {}; nothing is written", question.option));
   line = without_spaces_around(line);
   if (line != "<") return line;
   if (!accepted_.empty()) accepted_.pop_back();
@@ -126,7 +125,7 @@ std::string Questions::text(const Question& question, const std::optional<std::s
   while (const auto line = answer(question, usual.value_or(""))) {
     std::string value = line->empty() ? usual.value_or("") : *line;
     const auto wrong =
-        value.empty() ? std::optional<std::string>("an answer is expected") : objection(check, value);
+        value.empty() ? std::optional<std::string>("an answer is required") : objection(check, value);
     if (!wrong) {
       accept(*line);
       return value;
@@ -139,9 +138,9 @@ std::string Questions::text(const Question& question, const std::optional<std::s
 
 void Questions::require_all() const {
   if (missing_.empty()) return;
-  throw Error(fmt::format("{} missing: {} no default", fmt::join(missing_, ", "),
-                          missing_.size() == 1 ? "it has" : "they have"),
-              {.remedy = "on a terminal, without --yes, `hystcan init` asks"});
+  throw Error(fmt::format("{} {} missing and {} no default", fmt::join(missing_, ", "),
+                          missing_.size() == 1 ? "is" : "are", missing_.size() == 1 ? "has" : "have"),
+              {.remedy = "add it, or run `hystcan init` on a terminal without --yes"});
 }
 
 }  // namespace hystcan::app

@@ -29,13 +29,13 @@ std::string text_of_rows(const std::vector<SuspectRow>& suspects, const Dataset&
   for (std::size_t i = 0; i < std::min(suspects.size(), most_named); ++i)
     rows += (i > 0 ? ", " : "") + text_of_row(suspects[i], dataset);
   if (suspects.size() > most_named) rows += fmt::format(" and {} more", suspects.size() - most_named);
-  return rows + ": no stage moves like this";
+  return rows + ": a stage cannot move like this";
 }
 
 std::string text_of_end(const SensorEnd& end, const Dataset& dataset) {
   return fmt::format(
-      "the output stands at {:.6g} {}, its {}, in {} ({:.2g} % of all) while the input moves: the sensor or "
-      "its recorder ends there",
+      "the output stays at {:.6g} {}, its {} value, in {} ({:.2g} % of all) while the input moves: the "
+      "sensor or its recorder is at its limit",
       end.value, dataset.output_unit, end.is_upper ? "highest" : "lowest", counted(end.rows, "row"),
       100.0 * static_cast<double>(end.rows) / static_cast<double>(dataset.size()));
 }
@@ -52,16 +52,15 @@ std::vector<RecordDoubt> leave_out_suspects(const std::filesystem::path& file, D
   }
   for (const SensorEnd& end : identification::sensor_ends(dataset))
     doubts.push_back({fmt::format("{}: {}", file.string(), text_of_end(end, dataset)),
-                      "all rows are used, though the output there is not that of the stage"});
+                      "all rows are used, although this output is not the stage's"});
   return doubts;
 }
 
 void refuse_same_rows(const std::filesystem::path& file, const Dataset& dataset,
                       const std::filesystem::path& other_file, const Dataset& other) {
   if (identification::has_same_rows(dataset, other))
-    throw Error(
-        file, fmt::format("has the same rows as {}, which are one session and not two", other_file.string()),
-        {.remedy = "leave one of them out"});
+    throw Error(file, fmt::format("has the same rows as {}: both are one session", other_file.string()),
+                {.remedy = "leave one of them out"});
 }
 
 void refuse_same_rows(const std::vector<std::filesystem::path>& files, const std::vector<Dataset>& datasets) {

@@ -63,10 +63,9 @@ class NewFiles {
     for (const std::string& name : names_)
       if (std::filesystem::exists(folder_ / name)) there.push_back(name);
     if (!there.empty())
-      throw Error(folder_,
-                  fmt::format("{} {} there already, nothing is overwritten: move {} away to make it again",
-                              fmt::join(there, ", "), there.size() == 1 ? "is" : "are",
-                              there.size() == 1 ? "it" : "them"));
+      throw Error(folder_, fmt::format("{} already {}, and nothing is overwritten; move {} away first",
+                                       fmt::join(there, ", "), there.size() == 1 ? "exists" : "exist",
+                                       there.size() == 1 ? "it" : "them"));
   }
   ~NewFiles() {
     std::error_code ignored;
@@ -164,9 +163,9 @@ void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std:
     if (stop_signalled != 0) throw;
     if (!std::filesystem::exists(stage.file())) write_file(stage.file(), stage.text());
     keep();
-    error.add_sentence(
-        fmt::format("{} is kept with its models and reports, but is not complete: hystcan demo --config {}",
-                    folder.string(), shell_word(folder / stage_config)));
+    error.add_sentence(fmt::format(
+        "{} keeps its models and reports, but is not complete: hystcan demo --config {} shows the run",
+        folder.string(), shell_word(folder / stage_config)));
     throw;
   }
 }
@@ -182,12 +181,12 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
   const std::string file = shell_word(folder / stage_config), fast = shell_word(folder / fast_config);
   print(
       fmt::format("\n{0}: complete. Next:\n"
-                  "  hystcan check {0}                  # the values in force, the bus, the margins\n"
+                  "  hystcan check {0}                  # the active values, the bus, the margins\n"
                   "  hystcan demo --config {0}          # open and closed loop, with a picture\n"
                   "  hystcan {1} {0} & hystcan controller {0}\n",
                   file, nodes));
   if (std::filesystem::exists(made / fast_config))
-    print(fmt::format("  hystcan demo --config {}     # the faster loop, once the cautious one has run\n",
+    print(fmt::format("  hystcan demo --config {}     # the faster loop, after the cautious one has run\n",
                       fast));
 }
 
@@ -196,16 +195,18 @@ void print_positions(const StageFacts& facts, const std::vector<AxisRecords>& re
   for (std::size_t i = 0; i < records.size(); ++i) {
     const model::Interval travel_um = records[i].travel_um();
     print(
-        fmt::format("{}: the sensor node must send the micrometres of the record, {:.4g} to {:.4g} um: with "
-                    "another zero or scale, its limits and its model are wrong\n",
+        fmt::format("{}: the sensor node must send the same micrometres as the record, {:.4g} to {:.4g} "
+                    "um: with another zero or scale, the limits and the model are wrong\n",
                     facts.axes[i].config.wire.name, travel_um.lo, travel_um.hi));
   }
 }
 
 void print_excitations(const std::filesystem::path& folder, const config::Config& config) {
   const std::string file = shell_word(folder / first_config);
-  print(fmt::format(
-      "{}: a straight line stands for the model. Next, with --rehearse to try them on the twin:\n", file));
+  print(
+      fmt::format("{}: the model is a straight line until there are records. Next (--rehearse tries a "
+                  "command on the twin):\n",
+                  file));
   if (config.axes.front().analogue) print(fmt::format("  hystcan node {} &\n", file));
   for (const config::AxisConfig& axis : config.axes) {
     const std::string& name = axis.wire.name;
@@ -230,7 +231,7 @@ void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
              "# A straight line through the travel, until there is a measured model.\n" +
                  config::model_text(straight_line(axis), {}));
   write_file(folder / axis.config.twin_model,
-             "# The twin's actuator: a loop as piezo stacks have it, until there is a measured one.\n" +
+             "# The twin's actuator: a typical loop of a piezo stack, until there is a measured one.\n" +
                  config::model_text(usual_loop(axis), {}));
 }
 
@@ -252,7 +253,7 @@ AxisRecords records_beside(const std::filesystem::path& folder, const config::Ax
                       .step_file = if_there(named("step")),
                       .unseen_file = if_there(named("unseen"))};
   if (!std::filesystem::exists(records.loop_files.front()))
-    throw Error(records.loop_files.front(), "is not there",
+    throw Error(records.loop_files.front(), "is missing",
                 expect("the record of `hystcan excite {} --axis {}`", shell_word(folder / first_config),
                        shell_word(axis.wire.name)));
   if (auto slow = if_there(named("slow"))) records.loop_files.push_back(*slow);
@@ -286,7 +287,7 @@ void fit_reference(config::AxisConfig& axis, const model::HysteresisParameters& 
     if (is_moved)
       print_lines(
           axis.wire.name,
-          {fmt::format("setpoint[{}] leaves what the model reaches, {:.4g} to {:.4g} um: moved into it", j,
+          {fmt::format("setpoint[{}] was moved into the range that the model reaches, {:.4g} to {:.4g} um", j,
                        reach.lo, reach.hi)});
   }
 }
@@ -298,9 +299,9 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   const controller::Supervisor::Config before = axis.control.supervision;
   const model::Interval drive = records.drive();
   if (drive.span() < 0.95 * (gate.drive_max - gate.drive_min)) {
-    print_lines(axis.wire.name, {fmt::format("the record covers {:.4g} to {:.4g} of {:g} to {:g} {}: "
-                                             "the model, and the drive with it, keep to "
-                                             "that; position limits as in {}",
+    print_lines(axis.wire.name, {fmt::format("the record covers {:.4g} to {:.4g} of {:g} to {:g} {}, so "
+                                             "the model and the drive are limited to that part; position "
+                                             "limits as in {}",
                                              drive.lo, drive.hi, gate.drive_min, gate.drive_max,
                                              axis.wire.drive_unit, first_config)});
     return;
@@ -315,10 +316,10 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   axis.control.supervision.position_max_um = rounded(limits.hi, 3);
   print_lines(
       axis.wire.name,
-      {fmt::format(
-          "limits: position {:.3g} to {:.3g} um, 15 % beyond the record's {:.4g} to {:.4g} um; they were "
-          "{:g} to {:g} um",
-          limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um, before.position_max_um)});
+      {fmt::format("limits: position {:.3g} to {:.3g} um, 15 % beyond the record's {:.4g} to {:.4g} um; "
+                   "previously {:g} to {:g} um",
+                   limits.lo, limits.hi, travel.lo, travel.hi, before.position_min_um,
+                   before.position_max_um)});
 }
 
 /// Says which rate would be better. Takes it where nobody has stated one, if it halves the error or if the
@@ -343,7 +344,7 @@ void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Pla
   if (facts.rate_is_assumed && (rings || offer->share < 0.5))
     facts.config.controller.rate_Hz = offer->rate_Hz;
   const bool is_taken = facts.config.controller.rate_Hz == offer->rate_Hz;
-  const std::string end = is_taken ? fmt::format(" at {:g} Hz: taken as the cycle rate", usual_Hz)
+  const std::string end = is_taken ? fmt::format(" at {:g} Hz: used as the cycle rate", usual_Hz)
                                    : std::string(" (--cycle-rate)");
   for (const std::string& text : texts_of(*offer, present)) print(text + end + '\n');
   flush_output();
@@ -382,11 +383,11 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
 void continue_stage(const std::filesystem::path& folder, const ModelWords& model, bool accept) {
   const std::filesystem::path file = folder / first_config;
   if (!std::filesystem::exists(file) && std::filesystem::exists(folder / stage_config))
-    throw Error(folder, "was made with --record, so that there is nothing to take up",
+    throw Error(folder, "was created with --record, so there is nothing to continue",
                 {.remedy = fmt::format(
-                     "change {0} and try it with `hystcan demo --config {0}`, or make the folder again",
+                     "edit {0} and try it with `hystcan demo --config {0}`, or create the folder again",
                      shell_word(folder / stage_config))});
-  if (!std::filesystem::exists(file)) throw Error(file, "is not there", expect("a folder of `hystcan init`"));
+  if (!std::filesystem::exists(file)) throw Error(file, "is missing", expect("a folder of `hystcan init`"));
   Stage first(file, config::TomlEdit::of_file(file).text());
   std::vector<AxisRecords> records;
   std::vector<std::string> names{stage_config, fast_config};
@@ -418,7 +419,7 @@ void continue_stage(const std::filesystem::path& folder, const ModelWords& model
 void copy_preset(const std::string& preset, const std::filesystem::path& folder) {
   const std::vector<std::string> known = shipped_configurations();
   if (std::ranges::find(known, preset) == known.end())
-    throw Error(fmt::format("--from {}: no such configuration", preset),
+    throw Error(fmt::format("--from {} is not a shipped configuration", preset),
                 expect("one of {}", fmt::join(known, ", ")));
   const std::filesystem::path shipped = shipped_file(preset + ".toml");
   const config::Config config = config::load(shipped);

@@ -33,10 +33,10 @@ void require_names(const std::vector<std::string>& axes) {
     // A dot would take the place of the one before "first" and "model" in the names of files.
     if (!config::is_axis_name(axes[i]) || axes[i].find('.') != std::string::npos)
       throw Error(fmt::format("--axis is '{}'", axes[i]),
-                  expect("letters, digits, _ and -: 1 to 64 of them, files are named for it"));
+                  expect("1 to 64 letters, digits, _ or -, because files are named after it"));
     if (std::find(axes.begin(), axes.begin() + static_cast<std::ptrdiff_t>(i), axes[i]) !=
         axes.begin() + static_cast<std::ptrdiff_t>(i))
-      throw Error(fmt::format("--axis {} is there twice", axes[i]), expect("two names"));
+      throw Error(fmt::format("--axis {} occurs twice", axes[i]), expect("different names"));
   }
 }
 
@@ -56,7 +56,7 @@ class AxisQuestions {
     mode(axis);
     const double sensor_delay_us =
         number({"--sensor-delay", "Sensor's delay", "us",
-                "from the position to its sample; a data sheet has it, 0 where you do not know"},
+                "time from the position to its sample, see the data sheet; 0 if unknown"},
                stated_.sensor_delay_us, {}, 0.0, sensor_delay_us_, [](double value) {
                  return unless(value >= 0.0 && value <= 100'000.0, "{:g}, expected 0 to 100000", value);
                });
@@ -119,15 +119,15 @@ class AxisQuestions {
       most = grain * std::ceil(range.hi / grain - 0.1);
     }
     gate.drive_min =
-        number({"--drive-min", "Lowest drive", unit_, "no drive below it leaves the controller"},
+        number({"--drive-min", "Lowest drive", unit_, "the controller commands no drive below it"},
                stated_.drive_min, least, {}, drive_min_, [&](double value) {
                  if (auto wrong = if_too_large(value)) return wrong;
                  return unless(!least || value <= *least, "{:g}, but the record goes down to {:g} {}", value,
                                least.value_or(0.0), unit_);
                });
     gate.drive_max = number(
-        {"--drive-max", "Highest drive", unit_, "no drive above it leaves the controller"}, stated_.drive_max,
-        most, {}, drive_max_, [&](double value) {
+        {"--drive-max", "Highest drive", unit_, "the controller commands no drive above it"},
+        stated_.drive_max, most, {}, drive_max_, [&](double value) {
           if (auto wrong = if_too_large(value)) return wrong;
           if (most && value < *most)
             return unless(false, "{:g}, but the record goes up to {:g} {}", value, *most, unit_);
@@ -138,7 +138,7 @@ class AxisQuestions {
         });
     const double nearest_zero = std::min(std::max(0.0, gate.drive_min), gate.drive_max);
     gate.safe_drive =
-        number({"--safe", "Safe drive", unit_, "every run ends there, also after a fault"},
+        number({"--safe", "Safe drive", unit_, "drive at the end of every run, also after a fault"},
                stated_.safe_drive, {}, nearest_zero, safe_drive_, [&](double value) {
                  return unless(value >= gate.drive_min && value <= gate.drive_max,
                                "{:g}, expected {:g} to {:g}", value, gate.drive_min, gate.drive_max);
@@ -150,13 +150,13 @@ class AxisQuestions {
       axis.travel_um = measured->travel_um();
       return;
     }
-    const double stroke = number({"--stroke", "Stroke", "um", "the way between lowest and highest drive"},
+    const double stroke = number({"--stroke", "Stroke", "um", "travel from the lowest to the highest drive"},
                                  stated_.stroke_um, {}, {}, stroke_um_, a_millionth_to_1e9_);
     const controller::Gate::Config& gate = axis.config.control.gate;
     const double below = stroke * (gate.safe_drive - gate.drive_min) / (gate.drive_max - gate.drive_min);
     const double at_safe =
         number({"--sensor-at-safe", "Sensor at the safe drive", "um",
-                "what it reads there; the limits follow from it"},
+                "reading of the sensor, which sets the position limits"},
                stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
                  return unless(std::abs(value) <= 1e6, "{:g}, expected at most 1e6 in magnitude", value);
                });
@@ -175,18 +175,18 @@ class AxisQuestions {
           damping_ratio = fit.damping_ratio.value;
         }
       } catch (const identification::ModeNotShown& error) {
-        if (!stated) note("{}: {}; so --resonance is needed\n", measured->step_file->string(), error.what());
+        if (!stated) note("{}: {}; set --resonance\n", measured->step_file->string(), error.what());
       } catch (const std::invalid_argument& error) {
         throw Error(*measured->step_file, error);
       }
     }
     controller::Delays& delays = axis.config.control.delays;
     delays.resonance_Hz = known_or_asked({"--resonance", "First resonance", "Hz",
-                                          "feedback, ramps and reference keep below it; a data sheet has it"},
+                                          "feedback, ramps and reference stay below it; see the data sheet"},
                                          resonance_Hz, stated_.resonance_Hz, {}, resonance_Hz_);
-    delays.damping_ratio =
-        known_or_asked({"--damping", "Damping ratio", "", "of that resonance; flexures have 0.01 to 0.05"},
-                       damping_ratio, stated_.damping_ratio, usual_damping_ratio, damping_ratio_);
+    delays.damping_ratio = known_or_asked(
+        {"--damping", "Damping ratio", "", "damping of the first resonance; 0.01 to 0.05 for flexures"},
+        damping_ratio, stated_.damping_ratio, usual_damping_ratio, damping_ratio_);
     axis.mode_is_measured = resonance_Hz.has_value();
     axis.damping_is_assumed =
         !damping_ratio && stated_.damping_ratio.empty() && delays.damping_ratio == usual_damping_ratio;
@@ -208,7 +208,7 @@ class AxisQuestions {
                                        "V", "0.1 for an amplifier of 10 V/V"},
                                       stated_.volts_per_drive, {}, usual_volts, volts_per_drive_, is_scale);
     analogue.position_um_per_V =
-        number({"--um-per-V", "Position for 1 V of the sensor", "um", "the sensor's data sheet has it"},
+        number({"--um-per-V", "Position for 1 V of the sensor", "um", "see the data sheet of the sensor"},
                stated_.um_per_V, {}, stated_.input.layout.output_scale, um_per_V_, is_scale);
   }
 
@@ -253,7 +253,7 @@ std::optional<std::string> wrong_with(const std::vector<int>& nodes, std::size_t
     return unless(false, "expected {} node ids from 1 to 127, amplifier and sensor of each axis", 2 * axes);
   std::vector<int> sorted = nodes;
   std::ranges::sort(sorted);
-  return unless(std::ranges::adjacent_find(sorted) == sorted.end(), "expected ids that differ");
+  return unless(std::ranges::adjacent_find(sorted) == sorted.end(), "expected different ids");
 }
 
 void number_nodes(StageFacts& stage, const InitOptions& stated, Questions& questions) {
@@ -272,7 +272,7 @@ void number_nodes(StageFacts& stage, const InitOptions& stated, Questions& quest
   for (const int node : known)
     known_text = known_text ? *known_text + fmt::format(",{}", node) : fmt::format("{}", node);
   const std::string answer = questions.text(
-      {"--nodes", "Node ids", "", "of amplifier and sensor, axis by axis (CANopen heartbeats and SYNC)"},
+      {"--nodes", "Node ids", "", "amplifier and sensor of each axis in turn (CANopen heartbeats and SYNC)"},
       known_text, usual_text,
       [&](const std::string& text) { return wrong_with(parsed_nodes(text), stage.axes.size()); });
   const std::vector<int> nodes = parsed_nodes(answer);
@@ -292,32 +292,32 @@ constexpr double usual_rate_Hz = 1000.0;
 void ask_about_the_bus(StageFacts& stage, const InitOptions& stated, Questions& questions) {
   stage.config.controller.rate_Hz =
       questions.number({"--cycle-rate", "Cycle rate", "Hz",
-                        "samples and commands per second; the bus must carry four frames each"},
+                        "samples and commands per second; the bus must carry four frames for each"},
                        stated.rate_Hz, usual_rate_Hz, [](double value) {
                          return unless(value >= 1.0 && value <= 10'000.0, "{:g}, expected 1 to 10000", value);
                        });
   stage.rate_is_assumed = !stated.rate_Hz && stage.config.controller.rate_Hz == usual_rate_Hz;
-  stage.config.bus.interface = questions.text(
-      {"--interface", "CAN interface", "", "vcan0 to rehearse with the twin; it can be changed at any time"},
-      stated.interface, "vcan0", [](const std::string& name) {
-        return unless(name.size() <= 15 && name.find_first_of("/ ") == std::string::npos,
-                      "'{}', expected a name of at most 15 letters", name);
-      });
+  stage.config.bus.interface =
+      questions.text({"--interface", "CAN interface", "", "vcan0 for the twin; can be changed at any time"},
+                     stated.interface, "vcan0", [](const std::string& name) {
+                       return unless(name.size() <= 15 && name.find_first_of("/ ") == std::string::npos,
+                                     "'{}', expected a name of at most 15 letters", name);
+                     });
   const std::filesystem::path shipped = shipped_dbc(stage.axes.front().config.wire.drive_unit);
   const std::string own = shipped.filename().string();
   const bool has_own_nodes = stage.axes.front().config.analogue.has_value();
   const auto known = stated.dbc || !has_own_nodes ? stated.dbc : std::optional(own);
-  const std::string dbc =
-      questions.text({"--dbc", "DBC of the frames", "", "a lab's own; " + own + " has the standard ones"},
-                     known, own, [&](const std::string& file) -> std::optional<std::string> {
-                       if (file == own && !std::filesystem::exists(file)) return std::nullopt;
-                       try {
-                         can::load_dbc(file);
-                         return std::nullopt;
-                       } catch (const Error& error) {
-                         return error.what();
-                       }
-                     });
+  const std::string dbc = questions.text(
+      {"--dbc", "DBC of the frames", "", "DBC file of the nodes; " + own + " has the standard frames"}, known,
+      own, [&](const std::string& file) -> std::optional<std::string> {
+        if (file == own && !std::filesystem::exists(file)) return std::nullopt;
+        try {
+          can::load_dbc(file);
+          return std::nullopt;
+        } catch (const Error& error) {
+          return error.what();
+        }
+      });
   stage.config.bus.dbc = dbc == own && !std::filesystem::exists(dbc) ? shipped : std::filesystem::path(dbc);
 }
 

@@ -36,7 +36,7 @@ Dataset in_um(Dataset dataset, const std::filesystem::path& file) {
   const auto um = model::length_um(dataset.output_unit);
   if (!um)
     throw Error(file, fmt::format("the output is in {}", dataset.output_unit),
-                expect("a length: --output-scale says how many um one {} is", dataset.output_unit));
+                expect("a length; set --output-scale to the um per {}", dataset.output_unit));
   for (double& value : dataset.output) value *= *um;
   dataset.output_unit = "um";
   return dataset;
@@ -49,9 +49,9 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
   if (drive.lo < allowed.lo - slack || drive.hi > allowed.hi + slack)
     throw Error(
         file,
-        fmt::format("the drive goes from {:.6g} to {:.6g} {}, beyond --drive-min {:g} and --drive-max {:g}",
+        fmt::format("the drive ranges from {:.6g} to {:.6g} {}, beyond --drive-min {:g} and --drive-max {:g}",
                     drive.lo, drive.hi, unit, allowed.lo, allowed.hi),
-        expect("a record within them"));
+        expect("a record within these limits"));
   if (dataset.input_unit != unit)
     throw Error(file, fmt::format("the drive is in {}", dataset.input_unit), {.expected = unit});
 }
@@ -60,8 +60,8 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
 void judge_record(const std::filesystem::path& file, Dataset& dataset, bool accept) {
   for (const RecordDoubt& doubt : leave_out_suspects(file, dataset)) {
     if (!accept)
-      throw Error(doubt.fact + ", and limits come from the record",
-                  {.remedy = "record it again, or --accept it"});
+      throw Error(doubt.fact + ", and the limits come from the record",
+                  {.remedy = "record it again, or add --accept"});
     note("hystcan: {}\n", doubt.text());
   }
 }
@@ -94,7 +94,7 @@ void load(AxisRecords& records, const DatasetInput& input, bool accept) {
   const auto load_one = [&](const std::filesystem::path& file) {
     if (!input.layout.output_from.empty())
       throw Error(fmt::format("--output-from is {}", input.layout.output_from.string()),
-                  expect("one record of loops and no other"));
+                  expect("a single record of loops"));
     return in_um(load_datasets({file}, input).front(), file);
   };
   if (records.step_file) records.step = load_one(*records.step_file);
@@ -117,9 +117,9 @@ void refuse_contradictions(const AxisRecords& records, const std::string& drive_
   if (std::abs(records.travel_um().span() / expected_um - 1.0) > tolerance)
     throw Error(
         records.loop_files.front(),
-        fmt::format("the position moves by {:.4g} um where --stroke {:g} and its drive make {:.4g} um likely",
+        fmt::format("the position moves by {:.4g} um, but --stroke {:g} and the drive suggest {:.4g} um",
                     records.travel_um().span(), *stroke_um, expected_um),
-        expect("about that: is the unit right? (--output-scale)"));
+        {.remedy = "check the unit of the output (--output-scale) and --stroke"});
 }
 
 }  // namespace hystcan::app

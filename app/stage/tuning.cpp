@@ -193,7 +193,7 @@ Dataset measured_steps(const config::Config& config, const twin::Config& twin, c
         record.output.push_back(row->output);
       });
   for (const std::string& text : end.closing) note("{}\n", text);
-  end.require_finished(axis.wire.name, "stopped before the end of the experiment, nothing is written");
+  end.require_finished(axis.wire.name, "stopped before the end of the experiment; nothing is written");
   return record;
 }
 
@@ -215,8 +215,8 @@ IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& conf
     throw RunError(config.axes[0].wire.name, error, {.remedy = "nothing is written"});
   } catch (const std::invalid_argument& error) {
     throw RunError("the experiment is not conclusive", error,
-                   {.remedy = "nothing is written. Try another --amplitude: a large step shows the curvature "
-                              "of the loop, a small one is hidden by noise"});
+                   {.remedy = "try another --amplitude: a large step shows the curvature of the loop, a "
+                              "small one is hidden by noise. Nothing is written"});
   }
 }
 
@@ -238,14 +238,14 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
                                                                 : report.rule.peak_sensitivity);
   if (report.proposed().has_run()) return;
   const Candidate& last = report.candidates.back();
-  const std::string ended = last.predicted ? failure_of({*last.predicted}) : "it is not stable";
+  const std::string ended = last.predicted ? failure_of({*last.predicted}) : "the loop is not stable";
   const bool is_short = last.predicted && last.predicted->fault.cause == controller::Cause::none &&
                         last.predicted->state == controller::AxisState::tracking;
   throw RunError(fmt::format(
       "no candidate tracks the configured reference in the rehearsal, {}: {}. {}", last.name, ended,
-      is_short ? "[[axis.control.setpoint]] ends before an error can be measured: let it last longer"
-               : "Look at this limit and at [axis.twin]; `hystcan demo` shows the run, without the limit of "
-                 "the following error"));
+      is_short ? "[[axis.control.setpoint]] ends before an error can be measured: make it longer"
+               : "Check this limit and [axis.twin]; `hystcan demo` shows the run without the "
+                 "following-error limit"));
 }
 
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin) {

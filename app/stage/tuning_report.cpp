@@ -71,9 +71,9 @@ std::string candidate_rows(const Candidate& of, bool is_proposed) {
   const std::string first = fmt::format("{:<2}{:<12} {:>7.4g} {:>9.4g}", is_proposed ? ">" : "", of.name,
                                         of.loop.pi.kp, of.loop.pi.ki_per_s) +
                             filter_cells(of);
-  if (!of.judged) return first + fmt::format(" {:>56}", "ki is zero: no loop to judge") + error_cell(of);
+  if (!of.judged) return first + fmt::format(" {:>56}", "ki is zero: no margins") + error_cell(of);
   return first + margin_cells(of.judged->margins) + error_cell(of) +
-         fmt::format("{:<2}{:<73}", "", "  at the worst") + margin_cells(of.judged->worst) +
+         fmt::format("{:<2}{:<73}", "", "  worst case") + margin_cells(of.judged->worst) +
          (of.judged->worst.stable ? "\n" : "  NOT STABLE\n");
 }
 
@@ -84,27 +84,25 @@ std::string candidate_table(const TuningReport& report) {
                   "gain [dB]", "|L| 180", "sensitivity", "bandwidth [Hz]", "RMS [%]", "true [%]");
   for (std::size_t i = 0; i < report.candidates.size(); ++i)
     text += candidate_rows(report.candidates[i], i == report.best);
-  return text +
-         fmt::format(
-             "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; bandwidth: of the "
-             "feedback alone;\n"
-             "notch: frequency, depth, width; at the worst: of the corners of the intervals, "
-             "with {:g} % more of resonance;\n"
-             "RMS: predicted error of the configured reference at the samples, true: between them too, % of "
-             "{:g} um\n",
-             report.rule.resonance_percent, stroke_um(report));
+  return text + fmt::format(
+                    "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; bandwidth: "
+                    "the feedback alone;\n"
+                    "notch: frequency, depth, width; worst case: over the corners of the intervals, "
+                    "with the resonance interval widened by {:g} %;\n"
+                    "RMS: predicted error with the configured reference at the samples, true: also between "
+                    "them, % of {:g} um\n",
+                    report.rule.resonance_percent, stroke_um(report));
 }
 
 /// Beside a proposal with less margin.
 std::string cautious_line(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
-  return line(
-      "cautious",
-      fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: the first one on a bench; --cautious "
-                  "proposes it",
-                  cautious.rms_percent(), report.cautious_rule.phase_margin_deg,
-                  decibel(report.cautious_rule.gain_margin)));
+  return line("cautious",
+              fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: the first loop for a bench; "
+                          "--cautious proposes it",
+                          cautious.rms_percent(), report.cautious_rule.phase_margin_deg,
+                          decibel(report.cautious_rule.gain_margin)));
 }
 
 std::string choice(const TuningReport& report) {
@@ -128,8 +126,8 @@ std::string prediction_row(const char* name, const Candidate& of) {
 
 std::string assumptions(const TuningReport& report) {
   return fmt::format(
-      "the hysteresis, the noise and the ranges of {} ([axis.twin]), not measured here; resonance, damping "
-      "and delay as found here; and the configured reference of axis {} alone",
+      "hysteresis, noise and ranges of {} ([axis.twin]), which were not measured here; resonance, "
+      "damping and delay as identified here; and the configured reference of axis {} alone",
       report.actuator, report.axis);
 }
 
@@ -139,7 +137,7 @@ std::string prediction_table(const TuningReport& report) {
   for (const controller::Structure structure : controller::all_structures)
     text += fmt::format(" {:>11}", to_string(structure));
   return text + '\n' + prediction_row("present", report.present()) +
-         prediction_row("proposed", report.proposed()) + "it rests on " + assumptions(report) + '\n';
+         prediction_row("proposed", report.proposed()) + "it uses " + assumptions(report) + '\n';
 }
 
 std::string promise_lines(const TuningReport& report) {
@@ -260,14 +258,14 @@ std::string fragment(const TuningReport& report) {
   const controller::Delays& delays = after.control.delays;
   Notes notes{{after.control.law.pi.kp, " um per um"},
               {after.control.law.pi.ki_per_s, ""},
-              {delays.command_delay, "; one cycle; the measured delay counts from its end"},
+              {delays.command_delay, "; one cycle; the measured delay starts at its end"},
               {delays.resonance_Hz, ""},
               {delays.damping_ratio, ""}};
   if (delays.amplifier_bandwidth_Hz != before.control.delays.amplifier_bandwidth_Hz)
     notes.emplace_back(delays.amplifier_bandwidth_Hz,
                        fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s()));
   if (delays.sensor_delay != before.control.delays.sensor_delay)
-    notes.emplace_back(delays.sensor_delay, "; a pure delay beside the lag");
+    notes.emplace_back(delays.sensor_delay, "; a pure delay in addition to the lag");
   const auto comment = [](const std::string& text) { return config::toml_comment(can::dbc::to_utf8(text)); };
   return comment(fmt::format(
              "Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "

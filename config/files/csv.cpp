@@ -262,7 +262,7 @@ controller::MonotoneCubic load_setpoint(const std::filesystem::path& file) {
   while (reader.next(row)) {
     if (!time_s.empty() && row[0] <= time_s.back())
       throw Error({file, reader.line_number(), 1},
-                  fmt::format("time_s is {} after {}", row[0], time_s.back()), expect("time to increase"));
+                  fmt::format("time_s is {} after {}", row[0], time_s.back()), expect("an increasing time"));
     time_s.push_back(row[0]);
     position_um.push_back(row[1]);
   }

@@ -213,7 +213,7 @@ class RowLoader {
       advice = fmt::format(": if it is rounded, {}", without_time());
     else if (layout_.has_interval_options)
       advice = fmt::format(": --to {} keeps the rows before", times_s.back());
-    fail(fmt::format("{} is {} after {}, expected time to increase{}", columns_.titles[0],
+    fail(fmt::format("{} is {} after {}, expected an increasing time{}", columns_.titles[0],
                      time_s / seconds_ + origin_, times_s.back() / seconds_ + origin_, advice));
   }
 

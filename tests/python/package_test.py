@@ -135,12 +135,12 @@ class Models(Scratch):
             model.simulate(u)
         with self.assertRaisesRegex(ValueError, "t has 499 values, expected 500"):
             model.inverse(u[:500], t=t[:499])
-        with self.assertRaisesRegex(ValueError, r"t\[1\] is 1 after 1, expected time to increase"):
+        with self.assertRaisesRegex(ValueError, r"t\[1\] is 1 after 1, expected an increasing time"):
             model.simulate([0.0, 1.0], t=[1.0, 1.0])
         memory = model.memory()
         memory.step(50.0, 3.0)
         for late in (lambda: memory.step(60.0, 3.0), lambda: model.simulate([60.0], memory, t=[2.0])):
-            with self.assertRaisesRegex(ValueError, "after 3, expected time to increase"):
+            with self.assertRaisesRegex(ValueError, "after 3, expected an increasing time"):
                 late()
         with self.assertRaisesRegex(ValueError, "has creep, expected the time t"):
             memory.step(60.0)
@@ -199,7 +199,7 @@ class Identification(Scratch):
         t, u = oscillation(100)
         with self.assertRaisesRegex(ValueError, "100, 100, 99 values"):
             hystcan.identify(t, u, u[1:])
-        with self.assertRaisesRegex(ValueError, "expected time to increase"):
+        with self.assertRaisesRegex(ValueError, "expected an increasing time"):
             hystcan.identify(t[::-1], u, u)
         with self.assertRaisesRegex(ValueError, "expected \"none\", \"even\" or \"butterfly\""):
             hystcan.identify(t, u, u, symmetry="odd")

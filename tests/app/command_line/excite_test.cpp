@@ -126,7 +126,7 @@ TEST_F(Excite, OfAnUnstatedSizeKeepsWellWithinTheLimitsThatASmallLoopShows) {
     shipped.edit("piezo.toml", was, is);
   Process program(rehearsal());
   EXPECT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.err().find("more would take the position out of its limits"), std::string::npos)
+  EXPECT_NE(program.err().find("a larger range moves the position out of its limits"), std::string::npos)
       << program.err();
   EXPECT_LE(std::ranges::max(config::load_dataset(shipped / "record.csv").dataset.output), 15.0);
 }

@@ -64,7 +64,7 @@ TEST_P(InitOfForeignStages, EndsWithAPlausibleCurveAndStroke) {
   model::HysteresisState wiped = twin.at_lower_threshold();
   EXPECT_NEAR(twin.virgin(0.0).output, twin.advance(wiped, 0.0).value, 1e-6)
       << "the twin starts where the record began";
-  EXPECT_NE(read("stage/x.report/report.html").find("the ascending reference curve is chosen"),
+  EXPECT_NE(read("stage/x.report/report.html").find("the ascending reference curve is taken as"),
             std::string::npos);
 }
 
@@ -122,7 +122,7 @@ TEST_F(Cli, InitContinueOfAFolderFromARecordSaysWhatToDo) {
   write("stage/stage.toml", "format = 1\n");
   Process init({HYSTCAN_PROGRAM, "init", path("stage"), "--continue"});
   EXPECT_EQ(init.wait(), bad_input);
-  EXPECT_NE(init.err().find("was made with --record"), std::string::npos) << init.err();
+  EXPECT_NE(init.err().find("was created with --record"), std::string::npos) << init.err();
   EXPECT_NE(init.err().find("hystcan demo --config"), std::string::npos) << init.err();
 }
 

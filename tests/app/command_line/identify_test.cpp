@@ -204,7 +204,7 @@ TEST_F(Identify, RefusesDatasetsOfDifferentUnits) {
 TEST_F(Identify, RefusesADatasetWhoseUnitDiffersFromTheCommandLine) {
   write_record("A.csv", piezo_record(10.0), "# input_unit = A\n");
   expect_refused(run({path("A.csv"), "--output", path("found.toml"), "--input-unit", "V"}),
-                 "A.csv: the file says input_unit = \"A\", expected \"V\"");
+                 "A.csv: the file has input_unit = \"A\", expected \"V\"");
 }
 
 TEST_F(Identify, RefusesAUnitWithAControlCharacter) {
@@ -321,14 +321,15 @@ TEST_F(Identify, WritesTheCreepThatTwoRatesShow) {
   Process program = run({path("slow.csv"), path("fast.csv"), "--order", "3", "--output", path("found.toml"),
                          "--report", path("report")});
   ASSERT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.out().find("the output creeps by 2 % of its travel in each decade of time"),
+  EXPECT_NE(program.out().find("the output creeps by 2 % of its travel per decade of time"),
             std::string::npos)
       << program.out();
-  EXPECT_NE(program.out().find("dataset 2: the others predict it to"), std::string::npos) << program.out();
-  EXPECT_NE(read("report/report.html").find("<h2>What carries over</h2>"), std::string::npos);
+  EXPECT_NE(program.out().find("dataset 2: the other records predict it with an error of"), std::string::npos)
+      << program.out();
+  EXPECT_NE(read("report/report.html").find("<h2>Selected structure</h2>"), std::string::npos);
   Process judged = validate("fast.csv");
   ASSERT_EQ(judged.wait(), done) << judged.err();
-  EXPECT_NE(judged.out().find("with creep of 2 % a decade from 10 ms to 3 s"), std::string::npos)
+  EXPECT_NE(judged.out().find("with creep of 2 % per decade from 10 ms to 3 s"), std::string::npos)
       << judged.out();
 }
 

@@ -136,7 +136,7 @@ TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
 TEST_F(Init, OfARecordSaysThatTheSensorNodeMustSendTheMicrometresOfTheRecord) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--yes"}), done) << err;
-  EXPECT_NE(out.find("x: the sensor node must send the micrometres of the record, "), std::string::npos)
+  EXPECT_NE(out.find("x: the sensor node must send the same micrometres as the record, "), std::string::npos)
       << out;
 }
 
@@ -145,7 +145,7 @@ TEST_F(Init, GivesAStiffStageALoopFarFromWhatItsStatedModeAllows) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "3100", "--yes"}), done)
       << err;
-  EXPECT_NE(out.find("an eighth of what is stable"), std::string::npos) << out;
+  EXPECT_NE(out.find("an eighth of the stability limit"), std::string::npos) << out;
   Process check({HYSTCAN_PROGRAM, "check", path("stage/stage.toml")});
   EXPECT_EQ(check.wait(), done) << check.out();
 }
@@ -156,7 +156,8 @@ TEST_F(Init, RefusesASensorDelayThatIsLongerThanTheDelayOfTheStep) {
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--sensor-delay",
                   "2000", "--yes"}),
             bad_input);
-  EXPECT_NE(err.find("stated delay is 2 ms, expected at most that of the record"), std::string::npos) << err;
+  EXPECT_NE(err.find("stated delay is 2 ms, expected at most the delay of the record"), std::string::npos)
+      << err;
   EXPECT_FALSE(is_there("stage"));
 }
 
@@ -167,8 +168,8 @@ TEST_F(Init, SaysWhatAStepHasShownBesideWhatWasStated) {
                   "150", "--sensor-delay", "50", "--yes"}),
             done)
       << err;
-  EXPECT_NE(out.find("where 150 Hz was stated"), std::string::npos) << out;
-  EXPECT_EQ(out.find("nobody has stated"), std::string::npos) << out;
+  EXPECT_NE(out.find("instead of the stated 150 Hz"), std::string::npos) << out;
+  EXPECT_EQ(out.find("neither stated nor measured"), std::string::npos) << out;
   const std::string text = read("stage/stage.toml");
   EXPECT_EQ(text.find("no step was recorded"), std::string::npos) << text;
   for (const char* key : {"resonance_Hz", "damping_ratio"}) {
@@ -257,7 +258,7 @@ TEST_F(Init, KeepsWhatItMadeWhereOnlyTheRehearsalFails) {
   shipped.edit("stage/first.toml", "following_error_um     = 7.5", "following_error_um = 0.01");
   EXPECT_EQ(init({path("stage"), "--continue"}), failed);
   EXPECT_NE(err.find("following error"), std::string::npos) << err;
-  EXPECT_NE(err.find("is kept"), std::string::npos) << err;
+  EXPECT_NE(err.find("keeps its models"), std::string::npos) << err;
   EXPECT_TRUE(is_there("stage/x.model.toml"));
   shipped.edit("stage/stage.toml", "following_error_um = 0.01", "following_error_um = 7.5");
   EXPECT_LT(percent(path("stage/stage.toml")), 2.0);
@@ -269,7 +270,7 @@ TEST_F(Init, KeepsANewFolderWhoseRehearsalFails) {
                   "--yes"}),
             failed);
   EXPECT_NE(err.find("position jumped"), std::string::npos) << err;
-  EXPECT_NE(err.find(path("stage") + " is kept"), std::string::npos) << err;
+  EXPECT_NE(err.find(path("stage") + " keeps its models"), std::string::npos) << err;
   EXPECT_TRUE(is_there("stage/x.model.toml"));
 }
 
@@ -358,11 +359,11 @@ INSTANTIATE_TEST_SUITE_P(
                       "--drive-max: 80, but the record goes up to 100 V"},
         Contradiction{"AStrokeInAnotherUnit",
                       {"--record", "loops.csv", "--stroke", "0.03", "--resonance", "500", "--yes"},
-                      "is the unit right?"},
+                      "check the unit of the output"},
         Contradiction{"AStrokeThatTheRecordShowsToBeHalf",
                       {"--record", "loops.csv", "--drive-min", "0", "--drive-max", "100", "--stroke", "60",
                        "--resonance", "500", "--yes"},
-                      "is the unit right?"},
+                      "check the unit of the output"},
         Contradiction{"ADriveThatNoFileCanHold",
                       {"--record", "loops.csv", "--drive-max", "1e308", "--resonance", "500", "--yes"},
                       "expected at most 1e+06 in magnitude"},
@@ -374,7 +375,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "change the sign of the output"},
         Contradiction{"AnUnknownResonance", {"--record", "loops.csv", "--yes"}, "--resonance missing"},
         Contradiction{"AStepWithoutLoops", {"--step", "loops.csv", "--yes"}, "need --record"},
-        Contradiction{"TwoAxesOfOneName", {"--axis", "x", "--axis", "x", "--yes"}, "--axis x is there twice"},
+        Contradiction{"TwoAxesOfOneName", {"--axis", "x", "--axis", "x", "--yes"}, "--axis x occurs twice"},
         Contradiction{"ANameThatIsAPath", {"--axis", "../x", "--yes"}, "expected letters, digits"},
         Contradiction{"ASafeDriveOutside",
                       {"--record", "loops.csv", "--safe", "-10", "--resonance", "500", "--yes"},
@@ -386,7 +387,7 @@ INSTANTIATE_TEST_SUITE_P(
             "--position missing: Measured position in um (axis x), expected one of: SensPos.Pos [nm]"},
         Contradiction{"AnEnableOfTheStandardFrames",
                       {"--record", "loops.csv", "--resonance", "500", "--enable", "Enable", "--yes"},
-                      "it has the standard frames, expected no signal for command.enable"},
+                      "has the standard frames, so a signal for command.enable is not allowed"},
         Contradiction{"ADbcThatIsNone",
                       {"--record", "loops.csv", "--resonance", "500", "--dbc", "loops.csv", "--yes"},
                       "loops.csv:1"}),

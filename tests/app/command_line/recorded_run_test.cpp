@@ -173,7 +173,7 @@ TEST_F(RecordedRuns, NeedNoWordAboutTheirColumns) {
   write_cycles("cycles.csv", "wttttt");
   for (const char* option : {"--columns=1,2,3", "--rate=1000", "--output-scale=2"})
     expect_refused(hystcan({"identify", path("cycles.csv"), option, "--output", path("found.toml")}),
-                   "a recorded run, expected no --columns, --rate and --output-scale");
+                   "--columns, --rate, --output-scale and --output-from are not allowed with a recorded run");
 }
 
 TEST_F(RecordedRuns, AreNeededForAnAxis) {
@@ -204,7 +204,7 @@ TEST_F(RecordedRuns, AreReadWithinTheInterval) {
 TEST_F(RecordedRuns, InWhichTheAxisOnlyWaitsAreRefused) {
   write_cycles("cycles.csv", "wwwwww");
   expect_refused(hystcan({"identify", path("cycles.csv"), "--output", path("found.toml")}),
-                 path("cycles.csv") + ": axis x is not driven there");
+                 path("cycles.csv") + ": axis x is not driven in these cycles");
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ TEST_F(Simulate, RefusesADatasetInAnotherUnitThanTheModel) {
   write("in.csv", "# input_unit = \"A\"\ntime_s,input\n0,1\n");
   Process program = run("piezo.model.toml", "in.csv", "out.csv");
   EXPECT_EQ(program.wait(), bad_input);
-  EXPECT_NE(program.err().find("in.csv: the file says input_unit = \"A\", expected \"V\""), std::string::npos)
+  EXPECT_NE(program.err().find("in.csv: the file has input_unit = \"A\", expected \"V\""), std::string::npos)
       << program.err();
 }
 

@@ -104,7 +104,7 @@ TEST_F(SpoiltRecord, OfASensorAtItsEndIsRefusedByInit) {
   for (double& x : record.output) x = std::min(x, 24.0);
   write_record("spoilt.csv", record);
   EXPECT_EQ(init("spoilt.csv"), bad_input);
-  EXPECT_NE(err.find("the output stands at 24 um, its highest"), std::string::npos) << err;
+  EXPECT_NE(err.find("the output stays at 24 um, its highest"), std::string::npos) << err;
 }
 
 TEST_F(SpoiltRecord, IsRefusedWhereItIsGivenTwice) {

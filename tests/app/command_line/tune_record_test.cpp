@@ -99,7 +99,7 @@ TEST_F(TuneRecord, ProposesWhatTheSameStepsAsAnExperimentDo) {
 TEST_F(TuneRecord, SaysThatAPureDelayIsNoLag) {
   Process program = run("steps.csv");
   ASSERT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.out().find("no lag but a pure delay, counted as the sensor's"), std::string::npos)
+  EXPECT_NE(program.out().find("of pure delay, attributed to the sensor"), std::string::npos)
       << program.out();
 }
 
@@ -145,7 +145,7 @@ TEST_F(TuneRecord, RefusesARecordWithoutInformationAndWritesNothing) {
 
 TEST_F(TuneRecord, RefusesARecordInAnotherUnitThanTheDrives) {
   write("ampere.csv", std::regex_replace(read("steps.csv"), std::regex("input_unit = V"), "input_unit = A"));
-  expect_refused(run("ampere.csv"), "ampere.csv: the file says input_unit = \"A\", expected \"V\"");
+  expect_refused(run("ampere.csv"), "ampere.csv: the file has input_unit = \"A\", expected \"V\"");
 }
 
 TEST_F(TuneRecord, RefusesTheOptionsOfAnExperiment) {

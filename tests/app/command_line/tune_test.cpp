@@ -161,7 +161,7 @@ TEST_F(Tune, WritesThePresentValueOfEachKeyIntoTheFragment) {
   const std::string fragment = read("tuning.toml");
   for (const char* expected : {"axis x of piezo.toml; nothing has been applied", "# was 0.05 um per um",
                                "# was 120.0\n", "# was 1000.0; one cycle", "ms of lag\n", "# was 500.0\n",
-                               "# predicted RMS error", "# it rests on the hysteresis"})
+                               "# predicted RMS error", "# it uses the hysteresis"})
     EXPECT_NE(fragment.find(expected), std::string::npos) << expected << "\n" << fragment;
 }
 
@@ -232,7 +232,7 @@ TEST_F(Tune, TakesASmallerAmplitudeByItselfWhereTheTwinComesNearALimit) {
   Process program = tune({"--json"});
   ASSERT_EQ(program.wait(), done) << program.err();
   EXPECT_EQ(json::parse(program.out())["steps"]["amplitude"], 0.25);
-  EXPECT_NE(program.err().find("amplitude 0.25 V, not 1: the twin comes near a limit with more"),
+  EXPECT_NE(program.err().find("amplitude 0.25 V instead of 1: a larger one brings the twin near a limit"),
             std::string::npos)
       << program.err();
 }
@@ -246,10 +246,9 @@ TEST_F(Tune, PrintsThatASetpointEndsBeforeAnErrorCanBeMeasured) {
   write("piezo.toml", text);
   Process program = tune();
   EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(
-      program.err().find("axis x tracked no sample of a settled reference. [[axis.control.setpoint]] ends "
-                         "before an error can be measured: let it last longer"),
-      std::string::npos)
+  EXPECT_NE(program.err().find("axis x tracked no sample of a settled reference. [[axis.control.setpoint]] "
+                               "ends before an error can be measured: make it longer"),
+            std::string::npos)
       << program.err();
   EXPECT_FALSE(written());
 }

@@ -202,7 +202,7 @@ TEST_F(Limits, ASimulationRefusesATimeThatRunsBackwards) {
   write("back.csv", "time_s,input\n0,1\n2,2\n1,3\n");
   EXPECT_EQ(refusal_of({"simulate", path("piezo.model.toml"), "--input", path("back.csv"), "--output",
                         path("o.csv")}),
-            "hystcan: " + path("back.csv") + ":4: time_s is 1 after 2, expected time to increase\n");
+            "hystcan: " + path("back.csv") + ":4: time_s is 1 after 2, expected an increasing time\n");
 }
 
 TEST_F(Limits, ANumberThatADoubleCannotHoldOrThatIsSubnormalIsRefusedWithItsOption) {

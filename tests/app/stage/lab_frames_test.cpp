@@ -183,7 +183,7 @@ TEST_F(LabFrames, ThatAreTheStandardOnesInAnotherUnitOrOfFewerAxesAreRefused) {
   take_shipped("galfenol.dbc");
   EXPECT_NE(refusal({}).find("is in A, expected V (--unit)"), std::string::npos);
   take_shipped("hystcan.dbc");
-  EXPECT_NE(refusal({}, {"x", "y", "z"}).find("expected those of 3 axes"), std::string::npos);
+  EXPECT_NE(refusal({}, {"x", "y", "z"}).find("expected the frames of 3 axes"), std::string::npos);
 }
 
 TEST(Roles, ThatAreUnknownAreRefused) {

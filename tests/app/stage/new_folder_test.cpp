@@ -63,10 +63,11 @@ TEST(NewFolder, NamesTheGivenPathAndTheFolderThatRefusesIt) {
   const support::ScratchFolder above;
   std::ofstream(above / "file") << "text";
   // Nobody can make a folder in /proc, not even root.
-  EXPECT_TRUE(refusal("/proc/stage").starts_with("/proc/stage: cannot be made in the folder /proc: "));
-  EXPECT_TRUE(refusal("/proc/a/stage/").starts_with("/proc/a/stage/: cannot be made in the folder /proc: "));
+  EXPECT_TRUE(refusal("/proc/stage").starts_with("/proc/stage: cannot be created in the folder /proc: "));
+  EXPECT_TRUE(
+      refusal("/proc/a/stage/").starts_with("/proc/a/stage/: cannot be created in the folder /proc: "));
   const std::string file = (above / "file").string();
-  EXPECT_EQ(refusal(above / "file/a"), file + "/a: " + file + " is not a folder, expected one");
+  EXPECT_EQ(refusal(above / "file/a"), file + "/a: " + file + " is not a folder");
 }
 
 }  // namespace

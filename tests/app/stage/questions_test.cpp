@@ -13,7 +13,7 @@
 namespace hystcan::app::questions_test {
 namespace {
 
-const Question highest{"--drive-max", "Highest drive", "V", "no drive above it leaves the controller"};
+const Question highest{"--drive-max", "Highest drive", "V", "the controller commands no drive above it"};
 
 std::optional<std::string> more_than_zero(double value) {
   return unless(value > 0.0, "expected more than 0");
@@ -25,7 +25,7 @@ TEST(Questions, AreAskedUntilAnAnswerDoes) {
   Questions questions(answers, true);
   EXPECT_EQ(questions.number(highest, {}, {}, more_than_zero), 100.0);
   const std::string shown = testing::internal::GetCapturedStderr();
-  EXPECT_NE(shown.find("'abc' is no number"), std::string::npos) << shown;
+  EXPECT_NE(shown.find("'abc', expected a number"), std::string::npos) << shown;
   EXPECT_NE(shown.find("expected more than 0"), std::string::npos) << shown;
   EXPECT_EQ(questions.asked(), 1) << "asked again is the same question";
 }
@@ -57,7 +57,7 @@ TEST(Questions, AreAskedAgainWhereACommaMaySeparateThousands) {
   const std::string shown = testing::internal::GetCapturedStderr();
   for (const char* typed : {"1,234", "1,500 Hz", "-2,000"})
     EXPECT_NE(
-        shown.find("'" + std::string(typed) + "' has a comma before three digits: write a decimal point"),
+        shown.find("'" + std::string(typed) + "' has a comma before three digits; write a decimal point"),
         std::string::npos)
         << shown;
 }
@@ -67,7 +67,7 @@ TEST(Questions, HaveAUnitAReasonAnOptionAndADefault) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(Questions(answers, true).number(highest, {}, 120.0), 120.0);
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "Highest drive, V: no drive above it leaves the controller\n  --drive-max [120]: ");
+            "Highest drive, V: the controller commands no drive above it\n  --drive-max [120]: ");
 }
 
 TEST(Questions, AreNotAskedWhereTheOptionSaysIt) {
@@ -91,7 +91,7 @@ TEST(Questions, ThatNobodyAnswersNameAllOptionsAtOnce) {
   EXPECT_EQ(questions.number({"--safe", "Safe drive", "V", ""}, {}, 0.0), 0.0);
   EXPECT_EQ(questions.text({"--dbc", "DBC", "", ""}, {}, {}), "");
   const std::string refusal = support::refusal_of([&] { questions.require_all(); });
-  EXPECT_EQ(refusal.substr(0, 27), "--drive-max, --dbc missing:");
+  EXPECT_EQ(refusal.substr(0, 30), "--drive-max, --dbc are missing");
 }
 
 TEST(Questions, GoBackByOneWhereTheAnswerIsLess) {

@@ -49,7 +49,7 @@ std::function<void(Dataset&)> each_output(std::function<double(double)> change) 
 
 const std::vector<Spoilt>& spoilt_records() {
   const std::size_t last = clean().size() - 1;
-  const std::string no_stage = "no stage moves like this";
+  const std::string no_stage = "a stage cannot move like this";
   static const std::vector<Spoilt> all{
       {"nothing", [](Dataset&) {}, {}},
       {"output drops out in one row",
@@ -78,10 +78,10 @@ const std::vector<Spoilt>& spoilt_records() {
        1},
       {"sensor ends above",
        each_output([](double x) { return std::min(x, 24.0); }),
-       {"the output stands at 24 um, its highest, in", "% of all) while the input moves"}},
+       {"the output stays at 24 um, its highest value, in", "% of all) while the input moves"}},
       {"sensor ends below",
        each_output([](double x) { return std::max(x, 6.0); }),
-       {"the output stands at 6 um, its lowest, in"}},
+       {"the output stays at 6 um, its lowest value, in"}},
       {"absolute sensor", each_output([](double x) { return x + 1e7; }), {}},
       {"absolute sensor that drops out",
        [](Dataset& record) {
@@ -123,8 +123,7 @@ TEST(RecordDoubts, RefuseOneSessionThatIsGivenTwice) {
   const std::string refusal = support::refusal_of([&] {
     refuse_same_rows({"a.csv", "b.csv", "c.csv"}, {clean(), other, clean()});
   });
-  EXPECT_EQ(refusal,
-            "c.csv: has the same rows as a.csv, which are one session and not two; leave one of them out");
+  EXPECT_EQ(refusal, "c.csv: has the same rows as a.csv: both are one session; leave one of them out");
 }
 
 }  // namespace

@@ -67,11 +67,10 @@ INSTANTIATE_TEST_SUITE_P(
                "\"Time (ms)\",\"Drive (mV)\",\"Position (nm)\"\r\n0,1500,2.25\r\n1,-1000,3\r\n2,0,4\r\n",
                "time from Time (ms) in ms, input from Drive (mV) in mV, output from Position (nm) in nm", "V",
                "nm"},
-        Format{"UnitsInWords",
-               "Zeit in ms;Piezospannung in V;Istwert in \xC2\xB5m\n0;1,5;2,25\n1;-1;3\n2;0;4\n",
-               "time from Zeit in ms in ms, input from Piezospannung in V in V, output from Istwert in "
-               "\xC2\xB5m in um",
-               "V", "um"},
+        Format{
+            "UnitsInWords", "Zeit in ms;Piezospannung in V;Istwert in \xC2\xB5m\n0;1,5;2,25\n1;-1;3\n2;0;4\n",
+            "time from Zeit in ms in ms, input from Piezospannung in V in V, output from Istwert in \xC2\xB5m in um",
+            "V", "um"},
         Format{"UnitsBehindASlash", "t/ms,Ansteuerung/V,Sensorspannung/V\n0,1.5,2.25\n1,-1,3\n2,0,4\n",
                "time from t/ms in ms, input from Ansteuerung/V in V, output from Sensorspannung/V in V", "V",
                "V"},
@@ -206,8 +205,7 @@ TEST(LabCsvRefusal, SaysWhichColumnsThereAreAndWhatIsMissing) {
             "TIME,INPUT,OUTPUT by names or numbers from 1 to 3");
   EXPECT_EQ(
       refusal("0,1,2\n1,2,3\n"),
-      ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, "
-      "1 to 3");
+      ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, 1 to 3");
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,z"}),
             ":1:1: no column z, expected one of t, V, x, or a number from 1 to 3");
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,4"}),
@@ -218,10 +216,9 @@ TEST(LabCsvRefusal, HasThePlaceOfABadRow) {
   EXPECT_EQ(refusal("Lab 3\nt;V;x\n0;1;2\n1;2\n"), ":4:1: the row has 2 fields, expected 3 as in the header");
   EXPECT_EQ(refusal("t;V;x\n0;1;2\n1;abc;3\n"), ":3:3: V is \"abc\", expected a finite number");
   EXPECT_EQ(refusal("t;V;x\n0;1;2\n1;;3\n"), ":3:3: V is empty, expected a number");
-  EXPECT_EQ(
-      refusal("t,V,x\n0,1,2\n0.5,1,2\n0.5,1,2\n"),
-      ":4: t is 0.5 after 0.5, expected time to increase: if it is rounded, --columns 2,3 --rate HZ reads "
-      "the file without it");
+  EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.5,1,2\n0.5,1,2\n"),
+            ":4: t is 0.5 after 0.5, expected an increasing time: if it is rounded, --columns 2,3 --rate HZ "
+            "reads the file without it");
   EXPECT_EQ(refusal("t,V,t\n0,1,2\n1,1,2\n"),
             ":1:1: column t occurs twice, expected each name once, or --columns with numbers from 1 to 3");
 }
@@ -265,8 +262,7 @@ TEST(LabCsvSigns, AreDecidedOnceForTheWholeFile) {
             "thousands separators");
   EXPECT_EQ(
       refusal("t,V,x\n0,0100,1,5,2,25\n0,0200,1,5,2,25\n", {.columns = "2,4,6"}),
-      ":2:3: decimal commas between commas, expected semicolons between the fields or quotes around the "
-      "numbers");
+      ":2:3: decimal commas between commas, expected semicolons between the fields or quotes around the numbers");
 }
 
 TEST(LabCsvHead, IsNotTakenForRows) {
@@ -319,8 +315,7 @@ TEST(LabCsvSigns, HaveApostrophesAndNarrowBlanksBetweenThousands) {
   EXPECT_EQ(load("t;V;x\n0.5;1;1'002.5\n0.6;1;31'250\n").dataset.output,
             (std::vector<double>{1002.5, 31250.0}));
   EXPECT_EQ(load("t;V;x\n0,5;1;1\xE2\x80\xAF"
-                 "002,5\n0,6;1;\xE2\x88\x92"
-                 "7,5\n")
+                 "002,5\n0,6;1;\xE2\x88\x927,5\n")
                 .dataset.output,
             (std::vector<double>{1002.5, -7.5}));
 }

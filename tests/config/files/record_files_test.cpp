@@ -98,14 +98,14 @@ INSTANTIATE_TEST_SUITE_P(
         RecordFile{"16_text_at_the_end.csv"}, RecordFile{"17_cut_in_the_last_row.csv", {}, "", 599},
         RecordFile{"19_time_restarts.csv",
                    {},
-                   ":602: t is 0 after 5.99, expected time to increase: --to 5.99 keeps the rows before"},
+                   ":602: t is 0 after 5.99, expected an increasing time: --to 5.99 keeps the rows before"},
         RecordFile{"19_time_restarts.csv", {.to_s = 5.99}}, RecordFile{"20_clock_time.csv"},
         RecordFile{"20_clock_time.csv", {.columns = "2,3", .rate_Hz = 100.0}}, RecordFile{"23_epoch_ms.csv"},
         RecordFile{"24_decimal_commas_in_quotes.csv"},
         RecordFile{
             "25_time_rounded.csv",
             {},
-            ":3: Time (s) is 200 after 200, expected time to increase: if it is rounded, --columns 2,3 "
+            ":3: Time (s) is 200 after 200, expected an increasing time: if it is rounded, --columns 2,3 "
             "--rate HZ reads the file without it"},
         RecordFile{"25_time_rounded.csv", {.columns = "2,3", .rate_Hz = 100.0}}));
 

@@ -42,7 +42,7 @@ TEST(SetpointFile, CountsALastRowWithoutItsLineEnd) {
 
 TEST(SetpointFile, IsRefusedWithItsLine) {
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n0.5,2\n0.5,3\n"),
-            "r.csv:4:1: time_s is 0.5 after 0.5, expected time to increase");
+            "r.csv:4:1: time_s is 0.5 after 0.5, expected an increasing time");
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n"),
             "r.csv:2:1: the reference has 1 row, expected at least two");
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n1,nan\n"),
@@ -118,8 +118,7 @@ TEST(SetpointKeys, MakeARaster) {
   const support::ShippedCopy shipped;
   shipped.edit(
       "raster.toml", "turnaround_percent = 10.0 ",
-      "both_directions = false\nflyback_percent = 25.0\nframes = 3\nslow = \"ramp\"\nturnaround_percent = "
-      "8.0");
+      "both_directions = false\nflyback_percent = 25.0\nframes = 3\nslow = \"ramp\"\nturnaround_percent = 8.0");
   shipped.edit("raster.toml", "turnaround_percent = 10.0 ",
                "both_directions = false\nflyback_percent = 25.0\nframes = 3\nturnaround_percent = 8.0");
   const Config config = load(shipped / "raster.toml");
