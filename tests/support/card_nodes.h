@@ -39,7 +39,11 @@ class FaultyCard final : public node::Card {
   std::unique_ptr<node::LineInput> line_input(const node::CardChannel&) override {
     return std::make_unique<Line>(interlock_is_active);
   }
+  node::VoltageRange check_output(const node::CardChannel& place) override {
+    return card_->check_output(place);
+  }
   void check_line_output(const node::CardChannel&) override {}
+  void check_line_input(const node::CardChannel&) override {}
 
  private:
   struct Output final : node::VoltageOutput {

@@ -315,7 +315,8 @@ TEST(LabCsvSigns, HaveApostrophesAndNarrowBlanksBetweenThousands) {
   EXPECT_EQ(load("t;V;x\n0.5;1;1'002.5\n0.6;1;31'250\n").dataset.output,
             (std::vector<double>{1002.5, 31250.0}));
   EXPECT_EQ(load("t;V;x\n0,5;1;1\xE2\x80\xAF"
-                 "002,5\n0,6;1;\xE2\x88\x927,5\n")
+                 "002,5\n0,6;1;\xE2\x88\x92"
+                 "7,5\n")
                 .dataset.output,
             (std::vector<double>{1002.5, -7.5}));
 }
