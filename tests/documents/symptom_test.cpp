@@ -116,7 +116,7 @@ TEST(SymptomPages, QuoteTheLinesOfABusOff) {
 TEST(SymptomPages, QuoteWhatTheBrowserShowsWithoutAController) {
   const fs::path web = HYSTCAN_SOURCE_DIR "/app/page/web";
   for (const auto& [words, file] : {std::pair{"connected, no controller", "main.js"},
-                                    std::pair{"no answer of the controller", "status_view.js"}}) {
+                                    std::pair{"no answer from the controller", "status_view.js"}}) {
     EXPECT_NE(support::read_file(documents / "troubleshooting.md").find(words), std::string::npos) << words;
     EXPECT_NE(support::read_file(web / file).find(words), std::string::npos) << words;
   }

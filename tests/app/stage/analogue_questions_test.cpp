@@ -77,7 +77,7 @@ TEST(AnalogueQuestions, NameTheOptionThatHasNoDefault) {
   std::istringstream none;
   Questions questions(none, false);
   const std::string refusal = support::refusal_of([&] { ask_about(options, {}, questions); });
-  EXPECT_TRUE(refusal.starts_with("--um-per-V missing")) << refusal;
+  EXPECT_TRUE(refusal.starts_with("--um-per-V is missing")) << refusal;
 }
 
 TEST(AnalogueConfigText, IsReadAsItWasAnswered) {
