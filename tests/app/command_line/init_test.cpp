@@ -373,7 +373,7 @@ INSTANTIATE_TEST_SUITE_P(
         Contradiction{"APositionThatFalls",
                       {"--record", "falling.csv", "--resonance", "500", "--yes"},
                       "change the sign of the output"},
-        Contradiction{"AnUnknownResonance", {"--record", "loops.csv", "--yes"}, "--resonance missing"},
+        Contradiction{"AnUnknownResonance", {"--record", "loops.csv", "--yes"}, "--resonance is missing"},
         Contradiction{"AStepWithoutLoops", {"--step", "loops.csv", "--yes"}, "need --record"},
         Contradiction{"TwoAxesOfOneName", {"--axis", "x", "--axis", "x", "--yes"}, "--axis x occurs twice"},
         Contradiction{"ANameThatIsAPath", {"--axis", "../x", "--yes"}, "expected letters, digits"},
