@@ -21,7 +21,7 @@ async function save() {
   await until('what is not saved', () => page.locator('#save').isEnabled());
   await page.click('#save');
   await page.locator('#save-dialog').getByRole('button', { name: 'Write the file' }).click();
-  await until('the file has all', async () => /The file has all settings/.test(await page.textContent('#unsaved')));
+  await until('the file has all', async () => /The file has all active settings/.test(await page.textContent('#unsaved')));
 }
 const showsSegments = (wanted) =>
   until(`the segments ${wanted}`, async () => (await titles()).join() === wanted.join());
