@@ -216,7 +216,7 @@ TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAnd
   stage.bench.controller->send(SIGHUP);
   const auto is_logged_again = [&] {
     const std::string log = stage.bench.controller->err();
-    return log.find("needs a restart") != log.rfind("needs a restart");
+    return log.find("a restart is needed") != log.rfind("a restart is needed");
   };
   EXPECT_TRUE(hil::eventually(is_logged_again)) << stage.bench.controller->err();
   EXPECT_TRUE(stage.bench.controller->running());
