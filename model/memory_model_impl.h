@@ -102,8 +102,8 @@ void MemoryModel<Law>::go_to(State& state, std::size_t index, const char* what, 
   const double before = state.input, end = target(state, state.depth() - 1).start_input;
   if (!(std::min(before, end) < input && input < std::max(before, end)))
     throw MemoryError(
-        index, text_of(what, " is ", input, ", expected it strictly between the two before it, ", before,
-                       " and ", end));
+        index, text_of(what, " is ", input, ", expected a value strictly between the two previous ones, ",
+                       before, " and ", end));
   put(state, input, law_.value(state.branches.back(), state.direction(), input));
 }
 
@@ -113,7 +113,7 @@ void MemoryModel<Law>::restore_level(State& state, std::size_t index, double lev
   const double tolerance = 1e-9 * (upper_.start_level - lower_.start_level);
   if (!(std::abs(level - state.level) <= tolerance))
     throw MemoryError(index, text_of("output ", level, " at input ", state.input, ", expected ", state.level,
-                                     ": another model's memory?"));
+                                     "; the memory may belong to another model"));
   put(state, state.input, level);
 }
 
@@ -123,12 +123,14 @@ HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::
   const std::size_t count = points.inputs.size();
   if (!points.levels.empty() && points.levels.size() != count)
     throw MemoryError(count, text_of(points.levels.size(), " outputs of ", count,
-                                     " turning points, expected as many or none"));
+                                     " turning points, expected one for each or none"));
   for (std::size_t i = 0; i < count; ++i) {
     go_to(state, i, "turning point", folded(points.inputs[i]));
     if (!points.levels.empty()) restore_level(state, i, points.levels[i]);
     if (state.branches.full())
-      throw MemoryError(i, text_of("more than ", i, " turning points, expected no more for a memory of ",
+      throw MemoryError(i, text_of("more than ", i,
+                                   " turning points, expected at most as many for a "
+                                   "memory of ",
                                    capacity, " branches"));
     state.branches.push(law_.reversed(state));
   }

@@ -32,7 +32,7 @@ OutputMap::OutputMap(const std::vector<double>& coefficients, Interval inner)
     const double m = i < scanned ? inner.lo + i * step : inner.hi;
     const double slope = series_.slope(m);
     if (rises && slope < -flat)
-      refuse("output map falls at ", m, " after it has risen, expected one valley and no crest");
+      refuse("output map falls at ", m, " after an increase, expected one valley and no crest");
     if (rises || slope < 0.0) continue;
     rises = true;
     valley_ = zero_of_slope(series_, m - step, m);

@@ -133,7 +133,7 @@ ReferenceCurve::ReferenceCurve(CubicSpline spline, Interval domain)
   check_numbers(spline.coefficients(), domain);
   if (spline.knots().front() < domain.lo || spline.knots().back() > domain.hi)
     refuse("spline knots from ", spline.knots().front(), " to ", spline.knots().back(),
-           ", expected them in [", domain.lo, ", ", domain.hi, "]");
+           ", expected knots in [", domain.lo, ", ", domain.hi, "]");
   spline_ = std::move(spline);
 }
 

@@ -47,7 +47,7 @@ void check_ranges(const HysteresisParameters& p) {
     refuse("ascending curve with ", p.ascending.knots().size(), " knots, descending curve with ",
            p.descending.knots().size(), ", expected the same knots");
   if (p.symmetry == Symmetry::even && a.lo < 0.0)
-    refuse("interval starts at ", a.lo, " ", p.input_unit, ", expected 0 or more where symmetry is even");
+    refuse("interval starts at ", a.lo, " ", p.input_unit, ", expected 0 or more if symmetry is even");
   check_input_map(p);
   const double span = p.place(a.hi) - p.place(a.lo);
   const auto check_k = [&](const char* name, double k) {
@@ -67,7 +67,7 @@ void check_increasing(const ReferenceCurve& curve, const char* name, const Units
   const auto at = [&](std::size_t i) { return grid[i]; };
   const double mean = (curve.value(range.hi) - curve.value(range.lo)) / range.span();
   if (!(mean > 0.0))
-    refuse(name, " curve goes from ", curve.value(range.lo), " to ", curve.value(range.hi), " between ",
+    refuse(name, " curve runs from ", curve.value(range.lo), " to ", curve.value(range.hi), " between ",
            range.lo, " and ", range.hi, " ", units.input, " (mean slope ", mean, " ", units.slope,
            "), expected an increasing curve");
   constexpr std::size_t flat = points / 20;
@@ -93,17 +93,17 @@ void check_meeting(const HysteresisParameters& p) {
   const double tolerance = 1e-9 * (highest - lowest) + rounding_of(highest);
   const double gap = p.descending.value(range.hi) - p.ascending.value(range.hi);
   if (std::abs(gap) > tolerance)
-    refuse("descending curve lies ", gap, " ", p.output_unit, " above the ascending curve at ", range.hi, " ",
-           p.input_unit, ", expected them to meet there to ", tolerance);
+    refuse("descending curve is ", gap, " ", p.output_unit, " above the ascending curve at ", range.hi, " ",
+           p.input_unit, ", expected the curves to meet there within ", tolerance);
   if (p.descending.value(range.lo) >= p.ascending.value(range.hi))
     refuse("descending curve starts at ", p.descending.value(range.lo), " ", p.output_unit,
            ", expected less than the ", p.ascending.value(range.hi), " of the upper threshold");
   const auto below = [&](double v) { return p.descending.value(v) - p.ascending.value(v) < -tolerance; };
   for (const double v : grid_of(range, p.ascending.knots(), 10 * fine))
     if (below(v))
-      refuse("descending curve lies ", p.ascending.value(v) - p.descending.value(v), " ", p.output_unit,
+      refuse("descending curve is ", p.ascending.value(v) - p.descending.value(v), " ", p.output_unit,
              " below the ascending curve at ", v, " ", p.input_unit,
-             ", expected it above (clockwise loops?)");
+             ", expected a curve above it (the loops may be clockwise)");
 }
 
 void check_output_map(const HysteresisParameters& p) {
@@ -113,10 +113,10 @@ void check_output_map(const HysteresisParameters& p) {
                         p.upper_point().level};
   const double tolerance = 1e-9 * levels.span();
   if (inner.lo > levels.lo + tolerance || std::abs(inner.hi - levels.hi) > tolerance)
-    refuse("output map of ", inner.lo, " to ", inner.hi, ", expected one of what the curves reach, ",
-           levels.lo, " to ", levels.hi);
+    refuse("output map of ", inner.lo, " to ", inner.hi, ", expected the range of the curves, ", levels.lo,
+           " to ", levels.hi);
   if (p.symmetry == Symmetry::even)
-    refuse("symmetry is even and there is an output map, expected one of the two");
+    refuse("symmetry is even and the model has an output map, expected only one of the two");
 }
 
 // One direction on a grid. The grid starts at the threshold where the scan starts; outputs rise along the
@@ -293,7 +293,7 @@ std::string remedy(const HysteresisParameters& parameters, Direction direction) 
     return message_of(in_use, " is too small, at least ", allowed->lo, " is valid");
   const auto scaled = [&](double factor) { return with_both_k_times(parameters, factor); };
   if (k <= 0.0 || find_decreasing_branch(scaled(0.0)))
-    return message_of(in_use, " is not the cause; the curves are too far apart at that place");
+    return message_of(in_use, " is not the cause; the curves are too far apart there");
   const HysteresisParameters good = scaled(last_good(scaled, 0.0, 1.0));
   return message_of(in_use, " is too large together with ", name_of_k(opposite(direction)), ", ",
                     good.k_ascending, " ascending and ", good.k_descending, " descending are valid");
@@ -304,7 +304,7 @@ std::string remedy(const HysteresisParameters& parameters, Direction direction) 
 void check_input_map(const HysteresisParameters& parameters) {
   if (parameters.input_map &&
       !std::ranges::is_sorted(parameters.input_map->coefficients(), std::less_equal{}))
-    throw std::invalid_argument("input_map falls or stays somewhere, expected coefficients that increase");
+    throw std::invalid_argument("input_map is not increasing, expected increasing coefficients");
 }
 
 void check_curves(const HysteresisParameters& parameters) {

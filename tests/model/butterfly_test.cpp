@@ -188,9 +188,9 @@ TEST(OutputMap, WithACrestOrAFallAtItsEndIsRefused) {
   const auto refusal = [](const std::vector<double>& map) -> std::string {
     return support::refusal_of<std::invalid_argument>([&] { OutputMap made(map, {-1.0, 1.0}); });
   };
-  EXPECT_NE(refusal({0.0, 0.0, -1.0}).find("after it has risen"), std::string::npos);
+  EXPECT_NE(refusal({0.0, 0.0, -1.0}).find("after an increase"), std::string::npos);
   EXPECT_NE(refusal({0.0, -1.0}).find("falls as far as its end"), std::string::npos);
-  EXPECT_NE(refusal({0.0, 0.0, 0.0, 0.0, 1.0}).find("after it has risen"), std::string::npos);
+  EXPECT_NE(refusal({0.0, 0.0, 0.0, 0.0, 1.0}).find("after an increase"), std::string::npos);
   EXPECT_EQ(refusal({0.0, 1.0}), "accepted") << "it only rises";
 }
 

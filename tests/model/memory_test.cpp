@@ -154,16 +154,18 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 INSTANTIATE_TEST_SUITE_P(
     Of, ExplicitMemoryRefusals,
     testing::Values(
-        Refusal{
-            "NotNested", {Origin::virgin, {80, 20, 85}, {}, 50, {}, 0}, 2, "between the two before it, 20"},
-        Refusal{"NotTurning", {Origin::virgin, {20, 80}, {}, 50, {}, 0}, 1, "between the two before it"},
+        Refusal{"NotNested",
+                {Origin::virgin, {80, 20, 85}, {}, 50, {}, 0},
+                2,
+                "between the two previous ones, 20"},
+        Refusal{"NotTurning", {Origin::virgin, {20, 80}, {}, 50, {}, 0}, 1, "between the two previous ones"},
         Refusal{"Outside", {Origin::lower_threshold, {101}, {}, 50, {}, 0}, 0, "100"},
         Refusal{"ThresholdItself", {Origin::upper_threshold, {0}, {}, 50, {}, 0}, 0, "strictly"},
         Refusal{"NotANumber", {Origin::virgin, {80, nan}, {}, 50, {}, 0}, 1, "nan"},
         Refusal{"InputElsewhere", {Origin::virgin, {80, 20}, {}, 10, {}, 0}, 2, "input is 10"},
         Refusal{"TooMany", {Origin::virgin, {90, 10, 80, 20, 70, 30}, {}, 50, {}, 0}, 5, "no more"},
         Refusal{"ForeignOutput", {Origin::virgin, {80, 20}, {25.0, 9.0}, 50, {}, 0}, 0, "another model"},
-        Refusal{"OutputsMissing", {Origin::virgin, {80, 20}, {25.0}, 50, {}, 0}, 2, "as many or none"},
+        Refusal{"OutputsMissing", {Origin::virgin, {80, 20}, {25.0}, 50, {}, 0}, 2, "one for each or none"},
         Refusal{"ForeignOutputAtRest", {Origin::lower_threshold, {}, {}, 0, 77.0, 0}, 0, "another model"},
         Refusal{"ForeignPresentOutput", {Origin::virgin, {80}, {}, 50, 3.0, 0}, 1, "another model"}),
     [](const auto& test) { return test.param.name; });

@@ -43,13 +43,13 @@ TEST(Validity, NamesTheCurveAndTheIntervalThatDecreases) {
 TEST(Validity, RefusesCurvesThatFallCrossOrDoNotMeet) {
   HysteresisParameters parameters = piezo_model();
   parameters.ascending = curve({30.0, -0.3});
-  EXPECT_NE(refusal(parameters).find("ascending curve goes from 30 to 0"), std::string::npos);
+  EXPECT_NE(refusal(parameters).find("ascending curve runs from 30 to 0"), std::string::npos);
   parameters = piezo_model();
   std::swap(parameters.ascending, parameters.descending);
   EXPECT_NE(refusal(parameters).find("below the ascending curve at"), std::string::npos);
   parameters = piezo_model();
   parameters.descending = curve({0.8, 0.372, -7.9e-4});
-  EXPECT_NE(refusal(parameters).find("expected them to meet"), std::string::npos);
+  EXPECT_NE(refusal(parameters).find("expected the curves to meet"), std::string::npos);
   parameters.descending = curve({0.8, 0.372, -8e-4}, {0.0, 99.0});
   EXPECT_NE(refusal(parameters).find("expected the same interval"), std::string::npos);
   parameters = linear_model();

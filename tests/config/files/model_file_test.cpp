@@ -206,7 +206,7 @@ TEST(ModelFile, RefusesAnInputMapThatFallsAtItsKey) {
 ascending    = [0.0, 1.0, 2.0, 3.0, 4.0]
 descending   = [0.0, 1.0, 2.0, 3.0, 4.0]
 input_map    = [0.0, 2.0, 2.0, 8.0, 10.0])");
-  EXPECT_NE(said.find(":12:16: input_map falls or stays somewhere, expected"), std::string::npos) << said;
+  EXPECT_NE(said.find(":12:16: input_map is not increasing, expected"), std::string::npos) << said;
 }
 
 TEST(ModelFile, RefusesASplineWithKnotsInTheWrongOrderAtItsCurve) {
