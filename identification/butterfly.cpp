@@ -160,7 +160,7 @@ class Butterfly {
     options_.output = ShapeOfOutput::none;
     options_.common_gain = true;
     if (options_.creep_per_decade.value_or(0.0) != 0.0)
-      refuse("a butterfly has no creep here, expected none");
+      refuse("a butterfly cannot have creep, expected a creep of 0");
     options_.creep_per_decade = 0.0;
   }
 
@@ -191,7 +191,7 @@ class Butterfly {
       valleys.push_back(valley_of(given_[i], swings));
       if (!std::isfinite(valleys.back()))
         refuse("dataset ", i + 1,
-               " shows one side of a butterfly: its output passes no valley inside a swing of the input, "
+               " shows one side of a butterfly: its output has no valley inside a swing of the input, "
                "expected inputs of both signs");
       offsets_.push_back(options_.common_zero ? 0.0 : valleys[i] - valleys[0]);
       for (const double x : given_[i].output) most = std::max(most, x - valleys[i]);
@@ -221,7 +221,7 @@ class Butterfly {
       if (std::optional<FittedMap> next = fitted(inner, order);
           next && (!best || next->rms < worth_a_term * best->rms))
         best = std::move(next);
-    if (!best) refuse("no map with one valley fits: is this a butterfly?");
+    if (!best) refuse("no map with one valley fits: check that the dataset is a butterfly");
     return *best;
   }
 

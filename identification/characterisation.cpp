@@ -194,7 +194,7 @@ void check_limits(const Dataset& dataset) {
                " in magnitude");
     const double span = column->empty() ? 0.0 : range_of(*column).span();
     if (span != 0.0 && span < least_span)
-      refuse("the ", name, " moves by ", span, ", expected at least ", least_span, ": is its unit right?");
+      refuse("the ", name, " moves by ", span, ", expected at least ", least_span, ": check its unit");
   }
 }
 
@@ -218,7 +218,7 @@ void check_identifiable(const Dataset& dataset, model::Symmetry symmetry) {
   if (slope_of(seen.input, seen.output) < 0.0) throw OutputFalls();
   if (lead(seen) > 0.02 * outputs.span())
     refuse("the output leads the input: its loops run clockwise, ", rounded(lead(seen)),
-           " wide on average; expected the output to lag: are input and output interchanged?");
+           " wide on average; expected a lagging output: check that input and output are not interchanged");
 }
 
 }  // namespace hystcan::identification

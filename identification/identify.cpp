@@ -121,7 +121,7 @@ void check_common_inputs(const std::vector<Dataset>& datasets) {
   const std::size_t i = apart.front();
   refuse("dataset ", i + 1, " has inputs from ", ranges[i].lo, " to ", ranges[i].hi, ", the others from ",
          tied.lo, " to ", tied.hi,
-         ": without common inputs its zero is unknown; expected some, or a common zero");
+         ": without common inputs its zero is unknown; expected common inputs, or a common zero");
 }
 
 class Identification {
@@ -268,7 +268,9 @@ class Identification {
     result_.parameters.input_unit = datasets().front().input_unit;
     result_.parameters.output_unit = datasets().front().output_unit;
     if (!fitted.valid)
-      refuse("no model with an inverse fits: some branch decreases for every k; is this a hysteresis loop?");
+      refuse(
+          "no model with an inverse fits: some branch decreases for every k; check that the dataset "
+          "is a hysteresis loop");
     result_.delay_s = trial.delay_s;
     result_.creep = creep_of(trial.creep_per_decade);
     result_.memories = trial.memories;

@@ -93,7 +93,7 @@ Grid grid_of(const std::vector<double>& time_s) {
   }
   if (grid.length() > 2 * static_cast<Eigen::Index>(time_s.size()))
     refuse(grid.length() - static_cast<Eigen::Index>(time_s.size()), " of ", grid.length(),
-           " cycles have no row, expected most of them");
+           " cycles have no row, expected rows for at least half");
   return grid;
 }
 

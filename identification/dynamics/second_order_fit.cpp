@@ -297,12 +297,13 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
     throw ModeNotShown(text_of(
         "natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
         " Hz and damping ratio from ", range_of(fit.damping_ratio),
-        ", expected a dataset that shows them: excite more near the resonance, longer, or sample faster;",
+        ", expected a dataset that determines them: excite more near the resonance, longer, or sample "
+        "faster;",
         " this dataset shows only a lag"));
   constexpr double slowest_Hz = 1.0;
   if (fit.natural_frequency_Hz.value < slowest_Hz)
     refuse("natural frequency is ", in_three_digits(fit.natural_frequency_Hz.value),
-           " Hz, expected at least ", slowest_Hz, ": is the time in ms, or its unit not stated?");
+           " Hz, expected at least ", slowest_Hz, ": check the unit of the time");
   if (fit.delay_s.hi < 0.0)
     throw ModeNotShown(text_of(
         "the best mode has a delay of ", in_three_digits(fit.delay_s.value),

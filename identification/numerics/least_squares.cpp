@@ -211,7 +211,7 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   const VectorXd u = solve_nonnegative(dual, last_unit);
   const double squared = (dual * u - last_unit).squaredNorm();  // 1 / (1 + |z|^2), z scaled
   if (squared * too_far * too_far < 1.0)
-    refuse("inequalities contradict each other, expected an x that meets all of them");
+    refuse("inequalities contradict each other, expected inequalities with a solution");
   const Inequalities tight = active(all, u);
   return shortest_solution(tight.g, tight.h, dependent_tolerance);
 }

@@ -71,7 +71,7 @@ TEST(IdentifyRefuses, AnOutputThatFallsWhenTheInputRises) {
 TEST(IdentifyRefuses, InputAndOutputInterchanged) {
   Dataset dataset = sound();
   std::swap(dataset.input, dataset.output);
-  expect_refused({dataset}, {}, "are input and output interchanged?");
+  expect_refused({dataset}, {}, "check that input and output are not interchanged");
 }
 
 TEST(IdentifyRefuses, AnOutputThatDoesNotFollowTheInput) {
