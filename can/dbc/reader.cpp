@@ -229,7 +229,7 @@ void Reader::message() {
   if (cursor_.next_is_on_this_line())
     sender = cursor_.need_word("the sender" + of);
   else
-    note(name, "message " + std::string(name) + " names no sender");
+    note(name, "message " + std::string(name) + " has no sender");
   cursor_.take(';');
   need_room(database_.messages.size(), most_messages, id_token, "messages");
 
@@ -257,7 +257,7 @@ void Reader::message() {
 
   const std::size_t index = database_.messages.size();
   if (!names_.emplace(name, index).second)
-    note(name, "message " + message.name + " occurs a second time: its name finds the first");
+    note(name, "message " + message.name + " occurs a second time: its name refers to the first one");
   if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
            .second) {
     note(id_token, "identifier " + std::string(id_token) +

@@ -162,7 +162,7 @@ void Reader::multiplexing() {
     if (range.low <= range.high)
       ranges.push_back(range);
     else
-      note(low, "no value lies from " + std::string(low) + " to " + std::string(high));
+      note(low, "there is no value from " + std::string(low) + " to " + std::string(high));
   } while (cursor_.take(',') || cursor_.next_is_digit());
   need_semicolon();
   details_.emplace_back(
@@ -324,7 +324,9 @@ void Reader::note_repeated_long_names() {
   for (std::size_t i = 0; i < texts_.size(); ++i) {
     const Message& message = database_.messages[i];
     if (!messages.insert(message.name).second && !message.short_name.empty())
-      note(texts_[i].name, "message " + message.name + " occurs a second time: its name finds the first");
+      note(texts_[i].name, "message " + message.name +
+                               " occurs a second time: its name refers to the "
+                               "first one");
     std::set<std::string_view> signals;
     for (std::size_t k = 0; k < message.signals.size(); ++k) {
       const Signal& signal = message.signals[k];

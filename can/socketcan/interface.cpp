@@ -45,7 +45,7 @@ std::vector<std::byte> ask_for_link(const std::string& name) {
   std::vector<std::byte> reply(32768);
   ssize_t received = netlink.get() < 0 ? -1 : ::send(netlink.get(), &request, sizeof request, 0);
   if (received >= 0) received = ::recv(netlink.get(), reply.data(), reply.size(), 0);
-  if (received < 0) fail_at_interface(name, "cannot ask the kernel");
+  if (received < 0) fail_at_interface(name, "cannot query the kernel");
   reply.resize(static_cast<std::size_t>(received));
   return reply;
 }
@@ -55,7 +55,7 @@ void require_can_support() {
   const Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (socket.get() < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
     throw RunError(std::string("this kernel has no CAN support (AF_CAN: ") + std::strerror(errno) + ")",
-                   {.remedy = "see scripts/guest for one that has"});
+                   {.remedy = "scripts/guest starts a kernel with CAN support"});
 }
 
 /// Throws RunError if the interface is absent or not a CAN interface.
@@ -207,7 +207,7 @@ void require_able_to_carry_fd(const std::string& name, const Interface& interfac
                    {.expected = fmt::format("{} for {}", expected, fmt::join(messages, ", ")),
                     .remedy = fmt::format("take it down and set: ip link set {} {}", name, settings)});
   };
-  if (!interface.fd) refuse("takes no CAN FD frames", "one that does");
+  if (!interface.fd) refuse("does not accept CAN FD frames", "CAN FD");
   if (!interface.bitrate_bit_per_s || wanted == 0 || interface.data_bitrate_bit_per_s == wanted) return;
   refuse(interface.data_bitrate_bit_per_s
              ? fmt::format("has a data bit rate of {} bit/s", *interface.data_bitrate_bit_per_s)

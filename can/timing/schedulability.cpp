@@ -21,8 +21,8 @@ void check(std::span<const PeriodicFrame> frames) {
     };
     if (frame.bytes > 64) refuse(std::to_string(frame.bytes) + " bytes, expected at most 64");
     if (!is_identifier(frame.id, frame.extended)) refuse("identifier too long for its type");
-    if (frame.period <= Duration::zero()) refuse("period expected to be above 0");
-    if (frame.jitter < Duration::zero()) refuse("jitter expected not to be negative");
+    if (frame.period <= Duration::zero()) refuse("the period must be above 0");
+    if (frame.jitter < Duration::zero()) refuse("the jitter must not be negative");
     const auto same = [&](const PeriodicFrame& other) {
       return other.id == frame.id && other.extended == frame.extended;
     };
@@ -154,7 +154,7 @@ Schedule analyse(std::span<const PeriodicFrame> frames, const BitRates& rates,
                  std::optional<Duration> error_interval) {
   if (rates.nominal_bit_per_s == 0) throw std::invalid_argument("bit rate 0, expected more than 0");
   if (error_interval && *error_interval <= Duration::zero())
-    throw std::invalid_argument("error interval expected to be above 0");
+    throw std::invalid_argument("the error interval must be above 0");
   check(frames);
   Analysis analysis(frames, rates, error_interval);
   Schedule schedule;

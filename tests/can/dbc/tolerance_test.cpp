@@ -96,7 +96,7 @@ TEST(DbcTolerance, KeepsDuplicateIdentifiersNamesAndSignals) {
   const Database names = read("BO_ 1 A: 1 X\nBO_ 2 A: 1 X\n");
   EXPECT_EQ(names.find("A")->id, 1U);
   EXPECT_EQ(names.warnings,
-            Warnings{"lab.dbc:2:7: message A occurs a second time: its name finds the first"});
+            Warnings{"lab.dbc:2:7: message A occurs a second time: its name refers to the first one"});
   const Database signals =
       read(message(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ S : 8|8@1+ (1,0) [0|0] \"\" A") +
            "VAL_ 385 S 1 \"on\";");
@@ -125,7 +125,7 @@ TEST(DbcTolerance, ReadsMessagesOfTransportProtocolsAndEmptyMessages) {
   EXPECT_EQ(database.messages[0].signals[0].start_bit, 14272U);
   EXPECT_EQ(database.messages[1].length, 0);
   EXPECT_TRUE(database.messages[2].fd);
-  EXPECT_EQ(database.warnings, Warnings{"lab.dbc:3:7: message None names no sender"});
+  EXPECT_EQ(database.warnings, Warnings{"lab.dbc:3:7: message None has no sender"});
 }
 
 TEST(DbcTolerance, ReadsReceiversWithAnySeparators) {

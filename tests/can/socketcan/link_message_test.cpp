@@ -228,13 +228,13 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItHasNoFdAndAMessageNeedsFd) {
   shows("S-162");
   EXPECT_EQ(
       refusal_of_fd("can0", sound(), {"AmpSet", "SensPos"}),
-      "interface can0 takes no CAN FD frames, expected one that does for AmpSet, SensPos; take it down and "
+      "interface can0 does not accept CAN FD frames, expected CAN FD for AmpSet, SensPos; take it down and "
       "set: ip link set can0 type can bitrate 1000000 dbitrate 4000000 fd on");
   Interface virtual_one;
   virtual_one.kind = "vcan";
   EXPECT_EQ(
       refusal_of_fd("vcan0", virtual_one, {"AmpSet"}),
-      "interface vcan0 takes no CAN FD frames, expected one that does for AmpSet; take it down and set: ip "
+      "interface vcan0 does not accept CAN FD frames, expected CAN FD for AmpSet; take it down and set: ip "
       "link set vcan0 mtu 72");
   EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {}), "accepted") << "classical frames need no FD";
   virtual_one.fd = true;
