@@ -74,7 +74,7 @@ BusLog::BusLog(const std::string& interface, std::filesystem::path run, std::uin
       monitor->finish(add);
       parts.close();
     } catch (const std::exception& error) {
-      warn_(fmt::format("the bus log ends: {}", error.what()));
+      warn_(fmt::format("the bus log ended: {}", error.what()));
     }
   });
 }

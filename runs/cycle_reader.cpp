@@ -21,7 +21,7 @@ using Kind = controller::CycleColumn::Kind;
 std::filesystem::path regular(std::filesystem::path file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
-    throw Error(file, "is no file", expect("a run's folder or a CSV of cycles"));
+    throw Error(file, "is not a file", expect("a run's folder or a CSV of cycles"));
   return file;
 }
 
@@ -113,7 +113,7 @@ double CycleReader::value(const Wanted& wanted) const {
     case Kind::cause:
       if (const auto found = std::ranges::find(wanted.words, text); found != wanted.words.end())
         value = static_cast<double>(found - wanted.words.begin());
-      expected = "a name that this version knows";
+      expected = "a name of this version";
       break;
     case Kind::whole:
     case Kind::number:

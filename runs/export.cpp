@@ -72,7 +72,7 @@ void describe_axis(const RunAxis& axis, Hdf5Writer& file) {
 /// Returns the axes. Throws if there are none: the run ended before its first cycle, or the CSV has only a
 /// header.
 const std::vector<RunAxis>& axes_in(const Run& run) {
-  if (run.info().axes.empty()) throw Error(run.path(), "has no axes and no rows", expect("those of a run"));
+  if (run.info().axes.empty()) throw Error(run.path(), "has no axes and no rows", expect("a run"));
   return run.info().axes;
 }
 
@@ -82,8 +82,9 @@ std::size_t axis_of(const Run& run, const std::optional<std::string>& axis) {
   const std::vector<RunAxis>& axes = axes_in(run);
   if (axis) return run.axis_index(*axis);
   if (axes.size() == 1) return 0;
-  throw Error(run.path(), fmt::format("has {} axes", axes.size()),
-              expect("--axis, one of {}", fmt::join(run.info().axis_names(), ", ")));
+  throw Error(
+      run.path(), fmt::format("has {} axes", axes.size()),
+      {.remedy = fmt::format("select one with --axis: {}", fmt::join(run.info().axis_names(), ", "))});
 }
 
 std::vector<std::size_t> axes_of(const Run& run, const Selection& selection) {
@@ -116,7 +117,7 @@ std::vector<std::string> signals_of(const Run& run, std::size_t axis, const Sele
 void require_rows(const Run& run, std::uint64_t rows) {
   if (rows == 0)
     throw Error(run.path(), "no rows are selected",
-                expect("some between {:g} and {:g} s", run.info().first_s, run.info().last_s));
+                expect("rows between {:g} and {:g} s", run.info().first_s, run.info().last_s));
 }
 
 std::uint64_t export_csv(const Run& run, const Selection& selection,

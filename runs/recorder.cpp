@@ -17,7 +17,7 @@ std::shared_ptr<RunWriter> Recorder::writer() const {
 
 std::filesystem::path Recorder::start() {
   if (const auto present = writer(); present && !present->is_closed())
-    throw std::runtime_error("a run is recorded already: " + present->run().string());
+    throw std::runtime_error("a run is already being recorded: " + present->run().string());
   auto next = std::make_shared<RunWriter>(config_, info_, sink_, utc_now_);
   std::thread([next] { next->write_until_the_end(); }).detach();
   const std::scoped_lock lock(mutex_);

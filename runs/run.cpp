@@ -95,7 +95,7 @@ void Run::look_through() {
       auto found = std::ranges::find(names, axis);
       if (found == names.end()) {
         if (names.size() == RunSummary::most_axes)
-          throw Error({part, 1}, fmt::format("more than {} axes", RunSummary::most_axes), expect("fewer"));
+          throw Error({part, 1}, fmt::format("more than {} axes", RunSummary::most_axes));
         found = names.emplace(names.end(), axis);
       }
       summary.add(static_cast<std::size_t>(found - names.begin()), row[0],
@@ -171,7 +171,7 @@ void Run::read_part(const std::filesystem::path& part, std::span<const std::stri
   CycleReader reader(part);
   reader.add("time_s");
   for (const std::string& name : names)
-    if (!reader.add(name)) throw Error(part, fmt::format("no column {}", name), expect("it in its header"));
+    if (!reader.add(name)) throw Error(part, fmt::format("no column {} in the header", name));
   std::vector<double> row;
   for (std::string_view axis; reader.next(row, axis);) {
     if (row[0] > span.to_s) return;

@@ -144,13 +144,13 @@ json parsed(const std::filesystem::path& file, const std::string& text) {
   try {
     json info = json::parse(text);
     if (info.is_object()) return info;
-    what = "no JSON object";
+    what = "not a JSON object";
   } catch (const json::parse_error& error) {
-    what = fmt::format("no JSON at byte {}", error.byte);
+    what = fmt::format("invalid JSON at byte {}", error.byte);
   } catch (const json::out_of_range&) {  // 1e999
     what = "a number that is too large";
   }
-  throw Error(file, what, expect("what hystcan writes of a run"));
+  throw Error(file, what, expect("a file that hystcan wrote"));
 }
 
 }  // namespace

@@ -178,9 +178,10 @@ void RunWriter::keep_limit() {
     sink_(Level::info, fmt::format("{}: limit_GB is {:g}: {} was removed", config_.folder.string(),
                                    config_.limit_GB, name));
   if (!outcome.is_kept)
-    throw std::runtime_error(fmt::format("{}: {:.3g} GB, limit_GB is {:g}, and nothing more may be removed",
-                                         config_.folder.string(), 1e-9 * static_cast<double>(outcome.bytes),
-                                         config_.limit_GB));
+    throw std::runtime_error(
+        fmt::format("{}: {:.3g} GB, limit_GB is {:g}, and no more files may be "
+                    "removed",
+                    config_.folder.string(), 1e-9 * static_cast<double>(outcome.bytes), config_.limit_GB));
 }
 
 void RunWriter::fail(const std::string& reason) {
@@ -190,7 +191,7 @@ void RunWriter::fail(const std::string& reason) {
     closed_ = true;
     rows_ = {};
   }
-  sink_(Level::warning, fmt::format("{}: the recording ends: {}; control goes on", run_.string(), reason));
+  sink_(Level::warning, fmt::format("{}: the recording ended: {}; control continues", run_.string(), reason));
 }
 
 void RunWriter::close() {
@@ -208,7 +209,7 @@ void RunWriter::close() {
     info_.ended = iso_text(utc_now_());
     write_run_info(run_, info_);
   } catch (const std::exception& error) {
-    sink_(Level::warning, fmt::format("{}: is not closed: {}", run_.string(), error.what()));
+    sink_(Level::warning, fmt::format("{}: cannot be closed: {}", run_.string(), error.what()));
   }
   lock_.reset();
   const std::scoped_lock lock(mutex_);

@@ -68,7 +68,7 @@ TEST(RecordedRun, EndsOnAFullDiskAndControlDoesNot) {
     EXPECT_EQ(status.at("fault"), "none");
   }
   EXPECT_GT(recording_of(stage).at("rows_lost"), 0);
-  EXPECT_TRUE(stage.bench.controller->says("control goes on"));
+  EXPECT_TRUE(stage.bench.controller->says("control continues"));
   EXPECT_EQ(stage.ctl({"stop"}).status, 0);
   EXPECT_EQ(stage.bench.controller->wait(), 0) << stage.bench.controller->err();
   EXPECT_TRUE(output_of({"runs", runs}).find("RMS um") != std::string::npos);

@@ -173,7 +173,7 @@ TEST_F(Recording, EndsWithAWarningWhereTheDiskIsFullAndKeepsWholeRows) {
   EXPECT_GT(status.rows_lost, 0u);
   recorder.finish();
   ASSERT_FALSE(logged().empty());
-  EXPECT_NE(logged()[0].find("control goes on"), std::string::npos) << logged()[0];
+  EXPECT_NE(logged()[0].find("control continues"), std::string::npos) << logged()[0];
   EXPECT_TRUE(text_of(run / "cycles_0001.csv").ends_with("\n"));
   EXPECT_GT(RecordedRun(run).info().rows, 0u);
   EXPECT_TRUE(is_closed(run / "cycles_0001.csv")) << "who removes it has the space back";

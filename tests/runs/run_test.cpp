@@ -73,10 +73,10 @@ TEST_F(ARecordedRun, IsRefusedWhereItIsNone) {
   EXPECT_THROW(RecordedRun{folder}, Error) << "a folder without run.json";
   std::filesystem::create_directories(folder / "run_1");
   for (const auto& [text, reason] : std::map<std::string, std::string>{
-           {"", "no JSON at byte 1"},
-           {"{", "no JSON at byte 2"},
+           {"", "invalid JSON at byte 1"},
+           {"{", "invalid JSON at byte 2"},
            {"{}", "hystcan_run is missing"},
-           {"[1]", "no JSON object"},
+           {"[1]", "not a JSON object"},
            {R"({"hystcan_run": 2})", "hystcan_run is 2, expected 1"},
            {R"({"hystcan_run": -1})", "hystcan_run is -1, expected a whole number"},
            {R"({"hystcan_run": 1e999})", "a number that is too large"},

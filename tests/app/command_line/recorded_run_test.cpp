@@ -148,7 +148,7 @@ TEST_F(RecordedRuns, AreJudgedByValidate) {
 TEST_F(RecordedRuns, OfSeveralAxesAreRefusedWithoutOne) {
   const std::string run = closed_loop();
   expect_refused(hystcan({"identify", run, "--output", path("found.toml")}),
-                 run + ": has 2 axes, expected --axis, one of x, y");
+                 run + ": has 2 axes; select one with --axis: x, y");
 }
 
 TEST_F(RecordedRuns, WithoutTheAxisAreRefused) {
