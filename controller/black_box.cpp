@@ -71,7 +71,7 @@ void BlackBox::add(const CycleRecord& record) {
   box.faulted = record.report.state == AxisState::faulted;
   if (!requested_.exchange(false)) return;
   const auto now = utc_now_();
-  for (Box& each : boxes_) write(each, "asked for", now);
+  for (Box& each : boxes_) write(each, "requested", now);
 }
 
 void BlackBox::note_fault(Box& box, const CycleRecord& record) {
@@ -107,7 +107,7 @@ std::optional<std::string> BlackBox::reason_against_the_folder() const {
   if (error) return fmt::format("{}: {}", folder, error.message());
   if (access(folder.c_str(), W_OK | X_OK) != 0) return fmt::format("{}: {}", folder, words_of(errno));
   if (files >= config_.files)
-    return fmt::format("{} holds {} black boxes, {} are allowed: move them away", folder, files,
+    return fmt::format("{} contains {} black boxes, the maximum is {}: move them away", folder, files,
                        config_.files);
   return std::nullopt;
 }
@@ -132,8 +132,8 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
     if (makes_folder_) std::filesystem::create_directory(config_.folder);
     AppendFile file(path, AppendFile::Existing::refuse);
     std::string row = fmt::format(
-        "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us from the SYNC of the cycle "
-        "on\n{}",
+        "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us: since the SYNC of the "
+        "cycle\n{}",
         box.name, reason, cycle_units);
     append_cycle_header(row);
     file.add(row += ",next_position_um\n");

@@ -19,7 +19,7 @@ void check_couplings(const Config& config) {
     for (const model::Coupling& coupling : axis.axis.couplings)
       if (coupling.index >= config.axes.size())
         throw std::invalid_argument("axis " + axis.wire.name + " is coupled with " + coupling.from +
-                                    ", expected one of the axes that are controlled");
+                                    ", expected a controlled axis");
 }
 
 }  // namespace
@@ -178,7 +178,7 @@ std::vector<std::string> Controller::node_notes() const {
          std::initializer_list<const RemoteNode*>{&wired->amplifier, &wired->sensor}) {
       if (const std::string text = describe(node->foreign_access()); !text.empty()) add(*node, text);
       if (const std::uint64_t frames = node->outside_slot(); frames != 0)
-        add(*node, std::to_string(frames) + " heartbeats and statuses outside of its slot");
+        add(*node, std::to_string(frames) + " heartbeats and statuses outside its slot");
     }
   return lines;
 }

@@ -52,19 +52,19 @@ std::string what_happened(const NodeEvent& event) {
     case NodeEvent::Kind::not_set_up:
       return "not set up: " + can::describe(event.failure);
     case NodeEvent::Kind::foreign_nmt:
-      return fmt::format("another node sends it NMT {} ({})", static_cast<unsigned>(event.command),
+      return fmt::format("another node sent it NMT {} ({})", static_cast<unsigned>(event.command),
                          to_string(event.command));
     case NodeEvent::Kind::foreign_sdo:
-      return fmt::format("another node writes its object 0x{:04X}:{:02X}", event.object.index,
+      return fmt::format("another node wrote to its object 0x{:04X}:{:02X}", event.object.index,
                          event.object.subindex);
     case NodeEvent::Kind::no_such_sync:
       return fmt::format(
-          "a sample with SyncCounter {} is not used, expected the counter of the last SYNC, 1 to {}",
+          "ignored a sample with SyncCounter {}, expected the counter of the last SYNC, 1 to {}",
           event.sync_counter, can::sync_counter_max);
     case NodeEvent::Kind::outside_slot:
       return fmt::format(
-          "heartbeats or statuses come outside of its slot {} of {}, the last one in slot {}: set "
-          "background_slots in the node, or commands may be late",
+          "heartbeats or statuses arrive outside its slot {} of {}, the last one in slot {}: set "
+          "background_slots in the node, otherwise commands may be late",
           event.node % event.slots, event.slots, event.sync_counter % event.slots);
     case NodeEvent::Kind::another_controller:
       return "another node sends " + describe(event.frame);

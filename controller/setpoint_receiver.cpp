@@ -10,7 +10,7 @@ namespace hystcan::controller {
 
 std::string describe(const SetpointCounters& counters) {
   if (counters.taken + counters.refused() == 0) return {};
-  std::string text = fmt::format("{} live setpoints taken", counters.taken);
+  std::string text = fmt::format("{} live setpoints accepted", counters.taken);
   const std::array<std::pair<std::uint64_t, const char*>, 3> reasons{
       {{counters.not_tracking, "not tracking"},
        {counters.out_of_range, "out of range"},

@@ -30,56 +30,55 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"node not set up",
      "a node refused or did not keep an object of its setup: see the log, check index and value"},
     {"amplifier fault",
-     "the amplifier has tripped, or is still faulted: find out why, then clear and enable the axis"},
+     "the amplifier tripped or is still faulted: find the cause, then clear and enable the axis"},
     {"amplifier not enabled",
-     "the amplifier does not report that it is enabled: check its interlocks, and in its data sheet how long "
-     "it takes "
-     "to start (enable_delay_ms)"},
+     "the amplifier does not report that it is enabled: check its interlocks, and the start-up time in "
+     "its data sheet (enable_delay_ms)"},
     {"following error",
-     "the stage does not follow: check that the amplifier drives it, load, model and gains", true},
+     "the stage does not follow: check that the amplifier drives it, and check load, model and gains", true},
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
-     "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the log "
-     "names the "
-     "frame, end one of the two"},
+     "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the "
+     "log shows the frame; stop one of the two"},
     {"sample late",
-     "samples come after the next SYNC, or after command_deadline_us: check the bus load and the sensor's rate",
+     "samples arrive after the next SYNC or after command_deadline_us: check the bus load and the "
+     "sensor's rate",
      true},
     {"position frozen", "the drive moves, the position does not change by one bit: check sensor and stage",
      true},
     {"position jumped",
-     "the position moved by more than position_jump_um in a cycle: check the sensor and its cable; where it "
-     "swung before, lower the gains or set a notch",
+     "the position moved by more than position_jump_um in a cycle: check the sensor and its cable; if it "
+     "oscillated before, lower the gains or set a notch",
      true},
     {"node emergency", "a node sent an emergency: the log shows its code and meaning"},
-    {"node not operational",
-     "a node has left the state operational by itself: see its own log, check its supply"},
+    {"node not operational", "a node left the state operational by itself: check its log and its supply"},
     {"bus passive", "the CAN controller counts errors: check wiring, termination and bit rate"},
-    {"saturated", "the drive stands at a limit: check reference, load and drive_min..drive_max", true},
+    {"saturated", "the drive is at a limit: check reference, load and drive_min..drive_max", true},
     {"model left its range",
      "the model cannot be inverted at this drive: identify the actuator again over its whole range", true},
     {"watchdog failed",
-     "the amplifier went on without commands: give it a watchdog before anything is driven"},
+     "the amplifier did not react to missing commands: configure its watchdog before anything is driven"},
     {"commands late",
-     "our commands do not get onto the bus: check its load, its wiring, and that a node is on it"},
+     "the commands are not transmitted: check the bus load and the wiring, and that a node is on the bus"},
     {"sample doubled",
-     "two different samples name the same SYNC: two nodes send this message, or the sensor does not sample "
-     "at the SYNC",
+     "two different samples have the same SYNC: two nodes send this message, or the sensor does not "
+     "sample at the SYNC",
      true},
     {"status missing",
      "no status of the amplifier in status_timeout_ms: check the amplifier node and the bus load"},
-    {"foreign NMT or SDO", "another node commands a node of this axis, or writes to it: see the log, end it"},
+    {"foreign NMT or SDO",
+     "another node commands a node of this axis or writes to it: see the log, and "
+     "stop that node"},
     {"loop unstable",
      "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds both",
      true},
     {"output differs",
-     "the amplifier does not put out what it is told: check its interlock, its supply, its "
-     "limits and slew, and amplifier_bandwidth_Hz"},
+     "the amplifier's output differs from the command: check its interlock, its supply, its limits and "
+     "slew, and amplifier_bandwidth_Hz"},
     {"position contradicts drive",
-     "the ramp of the start-up does not move the position as the model says: check the sensor's sign and "
-     "scale, the "
-     "amplifier's range and supply; identify again where the stage has changed"},
+     "the start-up ramp does not move the position as the model predicts: check the sensor's sign and "
+     "scale, and the amplifier's range and supply; identify again if the stage has changed"},
 }};
 
 }  // namespace

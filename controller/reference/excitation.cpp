@@ -156,8 +156,8 @@ double Excitation::steepest_per_s() const {
 void refuse_beyond(const model::Interval& range, double slew_per_s, const Excitation& excitation) {
   const model::Interval drive = excitation.range();
   expect(drive.lo >= range.lo && drive.hi <= range.hi,
-         "the drive goes from " + number(drive.lo) + " to " + number(drive.hi),
-         "within drive_min and drive_max, " + number(range.lo) + " and " + number(range.hi));
+         "the drive ranges from " + number(drive.lo) + " to " + number(drive.hi),
+         "a drive within drive_min and drive_max, " + number(range.lo) + " and " + number(range.hi));
   expect(excitation.steepest_per_s() <= slew_per_s,
          "the drive changes by " + number(excitation.steepest_per_s()) + " per s",
          "at most slew_per_s, " + number(slew_per_s));

@@ -160,7 +160,9 @@ MonotoneCubic::MonotoneCubic(std::vector<double> x, std::vector<double> y)
   if (x_.size() < 2 || x_.size() != y_.size())
     throw std::invalid_argument("the curve has too few points, expected two or more, as many y as x");
   if (!finite(x_) || !finite(y_) || std::ranges::adjacent_find(x_, std::greater_equal{}) != x_.end())
-    throw std::invalid_argument("the curve's points are not in order, expected finite ones, x increasing");
+    throw std::invalid_argument(
+        "the curve's points are not in order, expected finite points with "
+        "increasing x");
   const double first = x_.front();
   for (double& value : x_) value -= first;
   for (std::size_t i = 1; i + 1 < x_.size(); ++i) {

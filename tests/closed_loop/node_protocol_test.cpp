@@ -170,8 +170,8 @@ TEST(ForeignAccess, ThatOnlyReadsOrStartsIsCountedAndChangesNothing) {
   loop.rehearsal.run_for(milliseconds(5));
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
   EXPECT_EQ(loop.events,
-            (std::vector<std::string>{"node 2: another node sends it NMT 1 (start)",
-                                      "node 2: another node sends it NMT 119 (unknown command)"}));
+            (std::vector<std::string>{"node 2: another node sent it NMT 1 (start)",
+                                      "node 2: another node sent it NMT 119 (unknown command)"}));
   EXPECT_EQ(loop.rehearsal.controller().node_notes(),
             (std::vector<std::string>{"node 1: 3 SDO reads of another node",
                                       "node 2: 2 NMT commands of another node"}));
@@ -189,7 +189,7 @@ class BackgroundSlots : public testing::Test {
   }
   std::ptrdiff_t told_of(const std::string& node) const {
     return std::ranges::count_if(events, [&](const std::string& event) {
-      return event.starts_with(node + ": heartbeats or statuses come outside of its slot ");
+      return event.starts_with(node + ": heartbeats or statuses arrive outside its slot ");
     });
   }
   rehearsal::Setup setup = support::shipped("fd_stage.toml");
@@ -207,7 +207,7 @@ TEST_F(BackgroundSlots, ThatTheNodesDoNotKnowAreNamedOnceForEachNodeOfEachAxisAn
   setup.twin.background_slots = 0;
   const std::vector<std::string> lines = notes();
   ASSERT_EQ(lines.size(), 2U);
-  EXPECT_TRUE(lines[0].ends_with(" heartbeats and statuses outside of its slot")) << lines[0];
+  EXPECT_TRUE(lines[0].ends_with(" heartbeats and statuses outside its slot")) << lines[0];
   EXPECT_EQ(told_of("node 8"), 2);
   EXPECT_EQ(told_of("node 16"), 2);
   EXPECT_EQ(events.size(), 4U);
@@ -231,7 +231,7 @@ TEST(ForeignAccess, ThatWritesFaultsTheAxisAndIsNamed) {
   loop.tester->send(can::sdo_request(2, {.service = can::SdoService::write, .object = current_limit}));
   loop.rehearsal.run_for(milliseconds(2));
   EXPECT_EQ(loop.axis().fault().cause, Cause::foreign_access);
-  EXPECT_EQ(loop.events, std::vector<std::string>{"node 2: another node writes its object 0x2001:01"});
+  EXPECT_EQ(loop.events, std::vector<std::string>{"node 2: another node wrote to its object 0x2001:01"});
 }
 
 /// The fault is decided between two steps. The status of the axis must not delay the safe command.
@@ -284,8 +284,8 @@ class WrongSyncCounter : public testing::TestWithParam<int> {
   void run_for(can::Duration duration) { clock_.run_until(clock_.now() + duration); }
   void fail() { fails_ = true; }
   std::string event() const {
-    return "node 2: a sample with SyncCounter " + std::to_string(GetParam()) +
-           " is not used, expected the counter of the last SYNC, 1 to 240";
+    return "node 2: ignored a sample with SyncCounter " + std::to_string(GetParam()) +
+           ", expected the counter of the last SYNC, 1 to 240";
   }
   const controller::Axis& axis() const { return controller_.axis(0); }
 

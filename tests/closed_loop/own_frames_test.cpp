@@ -199,7 +199,7 @@ TEST(LiveSetpoint, IsRefusedAndCountedWhenItCannotBeFollowed) {
   loop.rehearsal.run_for(milliseconds(3));
   EXPECT_FALSE(loop.axis().report().point.live);
   EXPECT_EQ(describe(loop.counters()),
-            "0 live setpoints taken, refused: 1 not tracking, 1 out of range, 1 unknown mode");
+            "0 live setpoints accepted, refused: 1 not tracking, 1 out of range, 1 unknown mode");
 }
 
 TEST(LiveSetpoint, IsRejectedWithItsCauseWhenDamagedOrRepeated) {

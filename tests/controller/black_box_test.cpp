@@ -189,7 +189,7 @@ TEST_F(BlackBoxes, DoNotExceedTheAllowedNumberOfFiles) {
   }
   EXPECT_EQ(files().size(), 2u);
   ASSERT_EQ(warnings.size(), 2u);
-  EXPECT_NE(warnings[0].find("2 are allowed"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("the maximum is 2"), std::string::npos) << warnings[0];
 }
 
 TEST_F(BlackBoxes, WarnAtStartAndAtTheFaultWhereTheFolderIsMissing) {

@@ -64,7 +64,7 @@ double mean_output(const Dataset& record, double input, double way) {
 
 TEST_F(Excite, MajorLoopShowsTheTwinsHysteresisWithoutALagOfTheDataset) {
   const Dataset record = rehearsed({"--period", "5", "--levels", "0"});
-  // In piezo.plant.toml the descending curve lies about 4.5 um above the ascending one in the middle.
+  // In piezo.plant.toml the descending curve is about 4.5 um above the ascending one in the middle.
   const double width_um = mean_output(record, 50.0, -1.0) - mean_output(record, 50.0, 1.0);
   EXPECT_GT(width_um, 3.0);
   EXPECT_LT(width_um, 6.0);
@@ -167,8 +167,8 @@ TEST_F(Excite, WritesNoFileWithoutRows) {
 
 TEST_F(Excite, RefusesAnExcitationOutsideTheLimits) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> refused{
-      {{"--low", "-1"}, "expected within drive_min and drive_max, 0 and 100"},
-      {{"--high", "101"}, "expected within drive_min and drive_max"},
+      {{"--low", "-1"}, "expected a drive within drive_min and drive_max, 0 and 100"},
+      {{"--high", "101"}, "expected a drive within drive_min and drive_max"},
       {{"--low", "60", "--high", "50"}, "expected less than --high"},
       {{"--low", "nan"}, "--low: nan, expected a finite number"},
       {{"--period", "0.001"}, "expected at most slew_per_s"},
@@ -178,7 +178,7 @@ TEST_F(Excite, RefusesAnExcitationOutsideTheLimits) {
       {{"--signal", "sine"}, "sine"},
       {{"--signal", "chirp", "--frequency-to", "600"}, "half the cycle rate"},
       {{"--signal", "chirp", "--levels", "3"}, "--levels is not allowed with --signal chirp"},
-      {{"--signal", "step", "--amplitude", "60"}, "expected within drive_min and drive_max"},
+      {{"--signal", "step", "--amplitude", "60"}, "expected a drive within drive_min and drive_max"},
       {{"--axis", "z"}, "no axis z"},
       {{"--interface", "vcan0"}, "excludes"}};
   for (const auto& [options, reason] : refused) {

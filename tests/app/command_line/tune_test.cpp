@@ -186,8 +186,8 @@ TEST_F(Tune, GivesNoMarginsForALoopWithoutIntegral) {
 
 TEST_F(Tune, RefusesStepsOutsideTheLimitsAndInvalidRules) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> refused{
-      {{"--amplitude", "51"}, "expected within drive_min and drive_max, 0 and 100"},
-      {{"--centre", "99.5"}, "expected within drive_min and drive_max"},
+      {{"--amplitude", "51"}, "expected a drive within drive_min and drive_max, 0 and 100"},
+      {{"--centre", "99.5"}, "expected a drive within drive_min and drive_max"},
       {{"--period", "0"}, "--period: 0, expected a finite number > 0"},
       {{"--axis", "z"}, "no axis z"},
       {{"--cautious", "--phase-margin", "90"}, "--phase-margin: 90"},

@@ -104,7 +104,7 @@ TEST(ControlSocket, SwitchesAnAxisOffAndOnAgain) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(1, AxisState::tracking));
   Client client = bench.client();
-  EXPECT_TRUE(says(client.ask(command("enable", "y")), "enabled already"));
+  EXPECT_TRUE(says(client.ask(command("enable", "y")), "already enabled"));
   EXPECT_EQ(client.ask(command("enable", "y")).at("refusals"), (json{{"y", "enabled_already"}}));
   EXPECT_TRUE(says(client.ask(command("clear", "y")), "no fault to clear"));
   ASSERT_TRUE(is_ok(client.ask(command("disable", "y"))));
@@ -143,7 +143,7 @@ TEST(ControlSocket, ClearsAndEnablesTheAxesThatNeedItAndNamesTheOthersIfNoAxisIs
   ASSERT_TRUE(bench.axis_is(0, AxisState::faulted));
   ASSERT_TRUE(is_ok(limit(4.0)));
   EXPECT_TRUE(says(client.ask(command("enable")),
-                   "x: the axis is faulted: clear the fault first; y: the axis is enabled already"));
+                   "x: the axis is faulted: clear the fault first; y: the axis is already enabled"));
   json cleared;
   ASSERT_TRUE(support::eventually([&] {
     cleared = client.ask(command("clear"));  // refused while the drive ramps
@@ -153,7 +153,7 @@ TEST(ControlSocket, ClearsAndEnablesTheAxesThatNeedItAndNamesTheOthersIfNoAxisIs
   EXPECT_TRUE(
       says(client.ask(command("clear")), "x: there is no fault to clear; y: there is no fault to clear"));
   EXPECT_EQ(client.ask(command("enable")),
-            (json{{"ok", true}, {"nothing_to_do", json::array({"y: the axis is enabled already"})}}));
+            (json{{"ok", true}, {"nothing_to_do", json::array({"y: the axis is already enabled"})}}));
 }
 
 TEST(ControlSocket, StopRampsEveryAxisDownAndEndsTheRun) {

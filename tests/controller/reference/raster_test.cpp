@@ -183,8 +183,8 @@ TEST(Raster, RefusesNumbersThatContradictEachOther) {
   raster.return_lines = 1;
   EXPECT_EQ(
       refusal(raster),
-      "lines + return_lines is 5, expected an even number: with both_directions every second frame would "
-      "begin at the other end");
+      "lines + return_lines is 5, expected an even number: otherwise, with both_directions, every second "
+      "frame starts at the other end");
   raster = one_way(ScanRole::fast);
   raster.flyback_percent = 8.0;
   EXPECT_EQ(refusal(raster),
