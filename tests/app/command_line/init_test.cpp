@@ -376,7 +376,7 @@ INSTANTIATE_TEST_SUITE_P(
         Contradiction{"AnUnknownResonance", {"--record", "loops.csv", "--yes"}, "--resonance is missing"},
         Contradiction{"AStepWithoutLoops", {"--step", "loops.csv", "--yes"}, "need --record"},
         Contradiction{"TwoAxesOfOneName", {"--axis", "x", "--axis", "x", "--yes"}, "--axis x occurs twice"},
-        Contradiction{"ANameThatIsAPath", {"--axis", "../x", "--yes"}, "expected letters, digits"},
+        Contradiction{"ANameThatIsAPath", {"--axis", "../x", "--yes"}, "expected 1 to 64 letters, digits"},
         Contradiction{"ASafeDriveOutside",
                       {"--record", "loops.csv", "--safe", "-10", "--resonance", "500", "--yes"},
                       "--safe: -10, expected 0 to 100"},
