@@ -33,17 +33,18 @@ class IcountAnalogueIio : public testing::Test {
  protected:
   void SetUp() override {
     adapter_ = stub();
-    if (adapter_.empty() || !fs::exists("/sys/bus/i2c/drivers/ads1015"))
-      GTEST_SKIP() << "needs i2c-stub and ti-ads1015: sudo modprobe -a i2c-dev ti-ads1015 && "
-                      "sudo modprobe i2c-stub chip_addr=0x48";
+    if (adapter_.empty() || !fs::exists("/sys/bus/i2c/drivers/ads1015") || !fs::exists("/dev/comedi0"))
+      GTEST_SKIP() << "needs i2c-stub, ti-ads1015 and comedi_test: sudo modprobe -a i2c-dev ti-ads1015 "
+                      "comedi_test && sudo modprobe i2c-stub chip_addr=0x48";
     const std::string name = adapter_.filename().string();
     bus_ = open(("/dev/" + name).c_str(), O_RDWR | O_CLOEXEC);
     ASSERT_GE(bus_, 0) << "i2c-dev";
     ASSERT_EQ(ioctl(bus_, I2C_SLAVE_FORCE, address), 0);
     std::ofstream(adapter_ / "new_device") << "ads1015 " << address;
     files_.edit("piezo.toml", "\n[axis.twin]\n",
-                "\n[axis.analogue]\ndevice = \"iio:ads1015\"\ndrive_output = { channel = 0 }\n"
-                "volts_per_drive = 0.09\nposition_input = { channel = 0 }\nposition_um_per_V = 3.3\n\n"
+                "\n[axis.analogue]\ndevice = \"iio:ads1015\"\nvolts_per_drive = 0.09\n"
+                "drive_output = { device = \"comedi:/dev/comedi0\", subdevice = 1, channel = 0 }\n"
+                "position_input = { channel = 0 }\nposition_um_per_V = 33\n\n"
                 "[axis.twin]  # x\n");
   }
   void TearDown() override {
@@ -73,9 +74,9 @@ TEST_F(IcountAnalogueIio, ShowsThePositionOfARealDriver) {
   const auto prints = [&](const std::string& text) {
     return support::eventually([&] { return node.out().find(text) != std::string::npos; });
   };
-  EXPECT_TRUE(prints("x: position 1.00000 V = 3.3000 um")) << node.out() << node.err();
+  EXPECT_TRUE(prints("x: position 1.00000 V = 33.0000 um")) << node.out() << node.err();
   convert_to(-500);
-  EXPECT_TRUE(prints("x: position -0.50000 V = -1.6500 um")) << node.out() << node.err();
+  EXPECT_TRUE(prints("x: position -0.50000 V = -16.5000 um")) << node.out() << node.err();
 }
 
 }  // namespace
