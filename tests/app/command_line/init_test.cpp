@@ -229,9 +229,9 @@ TEST_P(InitOfABipolarStage, IsCompleteFromItsOwnRecords) {
   excite("stage/first.toml", "stage/x.loops.csv");
   excite("stage/first.toml", "stage/x.step.csv", {"--signal", "step"});
   ASSERT_EQ(init({path("stage"), "--continue"}), done) << err;
-  const auto at = out.find("misses x.loops.csv by ");
+  const auto at = out.find("fits x.loops.csv to ");
   ASSERT_NE(at, std::string::npos) << out;
-  EXPECT_LT(std::stod(out.substr(at + 22)), 0.05) << out;
+  EXPECT_LT(std::stod(out.substr(at + 20)), 0.05) << out;
   EXPECT_LT(percent(path("stage/stage.fast.toml")), 0.3);
 }
 
