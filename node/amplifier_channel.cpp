@@ -13,7 +13,7 @@ constexpr std::uint16_t emergency_heartbeat = 0x8130;
 constexpr std::uint16_t emergency_data_set = 0x6300;
 constexpr std::uint16_t emergency_device_hardware = 0x5000;
 
-/// The largest number that the status of this axis carries as its fault.
+/// Returns the maximum of the fault signal in the status of this axis.
 std::uint8_t largest_fault(const can::Database& database, const can::AxisWire& wire) {
   constexpr double all_bits = 0xFF;
   const auto map = can::message_map_in<can::AmpStatus>(database, wire);
@@ -121,7 +121,7 @@ void AmplifierChannel::boot_up() {
 void AmplifierChannel::begin_internal_fault() {
   has_internal_cause_ = true;
   if (node_.state() != can::NmtState::operational) {
-    fault_ |= internal_fault;  // reported when the node is started
+    fault_ |= internal_fault;  // reported when the node starts
     return;
   }
   trip(internal_fault, emergency_device_hardware);

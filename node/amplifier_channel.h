@@ -1,4 +1,4 @@
-// The amplifier of one axis: state, watchdog and relay of its node's channel.
+// The amplifier of one axis: the state, watchdog and relay of one channel of its node.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@
 
 namespace hystcan::node {
 
-/// The amplifier of one axis. It drives its output only while its node is operational and it is enabled and
-/// receives commands. It trips when no command comes for `command_timeout`. The fault is latched until a
-/// command clears it; the output is then at the safe value. A command that clears does not enable. NMT and
-/// shut_down() also set the safe value, whatever the watchdog action.
+/// The amplifier of one axis. It drives its output only while its node is operational and the amplifier is
+/// enabled and receives commands. It trips if no command arrives for `command_timeout`. The fault is latched
+/// until a command clears it; after the clearing the output has the safe value. A command that clears a fault
+/// does not enable the amplifier. NMT and shut_down() also set the safe value, whatever the watchdog action.
 class AmplifierChannel {
  public:
   AmplifierChannel(const can::AxisWire& wire, const AmplifierConfig& config, const CommonConfig& common,
@@ -24,7 +24,7 @@ class AmplifierChannel {
   AmplifierChannel& operator=(const AmplifierChannel&) = delete;
 
   AmplifierNode& node() const { return node_; }
-  std::size_t index() const { return index_; }  ///< among the channels of the node
+  std::size_t index() const { return index_; }  ///< index among the channels of the node
   can::AmpState state() const { return state_; }
   std::uint8_t fault() const { return fault_; }
   /// The last commanded setpoint, also while the amplifier does not drive.
@@ -33,7 +33,7 @@ class AmplifierChannel {
   /// Trips for a cause within the amplifier; the fault cannot be cleared before the cause ends.
   void begin_internal_fault();
   void end_internal_fault() { has_internal_cause_ = false; }
-  /// Leaves Enable, and obeys none until the relay is released.
+  /// Disables the amplifier, which ignores Enable until the relay is released.
   void open_relay();
   void release_relay() { relay_is_open_ = false; }
 
@@ -56,24 +56,25 @@ class AmplifierChannel {
   void leave_drive(WatchdogAction action);
 
   AmplifierConfig config_;
-  /// From one SYNC to the next: the output's target moves in a straight line to a setpoint in this time.
-  /// Zero: it is there at once.
+  /// After each SYNC the target of the output moves in a straight line to the setpoint within this time.
+  /// Zero: the target jumps to the setpoint.
   can::Duration interpolation_;
   can::Scheduler& scheduler_;
   AmplifierNode& node_;
   std::size_t index_;
   DriveOutput& output_;
   can::Layout<can::AmpCommand> command_;
-  std::optional<can::Layout<can::AmpStatus>> status_;  ///< empty: it has no status
-  std::uint8_t largest_fault_;                         ///< a larger one is reported as this
-  bool commands_name_their_sync_;                      ///< false: a command is never stale
+  std::optional<can::Layout<can::AmpStatus>> status_;  ///< empty: the axis has no status message
+  std::uint8_t largest_fault_;                         ///< maximum of the signal; a larger fault is sent as
+                                                       ///< this value
+  bool commands_name_their_sync_;                      ///< false: the amplifier cannot detect stale commands
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected
-  can::Time relay_closes_at_{};        ///< while it is enabling and no soft start has begun
+  can::Time relay_closes_at_{};        ///< valid while enabling, before the soft start
   std::optional<can::Time> soft_start_begun_;
   double soft_start_from_ = 0.0;
   can::Time command_deadline_{};
-  double setpoint_ = 0.0;  ///< in force now or from the next SYNC on
+  double setpoint_ = 0.0;  ///< in effect now or from the next SYNC
   unsigned syncs_since_status_ = 0;
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;
@@ -81,7 +82,7 @@ class AmplifierChannel {
   bool is_enabling_ = false;
   bool has_internal_cause_ = false;
   bool output_works_ = true;
-  bool relay_is_open_ = false;  ///< by a fault
+  bool relay_is_open_ = false;  ///< after open_relay(), until release_relay()
 };
 
 }  // namespace hystcan::node

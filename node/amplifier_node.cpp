@@ -45,7 +45,7 @@ void AmplifierNode::shut_down() {
   for (AmplifierChannel* channel : channels_) channel->enter(can::AmpState::off);
   report();
   for (AmplifierChannel* channel : channels_) {
-    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // it has arrived there
+    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // the output has settled by then
     channel->status_is_due_ = true;
   }
   report();
@@ -94,7 +94,7 @@ void AmplifierNode::on_nmt(can::NmtState state) {
   report();
 }
 
-// A node that boots up sends no status; the state pre-operational, which follows, leaves the drive.
+// A node that boots up sends no status; the next state, pre-operational, leaves the drive.
 void AmplifierNode::boot_up() {
   last_sync_ = 0;
   for (StatusMessage& message : statuses_) message.protector.restart();
@@ -105,18 +105,18 @@ bool AmplifierNode::is_stale(const can::AmpCommand& command, can::Time received)
   if (last_sync_ == 0 || !can::is_sync_counter(command.sync_counter)) return true;
   const int syncs_since = can::syncs_after(command.sync_counter, last_sync_);
   if (syncs_since > 1) return true;
-  if (!command.enable && !command.clear_fault) return false;  // it switches off
+  if (!command.enable && !command.clear_fault) return false;  // the amplifier switches off
   const std::optional<can::Time> named_at = syncs_since == 0 ? last_sync_at_ : former_sync_at_;
   return !named_at || received - *named_at > 2 * cycle_;
 }
 
-// Where commands stop, the watchdogs of all axes trip at one time: this is one event.
+// When commands stop, the watchdogs of all axes trip at the same time: this is one event.
 void AmplifierNode::check_watchdogs() {
   for (AmplifierChannel* channel : channels_) channel->check_watchdog();
   report();
 }
 
-// The relays of axes that were enabled by one frame close at one time: this is one status.
+// The relays of axes that were enabled by one frame close at the same time: this is one status.
 void AmplifierNode::check_relays() {
   for (AmplifierChannel* channel : channels_) channel->check_relay();
   report();

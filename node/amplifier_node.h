@@ -1,8 +1,8 @@
 // The amplifier as a node on the bus: follows NMT and AmpCommand, detects when commands stop, sends status.
 //
-// The axes of a node share the command frame; a frame that is accepted commands all of them. They share the
-// status message too, or each has its own. Where something happens to several axes at once, it is one
-// emergency, and a shared status is sent once.
+// The axes of a node share the command frame; an accepted frame commands all axes. The axes share one status
+// message, or each axis has its own. An event that affects several axes at once causes one emergency, and a
+// shared status is sent once.
 #pragma once
 
 #include <cstddef>
@@ -17,14 +17,15 @@
 
 namespace hystcan::node {
 
-/// Bit of AmpStatus.Fault beside can::amp_fault: a cause within the amplifier, such as its temperature.
+/// Bit of AmpStatus.Fault, in addition to can::amp_fault: a cause within the amplifier, such as its
+/// temperature.
 inline constexpr std::uint8_t internal_fault = 0x80;
 
 class AmplifierChannel;
 
 class AmplifierNode final : public BusNode {
  public:
-  /// `first`: the first of its axes.
+  /// `first`: the first axis of the node.
   AmplifierNode(const can::AxisWire& first, const CommonConfig& common, const can::Database& database,
                 can::Scheduler& scheduler, const can::Attach& attach);
 
@@ -35,7 +36,7 @@ class AmplifierNode final : public BusNode {
 
  private:
   friend class AmplifierChannel;
-  /// The axes of one status message.
+  /// The axes that share one status message.
   struct StatusMessage {
     can::E2eProtector protector;
     std::vector<AmplifierChannel*> channels;
@@ -48,12 +49,12 @@ class AmplifierNode final : public BusNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_nmt(can::NmtState state) override;
   void boot_up();
-  /// docs/protocol/nodes.md, "Stale commands".
+  /// Returns true if the command is stale: docs/protocol/nodes.md, "Stale commands".
   bool is_stale(const can::AmpCommand& command, can::Time received) const;
   void check_watchdogs();
   void check_relays();
   void note_emergency(std::uint16_t code);
-  /// Sends the statuses whose time has come; in a slot the oldest one alone.
+  /// Sends every status that is due; with slots, only the oldest status.
   void report_regularly();
   /// Sends the emergencies and every status that is due.
   void report();
@@ -65,10 +66,11 @@ class AmplifierNode final : public BusNode {
   can::E2eChecker checker_;
   std::vector<AmplifierChannel*> channels_;
   std::vector<StatusMessage> statuses_;
-  std::vector<std::uint16_t> emergencies_;  ///< codes, to be sent
+  std::vector<std::uint16_t> emergencies_;  ///< error codes to be sent
   std::uint8_t last_sync_ = 0;
   can::Time last_sync_at_{};
-  std::optional<can::Time> former_sync_at_;  ///< of the SYNC before it; empty if that SYNC was not received
+  std::optional<can::Time> former_sync_at_;  ///< time of the SYNC before the last one; empty if that SYNC was
+                                             ///< not received
 };
 
 }  // namespace hystcan::node

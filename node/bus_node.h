@@ -21,10 +21,10 @@ class BusNode {
   BusNode& operator=(const BusNode&) = delete;
 
   void start() { nmt_.start(); }
-  /// Another node on the bus has the same number: this node is off and silent.
+  /// True if another node on the bus has the same number; this node is then off and silent.
   bool is_taken() const { return nmt_.is_taken(); }
   bool is_on_the_bus() const { return !nmt_.is_silent(); }
-  /// Switches off; an amplifier's outputs go to the safe value, and a last status reports it.
+  /// Switches off: sets the outputs of an amplifier to the safe value and reports this in a last status.
   virtual void shut_down() {}
 
   std::uint8_t number() const { return number_; }
@@ -32,25 +32,25 @@ class BusNode {
   const can::SdoServer& objects() const { return sdo_; }
   const can::Bus& bus() const { return *bus_; }
 
-  /// The supply fails: an amplifier's outputs fall to their safe value. The caller discards the frames of the
-  /// node.
+  /// Simulates a supply failure: the outputs of an amplifier fall to their safe value. The caller discards
+  /// the frames of the node.
   virtual void lose_power() {}
-  /// The supply returns: the node starts as at its first start. No effect before the first start.
+  /// Simulates the return of the supply: the node boots up again. Has no effect before the first start.
   void restart();
 
  protected:
-  /// `obeys`: the message that it receives beside those of CiA 301.
+  /// `obeys`: the message that the node receives in addition to those of CiA 301.
   BusNode(std::uint8_t number, const CommonConfig& common, can::Scheduler& scheduler,
           const can::Attach& attach, const std::optional<can::Filter>& obeys = {});
 
   can::Bus& line() { return *bus_; }
-  /// NMT, heartbeats of the same number and SDO.
+  /// Handles NMT, SDO and heartbeats with the number of this node.
   void handle(const can::Frame& frame);
-  /// With each SYNC. Where frames have slots, sends the heartbeat in that of the node, if it is due. True:
-  /// the node may send another frame.
+  /// Call at each SYNC. If frames have slots, sends a heartbeat that is due in the slot of the node. Returns
+  /// true if the node may send another frame.
   bool take_slot(std::uint8_t sync_counter);
   bool has_slot() const { return slots_ != 0; }
-  /// At boot-up the objects are already reset, if they are.
+  /// Called after each change of the NMT state. At boot-up, a reset of the objects is already done.
   virtual void on_nmt(can::NmtState state) = 0;
   can::NmtCommand last_reset() const { return nmt_.last_reset(); }
 

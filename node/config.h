@@ -1,4 +1,4 @@
-// The settings of an amplifier node and of a sensor node, whatever device is behind them.
+// The settings of an amplifier node and of a sensor node, independent of the device.
 #pragma once
 
 #include <array>
@@ -12,8 +12,9 @@ namespace hystcan::node {
 
 /// When a setpoint takes effect.
 enum class Apply : std::uint8_t {
-  sync,    ///< at the next SYNC (synchronous PDO, CiA 301): always one cycle after the SYNC that it answers
-  receipt  ///< when its frame arrives: sooner, but the delay depends on the bus
+  sync,    ///< at the next SYNC (synchronous PDO, CiA 301): always one cycle after the SYNC that the command
+           ///< answers
+  receipt  ///< when its frame arrives: earlier, but the delay depends on the bus load
 };
 constexpr auto words(Apply) { return std::to_array<std::string_view>({"sync", "receipt"}); }
 
@@ -23,9 +24,9 @@ struct AmplifierConfig {
   unsigned status_every = 10;       ///< number of SYNCs per AmpStatus
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
-  bool interpolate = false;      ///< moves to a setpoint in a straight line within a cycle
-  can::Duration enable_delay{};  ///< from Enable until the output is connected, by a relay
-  /// From there the output goes evenly to its setpoint; only then it is enabled.
+  bool interpolate = false;      ///< moves in a straight line to each setpoint within a cycle
+  can::Duration enable_delay{};  ///< from Enable until a relay connects the output
+  /// After `enable_delay` the output moves evenly to its setpoint; the amplifier is enabled at the end.
   can::Duration soft_start{};
 };
 
@@ -35,17 +36,18 @@ constexpr auto words(Sampling) { return std::to_array<std::string_view>({"sync",
 /// When a sensor samples.
 struct SampleClock {
   Sampling sampling = Sampling::sync;
-  double rate_Hz = 0.0;   ///< free-running: by its own clock, > 0
-  double skew_ppm = 0.0;  ///< relative speed error of that clock; > 0: it is fast
+  double rate_Hz = 0.0;   ///< free-running: rate of the sensor's own clock, > 0
+  double skew_ppm = 0.0;  ///< relative speed error of that clock; > 0: the clock is fast
 
   friend bool operator==(const SampleClock&, const SampleClock&) = default;
 };
 
-/// Common to all nodes of a computer.
+/// Settings that all nodes of a computer share.
 struct CommonConfig {
   can::Duration heartbeat_period{};
-  can::Duration cycle = std::chrono::milliseconds(1);  ///< of the SYNCs, as set in an amplifier
-  unsigned background_slots = 0;                       ///< of heartbeats and statuses (can::is_in_slot)
+  can::Duration cycle = std::chrono::milliseconds(1);  ///< SYNC period, as set in an amplifier
+  unsigned background_slots = 0;                       ///< slots for heartbeats and statuses
+                                                       ///< (can::is_in_slot)
 };
 
 }  // namespace hystcan::node

@@ -10,14 +10,15 @@ namespace hystcan::node {
 /// Bits of SensorSample.Status.
 namespace sensor_status {
 inline constexpr std::uint8_t out_of_range = 0x01;  ///< the reading is saturated
-inline constexpr std::uint8_t no_position = 0x02;   ///< the conversion failed, or is at an end of its range
+inline constexpr std::uint8_t no_position = 0x02;   ///< the conversion failed, or the reading is at an end of
+                                                    ///< the range
 }  // namespace sensor_status
 
 class PositionInput {
  public:
   struct Reading {
     double position_um = 0.0;
-    std::uint8_t status = 0;  ///< of the sample
+    std::uint8_t status = 0;  ///< bits of sensor_status
   };
 
   PositionInput() = default;

@@ -12,7 +12,7 @@ SensorChannel::SensorChannel(const can::AxisWire& wire, const SampleClock& clock
   node_.add(*this, clock);
 }
 
-// A failure that the message cannot carry is a sample that is missing.
+// If the message cannot represent a failure, the sample is omitted.
 bool SensorChannel::sample(can::Time time, std::uint8_t sync_counter, can::Frame& frame) {
   const PositionInput::Reading reading = input_.read(time);
   sample_ = {.position_um = reading.position_um, .sync_counter = sync_counter, .status = reading.status};

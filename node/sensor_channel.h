@@ -1,4 +1,4 @@
-// The sensor of one axis: its node's channel.
+// The sensor of one axis: one channel of its node.
 #pragma once
 
 #include <cstddef>
@@ -13,24 +13,25 @@ namespace hystcan::node {
 
 class SensorChannel {
  public:
-  /// Throws std::invalid_argument where another axis of the node has another clock.
+  /// Throws std::invalid_argument if another axis of the node has a different clock.
   SensorChannel(const can::AxisWire& wire, const SampleClock& clock, const can::Database& database,
                 SensorNode& node, PositionInput& input);
   SensorChannel(const SensorChannel&) = delete;
   SensorChannel& operator=(const SensorChannel&) = delete;
 
   SensorNode& node() const { return node_; }
-  std::size_t index() const { return index_; }  ///< among the channels of the node
-  /// Its last sample has no position.
+  std::size_t index() const { return index_; }  ///< index among the channels of the node
+  /// Returns true if the last sample has no position.
   bool has_failed() const { return (sample_.status & sensor_status::no_position) != 0; }
 
-  /// The handler is called at each sample, with the sample that will be sent.
+  /// Sets a handler that is called for each sample, before the sample is sent.
   using SampleHandler = std::function<void(can::Time, const can::SensorSample&)>;
   void on_sample(SampleHandler handler) { on_sample_ = std::move(handler); }
 
  private:
   friend class SensorNode;
-  /// Reads the input, and writes the sample into the frame; returns false where the message cannot carry it.
+  /// Reads the input and writes the sample into the frame. Returns false if the message cannot represent the
+  /// sample.
   bool sample(can::Time time, std::uint8_t sync_counter, can::Frame& frame);
 
   SensorNode& node_;

@@ -49,13 +49,13 @@ void SensorNode::on_nmt(can::NmtState state) {
 }
 
 void SensorNode::on_sync(std::uint8_t counter, can::Time received) {
-  const bool is_repeated = std::exchange(last_sync_, counter) == counter;  // the same SYNC, received twice
+  const bool is_repeated = std::exchange(last_sync_, counter) == counter;  // the same SYNC was received twice
   if (is_repeated) return;
   if (sample_clock_.sampling == Sampling::sync && state() == can::NmtState::operational) sample(received);
   take_slot(counter);
 }
 
-/// Skips the ticks that have passed while the computer did not run this process.
+/// Skips the ticks that passed while this process was not running.
 void SensorNode::on_clock() {
   const can::Time now = scheduler_.now();
   if (last_sync_ != 0) sample(now);
@@ -69,7 +69,7 @@ void SensorNode::sample(can::Time time) {
   can::Frame frame = channels_.front()->layout_.frame();
   bool fits = true;
   for (SensorChannel* channel : channels_) fits = channel->sample(time, last_sync_, frame) && fits;
-  // A position that the message cannot carry is not sent: the controller trips on the missing sample.
+  // A position that the message cannot represent is not sent: the controller trips on the missing sample.
   if (fits) {
     protector_.seal(frame);
     line().send(frame);

@@ -1,9 +1,9 @@
-// The position sensor as a node on the bus. It takes one sample per SYNC, when the SYNC arrives, or it
-// samples by its own clock.
+// The position sensor as a node on the bus. It samples either when a SYNC arrives, or at the rate of its own
+// clock.
 //
-// A free-running sensor samples every 1 / (rate (1 + skew)) after it has become operational; each sample
-// names the last received SYNC. Its phase to the SYNCs drifts by the skew; docs/protocol/nodes.md describes
-// how the controller handles this.
+// A free-running sensor samples every 1 / (rate (1 + skew)) after the node becomes operational; each sample
+// contains the counter of the last received SYNC. The phase between samples and SYNCs drifts by the skew;
+// docs/protocol/nodes.md describes how the controller handles this drift.
 
 #pragma once
 
@@ -20,10 +20,10 @@ namespace hystcan::node {
 
 class SensorChannel;
 
-/// A frame holds the samples of all axes of the node, which are taken at one time.
+/// A frame contains the samples of all axes of the node, which are taken at the same time.
 class SensorNode final : public BusNode {
  public:
-  /// `first`: the first of its axes. Throws std::invalid_argument where a free-running clock has no rate.
+  /// `first`: the first axis of the node. Throws std::invalid_argument if a free-running clock has no rate.
   SensorNode(const can::AxisWire& first, const SampleClock& clock, const CommonConfig& common,
              const can::Database& database, can::Scheduler& scheduler, const can::Attach& attach);
   const std::vector<SensorChannel*>& channels() const { return channels_; }
@@ -35,15 +35,15 @@ class SensorNode final : public BusNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_clock();
   void sample(can::Time time);
-  /// Sends an emergency when a device fails, and another one when all work again.
+  /// Sends an emergency when a device fails, and another one when all devices work again.
   void report_failures();
 
   can::Scheduler& scheduler_;
   SampleClock sample_clock_;
-  double period_ns_;  ///< of its own clock
+  double period_ns_;  ///< period of the sensor's own clock
   std::unique_ptr<can::Timer> clock_;
   can::Time clock_started_{};
-  std::int64_t ticks_ = 0;  ///< of its own clock, since clock_started_
+  std::int64_t ticks_ = 0;  ///< ticks of that clock since clock_started_
   bool has_failed_ = false;
   std::uint8_t last_sync_ = 0;  ///< counter of the last received SYNC; 0: none yet
   can::E2eProtector protector_;

@@ -1,4 +1,4 @@
-// One connection to a bus for several nodes of a process.
+// One connection to a bus, shared by several nodes of a process.
 #pragma once
 
 #include <memory>
@@ -9,12 +9,13 @@
 
 namespace hystcan::node {
 
-// A frame goes to the nodes in the order in which they were attached. What they send meanwhile waits until
-// all of them have received it: at a SYNC, amplifiers set their outputs and sensors read their inputs before
-// any frame is sent. Then the frames of the node that was attached last go first: samples before statuses.
+// Passes each frame to the nodes in the order in which they were attached. Frames that the nodes send during
+// this time wait until all nodes have received the frame: at a SYNC, amplifiers set their outputs and sensors
+// read their inputs before any frame is sent. Then the frames of the node that was attached last are sent
+// first: samples before statuses.
 //
-// Nodes do not receive each other's frames, because those of a SocketCAN connection do not return to it. The
-// first node's counters are those of the connection; the others count nothing.
+// Nodes do not receive each other's frames, because a SocketCAN connection does not receive its own frames.
+// The first node's counters are those of the connection; the counters of the other nodes stay zero.
 
 class SharedConnection {
  public:
@@ -23,9 +24,9 @@ class SharedConnection {
   SharedConnection(const SharedConnection&) = delete;
   SharedConnection& operator=(const SharedConnection&) = delete;
 
-  /// The connection of one node, which must not outlive this.
+  /// Returns the connection of one node. The connection must not outlive this object.
   std::unique_ptr<can::Bus> attach(std::span<const can::Filter> filters);
-  /// Connects all of them, before one sends.
+  /// Opens the connection for all attached nodes, before any node sends.
   void open(const can::Attach& attach);
 
  private:

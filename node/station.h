@@ -24,14 +24,14 @@ class Station {
     return made;
   }
 
-  /// Listens for one heartbeat period, then starts all nodes and calls `on_started`. Starts none if the bus
-  /// already has one of their numbers.
+  /// Listens for one heartbeat period, then starts all nodes and calls `on_started`. Starts no node if the
+  /// bus already has a node with the same number.
   void start(std::function<void()> on_started);
-  /// The number of a node that another node on the bus has too, if there is one.
+  /// Returns the number of a node that also exists elsewhere on the bus, if there is one.
   std::optional<std::uint8_t> taken_node() const;
-  /// Switches every amplifier off; their outputs end at the safe value.
+  /// Switches every amplifier off; the outputs move to the safe value.
   void shut_down();
-  /// The connections of all nodes.
+  /// Returns the connections of all nodes.
   std::vector<const can::Bus*> connections() const;
 
  private:

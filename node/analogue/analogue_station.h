@@ -20,19 +20,19 @@
 
 namespace hystcan::node {
 
-/// The cards that are open, each once, whatever its names: axes may share one.
+/// The open cards. Axes that share a card get the same object, even if they use different names for the card.
 class Cards {
  public:
   /// `open` opens a card by its name, as open_card() does.
   using Open = std::function<std::unique_ptr<Card>(const std::string& device)>;
   explicit Cards(Open open) : open_(std::move(open)) {}
 
-  /// Throws ChannelError.
+  /// Returns the card with this name, and opens the card at first use. Throws ChannelError.
   Card& card(const std::string& device);
 
  private:
   Open open_;
-  std::map<std::string, std::unique_ptr<Card>, std::less<>> cards_;  ///< by identity_of()
+  std::map<std::string, std::unique_ptr<Card>, std::less<>> cards_;  ///< key: identity_of() the card
 };
 
 /// The devices of one axis. Throws ChannelError if the card lacks what the axis needs.
@@ -54,7 +54,7 @@ struct AnalogueDevices {
 };
 using AllDevices = std::vector<std::unique_ptr<AnalogueDevices>>;
 
-/// The channels of one axis of its two nodes.
+/// The amplifier channel and the sensor channel of one axis.
 struct AnalogueAxis {
   AnalogueAxis(AnalogueDevices& devices, const CommonConfig& common, const can::Database& database,
                can::Scheduler& scheduler, AmplifierNode& amplifier_node, SensorNode& sensor_node);
@@ -66,12 +66,12 @@ struct AnalogueAxis {
   SensorChannel sensor;
 };
 
-// At a SYNC the amplifier nodes apply the last setpoints, then the sensor nodes sample, then the samples and
-// the statuses are sent.
+// At a SYNC the amplifier nodes apply the last setpoints, then the sensor nodes sample, then samples and
+// statuses are sent.
 
 class AnalogueStation {
  public:
-  /// Axes with the same node number share the node.
+  /// Axes with the same node number share one node.
   AnalogueStation(const AllDevices& devices, const CommonConfig& common, const can::Database& database,
                   can::Scheduler& scheduler, const can::Attach& attach);
 

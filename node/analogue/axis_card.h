@@ -1,4 +1,4 @@
-// The cards of one axis as one: a channel may be on another card than the axis names.
+// Presents all cards of an axis as one card: a channel may be on another card than `device` of the axis.
 #pragma once
 
 #include <memory>
@@ -10,10 +10,10 @@ namespace hystcan::node {
 
 class Cards;
 
-/// The card of `CardChannel::device`, or else the card of the axis, has the channel.
+/// Forwards each channel to the card `CardChannel::device`, or, if that is empty, to the card of the axis.
 class AxisCard final : public Card {
  public:
-  /// Opens the card `device` of the axis. Throws ChannelError.
+  /// Opens `device`, the card of the axis. Throws ChannelError.
   AxisCard(Cards& cards, const std::string& device);
 
   std::unique_ptr<VoltageOutput> output(const CardChannel& place) override;

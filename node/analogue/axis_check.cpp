@@ -8,10 +8,10 @@
 namespace hystcan::node {
 namespace {
 
-/// The product of rounded numbers may exceed by this a limit that it meets.
+/// Tolerance for a product of rounded numbers that is exactly at a limit.
 double rounding_of(const Span& span) { return 1e-9 * (std::abs(span.lo) + std::abs(span.hi)); }
 
-/// The positions between the ends of the range.
+/// Returns the positions that the input can measure, between the ends of its range.
 Span measured(const AnalogueConfig& config, const VoltageRange& input) {
   const double at_lo = config.position_um(input.lo + input.step);
   const double at_hi = config.position_um(input.hi - input.step);
@@ -23,14 +23,14 @@ bool contains(const Span& outer, const Span& inner) {
   return inner.lo >= outer.lo - rounding && inner.hi <= outer.hi + rounding;
 }
 
-/// "-1.5 to 20"
+/// Returns, for example, "-1.5 to 20".
 std::string text_of(const Span& span) {
   return fmt::format("{:.4g} to {:.4g}", span.lo + 0.0, span.hi + 0.0);
 }
 
 std::string text_of_range(const VoltageRange& range) { return text_of(Span{range.lo, range.hi}); }
 
-/// The key that a user changes first.
+/// Returns the key that a user is most likely to change.
 std::string_view key_of_input(const AnalogueConfig& config) {
   return config.position_input.place.range.empty() ? "position_um_per_V" : "position_input.range";
 }
@@ -39,7 +39,7 @@ std::string_view key_of_input(const AnalogueConfig& config) {
 
 void check_drives(const AnalogueConfig& config, const DriveRange& drives, const VoltageRange& output) {
   for (const double drive : {drives.min, drives.max, drives.safe}) {
-    const double volts = config.volts_per_drive * drive + 0.0;  // + 0.0: of -0.0 only the sign would be left
+    const double volts = config.volts_per_drive * drive + 0.0;  // + 0.0 turns -0.0 into 0.0
     if (!contains({output.lo, output.hi}, {volts, volts}))
       throw ChannelError("volts_per_drive",
                          Error(fmt::format("a drive of {:g} needs {:g} V, and the output has {} V", drive,

@@ -1,4 +1,4 @@
-// Whether a card has what an axis needs. Each check throws ChannelError.
+// Checks that a card has everything that an axis needs. Each check throws ChannelError.
 #pragma once
 
 #include <optional>
@@ -9,19 +9,19 @@
 
 namespace hystcan::node {
 
-/// The range of the output has the volts of each drive.
+/// Checks that the range of the output contains the voltage of each drive.
 void check_drives(const AnalogueConfig& config, const DriveRange& drives, const VoltageRange& output);
 
-/// The sensor measures some of the positions that the axis may have, and all setpoints. A reading at an end
-/// of the range is no position.
+/// Checks that the sensor can measure all setpoints and at least some of the positions allowed for the axis.
+/// A reading at an end of the range is not a position.
 void check_positions(const AnalogueConfig& config, const PositionRange& positions, const VoltageRange& input);
 
-/// The warning that the sensor does not measure the whole stroke; empty: it does.
+/// Returns a warning if the sensor does not measure the whole stroke; otherwise an empty text.
 std::string stroke_warning(const AnalogueConfig& config, const PositionRange& positions,
                            const VoltageRange& input);
 
-/// The card has the channels and lines that the axis drives, and its interlock. Returns the range of the
-/// output; drives, sets and locks nothing.
+/// Checks that the card has all channels and lines of the axis, including the interlock. Returns the range of
+/// the output. Drives no output, sets no line and locks nothing.
 VoltageRange check_channels(const WiredAnalogueAxis& axis, Card& card);
 
 }  // namespace hystcan::node

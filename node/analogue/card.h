@@ -1,4 +1,4 @@
-// A card with converters and digital lines, or the converters of a Raspberry Pi's HAT.
+// A card with converters and digital lines, or the converters on a Raspberry Pi HAT.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ class VoltageOutput {
   VoltageOutput& operator=(const VoltageOutput&) = delete;
   virtual ~VoltageOutput() = default;
   virtual const VoltageRange& range() const = 0;
-  /// False: the conversion has failed.
+  /// Returns false if the conversion failed.
   virtual bool write(double volts) = 0;
 };
 
@@ -31,7 +31,7 @@ class VoltageInput {
   VoltageInput& operator=(const VoltageInput&) = delete;
   virtual ~VoltageInput() = default;
   virtual const VoltageRange& range() const = 0;
-  /// Converts now; empty: the conversion has failed.
+  /// Converts now. Returns `nullopt` if the conversion failed.
   virtual std::optional<double> read() = 0;
 };
 
@@ -53,15 +53,15 @@ class LineInput {
   virtual std::optional<bool> read() = 0;
 };
 
-/// Against what a voltage is measured.
+/// The reference against which a voltage is measured.
 enum class VoltageReference : std::uint8_t { ground, common, differential };
 constexpr auto words(VoltageReference) {
   return std::to_array<std::string_view>({"ground", "common", "differential"});
 }
 
-/// A place on a card.
+/// The place of a channel on a card.
 struct CardChannel {
-  std::string device{};  ///< DeviceName; empty: that of the axis
+  std::string device{};  ///< DeviceName; empty: the card of the axis
   unsigned subdevice = 0;
   unsigned channel = 0;
   std::string range;  ///< "0..10 V"; empty: the first range of the channel
@@ -75,29 +75,31 @@ class Card {
   Card& operator=(const Card&) = delete;
   virtual ~Card() = default;
 
-  /// Each throws Error, with what the card has, if the card lacks the channel, its direction or its range.
+  /// Each function opens a channel. Throws Error, with a list of the available ones, if the card lacks the
+  /// channel, its direction or its range.
   virtual std::unique_ptr<VoltageOutput> output(const CardChannel& place) = 0;
   virtual std::unique_ptr<VoltageInput> input(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineOutput> line_output(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineInput> line_input(const CardChannel& place) = 0;
-  /// Each throws as its counterpart does; drives, sets and locks nothing.
+  /// Each function throws like its counterpart above, but drives no output, sets no line and locks nothing.
   virtual VoltageRange check_output(const CardChannel& place) = 0;
   virtual void check_line_output(const CardChannel& place) = 0;
   virtual void check_line_input(const CardChannel& place) = 0;
 };
 
-/// Opens a real card, by its name (device_name.h). Throws Error if that fails, or if this program lacks the
-/// library.
+/// Opens a real card by its name (device_name.h). Throws Error if opening fails, or if this program was built
+/// without the library.
 std::unique_ptr<Card> open_card(const std::string& device);
 
-/// The card lacks what a key of [axis.analogue] names.
+/// The card lacks a channel, line or range that a key of [axis.analogue] requires.
 class ChannelError : public Error {
  public:
   ChannelError(std::string_view lacking_key, const Error& error) : Error(error), key(lacking_key) {}
-  std::string key;  ///< "drive_output.range"; of a Card: within the channel, "range"
+  std::string key;  ///< in [axis.analogue], "drive_output.range"; from a Card: within the channel, "range"
 };
 
-/// Returns what `open` returns; an Error becomes that of the key, or of the key within it.
+/// Returns the result of `open`. Turns an Error of `open` into a ChannelError with this key, or with the key
+/// below it.
 template <class Open>
 decltype(auto) opened(std::string_view key, Open open) {
   try {

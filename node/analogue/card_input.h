@@ -11,8 +11,8 @@ namespace hystcan::node {
 
 // position = zero + um_per_V * mean of `average` conversions
 //
-// A conversion within one step of an end of the range may be cut off. Such a reading, or that of a failed
-// conversion, has no position and reports it in its status: an old or wrong position never counts as good.
+// A reading within one step of an end of the range may be clipped. Such a reading, or a failed conversion,
+// has no position and reports this in its status: an old or wrong position never counts as good.
 
 class CardInput final : public PositionInput {
  public:

@@ -8,7 +8,7 @@
 namespace hystcan::node {
 namespace {
 
-/// A line that is active at the other level.
+/// Inverts a line, so that low means active.
 class Inverted final : public LineOutput {
  public:
   explicit Inverted(std::unique_ptr<LineOutput> line) : line_(std::move(line)) {}
@@ -49,7 +49,7 @@ void CardOutput::switch_on() {
   if (enable_ && !enable_->write(true)) has_failed_ = true;
 }
 
-/// The guard may have taken over between works() and here.
+/// The guard may have made the output safe between works() and this call.
 void CardOutput::go_to(double drive, can::Time, can::Duration) {
   is_driven_ = true;
   write(drive);

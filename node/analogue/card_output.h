@@ -1,4 +1,4 @@
-// The drive of an amplifier that a card's converter commands.
+// The output of an amplifier whose input is connected to a converter of a card.
 #pragma once
 
 #include <atomic>
@@ -13,13 +13,13 @@ namespace hystcan::node {
 
 // volts = volts_per_drive * drive
 //
-// After a failed conversion the output does not work: the safe drive is written at each SYNC until a write
-// succeeds. It does not work while the interlock is active either, nor at the SYNC after the guard took over
-// a driven output.
+// After a failed conversion works() returns false: the safe drive is written at each SYNC until a write
+// succeeds. works() also returns false while the interlock is active, and at the SYNC after the guard made a
+// driven output safe.
 
 class CardOutput final : public DriveOutput {
  public:
-  /// Throws ChannelError if the card lacks a channel, or if its range does not reach a drive.
+  /// Throws ChannelError if the card lacks a channel, or if the range of the output does not contain a drive.
   CardOutput(const AnalogueConfig& config, const DriveRange& drives, Card& card);
 
   bool reaches(double drive) const override;
@@ -28,9 +28,9 @@ class CardOutput final : public DriveOutput {
   void leave(WatchdogAction action, can::Time from) override;
   double output(can::Time at) override;
   bool works() override;
-  /// `takeovers`: of the guard (Guard::takeovers).
+  /// Faults the output when `takeovers` of the guard changes (Guard::takeovers).
   void obey(const std::atomic<unsigned>& takeovers) { takeovers_ = &takeovers; }
-  /// Writes the safe drive, then switches the line off. False: the card has refused one of them.
+  /// Writes the safe drive, then switches the enable line off. Returns false if the card refused either.
   bool make_safe();
 
   const VoltageRange& range() const { return output_->range(); }
@@ -43,12 +43,12 @@ class CardOutput final : public DriveOutput {
   AnalogueConfig config_;
   DriveRange drives_;
   std::unique_ptr<VoltageOutput> output_;
-  std::unique_ptr<VoltageInput> monitor_;    ///< null: the output is what was written
-  std::unique_ptr<LineOutput> enable_;       ///< null: none
-  std::unique_ptr<LineOutput> charge_pump_;  ///< null: none
-  std::unique_ptr<LineInput> interlock_;     ///< null: none
+  std::unique_ptr<VoltageInput> monitor_;    ///< null: the output is assumed to equal the last written value
+  std::unique_ptr<LineOutput> enable_;       ///< null: no such line
+  std::unique_ptr<LineOutput> charge_pump_;  ///< null: no such line
+  std::unique_ptr<LineInput> interlock_;     ///< null: no such line
   double written_ = 0.0;
-  const std::atomic<unsigned>* takeovers_ = nullptr;  ///< null: there is no guard
+  const std::atomic<unsigned>* takeovers_ = nullptr;  ///< null: no guard
   unsigned known_takeovers_ = 0;
   bool is_driven_ = false;
   bool has_failed_ = false;

@@ -28,14 +28,14 @@ static_assert(AREF_GROUND == static_cast<int>(VoltageReference::ground) &&
               AREF_COMMON == static_cast<int>(VoltageReference::common) &&
               AREF_DIFF == static_cast<int>(VoltageReference::differential));
 
-/// A channel of a card, and how volts and the numbers of its converter belong together.
+/// A channel of a card, and the conversion between volts and raw values.
 struct Converter {
   Device device;
   unsigned subdevice = 0;
   unsigned channel = 0;
   unsigned range_index = 0;
   unsigned reference = AREF_GROUND;
-  comedi_range* range = nullptr;  ///< of the library
+  comedi_range* range = nullptr;  ///< owned by comedilib
   lsampl_t largest = 0;
   VoltageRange volts{};
 };
@@ -147,7 +147,7 @@ class ComediCard final : public Card {
     throw Error(file_, comedi_strerror(comedi_errno()), {.remedy = "name another card (ls /dev/comedi*)"});
   }
 
-  /// The subdevices of these types: "1, 3".
+  /// Lists the subdevices of these types, for example "1, 3".
   std::string subdevices(std::initializer_list<int> types) const {
     std::vector<int> found;
     for (int i = 0; i < comedi_get_n_subdevices(device_.get()); ++i)
@@ -167,8 +167,8 @@ class ComediCard final : public Card {
                                         : fmt::format("name a subdevice that has: {}", others)}));
   }
 
-  /// Another process that drives this output is refused, by a lock of a byte of the device file for each
-  /// channel. A child process shares the lock.
+  /// Refuses an output that another process drives: locks one byte of the device file for each channel. A
+  /// child process shares the lock.
   void own(const CardChannel& place) const {
     const auto byte = static_cast<off_t>(place.subdevice) * 65'536 + place.channel;
     if (!lock_byte(comedi_fileno(device_.get()), byte))

@@ -1,4 +1,4 @@
-// A DAQ card that Linux drives by comedi.
+// A DAQ card that Linux drives through comedi.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace hystcan::node {
 
-/// Throws Error, as open_card does. `file`: "/dev/comedi0".
+/// Opens a card, for example `file` = "/dev/comedi0". Throws Error, as open_card() does.
 std::unique_ptr<Card> open_comedi_card(const std::string& file);
 
 }  // namespace hystcan::node

@@ -1,4 +1,4 @@
-// What is connected to a card, as [axis.analogue] describes it.
+// The devices that are connected to a card, as described in [axis.analogue].
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct LineConfig {
 
 struct InputConfig {
   CardChannel place;
-  unsigned average = 1;  ///< number of conversions for each sample
+  unsigned average = 1;  ///< number of conversions per sample
 };
 
 /// drive = volts / volts_per_drive,   position = zero + um_per_V * volts
@@ -34,7 +34,8 @@ struct AnalogueConfig {
   InputConfig position_input;
   double position_um_per_V = 1.0;
   double position_zero_um = 0.0;
-  std::optional<CardChannel> output_input{};  ///< amplifier's monitor; empty: its output is what was written
+  std::optional<CardChannel> output_input{};  ///< input for the amplifier's monitor; empty: the output is
+                                              ///< assumed to equal the written value
   std::optional<LineConfig> enable_line{};
   std::optional<LineConfig> interlock_line{};    ///< while it is active, the amplifier is faulted
   std::optional<LineConfig> charge_pump_line{};  ///< toggles at each SYNC
@@ -43,7 +44,7 @@ struct AnalogueConfig {
   double position_um(double volts) const { return position_zero_um + position_um_per_V * volts; }
 };
 
-/// In drive units; the node refuses a setpoint beyond the range.
+/// Range in drive units; the node refuses a setpoint outside of the range.
 struct DriveRange {
   double min = 0.0;
   double max = 0.0;
@@ -55,11 +56,11 @@ struct Span {
   double hi = 0.0;
 };
 
-/// In um.
+/// Ranges in um.
 struct PositionRange {
-  Span limits{};    ///< positions that are plausible
-  Span stroke{};    ///< positions that the drives reach, by the model
-  Span setpoint{};  ///< of all segments
+  Span limits{};    ///< plausible positions
+  Span stroke{};    ///< positions that the model predicts for the range of drives
+  Span setpoint{};  ///< setpoints of all segments
 };
 
 struct WiredAnalogueAxis {

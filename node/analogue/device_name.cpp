@@ -14,7 +14,7 @@
 namespace hystcan::node {
 namespace {
 
-/// What follows the prefix; empty if the text does not begin with it.
+/// Returns the rest of the text after the prefix; empty if the text does not begin with the prefix.
 std::string_view behind(std::string_view text, std::string_view prefix) {
   return text.starts_with(prefix) ? text.substr(prefix.size()) : std::string_view();
 }
@@ -39,7 +39,7 @@ std::string iio_identity(const std::string& name, const std::filesystem::path& r
     std::getline(stream, line);
     return line.substr(0, line.find('\0'));
   };
-  std::string least;  // libiio looks in the order of the ids
+  std::string least;  // libiio searches in the order of the ids
   std::error_code none;
   for (const auto& device : std::filesystem::directory_iterator(root / "sys/bus/iio/devices", none)) {
     const std::string id = device.path().filename().string();

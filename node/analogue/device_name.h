@@ -12,8 +12,8 @@ namespace hystcan::node {
 enum class CardKind : std::uint8_t { comedi, iio, simulated };
 
 // comedi:/dev/comedi0   device file of comedi
-// iio:ad5791            device of IIO, by its name, label or id
-// simulated:12          stage of [axis.twin] behind converters of 12 bits; 16 without a number
+// iio:ad5791            IIO device, by its name, label or id
+// simulated:12          stage of [axis.twin] behind 12-bit converters; without a number: 16 bits
 
 struct DeviceName {
   static constexpr unsigned least_bits = 2, most_bits = 24;
@@ -21,18 +21,18 @@ struct DeviceName {
       "comedi:/dev/comedi0, iio:ad5791, simulated or simulated:BITS with 2 to 24 bits";
 
   CardKind kind = CardKind::simulated;
-  std::string name{};  ///< of the device file, or of the device of IIO
-  unsigned bits = 16;  ///< of simulated converters
+  std::string name{};  ///< name of the device file or of the IIO device
+  unsigned bits = 16;  ///< resolution of simulated converters
 
-  /// Empty: the text is not the name of a card.
+  /// Parses a device name. Returns `nullopt` if the text is not valid.
   static std::optional<DeviceName> parsed(std::string_view text);
 };
 
-/// Throws Error if the text is not the name of a card.
+/// Parses a device name. Throws Error if the text is not valid.
 DeviceName device_named(std::string_view text);
 
-/// All names of one card have the same identity: the device of a file, behind its links, and of its
-/// subdevices; the id of a device of IIO. `root` has /sys.
+/// Returns an identity that is the same for all names of one card. A comedi card is identified by the device
+/// number behind links and subdevice files, an IIO device by its id. `root` contains /sys.
 std::string identity_of(const DeviceName& device, const std::filesystem::path& root = "/");
 
 }  // namespace hystcan::node

@@ -25,8 +25,9 @@ void ignore_signals() {
     std::signal(signal, SIG_IGN);
 }
 
-/// The best that this user may have; a refusal is no error. Pages are locked when they are used: to lock all
-/// would copy those of the node, and the end of the guard would take milliseconds.
+/// Requests the highest priority that this user may have; a refusal is not an error. Pages are locked when
+/// they are used: locking all pages would copy those of the node and delay the end of the guard by
+/// milliseconds.
 void hurry() {
   const sched_param priority{.sched_priority = sched_get_priority_max(SCHED_FIFO)};
   sched_setscheduler(0, SCHED_FIFO, &priority);
@@ -71,7 +72,7 @@ void Guard::watch(Shared& shared, int socket, const std::function<bool()>& make_
   prctl(PR_SET_NAME, "hystcan-guard");
   ignore_signals();
   hurry();
-  make_safe();  // all that it uses is in memory now
+  make_safe();  // brings all memory that make_safe needs into RAM
   shared.watched = now().count();
   constexpr char ready = 'r';
   send(socket, &ready, 1, MSG_NOSIGNAL);

@@ -1,4 +1,4 @@
-// A process that makes an output safe after this process has died or has stopped to run.
+// A process that makes an output safe after this process died or stopped running.
 #pragma once
 
 #include <pthread.h>
@@ -10,53 +10,55 @@
 
 namespace hystcan::node {
 
-// A DAQ card holds its last voltage. The guard is a child process that waits for a lock. The thread that has
-// made the guard has this lock, which is robust: the kernel releases it when that thread ends in any way,
-// before it returns the memory of the process and closes its files, which takes milliseconds.
+// A DAQ card holds its last voltage. The guard is a child process that waits for a lock. The thread that
+// created the guard owns this lock, which is robust: the kernel releases the lock when that thread ends for
+// any reason, before the kernel frees the memory and closes the files of the process. That would take
+// milliseconds.
 //
-//   thread ends                  the guard calls `make_safe` and ends
-//   no beat() for `patience`     the guard calls `make_safe`, again after each further `patience`, and counts
-//                                it in takeovers(): the node has to fault before it drives again
-//   trial                        abandon(): the same as the end, and whether the guard has succeeded
-//   guard dies                   descriptor() becomes readable: the node has to stop driving
-//   guard stops to run           beat() kills it
+//   thread ends                  the guard calls `make_safe` and exits
+//   no beat() for `patience`     the guard calls `make_safe`, repeats it after each further `patience`, and
+//                                counts it in takeovers(): the node must fault before it drives again
+//   trial                        abandon() releases the lock and returns whether the guard succeeded
+//   guard dies                   descriptor() becomes readable: the node must stop driving
+//   guard stops running          beat() kills the guard
 //
-// The guard ignores the signals of a terminal and of a service manager's stop, which come to both processes.
+// The guard ignores the stop signals of a terminal and of a service manager, which both processes receive.
 
 class Guard {
  public:
   using Duration = std::chrono::nanoseconds;
 
-  /// Forks: the guard shares what this process has open, which should be the cards alone. It also calls
-  /// `make_safe` at once. Throws RunError.
+  /// Forks: the guard inherits the open files of this process, which should be only the cards. Also calls
+  /// `make_safe` once at the start. Throws RunError.
   Guard(const std::function<bool()>& make_safe, Duration patience);
   ~Guard() { abandon(); }
   Guard(const Guard&) = delete;
   Guard& operator=(const Guard&) = delete;
 
-  /// Shows the guard that this process runs. The guard waits for the first call.
+  /// Signals that this process is running. The guard starts to watch at the first call.
   void beat() noexcept;
-  /// Number of times that this process did not beat; the guard counts before it makes the outputs safe.
+  /// Returns how often this process failed to beat; the guard increments the count before it makes the
+  /// outputs safe.
   const std::atomic<unsigned>& takeovers() const { return shared_->takeovers; }
-  /// Readable, with an end of file, once the guard has died.
+  /// Becomes readable, with an end of file, when the guard dies.
   int descriptor() const { return socket_; }
   pid_t process() const { return process_; }
-  /// On the thread that has made the guard. True if the guard has made the outputs safe. Has no effect when
-  /// called again.
+  /// Lets the guard make the outputs safe and exit. Call it on the thread that created the guard. Returns
+  /// true if the guard succeeded. A second call has no effect.
   bool abandon() noexcept;
 
  private:
-  /// Memory that both processes have.
+  /// Memory that both processes share.
   struct Shared {
-    pthread_mutex_t life{};                 ///< robust; the thread that has made the guard has it
-    std::atomic<Duration::rep> beat{0};     ///< last one, CLOCK_MONOTONIC; 0: none
-    std::atomic<Duration::rep> watched{0};  ///< when the guard last ran; 0: not yet
+    pthread_mutex_t life{};                 ///< robust; owned by the thread that created the guard
+    std::atomic<Duration::rep> beat{0};     ///< time of the last beat, CLOCK_MONOTONIC; 0: none
+    std::atomic<Duration::rep> watched{0};  ///< time of the guard's last check; 0: none
     std::atomic<unsigned> takeovers{0};
   };
   static Shared* held_by_this_thread();
   [[noreturn]] static void watch(Shared& shared, int socket, const std::function<bool()>& make_safe,
                                  Duration patience);
-  /// True: the thread that has made the guard has ended, or has abandoned it.
+  /// Returns true if the thread that created the guard ended or called abandon().
   static bool ends(Shared& shared, Duration patience);
 
   Duration patience_;

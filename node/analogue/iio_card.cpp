@@ -36,26 +36,26 @@ struct RawRange {
   double hi = 0.0;
 };
 
-/// A scale and an offset as the driver writes them.
+/// A scale and an offset, in the text form of the driver.
 struct IioScale {
   std::string scale_mV;
   std::string offset;
 
-  /// NaN if the driver writes no number.
+  /// Returns NaN if the text is not a number.
   static double number(const std::string& text) { return parsed_number<double>(text).value_or(NAN); }
   double step_V() const { return 1e-3 * number(scale_mV); }
   double volts(double raw) const { return step_V() * (raw + number(offset)); }
 };
 
-/// A channel, and how volts and its raw values belong together.
+/// A channel, and the conversion between volts and raw values.
 struct IioConverter {
   IioContext context;  ///< owns the channel
   iio_channel* channel = nullptr;
   VoltageRange volts{};
-  double offset = 0.0;  ///< of the raw value
+  double offset = 0.0;  ///< in raw units
 };
 
-/// Empty: the channel has no such attribute.
+/// Returns an empty text if the channel has no such attribute.
 std::string attribute(const iio_channel* channel, const char* name) {
   std::array<char, 4096> text{};
   if (iio_channel_find_attr(channel, name) == nullptr) return {};
@@ -75,7 +75,7 @@ std::vector<std::string> words_of(std::string text) {
   return words;
 }
 
-/// Empty: the driver does not state it.
+/// Returns `nullopt` if the driver does not provide the range.
 std::optional<RawRange> raw_range(const iio_channel* channel) {
   const std::vector<std::string> stated = words_of(attribute(channel, "raw_available"));  // [lo step hi]
   if (stated.size() == 3) {
@@ -108,7 +108,7 @@ class IioOutput final : public VoltageOutput {
  private:
   IioConverter converter_;
   Descriptor lock_;
-  bool is_down_;  ///< perhaps: many chips start without a voltage, which follows the first value
+  bool is_down_;  ///< initially true: many chips start powered down and need a command after the first value
 };
 
 class IioInput final : public VoltageInput {
@@ -191,8 +191,8 @@ class IioCard final : public Card {
                                                   : fmt::format("it has {}", fmt::join(names, ", "))}));
   }
 
-  /// Another process that drives this output is refused, by a lock of the attribute that is written. A child
-  /// process shares the lock.
+  /// Refuses an output that another process drives: locks the sysfs attribute of the output. A child process
+  /// shares the lock.
   Descriptor own(const iio_channel* output, const CardChannel& place) const {
     const std::string file = fmt::format("/sys/bus/iio/devices/{}/{}", iio_device_get_id(device_),
                                          iio_channel_attr_get_filename(output, "raw"));
@@ -231,7 +231,7 @@ class IioCard final : public Card {
     return fmt::format("{:.4g}..{:.4g} V", scale.volts(raw.lo) + 0.0, scale.volts(raw.hi) + 0.0);
   }
 
-  /// The scale of the range that the place names; the present one if it names none.
+  /// Returns the scale for the range in `place`, or the present scale if `place` has no range.
   IioScale chosen_scale(const iio_channel* channel, const CardChannel& place) const {
     const IioScale present = present_scale(channel);
     if (!(present.step_V() > 0.0))
@@ -260,7 +260,7 @@ class IioCard final : public Card {
     return {attribute(channel, "scale"), offset.empty() ? "0" : offset};
   }
 
-  /// The present one first.
+  /// Returns all available scales, the present one first.
   static std::vector<IioScale> scales(const iio_channel* channel, const IioScale& present) {
     std::vector<IioScale> all{present};
     std::vector<std::string> offsets = words_of(attribute(channel, "offset_available"));
@@ -270,7 +270,7 @@ class IioCard final : public Card {
     return all;
   }
 
-  /// Channels may share the attribute.
+  /// Sets the scale. Channels may share the attribute.
   void set(iio_channel* channel, const IioScale& scale, const std::string& range, const CardChannel& place) {
     const char* const file = iio_channel_attr_get_filename(channel, "scale");
     const std::string& first = ranges_.try_emplace(file == nullptr ? "" : file, range).first->second;
@@ -284,7 +284,7 @@ class IioCard final : public Card {
       const IioScale now = present_scale(channel);
       return now.volts(0.0) == scale.volts(0.0) && now.step_V() == scale.step_V();
     };
-    // Not every pair exists: the scale may have to follow the offset.
+    // Not every pair of scale and offset is valid: the scale is written again after the offset.
     for (const auto& [name, value] : {std::pair("scale", &scale.scale_mV), std::pair("offset", &scale.offset),
                                       std::pair("scale", &scale.scale_mV)})
       if (!is_set()) iio_channel_attr_write(channel, name, value->c_str());
@@ -298,7 +298,7 @@ class IioCard final : public Card {
   std::string name_;
   IioContext context_;
   iio_device* device_ = nullptr;
-  std::map<std::string, std::string> ranges_;  ///< by the attribute of the scale
+  std::map<std::string, std::string> ranges_;  ///< key: file name of the scale attribute
 };
 
 }  // namespace

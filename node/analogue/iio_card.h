@@ -1,4 +1,4 @@
-// A converter chip that Linux drives by IIO, such as those of a Raspberry Pi's HAT.
+// A converter chip that Linux drives through IIO, such as those on a Raspberry Pi HAT.
 #pragma once
 
 #include <memory>
@@ -8,16 +8,17 @@
 
 namespace hystcan::node {
 
-// A channel has attributes in sysfs; the range follows from those that the chip's driver has:
+// A channel has attributes in sysfs; its range follows from the attributes that the chip's driver provides:
 //
 //   volts = scale * (raw + offset) / 1000
-//   raw   from `raw_available` or from the bits of a sample; else the volts are those of `range`
+//   raw   from `raw_available` or from the number of bits; without both, the volts are those of `range`
 //
-// `range` chooses among `scale_available` and `offset_available`. Volts are those at the chip.
+// `range` selects among `scale_available` and `offset_available`. Volts are measured at the chip.
 //
 // IIO has no digital lines.
 
-/// Throws Error, as open_card does. `name`: name, label or id of the device: "ad5791", "iio:device0".
+/// Opens a card. `name`: name, label or id of the device, such as "ad5791" or "iio:device0". Throws Error, as
+/// open_card() does.
 std::unique_ptr<Card> open_iio_card(const std::string& name);
 
 }  // namespace hystcan::node

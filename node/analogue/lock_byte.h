@@ -1,12 +1,12 @@
-// A lock that shows another process which output is driven.
+// A lock that shows other processes which output is driven.
 #pragma once
 
 #include <fcntl.h>
 
 namespace hystcan::node {
 
-/// Locks a byte of a file for all who share its open description, a child process too. False: another one has
-/// the lock.
+/// Locks a byte of a file for every process that shares its open file description, such as a child process.
+/// Returns false if another process has the lock.
 inline bool lock_byte(int file, off_t byte) {
   struct flock lock {};
   lock.l_type = F_WRLCK;

@@ -1,4 +1,4 @@
-// The range of a converter.
+// The voltage range of a converter.
 #pragma once
 
 #include <optional>
@@ -10,10 +10,10 @@ namespace hystcan::node {
 struct VoltageRange {
   double lo = 0.0;
   double hi = 0.0;
-  double step = 0.0;  ///< least significant bit; 0: not known
+  double step = 0.0;  ///< least significant bit; 0: unknown
 };
 
-/// "0..10 V"; empty: another text.
+/// Parses a text such as "0..10 V". Returns `nullopt` if the text is not a range.
 std::optional<VoltageRange> parsed_range(std::string_view text);
 
 }  // namespace hystcan::node

@@ -5,7 +5,8 @@
 // "Faults of an amplifier"
 enum { EMERGENCY = 0x080, CLEARED = 0x0000, DATA_SET = 0x6300, LIFE_GUARD = 0x8130 };
 
-/// A frame of the wrong kind, with a wrong length, a wrong CRC or a repeated counter counts as not sent.
+/// Returns false for a frame of the wrong kind, with a wrong length, a wrong CRC or a repeated counter: such
+/// a frame counts as not sent.
 static bool accept(struct hystcan_amplifier* amplifier, const struct hystcan_frame* frame) {
   const struct hystcan_message* message = amplifier->config->command;
   if (!hystcan_is_intact(message, frame)) return false;
@@ -38,7 +39,7 @@ HYSTCAN_OUT_OF_LINE static void send_emergencies(struct hystcan_amplifier* ampli
   amplifier->emergency_count = 0;
 }
 
-/// Of the axes from `first` on that share its message, each adds its signals.
+/// Sends the status message of axis `first`, with the signals of every later axis that shares this message.
 HYSTCAN_OUT_OF_LINE static void send_status(struct hystcan_amplifier* amplifier, unsigned first) {
   const struct hystcan_amplifier_config* config = amplifier->config;
   const struct hystcan_message* message = config->axes[first].status;
@@ -57,7 +58,7 @@ HYSTCAN_OUT_OF_LINE static void send_status(struct hystcan_amplifier* amplifier,
     hystcan_node_send(&config->node, message, &frame, &amplifier->axes[first].sent_counter);
 }
 
-/// Sends the emergencies, and then every status that is due.
+/// Sends the emergencies, then every status that is due.
 static void report(struct hystcan_amplifier* amplifier) {
   const struct hystcan_amplifier_config* config = amplifier->config;
   send_emergencies(amplifier);
@@ -83,20 +84,20 @@ static void leave_drive(struct hystcan_amplifier* amplifier, unsigned i, bool tr
   amplifier->config->leave(amplifier->config->node.context, i, tripped);
 }
 
-/// Every change of state is reported.
+/// Enters a state; every change of state is reported.
 static void become(struct hystcan_amplifier_axis* axis, enum hystcan_amplifier_state state) {
   if (state == axis->state) return;
   axis->state = (uint8_t)state;
   axis->status_is_due = true;
 }
 
-/// A state in which the output has its safe value: every one but ENABLED.
+/// Enters a state in which the output has its safe value: every state except ENABLED.
 static void enter_safe(struct hystcan_amplifier* amplifier, unsigned i, enum hystcan_amplifier_state state) {
   leave_drive(amplifier, i, false);
   become(&amplifier->axes[i], state);
 }
 
-/// "Faults of an amplifier": latched.
+/// "Faults of an amplifier": latches the fault.
 static void trip(struct hystcan_amplifier* amplifier, unsigned i, uint8_t fault, uint16_t code) {
   amplifier->axes[i].fault |= fault;
   note_emergency(amplifier, code);
@@ -104,7 +105,8 @@ static void trip(struct hystcan_amplifier* amplifier, unsigned i, uint8_t fault,
   become(&amplifier->axes[i], HYSTCAN_FAULT);
 }
 
-/// The output is connected. If the commands have stopped, this enables nothing ("Enabling").
+/// Starts to drive after the output was connected. If the commands have stopped, this enables nothing
+/// ("Enabling").
 static void begin_to_drive(struct hystcan_amplifier* amplifier, unsigned i, hystcan_time now) {
   struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
   if (now >= axis->deadline) {
@@ -115,7 +117,7 @@ static void begin_to_drive(struct hystcan_amplifier* amplifier, unsigned i, hyst
   become(axis, HYSTCAN_ENABLED);
 }
 
-/// The relay has closed.
+/// Called when the relay has closed.
 static void on_relay(struct hystcan_amplifier* amplifier, unsigned i, hystcan_time now) {
   const struct hystcan_amplifier_config* config = amplifier->config;
   struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
@@ -147,7 +149,8 @@ static void start_softly(struct hystcan_amplifier* amplifier, unsigned i, hystca
     config->approach(config->node.context, i, axis->setpoint, (uint32_t)elapsed);
 }
 
-/// "Stale commands": older than one SYNC or than two cycles, or without a SYNC to refer to.
+/// "Stale commands": returns true if the command is older than one SYNC or two cycles, or if there is no SYNC
+/// to compare with.
 static bool is_stale(const struct hystcan_amplifier* amplifier, uint32_t named, bool switches_off,
                      hystcan_time now) {
   const uint8_t last_sync = amplifier->node.last_sync;
@@ -160,18 +163,18 @@ static bool is_stale(const struct hystcan_amplifier* amplifier, uint32_t named, 
   return now - named_at > 2 * (hystcan_time)amplifier->config->cycle;
 }
 
-/// "What an amplifier node does", the table of Enable and ClearFault. The command is not stale.
+/// "What an amplifier node does", the table of Enable and ClearFault. The caller has refused stale commands.
 static void obey(struct hystcan_amplifier* amplifier, unsigned i, bool enable, bool clear, int32_t setpoint,
                  hystcan_time now) {
   const struct hystcan_amplifier_axis_config* config = &amplifier->config->axes[i];
   struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
-  if (axis->state == HYSTCAN_FAULT) {  // a command that clears does not enable
+  if (axis->state == HYSTCAN_FAULT) {  // a command that clears a fault does not enable
     if (!clear || axis->has_cause) return;
     axis->fault = 0;
     note_emergency(amplifier, CLEARED);
     enter_safe(amplifier, i, HYSTCAN_READY);
   } else if (!enable) {
-    enter_safe(amplifier, i, HYSTCAN_READY);  // at once, without a SYNC
+    enter_safe(amplifier, i, HYSTCAN_READY);  // immediately, without a SYNC
   } else if (setpoint < config->drive_minimum || setpoint > config->drive_maximum) {
     trip(amplifier, i, HYSTCAN_OUT_OF_RANGE, DATA_SET);
   } else {
@@ -191,7 +194,8 @@ static void on_command(struct hystcan_amplifier* amplifier, unsigned i, const ui
     obey(amplifier, i, enable, clear, hystcan_get_value(&config->setpoint, data), now);
 }
 
-/// "Status": at the tenth SYNC after the last one, or in a slot that of the axis that waits the longest.
+/// "Status": sends a status at the tenth SYNC after the last one. With slots, sends only the status that has
+/// waited the longest.
 static void report_regularly(struct hystcan_amplifier* amplifier) {
   const struct hystcan_amplifier_config* config = amplifier->config;
   unsigned oldest = 0;
@@ -226,7 +230,7 @@ static void on_sync(struct hystcan_amplifier* amplifier, uint8_t sync, hystcan_t
   if (may_report) report_regularly(amplifier);
 }
 
-/// "Node life": every command but start leads to OFF; a node that boots up sends no status.
+/// "Node life": every command except start leads to OFF; a node that boots up sends no status.
 static void on_nmt(struct hystcan_amplifier* amplifier, enum hystcan_change change) {
   const bool is_operational = amplifier->node.state == HYSTCAN_OPERATIONAL;
   if (is_operational) amplifier->has_counter = false;
@@ -269,7 +273,7 @@ void hystcan_amplifier_on_frame(struct hystcan_amplifier* amplifier, const struc
   }
 }
 
-/// "Watchdog": it acts on an enabled output only.
+/// "Watchdog": acts only on an enabled output.
 void hystcan_amplifier_on_time(struct hystcan_amplifier* amplifier, hystcan_time now) {
   for (unsigned i = 0; i < amplifier->config->axis_count; ++i) {
     struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
@@ -297,7 +301,7 @@ void hystcan_amplifier_set_cause(struct hystcan_amplifier* amplifier, unsigned a
   if (!lasts) return;
   if (amplifier->node.state == HYSTCAN_OPERATIONAL)
     trip(amplifier, axis, HYSTCAN_INTERNAL_CAUSE, code);
-  else  // it is reported when the node is started
+  else  // reported when the node starts
     amplifier->axes[axis].fault |= HYSTCAN_INTERNAL_CAUSE;
   report(amplifier);
 }

@@ -1,6 +1,6 @@
 #include "hystcan_frame.h"
 
-/// The place of bit i of the raw value, counted from the lowest bit of byte 0.
+/// Returns the position of bit i of the raw value, counted from the lowest bit of byte 0.
 static unsigned place_of(const struct hystcan_field* field, unsigned i) {
   if (!field->big_endian) return field->start + i;
   return ((field->start ^ 7u) + field->length - 1u - i) ^ 7u;
@@ -46,7 +46,7 @@ bool hystcan_put_value(const struct hystcan_field* field, int32_t value, uint8_t
 
 // ---- "Counter and CRC", docs/protocol/frames.md
 
-/// A CRC of 8 bits is computed in the upper half of 16.
+/// An 8-bit CRC is computed in the upper half of 16 bits.
 struct polynomial {
   uint16_t divisor, initial, final_xor;
   uint8_t bytes;
@@ -63,7 +63,7 @@ static uint16_t crc_with(const struct polynomial* polynomial, uint16_t crc, uint
   return crc;
 }
 
-/// Over the data id, and then the payload without the bytes of the CRC.
+/// Computes the CRC over the data id, then over the payload without the bytes of the CRC.
 static uint16_t crc_of(const struct hystcan_message* message, const struct hystcan_frame* frame) {
   const struct polynomial* polynomial = &polynomials[message->polynomial];
   const unsigned own_byte = message->crc.start / 8u;

@@ -1,5 +1,5 @@
-// Frames, the layout of messages and their protection, for hystcan_node.h. All tables are constant: they may
-// be in flash.
+// Frames, the layout of messages and their protection, for hystcan_node.h. All tables are constant, so they
+// may be in flash.
 #pragma once
 
 #include <stdbool.h>
@@ -27,19 +27,19 @@ struct hystcan_frame {
 /// `value` is an integer of the caller's unit, such as 1e-6 V or 1e-6 um. A value outside of
 /// minimum..maximum is not sent.
 struct hystcan_field {
-  uint16_t start;  ///< as in the DBC
+  uint16_t start;  ///< start bit, as in the DBC
   uint8_t length;  ///< bits; 0: the message has no such signal
   bool big_endian;
   bool is_signed;
   uint32_t scale;  ///< > 0
   int32_t offset;
-  int32_t minimum, maximum;  ///< of `value`; both can be represented
+  int32_t minimum, maximum;  ///< range of `value`; both limits can be represented
 };
 
-/// A signed value of four bytes at the begin of the payload, within +-`most`, as an initialiser.
+/// Initialises a signed value of four bytes at the beginning of the payload, within +-`most`.
 #define HYSTCAN_I32(most) \
   { .length = 32, .is_signed = true, .scale = 1, .minimum = -(most), .maximum = (most) }
-/// An unsigned number of at most 30 bits.
+/// Initialises an unsigned number of at most 30 bits.
 #define HYSTCAN_BITS(first, count) \
   { .start = (first), .length = (count), .scale = 1, .maximum = (1 << (count)) - 1 }
 
@@ -52,28 +52,29 @@ struct hystcan_message {
   bool extended;
   uint8_t kind;  ///< HYSTCAN_DATA or HYSTCAN_FD
   bool bit_rate_switch;
-  uint8_t length;                ///< on the wire: a length that CAN or CAN FD has
-  struct hystcan_field counter;  ///< length 0: none
-  struct hystcan_field crc;      ///< of whole bytes
+  uint8_t length;                ///< payload bytes on the wire: a length that CAN or CAN FD allows
+  struct hystcan_field counter;  ///< length 0: no counter
+  struct hystcan_field crc;      ///< occupies whole bytes
   uint8_t polynomial;            ///< enum hystcan_crc
   uint8_t data_id;               ///< enum hystcan_data_id: what the CRC covers before the payload
   uint16_t number;               ///< if `data_id` is HYSTCAN_NUMBER
 };
 
-/// The bits of a signal, low bit first; 0 if there is none.
+/// Returns the bits of a signal, low bit first; 0 if there is no such signal.
 uint32_t hystcan_get_raw(const struct hystcan_field* field, const uint8_t* data);
-/// The payload is zero at the place of the signal.
+/// Writes the bits of a signal, which must be zero in the payload.
 void hystcan_put_raw(const struct hystcan_field* field, uint32_t raw, uint8_t* data);
-/// Limited to what an int32_t holds. The message has this signal.
+/// Returns the value of a signal that the message has, limited to the range of int32_t.
 int32_t hystcan_get_value(const struct hystcan_field* field, const uint8_t* data);
-/// Rounds to the nearest raw value, halves to the even one. Returns false if the value does not fit.
+/// Writes a value, rounded to the nearest raw value, halves to the even one. Returns false if the value does
+/// not fit.
 bool hystcan_put_value(const struct hystcan_field* field, int32_t value, uint8_t* data);
 
-/// Makes an empty frame of this message.
+/// Makes an empty frame for this message.
 void hystcan_make_frame(const struct hystcan_message* message, struct hystcan_frame* frame);
-/// Adds counter and CRC.
+/// Adds the counter and the CRC.
 void hystcan_seal(const struct hystcan_message* message, uint32_t counter, struct hystcan_frame* frame);
-/// Returns whether kind, length and CRC of the frame are those of the message.
+/// Returns true if kind, length and CRC of the frame match the message.
 bool hystcan_is_intact(const struct hystcan_message* message, const struct hystcan_frame* frame);
 
 #ifdef __cplusplus

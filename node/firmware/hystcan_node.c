@@ -24,7 +24,7 @@ void hystcan_node_send(const struct hystcan_node_config* config, const struct hy
 enum { SDO_READ = 0x40, SDO_WRITE = 0x23, SDO_VALUE = 0x43, SDO_WRITTEN = 0x60, SDO_ABORT = 0x80 };
 static const uint32_t OUT_OF_MEMORY = 0x05040005, NO_SUCH_OBJECT = 0x06020000, WRONG_LENGTH = 0x06070010;
 
-/// Returns the abort code, or 0.
+/// Returns the abort code, or 0 if the write succeeded.
 static uint32_t write_object(const struct hystcan_node_config* config, struct hystcan_node* node,
                              struct hystcan_object* found, const struct hystcan_object* written) {
   if (found != NULL && found->bytes != written->bytes) return WRONG_LENGTH;
@@ -122,7 +122,8 @@ static enum hystcan_change obey_nmt(const struct hystcan_node_config* config, st
   }
 }
 
-/// "Two controllers or two twins on one bus": a heartbeat of a known state, from another node of this number.
+/// "Two controllers or two twins on one bus": returns true for a heartbeat with a known state from another
+/// node with this number.
 static bool is_of_namesake(const struct hystcan_node_config* config, const struct hystcan_frame* frame) {
   if (frame->id != HEARTBEAT + (uint32_t)config->number || !is_classical(frame, 1)) return false;
   const uint8_t state = frame->data[0];
@@ -156,7 +157,9 @@ void hystcan_node_beat(const struct hystcan_node_config* config, struct hystcan_
   if (hystcan_node_is_silent(node) || now < node->heartbeat_due) return;
   node->heartbeat_waits = node->has_seen_slot && now - node->last_slot < config->heartbeat_period;
   if (!node->heartbeat_waits) send_heartbeat(config, node->state);
-  do node->heartbeat_due += config->heartbeat_period;  // a pause of the caller loses heartbeats
+  do
+    node->heartbeat_due += config->heartbeat_period;  // skips the heartbeats that a pause of the caller
+                                                      // missed
   while (node->heartbeat_due <= now);
 }
 

@@ -1,24 +1,24 @@
-// What hystcan_amplifier.h and hystcan_sensor.h have in common: "Node life", "SDO", "Background slots".
+// The common part of hystcan_amplifier.h and hystcan_sensor.h: "Node life", "SDO", "Background slots".
 //
 // They are the amplifier node and the sensor node of docs/protocol as firmware: C11 without an operating
-// system, a heap, floating point or a C library (but memset and memcpy, which compilers call by themselves).
+// system, a heap, floating point or a C library (except memset and memcpy, which compilers call implicitly).
 //
-// The caller owns the bus, the clock and the device. It zeroes a node, gives it its configuration and starts
-// it. From then on it passes each received frame to the node, and calls it at the times that it states:
+// The caller owns the bus, the clock and the device. It zeroes a node, sets its configuration and starts it.
+// Then it passes each received frame to the node, and calls the node at the times that the node requests:
 //
 //   static struct hystcan_sensor sensor = {.config = &config};
 //   hystcan_sensor_start(&sensor, now);
 //   hystcan_sensor_on_frame(&sensor, &frame, arrival);   each received frame
 //   hystcan_sensor_on_time(&sensor, now);                at hystcan_sensor_due(), or every millisecond
 //
-// A node receives NMT (0x000), SYNC (0x080), heartbeats (0x700) and SDO requests (0x600) of its own number,
-// and an amplifier its command. It ignores every other frame. No function is reentrant: frames, times and
-// causes come from one thread, or from interrupts of one priority.
+// A node receives NMT (0x000), SYNC (0x080), heartbeats (0x700) and SDO requests (0x600) with its own number;
+// an amplifier also receives its command. A node ignores every other frame. No function is reentrant: call
+// all of them from one thread, or from interrupts of one priority.
 //
 // A device with several axes has them in one node: `axis` counts from 0.
 //
-// Comments in quotes name a section of docs/protocol/*.md. main_socketcan.c is an example of a caller, and
-// tests/node compares these nodes with those of the twin.
+// Quoted text in comments is the title of a section of docs/protocol/*.md. main_socketcan.c is an example
+// of a caller, and tests/node compares these nodes with those of the twin.
 #pragma once
 
 #include <stdbool.h>
@@ -30,8 +30,8 @@
 extern "C" {
 #endif
 
-/// A time of the caller's clock. The caller chooses the unit, such as 1 us, for all times and durations. It
-/// has 64 bits because it never overflows: an old SYNC stays old.
+/// A time of the caller's clock. The caller chooses one unit, such as 1 us, for all times and durations. The
+/// type has 64 bits so that it never overflows: an old SYNC stays old.
 typedef uint64_t hystcan_time;
 #define HYSTCAN_NEVER UINT64_MAX
 
@@ -45,12 +45,12 @@ struct hystcan_object {
 
 struct hystcan_node_config {
   uint8_t number;  ///< 1..127
-  uint8_t slots;   ///< of a round; 0: none
+  uint8_t slots;   ///< number of slots in a round; 0: no slots
   uint8_t capacity;
-  struct hystcan_object* objects;  ///< as many as `capacity`
+  struct hystcan_object* objects;  ///< array of `capacity` objects
   uint32_t heartbeat_period;
-  void* context;  ///< for all functions of the caller
-  /// Hands the frame to the bus and does not wait. A frame that the bus does not take is dropped.
+  void* context;  ///< passed to all functions of the caller
+  /// Passes the frame to the bus without waiting. A frame that the bus does not accept is dropped.
   void (*send)(void* context, const struct hystcan_frame* frame);
 };
 
@@ -65,17 +65,17 @@ struct hystcan_node {
   hystcan_time heartbeat_due;
   hystcan_time last_slot;
   uint8_t state;      ///< enum hystcan_nmt
-  uint8_t last_sync;  ///< 0: no SYNC since the boot-up
+  uint8_t last_sync;  ///< counter of the last SYNC; 0: no SYNC since the boot-up
   uint8_t object_count;
   bool is_started;
-  bool is_taken;  ///< another node has this number: this one is off and silent
+  bool is_taken;  ///< another node has this number: this node is off and silent
   bool has_seen_slot;
-  bool heartbeat_waits;  ///< for the slot
+  bool heartbeat_waits;  ///< true while a heartbeat waits for its slot
 };
 
-// ---- For the nodes alone
+// ---- Only for the nodes
 
-/// What NMT has done to a node. The owner acts on it.
+/// The effect of NMT on a node. The owner of the node must act on it.
 enum hystcan_change {
   HYSTCAN_NOTHING,
   HYSTCAN_STATE_CHANGED,
@@ -83,8 +83,8 @@ enum hystcan_change {
   HYSTCAN_COMMUNICATION_RESET
 };
 
-/// For functions that hold a frame. As a part of its caller, one would have the frame on the stack while the
-/// caller calls others.
+/// Marks functions that have a frame on the stack. If such a function were inlined, its caller would keep the
+/// frame on the stack during its other calls.
 #ifdef __GNUC__
 #define HYSTCAN_OUT_OF_LINE __attribute__((noinline))
 #else
@@ -94,21 +94,22 @@ enum hystcan_change {
 /// Sends the boot-up message. Returns `reset`.
 enum hystcan_change hystcan_node_boot_up(const struct hystcan_node_config* config, struct hystcan_node* node,
                                          enum hystcan_change reset, hystcan_time now);
-/// NMT, heartbeats of this number, SDO.
+/// Handles NMT, SDO and heartbeats with this number.
 enum hystcan_change hystcan_node_handle(const struct hystcan_node_config* config, struct hystcan_node* node,
                                         const struct hystcan_frame* frame, hystcan_time now);
-/// True before the start, and where another node has this number.
+/// Returns true before the start, and if another node has this number.
 bool hystcan_node_is_silent(const struct hystcan_node* node);
-/// Sends the heartbeat when it is due. It waits for the slot if one has come in the last period.
+/// Sends the heartbeat when it is due. With slots, the heartbeat waits for its slot if there was one in the
+/// last period.
 void hystcan_node_beat(const struct hystcan_node_config* config, struct hystcan_node* node, hystcan_time now);
-/// With each SYNC: sends a heartbeat that waits for the slot. Returns whether a status may follow.
+/// Call at each SYNC: sends a heartbeat that waits for the slot. Returns true if a status may follow.
 bool hystcan_node_take_slot(const struct hystcan_node_config* config, struct hystcan_node* node,
                             hystcan_time now);
 hystcan_time hystcan_node_due(const struct hystcan_node* node);
 /// Adds the next counter and the CRC.
 void hystcan_node_send(const struct hystcan_node_config* config, const struct hystcan_message* message,
                        struct hystcan_frame* frame, uint32_t* counter);
-/// "One cycle": the counter runs from 1 to 240. Returns 0 if the frame is not a SYNC.
+/// "One cycle": returns the counter, from 1 to 240, or 0 if the frame is not a SYNC.
 enum { HYSTCAN_SYNC_COUNTER_MAX = 240 };
 uint8_t hystcan_sync_counter(const struct hystcan_frame* frame);
 

@@ -32,7 +32,7 @@ void hystcan_sensor_on_frame(struct hystcan_sensor* sensor, const struct hystcan
       sensor->sent_counter = 0;
     return;
   }
-  if (sync == node->last_sync) return;  // the same SYNC, received twice
+  if (sync == node->last_sync) return;  // the same SYNC was received twice
   node->last_sync = sync;
   if (node->state == HYSTCAN_OPERATIONAL) sample(sensor);
   hystcan_node_take_slot(&sensor->config->node, node, arrival);

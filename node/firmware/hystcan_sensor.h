@@ -1,4 +1,4 @@
-// "What a sensor node does", docs/protocol/nodes.md. hystcan_node.h says how a node is called.
+// "What a sensor node does", docs/protocol/nodes.md. hystcan_node.h describes how to call a node.
 #pragma once
 
 #include "hystcan_node.h"
@@ -17,7 +17,7 @@ struct hystcan_sensor_config {
   const struct hystcan_sensor_axis_config* axes;
   uint8_t axis_count;
   /// Measures now, in the unit of the field `position`. Returns the status: 0 if the sample is good, 1 if the
-  /// position is beyond the range of the sensor.
+  /// position is outside the range of the sensor.
   uint8_t (*measure)(void* context, unsigned axis, int32_t* position);
 };
 

@@ -62,7 +62,7 @@ static const struct hystcan_amplifier_axis_config amplifier_axis = {.setpoint = 
                                                                     .enable_delay = 5000,
                                                                     .status_every = 10};
 
-// ---- The device: the output is what was written last, and the stage moves by 0.3 um/V
+// ---- The device: the output equals the last written value, and the stage moves by 0.3 um/V
 
 enum { SAFE_DRIVE = 0 };
 
@@ -101,7 +101,7 @@ static hystcan_time now_us(void) {
   return (hystcan_time)now.tv_sec * 1000000 + (hystcan_time)now.tv_nsec / 1000;
 }
 
-// A frame that the bus does not take is dropped: a later one has newer values.
+// Sends a frame. A frame that the bus does not accept is dropped, because a later one has newer values.
 static void send_frame(void* context, const struct hystcan_frame* sent) {
   (void)context;
   struct canfd_frame frame = {
@@ -110,7 +110,7 @@ static void send_frame(void* context, const struct hystcan_frame* sent) {
   if (write(bus, &frame, sent->kind == HYSTCAN_FD ? CANFD_MTU : CAN_MTU) < 0) perror("send");
 }
 
-// Returns false if no frame waits.
+// Returns false if no frame is waiting.
 static bool receive_frame(struct hystcan_frame* received) {
   struct canfd_frame frame;
   const ssize_t size = recv(bus, &frame, sizeof frame, MSG_DONTWAIT);
@@ -122,7 +122,7 @@ static bool receive_frame(struct hystcan_frame* received) {
   return true;
 }
 
-// Receives data frames with these standard identifiers only. Returns -1 if it fails.
+// Opens a socket that receives only data frames with these standard identifiers. Returns -1 on failure.
 static int open_bus(const char* interface, uint32_t amplifier, uint32_t sensor, int fd) {
   const canid_t exact = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG;
   const struct can_filter filters[] = {{0x000, exact},
@@ -142,7 +142,7 @@ static int open_bus(const char* interface, uint32_t amplifier, uint32_t sensor, 
   return bind(opened, (const struct sockaddr*)&address, sizeof address) < 0 ? -1 : opened;
 }
 
-// Runs until another node on the bus has the number of one of these. A node of number 0 does not exist.
+// Runs until another node on the bus has the number of one of these nodes. Number 0 means: no such node.
 static int run(struct hystcan_amplifier* amplifier, struct hystcan_sensor* sensor) {
   const bool has_amplifier = amplifier->config->node.number != 0,
              has_sensor = sensor->config->node.number != 0;
@@ -153,7 +153,7 @@ static int run(struct hystcan_amplifier* amplifier, struct hystcan_sensor* senso
     struct hystcan_frame frame;
     poll(&ready, 1, 1);
     while (receive_frame(&frame)) {
-      // The sensor comes first: it samples at the SYNC, before the output moves.
+      // The sensor is first: it samples at the SYNC, before the output moves.
       if (has_sensor) hystcan_sensor_on_frame(sensor, &frame, now_us());
       if (has_amplifier) hystcan_amplifier_on_frame(amplifier, &frame, now_us());
     }
