@@ -37,7 +37,7 @@ using identification::Identified;
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
   identification::IdentifyOptions asked = records.model;
-  asked.observed_thresholds = true;  // so that the start-up reaches both
+  asked.observed_thresholds = true;  // so that the start-up reaches both thresholds
   asked.go_on = counted_trials(progress);
   return at_place(fmt::format("{}", fmt::join(records.names(), ", ")),
                   [&] { return identification::identify(records.loops, asked); });
@@ -53,7 +53,8 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
                      100.0 * seen.all.max / seen.output_span);
 }
 
-/// The stated mode within what a statement is good for; above half the rate it may be anything from there up.
+/// Returns the uncertainty of the stated mode; above half the rate its frequency may be anything from there
+/// up.
 controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated, double rate_Hz) {
   constexpr double percent = 10.0;
   controller::PlantUncertainty uncertainty = controller::around(stated, percent);
@@ -69,7 +70,7 @@ void set_loop_of(Stage& stage, std::size_t i, controller::LoopConfig loop) {
   derive(stage.config, i);
 }
 
-/// The delays in [axis.control] and in [axis.twin], with the comments that are true of them then.
+/// Sets the delays in [axis.control] and in [axis.twin], with comments that match them.
 void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
   const controller::Delays delays = in_whole_microseconds(plant.delays);
   set_loop_of(stage, i,
@@ -95,7 +96,7 @@ std::string dynamics_line(const controller::Delays& delays) {
                      1e3 * delays.sensor_s());
 }
 
-/// What the record shows, and where that came from.
+/// Returns a line with the identified dynamics and their source.
 std::string dynamics_line(const std::string& record, const IdentifiedPlant& plant, double stated_Hz) {
   std::string text = fmt::format("{}; from {}", dynamics_line(plant.delays), record);
   if (!plant.mode)
@@ -122,13 +123,13 @@ std::string loop_text(const Candidate& best, double resonance_percent) {
   return text;
 }
 
-/// The one that is written: the cautious one, where it tracks.
+/// Returns the loop that is written: the cautious one if it tracks.
 const Candidate& first_proposal(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   return cautious.has_run() ? cautious : report.proposed();
 }
 
-/// The present one has the gains of cautious_loop().
+/// Returns true for the cautious candidate and for the present one, which has the gains of cautious_loop().
 bool is_cautious(const TuningReport& report, const Candidate& candidate) {
   return &candidate == &report.candidates.back() || &candidate == &report.present();
 }
@@ -181,9 +182,9 @@ void print_as_stated(const config::AxisConfig& axis) {
                            axis.control.law.pi.ki_per_s)});
 }
 
-/// How far the twin's actuator is off the model, as a share of half the range of its outputs: so far that it
-/// misses the records by as much as the model misses what was held out; a little at least, as another day has
-/// another model.
+/// Returns the deviation of the twin's actuator from the model, as a share of half the range of its outputs:
+/// the twin then misses the records by as much as the model misses the held-out data. The deviation has a
+/// minimum, because the true model changes from day to day.
 double measured_share(const Identified& found, const AxisRecords& records) {
   constexpr double tried = 0.01, least = 0.01, most = 0.1;
   Identified other = found;

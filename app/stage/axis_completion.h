@@ -1,6 +1,6 @@
-// From the records of an axis to its models, its dynamics and its loop, in the folder of a stage.
+// Turns the records of an axis into its models, its dynamics and its loop, in the folder of a stage.
 //
-//   loops  -> identify -> NAME.model.toml; NAME.plant.toml, not quite the same; NAME.report/
+//   loops  -> identify -> NAME.model.toml; NAME.plant.toml, deliberately inexact; NAME.report/
 //   step   -> dynamics -> delays of the controller, mode and amplifier of the twin
 //   both   -> tune     -> gains and filters, rehearsed with that twin; NAME.bode.svg
 //   unseen -> validate
@@ -20,17 +20,17 @@
 
 namespace hystcan::app {
 
-/// The configuration of a stage, which is made complete in memory and is written once.
+/// The configuration of a stage, which is completed in memory and then written once.
 class Stage {
  public:
-  /// Of a configuration with this text, whose paths count from the folder of `file`. Throws Error.
+  /// Parses `text`. Paths in it are relative to the folder of `file`. Throws Error.
   Stage(std::filesystem::path file, std::string text);
 
   config::Config config;
-  /// Comments that take the place of those behind the keys at these paths.
+  /// New comments for keys, by the paths of the keys; each replaces the present comment after its key.
   std::map<std::string, std::string> comments{};
 
-  /// That of the constructor with the values of `config`.
+  /// Returns the text of the constructor with the values of `config`.
   std::string text() const;
   const std::filesystem::path& file() const { return file_; }
 
@@ -40,38 +40,38 @@ class Stage {
   config::Config read_;
 };
 
-/// Names of the files of an axis beside the configuration.
+/// Return the names of an axis's files, which are in the folder of the configuration.
 std::string model_name(const std::string& axis);
 std::string plant_name(const std::string& axis);
 
 void print_lines(const std::string& of, const std::vector<std::string>& lines);
 
-/// The model that the loops determine, its thresholds at the ends of the loops. Writes model, plant and
-/// report into `folder`. Prints lines for the engineer. Throws Error where the records determine
-/// none, RunError at a signal.
+/// Identifies the model of an axis from its loops; the ends of the loops set its thresholds. Writes model,
+/// plant and report into `folder`. Prints lines for the engineer. Throws Error if the records do not
+/// determine a model, RunError at a signal.
 identification::Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
                                          const AxisRecords& records);
 
-/// What the step record of an axis shows; none where there is no such record. Throws Error.
+/// Identifies the plant from the step record of an axis; `nullopt` without a step record. Throws Error.
 std::optional<IdentifiedPlant> shown_plant(const AxisRecords& records, const controller::Delays& stated);
 
-/// Finds the loop of axis i of the stage. With the plant that a step record shows it is the cautious one,
-/// where that tracks. Without one the dynamics are those that were stated, the loop is an integral one that
-/// is far from what they allow, and the report is empty.
+/// Tunes the loop of axis i of the stage. With `plant`, the cautious loop is set if it tracks. Without
+/// `plant`, the stated dynamics are used, the loop is an integral one with low gain, and the report is empty.
 TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records,
                        const std::optional<IdentifiedPlant>& plant);
 
-/// The cautious loop of axis i at the rate of the stage, for its plant or for what is stated. Prints nothing.
+/// Sets the cautious loop of axis i at the rate of the stage, for `plant` or else for the stated dynamics.
+/// Prints nothing.
 void set_cautious_loop(Stage& stage, std::size_t i, const std::optional<IdentifiedPlant>& plant);
 
-/// What tracks better than the cautious loop that is set; null where nothing does.
+/// Returns the best candidate that tracks better than the present cautious loop; null if there is none.
 const Candidate* faster_of(const TuningReport& report);
 
-/// What the loop of the report is called that is written first.
+/// Returns the name of the loop that is written first.
 std::string loop_name(const TuningReport& report);
 
-/// Rehearses the reference of every axis. `tuned`, `loops`: of each axis. Throws RunError where an axis does
-/// not track.
+/// Rehearses the references of all axes. `tuned`, `loops`: one element for each axis. Throws RunError if an
+/// axis does not track.
 std::vector<Promise> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned,
                                   const std::vector<std::string>& loops);
 

@@ -23,7 +23,7 @@ using controller::Cause;
 using controller::Excitation;
 using model::Interval;
 
-/// One loop of a share of the range about the safe drive, as steep as the whole.
+/// Returns one loop over a share of the range around the safe drive, with the slope of the whole.
 Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share, double safe_drive) {
   const double span = share * (whole.high - whole.low);
   Excitation::Hysteresis part = whole;
@@ -43,15 +43,15 @@ double covariance(const std::vector<double>& a, const std::vector<double>& b) {
                                [=](double x, double y) { return (x - mean_a) * (y - mean_b); });
 }
 
-/// Whether the position falls where the drive rises.
+/// Returns true if the position falls when the drive rises.
 bool falls(const std::vector<double>& drives, const std::vector<double>& positions_um) {
-  constexpr double clear = -0.5;  // of a correlation: an even actuator has none about zero
+  constexpr double clear = -0.5;  // correlation; an even actuator has none around zero
   return covariance(drives, positions_um) <
          clear * std::sqrt(covariance(drives, drives) * covariance(positions_um, positions_um));
 }
 
-/// Positions of the loop; none where it has left the limits. Throws RunError where they fall while the drive
-/// rises.
+/// Returns the positions of the loop; `nullopt` if they left the limits. Throws RunError if they fall while
+/// the drive rises.
 std::optional<Interval> positions_of(const config::Config& config, const twin::Config& twin,
                                      const OpenLoopOptions& run, const Excitation::Hysteresis& loop) {
   std::vector<double> drives, positions_um;
@@ -76,7 +76,7 @@ std::optional<Interval> positions_of(const config::Config& config, const twin::C
   return Interval{low_um, high_um};
 }
 
-/// The drives from which the position leaves its limits, if the stage goes on as in this loop.
+/// Extrapolates this loop to the drives at which the position would leave its limits.
 Interval drives_within(const Excitation::Hysteresis& loop, const Interval& seen,
                        const controller::Supervisor::Config& limits) {
   const double per_um = (loop.high - loop.low) / seen.span();
@@ -84,12 +84,13 @@ Interval drives_within(const Excitation::Hysteresis& loop, const Interval& seen,
           loop.high + per_um * (limits.position_max_um - seen.hi)};
 }
 
-/// The part of `whole` that the position lets expect to keep within its limits; none if all of it does.
+/// Returns the part of `whole` that is predicted to keep the position within its limits; `nullopt` if the
+/// whole is.
 std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hysteresis& whole,
                                                          const Excitation::Hysteresis& loop,
                                                          const Interval& seen,
                                                          const controller::Supervisor::Config& limits) {
-  // Curves bend: only what is far off counts.
+  // Curves bend: only a clear excess counts.
   constexpr double doubtful = 0.2, kept = 0.7;
   const Interval fit = drives_within(loop, seen, limits);
   const double slack = doubtful * (whole.high - whole.low);
@@ -107,7 +108,7 @@ double amplitude_of(const Excitation::Config& excitation) {
   return std::get<Excitation::Chirp>(excitation).amplitude;
 }
 
-/// Why this excitation is too large.
+/// Returns why this excitation is too large; `nullopt` if it is not.
 std::optional<std::string> excess_of(const config::Config& config, const twin::Config& twin,
                                      const Excitation::Config& excitation) {
   const controller::Supervisor::Config& limits = config.axes[0].control.supervision;

@@ -20,10 +20,10 @@ using identification::OrthonormalColumns;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
 
-// The columns of the linear part; from `driven` on there is one for each input.
+// The columns of the linear part; from `driven` on, one column for each input.
 enum Column : Index { offset, drift, free_cosine, free_sine, driven };
 
-/// The unknowns that are not known.
+/// Returns the free unknowns.
 std::vector<Index> free_of(const ChainBox& box) {
   std::vector<Index> free;
   for (Index i = 0; i < ChainPoint::SizeAtCompileTime; ++i)
@@ -35,7 +35,7 @@ std::vector<Index> free_of(const ChainBox& box) {
 
 ChainRecord::ChainRecord(const identification::Dataset& record, const controller::Delays& stated)
     : dataset_(identification::sampled(record, identification::largest_delay_cycles)), stated_(stated) {
-  stated_.command_delay = {};  // the drive of a row is in force from its time on
+  stated_.command_delay = {};  // the drive of a row is in effect from the time of the row
 }
 
 controller::Delays ChainRecord::delays(const ChainPoint& at) const {
@@ -50,7 +50,8 @@ controller::Delays ChainRecord::delays(const ChainPoint& at) const {
 
 MatrixXd ChainRecord::columns(const ChainPoint& point) const {
   controller::Delays chain = delays(point);
-  chain.sensor_delay = stated_.sensor_delay;  // in whole nanoseconds, which derivatives would see
+  // delays() rounds the sensor's delay to whole nanoseconds, which would disturb derivatives.
+  chain.sensor_delay = stated_.sensor_delay;
   const double pure_s = point[pure_share] * point[late_cycles] * dataset_.cycle_s;
   const auto plant = controller::held_plant(chain, dataset_.cycle_s, pure_s);
   const Index inputs = dataset_.inputs.cols(), cycles = dataset_.inputs.rows();

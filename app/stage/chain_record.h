@@ -1,10 +1,10 @@
-// A chain of delay, lag and mode in a record of steps or a chirp: what a loop is designed for.
+// A record of steps or a chirp, described by a chain of delay, lag and mode, for which a loop is designed.
 //
 //   y = offset + drift t + free decay + sum_i gain_i G u_i    u_i: identification/dynamics/mode_response.h
 //   G: held_plant() of mode (f, zeta), amplifier's lag (1 - s) D, pure delay s D, and the stated sensor
 //
-// The linear part is solved for directly (variable projection), the rest by Levenberg's method. A lag lowers
-// the mode's amplitude, a pure delay does not: so a record that shows the mode can tell them apart.
+// The linear part is solved directly (variable projection), the rest by Levenberg's method. A lag lowers the
+// mode's amplitude, a pure delay does not: a record that shows the mode can distinguish them.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,29 +22,29 @@ namespace hystcan::app {
 using ChainPoint = Eigen::Vector4d;
 enum ChainUnknown : Eigen::Index { log_frequency, log_damping, late_cycles, pure_share };
 
-/// Where the unknowns may be; one whose interval is a single value is known.
+/// Bounds of the unknowns; an unknown whose interval is a single value is fixed.
 using ChainBox = Eigen::AlignedBox<double, 4>;
 
 class ChainRecord {
  public:
-  /// `stated`: the sensor, and whether the amplifier interpolates. Throws std::invalid_argument like
+  /// `stated`: provides the sensor, and whether the amplifier interpolates. Throws std::invalid_argument like
   /// sampled().
   ChainRecord(const identification::Dataset& record, const controller::Delays& stated);
 
   struct Fit {
     ChainPoint at;
-    double sum_of_squares = 0.0;  ///< of the residuals, of an output with variance 1
-    ChainBox box;                 ///< in which it is the best
+    double sum_of_squares = 0.0;  ///< sum of the squared residuals, for an output with variance 1
+    ChainBox box;                 ///< bounds within which the point is the best
   };
   double sum_of_squares(const ChainPoint& point) const { return residual(point).squaredNorm(); }
   Fit improved(const ChainPoint& start, const ChainBox& box) const;
 
-  /// Standard errors of the unknowns that are not known; 0 for the others.
+  /// Returns the standard errors of the free unknowns; 0 for the fixed ones.
   identification::Confidence confidence(const Fit& fit) const;
 
-  /// The chain as a loop has it, without command delay.
+  /// Returns the chain in the form that a loop uses, without command delay.
   controller::Delays delays(const ChainPoint& at) const;
-  /// Output units per drive unit, and the residual in output units.
+  /// Return the gain in output units per drive unit, and the RMS residual in output units.
   double gain(const ChainPoint& at) const;
   double residual_rms(const ChainPoint& at) const;
   double explained(const ChainPoint& at) const { return 1.0 - sum_of_squares(at) / rows(); }
@@ -56,7 +56,7 @@ class ChainRecord {
   double rows() const { return static_cast<double>(dataset_.rows()); }
   Eigen::MatrixXd columns(const ChainPoint& point) const;
   Eigen::VectorXd residual(const ChainPoint& point) const;
-  /// Of the residual, in the unknowns that are not known.
+  /// Returns the derivatives of the residual with respect to the free unknowns.
   Eigen::MatrixXd slope(const ChainPoint& point, const ChainBox& box) const;
 
   identification::SampledDataset dataset_;

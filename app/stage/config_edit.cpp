@@ -18,7 +18,7 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-/// By path.
+/// Returns the values by path.
 Values values_of(const config::AxisConfig& axis) {
   Values values;
   config::control_text(axis, [&](const config::Key& key, bool /*is_required*/) {
@@ -30,7 +30,7 @@ Values values_of(const config::AxisConfig& axis) {
 
 std::string table_of(const std::string& path) { return path.substr(0, path.rfind('.')); }
 
-/// A line for each table of which no key is left.
+/// Returns a line for each table without any remaining key.
 std::string removals(const Values& before, const Values& after) {
   std::set<std::string> gone;
   for (const auto& [path, value] : before) gone.insert(table_of(path));

@@ -48,7 +48,7 @@ struct Cycle {
   bool sample_missing;
 };
 
-/// Takes the cycles of an axis in order.
+/// Finds the longest stretch; takes the cycles of an axis in order.
 class LongestStretch {
  public:
   explicit LongestStretch(std::string name) : name_(std::move(name)) {}
@@ -57,7 +57,7 @@ class LongestStretch {
     const std::optional<Cycle> before = std::exchange(before_, cycle);
     if (!before || !before->is_driven || !cycle.is_driven || before->number + 1.0 != cycle.number)
       return end_stretch();
-    const bool follows_arming = transitions_++ == 0;  // the cycle before commanded the safe drive
+    const bool follows_arming = transitions_++ == 0;  // the previous cycle commanded the safe drive
     const bool may_be_disabled = present_.size() == 0 && cycle.initialises && cycle.drive == before->drive;
     if (follows_arming || may_be_disabled) return;
     if (cycle.sample_missing)
@@ -107,12 +107,12 @@ class LongestStretch {
   std::string name_;
   std::optional<Cycle> before_;
   Dataset present_, longest_;
-  std::size_t transitions_ = 0;  ///< from one driven cycle to the next
+  std::size_t transitions_ = 0;  ///< number of steps between driven cycles
   std::size_t present_missing_ = 0, missing_ = 0;
   std::size_t stretches_ = 0;
 };
 
-/// Whether it is a folder or a CSV of cycles, and not a dataset.
+/// Returns true for a folder or a CSV of cycles, false for a dataset.
 bool is_recorded_run(const std::filesystem::path& file) {
   std::error_code ignored;
   return std::filesystem::is_directory(file, ignored) || runs::has_cycles(file);
@@ -153,7 +153,7 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
   unit = can::dbc::to_utf8(unit);
 }
 
-/// Throws Error if the model's unit is another quantity.
+/// Converts the output to the model's unit. Throws Error if that unit is of another quantity.
 void convert_output(Dataset& dataset, const std::string& unit, const std::filesystem::path& file) {
   const auto from_um = model::length_um(dataset.output_unit), to_um = model::length_um(unit);
   if (!from_um || !to_um)
@@ -174,7 +174,7 @@ Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
   return dataset;
 }
 
-/// The columns, rate and units of a run are known.
+/// Loads a run; refuses options for columns, rate and units, which a run already defines.
 Dataset load_run(const std::filesystem::path& run, const DatasetInput& input) {
   const config::DatasetLayout& layout = input.layout;
   if (!layout.columns.empty() || layout.rate_Hz || layout.output_scale || !layout.output_from.empty())

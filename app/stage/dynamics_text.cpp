@@ -26,7 +26,7 @@ nlohmann::json to_json(const Estimate& estimate) {
           {"hi", estimate.hi}};
 }
 
-/// What is known of the parts of a delay.
+/// Describes how the delay is divided.
 std::string delay_shares(const IdentifiedPlant& plant) {
   if (plant.pure_s == 0.0)
     return ", as one sum: drive and position do not separate the amplifier's lag from the sensor's";
@@ -36,7 +36,7 @@ std::string delay_shares(const IdentifiedPlant& plant) {
       1e3 * plant.pure_s);
 }
 
-/// Nothing, or a warning.
+/// Returns a warning if the resonance is far from the stated one; otherwise an empty text.
 std::string far_from_stated(const IdentifiedPlant& plant, const controller::Delays& stated) {
   constexpr double far = 1.5;
   const double ratio = plant.delays.resonance_Hz / stated.resonance_Hz;

@@ -1,4 +1,4 @@
-// An identified mode, a loop and a fragment of a configuration as text, TOML and JSON, for `tune`.
+// Formats an identified mode, a loop and a fragment of a configuration as text, TOML and JSON, for `tune`.
 #pragma once
 
 #include <chrono>
@@ -14,32 +14,32 @@ namespace hystcan::app {
 
 double decibel(double gain);
 
-/// A line with `name`, padded, and `value`.
+/// Returns a line with the padded `name` and the `value`.
 std::string line(const std::string& name, const std::string& value);
-/// Lines: natural frequency, damping ratio, delay, gain, residual, chain; or why no mode is shown, and what
-/// that means. A warning where the resonance is far from the stated one.
+/// Returns lines with natural frequency, damping ratio, delay, gain, residual and chain, or with the reason
+/// why no mode is shown and its consequence. Warns if the resonance is far from the stated one.
 std::string describe(const IdentifiedPlant& plant, const controller::Delays& stated,
                      const std::string& input_unit, const std::string& output_unit);
 std::string describe(const controller::Margins& margins);
-/// ", 2 cycles left out", or nothing.
+/// Returns a text such as ", 2 cycles left out", or an empty one.
 std::string left_out_text(const IdentifiedPlant& plant);
-/// "220 Hz, 0.1, 0.35": frequency, depth, width.
+/// Returns frequency, depth and width, for example "220 Hz, 0.1, 0.35".
 std::string describe(const controller::Notch::Config& notch);
-/// Lines: the rule that chooses the gains.
+/// Returns lines that describe the rule for choosing the gains.
 std::string describe(const controller::SensitivityRule& rule);
 std::string describe(const controller::CautiousRule& rule);
 
-/// The estimate, moved by `s`.
+/// Returns the estimate shifted by `s`.
 identification::Estimate later(identification::Estimate delay_s, double s);
 
 double microseconds(std::chrono::nanoseconds duration);
 
-/// The value to so many significant digits.
+/// Rounds the value to `digits` significant digits.
 double rounded(double value, int digits = 5);
 
 nlohmann::json to_json(const controller::Margins& margins);
 nlohmann::json to_json(const std::optional<controller::Notch::Config>& notch);
-/// The estimates by name, and the residual. Those of a mode that is not shown are null.
+/// Returns the estimates by name, and the residual. The estimates of a mode that is not shown are null.
 nlohmann::json to_json(const IdentifiedPlant& plant);
 
 }  // namespace hystcan::app

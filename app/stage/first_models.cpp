@@ -31,8 +31,8 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Polynomials: every other coefficient up and down, so that the shape changes too, as far as they keep
-/// increasing.
+/// Changes the curve by `share`. Polynomials: raises and lowers alternate coefficients, so that the shape
+/// changes too, as far as the curve keeps increasing.
 ReferenceCurve off_by(const ReferenceCurve& curve, double share, bool alternating) {
   std::vector<double> c = curve.coefficients();
   for (std::size_t j = 1; j < c.size(); ++j) c[j] *= alternating && j % 2 == 0 ? 1.0 - share : 1.0 + share;
@@ -47,7 +47,7 @@ double farthest_apart(const ReferenceCurve& a, const ReferenceCurve& b) {
   return farthest;
 }
 
-/// The curve moved towards `other`, by `distance` at most.
+/// Moves the curve towards `other`, by at most `distance`.
 ReferenceCurve moved(const ReferenceCurve& curve, const ReferenceCurve& other, double distance) {
   const double whole = farthest_apart(curve, other);
   if (!(whole > 0.0)) return curve;
@@ -57,11 +57,10 @@ ReferenceCurve moved(const ReferenceCurve& curve, const ReferenceCurve& other, d
   return curve.with(c);
 }
 
-/// The ascending curve is off by `share` of the way from the middle of the range of outputs to its end, the
-/// loop is wider by as much.
+/// Moves the ascending curve by `share` of half the range of outputs, and widens the loop by as much.
 HysteresisParameters with_curves_off(const HysteresisParameters& given, double share, bool alternating) {
   HysteresisParameters p = given;
-  if (p.output_map) {  // the curves are those of m, which its map is made for
+  if (p.output_map) {  // the curves are those of m, the input of the map
     std::vector<double> map = p.output_map->coefficients();
     for (std::size_t j = 1; j < map.size(); ++j) map[j] *= 1.0 + share;
     p.output_map.emplace(map, p.output_map->inner());
@@ -80,7 +79,7 @@ HysteresisParameters with_curves_off(const HysteresisParameters& given, double s
   return p;
 }
 
-/// k times `factor`, as far as every branch increases.
+/// Multiplies k by `factor`, as far as every branch keeps increasing.
 void move_k(HysteresisParameters& p, Direction direction, double factor) {
   double& k = direction == Direction::ascending ? p.k_ascending : p.k_descending;
   if (const auto allowed = model::allowed_k(p, direction))

@@ -18,7 +18,7 @@ using Complex = std::complex<double>;
 
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
-/// Phase without leaps along ascending frequencies: `phase` is that of the frequency before.
+/// Unwraps the phase along ascending frequencies: `phase` is that of the previous frequency.
 double next_degrees(double& phase, const Complex& value) {
   phase += std::arg(value / std::polar(1.0, phase));
   return degrees(phase);
@@ -31,15 +31,15 @@ controller::Delays without_commands(controller::Delays delays) {
 
 double angle(double frequency_Hz, double cycle_s) { return 2.0 * std::numbers::pi * frequency_Hz * cycle_s; }
 
-/// With the plant that was found.
+/// Returns the loop of a candidate with the identified plant.
 controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) {
   controller::LoopConfig loop = of.loop;
   loop.delays = report.plant.delays;
   return loop;
 }
 
-/// What belongs to a frequency, with its memory of the frequency before: the plant at the rate of the record,
-/// and the loops present and proposed at theirs.
+/// Computes the values at a frequency, and stores the phases of the previous one: the plant at the rate of
+/// the record, and the present and proposed loops at their rates.
 class Curves {
  public:
   explicit Curves(const TuningReport& of)
@@ -75,19 +75,19 @@ class Curves {
 
 double sensitivity(const Complex& loop) { return 1.0 / std::abs(1.0 + loop); }
 
-/// Of a measured response, near the model's.
+/// Returns the phase of a measured response, unwrapped near the model's phase.
 double phase_deg(const Complex& measured, const Curves::Values& v) {
   return v.model_deg + degrees(std::arg(measured / v.model));
 }
 
-/// What is computed at a frequency, as the last fields of a row.
+/// Returns the computed values at a frequency, as the last fields of a row.
 std::string fields_of(const Curves::Values& v) {
   return fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", std::abs(v.model),
                      v.model_deg, std::abs(v.before), v.before_deg, std::abs(v.after), v.after_deg,
                      sensitivity(v.before), sensitivity(v.after));
 }
 
-/// Rows between the measured frequencies, which have no measured values.
+/// Returns the rows between the measured frequencies, without measured values.
 std::string curves_of(const TuningReport& report) {
   std::string rows;
   Curves curves(report);

@@ -26,7 +26,7 @@ std::string number_cell(const std::string& text, bool best = false) {
   return fmt::format("<td class=\"number{}\">{}</td>", best ? " best" : "", escaped(text));
 }
 
-/// The first heading is that of a text, the others are those of numbers.
+/// Returns a heading row: the first heading is above a text, the others are above numbers.
 std::string heading_row(const std::vector<std::string>& headings) {
   std::string row = "<tr>";
   for (std::size_t i = 0; i < headings.size(); ++i)
@@ -54,8 +54,8 @@ std::string left_out_of(const IdentificationReport& report) {
          "come from all records. Cycles beyond the inputs of the other records do not count.</p>\n";
 }
 
-/// The table of what a search has tried: which parts of a model lower the error of what is held out. Empty if
-/// nothing was held out.
+/// Returns the table of structures that a search tried: shows which parts of a model lower the error of the
+/// held-out data. Empty if no data was held out.
 std::string structures_of(const IdentificationReport& report) {
   const Identified& identified = report.identified;
   const SearchResult& search = identified.search;
@@ -135,7 +135,7 @@ std::string findings_of(const IdentificationReport& report) {
 
 double percent(double error, const Comparison& comparison) { return 100.0 * error / comparison.output_span; }
 
-// Errors in output units; empty if the row has none.
+// Read errors in output units; `nullopt` if the row has none.
 using ReadError = std::optional<double> (*)(const ComparisonRow&);
 constexpr ReadError error_columns[] = {
     [](const ComparisonRow& row) { return std::optional(row.fit.rms); },
@@ -170,7 +170,7 @@ std::string table_of(const Comparison& comparison) {
   return table + "</table>\n";
 }
 
-/// The search judges a model by another figure, which is the one on the terminal.
+/// Explains that the search judges a model by cross validation, the figure that the terminal shows.
 std::string cross_validated(const Identified& identified) {
   if (!identified.held_out_rms) return {};
   return fmt::format(

@@ -1,5 +1,5 @@
-// The report of an identification: a folder with one page, its plots, the numbers of the plots, and the list
-// of the plots (pictures.h). Values are in output units unless they are percentages.
+// The report of an identification: a folder with one page, its plots, the data of the plots, and the list of
+// the plots (pictures.h). Values are in output units unless they are percentages.
 //   residual = measured - model
 //
 //   record.csv      time_s,input,output,predicted,residual,record
@@ -19,11 +19,11 @@
 
 namespace hystcan::app {
 
-/// Most rows of record.csv. If there are more samples, one row stands for a group of samples: the sample with
-/// the largest residual.
+/// Maximum number of rows in record.csv. If there are more samples, one row represents a group of samples: it
+/// contains the sample with the largest residual.
 inline constexpr std::size_t most_plotted = 20000;
 
-/// The number of samples for which one row of record.csv stands.
+/// Returns how many samples one row of record.csv represents.
 std::size_t samples_per_row(const std::vector<identification::Dataset>& datasets);
 
 struct ReportPicture {
@@ -35,29 +35,29 @@ const std::vector<ReportPicture>& report_pictures();
 
 struct IdentificationReport {
   const std::vector<identification::Dataset>& datasets;
-  std::vector<std::string> names;  ///< of the datasets
+  std::vector<std::string> names;  ///< names of the datasets
   const identification::Identified& identified;
   std::vector<std::string> findings;  ///< observations and decisions, one sentence each
-  // What writing it has found:
+  // Results of writing the report:
   identification::Comparison comparison{};
   std::optional<std::string> undrawn{};  ///< why a plot is missing
 };
 
-/// The observations and decisions of an identification, in sentences for the engineer.
+/// Returns the observations and decisions of an identification as sentences for the engineer.
 std::vector<std::string> findings(const std::vector<identification::Dataset>& datasets,
                                   const identification::Identified& identified);
 
-/// The page of a report: HTML that needs only the plots beside it, in `directory`. It names those that are
-/// missing.
+/// Returns the page of a report as HTML that needs only the plots in `directory`. The page lists missing
+/// plots.
 std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report);
 
-/// The names of all files that a report may hold. Files of an earlier report are overwritten, or removed if
-/// this report has no such file. Other files in the folder do not change.
+/// Returns the names of all files that a report may contain. Files of an earlier report are overwritten, or
+/// removed if the new report has no such file. Other files in the folder do not change.
 const std::vector<std::string>& report_files();
 
-/// Creates the folder, compares with the baselines (identification/baselines/comparison.h), which takes
-/// most of the time, and writes the report; an earlier one stays until this one is whole. At a signal, it
-/// writes the results so far, and the page says so. Returns why a plot is missing, if one is.
+/// Creates the folder, compares with the baselines (identification/baselines/comparison.h), which takes most
+/// of the time, and writes the report. An earlier report stays until the new one is complete. At a signal,
+/// writes the results so far, with a remark on the page. Returns the reason if a plot is missing.
 std::optional<std::string> write_report(const std::filesystem::path& directory, IdentificationReport report);
 
 }  // namespace hystcan::app

@@ -1,4 +1,4 @@
-// What `hystcan identify` and `hystcan validate` give: model file, and the numbers of --json.
+// The results of `hystcan identify` and `hystcan validate`: the model file and the numbers of --json.
 #pragma once
 
 #include <cstddef>
@@ -13,39 +13,42 @@
 
 namespace hystcan::app {
 
-/// The text of the model file, with the findings as comments. `datasets`: it was identified from these.
+/// Returns the text of the model file, with the findings as comments. `datasets`: the source of the model.
 std::string identified_model_text(const identification::Identified& identified,
                                   const std::vector<identification::Dataset>& datasets,
                                   const std::vector<std::string>& findings);
-/// Errors in percent of the output's span.
+/// Returns the results as JSON, with errors in percent of the output's span.
 nlohmann::json identification_json(const identification::Identified& identified,
                                    const std::vector<std::string>& findings);
 
-/// Tables of a model file; null where it has none.
+/// Return the tables of a model file; null if the model has no such table.
 nlohmann::json json_of(const std::optional<model::OutputCreep::Config>& creep);
 nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics);
 
 struct ValidationOptions {
   identification::Lag lag;
-  std::optional<double> estimate_s;  ///< initial memory and offset from this many seconds; none: from all
+  std::optional<double> estimate_s;  ///< estimate initial memory and offset from this many seconds;
+                                     ///< `nullopt`: from all samples
   bool estimates_offset = true;
-  std::optional<model::HysteresisState> memory;    ///< at the first sample, instead of an estimate
-  std::optional<model::HeldCreep::State> crept{};  ///< beside this memory; none: settled
+  std::optional<model::HysteresisState> memory;    ///< memory at the first sample, used instead of an
+                                                   ///< estimate
+  std::optional<model::HeldCreep::State> crept{};  ///< creep that belongs to `memory`; `nullopt`: settled
 };
 
-/// "creep of 2.3 % per decade from 10 ms to 3 s".
+/// Returns, for example, "creep of 2.3 % per decade from 10 ms to 3 s".
 std::string creep_text(const model::OutputCreep::Config& creep);
 
-/// How a model predicts a dataset.
+/// The errors of a model's prediction of a dataset.
 struct Validation {
   identification::MemoryEstimate start;
   identification::Lag lag;
   std::vector<double> predicted;
-  std::size_t estimated_from = 0;  ///< samples, which are not judged
+  std::size_t estimated_from = 0;  ///< number of samples used for the estimate, which are excluded from the
+                                   ///< errors
   identification::ErrorNorms all, rest;
   double output_span = 0.0;
   std::vector<identification::RateError> by_rate;
-  std::size_t outside = 0;  ///< samples beyond the thresholds
+  std::size_t outside = 0;  ///< number of samples beyond the thresholds
 
   bool has_rest() const { return estimated_from > 0 && estimated_from < predicted.size(); }
 };

@@ -21,20 +21,20 @@ using identification::SecondOrderFit;
 using Found = ChainRecord::Fit;
 
 constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;  // cycles
-constexpr double stated_share = 0.1;  // a stated resonance is that far off at most
+constexpr double stated_share = 0.1;  // maximum relative error of a stated resonance
 constexpr double most_damping_ratio = 5.0, least_damping_ratio = 1e-4;
 
 double interpolation_s(const controller::Delays& stated, double cycle_s) {
   return stated.interpolated ? 0.5 * cycle_s : 0.0;
 }
 
-/// By more than the noise can do.
+/// Returns true if `a` is better than `b` by more than noise can explain.
 bool is_better(const ChainRecord& record, const Found& a, const Found& b) {
   return b.sum_of_squares - a.sum_of_squares > record.confidence(a).as_good();
 }
 
-/// True: the mode that is shown explains the record better than the stated one. Above half the rate it must
-/// do so by far: an image with another damping comes near.
+/// Returns true if the mode that is shown explains the record better than the stated one. Above half the rate
+/// it must be much better, because an image with another damping fits almost as well.
 bool excludes(const ChainRecord& record, const Found& shown, const Found& as_stated,
               const controller::Delays& stated) {
   constexpr double beyond = 0.45, by_far = 0.5;
@@ -42,7 +42,7 @@ bool excludes(const ChainRecord& record, const Found& shown, const Found& as_sta
   return shown.sum_of_squares < share * as_stated.sum_of_squares && is_better(record, shown, as_stated);
 }
 
-/// The same delay with a known lag, in cycles; the mode is found anew.
+/// Keeps the total delay but fixes the lag, in cycles, and fits the mode again.
 Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   ChainPoint at = found.at;
   at[pure_share] = std::clamp(1.0 - lag / at[late_cycles], 0.0, found.box.max()[pure_share]);
@@ -56,8 +56,8 @@ Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   return known;
 }
 
-/// With a part of the delay pure, where that is significantly better; with the stated lag where the record
-/// does not know better. A sensor whose delay is stated has no other.
+/// Makes a part of the delay pure if that is significantly better; keeps the stated lag if the record does
+/// not determine it. A sensor with a stated delay has no additional one.
 Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const controller::Delays& stated) {
   constexpr double most_share = 0.98, least_cycles = 0.05;
   if (stated.sensor_delay.count() > 0) return lag_alone;
@@ -65,8 +65,8 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   ChainBox box = lag_alone.box;
   box.min()[pure_share] = 0.0;
   box.max()[pure_share] = most_share;
-  // Near half the rate a delay looks like another frequency.
-  constexpr double far_from_half = 0.2;  // of the rate
+  // Near half the rate a delay resembles another frequency.
+  constexpr double far_from_half = 0.2;  // relative to the rate
   const double cycles = std::exp(lag_alone.at[log_frequency]) * record.cycle_s();
   const bool is_near_half = std::abs(cycles - 0.5) < far_from_half;
   for (const double moved : is_near_half ? std::vector{0.0, -0.07, 0.07} : std::vector{0.0})
@@ -83,9 +83,9 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   return is_better(record, best, as_stated) ? best : as_stated;
 }
 
-/// Of a mode that is shown. `late_cycles` of the point: the start, or what is known.
+/// Finds the chain for a mode that is shown. `late` is the known delay, or the start of the search.
 Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double late, bool lag_is_known) {
-  constexpr double reach = 0.4;  // of the logarithm of f
+  constexpr double reach = 0.4;  // in the logarithm of f
   const ChainPoint start{std::log(mode.natural_frequency_Hz.value), std::log(mode.damping_ratio.value), late,
                          0.0};
   ChainBox box{start, start};
@@ -100,7 +100,7 @@ Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double 
   return record.improved(start, box);
 }
 
-/// The best of some delays.
+/// Returns the best of several delays.
 Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
   Found best{{}, std::numeric_limits<double>::infinity(), {}};
   for (const double late : {0.05, 0.15, 0.4, 1.0, 2.5}) {
@@ -113,17 +113,17 @@ Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
   return best;
 }
 
-/// Of a mode that is not shown: the stated one, or one within what is stated of it that explains the record
-/// significantly better, because the samples show its image.
+/// Finds the chain for a mode that is not shown. Returns the stated mode, or a mode within its uncertainty
+/// that explains the record significantly better because the samples show its image.
 Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
-  constexpr double step = 0.02;  // of the rate
+  constexpr double step = 0.02;  // relative to the rate
   constexpr double less_damping = 0.7,
-                   more_damping = 1.8;  // of its logarithm: most stages have more than is assumed
+                   more_damping = 1.8;  // in its logarithm: most stages have more damping than assumed
   const double log_f = std::log(stated.resonance_Hz),
                log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
   Found plain = with_any_delay(record, log_f, log_zeta);
   plain = record.improved(plain.at, plain.box);
-  const double half_Hz = 0.5 / record.cycle_s();  // the samples have shown all images then
+  const double half_Hz = 0.5 / record.cycle_s();  // a wider range only repeats the images in the samples
   const double reach_Hz = std::min(stated_share * stated.resonance_Hz, half_Hz);
   const double step_Hz = std::min(step / record.cycle_s(), 0.25 * reach_Hz);
   const int count = 1 + static_cast<int>(2.0 * reach_Hz / step_Hz);
@@ -142,13 +142,13 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
     start.box.max()[log_damping] = log_zeta + more_damping;
     start = record.improved(start.at, start.box);
     const bool rings_endlessly =
-        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // it fits the noise
+        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // the mode fits the noise
     if (!rings_endlessly && start.sum_of_squares < best.sum_of_squares) best = start;
   }
   return is_better(record, best, plain) ? best : plain;
 }
 
-/// The estimate with its intervals, as large as `value`.
+/// Scales the estimate and its intervals to `value`.
 Estimate scaled(Estimate estimate, double value) {
   const double factor = value / estimate.value;
   for (double* of : {&estimate.value, &estimate.standard_error, &estimate.lo, &estimate.hi}) *of *= factor;
@@ -160,7 +160,7 @@ controller::PlantUncertainty uncertainty_of(const SecondOrderFit& mode) {
           .damping_ratio = {mode.damping_ratio.lo, mode.damping_ratio.hi}};
 }
 
-/// The stated mode may be stiffer, and ring longer.
+/// Returns the uncertainty of a stated mode, which may be stiffer and have less damping.
 controller::PlantUncertainty uncertainty_of(const controller::Delays& stated,
                                             const controller::Delays& chain) {
   const auto [least, most] = std::minmax(stated.damping_ratio, chain.damping_ratio);
@@ -176,7 +176,7 @@ void find_mode(IdentifiedPlant& plant, const Dataset& record) {
   }
 }
 
-/// True: the lag cannot be distinguished from zero.
+/// Returns true if the lag cannot be distinguished from zero.
 bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late_s.lo > 0.0); }
 
 Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
@@ -188,7 +188,7 @@ Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controlle
   return keeps_lag(plant) ? found : with_pure_delay(chain, found, stated);
 }
 
-/// Refuses a mode that leaves less delay than is stated of the sensor alone.
+/// Refuses a mode that leaves less delay than the stated delay of the sensor.
 Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainRecord& chain,
                const controller::Delays& stated) {
   if (plant.late_s.hi < -0.1 * chain.cycle_s())
@@ -198,7 +198,8 @@ Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainReco
   return found;
 }
 
-/// The best chain. The mode that is shown counts only if it is the stated one, or excludes that.
+/// Returns the best chain. A mode that is shown counts only if it is the stated one or excludes the stated
+/// one.
 Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
   Found found;
   if (plant.mode) {
@@ -215,7 +216,7 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
   return as_stated;
 }
 
-/// Intervals of a mode that is shown: those of the fit, in proportion.
+/// Sets the intervals of a mode that is shown: those of the fit, scaled to the exact values.
 void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
   plant.mode->natural_frequency_Hz = scaled(plant.mode->natural_frequency_Hz, exact.resonance_Hz);
   plant.mode->damping_ratio = scaled(plant.mode->damping_ratio, exact.damping_ratio);
@@ -225,7 +226,7 @@ void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
                                 plant.late_s.hi - plant.late_s.value + longer_s};
 }
 
-/// Intervals where none is shown.
+/// Sets the intervals if no mode is shown.
 void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found& found,
                    const controller::Delays& stated) {
   const double error_s = chain.confidence(found).standard_error[late_cycles] * chain.cycle_s(),
@@ -236,9 +237,9 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
   plant.uncertainty.longer_s = {std::max(-reach_s, -late_s), reach_s};
 }
 
-/// Standard error of an unknown beside all others, whatever was known of them.
+/// Returns the standard error of an unknown when all others are free, even if they were fixed.
 double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unknown) {
-  constexpr double apart = 0.1;  // any: only the slopes at the point count
+  constexpr double apart = 0.1;  // any value: only the slopes at the point matter
   Found all = found;
   all.box.min() = found.at.array() - apart;
   all.box.max() = found.at.array() + apart;
@@ -246,9 +247,10 @@ double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unkno
   return std::isfinite(error) ? std::min(error, 1.0) : 1.0;
 }
 
-/// Of a mode that is not shown: within what is stated, or as its image in the samples tells.
+/// Returns the error of a mode that is not shown, within the stated uncertainty or from its image in the
+/// samples.
 double mode_error(const ChainRecord& chain, const Found& found) {
-  constexpr double image = 0.005;  // at least: another damping looks alike
+  constexpr double image = 0.005;  // minimum, because another damping gives almost the same image
   const double cycles = std::exp(found.at[log_frequency]) * chain.cycle_s();
   if (found.box.min()[log_frequency] == found.box.max()[log_frequency] ||
       controller::rings_between_samples(cycles))

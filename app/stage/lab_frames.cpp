@@ -33,14 +33,14 @@ struct Role {
   Quantity quantity;
   const char* name;
   const char* what;
-  const char* own_option = nullptr;  ///< else --role PART.NAME
+  const char* own_option = nullptr;  ///< null: the option is --role PART.NAME
 
   std::string key() const { return fmt::format("{}.{}", word_of(part), name); }
   std::string option() const { return own_option != nullptr ? own_option : "--role " + key(); }
   bool is(std::string_view other) const { return name == other; }
 };
 
-/// In the order of the questions.
+/// All roles, in the order of the questions.
 constexpr Role all_roles[] = {
     {FramePart::command, Quantity::drive, "setpoint", "Commanded drive", "--setpoint"},
     {FramePart::command, Quantity::number, "enable", "Switch that enables the amplifier", "--enable"},
@@ -60,10 +60,11 @@ constexpr Role all_roles[] = {
     {FramePart::status, Quantity::number, "crc", "CRC of a status"}};
 
 constexpr std::string_view states_key = "status.states";
-/// Stated in the place of a signal: the frames have none for this role.
+/// Stated instead of a signal: the frames have no signal for this role.
 constexpr std::string_view no_signal = "none";
 
-/// Reads 0/16/32/64,65: off, ready, enabled and fault; a list may be empty, except for ready and enabled.
+/// Parses a text such as 0/16/32/64,65: off, ready, enabled and fault. A list may be empty, except for ready
+/// and enabled.
 std::optional<can::StateValues> parsed_states(std::string_view text) {
   can::StateValues states{{}, {}, {}, {}};
   std::vector<std::int64_t>* const lists[] = {&states.off, &states.ready, &states.enabled, &states.fault};
@@ -80,7 +81,7 @@ std::optional<can::StateValues> parsed_states(std::string_view text) {
   return states;
 }
 
-/// Up to 12 of them.
+/// Lists up to 12 signals.
 std::string list_of(const std::vector<std::string>& signals) {
   const std::size_t shown = std::min<std::size_t>(signals.size(), 12);
   return fmt::format("{}{}", fmt::join(std::span(signals).first(shown), ", "),
@@ -145,14 +146,14 @@ class FrameQuestions {
     if (role.is("state")) ask_for_states(map);
   }
 
-  /// "V", "um", or empty for a number.
+  /// Returns "V", "um", or an empty text for a pure number.
   std::string unit_of(const Role& role) const {
     if (role.quantity == Quantity::number) return {};
     return role.quantity == Quantity::drive ? wire().drive_unit : "um";
   }
 
-  /// "AmpSet.Volt [mV]": the free signals of the part's message or, before it is known, of all messages that
-  /// are no other part.
+  /// Returns the unused signals, such as "AmpSet.Volt [mV]", of the part's message. Before that message is
+  /// known, returns those of all messages that are not assigned to another part.
   std::vector<std::string> candidates(const Role& role) {
     const MessageMap& map = map_of(role.part);
     std::vector<std::string> found;
@@ -169,7 +170,7 @@ class FrameQuestions {
     return found;
   }
 
-  /// True: the signal is in every frame, and its unit fits.
+  /// Returns true if the signal is in every frame and its unit fits.
   bool may_have(const Role& role, const Signal& signal) const {
     if (!can::is_decodable(signal) || signal.multiplexing.present_at) return false;
     if (role.quantity == Quantity::number) return signal.unit.empty() || signal.length == 1;
@@ -222,7 +223,7 @@ class FrameQuestions {
   std::array<MessageMap, words(FramePart{}).size()> maps_{};
 };
 
-/// The prefixes P of PAmpCommand, PAmpStatus, PSensorSample.
+/// Returns each prefix P for which PAmpCommand, PAmpStatus and PSensorSample exist.
 std::vector<std::string> standard_prefixes(const can::Database& database) {
   std::vector<std::string> found;
   for (const Message& message : database.messages) {
@@ -236,7 +237,7 @@ std::vector<std::string> standard_prefixes(const can::Database& database) {
   return found;
 }
 
-/// 0: its identifier does not say it.
+/// Returns the node number from the identifier; 0 if the identifier does not contain one.
 std::uint8_t node_of(const Message& message) {
   const std::int64_t node = std::int64_t{message.id} - can::transmit_pdo_base;
   return message.extended || node < 1 || node > 127 ? std::uint8_t{0} : static_cast<std::uint8_t>(node);
@@ -254,7 +255,7 @@ void take_standard_frames(can::AxisWire& wire, const can::Database& database, co
   wire.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
 }
 
-/// The prefix that is the axis's name, else the next one that is not yet taken.
+/// Returns the prefix that equals the axis's name, otherwise the next unused one.
 std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
   auto found = std::ranges::find_if(
       left, [&](const std::string& prefix) { return strcasecmp(prefix.c_str(), axis.c_str()) == 0; });
@@ -264,7 +265,7 @@ std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
   return prefix;
 }
 
-/// True: the axes have the standard frames of the database.
+/// Returns true if the database has standard frames for the axes.
 bool have_standard_frames(StageFacts& stage, const can::Database& database) {
   std::vector<std::string> prefixes = standard_prefixes(database);
   if (prefixes.empty()) return false;

@@ -1,5 +1,5 @@
-// The signals of a lab's own DBC that have a role in the frames of an axis. A DBC does not define what a
-// signal means: each role is stated, or asked for with a list of the signals that may have it.
+// Assigns roles in the frames of an axis to signals of a lab's own DBC. A DBC does not define the meaning of
+// a signal: each role is stated by an option, or asked with a list of the possible signals.
 #pragma once
 
 #include <map>
@@ -11,16 +11,16 @@
 
 namespace hystcan::app {
 
-/// MSG.SIG by the keys of `[axis.frames]`: "command.setpoint". One holds for all axes, or each axis has its
-/// own. "status.states" has the raw values of off/ready/enabled/fault: 0/16/32/64,65.
+/// MSG.SIG for each key of `[axis.frames]`, such as "command.setpoint". One value applies to all axes, or
+/// each axis has its own. "status.states" contains the raw values of off/ready/enabled/fault: 0/16/32/64,65.
 using StatedRoles = std::map<std::string, std::vector<std::string>>;
 
-/// Adds "status.state=AmpGet.St". Throws Error if there is no such role.
+/// Adds a role, for example "status.state=AmpGet.St". Throws Error if there is no such role.
 void add_role(StatedRoles& roles, const std::string& text);
 
-/// Fills in the frames of the axes, whose names and units are known: the prefixes and nodes of the standard
-/// frames, or the lab's own. Throws Error if a role that is needed is neither stated nor asked for; the error
-/// has its option and the signals that may have it.
+/// Sets the frames of the axes, whose names and units are known: the prefixes and nodes of the standard
+/// frames, or the lab's own frames. Throws Error if a required role is neither stated nor asked; the error
+/// contains its option and the possible signals.
 void find_frames(StageFacts& stage, const StatedRoles& stated, Questions& questions);
 
 }  // namespace hystcan::app

@@ -1,4 +1,4 @@
-// Order, curves and creep of a model that is to be identified, as options of a command name them.
+// Options for the order, curves and creep of a model that is to be identified.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ class App;
 
 namespace hystcan::app {
 
-/// "auto": as the datasets show it.
+/// "auto": chosen from the datasets.
 struct ModelWords {
-  std::string order = "auto";   ///< of a polynomial
-  std::string curves = "auto";  ///< or polynomial, spline
-  std::string creep = "auto";   ///< or none, or a share of the output in each decade of time
+  std::string order = "auto";   ///< degree of polynomials
+  std::string curves = "auto";  ///< auto, polynomial or spline
+  std::string creep = "auto";   ///< auto, none, or a share of the output per decade of time
 
   void apply_to(identification::IdentifyOptions& asked) const;
 };

@@ -13,8 +13,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Names the folder that refuses the new one: the deepest of its parents that is there. `path`: as it was
-/// given.
+/// Throws an error that names the deepest existing parent, which refused the new folder. `path`: as given by
+/// the user.
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
   std::error_code ignored;
   std::filesystem::path present = (path.has_filename() ? path : path.parent_path()).parent_path();
@@ -27,7 +27,7 @@ namespace {
                                    std::generic_category().message(error)));
 }
 
-/// Without a slash at its end, which would make its parent the folder itself.
+/// Removes a trailing slash, which would make the folder its own parent.
 std::filesystem::path named(const std::filesystem::path& path) {
   const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
   return whole.has_filename() ? whole : whole.parent_path();
@@ -66,7 +66,7 @@ NewFolder::~NewFolder() {
 void NewFolder::commit() {
   const mode_t mask = umask(0);
   umask(mask);
-  std::error_code error;  // an empty folder of this name is replaced
+  std::error_code error;  // rename() replaces an empty folder of this name
   std::filesystem::permissions(temporary_, static_cast<std::filesystem::perms>(0777 & ~mask), error);
   std::filesystem::rename(temporary_, path_, error);
   if (error) fail(given_, error.value());

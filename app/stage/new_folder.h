@@ -1,4 +1,4 @@
-// A folder that is complete or absent.
+// A folder that is either complete or absent.
 #pragma once
 
 #include <filesystem>
@@ -6,18 +6,17 @@
 
 namespace hystcan::app {
 
-/// What is written goes to a temporary folder beside it; commit() gives that its name. Without commit() it is
-/// removed.
+/// Files are written to a temporary folder next to `path`; commit() renames it to `path`. Without commit()
+/// the temporary folder is removed.
 class NewFolder {
  public:
-  /// Throws Error if there is such a folder with something in it, or a file of this name; RunError if
-  /// it cannot be made.
+  /// Throws Error if a file or a folder with content has this name; RunError if the folder cannot be created.
   explicit NewFolder(const std::filesystem::path& path);
   ~NewFolder();
   NewFolder(const NewFolder&) = delete;
   NewFolder& operator=(const NewFolder&) = delete;
 
-  /// The temporary folder.
+  /// Returns the path of the temporary folder.
   const std::filesystem::path& path() const { return temporary_; }
   void commit();
 
@@ -25,7 +24,7 @@ class NewFolder {
   std::filesystem::path given_, path_, temporary_;
 };
 
-/// Throws Error if the path is there and is not an empty folder.
+/// Throws Error if the path exists and is not an empty folder.
 void require_new(const std::filesystem::path& path);
 
 }  // namespace hystcan::app

@@ -97,7 +97,7 @@ config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& opti
   for (const config::AxisConfig& other : config.axes) {
     if (&other == &chosen) continue;
     config.resting.push_back({other.wire, other.control.gate.safe_drive});
-    // The objects of a node that axes share may stand at another one.
+    // If axes share a node, the objects of the node may be listed at another axis.
     if (other.wire.amplifier_node == axis.wire.amplifier_node && axis.wire.amplifier_setup.empty())
       axis.wire.amplifier_setup = other.wire.amplifier_setup;
     if (other.wire.sensor_node == axis.wire.sensor_node && axis.wire.sensor_setup.empty())

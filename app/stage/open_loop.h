@@ -21,44 +21,45 @@ namespace hystcan::app {
 
 struct OpenLoopOptions {
   std::filesystem::path config;
-  std::string axis;       ///< empty: the first one
-  std::string interface;  ///< empty: the configured one
+  std::string axis;       ///< empty: the first axis
+  std::string interface;  ///< empty: the configured interface
   bool rehearse = false;
   bool clear_faults = false;
 };
 
-/// --axis, --interface, --clear-faults, --rehearse.
+/// Adds --axis, --interface, --clear-faults and --rehearse.
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options);
 
-/// Longer than any start-up or ramp down: a run that takes longer does not end.
+/// Longer than any start-up or ramp down: a run that takes longer would never end.
 inline constexpr double patience_s = 60.0;
 /// Runs in virtual time until `is_done`, the limit or a signal, then until every axis is safe.
 void run_and_stop(rehearsal::Rehearsal& rehearsal, double limit_s, const std::function<bool()>& is_done);
 
-/// The configuration with the chosen axis; the others rest. The twin keeps all axes, as on a real bus.
+/// Returns the configuration with only the chosen axis; the others rest. The twin keeps all axes, as on a
+/// real bus.
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options);
 
-/// The configuration with the excitation as drive of its one axis, in the place of the reference. Throws
-/// std::invalid_argument if the gate would limit the drive.
+/// Returns the configuration with the excitation as the drive of its one axis, instead of the reference.
+/// Throws std::invalid_argument if the gate would limit the drive.
 config::Config in_open_loop(config::Config config, const controller::Excitation::Config& excitation);
 
-/// The axis at the end of the run, and the closing lines about the bus if it was a real one.
+/// The axis at the end of the run, and the closing lines about a real bus.
 struct OpenLoopEnd {
   controller::Axis axis;
   std::vector<std::string> closing{};
 
-  /// Throws RunError if the excitation did not finish; `afterwards` says what remains of the output.
+  /// Throws RunError if the excitation did not finish; `afterwards` describes the output that remains.
   void require_finished(const std::string& axis_name, const std::string& afterwards) const;
 };
 
-/// Runs the excitation of the one axis of `config` until its end, a fault or a signal. Then the axis ramps
-/// to its safe drive and switches off. `on_record` takes every cycle record; on the bus, another thread
-/// calls it.
+/// Runs the excitation of the one axis of `config` until it ends, or until a fault or a signal. Then the axis
+/// ramps to its safe drive and switches off. `on_record` receives every cycle record; on a real bus, another
+/// thread calls it.
 OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config& twin,
                                const OpenLoopOptions& options,
                                const std::function<void(const controller::CycleRecord&)>& on_record);
 
-/// The axis follows its excitation, and has a sample.
+/// Returns true if the axis follows its excitation and has a sample.
 bool shows_position(const controller::AxisReport& report);
 
 }  // namespace hystcan::app

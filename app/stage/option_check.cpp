@@ -14,7 +14,7 @@
 namespace hystcan::app {
 namespace {
 
-/// `type`: what the help shows behind the type of the option.
+/// `type`: text that the help shows after the type of the option.
 CLI::Validator expecting(std::string expected, auto is_sound, const char* type = "") {
   return {[expected = std::move(expected), is_sound](const std::string& text) {
             return is_sound(text) ? std::string() : fmt::format("{}, expected {}", text, expected);

@@ -1,4 +1,4 @@
-// Pictures, which matplotlib draws from CSV files (python/hystcan/plot.py).
+// Pictures that matplotlib draws from CSV files (python/hystcan/plot.py).
 #pragma once
 
 #include <filesystem>
@@ -15,11 +15,11 @@ struct PictureSize {
   double height_mm = 100.0;
 };
 
-/// The endings of pictures: svg, png, pdf.
+/// Returns the file extensions of pictures: svg, png, pdf.
 const std::vector<std::string>& picture_formats();
 
-/// A picture: a function of plot.py, its CSV files, and what it cannot read there, such as a title. All files
-/// are in the folder of the list.
+/// A picture: a function of plot.py, its CSV files, and data that the files do not contain, such as a title.
+/// All files are in the folder of the list.
 struct Picture {
   std::string kind;
   std::vector<std::string> data, to;
@@ -27,14 +27,14 @@ struct Picture {
   nlohmann::json facts = nlohmann::json::object();
 };
 
-/// Writes the list of pictures, from which `python3 -m hystcan.plot LIST` draws them again, and draws them.
-/// Returns why pictures are missing; those of an earlier list are then removed. Throws RunError if the list
+/// Writes the list of pictures and draws them; `python3 -m hystcan.plot LIST` can draw them again. If
+/// pictures are missing, returns the reason and removes those of an earlier list. Throws RunError if the list
 /// cannot be written.
 std::optional<std::string> draw_pictures(const std::filesystem::path& list,
                                          const std::vector<Picture>& pictures);
 
-/// The text as the name of a file, or a part of one, in any folder: of A-Z, a-z, 0-9, '.', '-', '+' and '_',
-/// which stands for all others, and not hidden.
+/// Converts the text to a file name, or a part of one, that is valid in any folder and not hidden: it
+/// contains only A-Z, a-z, 0-9, '.', '-', '+' and '_', which replaces every other character.
 std::string file_name_of(std::string_view text);
 
 }  // namespace hystcan::app

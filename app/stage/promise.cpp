@@ -25,19 +25,21 @@ namespace {
 using controller::LinearLoop;
 using identification::Misfit;
 
-constexpr double other_motion = 1.2, never_let_through = 0.08, extrapolated_creep = 0.006;  // of squares
+/// Factors of squared errors.
+constexpr double other_motion = 1.2, never_let_through = 0.08, extrapolated_creep = 0.006;
 constexpr double least_share_error = 0.03, most_share_error = 0.5;
-/// Standard deviations of logarithms: of the damping of a mode that no record shows, and of the parts.
+/// Standard deviations of logarithms: of the damping of a mode that no record shows, and of the parts of the
+/// error.
 constexpr double damping_spread = 0.2, exact_spread = 0.15, misfit_spread = 0.3, floor_spread = 0.5,
                  creep_spread = 0.35;
 
-/// Normal deviates, the middles of eleven equal shares of the probability.
+/// Normal deviates: the centres of eleven equal shares of the probability.
 constexpr std::array deviates{-1.69, -1.10, -0.75, -0.47, -0.23, 0.0, 0.23, 0.47, 0.75, 1.10, 1.69};
 constexpr double deviate(std::size_t k) { return deviates[k % deviates.size()]; }
 
 double square(double x) { return x * x; }
 
-/// A rehearsal: true errors and how fast the drives move while they are judged.
+/// A rehearsal: provides the true errors, and the speed of the drives while the errors are judged.
 class Run {
  public:
   explicit Run(const rehearsal::Setup& setup)
@@ -50,7 +52,7 @@ class Run {
   std::string failure() const { return failure_of(outcome_.axes); }
   const rehearsal::Outcome& outcome() const { return outcome_; }
   double true_um(std::size_t i) const { return outcome_.true_errors[i].total().rms_um(); }
-  /// Drive units per second.
+  /// Returns the speed of the drive in drive units per second.
   double speed(std::size_t i) const {
     return moved_[i].cycles > 0 ? moved_[i].distance / (static_cast<double>(moved_[i].cycles) * cycle_s_)
                                 : 0.0;
@@ -76,7 +78,7 @@ class Run {
   rehearsal::Outcome outcome_;
 };
 
-/// Calls `change` with what the twin has of each axis of the controller.
+/// Calls `change` with the twin's part of each axis of the controller.
 template <class Change>
 rehearsal::Setup changed(rehearsal::Setup setup, const Change& change) {
   for (std::size_t i = 0; i < setup.controller.axes.size(); ++i)
@@ -94,7 +96,7 @@ rehearsal::Setup with_exact_models(const rehearsal::Setup& setup) {
   });
 }
 
-/// |S| at a frequency; 1 where there is no feedback, and above half the rate.
+/// Computes |S| at a frequency; 1 without feedback, and above half the rate.
 class Sensitivity {
  public:
   explicit Sensitivity(const controller::AxisConfig& axis, double cycle_s)
@@ -116,14 +118,14 @@ class Sensitivity {
 
 /// Parts of the squared error, um^2.
 struct Parts {
-  std::vector<double> exact{};  ///< x^2, of each sample of what is not known
+  std::vector<double> exact{};  ///< x^2, one for each sample of the unknown values
   double misfit = 0.0, floor = 0.0, creep = 0.0;
 };
 
-/// Without the octaves in which the records ring: the rehearsal has the mode.
+/// Adds the misfit, without the octaves around the resonance, because the rehearsal includes the mode.
 void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivity, double speed,
                 double resonance_Hz) {
-  constexpr double ringing = 0.5;  // of the resonance
+  constexpr double ringing = 0.5;  // relative to the resonance
   for (std::size_t i = 0; i < misfit.rms.size(); ++i) {
     if (misfit.middle(i) * misfit.speed > ringing * resonance_Hz) break;
     parts.misfit += other_motion * square(sensitivity(misfit.middle(i) * speed) * misfit.rms[i]);
@@ -131,8 +133,8 @@ void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivi
   }
 }
 
-/// Equally probable values of the squared error, in their order. Each two parts meet in all combinations of
-/// their deviates (an orthogonal array).
+/// Returns equally probable values of the squared error, sorted. For any two parts, all combinations of their
+/// deviates occur (an orthogonal array).
 std::vector<double> distribution_of(const Parts& parts) {
   std::vector<double> squares;
   const auto times = [](double square_um, double spread, std::size_t k) {
@@ -148,7 +150,7 @@ std::vector<double> distribution_of(const Parts& parts) {
   return squares;
 }
 
-/// 0.40, 1.1, 12: two digits, a zero at the end too.
+/// Formats a value with two digits, including a trailing zero: 0.40, 1.1, 12.
 std::string two_digits(double value) {
   if (!(value > 0.0) || !std::isfinite(value)) return fmt::format("{:g}", value);
   const double shown = rounded(value, 2);
@@ -157,7 +159,7 @@ std::string two_digits(double value) {
 
 bool is_in_doubt(const Doubt& doubt) { return doubt.mode_error > 0.0 || doubt.unshared_s > 0.0; }
 
-/// Makes the stage sample k of what is not known of it.
+/// Sets the unknown values of the stage to those of sample k.
 void move(twin::AxisConfig& stage, const Doubt& doubt, std::size_t k) {
   if (doubt.mode_error > 0.0) {
     stage.plant.mode.natural_frequency_Hz *= 1.0 + doubt.mode_error * deviate(k);
@@ -167,13 +169,13 @@ void move(twin::AxisConfig& stage, const Doubt& doubt, std::size_t k) {
   constexpr double without_lag_Hz = 1e5;
   const double error = std::clamp(doubt.share_error, least_share_error, most_share_error),
                off = std::abs(doubt.sensor_share + error * deviate(3 * k + 5)),
-               share = off > 1.0 ? 2.0 - off : off,  // folded: 0 to 1
+               share = off > 1.0 ? 2.0 - off : off,  // reflected into 0 to 1
       lag_s = (1.0 - share) * doubt.unshared_s;
   stage.sensor.delay = std::chrono::nanoseconds(std::llround(1e9 * share * doubt.unshared_s));
   stage.plant.amplifier.bandwidth_Hz = std::min(without_lag_Hz, 1.0 / (2.0 * std::numbers::pi * lag_s));
 }
 
-/// Gathers the parts of the error of each axis.
+/// Collects the parts of the error of each axis.
 class Promises {
  public:
   Promises(const rehearsal::Setup& setup, const std::vector<Ground>& grounds)
@@ -194,7 +196,7 @@ class Promises {
   }
 
  private:
-  /// With an actuator that is exactly the model, where that tracks.
+  /// Returns the rehearsal with the exact model if it tracks, otherwise the configured one.
   const Run& base() const { return exact_.ended_well() ? exact_ : configured_; }
 
   void add_actuator(std::size_t i) {
@@ -215,7 +217,7 @@ class Promises {
         square(axis.law.creep->per_decade * base().outcome().axes[i].stroke_um * sensitivity(fundamental_Hz));
   }
 
-  /// Rehearses samples of the modes and shares together.
+  /// Rehearses samples of the modes and of the sensor's shares together.
   void add_samples() {
     if (std::ranges::none_of(grounds_, [](const Ground& of) { return is_in_doubt(of.doubt); })) return;
     for (std::size_t k = 0; k < deviates.size(); ++k) {

@@ -1,23 +1,23 @@
-// The true error that a loop will have on the stage itself, and the interval that holds it for nine stages of
-// ten.
+// Predicts the true error of a loop on the real stage, and the interval that contains it for nine of ten
+// stages.
 //
 //   e^2 = x^2 + m^2 + f^2 + c^2
 //
-//   x  a rehearsal with an actuator that is exactly the model. Where no record shows the mode, or nobody has
-//      stated how much of a delay is the sensor's: eleven rehearsals with samples of both
-//   m  what the model leaves of its records (identification/misfit.h), moved as fast as the reference moves
-//      the drive and let through by the loop's sensitivity S; without records, what the twin's actuator adds
-//      to x:
+//   x  error in a rehearsal with an actuator that is exactly the model. If no record shows the mode, or if
+//      the sensor's share of a delay is not stated: eleven rehearsals with samples of both
+//   m  the misfit between the model and its records (identification/misfit.h), shifted in frequency according
+//      to the speed of the drive and multiplied by the loop's sensitivity S; without records, the error that
+//      the twin's actuator adds to x:
 //        m^2 = 1.2 sum_b |S(q_b u)|^2 r_b^2
-//      The factor: the reference does not repeat the record.
-//   f  what no loop takes away, because the residual of slow loops is coarser than what a fast one leaves:
+//      The factor accounts for a reference that differs from the record.
+//   f  an error that no loop removes, because the residual of slow loops is coarser than that of fast motion:
 //        f^2 = 0.08 sum_b r_b^2
-//   c  creep, which slow records extrapolate: a share of the travel that creeps in a decade, times |S| at the
+//   c  creep, extrapolated from slow records: a share of the travel that creeps in a decade, times |S| at the
 //      reference's fundamental frequency
 //
-// Each part is lognormal about this and independent of the others. The promise is the median of e, the
-// interval goes from 5 % to 95 %. All factors and spreads are the same for every stage.
-// tests/app/command_line/any_new_stage_test.cpp shows the promise on stages drawn at random.
+// Each part is lognormal around this value and independent of the others. The promise is the median of e; the
+// interval is from 5 % to 95 %. All factors and spreads are the same for every stage.
+// tests/app/command_line/any_new_stage_test.cpp checks the promise on randomly drawn stages.
 #pragma once
 
 #include <cstddef>
@@ -32,46 +32,46 @@
 
 namespace hystcan::app {
 
-/// What is not known of the dynamics of an axis.
+/// The unknown part of the dynamics of an axis.
 struct Doubt {
-  double unshared_s = 0.0;    ///< delay, nobody has stated how much of it is the sensor's; 0: none
-  double sensor_share = 0.0;  ///< of it, 0 to 1, that is taken as the sensor's
-  double share_error = 0.0;   ///< standard error of that
-  double mode_error = 0.0;  ///< standard error of the resonance, as a share of it; 0: a record shows the mode
+  double unshared_s = 0.0;    ///< delay of which the sensor's share is not stated; 0: none
+  double sensor_share = 0.0;  ///< share of this delay, 0 to 1, that is assigned to the sensor
+  double share_error = 0.0;   ///< standard error of sensor_share
+  double mode_error = 0.0;    ///< relative standard error of the resonance; 0: a record shows the mode
 };
 
-/// What a promise for an axis rests on, beside the rehearsals.
+/// The basis of a promise for an axis, in addition to the rehearsals.
 struct Ground {
-  std::string loop;  ///< what the loop is called
+  std::string loop;  ///< name of the loop
   std::optional<identification::Misfit> misfit{};
   Doubt doubt{};
 };
-/// Of axis i: with the misfit that its model file has.
+/// Returns the basis for axis i, with the misfit from its model file.
 Ground ground_of(const config::Config& config, std::size_t i, std::string loop, const Doubt& doubt = {});
 
 struct Promise {
   std::string axis, loop;
-  double rms_um = 0.0;                   ///< expected
-  double least_um = 0.0, most_um = 0.0;  ///< 90 %
+  double rms_um = 0.0;                   ///< expected true error, RMS
+  double least_um = 0.0, most_um = 0.0;  ///< bounds of the 90 % interval
   double stroke_um = 0.0;
-  /// Why the rehearsal with an actuator that is exactly the model ends early; x is then that of the twin's.
-  /// Empty: it does not.
+  /// Reason why the rehearsal with the exact model ended early; x then comes from the twin's actuator. Empty:
+  /// that rehearsal succeeded.
   std::string exact_failure{};
 
   double percent() const { return 100.0 * rms_um / stroke_um; }
 };
 
-/// One for each axis of the setup, in its order. Throws RunError where an axis does not track, or at a
-/// signal.
+/// Returns one promise for each axis of the setup, in its order. Throws RunError if an axis does not track,
+/// or at a signal.
 std::vector<Promise> promises_of(const rehearsal::Setup& setup, const std::vector<Ground>& grounds);
 
-/// With the loops of a configuration, which are called by their structures. Empty where an axis does not
+/// Returns promises for the loops of a configuration, named after their structures. Empty if an axis does not
 /// track.
 std::vector<Promise> promises_of(const config::Config& config);
 
-/// A line about exact_failure; empty where there is none.
+/// Returns a warning about exact_failure; empty if there is no failure.
 std::string warning_of(const Promise& promise);
-/// "promise x: 0.78 um RMS true (90 %: 0.55 to 1.1), 0.40 % of stroke; cautious"
+/// Returns, for example, "promise x: 0.78 um RMS true (90 %: 0.55 to 1.1), 0.40 % of stroke; cautious".
 std::string text_of(const Promise& promise);
 nlohmann::json to_json(const Promise& promise);
 

@@ -1,4 +1,4 @@
-// What a command needs to know and its options do not say: asked on a terminal, one question at a time.
+// Asks on a terminal, one question at a time, for facts that a command needs and its options do not contain.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,19 +15,20 @@
 namespace hystcan::app {
 
 struct Question {
-  std::string option;  ///< "--drive-max", which says the same without a question
-  std::string what;    ///< "Highest drive"
-  std::string unit;    ///< empty: none
-  std::string why;     ///< one sentence
+  std::string option;  ///< option with the same effect as the answer, "--drive-max"
+  std::string what;    ///< subject of the question, "Highest drive"
+  std::string unit;    ///< empty: no unit
+  std::string why;     ///< reason for the question, one sentence
 };
 
-/// None where the answer is sound.
+/// Returns `nullopt` if the answer is valid, otherwise the formatted problem.
 template <class... Args>
 std::optional<std::string> unless(bool is_sound, fmt::format_string<Args...> format, Args&&... args) {
   return is_sound ? std::nullopt : std::optional(fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// The value of axis i, of an option that has one for all axes or one for each; none if it has none.
+/// Returns the value for axis i of an option that has one value for all axes or one for each; `nullopt` if
+/// the option has none.
 template <class Value>
 std::optional<Value> of_axis(const char* option, const std::vector<Value>& values, std::size_t i,
                              std::size_t axes) {
@@ -40,37 +41,37 @@ std::optional<Value> of_axis(const char* option, const std::vector<Value>& value
 
 class Questions {
  public:
-  /// Thrown where the answer was `<`. Whoever asks begins again: the answers before the last one are given by
-  /// themselves.
+  /// Thrown if the answer was `<`. The caller starts again; the answers before the last one are reused.
   struct StepBack {};
 
-  /// What is wrong with an answer, in one line; none: it is taken.
+  /// Returns the problem with an answer in one line; `nullopt` if the answer is accepted.
   template <class T>
   using Check = std::function<std::optional<std::string>(const T&)>;
 
-  /// `asks`: reads answers from `in` and shows questions on standard error; else takes the defaults.
+  /// `asks`: true reads answers from `in` and shows questions on standard error; false takes the defaults.
   Questions(std::istream& in, bool asks) : in_(in), asks_(asks) {}
 
-  /// From the first question on; those that have an accepted answer are not shown again.
+  /// Starts again with the first question; questions with an accepted answer are not shown again.
   void begin();
 
-  /// `stated`, or the answer. A stated value that `check` refuses is an error that names the option. NaN, or
-  /// an empty text, where nothing is known; require_all() then throws.
+  /// Returns `stated`, or the answer. If `check` refuses a stated value, throws an error that names the
+  /// option. Returns NaN, or an empty text, if nothing is known; require_all() then throws.
   double number(const Question& question, const std::optional<double>& stated,
                 const std::optional<double>& usual, const Check<double>& check = {});
   std::string text(const Question& question, const std::optional<std::string>& stated,
                    const std::optional<std::string>& usual, const Check<std::string>& check = {});
 
-  /// Throws Error with all options that have no default and were neither stated nor asked for.
+  /// Throws Error with all options that have no default and were neither stated nor asked.
   void require_all() const;
 
   int asked() const { return asked_; }
 
  private:
-  /// Keeps the answer to the present question, which then is the next one.
+  /// Stores the answer to the present question and proceeds to the next one.
   void accept(const std::string& line);
   void object(const std::string& wrong);
-  /// The line that was answered; none where no question is asked. Throws RunError at the end of the input.
+  /// Returns the line that was typed; `nullopt` if no question is asked. Throws RunError at the end of the
+  /// input.
   std::optional<std::string> answer(const Question& question, const std::string& usual);
 
   std::istream& in_;
@@ -78,7 +79,7 @@ class Questions {
   int asked_ = 0;
   std::vector<std::string> missing_;
   std::vector<std::string> accepted_;  ///< answers in the order of their questions
-  std::size_t next_ = 0;               ///< question, counted as in `accepted_`
+  std::size_t next_ = 0;               ///< index of the next question in `accepted_`
 };
 
 }  // namespace hystcan::app

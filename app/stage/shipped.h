@@ -1,4 +1,4 @@
-// The configurations that come with the program.
+// The configurations that are shipped with the program.
 #pragma once
 
 #include <filesystem>
@@ -7,10 +7,10 @@
 
 namespace hystcan::app {
 
-/// Where it is installed, or in the source tree.
+/// Returns the path of a shipped file, in the installation or in the source tree.
 std::filesystem::path shipped_file(const std::string& name);
 
-/// Names of the configurations, without .toml, in alphabetical order.
+/// Returns the names of the configurations, without .toml, in alphabetical order.
 std::vector<std::string> shipped_configurations();
 
 }  // namespace hystcan::app

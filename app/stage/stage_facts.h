@@ -1,4 +1,4 @@
-// What is known of a stage before the program has measured it.
+// The known facts about a stage before the program has measured it.
 #pragma once
 
 #include <vector>
@@ -9,17 +9,18 @@
 namespace hystcan::app {
 
 struct AxisFacts {
-  /// As far as it is known: name, unit, drives, mode, sensor's delay and noise, nodes, frames, model files.
+  /// Contains the known values: name, unit, drives, mode, sensor's delay and noise, nodes, frames, model
+  /// files.
   config::AxisConfig config{};
   model::Interval travel_um{};      ///< positions at the ends of the range of the drive
-  bool mode_is_measured = false;    ///< resonance and damping are those of a step
+  bool mode_is_measured = false;    ///< resonance and damping were identified from a step
   bool damping_is_assumed = false;  ///< neither stated nor measured
 };
 
 struct StageFacts {
-  config::Config config{};  ///< interface, rate, and the DBC where it lies now; no axes
+  config::Config config{};  ///< interface, rate, and the present path of the DBC; no axes
   std::vector<AxisFacts> axes{};
-  bool rate_is_assumed = false;  ///< nobody has stated it
+  bool rate_is_assumed = false;  ///< the rate is not stated
 };
 
 }  // namespace hystcan::app

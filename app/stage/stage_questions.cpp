@@ -30,7 +30,7 @@ constexpr const char* on_can = "can";
 
 void require_names(const std::vector<std::string>& axes) {
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    // A dot would take the place of the one before "first" and "model" in the names of files.
+    // A dot in the axis name would be confused with the dots before "first" and "model" in file names.
     if (!config::is_axis_name(axes[i]) || axes[i].find('.') != std::string::npos)
       throw Error(fmt::format("--axis is '{}'", axes[i]),
                   expect("1 to 64 letters, digits, _ or -, because files are named after it"));
@@ -40,7 +40,7 @@ void require_names(const std::vector<std::string>& axes) {
   }
 }
 
-/// Asks about an axis; what was answered for the first one holds for the others.
+/// Asks about an axis; answers for the first axis apply to the others.
 class AxisQuestions {
  public:
   AxisQuestions(const InitOptions& stated, const std::vector<AxisRecords>& records, Questions& questions)
@@ -93,7 +93,8 @@ class AxisQuestions {
  private:
   const AxisRecords* record() const { return records_.empty() ? nullptr : &records_[axis_]; }
 
-  /// A number that may be measured, or usual. For the axes after the first one, its `answer` holds.
+  /// Returns a number that may be measured or have a default. For the axes after the first one, `answer` is
+  /// used.
   double number(const Question& question, const std::vector<double>& stated, std::optional<double> measured,
                 std::optional<double> usual, std::optional<double>& answer,
                 const Questions::Check<double>& check = {}) {
@@ -192,7 +193,7 @@ class AxisQuestions {
         !damping_ratio && stated_.damping_ratio.empty() && delays.damping_ratio == usual_damping_ratio;
   }
 
-  /// The channels of a card are taken in the order of the axes.
+  /// Assigns the channels of a card in the order of the axes.
   void wire_to_card(node::AnalogueConfig& analogue) {
     const auto is_scale = [](double value) {
       return unless(config::scale_range.contains(value), "{:g}, expected {}", value,
@@ -212,7 +213,7 @@ class AxisQuestions {
                stated_.um_per_V, {}, stated_.input.layout.output_scale, um_per_V_, is_scale);
   }
 
-  /// What a step shows is not asked for.
+  /// Does not ask for values that a step record shows.
   double known_or_asked(const Question& question, std::optional<double> shown,
                         const std::vector<double>& stated, std::optional<double> usual,
                         std::optional<double>& answer) {
@@ -282,7 +283,7 @@ void number_nodes(StageFacts& stage, const InitOptions& stated, Questions& quest
   }
 }
 
-/// With the standard frames, whose setpoint is in this unit.
+/// Returns the shipped DBC with standard frames whose setpoint has this unit.
 std::filesystem::path shipped_dbc(const std::string& drive_unit) {
   return shipped_file(drive_unit == "A" ? "galfenol.dbc" : "hystcan.dbc");
 }

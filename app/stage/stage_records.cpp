@@ -56,7 +56,7 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
     throw Error(file, fmt::format("the drive is in {}", dataset.input_unit), {.expected = unit});
 }
 
-/// The limits of a bench come from its records.
+/// Judges a record, because the limits of a bench are derived from its records.
 void judge_record(const std::filesystem::path& file, Dataset& dataset, bool accept) {
   for (const RecordDoubt& doubt : leave_out_suspects(file, dataset)) {
     if (!accept)
@@ -110,8 +110,8 @@ void refuse_contradictions(const AxisRecords& records, const std::string& drive_
   if (records.unseen) refuse_drive(*records.unseen_file, *records.unseen, drive_unit, drive);
   if (!stroke_um) return;
   const double part = records.drive().span() / drive.span();
-  // A record over the whole range shows the stroke. Minor loops are flatter than the major one, and curves
-  // bend.
+  // Only a record over the whole range shows the exact stroke. Minor loops are flatter than the major one,
+  // and curves bend.
   const double tolerance = part > 0.95 ? 0.1 : 0.5;
   const double expected_um = *stroke_um * part;
   if (std::abs(records.travel_um().span() / expected_um - 1.0) > tolerance)

@@ -1,4 +1,4 @@
-// The measured records of an axis, as the set-up of a stage takes them.
+// The measured records of an axis, used to set up a stage.
 #pragma once
 
 #include <filesystem>
@@ -13,26 +13,27 @@
 
 namespace hystcan::app {
 
-/// Positions are in um. Without a file there is no dataset.
+/// Positions are in um. A dataset exists only if its file is given.
 struct AxisRecords {
-  std::vector<std::filesystem::path> loop_files;                    ///< slow ones, for the hysteresis
-  std::optional<std::filesystem::path> step_file{}, unseen_file{};  ///< small and fast; for the validation
+  std::vector<std::filesystem::path> loop_files;                    ///< slow loops, for the hysteresis
+  std::optional<std::filesystem::path> step_file{}, unseen_file{};  ///< small fast steps; a record for the
+                                                                    ///< validation
   std::vector<identification::Dataset> loops{};
   std::optional<identification::Dataset> step{}, unseen{};
-  identification::IdentifyOptions model{};  ///< how the model of the loops is identified
+  identification::IdentifyOptions model{};  ///< options for identifying the model of the loops
 
-  model::Interval drive() const;           ///< of the loops
-  model::Interval travel_um() const;       ///< likewise
-  std::vector<std::string> names() const;  ///< of the files of the loops, without folders
+  model::Interval drive() const;           ///< Range of the drives in the loops.
+  model::Interval travel_um() const;       ///< Range of the positions in the loops.
+  std::vector<std::string> names() const;  ///< names of the loop files, without folders
 };
 
-/// Reads the files. Throws Error with the name of the file: where the output is no length, if two files have
-/// the same rows, and if a record shows what is not of the stage (record_doubts.h). `accept`: doubts are
-/// noted on standard error instead, and rows that no stage makes are left out.
+/// Reads the files. Throws Error with the name of the file if the output is not a length, if two files have
+/// the same rows, or if a record contains data that the stage cannot have caused (record_doubts.h). `accept`:
+/// prints such doubts on standard error instead, and leaves those rows out.
 void load(AxisRecords& records, const DatasetInput& input, bool accept);
 
-/// Throws Error where a record contradicts what is known: another unit, a drive beyond its range, a
-/// stroke that is not `stroke_um`.
+/// Throws Error if a record contradicts known facts: another unit, a drive beyond its range, or a stroke that
+/// is not `stroke_um`.
 void refuse_contradictions(const AxisRecords& records, const std::string& drive_unit,
                            const model::Interval& drive, std::optional<double> stroke_um);
 

@@ -31,8 +31,8 @@ using identification::Dataset;
 
 constexpr const char* present_name = "present";
 
-/// Sets the identified plant in the twin. Its sensor gets the delay that was found; the amplifier's lag takes
-/// what its sensor and its way to a setpoint then have not.
+/// Sets the identified plant in the twin. The sensor gets the identified delay; the amplifier's lag gets the
+/// rest of the total delay, after the sensor and the interpolation.
 void set_plant(twin::Config& twin, const std::string& axis_name, const controller::Delays& found,
                double cycle_s) {
   for (twin::WiredAxisConfig& axis : twin.axes) {
@@ -70,7 +70,7 @@ rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
   return rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) { throw_if_signalled(); });
 }
 
-/// The present setting is compared with, however little margin it has.
+/// Returns true for the present setting too, which is needed for comparison even with a small margin.
 bool may_run(const Candidate& candidate) {
   if (!candidate.judged) return true;
   return candidate.name == present_name ? candidate.judged->margins.stable : candidate.judged->worst.stable;
@@ -85,7 +85,7 @@ const char* name_of(const controller::LoopConfig& loop) {
   return loop.measurement_filter_Hz > 0.0 ? "low pass" : "plain";
 }
 
-/// Designs for the plant of a report, judged and rehearsed.
+/// Creates designs for the plant of a report, judges and rehearses them.
 class Rehearsed {
  public:
   Rehearsed(const TuningReport& report, const config::Config& config, const twin::Config& twin)
@@ -110,7 +110,7 @@ class Rehearsed {
   }
 
  private:
-  /// With the feed-forward that tracks best.
+  /// Completes the design with the feed-forward that tracks best.
   Candidate design(const char* name, controller::LoopConfig loop) const {
     Candidate best = predicted(name, loop);
     for (const auto& [second_order, plant_inverse] : feed_forwards) {
@@ -124,7 +124,7 @@ class Rehearsed {
     return best;
   }
 
-  /// With the plant that was found.
+  /// Judges the loop with the identified plant.
   std::optional<controller::JudgedLoop> judged(controller::LoopConfig loop) const {
     if (!(loop.pi.ki_per_s > 0.0)) return std::nullopt;
     loop.delays = report_.plant.delays;
@@ -154,7 +154,7 @@ void predict_structures(Candidate& candidate, const config::Config& config, cons
         outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, plant), structure)).axes[0]));
 }
 
-/// The axis with a cautious loop for another rate, and a twin that is as the plant was found.
+/// Returns the axis with a cautious loop for another rate, and a twin with the identified plant.
 config::Config at_rate(const TuningReport& report, config::Config config, double rate_Hz) {
   config.controller.rate_Hz = rate_Hz;
   controller::LoopConfig loop =
@@ -172,8 +172,8 @@ config::Config at_rate(const TuningReport& report, config::Config config, double
 
 }  // namespace
 
-/// The rows have the times of whole cycles, those that were left out included: sample and drive both follow
-/// the SYNC, so that its jitter of some microseconds does not affect the identified mode.
+/// The rows have the times of whole cycles, including cycles that were left out: sample and drive both follow
+/// the SYNC, so its jitter of some microseconds does not affect the identified mode.
 Dataset measured_steps(const config::Config& config, const twin::Config& twin, const OpenLoopOptions& run,
                        const Excitation::Steps& steps) {
   const config::AxisConfig& axis = config.axes[0];

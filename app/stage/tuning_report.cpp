@@ -29,7 +29,7 @@ double rms_percent_of(const AxisOutcome& outcome) {
   return 100.0 * outcome.statistics.total().rms_um() / outcome.stroke_um;
 }
 
-/// Of the first one that was rehearsed: 0 if none is stable.
+/// Returns the stroke from the first rehearsed candidate; 0 if no candidate is stable.
 double stroke_um(const TuningReport& report) {
   for (const Candidate& of : report.candidates)
     if (of.predicted) return of.predicted->stroke_um;
@@ -94,7 +94,7 @@ std::string candidate_table(const TuningReport& report) {
                     report.rule.resonance_percent, stroke_um(report));
 }
 
-/// Beside a proposal with less margin.
+/// Returns a line about the cautious candidate if the proposal has less margin.
 std::string cautious_line(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
@@ -166,14 +166,14 @@ std::string record_line(const TuningReport& report) {
                           left_out_text(report.plant), report.axis, report.config, report.rate_Hz));
 }
 
-/// An axis with the loop of a candidate, and without anything else.
+/// Returns an axis that contains only the loop of a candidate.
 config::AxisConfig axis_with(const Candidate& candidate) {
   config::AxisConfig axis;
   set_loop(axis.control, candidate.loop);
   return axis;
 }
 
-/// By the names in [axis.control.delays].
+/// Uses the names in [axis.control.delays].
 nlohmann::json to_json(const controller::Delays& delays) {
   nlohmann::json json;
   for (const config::Setting& key : config::settings(delays))
@@ -196,7 +196,7 @@ nlohmann::json to_json(const Candidate& of) {
           {"predicted_true_rms_percent", true_percent ? nlohmann::json(*true_percent) : none}};
 }
 
-/// With the prediction of each structure.
+/// Includes the prediction for each structure.
 nlohmann::json to_whole_json(const Candidate& of) {
   nlohmann::json json = to_json(of);
   json["predicted"] = nlohmann::json::object();
@@ -218,7 +218,7 @@ std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensit
            *of.true_rms_um > *present.true_rms_um;
   };
   std::size_t best = 0;
-  // Another setting must be worth the change; where none is, the present one stays.
+  // Another setting must be better by this share; otherwise the present one stays.
   constexpr double least_gain = 0.02;
   double least = present.has_run() ? (1.0 - least_gain) * present.rms_percent()
                                    : std::numeric_limits<double>::infinity();

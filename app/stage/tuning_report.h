@@ -1,5 +1,5 @@
-// The result of `hystcan tune` as text, as a fragment of a configuration and as JSON; the frequency response
-// of its experiment, of the identified mode and of two loops, as a table and as a picture.
+// The result of `hystcan tune` as text, as a fragment of a configuration and as JSON. Also the frequency
+// response of the experiment, of the identified mode and of two loops, as a table and as a picture.
 #pragma once
 
 #include <filesystem>
@@ -19,33 +19,35 @@
 
 namespace hystcan::app {
 
-/// One way to set the loop of an axis, and its predicted effect.
+/// One setting of the loop of an axis, and its predicted effect.
 struct Candidate {
   std::string name;                                ///< "present", "plain", "low pass", "notch", "cautious"
-  controller::LoopConfig loop;                     ///< its delays are those of the feed-forward
-  std::optional<controller::JudgedLoop> judged{};  ///< empty if ki is zero: there is no loop to judge
-  /// Of the configured reference, with the configured structure and limits, without learning; empty: not
-  /// rehearsed, as it is not stable.
+  controller::LoopConfig loop;                     ///< includes the delays of the feed-forward
+  std::optional<controller::JudgedLoop> judged{};  ///< empty if ki is zero, because there is no loop to judge
+  /// Prediction for the configured reference, with the configured structure and limits, without learning;
+  /// empty if the loop is not stable and was therefore not rehearsed.
   std::optional<controller::AxisOutcome> predicted{};
-  std::optional<double> true_rms_um{};  ///< of the same run, between the samples too; empty: not known
-  /// The same without following-error limit, by all_structures; of the present and the proposed ones only.
+  std::optional<double> true_rms_um{};  ///< from the same run, including the error between the samples;
+                                        ///< empty: not known
+  /// Predictions without following-error limit, by all_structures; only for the present and the proposed
+  /// candidate.
   std::vector<controller::AxisOutcome> by_structure{};
 
   bool has_run() const;
-  double rms_percent() const;  ///< of the stroke
+  double rms_percent() const;  ///< in percent of the stroke
 };
 
-/// Index of the one with the smallest predicted error at the samples, of those that are at most this
-/// sensitive at all corners. The first one, the present one, is chosen unless another one is better there by
-/// 2 % and, where that is known, not worse between the samples.
+/// Returns the index of the candidate with the smallest predicted error at the samples, among those whose
+/// sensitivity is at most `peak_sensitivity` at all corners. The present one (index 0) is chosen unless
+/// another one is better by 2 % at the samples and, if known, not worse between the samples.
 std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
 
 struct TuningReport {
-  std::string config;  ///< the file's name, without its folder
+  std::string config;  ///< file name without its folder
   std::string axis;
   std::string drive_unit;
-  std::string actuator;  ///< the model file of the twin
-  std::string record;    ///< the file's name, without its folder; empty: an experiment with these steps
+  std::string actuator;  ///< model file of the twin
+  std::string record;    ///< file name without its folder; empty: an experiment with these steps
   bool rehearsed = false;
   controller::Excitation::Steps steps;
   double rate_Hz = 0.0;
@@ -53,30 +55,31 @@ struct TuningReport {
   controller::SensitivityRule rule{};
   controller::CautiousRule cautious_rule{};
   bool only_cautious = false;
-  std::vector<Candidate> candidates;  ///< the present one is the first
+  std::vector<Candidate> candidates;  ///< the first one is the present setting
   std::size_t best = 0;
-  double unshared_s = 0.0;           ///< of the measured delay; 0 where the configuration states the sensor's
-  std::optional<Promise> promise{};  ///< of the proposed loop; none: it was not asked for
-  std::optional<RateOffer> offer{};  ///< another rate that would be better, with a cautious loop
+  double unshared_s = 0.0;           ///< part of the measured delay; 0 if the configuration states the
+                                     ///< sensor's delay
+  std::optional<Promise> promise{};  ///< promise of the proposed loop; empty: not requested
+  std::optional<RateOffer> offer{};  ///< a better rate, with a cautious loop
 
   const Candidate& present() const { return candidates.front(); }
   const Candidate& proposed() const { return candidates[best]; }
 };
 
-/// What its experiment leaves open. A report without an experiment knows the mode as it is stated.
+/// Returns the doubt that remains after the experiment. A report without an experiment uses the stated mode.
 Doubt doubt_of(const TuningReport& report);
 
 std::string describe(const TuningReport& report);
-/// The keys of [axis.control] to replace, each with its present value in a comment.
+/// Returns the keys of [axis.control] to replace, each with its present value in a comment.
 std::string fragment(const TuningReport& report);
 nlohmann::json to_json(const TuningReport& report);
 
-/// CSV, a row for each measured frequency. Gains of plant and model are 1 at rest; phases are in degrees,
-/// those of the loops from -90 on without a leap.
+/// Returns CSV with a row for each measured frequency. Gains of plant and model are normalised to 1 at rest.
+/// Phases are in degrees; those of the loops start near -90 and are unwrapped.
 std::string response_table(const TuningReport& report, const identification::Dataset& record);
 
-/// Draws `picture` (.svg or .png). Its data remain beside it: the response_table() with rows of the curves
-/// after it (.data.csv), and the list (.json, pictures.h). Returns why there is no picture, if there is none.
+/// Draws `picture` (.svg or .png). Its data stay in the same folder: the response_table(), followed by rows
+/// of the curves (.data.csv), and the list (.json, pictures.h). Returns the reason if there is no picture.
 std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,
                                          const std::filesystem::path& picture);
 
