@@ -1,4 +1,4 @@
-// The checks of the cards of analogue axes, and of the process that drives them.
+// Checks the cards of analogue axes and the process that drives them.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -19,16 +19,16 @@
 namespace hystcan::app {
 namespace {
 
-/// A sample above this share of the period leaves hardly any time for the output and other axes.
+/// A sample above this share of the period leaves too little time for the output and other axes.
 constexpr double good_sample_share = 0.2;
 constexpr int most_samples = 1000;
 constexpr std::chrono::milliseconds longest_sampling{300};
 
-/// Samples of a sensor, as fast as the card gives them.
+/// Samples of a sensor, taken as fast as the card delivers them.
 struct Sampling {
   controller::TimeStatistics times;
   int count = 0;
-  double sum_um = 0.0, sum_um2 = 0.0;  ///< of the differences to the first position
+  double sum_um = 0.0, sum_um2 = 0.0;  ///< sums of the differences from the first position
   int without_position = 0;
 
   double rms_nm() const {
@@ -54,7 +54,7 @@ Sampling sample(node::CardInput& input) {
   return result;
 }
 
-/// "-10 to 10"; + 0.0: of -0.0 only the sign would be left.
+/// Returns, for example, "-10 to 10"; + 0.0 turns -0.0 into 0.0.
 std::string from_to(double first, double second) {
   return fmt::format("{:.4g} to {:.4g}", first + 0.0, second + 0.0);
 }
@@ -119,14 +119,14 @@ std::vector<Finding> examine_axis(const config::Config& config, const node::Wire
   return {refused(axis.wire.name + " " + error.key, Verdict::bad, error)};
 }
 
-/// The processes `hystcan node`, without their guards.
+/// Returns the processes `hystcan node`, without their guards.
 std::vector<std::filesystem::path> node_processes(const std::filesystem::path& root) {
   std::vector<std::filesystem::path> found;
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(root / "proc", none)) {
     if (!parsed_number<int>(entry.path().filename().string())) continue;
     if (first_line(entry.path() / "comm") != "hystcan") continue;
-    const std::string arguments = first_line(entry.path() / "cmdline");  // with a NUL behind each
+    const std::string arguments = first_line(entry.path() / "cmdline");  // each argument ends with a NUL
     if (arguments.find(std::string("\0node\0", 6)) != std::string::npos) found.push_back(entry.path());
   }
   return found;

@@ -1,4 +1,4 @@
-// The checks of the CAN interface.
+// Checks the CAN interface.
 #include <fmt/format.h>
 #include <poll.h>
 
@@ -21,11 +21,12 @@
 namespace hystcan::app {
 namespace {
 
-/// The program's socket holds eight unsent frames; a longer queue holds frames of other programs.
+/// The program's socket queues at most eight unsent frames; a longer queue contains frames of other programs.
 constexpr std::uint32_t long_queue_frames = 100;
-constexpr unsigned warning_count = 96;  ///< error counter at which error-warning begins (ISO 11898-1)
+constexpr unsigned warning_count = 96;  ///< error counter at which the state error-warning begins (ISO
+                                        ///< 11898-1)
 
-/// A round trip above this share of the period leaves hardly any time for sample, answer and other axes.
+/// A round trip above this share of the period leaves too little time for sample, answer and other axes.
 constexpr double good_round_trip_share = 0.2;
 constexpr int round_trips = 200;
 constexpr std::chrono::milliseconds format_listening{300};
@@ -63,7 +64,8 @@ Finding examine_restart(const std::string& name, const can::Interface& found) {
 
 Finding examine_queue(const config::Config& config, const std::string& name, const can::Interface& found) {
   const std::uint32_t frames = found.transmit_queue_frames;
-  const auto needed = static_cast<std::uint32_t>(config.axes.size() + 2);  // commands, SYNC, housekeeping
+  // Commands, SYNC, and one frame for heartbeats and statuses.
+  const auto needed = static_cast<std::uint32_t>(config.axes.size() + 2);
   const bool fits = frames >= needed && frames <= long_queue_frames;
   return judged("queue", found.queue_discipline == "noqueue" || fits,
                 fmt::format("{}, {}", counted(frames, "frame"),
@@ -97,8 +99,8 @@ Finding examine_errors(const std::string& name, const can::Interface& found) {
   return finding;
 }
 
-/// Measures the time from one socket to another on the same interface. The frame passes the kernel and, on a
-/// real interface, the wire, because the second socket gets it when it has been sent and acknowledged.
+/// Measures the time from one socket to another on the same interface. The frame passes through the kernel
+/// and, on a real interface, over the wire: the second socket receives it after it was sent and acknowledged.
 Finding examine_round_trip(const config::Config& config, const std::string& name) {
   const std::array only_test_frames{can::Filter{.id = test_id}};
   const Descriptor from(can::open_raw_socket(name, only_test_frames));
@@ -124,7 +126,7 @@ Finding examine_round_trip(const config::Config& config, const std::string& name
                 "see wake-up, priority and kernel; on USB adapters a hub and power saving cost too");
 }
 
-/// What the bus carries in `format_listening`, of the configured messages.
+/// Returns the frames of the configured messages that arrive during `format_listening`.
 std::vector<can::Frame> listen(const config::Config& config, const std::string& name) {
   std::vector<can::Filter> filters;
   for (const config::AxisConfig& axis : config.axes)

@@ -1,4 +1,4 @@
-// The checks that read /proc and /sys.
+// Checks that read /proc and /sys.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -38,7 +38,8 @@ Finding examine_clock(const std::filesystem::path& root) {
                 "see in dmesg why the kernel does not use the faster clock (tsc marked unstable?)");
 }
 
-/// The processors on which the control thread may run: those configured, else all that are online.
+/// Returns the processors on which the control thread may run: the configured ones, otherwise all that are
+/// online.
 std::set<std::int64_t> cpus_in_use(const std::vector<std::int64_t>& asked,
                                    const std::filesystem::path& root) {
   if (!asked.empty()) return {asked.begin(), asked.end()};
@@ -61,7 +62,7 @@ Finding examine_governor(const std::vector<std::int64_t>& asked, const std::file
                 "cpupower frequency-set --governor performance");
 }
 
-/// The longest exit latency of all enabled idle states.
+/// Returns the longest exit latency of all enabled idle states.
 std::optional<std::int64_t> deepest_idle_us(const std::filesystem::path& cpu) {
   std::optional<std::int64_t> deepest;
   std::error_code none;

@@ -1,4 +1,4 @@
-// The checks of the settings that this process can get, and of its timing: priority, memory, alarms.
+// Checks the settings that this process can get (priority and memory) and the timing of its alarms.
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -15,7 +15,7 @@
 namespace hystcan::app {
 namespace {
 
-/// Shares of the period: a lateness below the first hardly affects the loop; above the second the cycle is
+/// Shares of the period: a lateness below the first hardly affects the loop; above the second, the cycle is
 /// lost.
 constexpr double good_wake_up_share = 0.1;
 constexpr double bad_share_of_period = 0.5;
@@ -102,7 +102,7 @@ Finding examine_wake_up(const controller::CommonConfig& config, can::Duration du
   const controller::Realtime asked = config.realtime.value_or(controller::Realtime{});
   const can::Duration period = controller::cycle_of(config);
   const auto lateness = on_a_thread<controller::TimeStatistics>([&] {
-    if (!asked.cpus.empty()) keep_to_cpus(asked.cpus);  // a refusal has a finding of its own
+    if (!asked.cpus.empty()) keep_to_cpus(asked.cpus);  // a refusal is reported by another check
     if (asked.priority > 0) take_priority(asked.priority);
     return measure_wake_up(period, duration);
   });

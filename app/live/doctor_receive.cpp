@@ -1,4 +1,4 @@
-// The threads of the kernel that bring a frame from the adapter to the socket.
+// Checks the threads of the kernel that transfer a frame from the adapter to the socket.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sched.h>
@@ -13,18 +13,18 @@
 namespace hystcan::app {
 namespace {
 
-/// Of the polling threads: above the 50 of interrupt threads, below the kernel's own at 99.
+/// Priority of the polling threads: above the interrupt threads (50), below the kernel's own threads (99).
 constexpr int polling_priority = 80;
 
 struct KernelThread {
   int pid = 0;
   std::string name;
   SchedulingClass scheduling{};
-  std::string cpus{};  ///< "0-3"
+  std::string cpus{};  ///< for example "0-3"
 };
 
-/// Interrupt threads are `irq/NN-can0`, or have the name of the adapter's bus; polling threads are
-/// `napi/can0-NN`.
+/// Returns the kernel's threads for an interface. Interrupt threads are named `irq/NN-can0`, or after the
+/// adapter's bus; polling threads are named `napi/can0-NN`.
 std::vector<KernelThread> threads_of(const std::string& interface, const std::filesystem::path& root) {
   std::vector<KernelThread> threads;
   std::error_code none;
@@ -52,8 +52,8 @@ std::string to_string(const SchedulingClass& scheduling) {
   return scheduling.is_realtime() ? fmt::format("FIFO {}", scheduling.priority) : "not real-time";
 }
 
-/// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name before them has
-/// brackets.
+/// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name in an earlier field is
+/// in parentheses.
 SchedulingClass class_of(const std::filesystem::path& process) {
   SchedulingClass found;
   const std::string stat = first_line(process / "stat");
