@@ -37,7 +37,7 @@ struct NodeArguments {
 
 using AnalogueAxes = std::vector<node::WiredAnalogueAxis>;
 
-/// Calls `open` for an axis; an error of its card becomes one at the key of the configuration.
+/// Calls `open` for an axis; turns an error of its card into an error at the key of the configuration.
 template <class Open>
 auto at_its_key(const config::Config& config, const node::WiredAnalogueAxis& axis, Open open) {
   try {
@@ -50,7 +50,7 @@ auto at_its_key(const config::Config& config, const node::WiredAnalogueAxis& axi
   }
 }
 
-/// With so many decimals. A number that rounds to zero has no sign.
+/// Formats a value with this number of decimals. A number that rounds to zero has no sign.
 std::string fixed(double value, int decimals) {
   const std::string text = fmt::format("{:.{}f}", value, decimals);
   return text.starts_with('-') && text.find_first_of("123456789") == std::string::npos ? text.substr(1)
@@ -62,7 +62,7 @@ void warn_of_stroke(const node::WiredAnalogueAxis& axis, const node::VoltageRang
   if (!warning.empty()) spdlog::warn("{}: {}", axis.wire.name, warning);
 }
 
-/// What --read shows of an axis. Nothing is written to the card.
+/// Reads the values of an axis for --read. Writes nothing to the card.
 class Readings {
  public:
   Readings(const node::WiredAnalogueAxis& axis, node::Cards& cards) : axis_(axis) {
@@ -129,7 +129,8 @@ node::AllDevices open_devices(const config::Config& config, const AnalogueAxes& 
   return devices;
 }
 
-/// The guard waits no longer than the watchdog of an axis does, but allows the node short delays.
+/// Returns the patience of the guard: at most the watchdog time of an axis, but long enough for short delays
+/// of the node.
 node::Guard::Duration patience_of(const AnalogueAxes& axes) {
   node::Guard::Duration shortest = std::chrono::hours(1);
   for (const node::WiredAnalogueAxis& axis : axes)
@@ -137,7 +138,7 @@ node::Guard::Duration patience_of(const AnalogueAxes& axes) {
   return std::max<node::Guard::Duration>(shortest, std::chrono::milliseconds(10));
 }
 
-/// A guard of these outputs. Another one has shown in a trial that it makes them safe.
+/// Starts a guard for these outputs, after a trial with another guard has shown that the outputs become safe.
 std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices, node::Guard::Duration patience) {
   const auto make_safe = [&devices] {
     bool all = true;
@@ -156,8 +157,8 @@ std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices, node::
   return guard;
 }
 
-/// A simulated stage that moves for the first time takes milliseconds; no controller waits for it now. The
-/// guard's trial has already written the safe drives to a real card.
+/// Moves each simulated stage once before the controller starts, because the first motion takes milliseconds.
+/// On a real card this writes only the safe drives, which the guard's trial has already written.
 void move_once(const node::AllDevices& devices, can::Time now) {
   for (const auto& one : devices) {
     one->output.make_safe();
@@ -165,7 +166,7 @@ void move_once(const node::AllDevices& devices, can::Time now) {
   }
 }
 
-/// Beats from the loop, four times as often as the guard needs it.
+/// Beats from the loop, four times as often as the guard requires.
 class GuardBeat {
  public:
   GuardBeat(node::Guard& guard, node::Guard::Duration patience, can::Scheduler& scheduler)
@@ -191,7 +192,7 @@ class GuardBeat {
   std::unique_ptr<can::Timer> timer_;
 };
 
-/// The CPUs of [controller.realtime] are those of the control thread.
+/// Makes this process real-time, but leaves the CPUs of [controller.realtime] to the control thread.
 void become_realtime_beside(const config::Config& config) {
   config::Config elsewhere = config;
   if (elsewhere.controller.realtime) elsewhere.controller.realtime->cpus.clear();
@@ -215,7 +216,7 @@ int run_node(const NodeArguments& options) {
   node::Cards cards(card_opener(config, axes, loop.scheduler()));
   const node::AllDevices devices = open_devices(config, axes, cards);
   const node::Guard::Duration patience = patience_of(axes);
-  const auto guard = tried_guard(devices, patience);  // before there are sockets, which it would share
+  const auto guard = tried_guard(devices, patience);  // before sockets exist, which the guard would share
   node::AnalogueStation station(devices, twin_config(config), config.database, loop.scheduler(),
                                 loop.attach());
   check_interface(config, interface);
