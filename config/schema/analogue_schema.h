@@ -6,7 +6,7 @@
 
 namespace hystcan::config {
 
-/// Of the two scales: an amplifier or a sensor may invert.
+/// Range of the two scales, which may be negative: an amplifier or a sensor may invert.
 inline constexpr Range scale_range{.lo = 1e-6, .hi = 1e6, .either_sign = true};
 inline constexpr Range subdevice_range{.lo = 0.0, .hi = 255.0};
 inline constexpr Range channel_range{.lo = 0.0, .hi = 65'535.0};

@@ -18,11 +18,12 @@
 namespace hystcan::config {
 namespace {
 
-/// The purposes of channels; two axes share only a line of one purpose.
+/// The purposes of channels; two axes share a line only if its purpose is the same.
 enum class Purpose : std::uint8_t { output, input, enable, interlock, charge_pump };
 
 constexpr bool is_line(Purpose purpose) { return purpose >= Purpose::enable; }
-/// An interlock is read. A charge pump toggles for all axes at the same SYNC.
+/// Returns true for an interlock, which is only read, and for a charge pump, which toggles at the same SYNC
+/// for all axes.
 constexpr bool may_be_shared(Purpose purpose) {
   return purpose == Purpose::interlock || purpose == Purpose::charge_pump;
 }
@@ -31,22 +32,23 @@ constexpr std::string_view noun_of(Purpose purpose) {
   return purpose == Purpose::output ? "output" : "input";
 }
 
-/// A channel in use, and the member that names it.
+/// A channel in use, and the member that specifies it.
 struct ChannelUse {
   std::string card;  ///< identity_of()
   Purpose purpose{};
   const node::CardChannel* place = nullptr;
-  const node::ActiveLevel* active = nullptr;  ///< of a line
+  const node::ActiveLevel* active = nullptr;  ///< null: not a line
   Member member;
 
-  /// Two kinds of channels of a subdevice are different channels.
+  /// Channels of different kinds on one subdevice are different channels.
   bool is_same(const ChannelUse& other) const {
     return std::tuple(card, noun_of(purpose), place->subdevice, place->channel) ==
            std::tuple(other.card, noun_of(other.purpose), other.place->subdevice, other.place->channel);
   }
 };
 
-/// Empty: only the card knows it. Throws ChannelError if the simulated card lacks it.
+/// Returns the range if the file states it; `nullopt` if only the card can tell. Throws ChannelError if the
+/// simulated card has no such range.
 std::optional<node::VoltageRange> known_range(std::string_view key, const node::AnalogueConfig& analogue,
                                               const node::CardChannel& place) {
   const node::DeviceName card = node::device_named(place.device.empty() ? analogue.device : place.device);
@@ -64,7 +66,7 @@ class AnalogueCheck : Checked {
   AnalogueCheck(const Checked& checked, const AxisConfig& axis)
       : Checked(checked), axis_(axis), analogue_(*axis.analogue), device_(named(analogue_.device)) {}
 
-  /// Also of channels that axes before it have, in `all`.
+  /// Checks this axis, also against the channels of earlier axes in `all`.
   void run(std::vector<ChannelUse>& all) const {
     for (const ChannelUse& use : uses()) {
       check_range_text(use);
@@ -76,7 +78,7 @@ class AnalogueCheck : Checked {
     check_enable_delay();
   }
 
-  /// Judges the ranges as far as the file names them; a card that is opened has the others.
+  /// Checks the ranges that the file states; the others are checked when the card is opened.
   void check_ranges(const node::WiredAnalogueAxis& wired) const try {
     if (const auto range = known_range("drive_output", analogue_, analogue_.drive_output))
       node::check_drives(analogue_, wired.drives, *range);
@@ -148,8 +150,8 @@ class AnalogueCheck : Checked {
            timeout_ms, tried_ms);
   }
 
-  /// The controller commands no motion before its enable_delay_ms has passed, and gives up enable_timeout_s
-  /// later.
+  /// The controller waits for enable_delay_ms before it commands motion, and gives up after a further
+  /// enable_timeout_s.
   void check_enable_delay() const {
     const can::Duration& delay = analogue_.amplifier.enable_delay;
     const double delay_ms = 1e3 * can::seconds(delay);
