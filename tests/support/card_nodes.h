@@ -1,4 +1,4 @@
-// The nodes of `hystcan node` on a simulated card, with the faults of the twin and those of a card.
+// The nodes of `hystcan node` on a simulated card, with the faults of the twin and of a card.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace hystcan::support {
 
-/// A card whose conversions a test changes. A function that is empty changes nothing.
+/// A card whose conversions a test can change. An empty function changes nothing.
 class FaultyCard final : public node::Card {
  public:
   explicit FaultyCard(std::unique_ptr<node::Card> card) : card_(std::move(card)) {}
@@ -23,7 +23,7 @@ class FaultyCard final : public node::Card {
   using Reading = std::function<std::optional<double>(double volts)>;
   Reading position{};
   Reading monitor{};
-  /// Returns the volts that the converter gets; empty: the conversion fails.
+  /// Returns the voltage that the converter receives; `nullopt`: the conversion fails.
   Reading drive{};
   bool interlock_is_active = false;
 
@@ -77,7 +77,7 @@ class FaultyCard final : public node::Card {
   std::unique_ptr<node::Card> card_;
 };
 
-/// The nodes have one connection. The faults of both act on it: one that stops it stops both nodes.
+/// Both nodes share one connection: a fault that stops the connection stops both nodes.
 class CardNodes {
  public:
   CardNodes(const config::Config& config, can::Scheduler& scheduler, const can::Attach& attach)

@@ -13,7 +13,7 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {  // std::stable_sort calls this one
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {  // called by std::stable_sort
   ++allocations;
   return std::malloc(size == 0 ? 1 : size);
 }

@@ -1,4 +1,4 @@
-// Counts the allocations of a program: the program that links this has its operator new replaced.
+// Counts the allocations of a program: linking this file replaces operator new.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// How large a step of the drive a change of the running configuration may make.
+// Limits the step of the drive that a change of the running configuration may cause.
 #pragma once
 
 #include <algorithm>
@@ -7,13 +7,12 @@
 
 namespace hystcan::support {
 
-/// The drive's largest step from one cycle to the next is the reference's own: the way into a new reference
-/// is never faster than what it leaves, or than its transition. Structures differ in the slope of their
-/// feed-forward by the width of the hysteresis loop, 15 %; the same again for what PI adds and for a cycle
-/// that is late.
+/// The largest allowed step of the drive, relative to the reference's own: a transition into a new reference
+/// is never faster than the old reference or its own limits. Structures differ in the slope of their
+/// feed-forward by the width of the hysteresis loop, 15 %; another 15 % are for PI and for a late cycle.
 inline constexpr double fair_share_of_own_step = 1.3;
 
-/// The largest change from one value to the next; 0 of fewer than two.
+/// Returns the largest change between successive values; 0 for fewer than two values.
 inline double largest_step(const std::vector<double>& values) {
   double largest = 0.0;
   for (std::size_t i = 1; i < values.size(); ++i)

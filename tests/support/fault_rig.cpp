@@ -23,7 +23,7 @@ constexpr std::uint32_t sample_id = can::transmit_pdo_base + sensor_node;
 constexpr std::size_t counter_byte = 6;
 constexpr std::size_t crc_byte = 7;
 
-/// The longest time that a frame takes which is destroyed at its first bit, at 1 Mbit/s.
+/// Maximum time on the wire of a frame that is destroyed at its first bit, at 1 Mbit/s.
 constexpr auto destroyed_frame = std::chrono::microseconds(1 + can::error_flags_max_bits +
                                                            can::error_delimiter_bits + can::interframe_bits);
 
@@ -35,7 +35,7 @@ std::uint8_t crc_of(const can::Frame& frame) {
   return can::crc8_j1850(covered);
 }
 
-/// Changes a frame. A CRC that was right is right again afterwards, and a wrong one stays wrong.
+/// Changes a frame. A valid CRC stays valid, and a wrong one stays wrong.
 template <class Change>
 void change_protected(can::Frame& frame, Change change) {
   const auto wrong_bits = static_cast<std::uint8_t>(frame.data[crc_byte] ^ crc_of(frame));
@@ -56,7 +56,7 @@ void put_value(can::Frame& frame, std::int32_t value) {
 
 std::int32_t micrometres(double um) { return static_cast<std::int32_t>(std::lround(1e6 * um)); }
 
-/// A sample that names the same SYNC and is accepted beside the sensor's own.
+/// Returns a second sample for the same SYNC, which the controller accepts in addition to the sensor's own.
 can::Frame forged(can::Frame sample) {
   change_protected(sample, [](can::Frame& frame) {
     frame.data[counter_byte] = static_cast<std::uint8_t>((frame.data[counter_byte] + 8U) & 0x0FU);
@@ -65,7 +65,7 @@ can::Frame forged(can::Frame sample) {
   return sample;
 }
 
-/// The faults of the twin that this trouble consists of; empty: the twin does not have it.
+/// Returns the faults of the twin that cause this trouble; empty if the twin has no such fault.
 std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
   using twin::Fault;
   using twin::Node;
@@ -107,7 +107,7 @@ std::vector<twin::FaultSpec> twin_faults(Trouble trouble) {
 }
 
 void make_quick(controller::AxisConfig& control) {
-  // A slow loop: a faster one follows a sensor that drifts until the drive stands at its limit.
+  // A slow loop: a faster one would follow a drifting sensor until the drive reaches its limit.
   control.law.pi = {.kp = 0.05, .ki_per_s = 120.0};
   control.setpoint = {
       {.shape = controller::Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 2.0, .cycles = 1000.0},
@@ -277,8 +277,8 @@ bool FaultRig::sensor_sends(can::Frame& frame) {
   return true;
 }
 
-/// Drift and jump go in one direction, so that they do not cancel each other. The load pulls slowly: the
-/// drive makes up for it until it is saturated.
+/// Drift and jump have the same direction, so that they do not cancel each other. The load pulls slowly: the
+/// drive compensates it until it saturates.
 void FaultRig::displace(can::Frame& sample) {
   if (is_on(Trouble::position_drifts)) offset_um_ = std::min(offset_um_ + 1.0, 7.5);
   if (is_on(Trouble::load_pulls)) offset_um_ = std::max(offset_um_ - 0.05, -7.0);
@@ -350,7 +350,7 @@ void FaultRig::end(Trouble trouble) {
       return;
     case Trouble::bus_off:
       controller_node_->set_faults({});
-      run_for(destroyed_frame);  // the last one is on the wire, and the node may go off at its end
+      run_for(destroyed_frame);  // the last frame is on the wire, and the node may switch off at its end
       return controller_node_->restart();
     case Trouble::sync_late:
       sleeper_.by = {};
@@ -367,7 +367,7 @@ void FaultRig::end(Trouble trouble) {
   }
 }
 
-/// The twin ends a kind of fault at both nodes, so another trouble of the same kind begins again.
+/// The twin ends a kind of fault at both nodes, so this function restarts any other trouble of the same kind.
 void FaultRig::end_twin_faults(Trouble trouble) {
   for (const twin::FaultSpec& over : twin_faults(trouble)) {
     stage_faults().remove(over.kind);

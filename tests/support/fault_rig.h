@@ -1,7 +1,7 @@
-// Controller and twin, or nodes on a simulated card, of one axis on the simulated bus, with troubles that a
-// test begins and ends while the loop runs, any number of them at once. A trouble of a node is a fault of
-// the twin (twin/fault.h) if the twin has it. The others act on the connections and on the controller's
-// scheduler, and a tester sends the frames of other nodes. A WireMonitor of each axis receives every frame.
+// A controller and a twin, or nodes on a simulated card, on the simulated bus. A test begins and ends any
+// number of troubles while the loop runs. A trouble of a node is a fault of the twin (twin/fault.h) if the
+// twin has it. The other troubles act on the connections and on the controller's scheduler; a tester sends
+// frames of other nodes. A WireMonitor for each axis receives every frame.
 #pragma once
 
 #include <array>
@@ -22,60 +22,60 @@ namespace hystcan::support {
 
 enum class Trouble : std::uint8_t {
   sample_lost,
-  sample_late,     ///< each sample comes in the place of the next one
-  sample_frozen,   ///< the value stands still, the counters run
-  counter_frozen,  ///< the message counter stands still, so that the message is rejected
-  sample_jumped,   ///< by 8 um
+  sample_late,     ///< each sample arrives when the next one is due
+  sample_frozen,   ///< the value is constant, the counters run
+  counter_frozen,  ///< the message counter is constant, so that the message is rejected
+  sample_jumped,   ///< jumped by 8 um
   sample_beyond,   ///< 60 um, outside position_max_um
-  sample_bad,      ///< its Status is not 0
+  sample_bad,      ///< its Status is nonzero
   sample_damaged,  ///< wrong CRC
   sensor_emergency,
-  sensor_unheard,     ///< its heartbeats are lost, its samples are not
+  sensor_unheard,     ///< its heartbeats are lost, but not its samples
   amplifier_unheard,  ///< its heartbeats and statuses are lost
-  sensor_stopped,     ///< by an NMT stop of another node
+  sensor_stopped,     ///< by an NMT stop from another node
   amplifier_stopped,
-  sensor_leaves,  ///< the state operational, by itself: its heartbeats say so
-  sensor_reset,   ///< by a failure of its supply
+  sensor_leaves,  ///< leaves the state operational by itself, which its heartbeats show
+  sensor_reset,   ///< by a supply failure
   amplifier_reset,
-  amplifier_trips,  ///< for a cause within it
-  commands_lost,    ///< they do not reach the amplifier, whose watchdog trips
-  enable_lost,      ///< the amplifier leaves Enable by itself
+  amplifier_trips,  ///< because of an internal cause
+  commands_lost,    ///< commands do not reach the amplifier, whose watchdog trips
+  enable_lost,      ///< the amplifier disables itself
   bus_passive,
   bus_off,
   interface_down,
-  position_drifts,  ///< by 1 um a cycle, up to 7.5 um: the stage leaves the reference
-  load_pulls,       ///< by 0.05 um a cycle, up to 7 um: no drive reaches the reference
-  sync_late,        ///< each SYNC by half a cycle
-  stall,            ///< one SYNC 20 cycles late
+  position_drifts,  ///< by 1 um per cycle, up to 7.5 um: the stage leaves the reference
+  load_pulls,       ///< by 0.05 um per cycle, up to 7 um: no drive reaches the reference
+  sync_late,        ///< each SYNC is late by half a cycle
+  stall,            ///< one SYNC is late by 20 cycles
   foreign_sync,
   foreign_heartbeat,
-  foreign_write,   ///< by SDO, to the amplifier
-  forged_sample,   ///< before each sample of the sensor another one, 1 um beside the last
-  statuses_lost,   ///< of the amplifier; its heartbeats are not
-  law_not_finite,  ///< a gain that is not a number
+  foreign_write,   ///< another node writes to the amplifier by SDO
+  forged_sample,   ///< an additional sample, off by 1 um, before each sample of the sensor
+  statuses_lost,   ///< the amplifier's statuses are lost, but not its heartbeats
+  law_not_finite,  ///< a gain becomes NaN
 };
 inline constexpr std::size_t trouble_count = 32;
 std::string_view to_string(Trouble trouble);
 inline void PrintTo(Trouble trouble, std::ostream* out) { *out << to_string(trouble); }
 
-/// From the deciding frame to the safe command, at 1 kHz and 1 Mbit/s (docs/safety.md). At worst the command
-/// waits for a frame on the wire, and for an emergency of each node, a status and a sample, which have a
-/// higher priority. Where a fault is decided between two steps, the next step sends the command: with the
-/// next sample, or at the SYNC after it where the sample is lost.
-inline constexpr double frame_ms = 0.135;  ///< of eight bytes, with all its stuff bits
+/// Maximum time from the deciding frame to the safe command, at 1 kHz and 1 Mbit/s (docs/safety.md). In the
+/// worst case the command waits for a frame on the wire, and for an emergency of each node, a status and a
+/// sample, which have a higher priority. If a fault is decided between two steps, the next step sends the
+/// command: at the next sample, or at the following SYNC if that sample is lost.
+inline constexpr double frame_ms = 0.135;  ///< duration of an eight-byte frame with all stuff bits
 inline constexpr double safe_in_a_step_ms = 6 * frame_ms;
 inline constexpr double safe_between_steps_ms = 2.0 + safe_in_a_step_ms;
-/// Whether this cause is decided between two steps.
+/// Returns true if this cause is decided between two steps.
 bool is_between_steps(controller::Cause cause);
 
-/// The shipped piezo axis x alone, with a slow sine, a quick start-up and every supervision switched on.
+/// Returns the shipped piezo axis x alone, with a slow sine, a quick start-up and all supervision enabled.
 config::Config one_axis();
-/// The same with its amplifier and sensor on a simulated card.
+/// Returns the same axis with its amplifier and sensor on a simulated card.
 config::Config one_axis_on_a_card();
-/// The axes of fd_stage.toml, which share their frames and nodes, likewise.
+/// Returns the axes of fd_stage.toml, which share their frames and nodes, with the same changes.
 config::Config two_axes_in_a_frame();
 
-/// The limits that the frames of an axis must keep.
+/// Returns the limits that the frames of an axis must keep.
 WireMonitor::Config monitor_config(const config::Config& config, std::size_t index = 0);
 
 class FaultRig {
@@ -84,7 +84,7 @@ class FaultRig {
 
   void start();
   void run_for(can::Duration time);
-  /// Runs until the axis is in `state`; returns false if it is not within `limit`.
+  /// Runs until the axis is in `state`. Returns false if that takes longer than `limit`.
   bool reaches(controller::AxisState state, can::Duration limit);
   bool tracks(can::Duration limit = std::chrono::seconds(5)) {
     return reaches(controller::AxisState::tracking, limit);
@@ -94,7 +94,8 @@ class FaultRig {
   void end(Trouble trouble);
   bool is_on(Trouble trouble) const { return on_[static_cast<std::size_t>(trouble)]; }
 
-  /// Sends the request by RequestLink, as `hystcan ctl` does. Returns why it is refused, or an empty text.
+  /// Sends the request by RequestLink, as `hystcan ctl` does. Returns the reason for a refusal, or an empty
+  /// text.
   std::string_view ask(controller::Request::Kind kind, std::size_t axis = 0);
   std::string_view retune(const controller::AxisConfig& next);
 
@@ -110,12 +111,12 @@ class FaultRig {
   const WireMonitor& monitor(std::size_t axis = 0) const { return monitors_[axis]; }
   const config::Config& config() const { return config_; }
   void send(const can::Frame& frame) { tester_->send(frame); }
-  /// Another node, which hears every frame as long as it lives.
+  /// Attaches another node, which receives every frame while the returned object exists.
   std::unique_ptr<can::Bus> listen(std::function<void(const can::Frame&)> handler);
 
-  /// Of the first axis.
+  /// Number of faults of the first axis.
   std::uint64_t faults() const { return faults_; }
-  /// The time at which the last fault was decided: the end of the deciding frame, or the SYNC that found it.
+  /// Returns when the last fault was decided: the end of the deciding frame, or the SYNC that detected it.
   can::Time decided_at() const { return decided_at_; }
 
  private:
@@ -132,17 +133,17 @@ class FaultRig {
   can::VirtualClock clock_;
   can::SimBus bus_{clock_, config_.bus.rates()};
   Oversleeper sleeper_{clock_};
-  std::vector<WireMonitor> monitors_;  ///< one of each axis
+  std::vector<WireMonitor> monitors_;  ///< one for each axis
   std::unique_ptr<can::Bus> monitor_bus_;
   std::unique_ptr<can::Bus> tester_;
   controller::RequestLink requests_;
   std::unique_ptr<twin::Twin> twin_;       ///< null: the axis is on a card
-  std::unique_ptr<CardNodes> card_nodes_;  ///< null: the axis is that of a twin
+  std::unique_ptr<CardNodes> card_nodes_;  ///< null: the axis has a twin
   can::SimNode* controller_node_ = nullptr;
   HookedConnection* controller_connection_ = nullptr;
   std::unique_ptr<controller::Controller> controller_;
   double offset_um_ = 0.0;
-  std::vector<bool> was_faulted_;  ///< each axis
+  std::vector<bool> was_faulted_;  ///< one for each axis
   std::uint64_t faults_ = 0;
   can::Time decided_at_{};
 };

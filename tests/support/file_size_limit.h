@@ -1,4 +1,4 @@
-// A full disk, for a test: files of this process cannot grow beyond a size while the object lives.
+// Simulates a full disk: files of this process cannot grow beyond a size while the object exists.
 #pragma once
 
 #include <sys/resource.h>

@@ -1,4 +1,4 @@
-// A connection to a bus between its owner and the true connection, for what a test does at that place.
+// Intercepts the frames between a connection to a bus and its owner.
 #pragma once
 
 #include <functional>
@@ -10,20 +10,20 @@
 
 namespace hystcan::support {
 
-/// Each hook may change a frame, and returns false to remove it.
+/// A connection with hooks. Each hook may change a frame; it returns false to remove the frame.
 class HookedConnection final : public can::Bus {
  public:
   using Hook = std::function<bool(can::Frame& frame)>;
   explicit HookedConnection(std::unique_ptr<can::Bus> inner, Hook on_send = {}, Hook on_receive = {})
       : inner_(std::move(inner)), on_send_(std::move(on_send)), on_receive_(std::move(on_receive)) {}
 
-  /// Shows the owner this state instead of the true one; empty: the true one. In bus-off and while down, no
-  /// frame passes.
+  /// Shows the owner this state instead of the true one; `nullopt` shows the true one. No frame passes in
+  /// bus-off or while the interface is down.
   void pretend(std::optional<can::BusState> state) {
     pretended_ = state;
     if (on_state_) on_state_(this->state());
   }
-  /// Called after each frame that the owner has handled, with its time.
+  /// Called with the reception time after the owner has handled a frame.
   std::function<void(can::Time received)> after_frame;
 
   bool send(const can::Frame& frame) override {

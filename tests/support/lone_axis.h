@@ -1,4 +1,4 @@
-// One axis of a controller without a bus. A test gives it the frames of its amplifier.
+// One axis of a controller without a bus. A test passes the frames of the amplifier to it.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ class LoneAxis {
       : wired(config, 0, std::chrono::milliseconds(300), database, frames_),
         encode_(encoder(config.wire, database)) {}
 
-  /// True: it repeats the state of the one before.
+  /// Returns true if the status repeats the previous state.
   bool hear_status(const can::AmpStatus& status) { return hear_status_frame(*(*encode_)(status)); }
   bool hear_status_frame(const can::Frame& frame) {
     return wired.amplifier.statuses()->accepts(frame) && wired.amplifier.on_status(frame, {});

@@ -9,8 +9,8 @@
 
 namespace {
 
-/// "passed Storm.Ends: S-012, S-034": what a test shows (tests/support/shows.h), also where only failures are
-/// printed.
+/// Prints, for example, "passed Storm.Ends: S-012, S-034": the promises that a test shows
+/// (tests/support/shows.h), even if only failures are printed.
 class Promises : public testing::EmptyTestEventListener {
   void OnTestEnd(const testing::TestInfo& test) override {
     const testing::TestResult& result = *test.result();

@@ -1,7 +1,7 @@
 // Any number of copies of axis x of the shipped piezo stage, on one bus.
 //
 // The first axis has nodes 1 and 2, the next one 3 and 4, and so on. Commands have the highest priority
-// (0x100 + axis), so that they never wait behind the samples of other axes: the transmit queue is short.
+// (0x100 + axis), so that they never wait for the samples of other axes: the transmit queue is short.
 #pragma once
 
 #include <string>
@@ -37,7 +37,8 @@ inline std::string database_text(std::size_t axes) {
   return text;
 }
 
-/// The bit rate grows with the number of axes, so that each axis always has the same part of the bus.
+/// The bit rate is proportional to the number of axes, so that each axis always has the same share of the
+/// bus.
 inline rehearsal::Setup many_axes(const config::Config& config, std::size_t axes) {
   rehearsal::Setup setup{.controller = controller_config(config),
                          .twin = twin_config(config),

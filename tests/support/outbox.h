@@ -1,4 +1,4 @@
-// A connection to a bus that is not there: it keeps what it is given, and receives nothing.
+// A connection without a bus: it stores the sent frames and receives nothing.
 #pragma once
 
 #include <vector>
@@ -21,7 +21,7 @@ class Outbox final : public can::Bus {
   const can::BusCounters& counters() const override { return counters_; }
 
   std::vector<can::Frame> frames;
-  bool takes = true;  ///< False: it refuses the frame.
+  bool takes = true;  ///< false: the connection refuses frames
 
  private:
   can::BusCounters counters_;

@@ -1,4 +1,4 @@
-// How long a test waits. Nothing else in a test depends on the clock of the host.
+// The time limit of a test. Nothing else in a test depends on the clock of the host.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,13 +11,13 @@
 
 namespace hystcan::support {
 
-/// Ends a test that hangs: the only limit in host time beside the TIMEOUT of ctest.
+/// Ends a test that hangs: the only limit in host time besides the TIMEOUT of ctest.
 inline constexpr std::chrono::seconds patience{120};
 
-/// For the option --timeout of a command.
+/// The same limit for the option --timeout of a command.
 inline std::string patience_s() { return std::to_string(patience.count()); }
 
-/// Waits until `condition` is true; returns false if `patience` passes before.
+/// Waits until `condition` is true. Returns false if that takes longer than `patience`.
 template <class Condition>
 [[nodiscard]] bool eventually(Condition condition) {
   using Clock = std::chrono::steady_clock;
@@ -29,7 +29,7 @@ template <class Condition>
   return true;
 }
 
-/// Lets recv() on the socket fail after `patience`.
+/// Makes recv() on the socket fail after `patience`.
 inline void limit_receive(int socket) {
   const timeval limit{.tv_sec = patience.count(), .tv_usec = 0};
   EXPECT_EQ(setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit), 0);

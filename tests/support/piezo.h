@@ -1,4 +1,4 @@
-// A piezo axis for tests: small, self-contained, like the shipped one.
+// A piezo axis for tests: small, self-contained, similar to the shipped one.
 #pragma once
 
 #include <limits>
@@ -19,8 +19,7 @@ inline model::HysteresisParameters piezo_model() {
           .k_descending = 0.035};
 }
 
-/// A stage of 30 um at 100 V. Its lower threshold is 0 um to the bit, so that sums of few terms there are
-/// exact.
+/// A stage of 30 um at 100 V. Its lower threshold is exactly 0 um, so that sums of few terms are exact there.
 inline model::HysteresisParameters model_from_zero() {
   const model::Interval range{0.0, 100.0};
   return {.input_unit = "V",

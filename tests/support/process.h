@@ -18,7 +18,8 @@
 
 namespace hystcan::support {
 
-/// Returns true if the process is hystcan with a handler for `signal`; before exec() it is another program.
+/// Returns true if the process is hystcan with a handler for `signal`. Before exec() the process is another
+/// program.
 inline bool has_handler(pid_t process, int signal) {
   const std::string status = read_file("/proc/" + std::to_string(process) + "/status");
   const std::size_t at = status.find("SigCgt:");
@@ -26,11 +27,12 @@ inline bool has_handler(pid_t process, int signal) {
   return (std::stoull(status.substr(at + 7), nullptr, 16) >> static_cast<unsigned>(signal - 1) & 1U) != 0;
 }
 
-/// Standard output and error go to files that can be read while the program runs. The destructor kills it.
+/// A child process. Its standard output and error go to files that can be read while it runs. The destructor
+/// kills it.
 class Process {
  public:
   explicit Process(const std::vector<std::string>& command) {
-    std::fflush(stdout);  // otherwise the child prints the buffer again
+    std::fflush(stdout);  // otherwise the child would print the buffer again
     child_ = fork();
     if (child_ != 0) return;
     std::vector<char*> arguments;
@@ -73,12 +75,13 @@ class Process {
   std::string out() const { return read_file(folder_ / "out"); }
   std::string err() const { return read_file(folder_ / "err"); }
 
-  /// Waits until standard error contains `text`; returns false if the program ends before.
+  /// Waits until standard error contains `text`. Returns false if the program ends first.
   [[nodiscard]] bool says(const std::string& text) {
     const auto is_said = [&] { return err().find(text) != std::string::npos; };
     return eventually([&] { return is_said() || !running(); }) && is_said();
   }
-  /// Waits until hystcan handles `signal`, which kills it before; returns false if it ends before.
+  /// Waits until hystcan has a handler for `signal`; before that the signal would kill it. Returns false if
+  /// the program ends first.
   [[nodiscard]] bool handles(int signal) {
     const auto is_handled = [&] { return has_handler(child_, signal); };
     return eventually([&] { return is_handled() || !running(); }) && is_handled();

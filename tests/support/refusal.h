@@ -1,4 +1,4 @@
-// The message of a refusal, for tests of what is refused.
+// Returns the message of a refusal, for tests of invalid input.
 #pragma once
 
 #include <string>
@@ -7,7 +7,8 @@
 
 namespace hystcan::support {
 
-/// What the attempt throws says; "accepted" if it throws nothing. Another exception fails the test.
+/// Returns the message that the attempt throws; "accepted" if it throws nothing. Another exception fails the
+/// test.
 template <class Refusal = Error, class Attempt>
 std::string refusal_of(const Attempt& attempt) {
   try {

@@ -1,4 +1,4 @@
-// Makes a rehearsal from a configuration, and reads how well it tracked.
+// Makes a rehearsal from a configuration and evaluates its tracking.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,17 +19,18 @@ constexpr auto ignore = [](const controller::CycleRecord&) {};
 
 inline rehearsal::Setup setup_of(const config::Config& config) { return app::rehearsal_setup(config); }
 
-/// A shipped configuration, with `settings` in the place of its own.
+/// Returns a shipped configuration with some values replaced by `settings`.
 inline rehearsal::Setup shipped(const std::string& name, const std::vector<config::Setting>& settings = {}) {
   return setup_of(config::load(HYSTCAN_SOURCE_DIR "/config/" + name, settings));
 }
 
-/// RMS error of axis 0 over its first segment, the triangle of the shipped configurations, in % of stroke.
+/// Returns the RMS error of axis 0 in its first segment, the triangle of the shipped configurations, in % of
+/// stroke.
 inline double triangle_percent(const rehearsal::Outcome& outcome) {
   return 100.0 * outcome.axes[0].statistics.segments()[0].rms_um() / outcome.axes[0].stroke_um;
 }
 
-/// Allocations in one second of tracking, from 2 s after the start on. For programs with
+/// Returns the allocations in one second of tracking, from 2 s after the start on. Requires
 /// count_allocations.cpp.
 inline std::uint64_t allocations_while_tracking(const rehearsal::Setup& setup) {
   rehearsal::Rehearsal rehearsal(setup, ignore);

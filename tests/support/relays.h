@@ -1,5 +1,5 @@
-// The Preisach model as textbooks draw it: a triangle of relays, each of which is evaluated at every step.
-// The Everett form is tested against it and timed beside it.
+// The Preisach model as in textbooks: a triangle of relays, each of which is evaluated at every step. The
+// Everett form is tested and timed against it.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace hystcan::support {
 ///
 ///   on at v >= level(i + 1),   off at v <= level(j).
 ///
-/// At these inputs, each cell of the Everett form is either wholly on or wholly off, too.
+/// At these inputs, each cell of the Everett form is also either completely on or completely off.
 class Relays {
  public:
   explicit Relays(const model::PreisachParameters& parameters) : p_(parameters) {

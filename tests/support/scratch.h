@@ -1,5 +1,5 @@
-// Folders and files of one test program. Tests run several at a time, and more than one build's at once: no
-// path below is another process's.
+// Folders and files of one test program. Several tests and several builds may run at once: every path below
+// is unique to one process.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace hystcan::support {
 
-/// A new empty folder, removed at the end.
+/// A new empty folder, removed by the destructor.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -34,7 +34,7 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// A path in a folder that is removed when the program ends.
+/// Returns a path in a folder that is removed when the program ends.
 inline std::filesystem::path scratch_file(const std::filesystem::path& name) {
   static const ScratchFolder folder;
   return folder / name;

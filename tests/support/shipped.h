@@ -26,7 +26,7 @@ class ShippedCopy {
   const std::filesystem::path& folder() const { return folder_.path(); }
   std::filesystem::path operator/(const char* name) const { return folder_ / name; }
 
-  /// Replaces the first `what` in the file by `with`; the test fails if the file does not contain `what`.
+  /// Replaces the first `what` in the file with `with`. The test fails if the file does not contain `what`.
   void edit(const char* name, const std::string& what, const std::string& with) const {
     std::string text = read_file(folder_ / name);
     const auto at = text.find(what);

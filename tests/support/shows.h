@@ -1,5 +1,5 @@
-// Which promises of the documents a test shows. tests/support/main.cpp says it at the end of the test,
-// with the verdict; scripts/evidence reads that from the log.
+// The promises of the documents that a test shows. tests/support/main.cpp prints them at the end of the test,
+// with the verdict; scripts/evidence reads them from the log.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,7 +8,8 @@
 
 namespace hystcan {
 
-/// At the begin of a test, once: it passes only if these promises hold. `promises`: "S-012", "S-012, S-034".
+/// Call once at the beginning of a test that passes only if these promises hold. `promises`: "S-012", "S-012,
+/// S-034".
 inline void shows(const std::string& promises) { testing::Test::RecordProperty("shows", promises); }
 
 }  // namespace hystcan

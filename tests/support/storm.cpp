@@ -21,13 +21,13 @@ using controller::Cause;
 using std::chrono::milliseconds;
 using Kind = controller::Request::Kind;
 
-/// The causes that a trouble can lead to when it is alone, and the time after which it must be detected.
+/// The causes to which a single trouble can lead, and the time after which it must be detected.
 struct Expected {
   double detected_within_s = 0.0;
   std::vector<Cause> causes;
 };
 
-/// The times are those of docs/safety.md, or longer where they depend on the reference.
+/// The times are those of docs/safety.md, or longer if they depend on the reference.
 Expected expected_of(Trouble trouble) {
   using enum Cause;
   switch (trouble) {
@@ -67,18 +67,18 @@ Expected expected_of(Trouble trouble) {
       return {0.0, {node_restarted}};
     case Trouble::amplifier_trips:
       return {0.013, {amplifier_fault}};
-    case Trouble::commands_lost:  // if shorter, the drive comes back in one jump
+    case Trouble::commands_lost:  // with a shorter time the drive would return in one jump
       return {0.023,
               {amplifier_fault, node_emergency, position_jumped, position_implausible, following_error}};
     case Trouble::enable_lost:
       return {0.004, {amplifier_not_enabled, position_jumped, position_implausible, following_error}};
     case Trouble::bus_passive:
       return {0.053, {bus_passive}};
-    case Trouble::bus_off:  // if shorter, the errors leave it passive for some 60 ms
+    case Trouble::bus_off:  // with a shorter time the errors would leave it error-passive for some 60 ms
       return {0.006, {bus_off, sample_missing, sample_late, cycle_overrun, bus_passive}};
     case Trouble::interface_down:
       return {0.003, {interface_down}};
-    case Trouble::position_drifts:  // if shorter, the position comes back in one jump
+    case Trouble::position_drifts:  // with a shorter time the position would return in one jump
       return {0.020, {following_error, position_jumped}};
     case Trouble::load_pulls:
       return {0.8, {saturated, following_error, position_jumped}};
@@ -95,14 +95,14 @@ Expected expected_of(Trouble trouble) {
   return {};
 }
 
-/// Whether the first trouble keeps the frames from being used that the second one changes.
+/// Returns true if the first trouble prevents the use of the frames that the second one changes.
 bool hides(Trouble first, Trouble second) {
   using enum Trouble;
   const auto is = [](Trouble trouble, std::initializer_list<Trouble> kinds) {
     return std::ranges::find(kinds, trouble) != kinds.end();
   };
   if (first == commands_lost) return second == enable_lost;
-  if (first == sensor_unheard) return second == sensor_leaves;  // which a heartbeat tells
+  if (first == sensor_unheard) return second == sensor_leaves;  // which only a heartbeat would show
   return is(first, {sample_lost, sample_late, sample_damaged, counter_frozen, sensor_stopped}) &&
          is(second, {sample_frozen, sample_jumped, sample_beyond, sample_bad});
 }
@@ -141,7 +141,7 @@ class Storm {
 
   struct Drawn {
     Trouble trouble = Trouble::sample_lost;
-    double begins_s = 0.0;  ///< since the begin of the episode, as all here
+    double begins_s = 0.0;  ///< since the beginning of the episode, like all times here
     double lasts_s = 0.0;
     std::optional<double> begun_s{};
     std::optional<double> ended_s{};
@@ -156,7 +156,7 @@ class Storm {
 
   TroubleCount& count_of(Trouble trouble) { return result_.by_trouble[static_cast<std::size_t>(trouble)]; }
 
-  /// The troubles of this episode: mostly one, sometimes up to three at once, no two the same.
+  /// Draws the troubles of this episode: usually one, sometimes up to three at once, all of different kinds.
   std::span<Drawn> draw() {
     const double share = uniform();
     const std::size_t count = share < 0.7 ? 1 : share < 0.9 ? 2 : 3;
@@ -175,7 +175,7 @@ class Storm {
 
   void episode() {
     ++result_.episodes;
-    wait_s(between(0.75, 1.5));  // enabled for longer than half a second, anywhere in the sine
+    wait_s(between(0.75, 1.5));  // enabled for more than half a second, at any phase of the sine
     if (rig_.axis().state() != AxisState::tracking) {
       note_failure(result_.without_trouble, "between two episodes");
       recover();
@@ -206,7 +206,7 @@ class Storm {
     }
   }
 
-  /// The longest time in which frames show this trouble, without a break.
+  /// Returns the longest continuous time in which frames show this trouble.
   static double visible_s(const Drawn& one, std::span<const Drawn> troubles) {
     double longest_s = one.lasted_s();
     for (const Drawn& other : troubles) {
@@ -240,7 +240,8 @@ class Storm {
     if (decided_ms > count.bound_ms()) note_failure(result_.late, "late");
   }
 
-  /// Without a bus no command goes out, and a late scheduler takes the next step late.
+  /// Notes the time of the safe command, except if there is no bus to carry it or a late scheduler delays the
+  /// next step.
   void note_safe_command(std::span<const Drawn> troubles, Cause cause) {
     const auto any_of = [&](std::initializer_list<Trouble> kinds) {
       return std::ranges::any_of(
@@ -254,7 +255,8 @@ class Storm {
     if (safe_ms > worst.worst_ms) worst = {.worst_ms = safe_ms, .episode = in_words_};
   }
 
-  /// A trouble that outlasts the clear faults the axis again. A second clear follows: the axis is not stuck.
+  /// Clears and enables the axis. If a trouble outlasts the first clear, the axis faults again; a second
+  /// clear must then succeed.
   void recover() {
     for (int attempt = 0; attempt < 3; ++attempt) {
       if (rig_.axis().state() == AxisState::faulted) {
@@ -278,7 +280,7 @@ class Storm {
     note_failure(result_.unsafe, described < monitor.found().size() ? monitor.found()[described] : "unsafe");
   }
 
-  /// Times count from the begin of the episode.
+  /// Describes the troubles; times count from the beginning of the episode.
   std::string in_words(std::span<const Drawn> troubles, bool has_faulted) const {
     std::string text = fmt::format("episode at {:.4f} s", begun_s_);
     for (const Drawn& one : troubles)
@@ -292,7 +294,7 @@ class Storm {
                               after_begin_s(rig_.monitor().safe_since()));
   }
 
-  /// Keeps the description of the first few of each kind.
+  /// Counts a failure and keeps the description of the first few of each kind.
   void note_failure(std::uint64_t& counter, std::string_view what) {
     if (++counter <= kept)
       result_.failures.push_back(fmt::format("{:.4f} s: {}: {}", now_s(), what, in_words_));
@@ -303,10 +305,10 @@ class Storm {
   FaultRig rig_;
   std::array<Expected, trouble_count> expected_;
   std::array<Drawn, at_once> drawn_;
-  double begun_s_ = 0.0;  ///< of the latest episode
-  std::string in_words_;  ///< the latest episode
+  double begun_s_ = 0.0;  ///< beginning of the latest episode
+  std::string in_words_;  ///< description of the latest episode
   std::uint64_t violations_seen_ = 0;
-  std::size_t described_ = 0;  ///< violations that are noted, of those that the monitor describes
+  std::size_t described_ = 0;  ///< number of the monitor's violations that are already noted
   StormResult result_;
 };
 

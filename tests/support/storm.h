@@ -3,7 +3,7 @@
 //
 // An episode is judged when its troubles are over:
 //   - a trouble that lasted long enough must have been detected;
-//   - a trouble that was alone must have led to one of its causes;
+//   - a single trouble must have led to one of its causes;
 //   - clear and enable must lead back to tracking, and the axis must track until the next episode begins.
 // The wire monitor judges every frame.
 #pragma once
@@ -18,21 +18,22 @@
 
 namespace hystcan::support {
 
-/// The longest time from the deciding frame to the safe command, where the bus carries it.
+/// The longest time from the deciding frame to the safe command, in episodes where the bus carries frames.
 struct SafeTime {
   double worst_ms = 0.0;
   std::string episode;
 };
 
-/// What became of one kind of trouble.
+/// The results of one kind of trouble.
 struct TroubleCount {
   std::uint64_t drawn = 0;
-  std::uint64_t alone = 0;  ///< faults of episodes without another trouble
-  double within_ms = 0.0;   ///< a trouble that lasts as long must be detected
-  double latest_ms = 0.0;   ///< of those alone that did: the longest time from the begin to the decision
+  std::uint64_t alone = 0;  ///< faults in episodes without another trouble
+  double within_ms = 0.0;   ///< a trouble of at least this duration must be detected
+  double latest_ms = 0.0;   ///< longest time from the beginning to the decision, among single troubles of
+                            ///< that duration
 
-  /// Of latest_ms: the first frame that shows a trouble comes within a cycle of its begin, and the step that
-  /// follows decides.
+  /// Bound of latest_ms: the first frame that shows a trouble arrives within a cycle of its beginning, and
+  /// the next step decides.
   double bound_ms() const { return within_ms + 2.0; }
 };
 
@@ -47,11 +48,11 @@ struct StormResult {
   std::uint64_t other_cause = 0;
   std::uint64_t stuck = 0;
   std::uint64_t without_trouble = 0;  ///< faults between two episodes
-  std::uint64_t unsafe = 0;           ///< episodes with a violation on the wire
+  std::uint64_t unsafe = 0;           ///< episodes in which the wire monitor found a violation
   std::uint64_t commands = 0;
-  SafeTime in_a_step;      ///< where a step decides
-  SafeTime between_steps;  ///< where the next step sends the safe command
-  double steepest = 0.0;   ///< the largest step, as a part of what the slew limit allows
+  SafeTime in_a_step;      ///< faults that a step decides
+  SafeTime between_steps;  ///< faults after which the next step sends the safe command
+  double steepest = 0.0;   ///< largest step, relative to the slew limit
   std::array<std::uint64_t, controller::cause_count> by_cause{};
   std::array<TroubleCount, trouble_count> by_trouble{};
   std::int64_t resident_after_warm_up_kB = 0;
@@ -64,13 +65,13 @@ struct StormResult {
 struct StormConfig {
   std::uint64_t seed = 1;
   double virtual_s = 60.0;
-  double warm_up_s = 10.0;  ///< the memory of the process is measured from here on
+  double warm_up_s = 10.0;  ///< start of the measurement of the process memory
 };
 
 StormResult run_storm(const StormConfig& storm);
 void print(const StormResult& result);
 
-/// The resident memory of this process, from /proc/self/statm.
+/// Returns the resident memory of this process, from /proc/self/statm.
 std::int64_t resident_kB();
 
 }  // namespace hystcan::support

@@ -17,7 +17,7 @@
 #include <cstring>
 #include <filesystem>
 
-// The functions of glibc, under the names by which a replacement calls them.
+// The functions of glibc, under the names that a replacement calls.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
@@ -60,7 +60,7 @@ void set_result(mcontext_t& machine, int result) {
 #error "tests/support/trap.cpp: the registers of this processor are not known here"
 #endif
 
-/// The call has not begun: its number and arguments are in the registers.
+/// Called before the trapped call: its number and arguments are in the registers.
 void on_trapped_call(int, siginfo_t* info, void* context) {
   mcontext_t& machine = static_cast<ucontext_t*>(context)->uc_mcontext;
   if (watching) {
@@ -70,7 +70,7 @@ void on_trapped_call(int, siginfo_t* info, void* context) {
   set_result(machine, -ENOSYS);
 }
 
-/// The sockets, timers and event counters, which the loop uses; no file.
+/// Returns the sockets, timers and event counters that the loop uses; no files.
 std::vector<std::uint32_t> descriptors_of_the_loop() {
   std::vector<std::uint32_t> numbers;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
@@ -83,7 +83,7 @@ std::vector<std::uint32_t> descriptors_of_the_loop() {
 }
 
 constexpr std::array allowed_calls{
-#ifdef SYS_epoll_wait  // not on every processor
+#ifdef SYS_epoll_wait  // missing on some processors
     SYS_epoll_wait,
 #endif
     SYS_clock_gettime, SYS_epoll_pwait, SYS_epoll_ctl, SYS_timerfd_settime,

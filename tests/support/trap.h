@@ -1,5 +1,5 @@
-// Traps what a control thread must not do: it records every system call that is not on a short list, and
-// counts the calls of malloc, calloc, realloc and free. A program that links trap.cpp has its heap replaced.
+// Traps forbidden actions of a control thread: records every system call that is not on a short list, and
+// counts the calls of malloc, calloc, realloc and free. Linking trap.cpp replaces the heap of a program.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,20 @@
 
 namespace hystcan::support {
 
-/// Restricts this thread until it ends. It may read the clock, wait in epoll, set timers, receive and send;
-/// it may read and write only on descriptors that are sockets, timers or event counters now. Every other
-/// system call fails (ENOSYS) and is recorded. Returns an empty text, or why the kernel does not allow it.
+/// Restricts this thread until it ends. It may read the clock, wait in epoll, set timers, receive and send.
+/// It may read and write only descriptors that are already sockets, timers or event counters at this call.
+/// Every other system call fails (ENOSYS) and is recorded. Returns an empty text, or the reason if the kernel
+/// does not allow the trap.
 std::string trap_this_thread();
 
-/// Records only while `on`: the calls by which the thread ends do not count.
+/// Starts or stops recording, so that the calls at the end of the thread do not count.
 void watch(bool on);
 
-/// The calls trapped while watched, at most the first 32: "system call 257(0xffffff9c, 0x7f..)".
+/// Returns the trapped calls, at most the first 32: "system call 257(0xffffff9c, 0x7f..)".
 std::vector<std::string> trapped_calls();
 std::uint64_t trapped_call_count();
 
-/// The heap calls of the trapped thread while watched.
+/// Returns the number of heap calls of the trapped thread while recording was on.
 std::uint64_t heap_calls();
 
 }  // namespace hystcan::support

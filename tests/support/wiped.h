@@ -1,11 +1,11 @@
-// A control law whose memory has been wiped, as an axis has it when it begins to track.
+// A control law whose memory was wiped, as when an axis begins to track.
 #pragma once
 
 #include "controller/control/law.h"
 
 namespace hystcan::support {
 
-/// ControlLaw::restart() after a drive to the lower threshold.
+/// Calls ControlLaw::restart() after a drive to the lower threshold.
 inline double restart_at_lower_threshold(controller::ControlLaw& law, double position_um) {
   law.follow(law.model().input_range().lo);
   return law.restart(position_um);

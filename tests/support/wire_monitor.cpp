@@ -13,7 +13,8 @@ namespace {
 
 constexpr double lsb = 1e-6;  ///< drive units, config/hystcan.dbc
 constexpr std::size_t kept = 12;
-/// A SYNC counter comes again after 240 cycles. An older SYNC is another one: the one named was lost.
+/// A SYNC counter repeats after 240 cycles. If the SYNC with this counter is older, it is a previous one, and
+/// the named SYNC was lost.
 constexpr auto sync_is_recent = std::chrono::milliseconds(100);
 
 }  // namespace
@@ -44,7 +45,7 @@ void WireMonitor::receive(const can::Frame& frame, can::Time when) {
     if (const auto status = decode_status_(frame)) on_status(*status, when);
   } else if (frame.id == can::heartbeat_base + config_.wire.amplifier_node) {
     if (can::parse_heartbeat(frame) == can::NmtState::boot_up)
-      decode_status_.restart();  // it counts from 0 again
+      decode_status_.restart();  // the counter restarts at 0
   } else if (decode_report_ && frame.id == decode_report_->id()) {
     const auto report = (*decode_report_)(frame);
     if (report && report->state == static_cast<std::uint8_t>(controller::AxisState::faulted))

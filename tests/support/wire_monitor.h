@@ -1,18 +1,18 @@
-// Checks one axis from the wire alone, as a node that never sends: the stage gets these frames, whatever the
-// state of the controller is.
+// Checks one axis only by the frames on the wire, as a node that never sends: whatever the state of the
+// controller is, these frames move the stage.
 //
 //   AmpCommand, enabled        drive_min <= u <= drive_max
 //                              |u - u_last| <= slew (dt + jitter) + one LSB,
 //                              dt between the SYNCs that the two commands name
-//                              the first one is no further than such a step from the amplifier's output
+//                              the first one differs from the amplifier's output by at most such a step
 //                              none after a fault until the fault is cleared
 //   AmpCommand, not enabled    u = safe_drive
 //   AmpStatus                  output within the amplifier's own range
 //                              output at the safe value `settle` after the amplifier is switched off
 //                              not enabled `off_within` after the last enabled command
 //
-// The monitor learns of a fault from ControllerStatus or by report_fault(), and of its clearing only by
-// report_clear(). A command that is already on its way when the fault is decided has `grace` to pass.
+// The monitor detects a fault from ControllerStatus or report_fault(), and its clearing only from
+// report_clear(). A command that is already queued when the fault is decided may still pass within `grace`.
 #pragma once
 
 #include <array>
@@ -47,11 +47,11 @@ class WireMonitor {
     controller::Gate::Config gate;
     double output_min = 0.0;  ///< range of the amplifier itself, in drive units
     double output_max = 0.0;
-    double tolerance = 1e-3;     ///< of an output at the safe value
-    can::Duration settle{};      ///< slew and lag of the amplifier over its whole range
-    can::Duration off_within{};  ///< the amplifier's watchdog time and a cycle
-    can::Duration grace{};       ///< a cycle and a frame
-    can::Duration jitter{};      ///< of a SYNC, which waits for the frame that is on the wire
+    double tolerance = 1e-3;     ///< tolerance of an output at the safe value
+    can::Duration settle{};      ///< time for slew and lag of the amplifier over its whole range
+    can::Duration off_within{};  ///< watchdog time of the amplifier plus a cycle
+    can::Duration grace{};       ///< a cycle plus a frame
+    can::Duration jitter{};      ///< jitter of a SYNC, which may wait for a frame on the wire
   };
 
   WireMonitor(const Config& config, const can::Database& database);
@@ -64,12 +64,12 @@ class WireMonitor {
   std::uint64_t statuses() const { return statuses_; }
   std::uint64_t count(Violation violation) const { return counts_[static_cast<std::size_t>(violation)]; }
   std::uint64_t violations() const;
-  /// Descriptions of the first few violations.
+  /// Returns descriptions of the first few violations.
   const std::vector<std::string>& found() const { return found_; }
-  /// The begin of the latest run of commands that are not enabled.
+  /// Returns the beginning of the latest sequence of commands that are not enabled.
   can::Time safe_since() const { return safe_since_; }
   bool commands_are_safe() const { return !enabled_; }
-  /// The largest step between two enabled commands, as a part of the allowed one.
+  /// Returns the largest step between two enabled commands, relative to the allowed step.
   double steepest() const { return steepest_; }
 
  private:
@@ -83,12 +83,13 @@ class WireMonitor {
   Config config_;
   can::Decoder<can::AmpCommand> decode_command_;
   can::Decoder<can::AmpStatus> decode_status_;
-  std::optional<can::Decoder<can::ControllerStatus>> decode_report_;  ///< empty: the database has none
+  std::optional<can::Decoder<can::ControllerStatus>> decode_report_;  ///< empty: the database has no such
+                                                                      ///< message
   std::array<can::Time, can::sync_counter_max + 1U> syncs_{};
-  bool enabled_ = false;         ///< of the last command
-  double last_drive_ = 0.0;      ///< of the last enabled command
-  can::Time last_taken_{};       ///< time of the SYNC that it named
-  can::Time last_enabled_at_{};  ///< its time on the wire
+  bool enabled_ = false;         ///< state in the last command
+  double last_drive_ = 0.0;      ///< drive of the last enabled command
+  can::Time last_taken_{};       ///< time of the SYNC that this command named
+  can::Time last_enabled_at_{};  ///< time of this command on the wire
   can::Time safe_since_{};
   bool amplifier_enabled_ = false;
   double output_ = 0.0;
