@@ -1,5 +1,5 @@
-// What must be true before the stage is driven: the amplifier's fault is cleared where a clear is asked for,
-// and its watchdog has shown that it works.
+// Conditions before the stage is driven: the amplifier's fault is cleared if a clear is requested, and a
+// trial has shown that its watchdog works.
 #include <gtest/gtest.h>
 
 #include "tests/support/fault_rig.h"
@@ -16,7 +16,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Kind = controller::Request::Kind;
 
-/// An interlock of the amplifier, open from `begin` on.
+/// An interlock of the amplifier that is open from `begin` on.
 struct Interlock {
   FaultRig rig{one_axis()};
 
@@ -59,7 +59,7 @@ TEST(Clear, DoesNotDriveAnAxisWhoseInterlockClosesLater) {
   EXPECT_EQ(interlock.rig.monitor().violations(), 0u);
 }
 
-/// The first fault is cleared within a few milliseconds of the half second.
+/// The first fault is cleared within a few milliseconds, long before the half second ends.
 TEST(Clear, IsNotLeftForALaterStart) {
   shows("S-058");
   Interlock interlock;
@@ -83,7 +83,7 @@ LoneAxis lone() {
   return {controller_config(config).axes[0], config.database};
 }
 
-/// The amplifier is enabled and says something else for less than a cycle, as a contact that bounces.
+/// Reports another state for less than a cycle while the amplifier is enabled, like a bouncing contact.
 void bounce(LoneAxis& axis, can::AmpState state) {
   for (const can::AmpState said : {can::AmpState::enabled, state, can::AmpState::enabled})
     axis.hear_status({.state = said});
@@ -103,7 +103,7 @@ TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep
   EXPECT_TRUE(axis.health().amplifier_enabled) << "each event counts once";
 }
 
-// Otherwise the axis would begin to drive from an output that is still on its way.
+// Otherwise the axis would begin to drive while the output still moves.
 TEST(AmplifierStatus, IsNotAtRestWithTheFirstOneNorWithTheFirstOneAfterABootUp) {
   LoneAxis axis = lone();
   for (int boot_up = 0; boot_up < 2; ++boot_up) {

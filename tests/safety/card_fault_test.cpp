@@ -1,5 +1,5 @@
-// Every fault of a card under `hystcan node`, on simulated converters. Each leads to the reaction that
-// docs/safety.md states; the axis tracks again once the fault is over and cleared.
+// Every fault of a card under `hystcan node`, on simulated converters. Each fault leads to the reaction in
+// docs/safety.md; the axis tracks again after the fault has ended and was cleared.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,15 +19,15 @@ using Kind = controller::Request::Kind;
 struct Row {
   const char* name;
   void (*begin)(FaultyCard&);
-  std::vector<Cause> causes;  ///< any of these; empty: the axis does not fault
-  double within_ms;           ///< from the begin of the fault
+  std::vector<Cause> causes;  ///< any of these causes; empty: the axis does not fault
+  double within_ms;           ///< since the beginning of the fault
   can::Duration lasts = milliseconds(300);
 };
 std::ostream& operator<<(std::ostream& out, const Row& row) { return out << row.name; }
 
 std::optional<double> fail(double) { return std::nullopt; }
 
-/// Converts the first voltage again and again.
+/// Returns the first voltage at every conversion.
 FaultyCard::Reading stuck() {
   return [kept = std::optional<double>()](double volts) mutable {
     if (!kept) kept = volts;

@@ -1,5 +1,5 @@
-// The drive after a fault, where fault_ramp_<U>_per_s is configured: it ramps to the safe one as long as
-// amplifier and bus obey.
+// The drive after a fault, if fault_ramp_<U>_per_s is configured: it ramps to the safe drive while amplifier
+// and bus work.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -180,7 +180,7 @@ TEST(FaultRamp, DoesNotGoOnAfterItHasEnded) {
   EXPECT_TRUE(is_safe(axis.stage.cycle()));
 }
 
-/// The largest step down of a drive whose loop is unstable, and which the model limits meanwhile.
+/// Returns the largest downward step of a drive with an unstable loop, while the model limits the drive.
 double largest_step(double saturated_s) {
   AxisConfig config = with_ramp();
   config.law.pi.kp = 50.0;
@@ -202,7 +202,8 @@ double largest_step(double saturated_s) {
   return largest;
 }
 
-// The loop is found unstable after 121 cycles, and the drive limited for too long then, before or later.
+// The loop is detected as unstable after 121 cycles; the drive is limited for too long at the same time,
+// earlier or later.
 TEST(FaultRamp, TakesOneStepInTheCycleOfTheFaultAlsoWhereItHasASecondCause) {
   constexpr double of_the_gate = 0.1;
   for (int cycles = 110; cycles < 130; ++cycles)
@@ -219,7 +220,7 @@ TEST(FaultRamp, IsOverBeforeTheFaultCanBeCleared) {
   EXPECT_TRUE(axis.stage.reaches(AxisState::tracking));
 }
 
-/// The furthest below its rest that a stage with damping 0.05 swings after a fault at about 25 um.
+/// Returns how far a stage with damping 0.05 swings below its rest position after a fault at about 25 um.
 double swings_to_um(double fault_ramp_per_s) {
   config::Config config = one_axis();
   config.axes[0].twin.plant.mode.damping_ratio = 0.05;

@@ -1,6 +1,6 @@
 // Every cause of a fault, injected on the simulated bus between the real controller and the real twin. Each
-// fault is decided in time, the safe command is on the wire within a cycle of the deciding frame, the axis
-// stays faulted until the fault is cleared, and it tracks again when the trouble is over.
+// fault is decided in time, and the safe command is on the wire within a cycle of the deciding frame. The
+// axis stays faulted until the fault is cleared, and tracks again when the trouble is over.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using controller::Cause;
 using std::chrono::milliseconds;
 using Kind = controller::Request::Kind;
 
-/// The command's own frame and one that it waits for; before them a cycle, where the next step sends the
+/// The time of the command's own frame and of one frame before it; plus a cycle if the next step sends the
 /// command.
 double safe_within_ms(Cause cause) { return (is_between_steps(cause) ? 1.0 : 0.0) + 2 * frame_ms; }
 
@@ -28,17 +28,17 @@ double ms(can::Duration time) { return 1e3 * can::seconds(time); }
 
 struct Injection {
   Trouble trouble;
-  const char* promise;  ///< of docs/safety.md, "Faults"
+  const char* promise;  ///< promise of docs/safety.md, "Faults"
   Cause cause;
   double decided_within_ms;
-  bool bus_carries = true;  ///< commands reach the amplifier; if not, its watchdog acts
-  int enable_delay_ms = 0;  ///< of the amplifier's relay
+  bool bus_carries = true;  ///< false: commands do not reach the amplifier, so its watchdog acts
+  int enable_delay_ms = 0;  ///< delay of the amplifier's relay
 };
 std::ostream& operator<<(std::ostream& out, const Injection& injection) {
   return out << to_string(injection.trouble);
 }
 
-// docs/safety.md derives the figures. A cycle is 1 ms, and the trouble begins anywhere in a cycle.
+// docs/safety.md derives the figures. A cycle is 1 ms, and the trouble begins at any phase of a cycle.
 const std::vector<Injection> injections{
     {Trouble::sample_lost, "S-015", Cause::sample_missing, 6.0},
     {Trouble::sample_late, "S-016", Cause::sample_late, 6.0},
@@ -90,7 +90,8 @@ config::Config config_for(const Injection& injection) {
   config::Config config = one_axis();
   config.axes[0].twin.enable_delay = milliseconds(injection.enable_delay_ms);
   if (injection.trouble != Trouble::sample_frozen) return config;
-  // A slow ramp, so that the frozen position is detected by its bits before the following error is too large.
+  // A slow ramp, so that the frozen position is detected by its constant bits before the following error is
+  // too large.
   config.axes[0].control.setpoint = {
       {.shape = controller::Ramp{.from_um = 5.0, .to_um = 25.0, .duration_s = 1.0}, .transition_s = 0.1}};
   return config;
@@ -106,7 +107,7 @@ class Fault : public testing::TestWithParam<Injection> {
   void track() {
     rig.start();
     ASSERT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
-    rig.run_for(milliseconds(725));  // past the transition, on a slope of the sine
+    rig.run_for(milliseconds(725));  // after the transition, on a slope of the sine
     ASSERT_LT(error_um(rig), 0.5);
   }
   void inject() {
@@ -134,7 +135,7 @@ TEST_P(Fault, IsDecidedInTimeAndTheSafeCommandFollowsWithinACycle) {
     std::printf("%-18s decided after %8.3f ms, safe command on the wire %6.3f ms later\n",
                 std::string(to_string(GetParam().trouble)).c_str(), decided_ms, safe_ms);
   }
-  rig.run_for(milliseconds(25));  // the amplifier's watchdog, 20 ms, and its slew
+  rig.run_for(milliseconds(25));  // watchdog time of the amplifier, 20 ms, and its slew
   rig.stage().plant.advance_to(rig.clock().now());
   EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
   EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
@@ -169,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(, Fault, testing::ValuesIn(injections), name_of);
 INSTANTIATE_TEST_SUITE_P(OfAnAmplifierWithARelay, Fault, testing::ValuesIn(with_a_relay(injections)),
                          name_of);
 
-/// What must not fault the axis: troubles of up to three cycles.
+/// Troubles of up to three cycles, which must not fault the axis.
 class ShortTrouble : public testing::TestWithParam<Trouble> {};
 
 TEST_P(ShortTrouble, OfThreeCyclesIsBridged) {
@@ -233,7 +234,7 @@ TEST(CommandFault, OfACommandThatDoesNotFitItsSignalIsFollowedByTheSafeCommand) 
   EXPECT_EQ(rig.monitor().violations(), 0u);
 }
 
-/// The controller has forgotten its nodes by then. Their silence must not become the cause.
+/// The controller has reset its nodes by then. Their silence must not become the cause.
 TEST(InterfaceDownFault, IsDecidedWhereTheInterfaceIsUpAgainBeforeTheNextStep) {
   shows("S-011");
   FaultRig rig(one_axis());
@@ -246,7 +247,7 @@ TEST(InterfaceDownFault, IsDecidedWhereTheInterfaceIsUpAgainBeforeTheNextStep) {
   EXPECT_EQ(rig.axis().fault().cause, Cause::interface_down);
 }
 
-/// The foreign heartbeat comes just after a step, and the sample of the next step is lost.
+/// The foreign heartbeat arrives just after a step, and the sample of the next step is lost.
 TEST(AnotherControllerFault, IsFollowedByTheSafeCommandWithinTwoCyclesWhereTheNextSampleIsLost) {
   shows("S-044");
   FaultRig rig(one_axis());
@@ -267,7 +268,7 @@ TEST(FollowingErrorFault, DoesNotOccurWithinTheConfiguredLag) {
   for (const bool allowed : {true, false}) {
     config::Config config = one_axis();
     controller::AxisConfig& axis = config.axes[0].control;
-    axis.law.structure = controller::Structure::pi;  // behind by more than 4 um at 126 um/s
+    axis.law.structure = controller::Structure::pi;  // lags by more than 4 um at 126 um/s
     axis.law.pi = {.kp = 0.0, .ki_per_s = 20.0};
     axis.following_error.lag = milliseconds(allowed ? 60 : 0);
     FaultRig rig(config);
@@ -279,7 +280,8 @@ TEST(FollowingErrorFault, DoesNotOccurWithinTheConfiguredLag) {
   }
 }
 
-/// Enable follows clear in the next cycle: the last status does not say where the amplifier is by then.
+/// Enable follows clear in the next cycle, so the last status does not contain the present output of the
+/// amplifier.
 TEST(Rearming, StartsFromThePresentOutputOfTheAmplifier) {
   shows("S-054");
   FaultRig rig(one_axis());

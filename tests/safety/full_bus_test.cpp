@@ -1,5 +1,5 @@
-// A bus that other nodes fill: the commands wait in the queue of our interface and would all reach the
-// amplifier when the bus is free again.
+// A bus that other nodes fill: the commands wait in the queue of the controller's interface and would all
+// reach the amplifier when the bus is free again.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// A sensor that is off by 8 um for 10 ms, with limits of 5 um in a cycle and 4 um of following error: the
-// loop does not follow it.
+// A sensor that is off by 8 um for 10 ms, with limits of 5 um per cycle and 4 um of following error: the loop
+// must not follow it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 
 struct Outcome {
   Cause cause = Cause::none;
-  double drive_moved = 0.0;  ///< while the sample was off and the axis tracked
+  double drive_moved = 0.0;  ///< motion of the drive while the sample was off and the axis tracked
 };
 
 Outcome outcome_of(double offset_um, can::Duration lasts, can::Duration begins) {
@@ -38,7 +38,7 @@ Outcome outcome_of(double offset_um, can::Duration lasts, can::Duration begins) 
   for (can::Duration past{}; past < lasts + milliseconds(300); past += milliseconds(1)) {
     rig.run_for(milliseconds(1));
     if (rig.axis().state() != AxisState::tracking) break;
-    // What the reference alone asks for: at least a fifth of a micrometre for a volt.
+    // Motion that the reference alone requires: at least a fifth of a micrometre per volt.
     const double asked = std::abs(rig.axis().report().reference_um - reference_um) / 0.2;
     outcome.drive_moved = std::max(outcome.drive_moved, std::abs(rig.axis().report().drive - drive) - asked);
   }

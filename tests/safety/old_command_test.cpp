@@ -1,5 +1,6 @@
-// A node that fills the bus holds back what the controller has queued. What an amplifier applies afterwards
-// is never older than two cycles: controller and twin on the simulated bus, a babbling node of any priority.
+// A node that fills the bus delays the controller's queued commands. Afterwards an amplifier never applies a
+// command that is older than two cycles. Controller and twin on the simulated bus, with a babbling node of
+// any priority.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -24,7 +25,7 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-/// The reference moves, so that no two commands are the same.
+/// The reference moves, so that all commands are different.
 rehearsal::Setup setup_of(std::size_t axes, bool in_shared_frames) {
   const std::string file = in_shared_frames ? "fd_eight.toml" : "piezo.toml";
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/" + file);
@@ -39,13 +40,13 @@ rehearsal::Setup setup_of(std::size_t axes, bool in_shared_frames) {
   return in_shared_frames ? app::rehearsal_setup(config) : support::many_axes(config, axes);
 }
 
-/// What is found of the commands with Enable.
+/// Statistics of the commands with Enable.
 struct Found {
   std::size_t applied = 0;
   std::size_t not_applied = 0;
-  std::size_t refused = 0;    ///< too old
-  can::Duration oldest{};     ///< of those that are applied, since the SYNC that they name
-  int most_in_the_queue = 0;  ///< of one message
+  std::size_t refused = 0;    ///< refused because too old
+  can::Duration oldest{};     ///< age of the oldest applied command, since the SYNC that it names
+  int most_in_the_queue = 0;  ///< maximum number of queued frames of one message
 };
 
 class Loop {
@@ -81,8 +82,8 @@ class Loop {
     controller_.start();
   }
 
-  /// From now on, each SYNC is late by what `lateness` returns, and the controller does not receive the
-  /// frames of which `loses` is true.
+  /// From now on, each SYNC is late by the result of `lateness`, and the controller does not receive frames
+  /// for which `loses` returns true.
   void disturb(std::function<can::Duration()> lateness, std::function<bool(std::uint32_t id)> loses) {
     lateness_ = std::move(lateness);
     loses_ = std::move(loses);
@@ -111,7 +112,7 @@ class Loop {
   struct Amplifier {
     can::Layout<can::AmpCommand> layout;
     const node::AmplifierChannel& channel;
-    double setpoint = 0.0;  ///< before the command
+    double setpoint = 0.0;  ///< setpoint before the command
   };
 
   static const can::AxisWire& wire_of(const rehearsal::Setup& setup, const std::string& name) {
@@ -127,7 +128,7 @@ class Loop {
     if (enables(frame)) ++queued_[frame.id];
     return true;
   }
-  /// The amplifier has the frame already, because it was attached before.
+  /// The amplifier has already received the frame, because it was attached earlier.
   void note(const can::Frame& frame, can::Time when) {
     if (const auto counter = can::parse_sync(frame)) syncs_[*counter] = when;
     if (enables(frame)) --queued_[frame.id];
@@ -166,7 +167,7 @@ class Loop {
   Found found_;
 };
 
-/// An identifier of any priority that no message of a configuration has: of the nodes 64 to 126.
+/// Returns a frame of any priority whose identifier is not used in a configuration: nodes 64 to 126.
 can::Frame babble(int function, int node, int length) {
   return {.id = static_cast<std::uint32_t>(128 * function + node),
           .length = static_cast<std::uint8_t>(length)};
@@ -182,7 +183,7 @@ TEST(OldCommand, IsNotAppliedMoreThanTwoCyclesAfterItsSyncBehindABabblingNode) {
     for (int i = 0; i < 100 && !loop.tracks(); ++i) loop.run_for(milliseconds(20));
     RC_ASSERT(loop.tracks());
     loop.run_for(microseconds(*rc::gen::inRange(0, 20'000)));
-    const int length = *rc::gen::inRange(0, 9);  // one after the other: the same cases with each compiler
+    const int length = *rc::gen::inRange(0, 9);  // in separate statements: the same cases with each compiler
     const int node = *rc::gen::inRange(64, 127);
     const can::Frame frame = babble(*rc::gen::inRange(0, 16), node, length);
     const int length_us = 1 << *rc::gen::inRange(6, 17);
@@ -197,8 +198,8 @@ TEST(OldCommand, IsNotAppliedMoreThanTwoCyclesAfterItsSyncBehindABabblingNode) {
   EXPECT_GT(refused, 10U);
 }
 
-// A SYNC that is late by up to half a cycle moves no later one: the distances are 0.5 to 1.5 cycles. Where a
-// sample is lost, the command goes out at the end of its cycle.
+// A SYNC that is late by up to half a cycle does not delay later ones: the distances are 0.5 to 1.5 cycles.
+// If a sample is lost, the command is sent at the end of its cycle.
 TEST(CommandOnABusInOrder, IsAppliedWithLateSyncsAndLostSamples) {
   for (const bool in_shared_frames : {false, true}) {
     const rehearsal::Setup setup = setup_of(2, in_shared_frames);

@@ -1,6 +1,6 @@
-// An amplifier that says that it is enabled, and says honestly that it does not put out what is commanded:
-// its interlock is open, or its supply ends below the range. The ramp of the start-up waits for it, and the
-// stage makes no step where it comes back.
+// An amplifier that reports that it is enabled, and correctly reports an output that differs from the
+// command: its interlock is open, or its supply ends below the range. The ramp of the start-up waits for the
+// output, and the stage makes no step when the output returns.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,14 +22,15 @@ using controller::IdealStage;
 using controller::OutputCheck;
 using std::chrono::seconds;
 
-/// 5 % of the range, and what the ramp moves while a status is under way and until the next one.
+/// Allowed difference: 5 % of the range, and the motion of the ramp while a status is under way and until the
+/// next one.
 double reach(const controller::AxisConfig& axis, double age_s, int cycles_to_next) {
   const double lag_s = 1.0 / (2.0 * std::numbers::pi * axis.delays.amplifier_bandwidth_Hz);
   return 0.05 * (axis.gate.drive_max - axis.gate.drive_min) +
          axis.wipe_slew_per_s * (age_s + 4e-3 + 5.0 * lag_s + 1e-3 * cycles_to_next);
 }
 
-// It creeps to where it is commanded.
+// The output creeps to the command.
 TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondWhatTheAmplifierPutsOut) {
   shows("S-032");
   config::Config config = one_axis();
@@ -46,7 +47,7 @@ TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondWhatTheAmplifierPutsOut) 
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
-/// The output of an amplifier whose interlock is open until then.
+/// Reports the output of an amplifier whose interlock is open until `closes_s`.
 void with_interlock(AxisInput& in, double closes_s) {
   in.health.output_reported = true;
   if (in.time_s < closes_s) in.health.amplifier_output = 0.0;
@@ -92,7 +93,8 @@ TEST(OutputDiffers, EndsTrackingWithinTwoHundredMilliseconds) {
   EXPECT_LE(stage.time_s - from_s, 0.2);
 }
 
-/// The cycles, of 1/1024 s, from when the output is far off until that is the cause.
+/// Returns the number of cycles of 1/1024 s from the beginning of a large difference until it becomes the
+/// cause.
 int patience_cycles(IdealStage& stage) {
   int cycles = 0;
   for (; stage.axis.state() != AxisState::faulted && cycles < 1000; ++cycles)
@@ -115,7 +117,7 @@ TEST(OutputDiffers, IsTheCauseAfterMoreThanFiftyMillisecondsOrHalfASecondInARamp
   EXPECT_EQ(patience_cycles(ramping), 513);
 }
 
-// The last status is from before the start; the next one has not come yet.
+// The last status is from before the start; the next one has not arrived.
 TEST(OutputDiffers, IsForgottenAtTheNextStart) {
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());
@@ -142,7 +144,7 @@ AxisInput reported(double output, double status_age_s = 0.0) {
   return in;
 }
 
-// Steps of 80 V through a lag of 1 to 1000 ms, once the amplifier is configured so.
+// Steps of 80 V through a lag of 1 to 1000 ms, with an amplifier that is configured for this lag.
 TEST(OutputDiffers, IsNotSaidOfAnAmplifierThatIsAsSlowAsItIsConfigured) {
   for (const double lag_s : {1e-3, 0.03, 0.1, 0.3, 1.0}) {
     OutputCheck check(100.0, lag_s);

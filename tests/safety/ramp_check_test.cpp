@@ -1,6 +1,6 @@
-// A sensor that is reversed or scaled wrongly, or an amplifier that ends below its range and does not say so:
-// the ramp of the start-up moves the position otherwise than the model says, and the axis faults before it
-// has gone far.
+// A sensor that is reversed or scaled wrongly, or an amplifier that saturates below its range without
+// reporting it: the ramp of the start-up moves the position differently from the model, and the axis faults
+// before it has moved far.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using controller::AxisState;
 using controller::Cause;
 using controller::IdealStage;
 
-/// Five ranges in a second, as `hystcan init` proposes.
+/// A wipe of five ranges per second, as `hystcan init` proposes.
 AxisConfig slowly_wiped() {
   AxisConfig config = piezo_axis();
   config.wipe_slew_per_s = 500.0;
@@ -32,13 +32,13 @@ AxisConfig slowly_wiped() {
   return config;
 }
 
-/// The highest drive of a start-up that ends with the fault; 0 where it does not.
+/// Returns the highest drive of a start-up that ends with the fault; 0 if there is no fault.
 double highest_drive(const AxisConfig& config, const std::function<double(double)>& shown_um) {
   IdealStage stage(config);
   stage.axis.start(false);
   for (int i = 0; i < 2000 && stage.axis.state() != AxisState::tracking; ++i)
     stage.cycle([&](AxisInput& in) {
-      in.health.amplifier_ready = i > 20;  // a status takes its time
+      in.health.amplifier_ready = i > 20;  // a status needs some time
       in.position_um = shown_um(*in.position_um);
     });
   EXPECT_TRUE(stage.axis.state() == AxisState::tracking || stage.axis.state() == AxisState::faulted);
@@ -66,7 +66,7 @@ TEST(PositionContradictsDrive, IsFoundOfHalfTheGainOrNoneWithinAQuarterOfTheRang
   expect_within(25.0, slowly_wiped(), [&](double) { return 1e-4 * (++cycle % 2); });
 }
 
-// 2 V in a cycle: what the delays need is more than a quarter of the range.
+// 2 V per cycle: the delays correspond to more than a quarter of the range.
 TEST(PositionContradictsDrive, IsFoundWithinTwentyFiveCyclesOfARampThatIsFastForItsRate) {
   AxisConfig config = slowly_wiped();
   config.wipe_slew_per_s = 2000.0;
@@ -75,13 +75,13 @@ TEST(PositionContradictsDrive, IsFoundWithinTwentyFiveCyclesOfARampThatIsFastFor
   expect_within(50.0, config, [](double um) { return 0.1 * um; });
 }
 
-// 13.35 um is the position at half of the range, and 25 V more are 75 V; 19.7 um is that at 70 V.
+// 13.35 um is the position at half of the range, and 25 V more are 75 V; 19.7 um is the position at 70 V.
 TEST(PositionContradictsDrive, IsFoundAQuarterOfTheRangeBeyondWhereAnAmplifierEnds) {
   expect_within(75.0, slowly_wiped(), [](double um) { return std::min(um, 13.35); });
   expect_within(95.0, slowly_wiped(), [](double um) { return std::min(um, 19.7); });
 }
 
-// Ten milliseconds that are not stated, in a ramp of five ranges in a second.
+// A delay of ten milliseconds that is not configured, in a ramp of five ranges per second.
 TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
   shows("S-009");
   std::deque<double> under_way(10, 0.0);
@@ -94,8 +94,8 @@ TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
             0.0);
 }
 
-// Up to half a range passes before the sample shows anything, and as much behind each turn, where the ramp
-// does not wait.
+// The drive moves by up to half a range before the sample shows it, and as much after each turn, where the
+// ramp does not wait.
 TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsAsLateAsItIsStated) {
   shows("S-009");
   for (const int delay_ms : {1, 3, 10, 30, 100})
@@ -132,7 +132,7 @@ TEST(PositionContradictsDrive, IsFoundAtALaterStartToo) {
   EXPECT_LE(stage.highest_drive, 5.0);
 }
 
-// The load discharges from 40 V until the relay has closed; the position falls with it, or has before.
+// The load discharges from 40 V until the relay closes; the position falls during or before this time.
 TEST(PositionContradictsDrive, IsNotSaidOfAStageThatFallsBeforeItIsEnabled) {
   for (const double um_per_volt : {0.3, 0.0}) {
     IdealStage stage(slowly_wiped());
@@ -150,8 +150,8 @@ TEST(PositionContradictsDrive, IsNotSaidOfAStageThatFallsBeforeItIsEnabled) {
   }
 }
 
-// The trial of the watchdog ramps up from 20 V to the safe drive. Then the output falls to 0 V, from where
-// the next ramp begins.
+// The trial of the watchdog ramps from 20 V to the safe drive. Then the output falls to 0 V, where the next
+// ramp begins.
 TEST(PositionContradictsDrive, IsNotSaidOfTheRampBehindTheTrialOfAWatchdog) {
   AxisConfig config = slowly_wiped();
   config.verify_watchdog = true;
@@ -175,7 +175,8 @@ TEST(PositionContradictsDrive, IsNotSaidOfTheRampBehindTheTrialOfAWatchdog) {
   EXPECT_EQ(stage.axis.state(), AxisState::tracking) << to_string(stage.axis.fault().cause);
 }
 
-// It says the direction and the order of the size: a reversed or a still sensor.
+// A straight line predicts the direction and the order of magnitude: enough to detect a reversed or a stuck
+// sensor.
 TEST(PositionContradictsDrive, IsFoundByAStraightLineToo) {
   AxisConfig config = slowly_wiped();
   config.law.model = model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0});
@@ -186,8 +187,8 @@ TEST(PositionContradictsDrive, IsFoundByAStraightLineToo) {
   EXPECT_EQ(highest_drive(config, shown(2.0)), 0.0);
 }
 
-/// A stage that is honest and not what its configuration says: up to a fifth less or more steep, its mode up
-/// to 20 % off, its damping up to twofold, its sensor up to 10 ms later, noisy.
+/// Draws an honest stage that differs from its configuration: slope up to 20 % off, mode up to 20 % off,
+/// damping up to twofold, sensor up to 10 ms later, noisy.
 config::Config drawn(std::mt19937_64& random) {
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution(low, high)(random);
@@ -214,7 +215,7 @@ config::Config drawn(std::mt19937_64& random) {
   return config;
 }
 
-// The second start begins while the stage rings: at once after a fault has let it fall.
+// The second start begins while the stage rings, immediately after a fault has let it fall.
 TEST(StartUp, OfAHundredHonestStagesThatAreNotAsTheyAreConfiguredHasNoFault) {
   shows("S-009");
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
@@ -253,7 +254,8 @@ TEST(StartUp, OfTheSameStagesWithAReversedSensorEndsBeforeAnEighthOfTheRange) {
   EXPECT_LE(furthest, 12.5);
 }
 
-/// A fault of the twin from its start on, over the whole start-up on the simulated bus.
+/// Returns the cause of a fault of the twin that lasts from its start over the whole start-up on the
+/// simulated bus.
 Cause cause_of(twin::Fault kind, double value) {
   config::Config config = one_axis();
   config.axes[0].control.wipe_slew_per_s = 500.0;

@@ -1,4 +1,4 @@
-// A storm of random faults repeats with the same seed, so that whatever it finds can be found again.
+// A storm of random faults is identical for the same seed, so that a failure can be reproduced.
 #include <gtest/gtest.h>
 
 #include <utility>

@@ -1,4 +1,4 @@
-// docs/safety.md names every cause.
+// docs/safety.md lists every cause.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,5 +1,5 @@
-// An amplifier whose relay or soft start takes its time from Enable to enabled. The controller waits for it:
-// the stage moves by the ramp of the start-up and never in a step.
+// An amplifier whose relay or soft start delays the state enabled. The controller waits for it: the stage
+// moves by the ramp of the start-up and never in a step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ TEST_P(SlowEnable, MakesNoStepAtTheStageAndLeavesTheMemoryWiped) {
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
-/// Behind an open relay there is nothing to ramp down.
+/// While the relay is open there is nothing to ramp down.
 TEST(StopBeforeTheRelayCloses, SwitchesOffAtOnce) {
   FaultRig rig(with({300, 0}));
   rig.start();
@@ -80,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(, SlowEnable,
                                   std::to_string(test.param.soft_start_ms);
                          });
 
-/// The amplifier reports neither that it is enabled nor that it is not.
+/// The amplifier does not report whether it is enabled.
 TEST(SilentEnable, IsWaitedForAsLongAsTheConfigurationSays) {
   shows("S-056");
   config::Config config = with({.delay_ms = 100, .soft_start_ms = 0});
@@ -115,8 +115,8 @@ TEST(TooSlowEnable, BeyondHalfASecondIsAFault) {
   EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
 }
 
-/// The relay opens for a cycle at any time after the amplifier has reported that it is enabled. The amplifier
-/// obeys the next Enable, so that a ramp that went on would be a step at the stage.
+/// The relay opens for a cycle at any time after the amplifier reported that it is enabled. The amplifier
+/// accepts the next Enable, so a ramp that continued would cause a step of the stage.
 class BouncingRelay : public testing::TestWithParam<controller::MemorySource> {};
 
 TEST_P(BouncingRelay, IsAFaultWithinTwoCyclesInEveryPhaseOfTheStart) {

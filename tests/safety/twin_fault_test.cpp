@@ -1,8 +1,8 @@
 // Every fault of the twin, with an amplifier that holds a setpoint and with one that interpolates. The twin
-// begins each fault by its own schedule; the fault leads to the reaction that docs/twin.md states, and the
-// wire stays safe throughout. The reaction does not depend on the control structure: one fault shows it for
-// each. Where two axes share their frames, over CAN FD, a fault of the wire or of a node is one of both. The
-// nodes of `hystcan node` on a simulated card have the faults too.
+// begins each fault by its own schedule. The fault leads to the reaction in docs/twin.md, and the wire stays
+// safe throughout. The reaction does not depend on the control structure: one fault is tested with each
+// structure. If two axes share frames over CAN FD, a fault of the wire or of a node affects both. The nodes
+// of `hystcan node` on a simulated card have these faults too.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,16 +28,16 @@ using twin::Fault;
 using twin::Node;
 using Kind = controller::Request::Kind;
 
-/// The fault begins between a quarter and a half of the sine, where the stage moves.
+/// The fault begins between a quarter and a half of the sine, while the stage moves.
 constexpr can::Duration begins = milliseconds(1710);
 
 struct Row {
   Fault kind;
   Node node;
   can::Duration lasts;
-  double value;               ///< for the kinds that take one
-  std::vector<Cause> causes;  ///< any of these; empty: the axis does not fault
-  double within_ms;           ///< from the begin of the fault
+  double value;               ///< for the kinds that have a value
+  std::vector<Cause> causes;  ///< any of these causes; empty: the axis does not fault
+  double within_ms;           ///< since the beginning of the fault
 };
 std::string name_of(const Row& row) {
   const bool of_plant = twin::traits(row.kind).site == twin::FaultSite::plant;
@@ -47,15 +47,15 @@ std::string name_of(const Row& row) {
 }
 std::ostream& operator<<(std::ostream& out, const Row& row) { return out << name_of(row); }
 
-constexpr auto brief = milliseconds(3);  ///< the number of cycles that the controller bridges, at 1 kHz
+constexpr auto brief = milliseconds(3);  ///< number of cycles that the controller bridges, at 1 kHz
 constexpr auto half_s = milliseconds(500);
 
-/// A silent amplifier lets the stage fall: the first of the supervisions of the position decides.
+/// A silent amplifier lets the stage fall; the cause is the first supervision of the position that trips.
 const std::vector<Cause> stage_falls{Cause::position_jumped, Cause::position_implausible,
                                      Cause::following_error};
 
-// docs/twin.md has the figures, for a cycle of 1 ms. In a shorter cycle they hold as well: some are counted
-// in cycles, the others are times of the nodes. The fault begins anywhere in a cycle.
+// docs/twin.md has the figures for a cycle of 1 ms. They also hold for a shorter cycle: some are counted in
+// cycles, the others are times of the nodes. The fault begins at any phase of a cycle.
 const std::vector<Row> rows{
     {Fault::no_reply, Node::sensor, half_s, 0, {Cause::sample_missing}, 6},
     {Fault::no_reply, Node::sensor, brief, 0, {}, 0},
@@ -108,12 +108,12 @@ const std::vector<Row> rows{
     {Fault::relay_opens, Node::amplifier, brief, 0, {Cause::amplifier_not_enabled}, 2},
 };
 
-/// Who answers the controller.
+/// The nodes that answer the controller.
 enum class Nodes : std::uint8_t {
   held,          ///< an amplifier that holds a setpoint
-  interpolated,  ///< one that interpolates, and the controller expects it
-  shared,        ///< frames and nodes are those of another axis too
-  card           ///< `hystcan node`
+  interpolated,  ///< an amplifier that interpolates, and a controller configured for it
+  shared,        ///< two axes share frames and nodes
+  card           ///< the nodes of `hystcan node`
 };
 constexpr auto words(Nodes) {
   return std::to_array<std::string_view>({"held", "interpolated", "shared", "card"});
@@ -126,7 +126,7 @@ struct Case {
 };
 std::ostream& operator<<(std::ostream& out, const Case& one) { return out << one.row; }
 
-/// What comes first is another thing where the cycle is shorter and the sample goes before the status.
+/// The first cause differs if the cycle is shorter and the sample is sent before the status.
 Row shared(Row row) {
   if (row.kind == Fault::amplifier_trip) row.causes.push_back(Cause::node_emergency);
   if (row.kind == Fault::node_reboot && row.node == Node::amplifier)
@@ -134,7 +134,7 @@ Row shared(Row row) {
   return row;
 }
 
-/// The nodes of a card have one connection: what stops it stops samples and statuses.
+/// The nodes of a card share one connection: a fault that stops it stops samples and statuses.
 Row on_a_card(Row row) {
   const bool stops = row.kind == Fault::node_reboot || row.kind == Fault::bus_off ||
                      (row.kind == Fault::error_passive && row.node == Node::amplifier);
@@ -178,7 +178,7 @@ config::Config config_for(const Case& one) {
   controller::AxisConfig& axis = config.axes[0].control;
   axis.law.structure = one.structure;
   axis.delays.interpolated = config.axes[0].twin.interpolate = one.nodes == Nodes::interpolated;
-  // The error that the structure itself leaves must not count as the fault.
+  // The tracking error of the structure itself must not count as the fault.
   if (one.structure == Structure::pi || one.structure == Structure::average)
     axis.following_error.error_um = 9.0;
   twin::FaultSpec spec = twin::fault_spec(one.row.kind, "x");
@@ -193,8 +193,8 @@ config::Config config_for(const Case& one) {
 class TwinFault : public testing::TestWithParam<Case> {};
 
 /// While the bus is saturated, frames wait in the queue of the controller's CAN driver. When the bus is free
-/// they go out, also one command from before the fault; by then the amplifier's watchdog has latched.
-/// A status that stands still says that the output is not safe, whatever it is.
+/// they are sent, including one command from before the fault; by then the amplifier's watchdog has latched.
+/// A frozen status reports that the output is not safe, whatever the true output is.
 void expect_safe_wire(const FaultRig& rig, const Row& row) {
   const bool is_frozen = row.kind == Fault::frozen_value && row.node == Node::amplifier;
   for (std::size_t i = 0; i < rig.config().axes.size(); ++i) {
@@ -208,8 +208,8 @@ void expect_safe_wire(const FaultRig& rig, const Row& row) {
   }
 }
 
-/// What docs/twin.md says about the axis that shares the nodes of the faulty one. An emergency is of the
-/// node: it does not say which axis it means.
+/// Returns true if, by docs/twin.md, the other axis of the faulty node is affected too. An emergency belongs
+/// to the node and does not name an axis.
 bool hits_both(const Row& row) {
   return !row.causes.empty() && (!twin::acts_on_one_axis(row.kind) || row.kind == Fault::amplifier_trip);
 }
@@ -233,7 +233,7 @@ TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
     const Cause cause = rig.axis().fault().cause;
     EXPECT_NE(std::ranges::find(row.causes, cause), row.causes.end()) << to_string(cause);
     EXPECT_LE(1e3 * can::seconds(rig.decided_at() - can::Time{begins}), row.within_ms);
-    rig.run_for(milliseconds(25));  // the amplifier's watchdog, 20 ms, and its slew
+    rig.run_for(milliseconds(25));  // watchdog time of the amplifier, 20 ms, and its slew
     rig.stage().plant.advance_to(rig.clock().now());
     EXPECT_NEAR(rig.stage().plant.drive(), 0.0, 1e-3);
     EXPECT_NE(rig.stage().amplifier.state(), can::AmpState::enabled);
@@ -252,7 +252,7 @@ TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
   ASSERT_NO_FATAL_FAILURE(track(rig));
   rig.run_for(duration(GetParam(), rig.config()) / 3);
   EXPECT_EQ(rig.stage_faults().active().size(), 1u);
-  rig.run_for(row.lasts + milliseconds(400));  // and the heartbeats of nodes that have come back
+  rig.run_for(row.lasts + milliseconds(400));  // time for the heartbeats of returning nodes
   EXPECT_EQ(rig.stage_faults().active().size(), 0u);
   if (!row.causes.empty()) {
     ASSERT_EQ(rig.axis().state(), AxisState::faulted);
@@ -275,7 +275,7 @@ INSTANTIATE_TEST_SUITE_P(, TwinFault, testing::ValuesIn(cases()), [](const auto&
          std::to_string(test.index);
 });
 
-/// Whether a line of docs/twin.md describes this row: its kind, where it acts, every cause or none.
+/// Returns true if a line of docs/twin.md describes this row: its kind, its place, and all causes or none.
 bool describes(const std::string& line, const Row& row) {
   const auto has = [&](const std::string& text) { return line.find(text) != std::string::npos; };
   const bool of_plant = twin::traits(row.kind).site == twin::FaultSite::plant;

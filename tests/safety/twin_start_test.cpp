@@ -1,5 +1,5 @@
-// A stage tracks in any order of start: controller first, twin first, nodes one after another. A twin for
-// each axis gives the same as one twin of both. A node that reboots comes back as at its first start.
+// A stage tracks in any order of start: controller first, twin first, nodes one after another. One twin for
+// each axis gives the same result as one twin for both. A node that reboots behaves as at its first start.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -27,7 +27,7 @@ const config::Config& shipped() {
   return config;
 }
 
-/// The controller of both axes, and twins that are started one by one.
+/// The controller of both axes, and twins that start one by one.
 class StartSequence {
  public:
   void start_controller() { controller_.start(); }
@@ -48,7 +48,7 @@ class StartSequence {
     return false;
   }
 
-  std::vector<double> positions_um;  ///< of both axes, cycle by cycle
+  std::vector<double> positions_um;  ///< positions of both axes, cycle by cycle
 
  private:
   can::VirtualClock clock_;
@@ -69,7 +69,7 @@ TEST(StartUp, TracksWhenOneAxisStartsAfterTheOther) {
   EXPECT_TRUE(sequence.track());
 }
 
-/// The nodes of both axes are off at first, the second ones for longer than the first ones.
+/// The nodes of both axes are off at first; the second nodes stay off longer.
 TEST(StartUp, TracksWhenOneNodeStartsAfterTheOther) {
   for (const bool sensors_first : {true, false}) {
     twin::Config config = twin_config(shipped());
@@ -112,7 +112,8 @@ TEST(SeveralTwins, RefuseAnAxisThatDoesNotExist) {
 
 class NodeReboot : public testing::TestWithParam<Node> {};
 
-/// Objects written by SDO and a latched fault are gone. The controller sets the node up before it drives it.
+/// A reboot removes objects written by SDO and a latched fault. The controller sets the node up before it
+/// drives it.
 TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
   constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
   config::Config config = one_axis();

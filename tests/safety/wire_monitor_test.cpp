@@ -1,4 +1,4 @@
-// The monitor catches frames that are made by hand, each wrong in one way.
+// The monitor detects hand-made frames, each with one error.
 #include "tests/support/wire_monitor.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ const config::Config& shipped() {
   return config;
 }
 
-/// The slew limit is 20 V a cycle, the range 0..100 V, the safe value 0 V; a cycle is 1 ms.
+/// The slew limit is 20 V per cycle, the range 0..100 V, the safe value 0 V; a cycle is 1 ms.
 class WireMonitorTest : public testing::Test {
  protected:
   void sync() {
@@ -37,7 +37,7 @@ class WireMonitorTest : public testing::Test {
   void report(controller::AxisState state) {
     monitor.receive(*controller({.state = static_cast<std::uint8_t>(state)}), now + microseconds(600));
   }
-  /// Goes up to 50 V in steps of 10 V; the amplifier follows.
+  /// Raises the drive to 50 V in steps of 10 V; the amplifier follows.
   void drive_up() {
     for (int i = 0; i <= 5; ++i) {
       cycle(10.0 * i, true);
