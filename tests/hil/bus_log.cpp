@@ -30,7 +30,7 @@ unsigned hexadecimal(std::string_view digits) {
   return value;
 }
 
-/// "(1795553094.195982) vcan0 201#4E61BC00010703D9"
+/// Parses a line such as "(1795553094.195982) vcan0 201#4E61BC00010703D9".
 std::optional<Logged> logged(std::string_view line) {
   const std::size_t time_end = line.find(')');
   const std::size_t interface_end = line.rfind(' ');
@@ -63,10 +63,11 @@ unsigned crc_of(const Logged& frame) {
 }
 
 struct Message {
-  std::string axis;  ///< empty: of no axis
+  std::string axis;  ///< empty: the message belongs to no axis
   std::string name;
   std::size_t length = 8;
-  bool has_value = false;  ///< bytes 0 to 3 a value in units of 10^-6, byte 6 a counter, byte 7 a CRC
+  bool has_value = false;  ///< bytes 0 to 3 are a value in units of 10^-6, byte 6 is a counter, byte 7 is a
+                           ///< CRC
   std::string full_name() const { return axis + name; }
 };
 

@@ -1,6 +1,6 @@
-// Reads a candump log by docs/protocol.md alone, without hystcan's code, as docs/decode.py does: what one
-// hand builds on both sides agrees with itself. In C++, because a guest takes a second of its time for a log
-// in Python.
+// Reads a candump log using only docs/protocol.md, without hystcan's code, like docs/decode.py: a decoder by
+// the authors of the encoder would agree with the encoder's errors. In C++, because Python takes a second of
+// the guest's time per log.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,8 +8,8 @@
 
 namespace hystcan::hil {
 
-/// What docs/decode.py prints about the log of the shipped two axes, and with `series` each value of each
-/// axis: {"X": {"AmpStatus": [[time s, value, byte 4]...]}}. Null for a line that candump does not write.
+/// Returns the output of docs/decode.py for a log of the two shipped axes; with `series`, also each value of
+/// each axis: {"X": {"AmpStatus": [[time s, value, byte 4]...]}}. Null if a line is not in candump's format.
 [[nodiscard]] nlohmann::json decoded(const std::string& log, bool series);
 
 }  // namespace hystcan::hil

@@ -1,4 +1,4 @@
-// monitor and decode beside can-utils.
+// Compares monitor and decode with can-utils.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -80,7 +80,7 @@ TEST_F(BusTools, MonitorPrintsPlainTextWithoutATerminal) {
   EXPECT_EQ(monitor.out().find('\x1b'), std::string::npos);
 }
 
-/// CAN FD by its length.
+/// A message that must be CAN FD because of its length.
 const char* const fd_dbc =
     "BO_ 291 Long: 12 A\n SG_ Value : 0|32@1- (0.001,0) [0|0] \"um\" A\n SG_ Last : 88|8@1+ (1,0) [0|0] \"\" A\n";
 

@@ -1,4 +1,4 @@
-// hystcan ctl with a controller that drives the axes on vcan0: its answers, and the effect on the wire.
+// hystcan ctl with a controller that drives the axes on vcan0: its answers and the effect on the wire.
 #include <gtest/gtest.h>
 
 #include "tests/hil/live_stage.h"

@@ -1,4 +1,4 @@
-// node/firmware/main_socketcan.c, the reference node in C, in the place of the twin.
+// node/firmware/main_socketcan.c, the reference node in C, instead of the twin.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using hil::LiveBench;
 using hil::milliseconds;
 using hil::Process;
 
-/// The nodes of both axes of config/piezo.toml, and a log that already runs.
+/// The nodes of both axes of config/piezo.toml, and a log that is already running.
 struct ExampleNode : testing::Test {
   explicit ExampleNode(const char* us = "1000") : cycle_us(us) {}
   const char* cycle_us;
@@ -31,8 +31,8 @@ struct ExampleNode : testing::Test {
   Process y{hil::with_real_time_priority({HYSTCAN_EXAMPLE_NODE, "vcan0", "3", "4", cycle_us})};
 };
 
-// The stage of the example is a straight line within the loop of the model, which is 15 % of the stroke wide.
-// PI corrects most of the difference: 1.9 and 1.3 % remain.
+// The stage of the example is a straight line within the loop of the model, whose width is 15 % of the
+// stroke. PI corrects most of the difference: 1.9 and 1.3 % remain.
 TEST_F(ExampleNode, IsTrackedByTheControllerAndEverythingOnTheWireIsAsDocumented) {
   shows("S-153");
   bench.start_controller({"--once", "--json"});
@@ -70,7 +70,7 @@ TEST_F(ExampleNode, TripsWithoutCommandsAndTracksAgainOnceItsFaultIsCleared) {
   EXPECT_EQ(bench.decoded().at("first_fault").at("fault"), 1) << "commands stopped";
 }
 
-/// The frames of this id after a hundred SYNCs and before the last one, by the slot of 24 in which they come.
+/// Counts the frames with this id after the first hundred SYNCs and before the last one, by their slot of 24.
 std::map<int, int> slots_of(const char* id, const std::vector<std::string>& frames) {
   std::map<int, int> found;
   std::map<int, int> since_sync;
@@ -88,8 +88,8 @@ std::map<int, int> slots_of(const char* id, const std::vector<std::string>& fram
   return found;
 }
 
-// Standard frames of both axes, which the DBC says are CAN FD. Whether they switch the bit rate is all that a
-// virtual interface carries of it. Heartbeats and statuses have slots.
+// The standard frames of both axes, as CAN FD by the DBC. On a virtual interface, the bit-rate switch is only
+// a flag of the frame. Heartbeats and statuses have slots.
 TEST(ExampleNodeOnCanFd, IsTrackedByTheControllerWithFramesThatSwitchTheBitRate) {
   const support::ShippedCopy files;
   files.edit("piezo.toml", "bitrate_bit_per_s = 1_000_000\n",
@@ -112,7 +112,7 @@ TEST(ExampleNodeOnCanFd, IsTrackedByTheControllerWithFramesThatSwitchTheBitRate)
   for (const char* id : {"181#", "182#", "201#", "203#"}) {
     const auto of_message = [&](const std::string& frame) { return frame.starts_with(id); };
     EXPECT_GT(std::ranges::count_if(frames, of_message), 50) << id;
-    // The flag 4 of Linux 5.18 and later says that the frame is CAN FD.
+    // In Linux 5.18 and later, the flag 4 means that the frame is CAN FD.
     EXPECT_TRUE(std::ranges::all_of(frames, [&](const std::string& frame) {
       return !of_message(frame) || (frame[4] == '#' && (frame[5] == '1' || frame[5] == '5'));
     })) << id;
@@ -126,8 +126,8 @@ TEST(ExampleNodeOnCanFd, IsTrackedByTheControllerWithFramesThatSwitchTheBitRate)
   }
 }
 
-// Stop and reset communication keep the fault, ClearFault beside Enable only clears, and a boot-up is
-// followed by no status. Node 1 alone; the frames are literal, and seconds may pass between them.
+// Stop and reset communication keep the fault, ClearFault together with Enable only clears, and no status
+// follows a boot-up. Only node 1; the frames are literal, and seconds may pass between them.
 struct ExampleNodeWithALongCycle : ExampleNode {
   ExampleNodeWithALongCycle() : ExampleNode("10000000") {}
 };
@@ -151,7 +151,7 @@ TEST_F(ExampleNodeWithALongCycle, ObeysNmtAndClearFaultAsDocumented) {
                                       "181#0000000000020214",                          // off, the fault stays
                                       "701#00",                                        // reset communication
                                       "181#00000000030200A2",                          // fault 0x02
-                                      "081#0000000000000000", "181#0000000001000124",  // ready, not enabled
+                                      "081#0000000000000000", "181#0000000001000124",  // ready, disabled
                                       "701#00"}));                                     // reset node
 }
 

@@ -1,4 +1,4 @@
-// The way of a new actuator on real SocketCAN (docs/new_actuator.md): excite, identify, check, controller.
+// The setup of a new actuator on real SocketCAN (docs/new_actuator.md): excite, identify, check, controller.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,8 +19,8 @@ using hil::milliseconds;
 using hil::Process;
 using identification::Dataset;
 
-/// A program of some seconds: one major loop, a nested one, a reversal curve each way.
-/// Its size is stated, so that no smaller loops come first: bench and rehearsal begin with the same memory.
+/// A program of some seconds: one major loop, a nested one, a reversal curve in each direction. Its size is
+/// stated, so no smaller loops run first: bench and rehearsal begin with the same memory.
 const std::vector<std::string> short_program{"--low", "0",        "--high", "100",      "--period",
                                              "1",     "--cycles", "1",      "--levels", "1"};
 constexpr double slew_V_per_s = 200.0;
@@ -29,7 +29,7 @@ std::filesystem::path in_scratch(const char* name) {
   return std::filesystem::path(testing::TempDir()) / name;
 }
 
-/// The dataset that `excite` measures on the bus.
+/// Returns the dataset that `excite` measures on the bus.
 Dataset excited(LiveBench& bench, std::vector<std::string> options) {
   const auto file = in_scratch("excited.csv");
   options.insert(options.end(), {"--overwrite", "--output", file.string()});
@@ -47,7 +47,7 @@ Dataset rehearsed(std::vector<std::string> options) {
   return config::load_dataset(file).dataset;
 }
 
-/// The largest difference between rows of the same time, to the nearest cycle.
+/// The largest differences between rows with the same time, to the nearest cycle.
 struct Difference {
   double input = 0.0;
   double output = 0.0;
@@ -65,8 +65,8 @@ Difference difference(const Dataset& dataset, const Dataset& expected) {
   return d;
 }
 
-// A SYNC is sent some microseconds late. 50 us at 200 V/s are 10 mV; the steepest part of the curves,
-// 0.4 um/V, and a resonance that doubles it make 8 nm of that. The noise of two datasets, 0.3 nm each, adds
+// A SYNC is sent some microseconds late. 50 us at 200 V/s are 10 mV. At the steepest part of the curves, 0.4
+// um/V, and with a resonance that doubles it, this becomes 8 nm. The noise of two datasets, 0.3 nm each, adds
 // 2.5 nm at six standard deviations.
 TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   const Dataset expected = rehearsed(short_program);

@@ -1,5 +1,5 @@
-// The amplifiers end at their safe value in whatever way the controller ends: by a clean stop on a signal or
-// a hang-up of the terminal, by the amplifier's own watchdog if the process dies or hangs.
+// The amplifiers end at their safe value however the controller ends: by a clean stop on a signal or a
+// hang-up of the terminal, or by the amplifier's own watchdog if the process dies or hangs.
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <pty.h>
@@ -27,14 +27,14 @@ using hil::QuickStage;
 struct ControllerProcess : testing::Test {
   QuickStage stage;
 
-  /// The last command switches the amplifier off, after a ramp has brought the drive down.
+  /// Expects that the drive ramped down before the last command disabled the amplifier.
   void expect_clean_stop() {
     const json log = stage.log_at_rest();
     hil::expect_both_safe(log);
     hil::expect_stopped_by_a_ramp(log);
   }
 
-  /// The amplifiers' own watchdog has switched them off, without a command of the controller.
+  /// Expects that the amplifiers' own watchdogs switched them off, without a command of the controller.
   void expect_tripped() {
     const json log = stage.log_at_rest();
     hil::expect_both_safe(log);
@@ -60,7 +60,7 @@ TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnSigkill) {
   expect_tripped();
 }
 
-/// The threads of a process without its first, which is the control thread.
+/// Returns the threads of a process except the first one, which is the control thread.
 std::vector<pid_t> other_threads(pid_t process) {
   std::vector<pid_t> threads;
   const std::filesystem::path folder = "/proc/" + std::to_string(process) + "/task";
@@ -101,7 +101,7 @@ class Manager {
   Manager(const Manager&) = delete;
   Manager& operator=(const Manager&) = delete;
 
-  /// The message that arrives within the time, or an empty text.
+  /// Returns the message that arrives within `limit`, or an empty text.
   std::string receives(milliseconds limit) const {
     pollfd waiting{.fd = socket_, .events = POLLIN, .revents = 0};
     if (poll(&waiting, 1, static_cast<int>(limit.count())) <= 0) return {};
@@ -139,7 +139,7 @@ TEST_F(ControllerProcess, IsKilledByItsServiceManagerWhenItHangsLongAfterTheAmpl
   EXPECT_TRUE(between(hil::series(log, "X", "AmpCommand"), killed_s, now_s()).empty());
 }
 
-/// A command on its own terminal, with the text on the screen.
+/// Runs a command on its own terminal and stores the text on the screen.
 class OnTerminal {
  public:
   explicit OnTerminal(std::vector<std::string> command) {
@@ -176,7 +176,7 @@ class OnTerminal {
   void hang_up() {
     if (terminal_ >= 0) close(std::exchange(terminal_, -1));
   }
-  /// The exit status as a shell reports it; empty if the command runs on for ten seconds.
+  /// Returns the exit status in the form of a shell; `nullopt` if the command still runs after ten seconds.
   std::optional<int> status() {
     for (int i = 0; i < 500; ++i) {
       int raw = 0;

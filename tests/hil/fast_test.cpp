@@ -1,4 +1,5 @@
-// Time in the guest is the number of executed instructions: the time of the loop itself, without the host.
+// Time in the guest is the number of executed instructions: the tests measure the loop itself, independent of
+// the host.
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
@@ -33,8 +34,7 @@ std::size_t axes_in(const controller::Controller& controller, AxisState state) {
   return count;
 }
 
-/// Runs the controller in this thread until all axes have tracked for `watched`, or one has
-/// faulted.
+/// Runs the controller in this thread until all axes have tracked for `watched`, or one has faulted.
 void run(controller::Controller& controller, boost::asio::io_context& context, can::Scheduler& scheduler,
          can::Duration watched) {
   std::optional<can::Time> until;
@@ -59,14 +59,14 @@ void use_real_time_priority() {
 
 class IcountFast : public testing::TestWithParam<const char*> {};
 
-// Frames of CAN FD, which axes share. vcan0 has no bit rate: this is the time of the loop, and that of the
-// wire is in AxesThatShareFrames.
+// CAN FD frames that axes share. vcan0 has no bit rate: this test measures the loop; AxesThatShareFrames
+// measures the wire.
 TEST_P(IcountFast, AxesInAFrameMissNoCycleAtTheRateOfTheirFile) {
   const char* asked = std::getenv("HYSTCAN_HIL_FAST_S");
   const int run_s = asked == nullptr ? 1 : std::stoi(asked);
   const std::string file = std::filesystem::path(hil::config_file).replace_filename(GetParam());
   hil::LiveBench bench({"vcan0", "vcan0"}, file);
-  bench.candump.reset();  // controller and twin need the one core
+  bench.candump.reset();  // controller and twin need the only processor
   const config::Config config = config::load(file);
   boost::asio::io_context context{1};
   can::AsioScheduler scheduler(context);
@@ -97,7 +97,7 @@ TEST_P(IcountFast, AxesInAFrameMissNoCycleAtTheRateOfTheirFile) {
 INSTANTIATE_TEST_SUITE_P(, IcountFast, testing::Values("fd_stage.toml", "fd_eight.toml"),
                          [](const auto& test) { return std::filesystem::path(test.param).stem().string(); });
 
-/// Steps the clock of the guest, which runs only this test. The times of the log step with it.
+/// Steps the clock of the guest, which runs only this test. The times in the log step too.
 void step_clock(std::time_t seconds) {
   timespec now{};
   ASSERT_EQ(clock_gettime(CLOCK_REALTIME, &now), 0);

@@ -1,5 +1,5 @@
-// What happens to a bus in a laboratory while the axes track, on real SocketCAN: the interface goes down or
-// disappears, the CAN controller goes bus-off, another node floods the bus.
+// Typical disturbances of a laboratory bus while the axes track, on real SocketCAN: the interface goes down
+// or disappears, the CAN controller goes bus-off, another node floods the bus.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -59,9 +59,9 @@ TEST_F(VcanHostile, BusOffDisarmsAtOnceAndOnlyANewStartArmsAgain) {
   EXPECT_TRUE(bench.tracks()) << bench.controller->err();
 }
 
-// The flood has every identifier, length and kind of frame at the highest rate, also NMT commands, SYNCs
-// and our own identifiers. The axes keep tracking or fault with a cause; the amplifiers are safe at the
-// end.
+// The flood contains every identifier, length and kind of frame at the highest rate, including NMT commands,
+// SYNCs and the stage's own identifiers. The axes keep tracking or fault with a cause; the amplifiers are
+// safe at the end.
 TEST_F(VcanHostile, AFloodOfEveryKindOfFrameIsBridgedOrFaultsTheAxesAndRejectedFramesAreCounted) {
   ASSERT_TRUE(shell("cangen vcan0 -g 0 -I i -L i -D i -m -n 40000"));
   std::this_thread::sleep_for(milliseconds(300));

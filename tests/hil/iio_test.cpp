@@ -1,4 +1,5 @@
-// Converters behind IIO on a real kernel: the driver of an ADS1015, whose registers are memory (i2c-stub).
+// Converters behind IIO on a real kernel: the driver of an ADS1015 whose registers are simulated in memory
+// (i2c-stub).
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/i2c-dev.h>
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr int address = 0x48;
 
-/// The adapter of i2c-stub; empty: the module is not loaded.
+/// Returns the adapter of i2c-stub; empty if the module is not loaded.
 fs::path stub() {
   const fs::path adapters = "/sys/bus/i2c/devices";
   if (!fs::exists(adapters)) return {};
@@ -53,7 +54,7 @@ class IcountAnalogueIio : public testing::Test {
     std::ofstream(adapter_ / "delete_device") << address;
   }
 
-  /// The chip's 12 bits are the upper ones of a register, the upper byte first.
+  /// Sets the result of a conversion. The chip's 12 bits are the upper bits of a register, upper byte first.
   void convert_to(int raw) const {
     const auto bits = static_cast<std::uint16_t>(static_cast<unsigned>(raw) << 4U);
     i2c_smbus_data data{};

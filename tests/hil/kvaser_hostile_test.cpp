@@ -1,9 +1,9 @@
 // Two SJA1000 controllers with their real driver on one wire, while the axes track.
 //
-// QEMU's model of them always acknowledges and has no errors of the wire: it sets no status bit except the
-// receive overrun, error counters and bit timing read 0, and nodes with different bit rates understand each
-// other. Therefore the driver's own bus-off cannot occur here. Error frames as canerrsim writes them replace
-// it; tests/can/socketcan/serial_adapter_test.cpp tests what a driver in bus-off does.
+// QEMU's model of the SJA1000 always acknowledges and never has errors on the wire: receive overrun is its
+// only status bit, error counters and bit timing read 0, and nodes with different bit rates understand each
+// other. Therefore the driver's own bus-off cannot occur here. The tests send error frames in the format of
+// canerrsim instead; tests/can/socketcan/serial_adapter_test.cpp covers a driver in bus-off.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -46,8 +46,8 @@ TEST_F(KvaserHostile, BusOffDisarmsAlsoWhenTheDriverDeniesIt) {
   EXPECT_TRUE(bench.tracks()) << bench.controller->err();
 }
 
-// The queue takes every frame and lets one out in 8 ms, as behind a bus that others fill. Its driver echoes a
-// frame when it has left: the commands are seen to be late before samples are missing.
+// The queue accepts every frame and releases one every 8 ms, as on a bus that others fill. The driver echoes
+// a frame when it was sent: the controller detects late commands before samples are missing.
 TEST_F(KvaserHostile, CommandsThatWaitInTheQueueFaultAsLate) {
   shows("S-048");
   ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 16kbit burst 20 limit 3200"));

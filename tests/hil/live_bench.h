@@ -1,4 +1,4 @@
-// A twin and a controller as processes on real SocketCAN, and a bus log of the frames between them.
+// A twin and a controller as processes on real SocketCAN, and a log of the frames on the bus.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -35,16 +35,16 @@ struct Wire {
 };
 inline void PrintTo(const Wire& wire, std::ostream* out) { *out << wire.controller_side; }
 
-/// Of the controller and of its nodes alike: they share the one processor of the guest, and each answers all
-/// frames of a cycle before the other runs. If one of them had a higher priority, each frame would change the
-/// process, which costs an emulated processor most: 2.9 s of the host for a second of two axes at 1 kHz
-/// instead of 1.8.
+/// Priority of the controller and of its nodes: they share the one processor of the guest, and each answers
+/// all frames of a cycle before the other runs. With different priorities each frame would switch processes,
+/// which is expensive for an emulated processor: 2.9 s of host time instead of 1.8 s for one second of two
+/// axes at 1 kHz.
 constexpr int priority = 50;
-/// Of a controller whose turnaround is measured: it answers each sample at once, as if the nodes had a
-/// processor of their own.
+/// Priority of a controller whose turnaround is measured: it answers each sample immediately, as if the nodes
+/// ran on another processor.
 constexpr int priority_over_nodes = 60;
 
-/// Runs the command with real-time scheduling (FIFO) if the user may, as for a real actuator.
+/// Adds real-time scheduling (FIFO) to the command if the user is allowed to use it, as for a real actuator.
 inline std::vector<std::string> with_real_time_priority(std::vector<std::string> command,
                                                         int fifo_priority = priority) {
   if (geteuid() == 0) command.insert(command.begin(), {"chrt", "--fifo", std::to_string(fifo_priority)});
@@ -53,8 +53,8 @@ inline std::vector<std::string> with_real_time_priority(std::vector<std::string>
 
 inline bool shell(const std::string& command) { return std::system(command.c_str()) == 0; }
 
-/// Counts the programs that receive every frame of an interface, as candump, record and monitor do. Construct
-/// it before another one is started.
+/// Counts the programs that receive every frame of an interface, such as candump, record and monitor.
+/// Construct it before starting another one.
 class Listeners {
  public:
   explicit Listeners(std::string interface) : interface_(std::move(interface)), before_(count()) {}
@@ -75,7 +75,7 @@ class Listeners {
   std::size_t before_;
 };
 
-/// Makes vcan0 again before and after a test, whatever the test does to it.
+/// Creates vcan0 before the test and again after it, whatever the test does to it.
 struct FreshVcan {
   FreshVcan() { make(); }
   ~FreshVcan() { make(); }
@@ -88,7 +88,7 @@ struct FreshVcan {
   }
 };
 
-/// Whether a socket may have a larger buffer than the kernel's limit: for root of the machine, not of a
+/// Returns true if a socket may exceed the kernel's limit of buffers: only for root of the machine, not of a
 /// namespace.
 inline bool may_force_buffers() {
   const int probe = socket(AF_UNIX, SOCK_DGRAM, 0);
@@ -98,18 +98,18 @@ inline bool may_force_buffers() {
   return may;
 }
 
-/// Who answers the controller.
+/// The nodes that answer the controller.
 enum class Nodes : std::uint8_t { twin, of_the_test };
 
-/// Starts candump and the twin, unless the test has nodes of its own; a test starts the controller.
+/// Starts candump, and the twin unless the test has its own nodes; a test starts the controller.
 class LiveBench {
  public:
   explicit LiveBench(Wire wire, std::string config = config_file, Nodes nodes = Nodes::twin)
       : wire_(wire), config_(std::move(config)) {
     log_file_ = (std::filesystem::path(testing::TempDir()) / "hil.log").string();
-    // -L prints the log format with the kernel's timestamps; the shell only opens the file. Root's buffer
-    // holds all frames of a test, and candump reads them at its end: each change of process costs an emulator
-    // dearly. Another user's holds what the kernel allows.
+    // -L prints the log format with the kernel's timestamps; the shell only opens the file. Root gets a
+    // buffer for all frames of a test, which candump reads at the end, because switching processes is
+    // expensive for an emulator. Another user gets the maximum that the kernel allows.
     const Listeners listeners(wire.controller_side);
     candump = std::make_unique<Process>(std::vector<std::string>{
         "sh", "-c", std::string("exec candump -L -r 400000000 ") + wire.controller_side + " >" + log_file_});
@@ -127,7 +127,7 @@ class LiveBench {
   }
 
   void start_controller(const std::vector<std::string>& options = {}) { start("controller", options); }
-  /// Starts a subcommand on the controller's side of the wire; it becomes `controller`.
+  /// Starts a subcommand on the controller's side of the wire and stores it in `controller`.
   void start(const char* subcommand, const std::vector<std::string>& options) {
     start(subcommand, options, config_);
   }
@@ -139,12 +139,12 @@ class LiveBench {
   }
   [[nodiscard]] bool tracks() { return controller->says("x: tracking") && controller->says("y: tracking"); }
 
-  /// What the log says so far (tests/hil/bus_log.h).
+  /// Decodes the present log (tests/hil/bus_log.h).
   json decoded() { return hil::decoded(log(), false); }
   json decoded_with_series() { return hil::decoded(log(), true); }
 
-  /// The log with all in it that has been sent so far: candump writes in order, so that a last frame of ours
-  /// comes behind it. It is taken out again, and what follows it.
+  /// Returns the log with all frames sent so far. candump writes in order, so a final marker frame follows
+  /// them; the marker and all later frames are removed from the result.
   std::string log() {
     if (candump) {
       candump->send(SIGCONT);
@@ -161,7 +161,8 @@ class LiveBench {
     return log_;
   }
 
-  /// Every frame of the log so far as candump writes it, without time and interface: `201#4E61BC00010703D9`.
+  /// Returns every frame of the present log in candump's format, without time and interface:
+  /// `201#4E61BC00010703D9`.
   std::vector<std::string> frames() {
     std::istringstream lines(log());
     std::vector<std::string> result;
@@ -169,7 +170,7 @@ class LiveBench {
     return result;
   }
 
-  /// Stops the controller, expects this exit status, and returns the JSON that it printed.
+  /// Stops the controller, expects this exit status, and returns the printed JSON.
   json stop_and_report(int status) {
     controller->send(SIGTERM);
     EXPECT_EQ(controller->wait(), status) << controller->err();
@@ -188,7 +189,8 @@ class LiveBench {
   std::string log_;
 };
 
-/// By its log, x ended as after a stop: a ramp has brought the drive down, the last command switches it off.
+/// Expects that the log of x ends like after a stop: the drive ramped down, and the last command disabled the
+/// amplifier.
 inline void expect_stopped_by_a_ramp(const json& log) {
   EXPECT_EQ(log.at("last_command").at("enable"), 0);
   EXPECT_EQ(log.at("last_command").at("setpoint"), 0.0);

@@ -1,5 +1,5 @@
-// A twin on vcan0 with its own configuration, which a test may change; a controller that takes commands; and
-// the values of the axes as the wire carried them.
+// A twin on vcan0 with its own configuration, which a test may change; a controller that accepts commands;
+// and the values of the axes as sent on the wire.
 #pragma once
 
 #include <sys/socket.h>
@@ -37,15 +37,15 @@ inline std::vector<OnWire> between(const std::vector<OnWire>& all, double from_s
   return part;
 }
 
-/// The time of day, which is the clock of candump.
+/// Returns the time of day, the clock of candump.
 inline double now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 constexpr int amp_enabled = 2;
 
-/// By their last statuses in the log, both amplifiers are at their safe value, 0 V, and not enabled. The
-/// bandwidth of 1500 Hz leaves less than a millivolt of 100 V some milliseconds after they are switched off.
+/// Expects that in their last statuses both amplifiers are disabled, at their safe value, 0 V. With the
+/// bandwidth of 1500 Hz, 100 V fall below a millivolt some milliseconds after they are switched off.
 inline void expect_both_safe(const json& log) {
   for (const char* axis : {"X", "Y"}) {
     const std::vector<OnWire> statuses = series(log, axis, "AmpStatus");
@@ -55,8 +55,8 @@ inline void expect_both_safe(const json& log) {
   }
 }
 
-/// A client of the control socket that stays connected. A test that asks again and again asks in this way:
-/// each `hystcan ctl` is a process, whose start is costly for an emulated processor.
+/// A client of the control socket that stays connected. Tests that send many requests use it, because
+/// starting a `hystcan ctl` process for each request is slow on an emulated processor.
 class Client {
  public:
   explicit Client(const std::string& file) {
@@ -71,7 +71,7 @@ class Client {
   Client& operator=(const Client&) = delete;
 
   bool is_connected() const { return is_connected_; }
-  /// Sends the text and returns the line of the answer; null if it is not JSON.
+  /// Sends the text and returns the line of the answer; null if the answer is not JSON.
   json says(const std::string& text) const {
     EXPECT_EQ(send(socket_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
     std::string line;
@@ -92,7 +92,7 @@ struct LiveStage {
   std::string socket = (files / "ctl.sock").string();
   LiveBench bench{{"vcan0", "vcan0"}, config};
 
-  // The wipe of the start-up takes 0.2 s instead of 0.6: these tests start often.
+  // The wipe of the start-up takes 0.2 s instead of 0.6 s, because these tests start often.
   LiveStage() {
     edit_both_axes("wipe_slew_V_per_s  = 500.0", "wipe_slew_V_per_s  = 2_000.0");
     edit_both_axes("wipe_dwell_s       = 0.1", "wipe_dwell_s       = 0.05");
@@ -106,7 +106,7 @@ struct LiveStage {
 
   std::string folder() const { return std::filesystem::path(config).parent_path().string(); }
 
-  /// Adds a line to the first [table] or [[table]] of that name.
+  /// Adds a line to the first [table] or [[table]] with that name.
   void set(const std::string& table, const std::string& line) const {
     files.edit("piezo.toml", "[" + table + "]\n", "[" + table + "]\n" + line + "\n");
   }
@@ -116,8 +116,8 @@ struct LiveStage {
     ASSERT_TRUE(bench.tracks()) << bench.controller->err();
   }
 
-  /// The log up to some time after the controller's end. AmpStatus comes with every tenth SYNC: ten more
-  /// SYNCs make the amplifiers send their present output.
+  /// Returns the log including some time after the controller's end. AmpStatus is sent at every tenth SYNC:
+  /// ten more SYNCs make the amplifiers send their present output.
   json log_at_rest() {
     std::this_thread::sleep_for(milliseconds(100));
     EXPECT_TRUE(shell("for i in 1 2 3 4 5 6 7 8 9 10; do cansend vcan0 080#01; done"));
@@ -132,7 +132,7 @@ struct LiveStage {
   Answer ctl(const std::vector<std::string>& words) const { return ask({"--socket", socket}, words); }
   /// Sends the command to the twin instead of the controller.
   Answer ctl_twin(const std::vector<std::string>& words) const { return ask({"--twin"}, words); }
-  /// What the controller answers to `status`; null if no controller listens.
+  /// Returns the controller's answer to `status`; null if no controller is listening.
   json status() const {
     const Client client(socket);
     return client.is_connected() ? client.says("{\"do\": \"status\"}\n") : json();
@@ -157,8 +157,8 @@ struct LiveStage {
   }
 };
 
-/// A stage at half the rate, for tests that show nothing about timing: an emulated processor pays for each
-/// cycle.
+/// A stage at half the rate, for tests that do not concern timing: each cycle is expensive for an emulated
+/// processor.
 struct QuickStage : LiveStage {
   QuickStage() {
     files.edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 500.0");

@@ -2,7 +2,7 @@
 //
 //   Vcan/Live.*    the virtual interface vcan0
 //   Kvaser/Live.*  two Kvaser cards on one wire, can0 and can1, 1 Mbit/s
-//   Icount.*       tests of time, which run only where time is the number of executed instructions
+//   Icount.*       tests of timing, which run only if time is the number of executed instructions
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ class Live : public testing::TestWithParam<Wire> {
 json printed_by_decode_py(const std::string& log) {
   const std::string file = (std::filesystem::path(testing::TempDir()) / "candump.log").string();
   std::ofstream(file) << log;
-  // -I, -S: python itself and nothing else that is installed.
+  // -I, -S: without installed packages and user settings.
   Process reader({"/usr/bin/python3", "-I", "-S", HYSTCAN_SOURCE_DIR "/docs/decode.py", file});
   EXPECT_EQ(reader.wait(), 0) << reader.err();
   return json::parse(reader.out(), nullptr, false);
@@ -93,11 +93,11 @@ TEST(Kvaser, ATwinRefusesARealInterfaceUnlessForced) {
   EXPECT_NE(twin.err().find("--force-interface"), std::string::npos) << twin.err();
 }
 
-// Time in the guest is the number of executed instructions, so that both processes meet their deadlines
-// whatever the host does. The sensor samples at the kernel timestamp of the SYNC, the reference is taken
-// when the SYNC is sent, and the setpoint acts at the next SYNC: the remaining jitter moves both by some
-// microseconds. At 480 um/s, 5 us are 2 nm, which adds in squares to 53 nm: less than 1 %. Twice that is
-// allowed.
+// Time in the guest is the number of executed instructions, so both processes meet their deadlines whatever
+// the host does. The sensor samples at the kernel timestamp of the SYNC, the reference is computed when the
+// SYNC is sent, and the setpoint takes effect at the next SYNC: the remaining jitter moves all of them by
+// some microseconds. At 480 um/s, 5 us are 2 nm, added in squares to 53 nm: less than 1 %. The test allows
+// twice that.
 TEST(Icount, TracksWithTheErrorThatVirtualTimePredicts) {
   const config::Config config = config::load(config_file);
   const rehearsal::Outcome predicted = rehearsal::run_once(support::setup_of(config), 0.1, support::ignore);

@@ -1,4 +1,4 @@
-// `hystcan node` in the place of the twin, on the card of comedi_test: output n is read back at input n.
+// `hystcan node` instead of the twin, on the card of comedi_test: output n is connected to input n.
 #include <comedi.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ struct CardFiles {
     }
   }
   std::string config() const { return (files / "piezo.toml").string(); }
-  /// In both axes.
+  /// Edits the configuration of both axes.
   void edit(const std::string& what, const std::string& with) const {
     files.edit("piezo.toml", what, with);
     files.edit("piezo.toml", what, with);
@@ -88,7 +88,8 @@ class IcountAnalogueNode : public testing::Test {
     const auto now_ms = [&] {
       return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
     };
-    set_priority(SCHED_FIFO, hil::priority + 1);  // it sees the outputs while others log what happens
+    // higher priority, so that it samples the outputs while other processes log
+    set_priority(SCHED_FIFO, hil::priority + 1);
     cause();
     while (largest_V() > 0.001 && now_ms() < 10'000.0)
       std::this_thread::sleep_for(std::chrono::microseconds(100));
@@ -109,7 +110,7 @@ class IcountAnalogueNode : public testing::Test {
     const std::string before = "guard (process ";
     return std::stoi(log.substr(log.find(before) + before.size()));
   }
-  /// The number of frames that begin so.
+  /// Returns the number of frames that begin with `head`.
   long frames(const std::string& head) {
     return std::ranges::count_if(bench_->frames(),
                                  [&](const std::string& frame) { return frame.starts_with(head); });
@@ -122,7 +123,7 @@ class IcountAnalogueNode : public testing::Test {
   std::unique_ptr<Process> node_;
 };
 
-/// Seconds of tracking; ctest -C long asks for a minute.
+/// Returns the seconds of tracking; ctest -C long requests a minute.
 int tracked_s() {
   const char* asked = std::getenv("HYSTCAN_HIL_ANALOGUE_S");
   return asked == nullptr ? 1 : std::stoi(asked);
@@ -209,7 +210,7 @@ TEST_F(IcountAnalogueNode, IsTrackedAgainAfterTheInterfaceWasDownAndAfterARestar
   const std::string socket = (files_.files / "ctl.sock").string();
   files_.files.edit("piezo.toml", "[controller]\n", "[controller]\ncontrol_socket = \"" + socket + "\"\n");
   start_bench();
-  bench_->start_controller();  // before the node
+  bench_->start_controller();  // started before the node
   ASSERT_NO_FATAL_FAILURE(start_node());
   ASSERT_TRUE(bench_->tracks()) << bench_->controller->err() << node_->err();
   const hil::Client client(socket);
@@ -238,7 +239,7 @@ TEST_F(IcountAnalogueNode, IsTrackedAgainAfterTheInterfaceWasDownAndAfterARestar
 }
 
 TEST_F(IcountAnalogueNode, ReportsARailInsteadOfAPosition) {
-  files_.edit("volts_per_drive = 0.09", "volts_per_drive = 0.1");  // 100 V are 10 V, where the range ends
+  files_.edit("volts_per_drive = 0.09", "volts_per_drive = 0.1");  // 100 V become 10 V, the end of the range
   ASSERT_NO_FATAL_FAILURE(start_node());
   bench_->start_controller();
   EXPECT_TRUE(bench_->controller->says("sensor status")) << bench_->controller->err();
@@ -277,7 +278,7 @@ TEST_F(IcountAnalogueNode, NamesTheGroupToAUserWithoutPermission) {
   EXPECT_NE(text.find("sudo adduser USER iocard"), std::string::npos) << text;
 }
 
-// The last test: comedi_test has no card any more.
+// The last test: afterwards comedi_test has no card.
 TEST_F(IcountAnalogueNode, ReportsThatTheCardIsGoneInsteadOfAnOldPosition) {
   track();
   const int card = open("/dev/comedi0", O_RDWR);

@@ -1,4 +1,4 @@
-// Standard output without a reader or without room, and background jobs of a script, on real CAN.
+// Standard output without a reader or on a full disk, and background jobs of a script, on real CAN.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -12,7 +12,7 @@ namespace {
 using hil::Process;
 using hil::QuickStage;
 
-/// `hystcan ARGUMENTS REDIRECTION`. Descriptor 4 is a pipe without a reader.
+/// Runs `hystcan ARGUMENTS REDIRECTION`. Descriptor 4 is a pipe without a reader.
 Process run(const QuickStage& stage, const std::string& arguments, const std::string& redirection) {
   const std::string pipe = stage.folder() + "/pipe";
   return Process({"sh", "-c",
@@ -72,7 +72,7 @@ TEST(Outputs, WithoutAReaderEndMonitorQuietlyWithZero) {
   }
 }
 
-/// A job in the background of a script. The shell makes it ignore SIGINT.
+/// A background job of a script. The shell makes it ignore SIGINT.
 class Job {
  public:
   explicit Job(const std::string& arguments)
@@ -81,8 +81,8 @@ class Job {
   }
   Process& process() { return shell_; }
   void interrupt() const { kill(std::stoi(shell_.out()), SIGINT); }
-  /// Its exit status. It is interrupted once it catches SIGINT: an early one is ignored, and one more while
-  /// it ends would kill it.
+  /// Interrupts the job and returns its exit status. It sends SIGINT only once the job handles it: an earlier
+  /// signal would be ignored, and a second one during the end would kill the job.
   int end() {
     EXPECT_TRUE(hil::eventually([&] { return catches_sigint() || !shell_.running(); }));
     interrupt();

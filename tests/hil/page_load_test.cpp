@@ -1,4 +1,4 @@
-// Browsers at the operator's page cost the control loop nothing: clients that read, and one that never does.
+// Browsers on the operator's page do not delay the control loop: clients that read, and one that never reads.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -22,7 +22,8 @@ using hil::Process;
 constexpr int readers = 20;
 constexpr int run_s = 2;
 
-/// The port in the line "page: http://127.0.0.1:PORT/" of the page's output; empty if it has not come.
+/// Returns the port in the line "page: http://127.0.0.1:PORT/" of the page's output; empty before that line
+/// arrives.
 std::string port_of(const std::string& output) {
   const std::string address = "page: http://127.0.0.1:";
   const auto begin = output.find(address);
@@ -33,11 +34,12 @@ std::string port_of(const std::string& output) {
 
 struct Tracked {
   std::vector<double> turnarounds_us;
-  json report;   ///< of the controller
-  json clients;  ///< what each reader received; null without them
+  json report;   ///< report of the controller
+  json clients;  ///< data that each reader received; null without readers
 };
 
-/// The guest has just booted, and its kernel's first TCP connection holds the only processor for 12 ms.
+/// Makes a first TCP connection in advance: in a freshly booted guest, the kernel occupies the only processor
+/// for 12 ms during it.
 void connect_once() {
   Process python({"/usr/bin/python3", "-I", "-S", "-c",
                   "import socket; server = socket.create_server(('127.0.0.1', 0)); "
@@ -86,7 +88,7 @@ TEST(IcountPage, TwentyClientsAndOneThatNeverReadsCostNoCycle) {
   std::printf("turnaround p99.9: with clients / alone = %.2f, aim 1.15: %s\n", ratio,
               ratio <= 1.15 ? "met" : "MISSED");
 
-  // On one processor and without PREEMPT_RT the kernel itself may hold a cycle up: its first TCP connection
+  // On one processor and without PREEMPT_RT the kernel itself may delay a cycle: its first TCP connection
   // takes 12.7 ms.
   const bool is_preemptible = std::filesystem::exists("/sys/kernel/realtime");
   std::printf("%d cycles missed\n", static_cast<int>(busy.report.at("missed_cycles")));

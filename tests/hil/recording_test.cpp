@@ -1,4 +1,5 @@
-// A run is recorded while the stage tracks on vcan: what a kill leaves, and what a full disk does to control.
+// Records a run while the stage tracks on vcan: the remains after a kill, and the effect of a full disk on
+// control.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/mount.h>

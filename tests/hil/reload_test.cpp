@@ -1,5 +1,5 @@
-// The configuration file of a running controller, changed: what the log says of it. That a change is taken
-// over without a jump is in tests/closed_loop/reload_test.cpp.
+// Changes the configuration file of a running controller and checks the log.
+// tests/closed_loop/reload_test.cpp checks that the change causes no jump.
 #include <gtest/gtest.h>
 
 #include "tests/hil/live_stage.h"

@@ -1,4 +1,4 @@
-// The state file: the memory of an axis from a clean stop to a new start.
+// The state file: stores the memory of an axis from a clean stop to the next start.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -21,7 +21,7 @@ double highest(const std::vector<OnWire>& values) {
   return values.empty() ? NAN : std::ranges::max(values, {}, &OnWire::value).value;
 }
 
-/// From the status that the controller sends when its state changes.
+/// Returns the time of the status that the controller sends when its state becomes tracking.
 double begins_to_track_s(const std::vector<OnWire>& statuses) {
   constexpr int tracking = 4;
   const auto first = std::ranges::find(statuses, tracking, &OnWire::byte4);
@@ -54,7 +54,8 @@ TEST(Restore, TheMemoryOfACleanStopIsUsedByTheNextStartWithoutWiping) {
   const std::vector<OnWire> y = series(log, "Y", "AmpCommand");
   EXPECT_GT(highest(between(x, 0.0, between_s)), 99.9) << "the first start wiped up to drive_max";
   EXPECT_GT(highest(between(y, between_s, now_s())), 99.9) << "y wipes again";
-  // The way to the first setpoint, 3 um, takes 0.2 s; 3 um are 10 V at most, with the loop's width.
+  // The motion to the first setpoint, 3 um, takes 0.2 s; 3 um correspond to at most 10 V, including the
+  // loop's width.
   const double tracking_s =
       begins_to_track_s(between(series(log, "X", "ControllerStatus"), between_s, now_s()));
   EXPECT_LT(highest(between(x, between_s, tracking_s + 0.15)), 10.0);

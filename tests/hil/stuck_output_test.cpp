@@ -15,7 +15,7 @@ namespace {
 using hil::Process;
 using hil::QuickStage;
 
-/// A pipe that is full and stays so.
+/// A pipe that stays full.
 class FullPipe {
  public:
   explicit FullPipe(const std::string& file) {

@@ -1,5 +1,5 @@
-// The control thread on real SocketCAN allocates nothing, locks nothing, logs nothing and touches no file:
-// the controller as `hystcan controller` runs it, in this process, under the trap of tests/support.
+// The control thread on real SocketCAN allocates nothing, locks nothing, logs nothing and opens no file: the
+// same controller as in `hystcan controller`, in this process, under the trap of tests/support.
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
@@ -46,10 +46,10 @@ class InProcess {
             },
             [this](const controller::CycleRecord& record) { telemetry_.push(record); }) {}
 
-  /// Runs until the axes track and one second more, in which Asio may still allocate; then it traps the
-  /// thread for `watched`.
+  /// Runs until the axes track, plus one second in which Asio may still allocate; then traps the thread for
+  /// `watched`.
   void run(can::Duration watched) {
-    // As hil::with_real_time_priority does for a process.
+    // The same as hil::with_real_time_priority for a process.
     constexpr sched_param as_the_twin{.sched_priority = hil::priority};
     if (geteuid() == 0) pthread_setschedparam(pthread_self(), SCHED_FIFO, &as_the_twin);
     const can::Time start = scheduler_.now();
@@ -76,7 +76,7 @@ class InProcess {
       if (now > *watching_until_) context_.stop();
       return;
     }
-    if (controller_.axis(0).state() == AxisState::faulted) context_.stop();  // it will never track
+    if (controller_.axis(0).state() == AxisState::faulted) context_.stop();  // a faulted axis never tracks
     if (controller_.axis(0).state() != AxisState::tracking) return;
     if (!settled_) settled_ = now + seconds(1);
     if (now < *settled_) return;

@@ -1,5 +1,5 @@
-// The time from the sample on the wire to its command on the wire, by the kernel's timestamps in a candump
-// log: for the controller, and for a bare program that only receives and sends (docs/latency.md).
+// Measures the time from the sample on the wire to its command on the wire, by the kernel's timestamps in a
+// candump log: for the controller, and for a bare program that only receives and sends (docs/latency.md).
 #include <gtest/gtest.h>
 #include <linux/can.h>
 #include <linux/can/raw.h>
@@ -46,7 +46,8 @@ int raw_socket(canid_t only) {
   _exit(1);
 }
 
-/// Only receives and sends, with the scheduling class of the controller. The destructor kills it.
+/// A program that only receives and sends, with the scheduling class of the controller. The destructor kills
+/// it.
 class BareEcho {
  public:
   explicit BareEcho(void (*answer)()) : child_(fork()) {
@@ -89,7 +90,7 @@ std::vector<double> of_bare_echo(int samples, void (*answer)()) {
   return turnarounds(log);
 }
 
-/// How long the controller is watched: HYSTCAN_HIL_MEASURED_S, or two seconds.
+/// Returns the duration of the measurement: HYSTCAN_HIL_MEASURED_S, or two seconds.
 std::chrono::seconds measured() {
   const char* requested = std::getenv("HYSTCAN_HIL_MEASURED_S");
   return std::chrono::seconds(requested == nullptr ? 2 : std::stoi(requested));
@@ -100,7 +101,7 @@ std::vector<double> of_controller() {
   {
     LiveBench bench({"vcan0", "vcan0"});
     bench.controller_priority = hil::priority_over_nodes;
-    bench.candump.reset();  // the echo has one candump beside it; the controller gets the same
+    bench.candump.reset();  // the echo runs with one candump; the controller must have the same conditions
     const Process candump({"sh", "-c", "exec candump -L vcan0,182:7FF,201:7FF >" + log});
     bench.start_controller();
     EXPECT_TRUE(bench.tracks()) << bench.controller->err();
@@ -111,9 +112,9 @@ std::vector<double> of_controller() {
   return turnarounds(log);
 }
 
-// The ratio is printed with its budget. The test asserts only that both answer, and a looser bound of the
-// median: the kernel's tick of 4 ms falls into every fourth turnaround or into none, as the start happens to
-// lie, and the stamps are whole microseconds, which is 4 % of the echo's median.
+// The test prints the ratio with its budget. It asserts only that both programs answer, and a looser bound of
+// the median: depending on the start, the kernel's tick of 4 ms affects every fourth turnaround or none, and
+// the timestamps are whole microseconds, 4 % of the echo's median.
 TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
   const auto samples = static_cast<int>(1000 * measured().count());
   const std::vector<double> echo = of_bare_echo(samples, answer_by_read);
@@ -129,7 +130,7 @@ TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
   EXPECT_LT(median_ratio, 1.85) << "the budget is missed (docs/latency.md), and must not be missed by more";
 }
 
-/// In us, ascending: how late the controller sent each SYNC while axis x tracked, from its CSV.
+/// Returns, in us and ascending, how late the controller sent each SYNC while axis x tracked, from its CSV.
 std::vector<double> latenesses() {
   const std::string csv = log_of("cycles.csv");
   {

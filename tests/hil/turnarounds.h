@@ -1,4 +1,4 @@
-// The times from a sample on the wire to its command on the wire, from a candump log of both.
+// The times from a sample on the wire to its command on the wire, from a candump log with both.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,11 @@
 
 namespace hystcan::hil {
 
-/// In us, ascending. The log has the frames 182 (sample of the first axis) and 201 (its command).
+/// Returns the times in us, ascending. The log contains the frames 182 (sample of the first axis) and 201
+/// (its command).
 inline std::vector<double> turnarounds(const std::string& log) {
   std::vector<double> result;
-  double sampled_s = 0.0;  // 0: answered
+  double sampled_s = 0.0;  // 0: already answered
   std::ifstream file(log);
   for (std::string line; std::getline(file, line);) {
     const double time_s = std::strtod(line.c_str() + 1, nullptr);
@@ -32,7 +33,7 @@ inline double quantile(const std::vector<double>& ascending, double q) {
   return ascending.at(static_cast<std::size_t>(q * static_cast<double>(ascending.size() - 1)));
 }
 
-/// Quantiles and a histogram of times in us, ascending; tests/hil/kernels reads them.
+/// Prints quantiles and a histogram of ascending times in us; tests/hil/kernels reads this output.
 inline void print_times(const char* who, const char* what, const std::vector<double>& us) {
   std::printf("%-10s %6zu %s: p50 %6.1f us, p99 %6.1f us, p99.9 %6.1f us, max %6.1f us\n", who, us.size(),
               what, quantile(us, 0.5), quantile(us, 0.99), quantile(us, 0.999), us.back());
