@@ -57,7 +57,7 @@ test('The metrics are OpenMetrics text for who asks for it', async () => {
 test('The demo refuses an address that other machines reach, and names what it has itself', () => {
   const { status, stderr } = spawnSync(process.env.HYSTCAN, ['demo', '--page', '0.0.0.0:0'], { encoding: 'utf8' });
   assert.equal(status, 2);
-  assert.match(stderr, /--page 0\.0\.0\.0.*this machine alone.*ssh -L 8080:localhost:8080.*hystcan page has --listen and --expose/s);
+  assert.match(stderr, /--page 0\.0\.0\.0.*this machine only.*ssh -L 8080:localhost:8080.*hystcan page has --listen and --expose/s);
 });
 
 const promtool = spawnSync('promtool', ['--version']).status === 0;

@@ -64,7 +64,7 @@ test('A configuration that is broken meanwhile is shown as the reason, and after
   const text = readFileSync(config, 'utf8');
   writeFileSync(config, text.replace(/^kp\s*=.*/m, 'kp = "much"'));
   await startAgain().click();
-  await until('the reason', async () => /does not start: .*kp/.test(await page.textContent('#stream-message')));
+  await until('the reason', async () => /The start failed: .*kp/.test(await page.textContent('#stream-message')));
   writeFileSync(config, text);
   await startAgain().click();
   await seesTracking(page);

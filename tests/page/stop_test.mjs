@@ -42,7 +42,7 @@ async function pressEscTwice(page) {
   await until('two Esc within a second', async () => {
     await page.keyboard.press('Escape');
     await page.keyboard.press('Escape');
-    return /Stop is/.test(await page.textContent('#stop-message'));
+    return /Stopping|Stop was/.test(await page.textContent('#stop-message'));
   });
 }
 
