@@ -1,6 +1,7 @@
-// The identification of a model from a dataset of 100 000 samples, and from three with a million: seconds of
-// processor time beside the budget; then the memory against the number of samples. The longest time without a
-// look at the stop signal is how long Ctrl-C waits, in the identification and in the comparison of a report.
+// Identifies a model from a dataset of 100 000 samples, and from three datasets with a million in all. Prints
+// the processor time with its budget, then the memory for several numbers of samples. Also prints the longest
+// time between checks of the stop signal, which delays Ctrl-C, in the identification and in the comparison of
+// a report.
 //
 //   bench_identify
 #include <sys/resource.h>
@@ -36,8 +37,8 @@ const std::size_t samples = bench::full_or_short(100'000, 10'000);
 const std::size_t samples_of_three = bench::full_or_short(1'000'000, 30'000);
 const int repetitions = bench::full_or_short(3, 1);
 
-/// Thirty cycles of 30 um between a fixed lower and a rising upper turning point, then nested ones; the noise
-/// is 0.1 %.
+/// Returns thirty cycles of 30 um between a fixed lower and a rising upper turning point, then nested ones;
+/// the noise is 0.1 %.
 Dataset made(std::size_t count) {
   const model::Interval range{0.0, 100.0};
   const model::Hysteresis truth({"V",
@@ -83,7 +84,7 @@ void time_it(bench::Budgets& budgets, const char* what, const Dataset& dataset, 
   budgets.print(std::string(what) + ", s", best_s, {2.0});
 }
 
-/// The longest time between two calls.
+/// Measures the longest time between two calls.
 class Patience {
  public:
   bool look() {
@@ -103,7 +104,7 @@ class Patience {
   double longest_s_ = 0.0;
 };
 
-/// Three datasets with zeros of their own, at three rates.
+/// Identifies from three datasets with different zeros, at three rates.
 void time_three(bench::Budgets& budgets, std::size_t count) {
   std::vector<Dataset> datasets;
   for (int i = 0; i < 3; ++i) {
@@ -129,7 +130,8 @@ void time_three(bench::Budgets& budgets, std::size_t count) {
     budgets.print(std::string(what) + ", longest time without a look at the stop signal, s", seconds, {0.2});
 }
 
-/// The peak memory of a child process that makes the dataset and, if `identifying`, identifies from it.
+/// Returns the peak memory of a child process that makes the dataset and, if `identifying`, identifies from
+/// it.
 double peak_MB(std::size_t count, bool identifying) {
   const pid_t child = fork();
   if (child == 0) {

@@ -1,9 +1,10 @@
-// The whole closed loop in virtual time: frames encoded and decoded both ways, the simulated bus in between.
+// The whole closed loop in virtual time: frames are encoded and decoded in both directions, with the
+// simulated bus in between.
 //
-//   bench_loop [CONFIG]     prints the time of an axis-cycle, beside that of the model alone in the same run;
-//                           then the cost of learning, and that of an axis among 32
-//   bench_loop --scale      writes docs/evidence/scale.csv to the standard output: 1 to 64 axes on 1 to 4
-//                           interfaces, with a process for each interface
+//   bench_loop [CONFIG]     prints the time of an axis-cycle and that of the model alone in the same run;
+//                           then the cost of learning, and the cost of an axis among 32
+//   bench_loop --scale      prints docs/evidence/scale.csv: 1 to 64 axes on 1 to 4 interfaces, with a process
+//                           for each interface
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -36,17 +37,17 @@ using namespace std::chrono_literals;
 const int repetitions = bench::full_or_short(9, 5);
 const std::chrono::seconds timed = bench::full_or_short(10s, 2s);
 
-/// Node numbers end at 127, and an axis has two nodes.
+/// Each axis has two nodes, and the largest node number is 127.
 constexpr std::size_t most_axes = 63;
 
-/// Processor time: other programs disturb it little.
+/// Returns the processor time, which other programs hardly disturb.
 double processor_s() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// The best of some repetitions of each run, in turns: a disturbance affects all of them.
+/// Returns the best repetition of each run. The runs alternate, so that a disturbance affects all of them.
 template <class... Run>
 std::array<double, sizeof...(Run)> best_of_each(const Run&... runs) {
   std::array<double, sizeof...(Run)> best{};
@@ -60,7 +61,7 @@ std::array<double, sizeof...(Run)> best_of_each(const Run&... runs) {
 double loop_cycles_per_s(const rehearsal::Setup& setup) {
   rehearsal::Rehearsal loop(setup, [](const controller::CycleRecord&) {});
   loop.start();
-  loop.run_for(2s);  // the axes track by now
+  loop.run_for(2s);  // the axes track after this time
   const auto cycles_before = loop.controller().counters().cycles;
   const double start_s = processor_s();
   loop.run_for(timed);
@@ -74,7 +75,7 @@ double loop_cycles_per_s(const rehearsal::Setup& setup) {
          elapsed_s;
 }
 
-/// The baseline is the mathematics of a cycle without frames and bus: one inverse and its advance for the
+/// The baseline is the arithmetic of a cycle without frames and bus: one inverse and its advance for the
 /// controller, one advance for the plant.
 double model_cycles_per_s(const rehearsal::Setup& setup) {
   const model::Hysteresis model(setup.controller.axes.front().axis.law.model);
@@ -92,7 +93,7 @@ double model_cycles_per_s(const rehearsal::Setup& setup) {
   return cycles / (processor_s() - start_s);
 }
 
-/// Nanoseconds of a cycle that looks its reference up, and that learns where `learning` is not null.
+/// Returns the nanoseconds of a cycle that looks up its reference and, if `learning` is not null, learns.
 double reference_ns(const controller::Trajectory& trajectory, controller::Learning* learning) {
   constexpr int cycles = 200'000;
   constexpr double cycle_s = 1e-3;
@@ -103,7 +104,7 @@ double reference_ns(const controller::Trajectory& trajectory, controller::Learni
     sum += now.value_um;
     if (learning == nullptr) continue;
     learning->learn(now, 1e-4 * now.value_um, true);
-    controller::Trajectory::Point ahead = now;  // as ClosedLoop does
+    controller::Trajectory::Point ahead = now;  // like ClosedLoop
     ahead.shape_time_s += 2.0 * cycle_s;
     if (!learning->covers(ahead)) ahead = trajectory.at(1.0 + cycle_s * (i + 2));
     sum += learning->correct(now, ahead, cycle_s).ahead_um;
@@ -134,11 +135,12 @@ void print_cost_of_many_axes(bench::Budgets& budgets, const config::Config& conf
   budgets.ratio("an axis-cycle with 32 axes / with one", one / many, {1.15});
 }
 
-/// What a process with so many axes costs.
+/// The cost of a process with this number of axes.
 struct Cost {
-  double start_ms = 0.0;       ///< reads the configuration, and makes controller, twin and simulated bus
-  double axis_cycle_ns = 0.0;  ///< of the whole loop, with its share of the twin
-  double resident_kB = 0.0;    ///< the largest
+  double start_ms = 0.0;       ///< time to read the configuration and to make controller, twin and simulated
+                               ///< bus
+  double axis_cycle_ns = 0.0;  ///< time of the whole loop, including the twin's share
+  double resident_kB = 0.0;    ///< maximum over the processes
 };
 
 Cost cost_of(std::size_t axes) {
@@ -159,7 +161,7 @@ Cost cost_of(std::size_t axes) {
   return cost;
 }
 
-/// The costs in processes that run at one time, one for each interface.
+/// Returns the costs in simultaneous processes, one for each interface.
 std::vector<Cost> costs_of(std::size_t interfaces, std::size_t axes) {
   std::vector<int> pipes;
   for (std::size_t i = 0; i < interfaces; ++i) {

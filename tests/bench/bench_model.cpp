@@ -1,5 +1,5 @@
-// Steps of the hysteresis model beside their budgets (docs/theory/models.md), and beside the
-// usual models in the same run: play operators, Preisach relays, and the recursion as the paper writes it.
+// Compares steps of the hysteresis model with their budgets (docs/theory/models.md), and with the usual
+// models in the same run: play operators, Preisach relays, and the recursion as printed in the paper.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace {
 
 using namespace hystcan::model;
 
-/// Reference curves of third order, as for a piezo stage, or tenth, as for Galfenol; both on [0, 3].
+/// Reference curves on [0, 3], of third order as for a piezo stage, or of tenth order as for Galfenol.
 HysteresisParameters curves(std::int64_t order) {
   const Interval range{0.0, 3.0};
   std::vector<double> ascending{0.0, 4.0, 14.0, -6.0, 0.9, 0.01, -0.004, 0.0002, 1e-5, -2e-6, 1e-7};
@@ -56,7 +56,7 @@ PreisachParameters grid_of_100() {
   return p;
 }
 
-/// Adds turning points ever nearer to 1.5 A until `depth` branches are remembered.
+/// Adds turning points ever closer to 1.5 A until the memory contains `depth` branches.
 template <class Model, class State>
 void nest(const Model& model, State& state, std::int64_t depth) {
   for (std::int64_t i = 0; i < depth; ++i) {
@@ -65,7 +65,7 @@ void nest(const Model& model, State& state, std::int64_t depth) {
   }
 }
 
-/// A sweep of 1024 steps from the present input that passes no target, as a controller makes while it tracks.
+/// A sweep of 1024 steps from the present input that passes no turning point, as in a controller that tracks.
 template <class Model>
 struct Sweep {
   Model model;
@@ -118,7 +118,7 @@ void forward(benchmark::State& run, const Sweep<Model>& sweep) {
   }
 }
 
-/// The inverse, and the advance of the memory by its result.
+/// Computes the inverse and advances the memory by its result.
 template <class Model>
 void inverse(benchmark::State& run, const Sweep<Model>& sweep) {
   auto state = sweep.start;
@@ -132,7 +132,8 @@ void inverse(benchmark::State& run, const Sweep<Model>& sweep) {
   }
 }
 
-/// The inverse of the hysteresis and of the creep behind it, and the advance of both, as in the control law.
+/// Computes the inverse of the hysteresis and of the following creep, and advances both, as in the control
+/// law.
 void creep_inverse(benchmark::State& run) {
   const Sweep<Hysteresis> sweep = sweep_at(10, 100);
   const OutputCreep creep(OutputCreep::Config{.per_decade = 0.02});
@@ -174,7 +175,8 @@ void preisach_relays_forward(benchmark::State& run) {
   }
 }
 
-/// The necessary part of a step: the polynomial and the exponential, without memory or decisions.
+/// Computes only the necessary part of a step: the polynomial and the exponential, without memory or
+/// decisions.
 void bare_arithmetic(benchmark::State& run) {
   const Sweep<Hysteresis> sweep = sweep_at(run.range(0), 1);
   const ReferenceCurve& curve = sweep.model.parameters().ascending;
@@ -187,7 +189,8 @@ void bare_arithmetic(benchmark::State& run) {
     }
 }
 
-/// Eq. (4) as printed, with the distances x_n - f_n(v_n) computed once at each reversal: it is still O(n).
+/// Eq. (4) as printed, with the distances x_n - f_n(v_n) computed once at each reversal: a step is still
+/// O(n).
 class PrintedRecursion {
  public:
   PrintedRecursion(const HysteresisParameters& parameters, const HysteresisState& state) : p_(parameters) {
@@ -236,14 +239,14 @@ void reversal(benchmark::State& run) {
   run.SetItemsProcessed(2 * run.iterations());
 }
 
-/// One step past all targets, the worst single step. It only reads the memory, so that the next one finds it
-/// unchanged.
+/// Performs one step past all turning points, the worst single step. It only reads the memory, so the next
+/// step has the same memory.
 void wipe_at_once(benchmark::State& run) {
   const Sweep<Hysteresis> sweep = sweep_at(run.range(0), run.range(1));
   for (auto _ : run) benchmark::DoNotOptimize(sweep.model.forward(sweep.start, 2.95).value);
 }
 
-/// A thousand reversals and the step that wipes them out: the time of each.
+/// Measures a thousand reversals and the step that wipes them out.
 void nest_and_wipe(benchmark::State& run) {
   const Hysteresis model(curves(run.range(0)));
   HysteresisState state = model.at_lower_threshold(1100);
@@ -294,7 +297,7 @@ class Reporter : public benchmark::BenchmarkReporter {
     for (const auto& [name, ns] : ns_) std::printf("%-32s %12.1f ns\n", name.c_str(), ns);
   }
 
-  /// Prints the figures: order 10 if not stated, the best of the repetitions.
+  /// Prints the figures for order 10, unless the name states another order: the best of the repetitions.
   void compare(hystcan::bench::Budgets& budgets) const {
     budgets.print_heading();
     const double step = ns("forward_step/10/1"), deep = ns("forward_step/10/1000");
@@ -329,7 +332,7 @@ class Reporter : public benchmark::BenchmarkReporter {
   }
 
  private:
-  /// NaN if an option of the user left the benchmark out.
+  /// Returns the time in ns; NaN if the user's options excluded the benchmark.
   double ns(const std::string& name) const {
     return ns_.contains(name) ? ns_.at(name) : std::numeric_limits<double>::quiet_NaN();
   }
@@ -339,8 +342,8 @@ class Reporter : public benchmark::BenchmarkReporter {
 
 }  // namespace
 
-// Five repetitions of each in random order, so that the load of other programs affects all alike. Options of
-// the user come later and have precedence; only they may leave a benchmark out.
+// Five repetitions of each in random order, so that the load of other programs affects all equally. The
+// user's options follow and have precedence; only they can exclude a benchmark.
 int main(int argc, char** argv) {
   std::vector<std::string> words{argv[0], "--benchmark_repetitions=5", "--benchmark_min_time=0.05",
                                  "--benchmark_enable_random_interleaving=true"};

@@ -1,9 +1,8 @@
-// Recording of 8 axes at 4 kHz: what it costs the control thread and the machine, and whether it loses a row.
+// Records 8 axes at 4 kHz and measures the cost for the control thread and the machine, and lost rows.
 //
 //   bench_recorder [SECONDS [FOLDER]]      default 20 s, in the temporary folder
 //
-// A producer in the place of the control thread pushes the records of a cycle, then sleeps until the next
-// one.
+// A producer, instead of the control thread, pushes the records of a cycle, then sleeps until the next one.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -31,7 +30,8 @@ using std::chrono::nanoseconds;
 
 constexpr std::size_t axes = 8;
 constexpr auto period = std::chrono::microseconds(250);
-constexpr double short_s = 0.5;  ///< the ring takes all its rows, so that a busy machine loses none
+constexpr double short_s = 0.5;  ///< short enough for the ring to hold all rows, so that a busy machine loses
+                                 ///< none
 
 controller::CycleRecord record_of(std::uint64_t cycle, std::size_t axis) {
   controller::CycleRecord record;
@@ -51,7 +51,7 @@ double process_cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// ns for each record of a whole cycle.
+/// Returns the nanoseconds for each record of a whole cycle.
 template <class Push>
 double timed(const std::vector<controller::CycleRecord>& records, const Push& push) {
   const auto begin = Clock::now();

@@ -1,7 +1,7 @@
-// `hystcan simulate` over 10^7 rows, as a process: CSV to CSV and HDF5 to HDF5, beside the model alone in
-// memory.
+// Runs `hystcan simulate` over 10^7 rows as a process, CSV to CSV and HDF5 to HDF5, and compares it with the
+// model alone in memory.
 //
-//   bench_simulate [FOLDER]      default: the temporary folder; it takes 1.5 GB there
+//   bench_simulate [FOLDER]      default: the temporary folder; needs 1.5 GB there
 //   bench_simulate --model       the model alone
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -31,7 +31,7 @@ namespace {
 using namespace hystcan;
 
 const int rows = bench::full_or_short(10'000'000, 1'000'000);
-constexpr int repetitions = 3;  // the second one replaces a file
+constexpr int repetitions = 3;  // from the second one on, a file is replaced
 constexpr const char* model_file = HYSTCAN_SOURCE_DIR "/config/piezo.model.toml";
 
 double input(int row) {
@@ -54,7 +54,7 @@ void write_input(const std::filesystem::path& file) {
   out << text;
 }
 
-/// Processor time of this process and of the programs that it ran: other programs disturb it little.
+/// Returns the processor time of this process and of its child programs, which other programs hardly disturb.
 double processor_s() {
   double sum_s = 0.0;
   for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
@@ -88,7 +88,7 @@ double model_alone_s() {
   });
 }
 
-/// The processor time of `hystcan simulate`. If it fails, prints its messages and throws.
+/// Returns the processor time of `hystcan simulate`. If it fails, prints its messages and throws.
 double program_s(const std::string& program, const std::filesystem::path& from,
                  const std::filesystem::path& to) {
   const std::string messages = to.string() + ".messages";
@@ -102,7 +102,7 @@ double program_s(const std::string& program, const std::filesystem::path& from,
   });
 }
 
-/// A folder that is removed at the end.
+/// A folder that the destructor removes.
 struct Folder {
   explicit Folder(std::filesystem::path at) : path(std::move(at)) {
     std::filesystem::create_directories(path);
@@ -139,7 +139,7 @@ int main(int argc, char** argv) try {
   budgets.print_heading();
   time_the_program(budgets, argc > 1 ? argv[1] : std::filesystem::temp_directory_path(), alone_s);
   return budgets.status();
-} catch (const std::exception& error) {  // caught, so that the folder is removed
+} catch (const std::exception& error) {  // caught, so that the destructor removes the folder
   std::cerr << error.what() << '\n';
   return 1;
 }

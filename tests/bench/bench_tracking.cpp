@@ -1,8 +1,9 @@
-// How well the loop tracks, in % of the stage's stroke, at the samples and true: between the samples too.
+// The tracking error in % of the stage's stroke: at the samples, and the true error, which includes the time
+// between the samples.
 //
-//   bench_tracking    prints each budget with its figure, beside the floor that no setpoints can get below;
-//                     then the five structures, each with its own best gains by one rule and with its own
-//                     best delay of the reference; then triangle and sine at 1 to 50 Hz
+//   bench_tracking    prints each budget with its figure, and the floor that no setpoints can avoid; then the
+//                     five structures, each with its best gains by one rule and its best delay of the
+//                     reference; then triangle and sine at 1 to 50 Hz
 //
 // The shipped piezo stage works against a twin whose curves are off by 3 % and whose k is off by 20 %, the
 // soft stage against a Preisach twin. Gains are those of the sensitivity rule
@@ -37,15 +38,15 @@ constexpr double settle_s = 0.1;
 constexpr double learnt_s = 2.0;  // 20 periods at 10 Hz
 constexpr double counted_s = 1.0;
 
-/// A stage, and what is changed of its configuration.
+/// A stage, and the changes of its configuration.
 struct Case {
   std::string file;
   double low_um = 0.0, high_um = 0.0;
   bool interpolated = false;
-  bool plant_inverse = false;  ///< with the gains for the amplifier
+  bool plant_inverse = false;  ///< true: with gains designed for the amplifier
   double turnaround_percent = 0.0;
   double learning_percent = 0.0;  ///< resonance_percent; 0: without learning
-  double resonance_factor = 1.0;  ///< of the twin
+  double resonance_factor = 1.0;  ///< factor of the twin's resonance
 };
 
 rehearsal::Setup setup_of(const config::Config& config) {
@@ -64,7 +65,7 @@ Shape triangle_of(const Case& of, double frequency_Hz, const controller::Delays&
                                                    .mode_period_s = 1.0 / delays.resonance_Hz});
 }
 
-/// The first axis alone, with this triangle.
+/// Returns a setup with only the first axis, which follows this triangle.
 rehearsal::Setup triangle_setup(const Case& of, double frequency_Hz) {
   config::Config config = config::load(std::string(HYSTCAN_SOURCE_DIR "/config/") + of.file);
   config.axes.resize(1);
@@ -97,7 +98,7 @@ struct Error {
   double true_percent = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Of the stage: the reference covers 80 % of it.
+/// Returns the travel of the stage: the reference covers 80 % of it.
 double travel_um(const rehearsal::Setup& setup) {
   const Shape& shape = setup.controller.axes[0].axis.setpoint[0].shape;
   const auto covers = [](const auto& of) { return of.high_um - of.low_um; };
@@ -105,7 +106,7 @@ double travel_um(const rehearsal::Setup& setup) {
   return (triangle != nullptr ? covers(*triangle) : covers(std::get<controller::Sine>(shape))) / 0.8;
 }
 
-/// After the periods that settle, or that are learnt.
+/// Returns the errors after `skipped_s`, in which the loop settles or learns.
 Error track(const rehearsal::Setup& setup, double skipped_s) {
   const auto outcome = rehearsal::run_once(setup, skipped_s, [](const auto&) {});
   const controller::AxisOutcome& axis = outcome.axes[0];
@@ -127,7 +128,7 @@ std::vector<controller::LoopConfig> designs(const rehearsal::Setup& setup) {
   return all;
 }
 
-/// Of all designs of the rule the one with the smallest true error.
+/// Sets the design with the smallest true error among all designs of the rule.
 void design(rehearsal::Setup& setup) {
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
   const auto learning = std::exchange(axis.learning, std::nullopt);
@@ -164,18 +165,18 @@ double floor_percent(const Case& of, double frequency_Hz) {
          (curve.value(curve.domain().hi) - curve.value(curve.domain().lo));
 }
 
-/// Returns the figure. Throws if the axis had a fault and there is none.
+/// Returns the figure. Throws if it is not finite, because the axis faulted.
 double finite(double percent) {
   if (!std::isfinite(percent)) throw std::runtime_error("no figure: the axis had a fault");
   return percent;
 }
 
-/// The budgets of a case, in % of the stroke; 0: none.
+/// The budgets of a case, in % of the stroke; 0: no budget.
 struct Budgeted {
   bench::Budget sampled{}, actual{};
 };
 
-/// Prints the errors of a case. A short run does not find the gains of a case with plant_inverse, and does
+/// Prints the errors of a case. A short run does not design the gains of a case with plant_inverse, and does
 /// not judge it.
 void print_errors(bench::Budgets& budgets, const std::string& name, const Case& of, double frequency_Hz,
                   const Budgeted& budget) {
@@ -226,7 +227,7 @@ void print_budgets(bench::Budgets& budgets) {
   for (const auto& [name, stage, accepted] :
        {std::tuple("soft stage", soft, 0.0),
         std::tuple("Galfenol", with(soft, [](Case& c) { c.file = "galfenol.toml"; }), 0.153)}) {
-    // The soft stage has shipped gains that tune has found.
+    // The shipped gains of the soft stage are from tune.
     const Case by_rule = stage.file == soft.file ? stage : inverts(stage);
     const std::string title = name;
     print(title + ", gains by the rule", by_rule, 10.0, {{0.12, accepted}, {}});
@@ -234,12 +235,12 @@ void print_budgets(bench::Budgets& budgets) {
     print(title + ", learning within 3 %", learns(stage, 3.0), 10.0, {{0.02}, {}});
     print(title + ", learning within 3 %", learns(stage, 3.0), 20.0, {{0.03}, {}});
   }
-  for (const double factor : {0.9, 0.95, 1.05, 1.1})  // learning with the stage's resonance off
+  for (const double factor : {0.9, 0.95, 1.05, 1.1})  // learning with a wrong resonance
     print("piezo, resonance " + std::to_string(std::lround(500.0 * factor)) + " Hz, learning",
           with(learns(piezo, 10.0), [&](Case& c) { c.resonance_factor = factor; }), 10.0, {});
 }
 
-/// The smallest RMS of the samples' error over all delays of the reference: the same preview for every
+/// Returns the smallest RMS error at the samples over all delays of the reference: the same preview for every
 /// structure.
 double best_delayed_percent(const rehearsal::Setup& setup, double stroke_um) {
   struct Sample {
@@ -271,7 +272,7 @@ double best_delayed_percent(const rehearsal::Setup& setup, double stroke_um) {
   return 100.0 * best_um / stroke_um;
 }
 
-/// The best of all settings that the rule allows.
+/// Returns the smallest error over all settings that the rule allows.
 double best_by_rule(const rehearsal::Setup& setup, Structure structure, double stroke_um) {
   double best = std::numeric_limits<double>::infinity();
   for (const controller::LoopConfig& setting : designs(setup)) {

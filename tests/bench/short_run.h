@@ -1,4 +1,4 @@
-// The short form of the benchmarks (tests/bench/run --short): each runs all of its code with little work.
+// The short form of the benchmarks (tests/bench/run --short): each executes all of its code with little work.
 // Ratios are judged as in the full form (tests/bench/budgets.h).
 #pragma once
 
