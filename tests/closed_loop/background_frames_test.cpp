@@ -1,4 +1,5 @@
-// What the controller sends beside SYNC and commands, cycle by cycle and without a bus: whose turn it is.
+// The frames that the controller sends besides SYNC and commands, cycle by cycle and without a bus: their
+// order.
 #include "controller/background_frames.h"
 
 #include <fmt/format.h>
@@ -37,7 +38,8 @@ std::string in_words(const can::Frame& frame) {
   }
 }
 
-/// The axes x, of the nodes 1 (amplifier) and 2 (sensor), and y, of 3 and 4. They are offline at first.
+/// The axes x, with the nodes 1 (amplifier) and 2 (sensor), and y, with 3 and 4. All nodes are offline at
+/// first.
 class Background : public testing::Test {
  protected:
   controller::WiredAxisConfig& config(std::size_t axis) { return setup_.controller.axes[axis]; }
@@ -57,13 +59,13 @@ class Background : public testing::Test {
     bus_.frames.clear();
     return words;
   }
-  /// What follows the commands of the cycle whose SYNC has been sent at this time.
+  /// Returns the frames that follow the commands of the cycle whose SYNC was sent at this time.
   Sent at(int ms) {
     const can::Time sync_sent{milliseconds(ms)};
     frames_->send_next(bus_, sync_sent, sync_sent, 1e-3 * ms);
     return sent();
   }
-  /// What follows this SYNC.
+  /// Returns the frames that follow the SYNC with this counter.
   Sent in_slot(int sync_counter, int ms) {
     frames_->begin_cycle(bus_, static_cast<std::uint8_t>(sync_counter), can::Time{milliseconds(ms)});
     return sent();
@@ -71,7 +73,7 @@ class Background : public testing::Test {
   void hear(controller::RemoteNode& node, NmtState state) {
     node.on_heartbeat(can::heartbeat_frame(node.node(), state), can::Time{});
   }
-  /// The axis waits for its nodes, and the log knows it.
+  /// Makes the axis wait for its nodes, and updates the log accordingly.
   void wait(std::size_t axis) {
     axes_[axis]->axis.start(false);
     axes_[axis]->axis.step({});
@@ -82,7 +84,7 @@ class Background : public testing::Test {
   static std::vector<can::SdoWrite> one_object() {
     return {{{.index = 0x2001, .subindex = 2}, {.value = 5}}};
   }
-  /// The node answers the requests of its set-up until it is complete.
+  /// Answers the set-up requests of a node until its set-up is complete.
   void answer_set_up(controller::RemoteNode& node) {
     const can::SdoObject object = one_object()[0].object;
     node.on_sdo(can::sdo_response(node.node(), {.service = can::SdoService::written, .object = object}));
@@ -253,7 +255,7 @@ TEST_F(Background, FindsTheOneNodeThatIsToBeSetUpInOneCycle) {
 TEST_F(Background, FaultsTheAxesThatWaitForANodeThatCannotBeSetUp) {
   config(0).wire.amplifier_setup = one_object();
   config(0).wire.setup_patience.attempts = 1;
-  config(1).wire.amplifier_node = 1;  // shared, and set up by x
+  config(1).wire.amplifier_node = 1;  // a shared node, set up by axis x
   begin();
   for (const auto& wired : axes_) hear(wired->amplifier, NmtState::pre_operational);
   wait(0);

@@ -1,6 +1,6 @@
-// What the controller does when its CAN controller goes bus-off or its interface goes down: it disarms at
-// once, waits for every node again, and arms only on request. The whole loop runs in virtual time; the test
-// sets the state of the controller's connection.
+// The reaction of the controller when its CAN controller goes bus-off or its interface goes down: it disarms
+// immediately, waits for every node again, and arms only on request. The whole loop runs in virtual time; the
+// test sets the state of the controller's connection.
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -57,7 +57,7 @@ struct ControllerOffTheBus : testing::Test {
   can::SimBus bus{clock, {1'000'000}};
   twin::Twin twin{twin_config(config), config.database, clock, [this](auto) { return bus.attach(); }};
   support::HookedConnection* connection = nullptr;
-  int nmt_frames = 0;  ///< of the controller
+  int nmt_frames = 0;  ///< NMT frames of the controller
   std::optional<controller::Controller> controller;
 };
 
@@ -87,13 +87,13 @@ TEST_F(ControllerOffTheBus, TracksAgainOnlyAfterANewStartThatMayClearFaults) {
   connection->pretend(BusState::bus_off);
   run_for(milliseconds(100));
   controller.reset();
-  run_for(milliseconds(1));  // its last frame may still be on the wire
+  run_for(milliseconds(1));  // the last frame may still be on the wire
   switch_on(false);
   run_for(milliseconds(1000));
   EXPECT_EQ(controller->axis(0).fault().cause, Cause::amplifier_fault)
       << "the amplifier's watchdog has tripped without commands";
   controller.reset();
-  run_for(milliseconds(1));  // its last frame may still be on the wire
+  run_for(milliseconds(1));  // the last frame may still be on the wire
   switch_on(true);
   EXPECT_TRUE(tracks());
 }

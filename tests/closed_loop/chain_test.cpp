@@ -34,7 +34,7 @@ Duration times(double factor, Duration duration) {
 
 Duration cycle_of(const config::Config& config) { return controller::cycle_of(config.controller); }
 
-/// Draws identifiers that no CANopen message has: some before SYNC, some among the usual ones, some extended.
+/// Draws identifiers that CANopen does not use: some before SYNC, some among the usual ones, some extended.
 class Identifiers {
  public:
   explicit Identifiers(std::mt19937_64& random) : random_(random) {}
@@ -57,14 +57,14 @@ class Identifiers {
   std::set<std::pair<std::uint32_t, bool>> used_;
 };
 
-/// The kind of frames that a configuration gets.
+/// The kind of frames in a configuration.
 struct Frames {
-  bool standard = true;  ///< identifiers of docs/protocol/frames.md
+  bool standard = true;  ///< true: identifiers of docs/protocol/frames.md
   bool extended = false;
   std::uint16_t bytes = 8;
 };
 
-/// `count` axes like the first one of the shipped stage, each with its own messages. They follow without
+/// Returns `count` copies of the first axis of the shipped stage, each with its own messages. They use no
 /// feedback, because the effect of the bus on the gains is not tested here.
 config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, std::mt19937_64& random) {
   const config::Config shipped = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
@@ -98,8 +98,8 @@ config::Config axes_like_the_shipped(std::size_t count, const Frames& frames, st
   return config;
 }
 
-/// The map of the axis at `place` among those that share `message`. The first one has the standard signals.
-/// Each other one gets signals of its own behind the first eight bytes, but for the SYNC counter.
+/// Returns the map of the axis at `place` among those that share `message`. The first axis has the standard
+/// signals. Each other axis gets its own signals after the first eight bytes, except for the SYNC counter.
 template <class Payload>
 can::MessageMap take_place(can::Message& message, std::size_t place) {
   constexpr std::size_t first_bits = 64;
@@ -119,7 +119,8 @@ can::MessageMap take_place(can::Message& message, std::size_t place) {
   return map;
 }
 
-/// Lets runs of axes share a sensor, and other runs an amplifier, with or without one status for all of them.
+/// Lets sequences of axes share a sensor, and other sequences an amplifier, with or without one common
+/// status.
 void share_frames(config::Config& config, std::mt19937_64& random) {
   const std::size_t count = config.axes.size();
   const std::size_t of_a_sensor = 1 + random() % count;
@@ -143,15 +144,15 @@ void share_frames(config::Config& config, std::mt19937_64& random) {
   }
 }
 
-/// Gives each node a slot of its own for its heartbeat and statuses.
+/// Assigns each node a slot for its heartbeat and statuses.
 void give_slots(config::Config& config, std::mt19937_64& random) {
-  constexpr std::array<std::uint8_t, 4> rounds{20, 24, 40, 60};  // more than there are nodes
+  constexpr std::array<std::uint8_t, 4> rounds{20, 24, 40, 60};  // more than the number of nodes
   config.bus.background_slots = rounds[random() % rounds.size()];
   config.controller.node = static_cast<std::uint8_t>(config.bus.background_slots);
 }
 
-/// Sets heartbeats and watchdogs in multiples of the cycle; the phase between heartbeats and cycle varies.
-/// Two rounds of slots are no longer than a heartbeat period.
+/// Sets heartbeats and watchdogs to multiples of the cycle; the phase between heartbeats and cycle varies.
+/// Two rounds of slots last at most one heartbeat period.
 void set_times(config::Config& config, std::mt19937_64& random) {
   const Duration cycle = cycle_of(config);
   const auto between = [&](double low, double high) {
@@ -169,8 +170,8 @@ void set_times(config::Config& config, std::mt19937_64& random) {
   }
 }
 
-/// Sets the fastest of a few rates at which, by the plan, the commands arrive within their cycle. The first
-/// rate loads the bus by 30 to 100 %.
+/// Sets the fastest of several rates at which, according to the plan, the commands arrive within their cycle.
+/// The first rate loads the bus by 30 to 100 %.
 std::optional<config::BusPlan> load_the_bus(config::Config& config, std::mt19937_64& random) {
   config.controller.rate_Hz = 10.0;
   const double per_Hz = [&] {
@@ -206,11 +207,11 @@ config::Config draw(std::mt19937_64& random) {
     if (random() % 2 == 0) switch_bit_rates(config);
   }
   if (random() % 2 == 0) give_slots(config, random);
-  config.bus.turnaround = Duration::zero();  // the twin's nodes and the controller answer at once
+  config.bus.turnaround = Duration::zero();  // the twin's nodes and the controller answer immediately
   return config;
 }
 
-/// The earliest deadline of shared commands that waits for every sample.
+/// Returns the latest arrival of a sample in the plan; shared commands wait for every sample.
 Duration latest_sample(const config::BusPlan& plan) {
   Duration latest{};
   for (const config::PlannedFrame& each : plan.frames)
@@ -219,7 +220,7 @@ Duration latest_sample(const config::BusPlan& plan) {
   return latest;
 }
 
-/// A rehearsal with a listener that knows when each frame was due.
+/// A rehearsal with a listener that knows the due time of each frame.
 class Watched {
  public:
   Watched(const config::Config& config, const config::BusPlan& plan)
@@ -254,7 +255,7 @@ class Watched {
           .append("; ");
     return causes;
   }
-  /// Observes that many cycles, from the time when all axes track.
+  /// Observes this number of cycles, starting when all axes track.
   void observe(std::uint64_t cycles) {
     const Duration cycle = plan_.cycle;
     for (int i = 0; i < 100 && !tracks(); ++i) rehearsal_.run_for(100 * cycle + 500ms);
@@ -277,7 +278,7 @@ class Watched {
   int early_axis_statuses() const { return early_axis_statuses_; }
 
  private:
-  /// A command has been queued; its counter names the SYNC that it answers.
+  /// Called when a command was queued; its counter names the SYNC that it answers.
   void note(const controller::CycleRecord& record) {
     sync_ = Time{Duration{std::llround(1e9 * record.time_s)}};
     if (record.cycle > 0) sync_of_counter_[1 + (record.cycle - 1) % can::sync_counter_max] = sync_;
@@ -312,11 +313,12 @@ class Watched {
       keep(name, passed - sync);
       last_command_ = std::max(last_command_, passed - bits_last(can::frame_bits(frame).total()) - sync);
     } else {
-      keep(name, passed - sync_of_this_cycle(end));  // sample or status
+      keep(name, passed - sync_of_this_cycle(end));  // a sample or a status
     }
   }
 
-  /// The SYNC of the last cycle record, or the one some whole cycles later that began the running cycle.
+  /// Returns the SYNC that began the present cycle: that of the last cycle record, or one a whole number of
+  /// cycles later.
   Time sync_of_this_cycle(Time now) const {
     Time sync = sync_;
     while (sync + plan_.cycle < now) sync += plan_.cycle;
@@ -328,8 +330,8 @@ class Watched {
   }
 
   config::BusPlan plan_;
-  can::SignalCodec sync_counter_;  ///< the same in every command
-  std::size_t commands_;           ///< frames in a cycle
+  can::SignalCodec sync_counter_;  ///< the same codec for every command
+  std::size_t commands_;           ///< number of frames per cycle
   double bit_ns_;
   Duration beat_;
   std::map<std::pair<std::uint32_t, bool>, const config::PlannedFrame*> index_;

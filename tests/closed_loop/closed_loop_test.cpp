@@ -1,5 +1,5 @@
 // Controller and twin on the simulated bus with the shipped configurations; frames are encoded and decoded
-// both ways.
+// in both directions.
 //
 //   80 % stroke triangle, 10 Hz, 1 kHz cycle; the twin differs by 3 % in the curves and 20 % in k
 //
@@ -59,8 +59,8 @@ TEST(Galfenol, IsTrackedThroughItsButterflyCurve) {
   EXPECT_GE(triangle_percent(average) / triangle_percent(inverse), 2.0);
 }
 
-/// The piezo stage with a butterfly of a material with coercivity, from -30 V. The branches cross near -28
-/// and 28 V.
+/// The piezo stage with a butterfly curve of a coercive material, from -30 V. The branches cross near -28 and
+/// 28 V.
 rehearsal::Setup butterfly_stage() {
   const model::Interval range{-100.0, 100.0};
   const auto butterfly = [&](double share) {
@@ -115,7 +115,8 @@ TEST(Rehearsal, LoadsTheBusByLessThanTwoThirds) {
   EXPECT_LT(rehearsal::run_once(shipped("piezo.toml"), 0.1, ignore).bus_load, 2.0 / 3.0);
 }
 
-// Controller, twin and simulated bus: two axes, real instruments, a laboratory's frames, axes in a frame.
+// Controller, twin and simulated bus: two axes, real instruments, a laboratory's frames, axes that share a
+// frame.
 TEST(TrackingLoop, AllocatesNothing) {
   for (const char* file :
        {"piezo.toml", "p733.toml", "galfenol_unimorph.toml", "lab_amplifier.toml", "fd_stage.toml"})

@@ -1,6 +1,6 @@
-// A stage that creeps by 2 % a decade, from 10 ms to 10 s, and differs from the controller's model as the
-// shipped one does: by 3 % in the curves and 20 % in k. "before": the controller's model does not creep;
-// "after": it creeps by 2 % a decade.
+// A stage that creeps by 2 % per decade, from 10 ms to 10 s. It differs from the controller's model like the
+// shipped one: by 3 % in the curves and 20 % in k. "before": the controller's model does not creep; "after":
+// the model creeps by 2 % per decade.
 //
 //                                                             before   after   without creep
 //   step of 80 % of the stroke, held for 10 s
@@ -38,7 +38,7 @@ rehearsal::Setup stage(const Creep& of_plant, const Creep& of_model) {
   return setup;
 }
 
-/// The same plant with the usual law of creep (model::logarithmic_creep) instead.
+/// Returns the same plant with the usual law of creep (model::logarithmic_creep).
 rehearsal::Setup logarithmic(const Creep& of_model) {
   rehearsal::Setup setup = stage({}, of_model);
   setup.twin.axes[0].axis.plant.creep =
@@ -46,7 +46,7 @@ rehearsal::Setup logarithmic(const Creep& of_model) {
   return setup;
 }
 
-/// The error after a step from 3 to 27 um, in each cycle of 10 s.
+/// Returns the errors after a step from 3 to 27 um, one for each cycle of 10 s.
 std::vector<double> step_errors_um(rehearsal::Setup setup, Structure structure) {
   constexpr double rise_s = 0.03;
   setup.controller.axes[0].axis.setpoint = {
@@ -62,8 +62,8 @@ std::vector<double> step_errors_um(rehearsal::Setup setup, Structure structure) 
   return errors_um;
 }
 
-/// From 50 ms after the step on, when the mode has rung down: of the means of 10 ms, which are almost free of
-/// noise.
+/// Returns the drift from 50 ms after the step, when the mode has rung down. It uses means over 10 ms, which
+/// are almost free of noise.
 double drift_nm(const rehearsal::Setup& setup) {
   const std::vector<double> errors_um = step_errors_um(setup, Structure::inverse);
   double lowest_um = 1e9, highest_um = -1e9;
@@ -76,7 +76,7 @@ double drift_nm(const rehearsal::Setup& setup) {
   return 1e3 * (highest_um - lowest_um);
 }
 
-/// Until the error stays within 10 nm, since the reference arrived.
+/// Returns the time from the end of the reference's step until the error stays within 10 nm.
 double settling_ms(const rehearsal::Setup& setup) {
   const std::vector<double> errors_um = step_errors_um(setup, Structure::inverse_pi);
   std::size_t cycles = errors_um.size();

@@ -1,5 +1,5 @@
-// Two axes that are disturbed at random and brought back, as tests/hil/soak.py does it, in virtual time: an
-// axis faults only by what acts on it, always returns, and its reference never jumps.
+// Two axes that are disturbed at random and recovered, like tests/hil/soak.py, in virtual time. An axis
+// faults only because of disturbances that affect it, always recovers, and its reference never jumps.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ using std::chrono::milliseconds;
 using twin::Fault;
 using Kind = controller::Request::Kind;
 
-/// The staircases move by 1.4 um a cycle, and what an axis that joins adds is slower.
+/// The staircases move by 1.4 um per cycle, and the transition of an axis that joins is slower.
 constexpr double fastest_um = 2.0;
 
 class DisturbedBench {
@@ -39,11 +39,11 @@ class DisturbedBench {
     run_for(milliseconds(3000));
   }
 
-  /// Returns what it is called, and disturbs until it has ended.
+  /// Disturbs the axes until the disturbance has ended. Returns its name.
   std::string disturb() {
     may_fault_.clear();
     const std::string name = any(4) == 0 ? link_goes_down() : twin_fault();
-    run_for(milliseconds(500 + any(20)));  // the slowest judgement takes 0.3 s
+    run_for(milliseconds(500 + any(20)));  // the slowest detection takes 0.3 s
     return name;
   }
   std::string unexplained() const {
@@ -53,7 +53,7 @@ class DisturbedBench {
         names += names_[i] + ": " + std::string(to_string(controller_.axis(i).fault().cause)) + ' ';
     return names;
   }
-  /// Clears and enables, one axis after the other; false: not all track within ten seconds.
+  /// Clears and enables one axis after the other. Returns false if not all axes track within ten seconds.
   bool bring_back() {
     for (const auto& [kind, from] :
          {std::pair(Kind::clear, AxisState::faulted), {Kind::enable, AxisState::offline}})
@@ -96,7 +96,7 @@ class DisturbedBench {
   }
 
   std::string twin_fault() {
-    // A babbling node takes the wire from all, and a drift stays.
+    // A babbling node blocks the wire for all nodes, and a parameter drift is permanent.
     static const std::set<Fault> others{Fault::babbling_node, Fault::parameter_drift};
     Fault kind{};
     do kind = every<Fault>()[static_cast<std::size_t>(any(twin::fault_count))];
@@ -110,7 +110,7 @@ class DisturbedBench {
     twin_.faults().remove(kind);
     return describe(spec);
   }
-  /// Whatever the axis does, these fault none.
+  /// Returns true if this disturbance never faults an axis.
   static bool is_harmless(const twin::FaultSpec& spec) {
     return spec.kind == Fault::duplicate || traits(spec.kind).site == twin::FaultSite::plant ||
            (spec.node == twin::Node::amplifier &&

@@ -1,5 +1,5 @@
-// The controller against a twin whose amplifier and sensor have the flaws of real instruments: the shipped
-// presets, setpoints that are applied on receipt, sensors that sample by their own clock.
+// The controller with a twin whose amplifier and sensor have the imperfections of real instruments: the
+// shipped presets, setpoints that are applied on receipt, sensors that sample by their own clock.
 #include <gtest/gtest.h>
 
 #include "config/schema/config.h"
@@ -17,7 +17,7 @@ using support::ignore;
 using support::shipped;
 using support::triangle_percent;
 
-/// A loop whose axis 0 tracks.
+/// A loop that has started to track with axis 0.
 class Loop {
  public:
   explicit Loop(const rehearsal::Setup& setup) : rehearsal_(setup, ignore) {
@@ -33,8 +33,8 @@ class Loop {
   rehearsal::Rehearsal rehearsal_;
 };
 
-// piezo.toml has 0.205 %, galfenol.toml 0.2 %. The rest comes from the delay of the sensors on the ramps,
-// 73 us and 260 us.
+// The errors are 0.205 % for piezo.toml and 0.2 % for galfenol.toml. The rest is due to the delays of the
+// sensors on the ramps, 73 us and 260 us.
 TEST(InstrumentPreset, OfThePiezoStageTracksWithinItsBudget) {
   const auto outcome = rehearsal::run_once(shipped("p733.toml"), 0.1, ignore);
   for (const auto& axis : outcome.axes)
@@ -53,15 +53,15 @@ double on_receipt_percent(const char* delay_us, const char* status_every) {
   const std::vector<config::Setting> settings{
       {"axis[0].twin.apply", "\"receipt\""},       {"axis[0].control.delays.command_delay_us", delay_us},
       {"axis[0].twin.status_every", status_every}, {"axis[1].twin.status_every", status_every},
-      {"axis[0].control.ki_per_s", "120.0"},  // with less delay the mode allows half the gain
+      {"axis[0].control.ki_per_s", "120.0"},  // with a shorter delay the mode allows half the gain
       {"axis[0].control.status_timeout_ms", "0"},  {"axis[1].control.status_timeout_ms", "0"}};
   const auto outcome = rehearsal::run_once(shipped("piezo.toml", settings), 0.1, ignore);
   EXPECT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   return triangle_percent(outcome);
 }
 
-// SYNC, two samples and the command take some 450 us, which is shorter than a cycle. Where the controller
-// knows this delay, the error is 0.19 %.
+// SYNC, two samples and the command take some 450 us, less than a cycle. If this delay is configured in the
+// controller, the error is 0.19 %.
 TEST(SetpointAppliedOnReceipt, TracksAsWellAsAtTheSyncWhenTheDelayOfTheBusIsKnown) {
   const double known = on_receipt_percent("450.0", "1000");
   EXPECT_LE(known, 0.205) << "no worse than at the SYNC";
@@ -78,9 +78,9 @@ std::vector<config::Setting> runs_free(const char* skew_ppm) {
   return {{"axis[0].twin.sensor.sampling", "\"free\""}, {"axis[0].twin.sensor.skew_ppm", skew_ppm}};
 }
 
-// A skew of 200 ppm gives 12 beats a minute and moves the samples by 0.2 us a cycle. Stuff bits vary the
-// length of their frames by 10 us. Near each beat the samples therefore arrive before some SYNCs and after
-// others for some cycles: some cycles have no sample and some have two.
+// With a skew of 200 ppm there are 12 beats per minute, and the samples move by 0.2 us per cycle. Stuff bits
+// vary the length of their frames by 10 us. Near each beat the samples therefore arrive before some SYNCs and
+// after others for some cycles: some cycles have no sample and some have two.
 TEST(FreeRunningSensor, IsTrackedThroughEachBeatWhenEnoughSamplesMayBeMissing) {
   for (const char* skew_ppm : {"200.0", "-200.0"}) {
     auto settings = runs_free(skew_ppm);

@@ -1,4 +1,5 @@
-// What an axis knows of its two nodes, frame by frame and without a bus: what counts, and what is forgotten.
+// The state that an axis keeps about its two nodes, frame by frame and without a bus: which frames count, and
+// when the state is reset.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -28,7 +29,7 @@ class AxisOfTheStage : public testing::Test {
   can::AxisWire& wire() { return setup_.controller.axes[0].wire; }
   can::AxisFrames& frames() { return *wire().frames; }
   support::LoneAxis axis() const { return {setup_.controller.axes[0], setup_.database}; }
-  /// The next sample of a sensor that has just started.
+  /// Returns the next sample of a sensor that has just started.
   can::Frame first_sample(std::uint8_t sync_counter, double position_um) {
     return *can::Encoder<can::SensorSample>(*can::find_layout<can::SensorSample>(setup_.database, wire()))(
         {.position_um = position_um, .sync_counter = sync_counter});

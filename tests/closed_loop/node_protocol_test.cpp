@@ -1,5 +1,5 @@
-// The CANopen part of the controller: set-up by SDO before the start, emergencies in the cycle record, a
-// heartbeat that only a running loop sends.
+// The CANopen part of the controller: set-up by SDO before the start, emergencies in the cycle record, and a
+// heartbeat that stops when the loop stops.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ rehearsal::Setup one_axis() {
   return setup;
 }
 
-/// A rehearsal that keeps all frames and events.
+/// A rehearsal that stores all frames and events.
 class LoggedLoop {
  public:
   explicit LoggedLoop(const rehearsal::Setup& setup)
@@ -213,7 +213,7 @@ TEST_F(BackgroundSlots, ThatTheNodesDoNotKnowAreNamedOnceForEachNodeOfEachAxisAn
   EXPECT_EQ(events.size(), 4U);
 }
 
-/// A round of 6 ms: a heartbeat waits for up to that.
+/// A round lasts 6 ms: a heartbeat waits up to 6 ms.
 TEST_F(BackgroundSlots, DelayOneHeartbeatOfTheControllerAndNoLaterOne) {
   shows("S-105");
   setup.controller.heartbeat_period = milliseconds(13);
@@ -261,7 +261,7 @@ TEST(ForeignAccess, ThatWritesToAWaitingNodeIsFollowedByItsSetUp) {
   EXPECT_EQ(loop.rehearsal.twin().axes()[0]->amplifier.node().objects().object(current_limit)->value, 7u);
 }
 
-/// As a CAN controller does that misses the last bit of an acknowledged frame (ISO 11898-1).
+/// Some CAN controllers do this if they miss the last bit of an acknowledged frame (ISO 11898-1).
 TEST(SampleThatIsSentTwice, BitForBitIsNoFault) {
   shows("S-161");
   rehearsal::Setup setup = one_axis();
@@ -273,8 +273,7 @@ TEST(SampleThatIsSentTwice, BitForBitIsNoFault) {
   EXPECT_EQ(loop.axis().state(), AxisState::tracking) << to_string(loop.axis().fault().cause);
 }
 
-/// The controller of axis x, whose sensor gives its samples this SyncCounter in place of the right one from
-/// `fail` on.
+/// The controller of axis x, whose sensor sends this SyncCounter instead of the right one from `fail` on.
 class WrongSyncCounter : public testing::TestWithParam<int> {
  protected:
   WrongSyncCounter() {
@@ -366,8 +365,7 @@ TEST(RejectedFrames, AreCountedByMessageAndCause) {
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
 }
 
-/// All that the kernel lets through: however many other frames there are, the control thread wakes up for
-/// none.
+/// The list of all frames that the kernel passes: other frames, however many, do not wake the control thread.
 TEST(ControllerFilters, AreTheFramesOfItsNodesAndThoseThatAnotherControllerSends) {
   const rehearsal::Setup setup = one_axis();
   can::VirtualClock clock;
@@ -384,7 +382,7 @@ TEST(ControllerFilters, AreTheFramesOfItsNodesAndThoseThatAnotherControllerSends
                                           0x582, 0x601, 0x602, 0x701, 0x702, 0x77F}));
 }
 
-/// A scheduler whose timers can stop expiring, as in a control loop that hangs.
+/// A scheduler whose timers can stop expiring, like a control loop that hangs.
 class HangingScheduler final : public can::Scheduler {
  public:
   explicit HangingScheduler(can::Scheduler& inner) : inner_(inner) {}
@@ -412,7 +410,7 @@ TEST(ControllerHeartbeat, StopsWhenTheControlLoopHangs) {
   const auto listener = bus.attach();
   listener->on_frame([&](const can::Frame& frame, can::Time) { heartbeats += frame.id == 0x77F ? 1 : 0; });
   controller.start();
-  clock.run_until(clock.now() + milliseconds(1050));  // between two heartbeats: none is on the wire
+  clock.run_until(clock.now() + milliseconds(1050));  // between two heartbeats, so that none is on the wire
   const int while_running = heartbeats;
   EXPECT_GE(while_running, 9) << "one at start, then every 100 ms";
   scheduler.hangs = true;

@@ -1,4 +1,4 @@
-// The shipped controller, with its recursive inverse, on a stage that has another hysteresis.
+// The shipped controller, with its recursive inverse, on a stage with a different hysteresis model.
 //
 // RMS error over the 80 % triangle, 10 Hz, 1 kHz cycle, % of stroke:
 //
@@ -24,7 +24,7 @@ const model::HysteresisParameters& shipped_plant(const rehearsal::Setup& setup) 
   return std::get<model::HysteresisParameters>(setup.twin.axes[0].axis.plant.hysteresis);
 }
 
-/// E(alpha, beta): the fall of the plant's output from input alpha down to beta, after it has come up from
+/// E(alpha, beta): the fall of the plant's output when the input falls from alpha to beta, after a rise from
 /// the lower threshold.
 double everett(const model::HysteresisParameters& parameters, double alpha, double beta) {
   const model::Hysteresis plant(parameters);
@@ -33,8 +33,8 @@ double everett(const model::HysteresisParameters& parameters, double alpha, doub
   return up_um - plant.advance(state, beta).value;
 }
 
-/// A Preisach material with the first-order reversal curves of the shipped plant on a grid of `levels`, as
-/// far as weights >= 0 allow.
+/// Returns a Preisach material with the first-order reversal curves of the shipped plant on a grid of
+/// `levels`, as far as weights >= 0 allow.
 model::PreisachParameters preisach_like(const model::HysteresisParameters& plant, int levels) {
   const auto input = [&](int i) { return 100.0 * i / levels; };
   const auto e = [&](int alpha, int beta) {
@@ -53,8 +53,8 @@ model::PreisachParameters preisach_like(const model::HysteresisParameters& plant
   return made;
 }
 
-/// Plays whose major loop falls along the descending curve of the shipped plant. From the top down, play i
-/// begins to move after 2 r_i; the slope is then the sum of the weights up to play i.
+/// Returns plays whose major loop falls along the descending curve of the shipped plant. When the input falls
+/// from the top, play i begins to move after 2 r_i; the slope is then the sum of the weights up to play i.
 model::PrandtlIshlinskiiParameters plays_like(const model::HysteresisParameters& plant, int plays) {
   const double spacing = 50.0 / (plays + 1);
   const auto slope = [&](int i) {
@@ -90,7 +90,7 @@ double triangle_percent(rehearsal::Setup setup, const model::AnyParameters& trut
   return support::triangle_percent(outcome);
 }
 
-/// Compares two structures of the loop on a stage with another hysteresis.
+/// Compares two structures of the loop on a stage with a different hysteresis model.
 void expect_tracked(const rehearsal::Setup& setup, const model::AnyParameters& truth, double worst_percent) {
   const double with_inverse = triangle_percent(setup, truth, Structure::inverse_pi);
   const double with_average = triangle_percent(setup, truth, Structure::average_pi);
@@ -108,7 +108,7 @@ TEST(PrandtlIshlinskiiTruth, IsTrackedByTheRecursiveInverse) {
   expect_tracked(setup, plays_like(shipped_plant(setup), 24), 0.3);
 }
 
-/// The truth of the shipped soft stage.
+/// Returns the true hysteresis of the shipped soft stage.
 model::Preisach soft_truth() {
   const rehearsal::Setup setup = support::shipped("soft_stage.toml");
   return model::Preisach(std::get<model::PreisachParameters>(setup.twin.axes[0].axis.plant.hysteresis));
@@ -125,7 +125,7 @@ TEST(SoftStage, HasALoopOf18PercentOfItsStroke) {
   EXPECT_NEAR(width_um, 18.0, 0.1);
 }
 
-// The rest of the error is the ringing of the lightly damped mode: 0.69 % of stroke with the shipped gains.
+// The remaining error is the ringing of the lightly damped mode: 0.69 % of stroke with the shipped gains.
 TEST(SoftStage, IsTrackedWithTheModelThatWasIdentifiedFromItsTruth) {
   const auto outcome = rehearsal::run_once(support::shipped("soft_stage.toml"), 0.1, support::ignore);
   ASSERT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);

@@ -30,7 +30,7 @@ rehearsal::Setup setup_of(bool live_setpoint) {
   return setup;
 }
 
-/// A rehearsal with a foreign node, which keeps the statuses of both axes and can send frames.
+/// A rehearsal with a foreign node that stores the statuses of both axes and can send frames.
 struct ObservedLoop {
   explicit ObservedLoop(const rehearsal::Setup& setup = setup_of(true))
       : rehearsal(setup, [](const controller::CycleRecord&) {}) {
@@ -114,7 +114,7 @@ TEST(ControllerStatus, IsSentWithEachHeartbeatOfTheController) {
 
 TEST(ControllerStatus, ReportsEveryStateOfTheStart) {
   rehearsal::Setup setup = setup_of(false);
-  setup.controller.axes.resize(1);  // with several axes, a state may end before the axis's turn comes
+  setup.controller.axes.resize(1);  // with several axes, a state may end before the slot of the axis
   ObservedLoop loop(setup);
   std::vector<std::uint8_t> states;
   const auto listener = loop.rehearsal.attach()({});

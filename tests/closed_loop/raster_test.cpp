@@ -1,4 +1,4 @@
-// A raster scan over two axes in virtual time: the axes stay in phase, also after faults.
+// A raster scan over two axes in virtual time: the axes stay in phase, even after faults.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Kind = controller::Request::Kind;
 
-/// The shipped scan, which repeats.
+/// The shipped scan, repeated.
 class Scan : public testing::Test {
  protected:
   void begin(const std::vector<config::Setting>& settings = {}) {
@@ -41,7 +41,7 @@ class Scan : public testing::Test {
     loop_->run_for(milliseconds(2));
     EXPECT_EQ(requests_.take_answer()->refusal, std::nullopt);
   }
-  /// Its sensor says nothing for a while.
+  /// Makes the sensor of axis i silent for a while.
   void silence(std::size_t i) {
     loop_->twin().faults().inject(
         {.kind = twin::Fault::no_reply, .axis = i == 0 ? "x" : "y", .lasts = milliseconds(100)});
@@ -52,7 +52,8 @@ class Scan : public testing::Test {
     ask(Kind::clear, i);
     ask(Kind::enable, i);
   }
-  /// Runs on; returns how many cycles both axes were on a line, and fails where they are on different ones.
+  /// Runs for `duration`. Returns the number of cycles in which both axes were on a line, and fails if they
+  /// are on different lines.
   int cycles_on_the_same_line(can::Duration duration) {
     int cycles = 0;
     for (can::Duration spent{}; spent < duration; spent += milliseconds(1)) {
@@ -67,7 +68,7 @@ class Scan : public testing::Test {
     }
     return cycles;
   }
-  /// y is at rest, at its level, while x is on the straight part of a line.
+  /// Expects that y rests at its level while x is on the straight part of a line.
   void expect_levels() {
     const auto& y = latest_[1].report;
     if (y.point.scan && y.point.scan->pixel >= 0) {
@@ -124,7 +125,7 @@ TEST_F(Scan, HasBothAxesOnTheSameLineAfterBothHaveFaulted) {
   EXPECT_GT(cycles_on_the_same_line(seconds(4)), 2 * 32 * 50 - 100);
 }
 
-// Each begins alone: the first as soon as it is ready, the second on the time of the first.
+// Each axis begins alone: the first as soon as it is ready, the second in time with the first.
 TEST_F(Scan, HasBothAxesOnTheSameLineWhereTheyDoNotBeginTogether) {
   begin({{"controller.start_together", "false"}, {"axis[1].control.wipe_dwell_s", "0.437"}});
   ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(5)));
@@ -133,7 +134,7 @@ TEST_F(Scan, HasBothAxesOnTheSameLineWhereTheyDoNotBeginTogether) {
   EXPECT_GT(cycles_on_the_same_line(seconds(4)), 2 * 32 * 50 - 100);
 }
 
-/// The scan markers of x on the bus, from the start on.
+/// The scan markers of x on the bus, from the start.
 TEST_F(Scan, SendsAMarkerAtTheBeginningOfEachLine) {
   begin();
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/raster.toml");
@@ -149,8 +150,7 @@ TEST_F(Scan, SendsAMarkerAtTheBeginningOfEachLine) {
     EXPECT_EQ(marker->sync_counter, sync) << "it comes within the cycle";
   });
   ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(5)));
-  loop_->run_for(
-      milliseconds(200 + 1900 + 10));  // the transition and a pass, with the return and the way back
+  loop_->run_for(milliseconds(200 + 1900 + 10));  // the transition and one pass, including the return
   ASSERT_EQ(markers.size(), 33U);
   for (std::size_t i = 0; i < markers.size(); ++i) {
     EXPECT_EQ(markers[i].line, i % 32) << i;

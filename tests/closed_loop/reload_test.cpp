@@ -1,6 +1,6 @@
-// A change of the running configuration at every phase of the reference: the drive makes no step that the
-// references do not make themselves. On a bench the phase is as the file happens to be saved; here it is all
-// of them.
+// Changes the running configuration at every phase of the reference: the drive makes no step that the
+// references do not cause themselves. On a bench the phase depends on when the file is saved; this test
+// covers all phases.
 //
 //                                      in the triangle          in the staircase
 //   largest step, largest error        V        um              V        um
@@ -32,12 +32,12 @@ using std::chrono::milliseconds;
 
 const std::string file = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
 constexpr double cycle_s = 1e-3;
-constexpr double triangle_um_per_s = 480.0;    // 24 um up and down again, ten times a second
+constexpr double triangle_um_per_s = 480.0;    // 24 um up and down again, ten times per second
 constexpr double staircase_um_per_s = 1375.0;  // 15/8 of 22 um in 30 ms
-/// What PI adds to one cycle's demand: twice kp and once ki T of an error of 0.2 um.
+/// PI's contribution to the change in one cycle: twice kp and once ki T of an error of 0.2 um.
 constexpr double pi_um = (2.0 * 0.08 + 409.0 * cycle_s) * 0.2;
-/// By the default limit of acceleration the mode lags by a thousandth of the stroke: as the reference brakes,
-/// as it sets out and as it arrives, at worst all at once.
+/// With the default limit of acceleration the mode lags by a thousandth of the stroke: when the reference
+/// brakes, when the transition starts and when it ends; in the worst case all at once.
 constexpr double mode_um = 3.0 * 28.5e-3;
 
 config::AxisConfig axis_with(const std::vector<config::Setting>& settings) {
@@ -61,7 +61,7 @@ class Tracking {
     reports_.clear();
   }
 
-  /// Is done between two cycles.
+  /// Carries the request out between two cycles.
   void ask(std::unique_ptr<Request> request) {
     ASSERT_TRUE(requests_.ask(std::move(request)));
     run_for_ms(2);
@@ -79,14 +79,14 @@ class Tracking {
   std::unique_ptr<rehearsal::Rehearsal> rehearsal_;
 };
 
-/// The largest there are.
+/// The largest steps of a run.
 struct Steps {
   double drive_V = 0.0;
   double demand_um = 0.0;
-  double error_um = 0.0;  ///< no step: the following error
+  double error_um = 0.0;  ///< largest following error; not a step
 };
 
-/// From the report `first` on.
+/// Returns the largest steps from the report `first` on.
 Steps largest_steps(const std::vector<controller::AxisReport>& reports, std::size_t first) {
   std::vector<double> drives, demands;
   double error_um = 0.0;
@@ -98,18 +98,18 @@ Steps largest_steps(const std::vector<controller::AxisReport>& reports, std::siz
   return {support::largest_step(drives), support::largest_step(demands), error_um};
 }
 
-/// A part of the reference, in ms since tracking began, and what it asks for by itself.
+/// A part of the reference, in ms since tracking began, and the speed that it requires by itself.
 struct Part {
   const char* name;
   int from_ms, to_ms, every_ms;
   double slope_um_per_s;
 };
-/// All hundred cycles of one period, once the first of them have settled.
+/// All hundred cycles of one period, after the first periods have settled.
 constexpr Part triangle{"triangle", 500, 600, 1, triangle_um_per_s};
-/// Its rises of 30 ms every 80 ms, at places that drift through them.
+/// Its rises of 30 ms every 80 ms, at phases that shift through the rises.
 constexpr Part staircase{"staircase", 1300, 2000, 7, staircase_um_per_s};
 
-/// Of the drive in this part, where nothing is changed.
+/// Returns the steps of the drive in this part without a change.
 Steps own_steps(const Part& part) {
   Tracking run;
   run.run_for_ms(part.from_ms - 100);
@@ -122,12 +122,12 @@ struct Change {
   const char* name;
   std::vector<config::Setting> settings;
   bool new_reference = false;
-  bool as_fast_as_it_may = false;  ///< the way into it asks for a step
+  bool as_fast_as_it_may = false;  ///< the transition into it is limited only by the default limits
   bool another_structure = false;
 };
 void PrintTo(const Change& change, std::ostream* out) { *out << change.name; }
 
-/// What the default limits make of a step of 26 um.
+/// Returns the top speed of a transition of 26 um with the default limits.
 double fastest_transition_um_per_s() {
   const controller::ReferenceLimits limits = axis_with({}).control.transition_limits;
   return controller::Transition::within(limits, {.value_um = 3.0}, 29.0, 1e-3).peak_slew_um_per_s();
@@ -217,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(
                .another_structure = true}),
     [](const auto& test) { return test.param.name; });
 
-/// The way to a live goal and back is a new reference too.
+/// The transitions to a live goal and back are new references too.
 TEST(LiveGoalAtEveryPhase, OfTheTriangleMakesNoStepThatTheReferenceDoesNotMakeItself) {
   const Steps own = own_steps(triangle);
   for (int phase_ms = triangle.from_ms; phase_ms < triangle.to_ms; ++phase_ms) {
@@ -228,7 +228,7 @@ TEST(LiveGoalAtEveryPhase, OfTheTriangleMakesNoStepThatTheReferenceDoesNotMakeIt
     request->kind = Request::Kind::go_to;
     request->position_um = 12.5;
     run.ask(std::move(request));
-    run.run_for_ms(phase_ms % 50);  // on its way
+    run.run_for_ms(phase_ms % 50);  // during the transition
     request = std::make_unique<Request>();
     request->kind = Request::Kind::resume;
     run.ask(std::move(request));
@@ -240,7 +240,7 @@ TEST(LiveGoalAtEveryPhase, OfTheTriangleMakesNoStepThatTheReferenceDoesNotMakeIt
   }
 }
 
-// The triangle moves by 0.48 um in a cycle, and a sample shows where it was 5 ms ago.
+// The triangle moves by 0.48 um per cycle, and a sample shows its position of 5 ms ago.
 TEST(RequestToGoElsewhere, LeavesTheReferenceOfTheSamplesThatAreUnderWay) {
   const rehearsal::Setup setup =
       support::shipped("piezo.toml", {{"axis[0].control.delays.sensor_delay_us", "5000.0"},

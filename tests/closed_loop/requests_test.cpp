@@ -1,4 +1,4 @@
-// What becomes of a request: carried out, or refused with the reason.
+// The result of a request: carried out, or refused with the reason.
 #include "controller/requests.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Axes that share frames: one sample frame and one command frame carry two axes, or eight.
+// Axes that share frames: one sample frame and one command frame contain the data of two or eight axes.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -25,7 +25,7 @@ can::AmpCommand command_in(const rehearsal::Setup& setup, std::size_t axis, cons
   return can::find_layout<can::AmpCommand>(setup.database, setup.controller.axes[axis].wire)->decode(frame);
 }
 
-/// fd_stage.toml at a lower rate, with gains for it and a notch without effect.
+/// fd_stage.toml at a lower rate, with gains for that rate and a notch without effect.
 std::vector<config::Setting> at_rate(const char* rate_Hz, const char* cycle_us) {
   std::vector<config::Setting> settings{{"controller.rate_Hz", rate_Hz},
                                         {"controller.command_deadline_us", "0.0"}};
@@ -37,7 +37,7 @@ std::vector<config::Setting> at_rate(const char* rate_Hz, const char* cycle_us) 
   return settings;
 }
 
-/// The loop of fd_stage.toml, and what passes on its bus.
+/// The loop of fd_stage.toml, and the frames on its bus.
 class TwoAxesInAFrame : public testing::Test {
  protected:
   struct Heard {
@@ -54,7 +54,7 @@ class TwoAxesInAFrame : public testing::Test {
     }
     rehearsal->run_for(time);
   }
-  /// The sensor of this axis sends nothing, two seconds after the start.
+  /// Makes the sensor of this axis silent, two seconds after the start.
   void silence_sensor(const char* name, can::Duration lasts) {
     twin::FaultSpec silent = twin::fault_spec(twin::Fault::no_reply, name);
     silent.node = twin::Node::sensor;
@@ -166,12 +166,12 @@ TEST_F(TwoAxesInAFrame, CountARejectedSampleFrameOnce) {
   EXPECT_EQ(counts, std::vector<std::uint64_t>{1});
 }
 
-/// Each axis has a sensor of its own here, the command frame is shared.
+/// Each axis has its own sensor here, but they share the command frame.
 class TwoSensorsAndOneCommand : public TwoAxesInAFrame {
  protected:
   TwoSensorsAndOneCommand() {
     setup = shipped("fd_stage.toml", at_rate("2500.0", "400.0"));
-    // The sample of axis y gets an identifier of its own, from a node of its own.
+    // The sample of axis y gets its own identifier and node.
     can::Message other = *setup.database.find("Samples");
     other.name = "OtherSamples";
     other.id = 0x183;
@@ -257,7 +257,8 @@ INSTANTIATE_TEST_SUITE_P(, AxesThatShareFrames,
                            return file.substr(0, file.find('.'));
                          });
 
-/// True error of the 50 Hz triangle of axis x, where the controller compensates the mode of the stage.
+/// Returns the true error of the 50 Hz triangle of axis x, with a controller that compensates the mode of the
+/// stage.
 double true_rms_um(const std::vector<config::Setting>& settings) {
   return rehearsal::run_once(shipped("fd_stage.toml", settings), 0.1, ignore)
       .true_errors[0]

@@ -1,5 +1,5 @@
-// When the axes of one controller begin to track: together, after a limited wait, and one by one after a
-// fault.
+// The time at which the axes of one controller begin to track: together, after a limited wait, and one by one
+// after a fault.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -100,7 +100,8 @@ TEST_F(Start, DoesNotWaitForAFaultedAxis) {
   EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(2)));
 }
 
-// It stood where it had joined for as long as the others had tracked then, and jumped into the reference.
+// A former error: the axis rested for as long as the others had tracked when it joined, then jumped into the
+// reference.
 TEST_F(Start, OfAllAxesBeginsTheReferenceOfOneThatHadJoinedTheOthersBefore) {
   begin(setup());
   ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
@@ -137,7 +138,7 @@ TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
   EXPECT_NEAR(axis(1).report().position_um, other.report().position_um, 0.1);
 }
 
-// Its reference has begun again after a live goal, later than that of the other axis.
+// Its reference restarted after a live goal, later than that of the other axis.
 TEST_F(Start, OfAnAxisThatIsArmedAgainKeepsTheBeginningOfItsReference) {
   begin(setup());
   rehearsal::Rehearsal undisturbed(setup(), support::ignore);

@@ -1,5 +1,5 @@
-// What the controller reports about its own timing, and what it does when it is too late: on the simulated
-// bus, under a scheduler that is late by a known time.
+// The controller's report about its own timing, and its reaction when it is late: on the simulated bus, with
+// a scheduler that is late by a known time.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ class CycleTimingTest : public testing::Test {
     });
     return records;
   }
-  /// Makes one SYNC late by `late`; the next ones are in time.
+  /// Delays one SYNC by `late`; the next ones are on time.
   void oversleep_once(can::Duration late) {
     sleeper_.by = late;
     run_for(milliseconds(1));
@@ -99,7 +99,8 @@ TEST_F(CycleTimingTest, ReportsALateSyncAndItsPeriod) {
   EXPECT_EQ(late, 2u) << "one cycle of two axes";
 }
 
-/// The SYNC and the samples of both axes follow one another on the wire: at most 67 us, and 135 us a sample.
+/// The SYNC and the samples of both axes follow one another on the wire: at most 67 us, plus 135 us per
+/// sample.
 TEST_F(CycleTimingTest, ReportsThePhasesOfACycle) {
   const CycleRecord& x = records_[records_.size() - 2];
   const CycleRecord& y = records_.back();
@@ -139,7 +140,7 @@ TEST_F(WakeUpTrip, FaultsTheAxesAndSendsTheSafeDriveInTheLateCycle) {
 
 // ---- references wait for SYNCs that are left out
 
-/// The largest change from one SYNC to the next.
+/// Returns the largest change from one SYNC to the next.
 double largest_step(const std::vector<CycleRecord>& records, auto value) {
   double largest = 0.0;
   for (std::size_t i = 1; i < records.size(); ++i)
@@ -148,7 +149,7 @@ double largest_step(const std::vector<CycleRecord>& records, auto value) {
 }
 double drive_of(const CycleRecord& record) { return record.report.drive; }
 
-/// Axis x follows a triangle of 24 um at 10 Hz, up to 3 V in a cycle; axis y follows a sine.
+/// Axis x follows a triangle of 24 um at 10 Hz, up to 3 V per cycle; axis y follows a sine.
 class StallTest : public CycleTimingTest {
  protected:
   explicit StallTest(const std::vector<model::Coupling>& of_y = {}) : CycleTimingTest({}, of_y) {
@@ -158,7 +159,7 @@ class StallTest : public CycleTimingTest {
     in_time_ = records_of(0);
     records_.clear();
   }
-  /// One stall of each length, each at another place of the triangle.
+  /// Causes one stall of each length, each at another phase of the triangle.
   void stall_often() {
     for (can::Duration late = milliseconds(3); late <= microseconds(5500); late += microseconds(250)) {
       oversleep_once(late);
@@ -177,7 +178,7 @@ TEST_F(StallTest, IsFollowedByASetpointThatIsNoFurtherAwayThanUsual) {
   EXPECT_LT(after_V, usual_V + 0.2) << "0.2 V: PI, of an error of 0.3 um. It was 16 V";
 }
 
-/// The lateness of the SYNCs that were late by more than half a cycle, until this record.
+/// Returns the total lateness of those SYNCs up to record `last` that were late by more than half a cycle.
 double waited_s(const std::vector<CycleRecord>& records, std::size_t last) {
   can::Duration waited{};
   for (std::size_t i = 0; i <= last; ++i)
@@ -264,7 +265,7 @@ TEST_F(StallTest, IsNoTimeForTheReferenceOfAnAxisThatTracksAnewAfterIt) {
   EXPECT_TRUE(axis().reference_at(begin_s + 1e-9));
 }
 
-/// Axis y's configuration says that a twentieth of the motion of x adds to its own.
+/// In axis y's configuration, a twentieth of the motion of x adds to the motion of y.
 class CoupledStallTest : public StallTest {
  protected:
   CoupledStallTest() : StallTest({{.from = "x", .um_per_um = 0.05, .index = 0}}) {}

@@ -1,7 +1,7 @@
-// The control thread allocates nothing, locks nothing, logs nothing and touches no file: it runs under a
-// filter that traps all system calls except the few of its event loop, and on a heap that counts its calls.
-// Here it runs on the simulated bus, with the real telemetry thread, CSV and black box; tests/hil has
-// the same on SocketCAN.
+// The control thread allocates nothing, locks nothing, logs nothing and opens no file: it runs under a filter
+// that traps all system calls except the few of its event loop, and with a heap that counts calls. This test
+// uses the simulated bus, with the real telemetry thread, CSV and black box; tests/hil has the same test on
+// SocketCAN.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/futex.h>
@@ -38,7 +38,7 @@ struct Trapped {
   std::uint64_t system_calls = 0;
 };
 
-/// Runs `work` on a thread that is trapped and watched.
+/// Runs `work` on a thread that is trapped and observed.
 template <class Work>
 Trapped trapped(Work work) {
   const std::uint64_t heap_before = support::heap_calls();
@@ -57,7 +57,7 @@ Trapped trapped(Work work) {
 
 TEST(Trap, CatchesAnAllocation) {
   const Trapped caught = trapped([] {
-    void* volatile memory = std::malloc(100);  // volatile: otherwise the compiler removes both calls
+    void* volatile memory = std::malloc(100);  // volatile, so that the compiler does not remove both calls
     std::free(memory);
     auto* volatile number = new int(1);
     delete number;
@@ -84,7 +84,7 @@ TEST(Trap, CatchesAFileAndASleep) {
   EXPECT_EQ(caught.system_calls, 2u);
 }
 
-/// A mutex makes this call when another thread holds it.
+/// A mutex makes this call if another thread owns it.
 TEST(Trap, CatchesAWaitForALock) {
   const Trapped caught = trapped([] {
     int word = 1;
@@ -95,8 +95,8 @@ TEST(Trap, CatchesAWaitForALock) {
   EXPECT_EQ(caught.system_calls, 1u);
 }
 
-/// Covers the start, tracking, a fault of both axes and the time after it. Cycle records go the same way as
-/// on real CAN.
+/// Covers the start, tracking, a fault of both axes and the time after it. Cycle records take the same path
+/// as on real CAN.
 TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
   const support::ScratchFolder folder;
   Trapped caught;
@@ -127,7 +127,7 @@ TEST(ControlThread, AllocatesLocksLogsAndOpensNothing) {
   if (!caught.refusal.empty()) GTEST_SKIP() << "allocations only: " << caught.refusal;
 }
 
-/// The loop is changed as a reload does it; the axis ramps down and arms again.
+/// A reload changes the loop; the axis ramps down and arms again.
 TEST(ControlThread, AllocatesNothingToCarryOutARequest) {
   using Kind = controller::Request::Kind;
   const rehearsal::Setup setup = support::shipped("piezo.toml");

@@ -1,4 +1,4 @@
-// The error of the true position, between the samples too.
+// The error of the true position, including the time between the samples.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -14,7 +14,7 @@ using controller::Structure;
 using support::ignore;
 using support::shipped;
 
-/// Axis x of the piezo stage, whose model is that of the twin, with sub-steps of 10 us.
+/// Axis x of the piezo stage, with the same model in controller and twin, and sub-steps of 10 us.
 rehearsal::Setup matched(bool interpolated) {
   const char* value = interpolated ? "true" : "false";
   rehearsal::Setup setup = shipped("piezo.toml", {{"axis[0].twin.substep_us", "10.0"},
@@ -37,7 +37,7 @@ Percent of_first_segment(const rehearsal::Setup& setup) {
           share * outcome.true_errors[0].segments()[0].rms_um()};
 }
 
-// Held setpoints ring the mode: 0.070 % at the samples, 0.128 % truly.
+// Held setpoints excite the mode: the error is 0.070 % at the samples, but truly 0.128 %.
 TEST(TrueError, OfHeldSetpointsIsLargerThanTheSamplesSay) {
   const Percent held = of_first_segment(matched(false));
   EXPECT_NEAR(held.at_samples, 0.058, 0.003);
@@ -53,7 +53,7 @@ TEST(TrueError, IsNeverBelowTheFloor) {
   }
 }
 
-// The feed-forward that inverts the plant is for the position, not for the samples.
+// The feed-forward that inverts the plant is designed for the true position, not for the samples.
 TEST(TrueError, IsLessThanHalfWithThePlantInverseAndAnInterpolatingAmplifier) {
   rehearsal::Setup setup = matched(true);
   const Percent before = of_first_segment(setup);
@@ -76,7 +76,8 @@ rehearsal::Setup with_sine(rehearsal::Setup setup, double frequency_Hz) {
   return setup;
 }
 
-// Between the samples held setpoints lag behind by up to a cycle; on a smooth reference straight ways do not.
+// Between the samples, held setpoints lag by up to a cycle; on a smooth reference, interpolated setpoints do
+// not.
 TEST(TrueError, OfASmoothReferenceIsSmallerWithAnInterpolatingAmplifier) {
   const Percent held = of_first_segment(with_structure(with_sine(matched(false), 50.0), Structure::inverse));
   const Percent straight =
@@ -84,8 +85,8 @@ TEST(TrueError, OfASmoothReferenceIsSmallerWithAnInterpolatingAmplifier) {
   EXPECT_LT(straight.truly, 0.25 * held.truly) << straight.truly << " and " << held.truly;
 }
 
-// A SYNC's frame takes 55 us. The lag of pi is in phase with the velocity, at most 750 um/s: a reference that
-// is off by that time would change the error by 0.5 %.
+// The frame of a SYNC takes 55 us. The lag of pi is in phase with the velocity, at most 750 um/s: an error of
+// the reference by that time would change the result by 0.5 %.
 TEST(TrueError, OfASmoothReferenceIsThatAtTheSamples) {
   const Percent smooth = of_first_segment(with_structure(with_sine(matched(true), 10.0), Structure::pi));
   EXPECT_NEAR(smooth.truly, smooth.at_samples, 0.002 * smooth.at_samples);
@@ -106,7 +107,7 @@ bool same(const CycleRecord& one, const CycleRecord& other) {
          one.amplifier_output == other.amplifier_output;
 }
 
-// p733.toml has a sensor with a bandwidth, a delay and a drift, which follows the sub-steps too.
+// p733.toml has a sensor with a bandwidth, a delay and a drift, which is simulated in the sub-steps too.
 TEST(TrueError, ChangesNoBitOfTheRun) {
   for (const char* name : {"piezo.toml", "p733.toml", "galfenol.toml"}) {
     rehearsal::Setup setup = shipped(name);

@@ -1,5 +1,5 @@
-// Compares three signals of one motion: what the stage really did, what its sensor sent, and what the
-// controller received. An error of sign or scale in one of them shows against the two others.
+// Compares three signals of one motion: the true motion of the stage, the samples that its sensor sent, and
+// those that the controller received. An error of sign or scale in one of them differs from the two others.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ struct Cycle {
   controller::AxisReport report;
 };
 
-/// All cycles of axis x with a sample, over the whole reference of the shipped piezo stage.
+/// Returns all cycles of axis x with a sample, over the whole reference of the shipped piezo stage.
 std::vector<Cycle> cycles() {
   std::optional<twin::Truth> newest;
   std::vector<Cycle> all;

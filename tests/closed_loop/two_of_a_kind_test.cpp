@@ -1,4 +1,4 @@
-// Two controllers, or two twins, on one bus: the second one does no harm, and the disturbed one reports it.
+// Two controllers or two twins on one bus: the second one does no harm, and the disturbed one reports it.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -46,7 +46,7 @@ struct SharedBus : testing::Test {
   }
 
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  std::vector<std::string> events;  ///< for the log
+  std::vector<std::string> events;  ///< events for the log
   rehearsal::Rehearsal rehearsal{support::setup_of(config), [this](const controller::CycleRecord& record) {
                                    if (record.event) events.push_back(describe(*record.event));
                                  }};
@@ -106,7 +106,7 @@ TEST_F(SharedBus, IsListenedToForAHeartbeatPeriodBeforeTheFirstSync) {
 struct ForeignFrame {
   const char* name;
   can::Frame (*made)(const can::Database& database);
-  const char* text;  ///< in the log
+  const char* text;  ///< expected text in the log
 
   friend void PrintTo(const ForeignFrame& frame, std::ostream* out) { *out << frame.name; }
 };
@@ -153,7 +153,7 @@ TEST_F(SharedBus, AMalformedForeignSyncHeartbeatOrCommandDoesNotDisturbTracking)
   send({.id = 0x080, .length = 1, .data = {0}});  // the counter runs from 1 to 240
   send({.id = 0x080, .length = 2, .data = {1}});
   send({.id = 0x080, .extended = true, .length = 1, .data = {1}});
-  send({.id = 0x77F, .length = 1, .data = {0x11}});  // no state of CiA 301
+  send({.id = 0x77F, .length = 1, .data = {0x11}});  // not a state of CiA 301
   send({.id = 0x77F, .length = 2, .data = {0x05}});
   send({.id = 0x203, .length = 8});  // no CRC
   send({.id = 0x283, .length = 8});

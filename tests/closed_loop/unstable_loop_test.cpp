@@ -1,5 +1,5 @@
-// Gains above the critical ones: the fault says that the loop oscillates. Faster growth may trip another
-// limit first, `position jumped` or `position implausible`.
+// Gains above the critical ones: the fault reports that the loop oscillates. With faster growth another limit
+// may trip first, `position jumped` or `position implausible`.
 #include <gtest/gtest.h>
 
 #include "config/schema/config.h"
@@ -16,7 +16,7 @@ using controller::Cause;
 
 constexpr const char* stages[]{"piezo.toml", "soft_stage.toml"};
 
-/// The largest ki with which the linear loop is stable.
+/// Returns the largest ki for which the linear loop is stable.
 double critical_ki_per_s(const char* stage) {
   const rehearsal::Setup setup = support::shipped(stage);
   const controller::AxisConfig& axis = setup.controller.axes[0].axis;
@@ -26,7 +26,8 @@ double critical_ki_per_s(const char* stage) {
 }
 
 Cause cause_with(const char* stage, double controller::PiGains::*gain, double value) {
-  rehearsal::Setup setup = support::shipped(stage);  // a configuration with such gains is refused
+  // set here, because a configuration with such gains is refused
+  rehearsal::Setup setup = support::shipped(stage);
   setup.controller.axes.resize(1);
   setup.controller.axes[0].axis.law.pi.*gain = value;
   setup.twin.axes.resize(1);
@@ -66,31 +67,33 @@ Cause cause_with_sensor_delay(double ki_per_s, std::chrono::microseconds delay) 
   setup.controller.axes.resize(1);
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
   axis.law.pi.ki_per_s = ki_per_s;
-  axis.wipe_slew_per_s = 50.0;  // the delay is not stated: a faster ramp is far ahead of the sensor
+  // slow, because with an unstated delay a faster ramp is far ahead of the sensor
+  axis.wipe_slew_per_s = 50.0;
   axis.setpoint = {{.shape = controller::Hold{.level_um = 15.0, .duration_s = 10.0}}};
   setup.twin.axes.resize(1);
   setup.twin.axes[0].axis.sensor.delay = delay;
-  setup = with_structure(setup, controller::Structure::inverse_pi);  // without the following error
+  // its following error is too small to trip first
+  setup = with_structure(setup, controller::Structure::inverse_pi);
   rehearsal::Rehearsal loop(setup, support::ignore);
   loop.start();
   loop.run_for(std::chrono::seconds(10));
   return loop.controller().axis(0).fault().cause;
 }
 
-// 0.5 to 31 um at 16 Hz: the drive stands at its limits for half of the time, where the mode rings.
+// 0.5 to 31 um at 16 Hz: the drive is at its limits for half of the time, and the mode rings.
 TEST(UnstableLoop, IsTheCauseOfASlowOscillationFromLimitToLimit) {
   EXPECT_EQ(to_string(cause_with_sensor_delay(150.0, std::chrono::milliseconds(20))), "loop unstable");
   EXPECT_EQ(to_string(cause_with_sensor_delay(100.0, std::chrono::milliseconds(40))), "loop unstable");
 }
 
-// Twofold in eight periods.
+// The oscillation doubles in eight periods.
 TEST(UnstableLoop, IsTheCauseOfAnOscillationThatGrowsSteadilyButNotFast) {
   for (const int delay_us : {600, 620, 640})
     EXPECT_EQ(to_string(cause_with_sensor_delay(409.0, std::chrono::microseconds(delay_us))), "loop unstable")
         << delay_us;
 }
 
-// A triangle whose seventh harmonic is the mode. With ki 0.1 the loop gain at the mode is 0.002.
+// A triangle whose seventh harmonic excites the mode. With ki 0.1 the loop gain at the mode is 0.002.
 TEST(UnstableLoop, IsNoCauseWhereTheReferenceAloneRingsTheMode) {
   shows("S-007");
   rehearsal::Setup setup = support::shipped("soft_stage.toml");
@@ -112,7 +115,7 @@ struct SteppedStage {
   bool interpolated;
 };
 
-// Gain margins of 12 to 20 dB: each step rings the mode, and the ringing decays.
+// Gain margins of 12 to 20 dB: each step excites the mode, and the ringing decays.
 TEST(UnstableLoop, IsNoCauseWhereStepsRingALightlyDampedMode) {
   shows("S-007");
   for (const SteppedStage& of :
