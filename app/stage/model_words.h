@@ -11,7 +11,7 @@ class App;
 
 namespace hystcan::app {
 
-/// "auto": chosen from the datasets.
+/// The values of the options; "auto" lets the identification choose from the datasets.
 struct ModelWords {
   std::string order = "auto";   ///< degree of polynomials
   std::string curves = "auto";  ///< auto, polynomial or spline
