@@ -27,7 +27,7 @@ using std::chrono::milliseconds;
 using twin::Fault;
 using Kind = controller::Request::Kind;
 
-/// The staircases move by 1.4 um per cycle, and the transition of an axis that joins is slower.
+/// Bound of a reference's motion per cycle: staircases move by 1.4 um, a joining axis moves by less.
 constexpr double fastest_um = 2.0;
 
 class DisturbedBench {

@@ -168,7 +168,7 @@ class StallTest : public CycleTimingTest {
     ASSERT_EQ(axis().state(), AxisState::tracking);
   }
 
-  std::vector<CycleRecord> in_time_;  ///< a period of axis x
+  std::vector<CycleRecord> in_time_;  ///< records of a period of axis x without a stall
 };
 
 TEST_F(StallTest, IsFollowedByASetpointThatIsNoFurtherAwayThanUsual) {

@@ -72,7 +72,7 @@ Cause cause_with_sensor_delay(double ki_per_s, std::chrono::microseconds delay) 
   axis.setpoint = {{.shape = controller::Hold{.level_um = 15.0, .duration_s = 10.0}}};
   setup.twin.axes.resize(1);
   setup.twin.axes[0].axis.sensor.delay = delay;
-  // its following error is too small to trip first
+  // with_structure() also disables the limit of the following error
   setup = with_structure(setup, controller::Structure::inverse_pi);
   rehearsal::Rehearsal loop(setup, support::ignore);
   loop.start();

@@ -103,7 +103,7 @@ TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep
   EXPECT_TRUE(axis.health().amplifier_enabled) << "each event counts once";
 }
 
-// Otherwise the axis would begin to drive while the output still moves.
+// If the first status counted as at rest, the axis would begin to drive while the output still moves.
 TEST(AmplifierStatus, IsNotAtRestWithTheFirstOneNorWithTheFirstOneAfterABootUp) {
   LoneAxis axis = lone();
   for (int boot_up = 0; boot_up < 2; ++boot_up) {

@@ -109,7 +109,7 @@ std::vector<sock_filter> make_filter() {
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_read, 2, 0));
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_write, 1, 0));
   filter.push_back(verdict(SECCOMP_RET_TRAP));
-  filter.push_back(load(offsetof(seccomp_data, args)));  // the low half, little-endian
+  filter.push_back(load(offsetof(seccomp_data, args)));  // low half of the first argument, little-endian
   for (const std::uint32_t descriptor : descriptors) {
     filter.push_back(next_if(descriptor));
     filter.push_back(verdict(SECCOMP_RET_ALLOW));
