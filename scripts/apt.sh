@@ -1,4 +1,4 @@
-# Sourced: apt-get as root, beside other package managers. On a machine that has just booted, unattended-upgrades is one.
+# Sourced: runs apt-get as root while other package managers may be running, such as unattended-upgrades after boot.
 # shellcheck shell=bash
 
 # apt_get ARG...: runs apt-get, with HYSTCAN_SUDO (sudo) if this is not root; prints the end of its output only if it fails.

@@ -1,5 +1,5 @@
-# Sourced: the stages of a script, one line each on standard error. The output of a stage is shown only if it fails; what it
-# writes to the descriptor HYSTCAN_STAGE_STDERR is shown at once.
+# Sourced: prints the stages of a script on standard error, one line each. The output of a stage is shown only if the stage
+# fails; text written to the descriptor HYSTCAN_STAGE_STDERR is shown immediately.
 # shellcheck shell=bash
 
 # stage NAME COMMAND...: runs COMMAND and prints its wall time and processor time; on failure it prints the end of the log
