@@ -220,7 +220,7 @@ Duration latest_sample(const config::BusPlan& plan) {
   return latest;
 }
 
-/// A rehearsal with a listener that knows the due time of each frame.
+/// A rehearsal with a listener that compares each frame with its due time.
 class Watched {
  public:
   Watched(const config::Config& config, const config::BusPlan& plan)
@@ -331,7 +331,7 @@ class Watched {
 
   config::BusPlan plan_;
   can::SignalCodec sync_counter_;  ///< the same codec for every command
-  std::size_t commands_;           ///< number of frames per cycle
+  std::size_t commands_;           ///< number of command frames per cycle
   double bit_ns_;
   Duration beat_;
   std::map<std::pair<std::uint32_t, bool>, const config::PlannedFrame*> index_;
