@@ -45,7 +45,7 @@ struct Case {
   bool interpolated = false;
   bool plant_inverse = false;  ///< true: with gains designed for the amplifier
   double turnaround_percent = 0.0;
-  double learning_percent = 0.0;  ///< resonance_percent; 0: without learning
+  double learning_percent = 0.0;  ///< resonance_percent of the learning; 0: no learning
   double resonance_factor = 1.0;  ///< factor of the twin's resonance
 };
 
