@@ -35,7 +35,7 @@ class Cards {
   std::map<std::string, std::unique_ptr<Card>, std::less<>> cards_;  ///< key: identity_of() the card
 };
 
-/// The devices of one axis. Throws ChannelError if the card lacks what the axis needs.
+/// The devices of one axis. Throws ChannelError if the card lacks a channel of the axis.
 struct AnalogueDevices {
   AnalogueDevices(const WiredAnalogueAxis& wired, Cards& cards)
       : axis(wired),

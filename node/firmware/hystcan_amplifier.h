@@ -86,8 +86,8 @@ void hystcan_amplifier_on_frame(struct hystcan_amplifier* amplifier, const struc
 /// Serves relay, watchdog and heartbeat.
 void hystcan_amplifier_on_time(struct hystcan_amplifier* amplifier, hystcan_time now);
 hystcan_time hystcan_amplifier_due(const struct hystcan_amplifier* amplifier);
-/// Begins or ends a cause within the amplifier, such as its temperature. `code`: error code of the emergency,
-/// 0x5000 or a more exact code of CiA 301.
+/// Begins (`lasts`) or ends (not `lasts`) a cause within the amplifier, such as its temperature. `code`: the
+/// error code of the emergency, 0x5000 or a more exact code of CiA 301.
 void hystcan_amplifier_set_cause(struct hystcan_amplifier* amplifier, unsigned axis, bool lasts,
                                  uint16_t code);
 /// Sets the interlock. While it is open, the axis is disabled and ignores Enable. An open interlock is not a

@@ -56,7 +56,7 @@ struct hystcan_message {
   struct hystcan_field counter;  ///< length 0: no counter
   struct hystcan_field crc;      ///< occupies whole bytes
   uint8_t polynomial;            ///< enum hystcan_crc
-  uint8_t data_id;               ///< enum hystcan_data_id: what the CRC covers before the payload
+  uint8_t data_id;               ///< enum hystcan_data_id: bytes that the CRC covers before the payload
   uint16_t number;               ///< if `data_id` is HYSTCAN_NUMBER
 };
 
