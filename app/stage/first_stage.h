@@ -14,7 +14,7 @@ namespace hystcan::app {
 /// and the resonance, and their comments state this. The reference covers 80 % of the travel; the integral
 /// gain is a cautious one for the mode:
 ///
-///   ki = zeta omega / 2      a quarter of where an integrator alone makes a mode unstable, ki = 2 zeta omega
+///   ki = zeta omega / 2      a quarter of the gain at which an integrator makes a mode unstable
 std::string config_text(const StageFacts& facts);
 
 /// Returns the positions at which a run stops: 15 % of the travel beyond it.

@@ -27,7 +27,7 @@ inline constexpr std::size_t most_plotted = 20000;
 std::size_t samples_per_row(const std::vector<identification::Dataset>& datasets);
 
 struct ReportPicture {
-  std::string name;  ///< name.svg
+  std::string name;  ///< the file is `name`.svg
   std::string title;
   std::string explanation;
 };

@@ -43,7 +43,7 @@ struct IdentifiedPlant {
   double explained = 0.0;     ///< share of the output's variance around a straight line, 0 to 1
   double cycle_s = 0.0;       ///< cycle of the record
   std::size_t rows = 0;       ///< rows of the record
-  std::size_t left_out = 0;   ///< cycles between the rows that have no row
+  std::size_t left_out = 0;   ///< missing cycles between the rows
 };
 
 /// `stated` contains the mode, the sensor, and whether the amplifier interpolates. The lag stays that of
