@@ -98,11 +98,11 @@ std::string start_up_text(const config::AxisConfig& axis) {
   const model::Interval& thresholds = axis.control.law.model.input_range();
   const std::string& unit = axis.wire.drive_unit;
   if (gate.drive_min <= thresholds.lo)
-    return fmt::format("start-up = wipe drives to both thresholds, {:.6g} and {:.6g} {}", thresholds.hi,
-                       thresholds.lo, unit);
+    return fmt::format("start_up = \"wipe\" moves the drive to both thresholds, {:.6g} and {:.6g} {}",
+                       thresholds.hi, thresholds.lo, unit);
   return fmt::format(
-      "a start-up that wipes drives to the upper threshold alone, {:.6g} {}: the drive does not reach the "
-      "lower one, {:.6g} {}",
+      "start_up = \"wipe\" moves the drive to the upper threshold only, {:.6g} {}: the drive range does not "
+      "reach the lower one, {:.6g} {}",
       thresholds.hi, unit, thresholds.lo, unit);
 }
 

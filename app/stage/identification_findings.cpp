@@ -54,7 +54,7 @@ class Findings {
   }
   const std::string& unit() const { return identified_.parameters.input_unit; }
   const char* held_out() const {
-    return identified_.left_out.empty() ? "held-out cycles" : "records left out";
+    return identified_.left_out.empty() ? "held-out cycles" : "held-out records";
   }
 
   void describe(std::size_t i) {

@@ -63,7 +63,7 @@ std::string structures_of(const IdentificationReport& report) {
   std::string part =
       "<h2>Selected structure</h2>\n<table>\n" +
       heading_row({"structure", "fit RMS [%]",
-                   identified.left_out.empty() ? "held-out cycles RMS [%]" : "records left out RMS [%]",
+                   identified.left_out.empty() ? "held-out cycles RMS [%]" : "held-out records RMS [%]",
                    "selected"});
   const auto row = [&](const std::string& what, double rms, const std::optional<double>& held_out,
                        bool is_taken) {

@@ -150,7 +150,7 @@ const std::vector<ReportPicture>& report_pictures() {
   static const std::vector<ReportPicture> all{
       {"loops", "Loops",
        "Measured and modelled output over the input. If the model is correct, its line is "
-       "within the measured one."},
+       "within the width of the measured line."},
       {"residual_time", "Residual over time",
        "The part of the output that the model does not explain. A slope is drift or creep; a residual that "
        "grows or shrinks at the beginning comes from a wrong initial memory."},

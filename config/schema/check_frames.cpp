@@ -235,7 +235,7 @@ class FrameCheck : Checked {
     if (map_.states.ready.empty() || map_.states.enabled.empty())
       fail(map_.states.ready.empty() ? "state_ready" : "state_enabled",
            fmt::format("no raw value of signal {}", named->second),
-           "at least one for ready and one for enabled; they may be the same");
+           "a raw value for ready and one for enabled; both may be equal");
   }
 
   const AxisConfig& axis_;
