@@ -43,7 +43,7 @@ test('Before the first save there is nothing to undo', async () => {
 test('A save that cannot keep the former file is refused and writes nothing', async () => {
   await setGain('0.0321');
   mkdirSync(kept()); // a folder in its place
-  await open('#save', /kept beside it as piezo\.toml\.before-save/);
+  await open('#save', /kept as piezo\.toml\.before-save/);
   await write();
   await until('the refusal', async () => /cannot be kept, so nothing is saved/.test(await page.textContent('#save-answer')));
   assert.equal(text(), former);
@@ -54,7 +54,7 @@ test('A save that cannot keep the former file is refused and writes nothing', as
 test('Save keeps the former file beside it and says where', async () => {
   await open('#save', /kp.*0\.0321/);
   await write();
-  await until('the answer', async () => /former one is piezo\.toml\.before-save/.test(await page.textContent('#settings-answer')));
+  await until('the answer', async () => /previous one is piezo\.toml\.before-save/.test(await page.textContent('#settings-answer')));
   assert.match(text(), /^kp\s*= 0\.0321/m);
   assert.equal(readFileSync(kept(), 'utf8'), former);
 });

@@ -96,7 +96,7 @@ test('A position that is out of range is refused with the limits in force', asyn
   const position = page.getByRole('textbox', { name: 'Go to position of axis x, um' });
   await position.fill('50');
   await position.press('Enter');
-  await until('the limits', async () => /model reaches \(-3\.\.34 um\)/.test(await body()));
+  await until('the limits', async () => /range of the model \(-3\.\.34 um\)/.test(await body()));
   await position.press('Escape');
 });
 

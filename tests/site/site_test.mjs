@@ -30,8 +30,13 @@ for (const [word, found] of [['rings', 'troubleshooting/rings'], ['backlash', 't
   test(`The search for "${word}" finds ${found}`, async () => {
     const page = await open();
     // Typed, not clicked: a click waits for two frames of an element at rest, and a busy browser may draw none.
-    await page.locator('.md-search__input').pressSequentially(word);
-    await until(`a result in ${found}`, () => page.locator(`.md-search-result__link[href*="docs/${found}"]`).count());
+    const input = page.locator('.md-search__input');
+    await input.pressSequentially(word);
+    await until(`a result in ${found}`, async () => {
+      if (await page.locator(`.md-search-result__link[href*="docs/${found}"]`).count()) return true;
+      await input.press('End'); // the search reads the input at a key, and was perhaps not ready for the word
+      return false;
+    });
     assert.deepEqual(page.problems, []);
     await page.context().close();
   });
@@ -65,7 +70,9 @@ for (const colorScheme of ['light', 'dark'])
     const page = await open({ colorScheme });
     for (const name of ['index', 'docs/first_day', 'docs/commands/run', 'docs/theory/model', 'docs/evidence']) {
       await page.goto(`${site.url}${name}.html`, { waitUntil: 'domcontentloaded' });
-      assert.equal(await page.evaluate(() => document.body.dataset.mdColorScheme), colorScheme === 'dark' ? 'slate' : 'default');
+      const scheme = colorScheme === 'dark' ? 'slate' : 'default';
+      await until('the colours', () => page.evaluate((wanted) => document.body.dataset.mdColorScheme === wanted, scheme));
+      await page.addStyleTag({ content: '*, ::before, ::after { transition: none !important; animation: none !important }' });
       assert.deepEqual(await page.evaluate(faintTexts), [], name);
     }
     await page.context().close();
