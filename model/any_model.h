@@ -16,7 +16,7 @@
 
 namespace hystcan::model {
 
-/// Parameters of a LinearMapping: the curves and the symmetry. Both k are ignored.
+/// Parameters of a LinearMapping: the curves and the symmetry. `k_ascending` and `k_descending` are ignored.
 struct LinearMappingParameters : HysteresisParameters {};
 
 /// The average model is a HysteresisParameters whose two curves coincide.
@@ -24,7 +24,7 @@ using AnyParameters = std::variant<HysteresisParameters, LinearMappingParameters
                                    PreisachParameters>;
 using AnyModel = std::variant<Hysteresis, LinearMapping, PrandtlIshlinskii, Preisach>;
 
-/// Constructs the model. Throws std::invalid_argument if its constructor does.
+/// Constructs the model. Throws std::invalid_argument if the parameters are not valid.
 AnyModel model_of(const AnyParameters& parameters);
 
 const std::string& input_unit(const AnyParameters& parameters);

@@ -1,6 +1,6 @@
 // One entry of a stage's coupling matrix: the motion of another axis changes the position of this one.
 //
-//   y = own + um_per_um * d          d: displacement of the other axis [um]
+//   y = own + um_per_um * d          own: position without coupling; d: displacement of the other axis [um]
 #pragma once
 
 #include <cstddef>

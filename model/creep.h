@@ -34,7 +34,7 @@ class Creep {
     double threshold = 0.0;   ///< r >= 0, input units
   };
   using Operators = std::vector<Operator>;
-  using State = std::vector<double>;  ///< y_i, one for each operator
+  using State = std::vector<double>;  ///< memory y_i of each operator
   /// Returns the state after the input was held for a very long time: every y_i = input.
   static State settled(const Operators& operators, double input) { return State(operators.size(), input); }
 
@@ -44,7 +44,7 @@ class Creep {
   /// Returns the output after `input` was held for dt_s. An input that is not finite leaves the state
   /// unchanged.
   double operator()(State& state, double input) const;
-  double output(const State& state) const;  ///< sum_i w_i y_i
+  double output(const State& state) const;  ///< returns the creep: sum_i w_i y_i over all operators
 
  private:
   Operators operators_;

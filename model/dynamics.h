@@ -29,13 +29,13 @@ class DynamicOutput {
   /// or out of range, if cycle_s <= 0, or if the delay exceeds a million cycles.
   DynamicOutput(const Dynamics& dynamics, double cycle_s, double first);
 
-  /// Returns the position x(n T) of row n; `quasi_static` is h_n.
+  /// Returns the position x(n T) of row n. `quasi_static`: output h_n of the hysteresis in this row.
   double advance(double quasi_static);
 
  private:
   HeldMode mode_;
   Eigen::Vector2d state_;
-  std::vector<double> past_;  // the last m + 2 quasi-static outputs, as a ring
+  std::vector<double> past_;  // ring of the last m + 2 quasi-static outputs; m: whole cycles of delay
   std::size_t oldest_ = 0;
 };
 

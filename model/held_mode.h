@@ -22,10 +22,10 @@ class HeldMode {
   /// range, or if cycle_s <= 0.
   HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle_s);
 
-  int whole_cycles() const { return whole_cycles_; }                 ///< m
-  const Eigen::Matrix2d& transition() const { return transition_; }  ///< A
-  const Eigen::Vector2d& from_old() const { return from_old_; }      ///< b_old
-  const Eigen::Vector2d& from_new() const { return from_new_; }      ///< b_new
+  int whole_cycles() const { return whole_cycles_; }                 ///< m: whole cycles of the delay
+  const Eigen::Matrix2d& transition() const { return transition_; }  ///< A: effect of state X on the next X
+  const Eigen::Vector2d& from_old() const { return from_old_; }      ///< b_old: effect of u[n-m-1] on X[n+1]
+  const Eigen::Vector2d& from_new() const { return from_new_; }      ///< b_new: effect of u[n-m] on X[n+1]
 
   /// Returns the state after one cycle with the drives u[n-m-1] and u[n-m].
   Eigen::Vector2d step(const Eigen::Vector2d& state, double old_drive, double new_drive) const {

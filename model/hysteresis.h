@@ -67,7 +67,7 @@ class ExponentialConvergence {
   double halley_tolerance() const { return halley_tolerance_; }
 
  private:
-  /// phi and e^{-k d} of one direction.
+  /// The functions phi(d) and e^{-k d} for the k of one direction (formulas at the top of this file).
   struct Convergence {
     double k = 0.0;                // 0 if phi(d) = d to rounding
     double reciprocal = 0.0;       // 1 / k
@@ -80,7 +80,7 @@ class ExponentialConvergence {
   };
 
   Convergence convergence(Direction direction) const;
-  double between(double a, double b) const;  // d
+  double between(double a, double b) const;  // returns d, the distance between two inputs
   const Convergence& pace(Direction direction) const;
   double slope(const Branch& branch, Direction direction, double input) const;
   bool is_increasing(const Branch& branch, Direction direction, double target) const;
@@ -118,8 +118,8 @@ class Hysteresis : private MemoryModel<ExponentialConvergence> {
   /// (model/validity.h).
   explicit Hysteresis(HysteresisParameters parameters);
 
-  /// For studies beyond that limit (Fig. 6c and d of the paper): checks the curves, but not the branches. The
-  /// inverse is not reliable if `increasing` is false.
+  /// For studies with a k beyond the limit (Fig. 6c and d of the paper): checks the curves, but not the
+  /// branches. The inverse is not reliable if `increasing` is false.
   static Hysteresis beyond_limit(HysteresisParameters parameters);
 
   Interval output_range() const { return shown(Levels::output_range()); }

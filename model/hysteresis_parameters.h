@@ -21,7 +21,8 @@ struct HysteresisParameters {
   double k_ascending = 0.0;
   double k_descending = 0.0;
   Symmetry symmetry = Symmetry::none;
-  /// Only for a butterfly: maps m to the output. The curves are then the curves of m.
+  /// Only for a butterfly: maps the magnetisation or polarisation m to the output. `ascending` and
+  /// `descending` are then curves of m.
   std::optional<OutputMap> output_map{};
   /// h: a branch converges with the distance |h(v) - h(v_s)|, so that the rate at v is k h'(v). `nullopt`
   /// means h(v) = v.
@@ -34,21 +35,23 @@ struct HysteresisParameters {
   double k(Direction direction) const {
     return direction == Direction::ascending ? k_ascending : k_descending;
   }
-  double place(double v) const { return input_map ? input_map->value(v) : v; }                  ///< h
-  double stretch(double v) const { return input_map ? input_map->slope(v) : 1.0; }              ///< h'
-  Point lower_point() const { return {input_range().lo, descending.value(input_range().lo)}; }  ///< L_0
-  Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }   ///< U_0
+  /// Return h(v), and its derivative h'(v).
+  double place(double v) const { return input_map ? input_map->value(v) : v; }
+  double stretch(double v) const { return input_map ? input_map->slope(v) : 1.0; }
+  /// Return the lower convergence point L_0 and the upper threshold point U_0.
+  Point lower_point() const { return {input_range().lo, descending.value(input_range().lo)}; }
+  Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }
   /// Returns the output for this level of a branch.
   double output(double level) const { return output_map ? output_map->value(level) : level; }
   /// Returns the outputs from output(low) to output(high), without the part before a butterfly's valley.
   Interval outputs(double low, double high) const {
     return output_map ? output_map->beyond_valley({low, high}) : Interval{low, high};
   }
-  /// Outputs from L_0 to U_0.
+  /// Returns the outputs from the lower convergence point to the upper threshold point.
   Interval output_range() const { return outputs(lower_point().level, upper_point().level); }
 };
 
-/// Adds all parameters except the two k.
+/// Adds all parameters except `k_ascending` and `k_descending` to the fingerprint.
 void add_curves(Fingerprint& sum, const HysteresisParameters& parameters);
 
 /// Models without memory, for comparison with the full model.

@@ -37,7 +37,7 @@ struct Branch {
   double start_level = 0.0;
   double offset = 0.0;
   double coefficient = 0.0;
-  bool increasing = true;  ///< according to the check of the model's law
+  bool increasing = true;  ///< false: the model's law has found that the branch does not increase
 };
 
 /// A stack of branches that allocates only at construction. A copy keeps the capacity.
@@ -60,8 +60,9 @@ class BranchStack {
   std::size_t size_ = 0;
 };
 
-/// Start of b_0. For `virgin`, b_0 is the ascending reference curve f_0^A itself. Its start_input and
-/// start_level are those of L_0, the target of the falling branches, although L_0 is not on the curve.
+/// Start of b_0, the outermost branch. For `virgin`, b_0 is the ascending reference curve f_0^A itself. Its
+/// start_input and start_level are those of L_0, the target of the falling branches, although L_0 is not on
+/// the curve.
 enum class Origin { virgin, lower_threshold, upper_threshold };
 constexpr auto words(Origin) {
   return std::to_array<std::string_view>({"virgin", "lower-threshold", "upper-threshold"});

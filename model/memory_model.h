@@ -34,7 +34,7 @@ concept BranchLaw = requires(const L& law, const Branch& branch, const Hysteresi
   { law.fingerprint() } -> std::same_as<std::uint64_t>;     // identifies all parameters
   { law.input_range() } -> std::convertible_to<Interval>;
   { law.symmetry() } -> std::same_as<Symmetry>;
-  { law.threshold_branch(direction) } -> std::same_as<Branch>;  // from L_0 up, from U_0 down
+  { law.threshold_branch(direction) } -> std::same_as<Branch>;  // rises from L_0 or falls from U_0
   { law.virgin_branch() } -> std::same_as<Branch>;              // the first path; starts at L_0
   { law.reversed(state) } -> std::same_as<Branch>;              // the branch that starts at the present point
   { law.value(branch, direction, v) } -> std::same_as<double>;
@@ -69,7 +69,7 @@ class MemoryModel {
 
   const Interval& input_range() const { return law_.input_range(); }
   Symmetry symmetry() const { return law_.symmetry(); }
-  /// [L_0, U_0]: the outputs that every memory can reach.
+  /// Returns the outputs between the threshold points L_0 and U_0: every memory can reach them.
   Interval output_range() const { return {lower_.start_level, upper_.start_level}; }
   /// Returns the outputs that this state can reach: inverse() returns an input for each without saturation.
   Interval reachable(const State& state) const;

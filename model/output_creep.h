@@ -28,7 +28,7 @@ namespace hystcan::model {
 class OutputCreep {
  public:
   struct Config {
-    double per_decade = 0.0;  ///< 2 w, share of the output
+    double per_decade = 0.0;  ///< creep in each decade of time, as a share of the output: 2 w
     double from_s = 0.01;     ///< shortest lag
     double to_s = 3.0;        ///< longest lag, to the nearest half decade
 
@@ -44,19 +44,20 @@ class OutputCreep {
   explicit OutputCreep(const std::optional<Config>& config)
       : OutputCreep(config ? OutputCreep(*config) : OutputCreep()) {}
 
-  /// Returns the state after h was held for a very long time.
+  /// Returns the state after the hysteresis has had the output h for a very long time.
   State settled(double h) const { return State(rates_per_s_.size(), h); }
 
   // A state must belong to the same Config. None of the following functions allocates.
   void settle(State& state, double h) const { state.assign(rates_per_s_.size(), h); }
-  double output(const State& state, double h) const;   ///< x
-  double inverse(const State& state, double x) const;  ///< h
-  /// Holds h for dt_s. An h that is not finite leaves the state unchanged.
+  double output(const State& state, double h) const;   ///< returns x, the output of the actuator
+  double inverse(const State& state, double x) const;  ///< returns h, the output of the hysteresis
+  /// Advances the state by dt_s, in which the hysteresis has the output h. An h that is not finite leaves the
+  /// state unchanged.
   void advance(State& state, double h, double dt_s) const;
 
   std::size_t lags() const { return rates_per_s_.size(); }
   double at_once() const { return at_once_; }                              ///< immediate share, 1 - n w
-  double weight() const { return weight_; }                                ///< w
+  double weight() const { return weight_; }                                ///< w of each lag
   const std::vector<double>& rates_per_s() const { return rates_per_s_; }  ///< 1 / tau_i
   /// Returns the amplitude of x for a sine of h with amplitude 1.
   double amplitude_at(double frequency_Hz) const;
@@ -81,7 +82,7 @@ class HeldCreep {
  public:
   struct State {
     OutputCreep::State creep;
-    double h = 0.0;                  ///< h of the last row
+    double h = 0.0;                  ///< output of the hysteresis in the last row
     std::optional<double> time_s{};  ///< time of the last row; `nullopt`: `creep` belongs to the next row
   };
 
@@ -91,11 +92,11 @@ class HeldCreep {
   // first row.
   /// Holds h until the time of the row, which must be later than the time of the row before.
   void hold_until(double time_s);
-  double inverse(double x) const;  ///< h
-  /// Sets h of the row. Returns x.
+  double inverse(double x) const;  ///< returns the h that gives the output x in this row
+  /// Sets h, the output of the hysteresis in this row. Returns x, the output of the actuator.
   double follow(double h);
 
-  /// `nullopt` before the first row.
+  /// Returns the state after the last row; `nullopt` before the first row.
   const std::optional<State>& state() const { return state_; }
   const OutputCreep& creep() const { return creep_; }
 

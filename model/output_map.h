@@ -15,13 +15,13 @@ namespace hystcan::model {
 
 class OutputMap {
  public:
-  /// A Chebyshev series on `inner`, the range of m. Throws std::invalid_argument if it does not rise at its
-  /// upper end, or if it has a second valley or a crest.
+  /// Constructs g as a Chebyshev series on `inner`, the range of m. Throws std::invalid_argument if g does not
+  /// rise at its upper end, or if it has a second valley or a crest.
   OutputMap(const std::vector<double>& coefficients, Interval inner);
 
   double value(double m) const { return series_.value(m); }
   double slope(double m) const { return series_.slope(m); }
-  /// The m with the lowest x; the lower end of the range if x only rises.
+  /// Returns the m with the lowest output; the lower end of the range of m if the output only rises.
   double valley() const { return valley_; }
   /// Returns the outputs for m from `m.lo` to `m.hi`, without the part before the valley.
   Interval beyond_valley(Interval m) const;

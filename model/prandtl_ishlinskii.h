@@ -56,7 +56,7 @@ struct PrandtlIshlinskiiParameters {
 struct PlayState {
   double input = 0.0;
   double output = 0.0;
-  std::vector<double> plays;  ///< y_1, ..., y_m
+  std::vector<double> plays;  ///< outputs of the plays: y_1, ..., y_m
 };
 
 /// The model holds its parameters, which are checked once. The memory is in the PlayState that the caller

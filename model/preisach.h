@@ -11,6 +11,7 @@
 //   falling    x_s - gain (v_s - v) - E(v_s, v)
 //
 //   E(alpha, beta) = weight of the relays (alpha', beta') with  beta <= beta' <= alpha' <= alpha
+//
 // Loops between the same inputs are congruent (Mayergoyz 1986).  Memory, wiping out and alignment are the
 // same as in every memory-based model.
 #pragma once

@@ -32,7 +32,9 @@ class ChebyshevSeries {
 
   double operator()(double s) const { return powers_.empty() ? clenshaw(s) : in_powers(s); }
   const std::vector<double>& coefficients() const { return chebyshev_; }
-  const std::vector<double>& powers() const { return powers_; }  ///< factors of s^0, s^1, ...; empty or 4 n
+  /// Returns the coefficients of s^0, s^1, ..., with zeros up to a multiple of four; empty if Clenshaw's
+  /// recurrence is used.
+  const std::vector<double>& powers() const { return powers_; }
   ChebyshevSeries derivative(double ds_dv) const;
 
  private:

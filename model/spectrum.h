@@ -15,11 +15,11 @@ namespace hystcan::model {
 
 class HannTransform {
  public:
-  /// `length`: N, even.
+  /// `length`: N, the number of samples of a segment; must be even.
   explicit HannTransform(std::size_t length);
 
   std::size_t length() const { return window_.size(); }
-  const std::vector<double>& window() const { return window_; }  ///< w
+  const std::vector<double>& window() const { return window_; }  ///< w_n, the Hann window
   /// Transforms one segment of `length` samples.
   std::vector<std::complex<double>> operator()(std::span<const double> segment) const;
 

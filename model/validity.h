@@ -49,8 +49,8 @@ struct DecreasingBranch {
 /// Returns the first scanned branch that does not increase. The caller must have checked the curves.
 std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters);
 
-/// Returns the worst of these branches in each tenth of the range and each direction, about forty at most.
-/// `steps` is the size of the grid; the cost grows with its square.
+/// Returns the scanned branches that do not increase: only the worst in each tenth of the range and each
+/// direction, about forty at most. `steps` is the size of the grid; the cost grows with its square.
 std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters,
                                                        std::size_t steps);
 
