@@ -38,7 +38,7 @@ class AmplifierLink : public RemoteNode {
   /// Returns the age of the last status at time `at`; NaN if no status has arrived.
   double output_age_s(can::Time at) const;
   CommandFrame& commands() const { return commands_; }
-  /// Null if the amplifier sends no status.
+  /// Returns the message with the amplifier's status; null if the amplifier sends none.
   ReceivedFrame* statuses() const { return statuses_; }
 
  private:
@@ -51,9 +51,9 @@ class AmplifierLink : public RemoteNode {
   std::optional<can::Layout<can::AmpStatus>> layout_;  ///< Empty if the amplifier sends no status.
   ReceivedFrame* statuses_ = nullptr;
   bool reports_output_ = false;  ///< The status contains the output.
-  /// No state of this status means a fault; only its fault flags report one.
+  /// The status reports a fault only by its fault flags, because it has no state with this meaning.
   bool flags_report_fault_ = false;
-  /// Assumed until the first status arrives, or always if the amplifier sends none.
+  /// The status that is assumed until the first one arrives, or always if the amplifier sends none.
   can::AmpStatus status_at_first_;
   can::AmpStatus status_;  ///< The last received status.
   /// The next status is the first one: there is no earlier one to compare it with.

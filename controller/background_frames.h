@@ -10,8 +10,8 @@
 //
 // The start-up brings the remote nodes of waiting axes to operational. A node is set up by SDO first, and
 // started by NMT when its set-up is complete. A stopped node does not answer SDO requests; it is sent to
-// pre-operational first. If axes share a node, the axis that has the node's objects sets it up, as soon as
-// any of them waits.
+// pre-operational first. If several axes share a node, one of them has the SDO objects of the node: this axis
+// sets the node up as soon as any of the axes waits.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +32,7 @@ class BackgroundFrames {
   void start(can::Bus& bus, can::Time now);
   /// Called once per cycle, after its SYNC.
   void begin_cycle(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent);
-  /// True if send_next() was called in this cycle, and before the first cycle.
+  /// True if send_next() was called in this cycle; also true before the first cycle.
   bool is_done() const { return is_done_; }
   /// Called once per cycle, after its commands. `time_s`: time of this cycle's SYNC since the controller's
   /// start.
@@ -54,7 +54,7 @@ class BackgroundFrames {
   std::size_t node_count() const { return 2 * axes_.size(); }
   RemoteNode& node_at(std::size_t place) { return *axes_[place / 2]->nodes()[place % 2]; }
   bool some_axis_waits() const;
-  /// Visits each axis that has the node with this number, with the axis's own RemoteNode for it.
+  /// Calls `visit` for each axis that has the node with this id, with the axis's own RemoteNode for the node.
   void for_each_with(std::uint8_t number, auto visit) const;
 
   std::uint8_t node_;

@@ -33,9 +33,9 @@ class BlackBox {
   struct Config {
     /// Empty: hystcan-blackbox in the working directory, created with the first file.
     std::filesystem::path folder;
-    unsigned files = 50;             ///< maximum number of files in the folder, of all runs; 0: writes none
+    unsigned files = 50;             ///< maximum number of files of all runs in the folder; 0: writes none
     std::size_t cycles = 10'000;     ///< cycles kept for each axis
-    std::size_t cycles_after = 100;  ///< number of these cycles that follow the fault
+    std::size_t cycles_after = 100;  ///< how many of the kept cycles follow the fault
   };
   using Sink = can::BusHealthLog::Sink;
   using UtcNow = std::function<std::chrono::system_clock::time_point()>;

@@ -52,7 +52,7 @@ struct CommonConfig {
   double rate_Hz = 1000.0;
   std::uint8_t node = 127;  ///< Id of the controller's own heartbeat.
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
-  /// For the heartbeats of the other nodes.
+  /// A node without a heartbeat for this time counts as lost.
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};
   /// Latest time after SYNC to send a command frame of several axes; zero: nine tenths of the cycle.
   can::Duration command_deadline{};
@@ -108,7 +108,7 @@ class Controller {
 
   std::size_t axis_count() const { return axes_.size(); }
   const WiredAxis& wired_axis(std::size_t i) const { return *axes_[i]; }
-  /// For restoring the saved state of an axis, before start().
+  /// Returns an axis, so that its saved state can be restored before start().
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
   /// Returns the rejected frames of every received message: samples, statuses, setpoints, and the heartbeats,
@@ -118,7 +118,8 @@ class Controller {
   /// node that sends outside its slot.
   std::vector<std::string> node_notes() const;
   const CycleCounters& counters() const { return counters_; }
-  /// Times since start. Called on the scheduler's thread, like all functions here.
+  /// Returns statistics of the times of all cycles since start(). Called on the scheduler's thread, like all
+  /// functions of this class.
   const CycleTiming& timing() const { return timing_; }
   const can::Bus& bus() const { return *bus_; }
 

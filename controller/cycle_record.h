@@ -29,7 +29,7 @@ struct CycleCounters {
 struct CyclePhases {
   can::Duration period{};        ///< from the last SYNC to this one
   can::Duration lateness{};      ///< delay of the SYNC after its deadline
-  can::Duration sample_heard{};  ///< by the kernel's timestamp; zero if no sample arrived
+  can::Duration sample_heard{};  ///< arrival of the sample (kernel's timestamp); zero if none arrived
   can::Duration command_sent{};
   can::Duration execution{};  ///< execution time of the axis's step
 
@@ -44,8 +44,9 @@ struct CycleRecord {
   double time_s = 0.0;  ///< time of the SYNC, since start
   std::size_t axis = 0;
   AxisReport report;
-  double amplifier_output = 0.0;  ///< last received status, drive units
-  double amplifier_output_age_s = std::numeric_limits<double>::quiet_NaN();  ///< at `time_s`; NaN: no status
+  double amplifier_output = 0.0;  ///< output in the last received status, drive units
+  /// Age of the last received status at `time_s`; NaN: no status.
+  double amplifier_output_age_s = std::numeric_limits<double>::quiet_NaN();
   CyclePhases phases{};
   CycleCounters counters{};  ///< counters of the controller at the time of the record
   std::optional<NodeEvent> event{};

@@ -30,7 +30,8 @@ class ExcitationDataset {
  public:
   explicit ExcitationDataset(double lead_s = 0.0) : lead_s_(lead_s) {}
 
-  /// Takes the records of all cycles in order, beginning before the axis tracks.
+  /// Returns the row of this cycle; `nullopt` if the cycle has none. Must be called with the records of all
+  /// cycles in order, beginning before the axis tracks.
   std::optional<ExcitationRow> add(const CycleRecord& record);
 
   std::uint64_t rows() const { return rows_; }

@@ -53,7 +53,7 @@ bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other);
 /// True for an emergency that only reports the end of an error (CiA 301: 00xx, "error reset or no error").
 bool is_all_clear(const NodeEvent& event);
 
-/// "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
+/// Example: "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
 std::string describe(const NodeEvent& event);
 
 /// Commands and requests of other nodes to a node that only this controller commands.
@@ -62,7 +62,7 @@ struct ForeignAccess {
   std::uint64_t sdo_writes = 0;
   std::uint64_t sdo_reads = 0;
 };
-/// "2 NMT commands, 1 SDO write, 30 SDO reads of another node"; empty if there was none.
+/// Example: "2 NMT commands, 1 SDO write, 30 SDO reads of another node". Empty if there was no access.
 std::string describe(const ForeignAccess& access);
 
 /// Meaning of a received heartbeat.
@@ -83,8 +83,9 @@ class RemoteNode {
   bool on_foreign_sdo(const can::Frame& frame);
   /// Records a sample of this node with a `SyncCounter` that no SYNC has.
   void note_no_such_sync(std::uint8_t sync_counter);
-  /// Records a heartbeat or a status without news that has arrived after this SYNC. If three more of them
-  /// have been outside the node's slot than inside, makes one event for the log.
+  /// Records a heartbeat, or a status that no event has caused, which arrived after this SYNC. When the
+  /// number of such frames outside the node's slot exceeds the number inside by three, makes one event for
+  /// the log.
   void note_background_frame(std::uint8_t sync_counter, unsigned slots);
 
   std::uint8_t node() const { return node_; }
@@ -100,7 +101,7 @@ class RemoteNode {
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
   const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
   const ForeignAccess& foreign_access() const { return foreign_; }
-  /// Returns the number of frames outside its slot; 0 for a node that keeps it.
+  /// Returns the number of frames outside the node's slot; 0 if the node keeps its slot.
   std::uint64_t outside_slot() const { return keeps_slot_ ? 0 : outside_slot_; }
 
   /// Called after the bus was off: discards the node's state and set-up, which may not be valid any more.

@@ -31,10 +31,10 @@ class SensorLink : public RemoteNode {
     return !sync_place_ || sample.sync_counter == sync_counter;
   }
   void note_late_sample() { late_sample_ = true; }
-  /// Called if its sample arrived before the deadline of the command.
+  /// Called if the sample of this cycle arrived before the deadline of the command.
   void note_sample_in_time(std::uint64_t cycle) { heard_in_ = cycle; }
-  /// True while the controller waits for the next sample: the number of lost samples is not larger than the
-  /// axis bridges.
+  /// True while the controller waits for the next sample: the number of samples lost in succession is at most
+  /// `bridged`, the number that the axis tolerates.
   bool is_awaited(std::uint64_t cycle, unsigned bridged) const { return cycle - heard_in_ <= bridged + 1ULL; }
   /// Called after the bus was off or the interface down: discards the state of the node, which may not hold
   /// any more.
@@ -48,7 +48,7 @@ class SensorLink : public RemoteNode {
  private:
   can::Layout<can::SensorSample> layout_;
   SampleFrame& samples_;
-  std::optional<std::size_t> sync_place_;  ///< Place of its SYNC counter; empty: samples have none.
+  std::optional<std::size_t> sync_place_;  ///< Place of the SYNC counter; empty: samples have no counter.
   bool is_doubled_ = false;
   bool late_sample_ = false;    ///< A sample arrived too late since the last step.
   std::uint64_t heard_in_ = 0;  ///< The last cycle whose sample arrived in time.

@@ -20,7 +20,7 @@ struct SetpointCounters {
 
   std::uint64_t refused() const { return not_tracking + out_of_range + unknown_mode; }
 };
-/// "2 live setpoints accepted, refused: 1 not tracking, 3 out of range"; empty if none has arrived.
+/// Example: "2 live setpoints accepted, refused: 1 not tracking, 3 out of range". Empty if none has arrived.
 std::string describe(const SetpointCounters& counters);
 
 class SetpointReceiver {

@@ -29,7 +29,7 @@ class SyncClock {
   void start(can::Time now, can::Duration to_first_sync);
   /// Called when the next SYNC is sent.
   void begin_cycle(can::Time now);
-  /// Called if no more SYNC is sent: the last step has this time.
+  /// Called if no more SYNC is sent: `now` is then the time of the last step of the axes.
   void end(can::Time now) { cycle_.sync_sent = now; }
 
   const Cycle& cycle() const { return cycle_; }

@@ -47,7 +47,7 @@ class TimeStatistics {
 
   std::uint64_t count_ = 0;
   double mean_ns_ = 0.0;
-  double squares_ns2_ = 0.0;  ///< S_n
+  double squares_ns2_ = 0.0;  ///< S_n: sum of the squared differences from the mean
   double max_ns_ = 0.0;
   std::array<std::uint64_t, classes> histogram_{};
 };

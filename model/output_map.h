@@ -15,8 +15,8 @@ namespace hystcan::model {
 
 class OutputMap {
  public:
-  /// Constructs g as a Chebyshev series on `inner`, the range of m. Throws std::invalid_argument if g does not
-  /// rise at its upper end, or if it has a second valley or a crest.
+  /// Constructs g as a Chebyshev series on `inner`, the range of m. Throws std::invalid_argument if g does
+  /// not rise at its upper end, or if it has a second valley or a crest.
   OutputMap(const std::vector<double>& coefficients, Interval inner);
 
   double value(double m) const { return series_.value(m); }

@@ -48,8 +48,9 @@ void plan_feed_forward(AxisConfig& axis, double rate_Hz);
 double tracking_floor_um(const Delays& delays, double cycle_s, std::size_t cycles,
                          const std::function<double(double t_s)>& reference_um);
 
-/// Returns the floor of a shape that repeats, without the beginning of the shape. Returns `nullopt` if the
-/// shape does not repeat, or if no multiple of its period up to 100 periods is a whole number of cycles.
+/// Returns the smallest RMS error for a shape that repeats, without the beginning of the shape. Returns
+/// `nullopt` if the shape does not repeat, or if no multiple of its period up to 100 periods is a whole
+/// number of cycles.
 std::optional<double> tracking_floor_um(const Delays& delays, double cycle_s, const Shape& shape);
 
 }  // namespace hystcan::controller

@@ -17,10 +17,9 @@ namespace hystcan::controller {
 // With the inverse of the hysteresis the actuator is linear with gain 1 (docs/theory/identification.md). The
 // rest is a chain of links with gain 1 at rest: amplifier and sensor (first order), mode (second order), a
 // pure delay d.
-//   G(s) = e^{-ds} prod_i p_i / (p_i - s)                               p_i: the poles, apart from each other
+//
 //   G(s) = e^{-ds} prod_i p_i / (p_i - s)                               p_i: the poles, all different
 //
-// Setpoints change once in a cycle T. Summing the steps of all cycles gives the exact response of the
 // Setpoints change once in a cycle T. The sum over the steps of all cycles is the exact response of the
 // samples, for any delay. With j = ceil(d / T), tau = j T - d, w = 1 / z and
 //

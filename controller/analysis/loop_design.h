@@ -67,8 +67,8 @@ PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertai
 PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                       const CautiousRule& rule);
 
-/// Returns an integral gain only, an eighth of the largest one that is stable at every corner: for a plant
-/// that is not measured.
+/// Returns gains for a plant that is not measured: kp = 0, and an eighth of the largest ki that is stable at
+/// every corner.
 PiGains unmeasured_gains(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
 /// Returns several designs in the order of descending ki: without a filter, and with the best low pass. If a

@@ -67,7 +67,7 @@ class Axis {
   const ControlLaw* law_to_save() const;
   /// Called with the saved memory before the first start. Ignored unless start-up is `restore`.
   void restore(const model::HysteresisState& memory);
-  /// Null in open loop.
+  /// Returns the closed loop; null in open loop.
   ClosedLoop* closed_loop() { return closed_loop_ ? &*closed_loop_ : nullptr; }
   const ClosedLoop* closed_loop() const { return closed_loop_ ? &*closed_loop_ : nullptr; }
 
@@ -107,7 +107,7 @@ class Axis {
   Supervisor supervisor_;
   OutputCheck output_check_;
   Course course_;
-  Course::Mark at_last_sample_{};  ///< course at the last accepted sample
+  Course::Mark at_last_sample_{};  ///< the model's positions (Course) at the last accepted sample
   Oscillation oscillation_;
   AxisReport report_;
   double drive_ = 0.0;

@@ -34,7 +34,7 @@ struct AxisConfig {
   ControlLaw::Config law;
   Gate::Config gate;
   Delays delays;
-  /// Designed for `delays` if delays.plant_inverse is set.
+  /// Feed-forward that inverts the plant, designed for `delays`; empty unless delays.plant_inverse is set.
   std::optional<PlantInverse::Config> plant_inverse{};
   std::vector<Segment> setpoint;
   std::optional<Learning::Config> learning{};  ///< empty: no learning
@@ -42,7 +42,7 @@ struct AxisConfig {
   ReferenceLimits reference_limits{};
   /// Additional limits for transitions only; see default_transition_limits().
   ReferenceLimits transition_limits{};
-  std::optional<InPosition::Config> in_position{};  ///< empty: not judged
+  std::optional<InPosition::Config> in_position{};  ///< empty: the axis does not judge its arrival
   MemorySource start_up = MemorySource::wipe;
   /// Drive units/s: ramps to the thresholds, and to the safe drive at a stop.
   double wipe_slew_per_s = 100.0;
@@ -50,7 +50,7 @@ struct AxisConfig {
   double fault_ramp_per_s = 0.0;  ///< drive units/s: ramp to the safe drive after a fault; 0: no ramp
   std::chrono::nanoseconds enable_delay{0};  ///< minimum time from Enable until the drive moves
   bool verify_watchdog = false;  ///< withholds commands once before the first use: the amplifier must trip
-  std::vector<model::Coupling> couplings{};  ///< one row of the coupling matrix, for feed-forward
+  std::vector<model::Coupling> couplings{};  ///< effects of other axes on this one; feed-forward removes them
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};
   std::optional<Excitation::Config> excitation{};  ///< open loop: replaces law and setpoint
@@ -71,8 +71,9 @@ ReferenceLimits default_transition_limits(const Gate::Config& gate, const model:
                                           const Delays& delays);
 
 /// Returns the amplitude above which an oscillation of the error counts as an unstable loop: half of
-/// following_error_um and a third of position_jump_um, so that the oscillation is mostly found before these
-/// two trip, and at most a twentieth of the plausible positions. Infinite if the law has no feedback.
+/// following_error_um and a third of position_jump_um, so that the oscillation is mostly found before one of
+/// these two limits trips, and at most a twentieth of the range of plausible positions. Infinite if the law
+/// has no feedback.
 double oscillation_amplitude_um(const AxisConfig& config);
 
 /// Return r(t) of the axis, and the limits of its transitions.
@@ -84,10 +85,11 @@ Supervisor::Config supervision_of(const AxisConfig& config);
 OutputCheck output_check_of(const AxisConfig& config);
 RampCheck::Config ramp_check_of(const AxisConfig& config);
 
-/// Returns the allowed positions of a live setpoint: those that the model reaches and that are plausible.
+/// Returns the allowed positions of a live setpoint: within the model's reach (model_reach_um) and within the
+/// plausible positions.
 model::Interval reach_of(const AxisConfig& config);
 
-/// Returns the drives between the model's thresholds.
+/// Returns the drives that are between the model's thresholds and within the gate's range.
 model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate);
 
 /// Returns the positions that the model reaches with these drives: from its lower threshold (or drive_min) on

@@ -1,5 +1,5 @@
-// Limits from the model and the applied drive for the distance that the position can have moved since a
-// moment.
+// Computes from the model and the applied drive how far the position can have moved since a given moment, as
+// a lower and an upper limit.
 //
 //   a, b    the model's positions under two memories: the drive has fallen from the upper threshold, or has
 //           risen from the lower one on the virgin curve. The actuator's memory is between them; a wipe makes
@@ -49,7 +49,7 @@ class Course {
   Delays delays_;
   Memories at_thresholds_, memories_;
   UnderWay under_way_;
-  /// Cycle; first-order lag; time between positions under way.
+  /// Length of a cycle; time constant of the first-order lag; time between two stored positions.
   double cycle_s_ = 0.0, lag_s_ = 0.0, apart_s_ = 0.0;
   std::size_t ago_ = 0;  ///< number of positions within the pure delays
   Mark mark_{};

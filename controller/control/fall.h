@@ -2,8 +2,8 @@
 //
 //   none ─▶ safe                    the command is the safe one from the step of the fault on
 //   none ─▶ ramping ─▶ safe         the drive first ramps to the safe one, if this is configured and the
-//                                   cause leaves the drive controllable. The ramp ends immediately at a later
-//                                   cause that does not, and if bus or amplifier may not obey any more
+//                                   cause leaves the drive controllable. The ramp ends immediately if a later
+//                                   cause does not, or if bus or amplifier may no longer obey
 //   safe ─▶ none                    by a clear, which is refused during the ramp
 #pragma once
 

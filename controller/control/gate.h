@@ -32,8 +32,8 @@ struct Gate {
   };
   /// `last`: the drive that left the gate `dt_s` ago. If it is not finite, the gate outputs the safe drive.
   static Passed step(const Config& config, double last, double requested, double dt_s);
-  /// Moves the drive towards `target` by at most `reach`. Returns true if it has reached the target, or the
-  /// limit before it.
+  /// Moves the drive towards `target` by at most `reach`. Returns true if the drive has reached the target,
+  /// or the end of the drive's range if the target is outside.
   static bool approach(const Config& config, double& drive, double target, double reach, double dt_s);
 };
 

@@ -81,7 +81,7 @@ class ControlLaw {
   };
   struct Input {
     double reference_um = 0.0;          ///< r(t)
-    double previewed_um = 0.0;          ///< F
+    double previewed_um = 0.0;          ///< F, the output of the feed-forward
     std::optional<double> position_um;  ///< y(t); `nullopt`: the sample is lost, and the last error is used
     double dt_s = 0.0;                  ///< measured time since the last step
     double cycle_s = 0.0;               ///< nominal cycle; the notch is designed for it
@@ -157,7 +157,7 @@ class ControlLaw {
   double integrated_s_ = 0.0;        ///< time over which the last step integrated; 0: the sample was lost
   double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;
-  double before_notch_um_ = 0.0;  ///< F + PI
+  double before_notch_um_ = 0.0;  ///< feed-forward plus PI, the input of the notch
   double demand_um_ = 0.0;        ///< input of the inverse, after the notch
 };
 

@@ -65,14 +65,14 @@ class Learning {
     double cycle_s = 1e-3;
     double period_s = 0.0;       ///< time of all phases; 0: `phases` cycles
     std::size_t judged = 0;      ///< cycles whose errors are judged together; 0: `phases`
-    std::vector<double> taps{};  ///< h, starting at -K; 2 K + 1 values, fewer than phases
+    std::vector<double> taps{};  ///< filter h_k, k = -K .. K; 2 K + 1 values, fewer than phases
     double duration_s = 0.0;     ///< duration of the segment
   };
   /// Settings of the user, and the plans designed from them.
   struct Config {
     double rate = 0.5;                ///< share of the error that one period corrects, > 0 to 1
     double forget_percent = 0.2;      ///< share of the correction that is lost in each period
-    double correction_max_um = 0.0;   ///< maximum |c|
+    double correction_max_um = 0.0;   ///< maximum |c|, c: a correction
     double resonance_percent = 10.0;  ///< the filter is designed for a resonance within this error
     bool frozen = false;              ///< corrects with the learnt values, but does not learn
     std::size_t ahead_cycles = 0;     ///< lead of the correction in the feed-forward, in whole cycles
@@ -86,7 +86,7 @@ class Learning {
     /// Error of this segment without learning: in the first period, or in the last rest.
     double first_rms_um = 0.0;
     double correction_um = 0.0;      ///< present correction
-    double correction_max_um = 0.0;  ///< largest correction of that segment at the end of the period
+    double correction_max_um = 0.0;  ///< largest correction of `segment` at the end of the period
   };
 
   /// Throws std::invalid_argument if a plan contradicts itself.
@@ -95,8 +95,7 @@ class Learning {
   const Config& config() const { return config_; }
   std::size_t ahead_cycles() const { return config_.ahead_cycles; }
 
-  /// False if the time of this point is in a part that does not repeat: only the trajectory defines the
-  /// position there.
+  /// False if the time of this point is in a part of the reference that does not repeat.
   bool covers(const Trajectory::Point& point) const;
 
   /// Corrections of one cycle, at the point of its sample and at the point of its feed-forward. correct() is
@@ -114,14 +113,14 @@ class Learning {
   void reset();
   /// Ends the correction permanently.
   void retire() { retired_ = true; }
-  /// Copies the learnt corrections of `before` for each segment with the same number of phases, and its
+  /// Copies from `before` the learnt corrections of each segment with the same number of phases, and the
   /// present output. Does not allocate.
   void continue_from(const Learning& before);
 
   Report report() const;
 
-  /// Returns the correction of each phase of each segment, for saving. restore() accepts it if the sizes
-  /// agree.
+  /// Returns the correction of each phase of each segment, to be saved. restore() accepts this table if the
+  /// sizes agree.
   std::vector<std::vector<double>> table() const;
   bool restore(const std::vector<std::vector<double>>& table);
 
@@ -153,7 +152,7 @@ class Learning {
     std::vector<double> correction_um;
     double cycles_per_s = 0.0;
     double phases_per_s = 0.0;
-    /// H; the error of single precision is far below the noise, and it is twice as fast.
+    /// The filter h_k, in single precision: this is twice as fast, and its error is far below the noise.
     std::vector<float> taps;
     std::vector<float> errors_um;  ///< the last errors, stored twice, so that each window is contiguous
     std::size_t newest = 0;

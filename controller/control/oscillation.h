@@ -48,7 +48,7 @@ class Oscillation {
 
  private:
   struct HalfPeriod {
-    std::size_t cycles = 0;  ///< cycles beyond the middle of the half-period before
+    std::size_t cycles = 0;  ///< cycles with e beyond the middle of the previous half-period
     double swing_um = 0.0;
     double reference_bend_um = 0.0;  ///< sum |r''|
     double error_bend_um = 0.0;      ///< sum |e''|

@@ -58,7 +58,7 @@ struct PlantRecursion {
   struct Config {
     int delay_cycles = 0;  ///< delay of y; u is taken from this many cycles ago
     bool interpolated = false;
-    double constant = 0.0;  ///< c
+    double constant = 0.0;  ///< c in the recursion `interpolated`
     std::array<Term, 4> terms{};
     Notch::Coefficients notch{};
   };

@@ -15,7 +15,6 @@
 //           rest before the ramp. This range decays in 200 cycles, or in decay_s. It is at least 2 v' / w, in
 //           case a slow mode has not shown its full range; v, v': speed of the model in the ramp, highest
 //           speed of y at rest, w: angular frequency of the mode
-//           rest, w: angular frequency of the mode
 #pragma once
 
 #include <optional>
@@ -48,7 +47,7 @@ class RampCheck {
  private:
   struct Anchor {
     Course::Mark model{};
-    double seen_um = 0.0;  ///< y_0 or y_1
+    double seen_um = 0.0;  ///< measured position (y_0 or y_1) at the anchor
     double drive = 0.0;
     unsigned cycles = 0;  ///< cycles since the anchor was set
   };
@@ -63,10 +62,10 @@ class RampCheck {
   double error_um() const;
 
   Config config_;
-  std::optional<double> seen_um_;      ///< y
+  std::optional<double> seen_um_;      ///< measured position y, averaged
   model::Interval rest_um_{0.0, 0.0};  ///< range of y at rest
   double model_um_ = 0.0;              ///< model's position in the last cycle
-  double direction_ = 0.0;             ///< s; 0: at rest
+  double direction_ = 0.0;             ///< direction s of the model's motion; 0: at rest
   Anchor turn_;
   std::optional<Anchor> window_;
   unsigned contradictions_ = 0;  ///< cycles in a row that contradict the drive

@@ -62,7 +62,7 @@ class TrackingStatistics {
 /// Result of one axis's run.
 struct AxisOutcome {
   std::string name;
-  /// 100 % of the errors in percent: the full height of the ascending reference curve.
+  /// Full height of the ascending reference curve; errors in percent are relative to it.
   double stroke_um = 0.0;
   AxisState state = AxisState::offline;  ///< state at the end
   Fault fault;

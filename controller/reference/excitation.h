@@ -12,8 +12,9 @@
 //                at the centre before and after
 //   chirp        centre + amplitude sin(2 pi (f_0 t + (f_1 - f_0) t^2 / (2 T))),  0 <= t <= T
 //
-// Drives are in drive units, times in s. The rest prevents a turning point between two cycles; it must last
-// two cycles or more. The drive is held before the beginning and after the end.
+// Drives are in drive units, times in s. Without a rest, a turning point could be between two cycles, and no
+// row would show it; the rest must last two cycles or more. The drive is held before the beginning and after
+// the end.
 #pragma once
 
 #include <string_view>
@@ -58,7 +59,7 @@ class Excitation {
   double at(double t_s) const;
   double length_s() const { return length_s_; }
   model::Interval range() const;
-  /// Returns drive units per s; 0 for steps, whose slew the gate limits.
+  /// Returns the steepest slope, drive units per s; 0 for steps, whose slew the gate limits.
   double steepest_per_s() const;
 
  private:

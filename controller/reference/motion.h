@@ -19,7 +19,7 @@ double smooth_step(double s);
 inline constexpr double smooth_step_peak_slope = 1.875;
 inline constexpr double smooth_step_peak_curvature = 5.773502691896258;
 
-/// Returns the smooth step between two values in `rise_s`.
+/// Returns the motion at `t_s` on a smooth step between two values that takes `rise_s`.
 Motion smooth_rise(double from_um, double to_um, double t_s, double rise_s);
 
 /// Range, velocity and acceleration of a motion. A configuration is checked by these bounds before anything
@@ -40,16 +40,16 @@ struct MotionBounds {
 //
 // The straight parts do not change, and the acceleration of the turnaround has the form of p. A mode without
 // damping that follows the corner rings afterwards with an amplitude proportional to |P(2 pi / T_m)|, where P
-// is the Fourier transform of p, and 1 for a sharp corner. p consists of boxes B_L of the length L and of a
-// pair of impulses I_h at -h / 2 and h / 2 (* is the convolution):
+// is the Fourier transform of p, and 1 for a sharp corner. p consists of boxes B_L (rectangular pulses of the
+// length L) and of a pair of impulses I_h at -h / 2 and h / 2 (* is the convolution):
 //
 //   D >= T_m     B_{T_m} * B_{D - T_m}             a trapezoid, a box at D = T_m.  P = 0: B over one period
 //   D <  T_m     I_{D - L} * B_L,                  two equal pulses.  P = 0 while D - L = T_m / 2: the second
 //                L = max(D - T_m / 2, D / 8)       pulse cancels what the first one excites
 //
-// P(2 pi / T_m) is 0 for every D >= 4/7 T_m, so the length need not be a whole number of periods. It is
-// cos(7/16 pi) = 0.195 at D = T_m / 2. Between the two pulses the reference is at rest. The two forms agree
-// at D = T_m. Without a mode (T_m = 0), p is one box.
+// P(2 pi / T_m) is 0 for every D >= 4/7 T_m, so the length need not be a whole number of periods. For
+// D = T_m / 2, P(2 pi / T_m) is cos(7/16 pi) = 0.195. Between the two pulses the reference is at rest. The
+// two forms agree at D = T_m. Without a mode (T_m = 0), p is one box.
 //
 // The pair of pulses is the ZV input shaper of N. C. Singer, W. P. Seering, "Preshaping command inputs to
 // reduce system vibration", J. Dyn. Sys. Meas. Control 112, 1990, with pulses of a finite length.
@@ -61,7 +61,7 @@ class Turnaround {
   Turnaround(double length_s, double mode_period_s);
 
   double length_s() const { return 2.0 * (wide_s_ + narrow_s_ + apart_s_); }
-  /// w(t), w'(t) in -1..1, and w''(t).
+  /// Return w(t), its slope w'(t), which is within -1..1, and w''(t).
   double way_s(double t_s) const;
   double slope(double t_s) const;
   double curvature_per_s(double t_s) const;
@@ -74,7 +74,7 @@ class Turnaround {
 
   double wide_s_ = 0.0;    ///< half the length of the longer box
   double narrow_s_ = 0.0;  ///< half the length of the shorter box; 0: there is one box
-  double apart_s_ = 0.0;   ///< half the distance between the two pulses; 0: there is one
+  double apart_s_ = 0.0;   ///< half the distance between the two pulses; 0: there is one pulse
 };
 
 // A periodic line with straight rises and falls, and a turnaround (Turnaround) at each end.

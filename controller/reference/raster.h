@@ -44,7 +44,7 @@ struct Raster {
   double flyback_percent = 50.0;  ///< ignored if both_directions
   SlowMotion slow = SlowMotion::step;
   double turnaround_percent = 0.0;
-  double mode_period_s = 0.0;  ///< mode of the stage (Turnaround)
+  double mode_period_s = 0.0;  ///< period of the stage's mode, for Turnaround
   /// `wave`: motion of the fast axis, or of a ramp. `way_up_s`: time from the lowest to the highest point of
   /// a line. Both are set by prepared().
   Sawtooth wave{};
@@ -59,16 +59,17 @@ struct Raster {
 struct ScanPlace {
   std::uint32_t frame = 0;
   std::uint32_t line = 0;
-  /// Counted from the end at low_um; no_pixel in a turnaround, in the flyback, and if pixels are not counted.
+  /// Counted from the low_um end of the line; no_pixel in a turnaround, in the flyback, and if pixels are not
+  /// counted.
   std::int32_t pixel = no_pixel;
 
   static constexpr std::int32_t no_pixel = -1;
 };
 
-/// Sets the wave. Throws std::invalid_argument if the parameters contradict each other.
+/// Sets `wave` and `way_up_s`. Throws std::invalid_argument if the parameters contradict each other.
 void prepare(Raster& raster);
 Motion motion_of(const Raster& raster, double t_s);
-/// Same as motion_of(), with the ideal line instead of turnarounds.
+/// Returns the position that motion_of() would have with sharp corners instead of turnarounds.
 double ideal_of(const Raster& raster, double t_s);
 bool rests_in(const Raster& raster, double t_s);
 /// Returns the maximum velocity and acceleration, without corners and jumps.

@@ -63,7 +63,7 @@ struct Triangle {
 /// Returns the sawtooth of a triangle with turnarounds, starting at its beginning.
 Sawtooth rounded(const Triangle& triangle);
 
-/// Like Triangle, along (1 - cos) / 2.
+/// Like Triangle, but moves sinusoidally, along (1 - cos) / 2, instead of in straight lines.
 struct Sine {
   double low_um = 0.0;
   double high_um = 1.0;
@@ -125,7 +125,7 @@ bool has_turnarounds(const Shape& shape);
 double ideal_um(const Shape& shape, double t_s);
 /// Returns the motion. At a corner or a jump, this is the motion after it.
 Motion motion(const Shape& shape, double t_s);
-/// `nullopt` if the shape is not a raster.
+/// Returns the place in the scan of a raster; `nullopt` outside its lines, and for any other shape.
 std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s);
 /// True if the value is constant: a hold, a step's levels, the dwell of a staircase.
 bool rests(const Shape& shape, double t_s);

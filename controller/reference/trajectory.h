@@ -22,7 +22,7 @@ struct Segment {
 /// Limits of every transition, in addition to those of the reference. They do not apply to shapes.
 struct TransitionLimits {
   ReferenceLimits motion{};
-  /// Range in which the braking of an old reference ends.
+  /// Range in which a reference that is replaced while it moves must come to rest.
   model::Interval range{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 };
 
@@ -40,9 +40,9 @@ class Trajectory {
   /// Follows the segments from t = 0 on, starting at rest.
   void start_from(double start_um);
 
-  /// Follows the segments as if it had followed them since t = 0, starting at `t_s` at rest at `start_um`.
-  /// With `goes_on`, as if it had never stopped: if resume() or continue_from() had begun the reference
-  /// later, it keeps this beginning.
+  /// Starts at `t_s`, at rest at `start_um`, and moves smoothly to where the segments would be if they had
+  /// begun at t = 0. With `goes_on`: to where they would be if the reference had never stopped, so a later
+  /// beginning that resume() or continue_from() had set is kept.
   ///
   ///   r(t) = start + share(t) (segments(t) - start)
   ///
@@ -66,7 +66,8 @@ class Trajectory {
   /// keeps the limits. It may overshoot the goal by at most a fifth of velocity times duration.
   void go_to(double t_s, double goal_um, double previewed_s = 0.0);
 
-  /// Sets the limits of later handovers; transitions between segments do not change.
+  /// Sets the limits for later changes to another reference or live setpoint. The transitions between the
+  /// segments of this trajectory are planned already and do not change.
   void keep(const TransitionLimits& limits) { transition_limits_ = limits; }
 
   struct Point {
@@ -79,7 +80,7 @@ class Trajectory {
     double shape_time_s = 0.0;  ///< time since the shape's beginning
     /// The value with sharp corners instead of turnarounds; value_um in a transition.
     double ideal_um = 0.0;
-    std::optional<ScanPlace> scan{};  ///< empty if no line of a raster is followed
+    std::optional<ScanPlace> scan{};  ///< empty outside the lines of a raster
   };
   Point at(double t_s) const;
   /// Returns only the value of at(), for a preview.
@@ -95,7 +96,8 @@ class Trajectory {
   const std::vector<Segment>& segments() const { return segments_; }
 
  private:
-  /// The present handover, transition or shape (only one of them is set), and the time since its beginning.
+  /// The part of the reference at one time, and the time since the beginning of this part. The part is a
+  /// Handover (from one reference to another), a transition into a segment, or else the shape of a segment.
   struct Place {
     const Handover* handover = nullptr;
     const Transition* transition = nullptr;
@@ -123,17 +125,17 @@ class Trajectory {
   std::vector<Segment> segments_;
   /// Transition into each segment; the first one starts at the end of the last segment.
   std::vector<Transition> entries_;
-  std::vector<double> begins_s_;  ///< beginning of each segment's entry, since the first shape's beginning
+  std::vector<double> begins_s_;  ///< beginning of each transition, since the first shape's beginning
   bool repeat_;
   ReferenceLimits limits_;
   TransitionLimits transition_limits_;
   /// The range of all segments.
   model::Interval followed_{std::numeric_limits<double>::infinity(),
                             -std::numeric_limits<double>::infinity()};
-  double rest_of_pass_s_ = 0.0;  ///< duration without the transition into the first shape
+  double rest_of_pass_s_ = 0.0;  ///< duration of a pass without the transition into the first shape
   double end_um_ = 0.0;
   double begin_s_ = 0.0;  ///< beginning of the first pass
-  Handover first_entry_;  ///< entry of the first pass
+  Handover first_entry_;  ///< from the start, or from another reference, into the first shape
   std::optional<Joining> joining_;
   bool live_ = false;
   double live_since_s_ = 0.0;

@@ -39,7 +39,7 @@ struct ReferenceLimits {
   double slew_um_per_s = std::numeric_limits<double>::infinity();
   double acceleration_um_per_s2 = std::numeric_limits<double>::infinity();
 };
-/// Returns the smaller of each limit.
+/// Returns for each kind of limit the smaller one of `a` and `b`.
 ReferenceLimits tighter(const ReferenceLimits& a, const ReferenceLimits& b);
 
 class Transition {
