@@ -1,6 +1,7 @@
 // Selects the ascending reference curve if no sample shows it.
 //
-// If every input comes from a threshold, all branches follow from the branch that leaves L_0:
+// If every dataset begins with a memory that comes from a threshold, all branches follow from the branch that
+// rises from the lower convergence point L_0:
 //
 //   f_1^A(v) = f_0^A(v) + (L_0 - f_0^A(v_lo)) g(h_hi - h(v); h_hi - h_lo, k_A)         model/hysteresis.h
 //
@@ -18,7 +19,7 @@ namespace hystcan::identification {
 model::HysteresisParameters with_ascending_from_lower(const model::HysteresisParameters& parameters,
                                                       double tolerance);
 
-/// True if the ascending curve begins at L_0.
+/// True if the ascending curve begins at the lower convergence point L_0.
 bool begins_at_lower_point(const model::HysteresisParameters& parameters);
 
 }  // namespace hystcan::identification

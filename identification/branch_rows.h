@@ -19,11 +19,10 @@ class BranchRows {
   /// `basis` must outlive the rows.
   BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace);
 
-  auto offset(std::size_t branch) const { return offset_.col(static_cast<Eigen::Index>(branch)); }  // c
-  auto convergence(std::size_t branch) const {
-    return convergence_.col(static_cast<Eigen::Index>(branch));
-  }  // S
-  /// Returns dx/dh at `input` on a branch of the path.
+  // Return the rows for c and for S of a branch.
+  auto offset(std::size_t branch) const { return offset_.col(static_cast<Eigen::Index>(branch)); }
+  auto convergence(std::size_t branch) const { return convergence_.col(static_cast<Eigen::Index>(branch)); }
+  /// Returns the row for the slope dx/dh at `input` on a branch of the path.
   Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
 
  private:

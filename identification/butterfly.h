@@ -19,8 +19,8 @@ namespace hystcan::identification {
 /// True if the output passes a valley well inside a swing of the input, away from its turning points.
 bool passes_valley(const Dataset& dataset);
 
-/// `curves` identifies a model without a map. The result has a map; its errors are errors of x. Throws
-/// std::invalid_argument if a dataset does not pass a valley, or if `curves` does.
+/// `curves`: a function that identifies a model without a map. The result has a map; its errors are errors of
+/// x. Throws std::invalid_argument if a dataset does not pass a valley, or if `curves` throws it.
 Identified identify_butterfly(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
                               const IdentifyDatasets& curves);
 

@@ -47,7 +47,7 @@ struct CurveShape {
   int coefficients() const {  ///< number of coefficients of one curve
     return is_spline() ? static_cast<int>(knots.size()) + 2 : order + 1;
   }
-  std::string text() const;  ///< "order 5", "a spline of 8 pieces and an input map"
+  std::string text() const;  ///< for example "order 5" or "a spline of 8 pieces and an input map"
 };
 
 class CurveBasis {
@@ -57,7 +57,7 @@ class CurveBasis {
   const model::Interval& thresholds() const { return thresholds_; }
   Eigen::Index size() const { return shape_.coefficients(); }  ///< n + 1
   Eigen::Index unknowns() const { return 2 * size() - 1; }     ///< size of theta
-  /// h(v), whose differences are distances along a branch, and h'(v).
+  /// Return h(v), whose differences are distances along a branch, and its derivative h'(v).
   double place(double input) const { return shape_.input_map ? shape_.input_map->value(input) : input; }
   double stretch(double input) const { return shape_.input_map ? shape_.input_map->slope(input) : 1.0; }
 
@@ -91,7 +91,7 @@ class CurveBasis {
 
   CurveShape shape_;
   model::Interval thresholds_;
-  Eigen::MatrixXd gaps_;  // M
+  Eigen::MatrixXd gaps_;  // M, with G = M B
 };
 
 /// Computes T_0 ... T_n at `input`.

@@ -38,14 +38,14 @@ std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const
 /// A record at a single rate hardly distinguishes the delay from the width of the loops: another delay with
 /// other curves and other k fits nearly as well, but predicts faster inputs differently.
 struct DelayRange {
-  double lo_s = 0.0,
-         hi_s = 0.0;  ///< the RMS error is within a tenth of the best, with the best k for each delay
+  /// Between these delays the RMS error, with the best k for each delay, is within a tenth of the best error.
+  double lo_s = 0.0, hi_s = 0.0;
   /// RMS difference between the models at both ends of the range, for the same inputs at two and five times
   /// the rate; output units.
   double at_twice_the_rate = 0.0, at_five_times_the_rate = 0.0;
 };
-/// Returns `nullopt` if the models at the ends have no inverse. `datasets`: same as in the problem.
-/// Thresholds and initial memories are the ones that the search found.
+/// Returns the range of good delays; `nullopt` if the models at its ends have no inverse. `datasets`: same as
+/// in the problem. Thresholds and initial memories are the ones that the search found.
 std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult& found,
                                       const std::vector<Dataset>& datasets,
                                       const std::function<bool()>& go_on);

@@ -31,15 +31,15 @@ struct Identified {
   std::vector<ErrorNorms> misses;
   ErrorNorms overall;
   std::optional<double> held_out_rms;
-  /// Over all datasets, with zero and gain of the first one, without unseen samples.
+  /// Span of the outputs of all datasets, with zero and gain of the first dataset, without unseen samples.
   double output_span = 0.0;
   model::Interval observed;
-  model::Interval pace_ascending, pace_descending;  ///< determination.h
-  /// Per decade; `nullopt`: the creep was given, or there is none.
+  model::Interval pace_ascending, pace_descending;  ///< good values of each k (pace_range())
+  /// Good values of the creep per decade (creep_range()); `nullopt`: the creep was given, or there is none.
   std::optional<model::Interval> creep_range;
-  /// Result with creep if this one has none, and without if it has.
+  /// Result of the search without creep if this model has creep, and with creep if it has none.
   std::optional<SearchResult> other;
-  /// Instead of the creep; `nullopt`: the gains fit worse, or are given.
+  /// Gains that could explain the datasets instead of creep; `nullopt`: the gains fit worse, or are given.
   std::optional<GainsInstead> gains_instead;
   std::vector<LeftOut> left_out;          ///< each dataset, predicted by the others; empty: there is only one
   std::optional<DelayRange> delay_range;  ///< `nullopt`: the delay was given, or cannot be determined

@@ -15,7 +15,7 @@ struct NormalEquations {
   explicit NormalEquations(Eigen::Index unknowns)
       : H(Eigen::MatrixXd::Zero(unknowns, unknowns)), g(Eigen::VectorXd::Zero(unknowns)) {}
   NormalEquations& operator+=(const NormalEquations& other);
-  /// Subtracts a share of equations that are part of these.
+  /// Subtracts a share of `other`, which must be a part of the sum in these equations.
   void take_away(const NormalEquations& other, double share);
   /// Adds equations whose first `shared` unknowns are the first ones here; their other unknowns start at
   /// `own`.

@@ -14,7 +14,7 @@ namespace hystcan::identification {
 /// dataset.
 std::vector<double> reference_outputs(const std::vector<Dataset>& datasets, bool one_zero);
 
-/// Adds `sign` times its reference to each output of a dataset.
+/// Adds to each output `sign` times the reference of its dataset.
 void move_outputs(std::vector<Dataset>& datasets, const std::vector<double>& references, double sign = 1.0);
 
 /// Changes the model and the zeros as if each output were larger by `sign` times the reference of its

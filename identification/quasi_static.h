@@ -20,7 +20,7 @@ std::vector<double> with_creep(const model::OutputCreep& creep, const std::vecto
                                const std::optional<model::HeldCreep::State>& start = {});
 
 /// Removes creep that begins settled from the outputs of an actuator. If `counts[i]` is false, the output of
-/// row i is unknown, and the creep does not advance in it. Empty: all rows count.
+/// row i is unknown, and the creep does not advance in this row. If `counts` is empty, all rows count.
 std::vector<double> without_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                   std::vector<double> outputs, const std::vector<bool>& counts = {});
 

@@ -30,8 +30,8 @@ struct ShapeScore {
   double rms = 0.0;
   std::optional<double> held_out;
 
-  /// Score by which models are compared: the held-out error. Without one, the error, increased with the
-  /// number of coefficients.
+  /// Returns the score by which models are compared: the held-out error. If nothing was held out: the error,
+  /// increased with the number of coefficients.
   double score() const { return held_out.value_or(rms * (1.0 + 0.02 * (shape.coefficients() - 1))); }
 };
 

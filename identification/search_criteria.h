@@ -36,7 +36,8 @@ struct SearchCriteria {
   double input_map = 0.9;
 
   // Limits of the trials.
-  /// Another simplex is run if the last one has lowered the error at least to this factor: one can end early.
+  /// Another simplex search follows if the last one, which may have ended too early, has lowered the error at
+  /// least to this factor.
   double restart = 0.99;
   double widest_k_span = 200.0;     ///< k times the span of the thresholds, or of a steep part
   double farthest_threshold = 3.0;  ///< distance beyond the inputs, in input spans

@@ -31,7 +31,8 @@ struct Trial {
   double gain(std::size_t dataset) const { return gains.empty() ? 1.0 : gains[dataset]; }
 };
 
-/// With the lags of the search, half of the output is immediate at 1/6 (model/output_creep.h).
+/// Largest creep that is searched. With the lags of the search, a creep of 1/6 per decade leaves half of the
+/// output immediate, which is the limit in model/output_creep.h.
 inline constexpr double most_creep_per_decade = 0.16;
 /// Returns the creep with the lags of the search; `nullopt` if it is zero.
 std::optional<model::OutputCreep::Config> creep_of(double per_decade);
@@ -60,7 +61,7 @@ struct Problem {
 
 struct Fitted {
   model::HysteresisParameters parameters;  ///< without units
-  /// Output units, over the samples of the excerpts; may be infinite.
+  /// RMS error over the samples of the excerpts, output units; may be infinite.
   double rms = 0.0;
   bool valid = false;                   ///< curves and branches increase, so that an inverse exists
   double violation = 0.0;               ///< 0 if valid; else the distance from validity (valid_curves.h)

@@ -12,7 +12,7 @@ namespace hystcan::identification {
 /// A value that differs from the rows on both sides; at an end of the record, from the rows on one side.
 struct SuspectRow {
   std::size_t row = 0;
-  bool of_input = false;  ///< true: of the input; false: of the output
+  bool of_input = false;  ///< true: a value of the input; false: a value of the output
   double value = 0.0;
   double usual = 0.0;  ///< median of the rows around it
 };

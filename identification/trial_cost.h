@@ -25,7 +25,7 @@ class TrialCost {
   /// exclude the trial.
   double operator()(const Trial& trial, double limit = infinite_cost);
 
-  /// Returns the k times span to try: the given ones, and larger ones for steep curves.
+  /// Returns the values of k times span to try: the given ones, and larger ones for steep curves.
   std::vector<double> paces(std::vector<double> k_spans) const;
 
   const Problem& problem() const { return problem_; }

@@ -37,7 +37,8 @@ class ValidCurves {
 
  private:
   void use(model::Interval thresholds);
-  /// `lowest`: smallest value of curves_ theta.
+  /// Returns by how much theta violates the conditions (Solution::violation). `lowest`: smallest element of
+  /// curves_ * theta.
   double violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace, double mean_slope);
   void separate_curves(Eigen::VectorXd& theta, double bound) const;
   void mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,

@@ -5,8 +5,7 @@
 //   average               x = p(v): one polynomial, no memory                             n + 1
 //   linear mapping        model/linear_mapping.h: f_0^A, f_0^D of orders n and m          n + m + 1
 //   Prandtl-Ishlinskii    x = x_0 + w_0 v + sum w_i y_i: plays of thresholds              m + 2
-//   free start          the same; the plays y_i at the first sample are fitted too      2 m + 2
-//     free start          the same; the plays y_i at the first sample are fitted, too     2 m + 2
+//     free start          the same; the plays y_i at the first sample are fitted too      2 m + 2
 //   Preisach              x = x_0 + w_0 v + sum w_ij relay_ij[v]: model/preisach.h        N (N + 1) / 2 + 2
 //
 // All w >= 0. The number of parameters includes the fitted numbers, but not the evenly spaced thresholds.
@@ -57,10 +56,11 @@ struct BaselineModel {
 // All fits throw std::invalid_argument if the columns of the samples differ in length, if a number is not
 // finite, if a weight is negative, if no weight is positive, or if the range is not lo < hi.
 
-/// `order`: 0 to 32.
+/// Fits a polynomial of this order, 0 to 32.
 BaselineModel fit_average(const Samples& samples, std::size_t order);
 
-/// `levels`: at least one. The range is widened to contain every input.
+/// Fits a Preisach model with this number of rows of cells, at least one. Widens the range to contain every
+/// input.
 BaselineModel fit_preisach(const Samples& samples, std::size_t levels);
 
 /// Fits one baseline of fixed size. The identified model supplies orders and start values.

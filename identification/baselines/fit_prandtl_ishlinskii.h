@@ -7,7 +7,7 @@
 
 namespace hystcan::identification {
 
-/// `plays`: at least one.
+/// Fits only the weights. `plays`: number of play operators, at least one.
 BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays);
 
 /// Applies Levenberg's method to weights and initial plays, starting from the best fit of the histories.

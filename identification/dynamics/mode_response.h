@@ -20,7 +20,7 @@ enum Amplitude : Eigen::Index { offset, drift, free_position, free_velocity, gai
 
 class ModeResponse {
  public:
-  /// For delays from -1 to `longest_delay` cycles. `dataset` must outlive the object.
+  /// Prepares responses for delays from -1 to `longest_delay` cycles. `dataset` must outlive the object.
   ModeResponse(const SampledDataset& dataset, Eigen::Index longest_delay);
 
   Eigen::MatrixXd columns(const ModePoint& point) const;

@@ -34,7 +34,7 @@ namespace hystcan::identification {
 struct Estimate {
   double value = 0.0;
   double standard_error = 0.0;
-  double lo = 0.0;  ///< 95 % confidence interval
+  double lo = 0.0;  ///< `lo` and `hi`: ends of the 95 % confidence interval
   double hi = 0.0;
 };
 
