@@ -34,7 +34,7 @@ class TrueErrors {
   TrueErrors(const twin::Config& config, twin::Twin& twin, const controller::Controller& controller,
              const can::Attach& attach, double settle_s);
 
-  TrueErrors(const TrueErrors&) = delete;  // the plants call it
+  TrueErrors(const TrueErrors&) = delete;  // the plants call this object
   TrueErrors& operator=(const TrueErrors&) = delete;
 
   /// Adds the records of the controller, in their order.
@@ -50,7 +50,7 @@ class TrueErrors {
   };
   struct Point {
     can::Time time;
-    double own_um;  ///< without couplings
+    double own_um;  ///< position of the stage without couplings
   };
   struct Axis {
     can::Duration substep;
