@@ -54,11 +54,9 @@ struct HysteresisParameters {
 /// Adds all parameters except `k_ascending` and `k_descending` to the fingerprint.
 void add_curves(Fingerprint& sum, const HysteresisParameters& parameters);
 
-/// Models without memory, for comparison with the full model.
-///
-/// Each is a hysteresis model whose ascending and descending reference curves coincide. Every branch follows
-/// this curve, so that no memory is needed.
-///
+// Models without memory, for comparison with the full model. In each of them the ascending and the descending
+// reference curve are the same curve. Every branch follows this curve, so that no memory is needed.
+
 /// Returns the paper's average model: the mean of the two reference curves, (f_0^A + f_0^D) / 2.
 HysteresisParameters average(const HysteresisParameters& parameters);
 

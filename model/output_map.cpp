@@ -44,7 +44,7 @@ Interval OutputMap::beyond_valley(Interval m) const {
   return {value(std::max(m.lo, valley_)), value(std::max(m.hi, valley_))};
 }
 
-// The search starts at the root of a parabola.
+// The search for m starts at the root of a parabola that is near the map.
 Prediction OutputMap::inverse(double output) const {
   const double lo = valley_, hi = inner().hi;
   const double least = value(lo), most = value(hi);

@@ -10,7 +10,7 @@
 namespace hystcan::model {
 namespace {
 
-constexpr std::size_t fine = 200;         // steps
+constexpr std::size_t fine = 200;         // steps of the grid over the input range
 constexpr double lowest_k_span = -300.0;  // e^{-k span} and its inverse stay far from overflow
 constexpr double highest_k_span = 1e5;
 
@@ -196,7 +196,7 @@ class Scan {
       if (const auto branch = find_on_branch(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps_; ++l) {
-      Along up, down;  // between l and u
+      Along up, down;  // the branches between the grid points l and u
       double limit = coefficient_limit(l, up), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;
       for (std::size_t u = l + 1; u <= steps_; ++u) {
