@@ -203,7 +203,7 @@ void Controller::tick() {
   sync_timer_->expire_at(clock_.deadline());
 }
 
-/// Steps the axes whose sample has not arrived without it.
+/// Sends the command frames that are not sent yet. Axes whose sample has not arrived step without a sample.
 void Controller::close_cycle() {
   for (const auto& commands : frames_.commands)
     if (!commands->is_answered()) answer(*commands);
@@ -360,7 +360,7 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;
   }
-  // Coupling from the other axes at the time when the command acts.
+  // Determines the coupling from the other axes at the time when the command acts.
   ClosedLoop* loop = wired.axis.closed_loop();
   const double acts_s = input.reference_time_s() + (loop == nullptr ? 0.0 : loop->preview_s(input.cycle_s));
   for (const model::Coupling& coupling : wired.axis.config().couplings)
@@ -397,8 +397,8 @@ void Controller::on_another_controller(ForeignFrame::Kind kind, const can::Frame
   if (phase_ == Phase::listening) keep_silent();
 }
 
-/// The other controller may be driving: not even a safe command of ours may interfere. One more step only
-/// makes the last records.
+/// The other controller may be driving: not even a safe command of ours may interfere. One more step of the
+/// axes follows, only to make the last records.
 void Controller::keep_silent() {
   phase_ = Phase::silent;
   sync_timer_->cancel();

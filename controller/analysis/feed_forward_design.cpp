@@ -19,7 +19,7 @@ using Complex = std::complex<double>;
 constexpr int reach = feed_forward_reach, weights = 2 * reach + 1;
 using Weights = Eigen::Vector<double, weights>;
 constexpr int design_grid = 400;     ///< frequencies from 0 to pi
-constexpr double flat_below = 0.03;  ///< theta_0
+constexpr double flat_below = 0.03;  ///< theta_0 in W(theta): below it, W is nearly constant
 constexpr int aliases = 6;           ///< m = -6 .. 6
 
 /// Returns P_m, the response of the position at the m-th alias of `theta`.

@@ -22,7 +22,7 @@ constexpr double regularisation = 0.02;
 /// default rate.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
-/// Cycles within which a number counts as whole.
+/// A number of cycles that is this close to a whole number counts as whole.
 constexpr double near_enough = 0.01;
 
 /// Minimum number of periods of a segment beyond those that settle, so that something is learnt.
@@ -109,7 +109,7 @@ Complex response_of(const std::vector<double>& taps, double theta) {
   return sum;
 }
 
-/// Judges the finite taps; false if an error would grow.
+/// Checks the filter with its finite number of taps; false if an error would grow.
 bool converges(const std::vector<LearningResponse>& responses, const Learning::Config& config, double cycle_s,
                LearningDesign& design) {
   const double forget = 0.01 * config.forget_percent;

@@ -29,7 +29,7 @@ double rounded_down(double value) {
   return digits < 0.0 ? down * std::pow(10.0, -digits) : down / std::pow(10.0, digits);
 }
 
-/// The plant at every corner and every frequency; all filters use the same ones.
+/// The plant at every corner and every frequency; computed once for all filters that are tried.
 struct Plants {
   std::vector<double> theta;
   std::vector<Complex> response;
@@ -74,11 +74,12 @@ double largest_ki(const Responses& of, double ratio, double peak_sensitivity) {
   return most;
 }
 
-/// The best of `count` ratios, in steps of `step` starting at `from`, and its ki T.
+/// A ratio kp / (ki T), and the largest ki T with this ratio.
 struct Best {
   double ratio = 0.0;
   double ki_per_cycle = 0.0;
 };
+/// Returns the best of `count` ratios, in steps of `step` starting at `from`.
 Best best_ratio(const Responses& of, double peak_sensitivity, double from, double step, int count) {
   Best best;
   for (int i = 0; i < count; ++i) {

@@ -7,7 +7,7 @@ namespace hystcan::controller {
 namespace {
 
 constexpr double smallest_turn = 1.0 / 32.0;  // share of T: a smaller reversal is not a turn
-// Share of the previous pair: the mode rings where the drive is at rest.
+// Share of the previous pair: a smaller reversal is only the mode, which rings while the drive rests.
 constexpr double smallest_share = 1.0 / 8.0;
 constexpr std::size_t few = 4, many = 8;     // numbers of pairs of half-periods that are compared
 constexpr double fast_growth = 4.0;          // minimum ratio of the newest to the oldest of `few` pairs

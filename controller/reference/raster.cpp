@@ -31,7 +31,7 @@ bool is_waving(const Raster& raster) {
   return raster.role == ScanRole::fast || raster.slow == SlowMotion::ramp;
 }
 
-/// In lines: a cycle at the beginning of a line belongs to this line, although its time is rounded.
+/// Tolerance in lines: a cycle at the beginning of a line belongs to this line, although its time is rounded.
 constexpr double rounding = 1e-6;
 
 /// Returns the lines since the beginning of the scan.
