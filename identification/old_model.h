@@ -26,9 +26,9 @@ struct OldModel {
 
 /// Keeps the symmetry of the old model, and the shape of its curves unless the options set a shape. Keeps the
 /// old delay if the datasets do not need a delay and the old one does not raise the error. The creep is the
-/// creep of the old model, or the one in the options. Datasets, errors and held-out cycles in the result refer
-/// to `datasets` only. Throws std::invalid_argument like identify(), and if the old model is a butterfly with
-/// an output map.
+/// creep of the old model, or the one in the options. Datasets, errors and held-out cycles in the result
+/// refer to `datasets` only. Throws std::invalid_argument like identify(), and if the old model is a
+/// butterfly with an output map.
 Identified identify_from(const OldModel& old, const std::vector<Dataset>& datasets, IdentifyOptions options);
 
 }  // namespace hystcan::identification

@@ -27,7 +27,7 @@ std::vector<double> with_creep(const model::OutputCreep& creep, const std::vecto
 std::vector<double> without_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                   std::vector<double> outputs, const std::vector<bool>& counts) {
   if (creep.lags() == 0) return outputs;
-  constexpr double as_long = 1e-9;  // share of a step
+  constexpr double as_long = 1e-9;  // steps that differ by less than this share count as equally long
   const std::vector<double>& rates_per_s = creep.rates_per_s();
   model::OutputCreep::State state;
   // Share of its distance from h that each lag covers in a step.
@@ -56,7 +56,7 @@ namespace {
 constexpr double unevenness = 0.1;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
-constexpr double decayed = 14.0;  // time constants: to a millionth
+constexpr double decayed = 14.0;  // time constants until a response has decayed to a millionth
 
 // Returns the number of zero rows that separate the end of the decay from the beginning: the transform is
 // periodic.

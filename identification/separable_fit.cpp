@@ -6,8 +6,8 @@
 namespace hystcan::identification {
 namespace {
 
-// Share of the weight of a left-out record that is kept. If the other records do not determine something,
-// this must not count against a model.
+// Share of the weight of a left-out record that is kept. A part of the curves that the other records do not
+// determine must not count against a model.
 constexpr double kept_of_a_record = 0.01;
 
 bool same_path(const Trial& a, const Trial& b) {

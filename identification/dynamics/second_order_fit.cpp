@@ -65,8 +65,8 @@ struct LocalMinimum {
   double sum_of_squares;
 };
 
-/// Levenberg-Marquardt until no step is longer than `resolution`. A coordinate whose box is a single value
-/// stays fixed.
+/// Applies Levenberg-Marquardt until no step is longer than `resolution`. A coordinate whose limits in `box`
+/// are equal stays fixed.
 LocalMinimum descend(const Task& task, const Box& box, const Point& start, double resolution) {
   Projection at = task.project(start);
   LocalMinimum best{start, at.residual.squaredNorm()};
@@ -259,7 +259,7 @@ model::Interval interval_of(int which, const Box& box, const Task& response,
     interval.lo = std::min(interval.lo, other.point[which]);
     interval.hi = std::max(interval.hi, other.point[which]);
   }
-  // If the dataset does not determine the parameter, the interval is the searched box.
+  // If the dataset does not determine the parameter, the interval is the whole searched range.
   return {std::max(interval.lo, box.lo[which]), std::min(interval.hi, box.hi[which])};
 }
 
