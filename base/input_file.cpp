@@ -92,7 +92,7 @@ std::string read_regular_file(const std::filesystem::path& file, std::size_t lar
   const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (descriptor.get() < 0) input.refuse();
   std::string text;
-  // One more to detect a longer file.
+  // Room for one byte more than expected, to detect a longer file.
   text.reserve(std::min(size_of_regular(descriptor.get(), input), largest) + 1);
   while (true) {
     const std::size_t before = text.size();

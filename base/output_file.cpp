@@ -133,7 +133,7 @@ void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::
 void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite) {
   std::error_code ignored;
   const std::string& name = output.native();
-  // The shell has opened this file.
+  // A path like /dev/stdout can be a regular file that the shell has opened, so its existence is no error.
   const bool is_a_stream = name.starts_with("/dev/") || name.starts_with("/proc/");
   if (!may_overwrite && !is_a_stream && std::filesystem::is_regular_file(output, ignored))
     throw Error(output, "exists already", expect("another name, or --overwrite"));

@@ -60,7 +60,7 @@ fs::path python_file(std::string_view name) {
   std::error_code none;
   const fs::path program = fs::read_symlink("/proc/self/exe", none).parent_path();
   if (auto installed = installed_file(program.parent_path(), name); !installed.empty()) return installed;
-  constexpr int levels = 5;  // BUILD/PRESET/tests/ROOM is the deepest folder of a program
+  constexpr int levels = 5;  // the deepest folder of a program is BUILD/PRESET/tests/FOLDER
   fs::path above = program;
   for (int i = 0; i < levels; ++i, above = above.parent_path())
     if (auto of_the_tree = above / "python/hystcan" / name; fs::exists(of_the_tree, none)) return of_the_tree;
