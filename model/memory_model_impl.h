@@ -18,11 +18,11 @@ struct MemoryModel<Law>::Segment {
   Branch branch;
   Direction direction = Direction::ascending;
   double begin = 0.0;              // input of a point of the branch, at or before the goal
-  const Branch* end = nullptr;     // its start is a point of the branch at or beyond the goal
-  std::size_t kept = 0;            // kept branches, including the one in use unless it is new
+  const Branch* end = nullptr;     // a branch whose start is a point of `branch`, at or beyond the goal
+  std::size_t kept = 0;            // number of branches that stay, including `branch` unless it is new
   bool is_new = false;             // the branch starts at the present point
   bool backwards = false;          // the memory is full: the path moves backwards on the branch
-  const Branch* passed = nullptr;  // its start is the last turning point that was reached
+  const Branch* passed = nullptr;  // the branch whose start is the last turning point that was reached
 };
 
 template <BranchLaw Law>
