@@ -62,7 +62,7 @@ class BlackBox {
 
   void note_fault(Box& box, const CycleRecord& record);
   void write(Box& box, std::string_view reason, std::chrono::system_clock::time_point when);
-  /// Returns the reason why no file may be added to the folder; `nullopt` if one may.
+  /// Returns the reason why no file may be added to the folder; `nullopt` if a file may be added.
   std::optional<std::string> reason_against_writing() const;
   std::optional<std::string> reason_against_the_folder() const;
   std::filesystem::path file_for(const Box& box, std::chrono::system_clock::time_point when) const;

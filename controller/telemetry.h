@@ -49,7 +49,7 @@ class CsvLog {
 
   /// Writes a row. A full disk loses rows and does not stop the run.
   void write(const CycleRecord& record);
-  /// Returns why rows were lost, if any were.
+  /// Closes the file. Returns the reason if rows were lost.
   std::optional<std::string> close();
 
  private:

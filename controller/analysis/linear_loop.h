@@ -36,7 +36,8 @@ namespace hystcan::controller {
 /// Returns the plant as a recursion, without a notch. `longer_s` is added to the delays. Throws
 /// std::invalid_argument if a parameter is not finite or out of range.
 ///
-///   share: c_i e^{p_i tau};  interpolated: c_i e^{p_i tau} / (p_i T).   constant: (tau - sum c_i / p_i) / T
+///   share      c_i e^{p_i tau} held,  c_i e^{p_i tau} / (p_i T) interpolated
+///   constant   (tau - sum c_i / p_i) / T
 PlantRecursion::Config held_plant(const Delays& delays, double cycle_s, double longer_s = 0.0);
 
 /// Returns the plant's frequency response G(e^{i theta}), theta = 2 pi f T.
@@ -47,6 +48,8 @@ std::complex<double> response_of(const PlantRecursion::Config& held_plant, doubl
 ///
 ///   P(s) = h(s) / (1 + s / w_a) * w^2 / (s^2 + 2 zeta w s + w^2),
 ///   h = (1 - e^{-sT}) / (sT) held,  h^2 interpolated
+///
+/// w_a is the corner frequency of the amplifier; w and zeta belong to the mode; T is a cycle.
 std::complex<double> response_between_samples(const Delays& delays, double cycle_s, double frequency_Hz);
 
 // The closed loop in the samples. The commands tune, check, ctl and reload all judge a loop by this model.

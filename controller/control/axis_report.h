@@ -37,7 +37,7 @@ struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   /// until it tripped.
   std::optional<double> watchdog_tripped_after_s{};
   Cause cause = Cause::none;
-  double fault_time_s = 0.0;  ///< since the controller's start
+  double fault_time_s = 0.0;  ///< time of the fault, since the controller's start
   /// Reference with which the sample is compared, at the time of the sampled position; NaN in open loop.
   double reference_um = 0.0;
   double position_um = 0.0;   ///< last measured position
@@ -50,7 +50,7 @@ struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   Learning::Report learning;
   bool sample_missing = false;
   Trajectory::Point point;
-  Arrival arrival = Arrival::not_judged;  ///< judged while tracking
+  Arrival arrival = Arrival::not_judged;  ///< judged only while the axis tracks
 };
 
 }  // namespace hystcan::controller

@@ -18,7 +18,7 @@ namespace hystcan::controller {
 
 class Course {
  public:
-  /// Positions at one moment, um: a, b, and the slow values of both.
+  /// Positions at one moment, um: a, b, and the slow values of both, as defined at the top of this file.
   using Mark = std::array<double, 4>;
 
   /// Throws std::invalid_argument if the model is invalid.
@@ -34,7 +34,7 @@ class Course {
   model::Interval moved_um(const Mark& since) const;
 
  private:
-  using Positions = std::array<double, 2>;                 ///< a, b
+  using Positions = std::array<double, 2>;                 ///< positions a and b
   using Memories = std::array<model::HysteresisState, 2>;  ///< model memories of a and b
   /// Positions during the pure delays, at most 32, at equal time steps.
   struct UnderWay {

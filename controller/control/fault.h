@@ -54,7 +54,7 @@ bool leaves_the_drive_in_hand(Cause cause);
 
 struct Fault {
   Cause cause = Cause::none;
-  double time_s = 0.0;  ///< since the controller's start
+  double time_s = 0.0;  ///< time of the fault, since the controller's start
 };
 
 }  // namespace hystcan::controller

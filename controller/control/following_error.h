@@ -65,7 +65,7 @@ struct InPosition {
     Arrival arrival = Arrival::moving;
     double reference_um = 0.0;
     double within_s = -1.0;  ///< time inside the tolerance; < 0: outside
-    /// Time since the reference came to rest or the stage left it; < 0: the reference moves.
+    /// Time since the reference came to rest, or since the stage left its position; < 0: the reference moves.
     double trying_s = -1.0;
   };
   /// `position_um`: `nullopt` if there is no sample. `dt_s`: time since the last cycle.

@@ -9,15 +9,15 @@ namespace hystcan::controller {
 /// Reason why a running controller refuses a request. A refused request changes nothing.
 enum class Refusal : std::uint8_t {
   no_such_axis,
-  faulted,  ///< enable: a clear must come first
+  faulted,  ///< refuses enable: the fault must be cleared first
   enabled_already,
   not_enabled,
-  still_ramping,  ///< clear: the drive has not reached its safe value yet
+  still_ramping,  ///< refuses clear: the drive has not reached its safe value yet
   no_fault_to_clear,
-  not_tracking,  ///< live setpoint: the axis does not track
+  not_tracking,  ///< refuses a live setpoint: the axis does not track
   position_out_of_range,
-  open_loop,           ///< new tuning: the axis has no closed loop
-  drive_out_of_range,  ///< the present drive is outside the new limits
+  open_loop,           ///< refuses a new tuning: the axis has no closed loop
+  drive_out_of_range,  ///< refuses a new tuning: the present drive is outside the new limits
   too_many_requests,
 };
 inline constexpr std::size_t refusal_count = static_cast<std::size_t>(Refusal::too_many_requests) + 1;

@@ -105,7 +105,7 @@ class Supervisor {
   /// Called when the axis is about to be driven: resets all counters and timers.
   void restart();
   /// Called once in each cycle of a driven axis, before its command. `course_um`: possible motion of the
-  /// position since the last accepted sample, from the drive.
+  /// position since the last accepted sample, computed from the drive (Course).
   Verdict judge(const AxisInput& input, const model::Interval& course_um = {0.0, 0.0});
   /// Called with the decided command and its active limits (gate.h). Returns the cause if the safe command
   /// must replace the command, or Cause::none.

@@ -35,7 +35,7 @@ struct Hold {
 };
 
 /// Rests at `from_um`, jumps to `to_um`, rests there, jumps back, and so on: `steps` jumps with a rest of
-/// `dwell_s` before, between and after them. With an odd number it ends at `to_um`.
+/// `dwell_s` before, between and after them. After an odd number of jumps it ends at `to_um`.
 struct Step {
   double from_um = 0.0;
   double to_um = 1.0;
@@ -60,7 +60,7 @@ struct Triangle {
   double turnaround_percent = 0.0;
   double mode_period_s = 0.0;  ///< period of the stage's mode
 };
-/// Returns the sawtooth of a triangle with turnarounds, starting at its beginning.
+/// Returns the sawtooth of a triangle with turnarounds; its time 0 is the beginning of the triangle.
 Sawtooth rounded(const Triangle& triangle);
 
 /// Like Triangle, but moves sinusoidally, along (1 - cos) / 2, instead of in straight lines.

@@ -58,7 +58,7 @@ class Trajectory {
   /// reference then has a corner.
   void resume(double t_s, double previewed_s = 0.0) { continue_from(*this, t_s, previewed_s); }
 
-  /// Follows these segments after `before`, in the same way as resume().
+  /// Follows the segments of this trajectory after the motion of `before`, in the same way as resume().
   void continue_from(const Trajectory& before, double t_s, double previewed_s = 0.0);
 
   /// Moves to `goal_um` and holds it, in the same way as resume(). If the reference itself has a limit of
