@@ -14,13 +14,14 @@ namespace hystcan::identification {
 
 struct Identified;
 
-/// Adds creep to the outputs of a hysteresis. The creep begins settled, or in `start`.
+/// Adds creep to the outputs of a hysteresis. At the first row the creep is settled, or in the state `start`.
 std::vector<double> with_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                std::vector<double> outputs,
                                const std::optional<model::HeldCreep::State>& start = {});
 
-/// Removes creep that begins settled from the outputs of an actuator. If `counts[i]` is false, the output of
-/// row i is unknown, and the creep does not advance in this row. If `counts` is empty, all rows count.
+/// Removes creep, which is settled at the first row, from the outputs of an actuator. If `counts[i]` is
+/// false, the output of row i is unknown, and the creep does not advance in this row. If `counts` is empty,
+/// all rows count.
 std::vector<double> without_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                   std::vector<double> outputs, const std::vector<bool>& counts = {});
 
@@ -56,7 +57,7 @@ std::vector<double> before_dynamics(const model::Dynamics& dynamics, const std::
 /// drift of the dataset.
 std::vector<std::vector<double>> quasi_static_outputs(const std::vector<Dataset>& datasets,
                                                       const Identified& identified);
-/// Returns the datasets x + G (y - F x) of a stage with dynamics, in the zero, gain and drift of each. The
+/// Returns the datasets x + G (y - F x) of a stage with dynamics, each with its zero, gain and drift. The
 /// quasi-static model of the stage is fitted to these datasets.
 std::vector<Dataset> without_dynamics(std::vector<Dataset> datasets, const Identified& identified,
                                       const std::vector<std::vector<double>>& outputs);

@@ -24,7 +24,7 @@ struct Trial {
   double below = 0.0;  ///< lowest input minus lower threshold, in observed input spans
   double above = 0.0;  ///< upper threshold minus highest input, in observed input spans
   double delay_s = 0.0;
-  double creep_per_decade = 0.0;        ///< model/output_creep.h
+  double creep_per_decade = 0.0;        ///< share of the output (model/output_creep.h)
   std::vector<InitialMemory> memories;  ///< for each dataset
   std::vector<double> gains;            ///< gain of each dataset's output relative to the model; empty: all 1
 

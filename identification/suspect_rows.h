@@ -17,7 +17,7 @@ struct SuspectRow {
   double usual = 0.0;  ///< median of the rows around it
 };
 
-/// Finds runs of at most eight rows that the median of the 17 rows around each does not follow (a Hampel
+/// Finds runs of at most eight rows that are far from the median of the 17 rows around each row (a Hampel
 /// filter). The distance of a run from the median must exceed each of these:
 ///   20 times the noise, 2 % of the range
 ///   10 times the upper quartile of the steps around it

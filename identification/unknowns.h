@@ -24,13 +24,13 @@ Eigen::VectorXd numbers_of(const std::vector<Unknown>& unknowns, double Unknown:
 /// Returns the trial with these values of the unknowns.
 Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknowns, Trial trial);
 
-/// Returns k_ascending and k_descending.
+/// Returns the two unknowns k_ascending and k_descending.
 std::vector<Unknown> both_k(const Trial& trial);
-/// Returns the bias of the initial memory of a dataset.
+/// Returns an unknown: the bias of the initial memory of a dataset.
 Unknown bias_of(std::size_t dataset, double start);
-/// Returns the delay in units of `unit_s`, starting at one unit.
+/// Returns an unknown: the delay in units of `unit_s`, starting at one unit.
 Unknown delay_of(double unit_s);
-/// Returns the gain of a dataset relative to the first one.
+/// Returns an unknown: the gain of a dataset relative to the first dataset.
 Unknown gain_of(std::size_t dataset, double start);
 /// Returns the unknowns that can be searched in addition to `used`.
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,

@@ -27,8 +27,8 @@ class ModeResponse {
   /// Returns sum_i gain_i x[u_i]. Here and below, `amplitudes` contains the amplitudes of all columns.
   Eigen::VectorXd driven(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
 
-  /// Return dy / dp for constant amplitudes, and dy / dp of the driven part only. By central differences,
-  /// with an error of order 1e-10.
+  /// Return dy / dp, the derivatives of the response by the mode point for constant amplitudes: of the whole
+  /// response, and of its driven part only. By central differences, with an error of order 1e-10.
   using Slope = Eigen::Matrix<double, Eigen::Dynamic, 3>;
   Slope slope(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
   Slope driven_slope(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
