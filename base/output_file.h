@@ -55,7 +55,7 @@ void create_folder(const std::filesystem::path& folder);
 /// Throws Error if the output file is also an input file: it would be lost while it is read.
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input);
 
-/// Same check if the input may be a folder: also throws if the output is one of its files.
+/// Makes the same check for an input that may be a folder: also throws if the output is one of its files.
 void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::filesystem::path& input);
 
 /// Throws Error if a regular file of this name exists, unless it may be overwritten.
