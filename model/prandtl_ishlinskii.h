@@ -46,10 +46,10 @@ struct PrandtlIshlinskiiParameters {
   std::string input_unit;
   std::string output_unit;
   Interval input_range;            ///< [v_lo, v_hi]
-  double offset = 0.0;             ///< x_0, output units
+  double offset = 0.0;             ///< x_0: output at v = 0 with all plays at 0, output units
   double gain = 1.0;               ///< w_0 > 0
   std::vector<double> thresholds;  ///< r_1, ..., r_m; may be empty
-  std::vector<double> weights;     ///< w_1, ..., w_m; may be negative while every W_i > 0
+  std::vector<double> weights;     ///< w_1, ..., w_m; may be negative while every W_i = w_0 + ... + w_i > 0
 };
 
 /// The whole memory of the actuator. The output is always a function of the input and the plays.
