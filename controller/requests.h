@@ -28,7 +28,7 @@ struct Request {
   std::size_t axis = 0;
   double position_um = 0.0;
   std::unique_ptr<AxisTuning> tuning{};
-  std::optional<Refusal> refusal{};  ///< the answer
+  std::optional<Refusal> refusal{};  ///< the answer: why the request is refused; `nullopt`: accepted
   std::uint64_t cycle = 0;           ///< the last cycle before the request took effect
 };
 

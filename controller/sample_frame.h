@@ -24,7 +24,7 @@ class SampleFrame : public ReceivedFrame {
 
  private:
   struct NamedSync {
-    std::uint64_t cycle = 0;  ///< 0: no frame yet
+    std::uint64_t cycle = 0;  ///< cycle of the frame; 0: no frame has arrived yet
     can::Frame frame{};
   };
   struct SyncCounter {

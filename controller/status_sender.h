@@ -22,7 +22,7 @@ class StatusSender {
   bool is_due(const Axis& axis) const;
   /// Returns false if the bus refused the frame, which then stays due.
   bool send(const Axis& axis, can::Bus& bus);
-  /// True for a valid status frame on the bus, which is from another controller.
+  /// True if `frame` is a valid status of this axis. Such a frame on the bus is from another controller.
   bool is_sound(const can::Frame& frame) { return foreign_ && !foreign_->check(frame); }
 
  private:

@@ -62,8 +62,8 @@ struct CautiousRule {
 /// rule is out of range.
 PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                       const SensitivityRule& rule);
-/// Returns the largest gains by the cautious rule, for the plant of `config`. If sampling folds the mode,
-/// both gains are reduced until the rule holds at every corner.
+/// Returns the largest gains by the cautious rule, for the plant of `config`. If the mode can be above half
+/// the rate, both gains are reduced until the rule holds at every corner.
 PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertainty,
                       const CautiousRule& rule);
 

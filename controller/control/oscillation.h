@@ -50,7 +50,7 @@ class Oscillation {
   struct HalfPeriod {
     std::size_t cycles = 0;  ///< cycles with e beyond the middle of the previous half-period
     double swing_um = 0.0;
-    double reference_bend_um = 0.0;  ///< sum |r''|
+    double reference_bend_um = 0.0;  ///< sum |r''|, '': second difference from cycle to cycle
     double error_bend_um = 0.0;      ///< sum |e''|
   };
   /// Sum of absolute second differences.

@@ -52,7 +52,7 @@ class ReferenceWindow {
 /// The nominal plant, from the demand to the sample.
 struct PlantRecursion {
   struct Term {
-    std::complex<double> share;  ///< s_i; 0: no term
+    std::complex<double> share;  ///< s_i, factor of the drive's change; 0: the term is not used
     std::complex<double> decay;  ///< e^{p_i T}
   };
   struct Config {

@@ -94,7 +94,8 @@ class Turnaround {
 class Sawtooth {
  public:
   Sawtooth() = default;
-  /// `rise_share`: T_1 / (T_1 + T_2), between 0 and 1. The turnaround must not be longer than T_1 or T_2.
+  /// `rise_share`: share of the rise in the period, T_1 / (T_1 + T_2), between 0 and 1. The turnaround must
+  /// not be longer than the rise T_1 or the fall T_2.
   Sawtooth(double low_um, double high_um, double period_s, double rise_share, const Turnaround& turnaround);
 
   Motion at(double t_s) const;

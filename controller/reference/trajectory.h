@@ -62,7 +62,7 @@ class Trajectory {
   void continue_from(const Trajectory& before, double t_s, double previewed_s = 0.0);
 
   /// Moves to `goal_um` and holds it, in the same way as resume(). If the reference itself has a limit of
-  /// acceleration, it does not brake first: the transition is the shortest one from the present motion that
+  /// acceleration, there is no braking first: the transition is the shortest one from the present motion that
   /// keeps the limits. It may overshoot the goal by at most a fifth of velocity times duration.
   void go_to(double t_s, double goal_um, double previewed_s = 0.0);
 
