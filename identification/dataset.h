@@ -52,8 +52,8 @@ double least_swing(const Dataset& dataset, double span);
 
 /// The samples between two turning points, including both.
 struct HalfCycle {
-  std::size_t begin = 0, end = 0;  ///< samples
-  double from = 0.0, to = 0.0;     ///< inputs
+  std::size_t begin = 0, end = 0;  ///< index of the first sample, and one past the last
+  double from = 0.0, to = 0.0;     ///< inputs of the first and the last sample
 };
 
 /// Returns all samples, divided at the turning points.

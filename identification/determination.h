@@ -53,7 +53,7 @@ std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult
 /// RMS of the best curves for each pair of k, output units. All other values are the identified ones.
 struct Landscape {
   std::vector<double> k_ascending, k_descending;
-  std::vector<std::vector<double>> rms;  ///< [descending][ascending]
+  std::vector<std::vector<double>> rms;  ///< rms[i][j]: at the i-th k_descending and the j-th k_ascending
 };
 Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points);
 

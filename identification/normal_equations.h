@@ -30,8 +30,8 @@ struct NormalEquations {
   void leave_out(const Eigen::VectorXd& direction);
 };
 
-/// Equations without their last unknowns: for every value of the others, the last ones have their best
-/// values.
+/// Equations from which the last unknowns are eliminated: for any values of the first unknowns, the last
+/// unknowns have their best values.
 class Eliminated {
  public:
   /// `kept`: number of first unknowns that are kept.

@@ -17,7 +17,7 @@ struct PathBranch {
   model::Direction direction = model::Direction::ascending;
   double start = 0.0;         ///< input at its start
   double target = 0.0;        ///< input at its target
-  std::size_t parent = none;  ///< branch on which the reversal was; `none`: it starts at a threshold
+  std::size_t parent = none;  ///< branch on which the reversal was; `none`: this one starts at a threshold
   /// Branch of the same direction that ended at the target; `none`: reference curve.
   std::size_t below = none;
   bool virgin = false;  ///< the ascending reference curve itself

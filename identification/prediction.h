@@ -57,7 +57,7 @@ struct ErrorNorms {
 struct Lag {
   double delay_s = 0.0;                       ///< delay of the input; its turning points are kept (excerpt.h)
   std::optional<model::Dynamics> dynamics{};  ///< with their own delay: delay_s is then ignored
-  std::optional<model::OutputCreep::Config> creep{};  ///< before the dynamics; settled at the beginning
+  std::optional<model::OutputCreep::Config> creep{};  ///< creep before the dynamics, settled at the beginning
 
   double delay() const { return dynamics ? dynamics->delay_s : delay_s; }
   void set_delay(double s) { (dynamics ? dynamics->delay_s : delay_s) = s; }

@@ -39,7 +39,7 @@ constexpr auto words(Quantity::Kind) {
                                           "output map", "a mode with a delay"});
 }
 
-/// Returns its name in a report, with the number of the dataset, counted from 1.
+/// Returns the name of the quantity in a report, with the number of the dataset, counted from 1.
 inline std::string to_string(const Quantity& quantity) {
   std::string name(word_of(quantity.kind));
   return quantity.kind == Quantity::Kind::gain ? name + " " + std::to_string(quantity.dataset + 1) : name;

@@ -31,7 +31,7 @@ namespace hystcan::identification {
 struct ComparisonRow {
   std::string name;
   std::size_t parameters = 0;
-  ErrorNorms fit;                      ///< output units
+  ErrorNorms fit;                      ///< errors over every sample, output units
   std::optional<ErrorNorms> held_out;  ///< errors over the held-out samples
 };
 

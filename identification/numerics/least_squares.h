@@ -51,7 +51,7 @@ struct Fit {
 };
 
 struct Triangle {
-  Eigen::MatrixXd r;      ///< p x p
+  Eigen::MatrixXd r;      ///< triangle R, p x p for p unknowns
   Eigen::VectorXd right;  ///< c
   double rest = 0.0;      ///< d, the norm of the residual of the best x
 
