@@ -24,7 +24,7 @@ constexpr std::string_view to_string(BusState state) {
       {"active", "warning", "passive", "bus-off", "down"})[static_cast<std::size_t>(state)];
 }
 
-/// Why the bus does not use an interface that is up again: it differs from the interface at the start.
+/// Why the bus does not use an interface that was down and is up again: a property changed since the start.
 enum class Refusal : std::uint8_t { none, listen_only, other_bit_rate, no_fd };
 
 constexpr std::string_view to_string(Refusal refusal) {
@@ -95,7 +95,7 @@ class Bus {
   virtual bool on_sent(FrameHandler handler) = 0;
   virtual void on_state(StateHandler handler) = 0;
   virtual BusState state() const = 0;
-  /// Differs from `none` only while the state is `down`.
+  /// Returns why the bus does not use the interface; always `none` unless the state is `down`.
   virtual Refusal refusal() const { return Refusal::none; }
   /// The last counters that the bus reported; nullopt if it reported none (a virtual interface never does).
   virtual std::optional<ErrorCounters> error_counters() const { return std::nullopt; }

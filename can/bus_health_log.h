@@ -56,8 +56,8 @@ std::span<const BusTrouble> bus_troubles();
 std::string describe(const BusReport& report);
 
 /// The control thread calls sample(), which neither waits nor allocates. One other thread calls write().
-/// Each state and each trouble gives at most one line per second. The line has the count since the line
-/// before.
+/// Each state and each trouble gives at most one line per second. The line contains the number of events
+/// since the previous line.
 class BusHealthLog {
  public:
   enum class Level : std::uint8_t { info, warning, error };
@@ -72,11 +72,11 @@ class BusHealthLog {
  private:
   void write(const BusReport& report);
 
-  static constexpr std::size_t logged_troubles = 8;  ///< the first 8; the others are changes of state and
-                                                     ///< have their own lines
+  static constexpr std::size_t logged_troubles = 8;  ///< the first 8 of bus_troubles(); the others are
+                                                     ///< changes of state and have their own lines
   static constexpr std::size_t state_count = 5;
 
-  struct Ring;  // keeps Boost's headers out of this one
+  struct Ring;  // keeps Boost's headers out of this header
   std::unique_ptr<Ring> ring_;
   std::string interface_;
   Sink sink_;

@@ -38,11 +38,11 @@ bool is_identifier(std::uint32_t id, bool extended);
 /// The payload lengths of CAN FD above 8 bytes. Their length codes in the frame (DLC) are 9 to 15.
 inline constexpr std::array<std::uint8_t, 7> fd_lengths{12, 16, 20, 24, 32, 48, 64};
 
-/// Returns the payload bytes on the wire: a length of 0..8 is unchanged, a longer one is rounded up to the
-/// next CAN FD length.
+/// Returns the payload bytes on the wire: a length of 0..8 is unchanged, a longer message is rounded up to
+/// the next CAN FD length.
 std::uint8_t wire_length(std::uint8_t message_length);
 
-/// Returns the kind of frame that carries a message of this length. With `fd`, it is CAN FD at any length.
+/// Returns the kind of frame that carries a message of this length: with `fd`, always CAN FD.
 FrameKind wire_kind(std::size_t message_length, bool fd = false);
 
 }  // namespace hystcan::can

@@ -7,8 +7,8 @@
 //             fixed stuff bits, CRC delimiter
 //   nominal   ACK slot and delimiter, end of frame, interframe space     12 bits
 //
-// and the dynamic stuff bits of each phase. The bit rate switches within BRS and within the CRC delimiter, at
-// their sample points; together, these two bits take one nominal and one data bit time.
+// Each phase also contains its dynamic stuff bits. The bit rate switches within BRS and within the CRC
+// delimiter, at their sample points; together, these two bits take one nominal and one data bit time.
 #pragma once
 
 #include <cstdint>

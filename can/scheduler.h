@@ -15,7 +15,7 @@ inline double seconds(Duration duration) { return std::chrono::duration<double>(
 /// A one-shot timer. expire_at() allocates nothing; a second call replaces the deadline of the first.
 class Timer {
  public:
-  virtual ~Timer() = default;  ///< cancels
+  virtual ~Timer() = default;  ///< cancels the timer
   virtual void expire_at(Time deadline) = 0;
   virtual void cancel() = 0;
 };

@@ -16,8 +16,8 @@ struct ParseError {
 };
 
 /// The cursor moves only forward: reading is linear in the text. `take_...` does not move if the token is
-/// missing; `need_...` throws a ParseError that expects `words` if the token is missing or too long. A token
-/// is a view into the text.
+/// missing; `need_...` throws a ParseError with `words` as the expected token if the token is missing or too
+/// long. A token is a view into the text.
 class Cursor {
  public:
   explicit Cursor(std::string_view text);
@@ -49,7 +49,7 @@ class Cursor {
   std::string_view take_line();              ///< takes everything up to the end of the line
   void take_any_of(std::string_view marks);  ///< takes characters of the set and blanks
   bool take_until_semicolon();  ///< skips each string as a whole; false if a section or the end of the text
-                                ///< is first
+                                ///< precedes the semicolon
 
  private:
   void skip_blanks();

@@ -19,7 +19,8 @@ enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 /// is declared as IEEE 754 but has another width; decoding it as an integer would give a wrong number.
 enum class ValueType : std::uint8_t { integer, float32, float64, unreadable };
 
-/// The multiplexing of a signal: `M` marks a switch; a signal with `m3` is present if the switch reads 3.
+/// The multiplexing of a signal: `M` marks a switch signal; a signal with `m3` is present if the value of the
+/// switch is 3.
 struct Multiplexing {
   struct Range {
     std::uint64_t low = 0;
@@ -37,7 +38,7 @@ struct Multiplexing {
 ///   physical = raw * scale + offset
 ///
 /// `start_bit` is the number in the DBC: the least significant bit of a little-endian signal and the most
-/// significant bit of a big-endian one, in the sawtooth numbering of the format.
+/// significant bit of a big-endian signal, in the sawtooth numbering of the format.
 struct Signal {
   std::string name;
   std::string short_name;  ///< name in the file if an attribute has the long name; else empty
@@ -81,7 +82,7 @@ struct Database {
   std::vector<Message> messages;
   std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: TEXT`
   std::size_t further_warnings = 0;   ///< number of warnings that are not stored in `warnings`
-  std::map<std::uint32_t, std::size_t> message_by_id;  ///< from key_of() to the last message with this key
+  std::map<std::uint32_t, std::size_t> message_by_id;  ///< by key_of(): index of the last such message
 
   /// Finds the first message of this name, or the only message of this short name. Null if not found.
   const Message* find(std::string_view message) const;
@@ -89,7 +90,7 @@ struct Database {
   static std::uint32_t key_of(std::uint32_t id, bool extended) { return extended ? id | 1U << 31U : id; }
 };
 
-/// The size limits of a DBC. Within them, time and memory are proportional to the file size.
+/// The size limits of a DBC. Within these limits, parsing time and memory are proportional to the file size.
 namespace dbc {
 inline constexpr std::size_t largest_file = std::size_t{16} << 20U;  ///< 16 MiB
 inline constexpr std::size_t longest_name = 1024;    ///< bytes of a name, a number, a unit or a value name
@@ -102,9 +103,9 @@ inline constexpr std::size_t most_items = 65'536;    ///< in one list: receivers
 inline constexpr std::size_t most_warnings = 1000;  ///< warnings that are stored; the others are only counted
 }  // namespace dbc
 
-/// Throws Error if the text is not a valid DBC or exceeds these limits. Known irregularities of real files
-/// give a warning; docs/protocol/dbc.md lists them. All texts are converted to UTF-8. Comments, receivers and
-/// most attributes are checked but not stored.
+/// Throws Error if the text is not a valid DBC or exceeds the limits above. Known irregularities of real
+/// files give a warning; docs/protocol/dbc.md lists them. All texts are converted to UTF-8. Comments, receivers
+/// and most attributes are checked but not stored.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
 /// Loads a DBC file. Throws Error, also if the file can't be read.

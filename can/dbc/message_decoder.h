@@ -23,8 +23,8 @@ const Message* message_of(const Database& database, const Frame& frame);
 
 /// Returns the signals that are present after simple and extended multiplexing (SG_MUL_VAL_), in DBC order.
 /// Omits a signal if the payload is too short for it or if it is not decodable; also omits the signals that
-/// an omitted signal switches. A remote or error frame has no signals. A switch value is its bits as an
-/// unsigned number.
+/// an omitted signal switches. A remote or error frame has no signals. The value of a switch is read
+/// as an unsigned number.
 std::vector<DecodedSignal> decode_signals(const Message& message, const Frame& frame);
 
 }  // namespace hystcan::can

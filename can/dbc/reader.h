@@ -21,19 +21,19 @@ inline constexpr const char* frame_format = "VFrameFormat";  ///< an attribute t
 inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< an attribute that the reader stores
 inline constexpr const char* quoted_text = "a text in quotes";
 
-/// A section may apply to several objects: a comment if several messages have its identifier, the value names
-/// of a table. Each object gets a copy. This limit is for all copies together.
+/// A section may apply to several objects; for example, an attribute applies to all messages with its
+/// identifier. Each object gets a copy. This is the maximum size of all copies together, in bytes.
 inline constexpr std::size_t largest_copies = std::size_t{64} << 20U;
 inline constexpr std::size_t bytes_of_an_entry = 64;  ///< size of each copy without its text
 
-/// Returns the whole number in the token. Throws ParseError if it is outside the limits.
+/// Returns the whole number in the token. Throws ParseError if it is outside the range.
 std::uint64_t natural(std::string_view token, std::uint64_t minimum, std::uint64_t maximum,
                       const std::string& what);
 
 /// Returns the token in quotes, shortened if it is long.
 std::string cited(std::string_view token);
 
-/// Reads each section by one function, which starts with the cursor after the section name.
+/// Reads each section with one function, which starts with the cursor after the section name.
 ///
 /// Nodes, messages, value tables and attribute definitions are stored as they are read. The sections with
 /// details about them (value names, attributes, ...) may be before them in the file, so they are read at
@@ -155,11 +155,11 @@ class Reader {
   std::vector<MessageText> texts_;                 ///< one for each message
   bool in_message_ = false;                        ///< a signal line may follow
   bool in_left_out_ = false;                       ///< the signal lines belong to a message that is left out
-  std::optional<std::uint64_t> left_out_;          ///< identifier of Vector's message without a frame
+  std::optional<std::uint64_t> left_out_;          ///< identifier of Vector's pseudo-message without a frame
   std::vector<std::function<void()>> details_;     ///< functions that apply after the last line
   std::vector<std::function<void()>> long_names_;  ///< functions that apply after details_
   std::size_t copied_ = 0;
-  // Trees, because the keys of a hash table can be chosen so that each search visits all of them.
+  // The maps are trees, because a hostile file can choose keys for which each search in a hash table is slow.
   std::map<std::string_view, std::string> nodes_;  ///< long name of each node; empty if it has none
   std::map<std::string, Names> value_tables_;
   std::map<std::string, Attribute> attributes_;

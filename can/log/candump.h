@@ -51,8 +51,8 @@ class CandumpReader {
   /// `stream` must outlive the reader. Error messages call the file `name`.
   CandumpReader(std::istream& stream, std::string name) : stream_(stream), name_(std::move(name)) {}
 
-  /// Returns the next frame; nullopt at the end of the log, and at a last line without a line end after other
-  /// lines (a crash cut it). Throws Error: `FILE:LINE:COLUMN: found ..., expected ...`.
+  /// Returns the next frame; nullopt at the end of the log. Omits a last line without a line end (a crash may
+  /// have cut it), unless it is the only line. Throws Error: `FILE:LINE:COLUMN: found ..., expected ...`.
   std::optional<LoggedFrame> next();
 
   /// Returns true if next() omitted the last line because it may be incomplete.
@@ -71,7 +71,8 @@ class CandumpReader {
 };
 
 /// Returns a frame that reports that the recorder lost `lost` frames before it (24 bits; a larger number is
-/// reported as the maximum). It is an error frame and not a comment, because python-can rejects comments:
+/// reported as the maximum). The notice is not a comment, because python-can rejects comments, but an error
+/// frame:
 ///
 ///   class      CAN_ERR_CRTL
 ///   data[1]    1, receive overflow

@@ -31,13 +31,13 @@ struct ErrorReport {
 /// Interprets an error frame: its kind must be `error`; its identifier contains the error classes.
 ErrorReport interpret(const Frame& error_frame);
 
-/// Adds the causes of one error frame, but no change of state, because a frame may repeat the present state.
+/// Counts the causes of one error frame, but no change of state: a frame may repeat the present state.
 void count(const ErrorReport& report, BusCounters& counters);
 
 // The text of an error frame: the classes and details of linux/can/error.h.
 
 /// Returns the causes without numbers, so that a caller can count them: "bus-off", "not acknowledged", "stuff
-/// error". A class without details is a cause. The result is never empty.
+/// error". An error class without details counts as one cause. The result is never empty.
 std::vector<std::string> error_causes(const Frame& error_frame);
 
 /// Returns one line: the causes, the bit of lost arbitration, the place of a protocol error and the error

@@ -47,7 +47,7 @@ class Traffic {
   std::uint64_t frames() const { return frames_; }
   std::uint64_t error_frames() const { return error_frames_; }
   double rate_Hz() const { return rate_Hz_; }
-  std::optional<BusState> state() const { return state_; }  ///< from the error frames
+  std::optional<BusState> state() const { return state_; }  ///< taken from the error frames
   std::optional<ErrorCounters> error_counters() const { return error_counters_; }
 
  private:

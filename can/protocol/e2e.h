@@ -38,8 +38,8 @@ constexpr unsigned bytes_of(Crc crc) { return crc == Crc::crc16 ? 2 : 1; }
 /// Returns the default CRC of a message of this length, in bytes.
 constexpr Crc usual_crc(std::size_t length) { return length > 8 ? Crc::crc16 : Crc::sae_j1850; }
 /// Returns the maximum number of frame bytes, without the CRC bytes, in which the CRC detects every pair of
-/// wrong bits. Above it the Hamming distance is 2: frame and CRC are longer than the period of the
-/// polynomial, 255, 127 or 32767 bits.
+/// wrong bits. With more bytes the Hamming distance is 2, because frame and CRC are longer than the period of
+/// the polynomial: 255, 127 or 32767 bits.
 constexpr unsigned most_bytes_guarded(Crc crc) {
   return std::array{30U, 14U, 4093U}[static_cast<std::size_t>(crc)];
 }

@@ -1,12 +1,12 @@
 // The layout of one message, compiled from the DBC and a map of names. The constructor finds the signal of
-// each role.
+// each role (the purpose of a value, such as `setpoint`).
 //
 // A `Payload` lists its roles in fields():
 //
 //   Field{role, name of the standard signal, member, quantity}
 //
 //   encode   our unit -> unit of the DBC -> raw bits;   a role without a signal is left out
-//   decode   raw bits -> unit of the DBC -> our unit;   a role without a signal keeps its value in `absent`
+//   decode   raw bits -> unit of the DBC -> our unit;   a role without a signal gets its value from `absent`
 #pragma once
 
 #include <algorithm>
@@ -68,8 +68,8 @@ struct MessageMap {
   bool carries(std::string_view role) const { return signals.contains(role); }
 };
 
-/// The lab's own frames of one axis. Without a status message, the controller does not read the amplifier's
-/// status.
+/// The frames of one axis that a lab defines instead of the standard frames. Without a status message, the
+/// controller does not read the amplifier's status.
 struct AxisFrames {
   MessageMap command;
   std::optional<MessageMap> status{};
@@ -90,7 +90,7 @@ class DecimalStep {
 
  private:
   friend std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
-  double multiplier_ = 1.0;  ///< one of multiplier and divisor is 1
+  double multiplier_ = 1.0;  ///< multiplier_ or divisor_ is 1
   double divisor_ = 1.0;
 };
 
@@ -227,7 +227,7 @@ class Layout {
       value = states_.state(slot.codec.unpack_raw(payload));
     else if constexpr (std::is_same_v<Value, bool>)
       value = slot.codec.unpack_raw(payload) != 0;
-    else  // a number that is too large becomes the largest, so that set flags stay set
+    else  // a number that is too large becomes the maximum, so that set flags stay set
       value = static_cast<Value>(std::min<std::uint64_t>(
           static_cast<std::uint64_t>(slot.codec.unpack_raw(payload)), std::numeric_limits<Value>::max()));
   }

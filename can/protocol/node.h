@@ -91,7 +91,7 @@ constexpr int syncs_after(int earlier, int counter) {
 
 /// Returns true if the node may send in the slot after this SYNC. With slots, a node sends its heartbeat and
 /// its periodic status only after a SYNC whose counter modulo `slots` equals its node id modulo `slots`, one
-/// frame after each such SYNC. 0: no slots.
+/// frame after each such SYNC. `slots` is 0 if nodes have no slots.
 constexpr bool is_in_slot(std::uint8_t node, std::uint8_t counter, unsigned slots) {
   return slots == 0 || counter % slots == node % slots;
 }

@@ -165,7 +165,7 @@ std::optional<MessageMap> message_map_in(const Database& database, const AxisWir
 }
 
 /// Returns the compiled layout of the message `Payload` of this axis. A role that the message does not carry
-/// keeps its value in `absent`. nullopt under the same conditions as message_map_in(). Throws
+/// gets its value from `absent`. nullopt under the same conditions as message_map_in(). Throws
 /// std::invalid_argument if the database lacks a named message or signal.
 template <class Payload>
 std::optional<Layout<Payload>> find_layout(const Database& database, const AxisWire& axis,

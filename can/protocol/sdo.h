@@ -101,7 +101,7 @@ struct SdoPatience {
   unsigned attempts = 3;                             ///< per object, the first attempt included
 };
 
-/// Writes objects in order, reads each one back and compares. After any failure it writes the same object
+/// Writes objects in order, reads each object back and compares. After any failure it writes the same object
 /// again. The setup fails after `attempts` attempts at one object.
 class SdoSetup {
  public:

@@ -86,8 +86,8 @@ class SimNode final : public Bus {
 /// in one arbitration. A frame reaches every other node whose filters pass it after its last bit.
 ///
 /// A frame ends at the bit of an error. An error frame of 14 to 20 bits and the interframe space follow; then
-/// the frame takes part in arbitration again. An error in the data phase of an FD frame ends the phase: the
-/// error frame uses the nominal bit rate. The same happens if no other node acknowledges the frame. A node
+/// the frame takes part in arbitration again. The same happens if no other node acknowledges the frame. An
+/// error in the data phase of an FD frame ends the phase: the error frame uses the nominal bit rate. A node
 /// that becomes bus-off loses its queued frames.
 ///
 /// The model does not include errors in the last bit of a frame, which receivers and sender treat

@@ -8,7 +8,7 @@
 
 namespace hystcan::can {
 
-/// A discrete-event scheduler. Events at the same instant run in the order in which they were armed.
+/// A discrete-event scheduler. Events at the same instant run in the order in which their timers were set.
 class VirtualClock final : public Scheduler {
  public:
   VirtualClock();
@@ -24,7 +24,7 @@ class VirtualClock final : public Scheduler {
  private:
   class Queue;
   struct Alarm;
-  std::shared_ptr<Queue> queue_;  ///< shared, because a timer may outlive the clock; it then never expires
+  std::shared_ptr<Queue> queue_;  ///< shared, because a timer may outlive the clock and then never expires
 };
 
 }  // namespace hystcan::can

@@ -57,7 +57,7 @@ void require_bit_rate(const std::string& name, const Interface& interface, const
 void require_able_to_carry_fd(const std::string& name, const Interface& interface,
                               const std::vector<std::string>& messages, const BitRates& rates);
 
-/// Returns why an interface can't be used any more: it differs from its state `before`, at the start.
+/// Returns why an interface can't be used any more, compared with `before`, its state at the start.
 Refusal refusal_of(const Interface& now, const Interface& before);
 
 /// Formats one line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.
@@ -69,8 +69,8 @@ std::vector<std::string> find_doubts(const std::string& name, const Interface& i
 
 // Parses RTM_NEWLINK, the kernel's description of an interface (rtnetlink(7), linux/can/netlink.h).
 
-/// `message` begins with its nlmsghdr. Returns nullopt for any other message (an error: no such interface).
-/// The parser skips attributes that are truncated or unknown.
+/// `message` begins with its nlmsghdr. Returns nullopt for any other message; an error message means that
+/// there is no such interface. The parser skips attributes that are truncated or unknown.
 std::optional<Interface> parse_link_message(std::span<const std::byte> message);
 
 }  // namespace hystcan::can

@@ -25,7 +25,7 @@ namespace hystcan::can {
 /// error frames and kernel time stamps. The caller closes the socket. Throws RunError.
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters);
 
-/// Enables the echo of the socket's own frames; the socket's filters apply to it.
+/// Enables the echo of the socket's own frames; the socket's filters apply to the echo.
 void receive_own_frames(int socket);
 
 /// Returns 0, or the errno with which the kernel refused the frame.

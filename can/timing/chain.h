@@ -1,5 +1,5 @@
-// The worst-case response time of the chain of a cycle: SYNC, then sample, then command. docs/theory/bus.md
-// has the derivation.
+// The worst-case response time of the chain of a cycle: SYNC, then sample, then command. Each of these frames
+// is a link of the chain. docs/theory/bus.md has the derivation.
 //
 // q = 0 is a SYNC that finds no frame of the previous cycle, neither on the wire nor in the controller's
 // queue.

@@ -60,7 +60,7 @@ struct FrameResponse {
 };
 
 struct Schedule {
-  std::vector<FrameResponse> frames;  ///< in the order given
+  std::vector<FrameResponse> frames;  ///< in the order of the input
   double load = 0.0;                  ///< sum of C / T; the bus cannot carry more than 1
 };
 
