@@ -26,9 +26,9 @@ namespace hystcan::twin {
 // v turns at e = 0. There, e' = rate, so e keeps the sign of the rate from then on: v turns at most once.
 
 struct DriveLimits {
-  double omega = 1.0;                                           ///< corner of the lag, 1/s
+  double omega = 1.0;                                           ///< corner frequency of the lag, 1/s
   double slew_per_s = 1.0;                                      ///< drive units per second
-  double load_rate_per_s = 0.0;                                 ///< rho
+  double load_rate_per_s = 0.0;                                 ///< rho = R / L, inductive load
   double load_limit = std::numeric_limits<double>::infinity();  ///< P; infinite: no voltage limit
 };
 
@@ -45,14 +45,14 @@ struct DriveLimits {
 // With an inductive load, a target beyond V / R is never reached: v ends at V / R.
 //
 // The equation is solved in closed form over a step of any length, phase by phase, as above. Between two
-// changes of the target, v is monotone, so the hysteresis turns only when the target changes. If the target
-// moves in a straight line, v may turn once in between.
+// changes of the target, v is monotone, so the input of the hysteresis turns only when the target changes. If
+// the target moves in a straight line, v may turn once in between.
 //
 // When the amplifier is switched off, its power stage is disconnected and the load discharges itself:
 //
 //   v' = -v / tau,   tau = R C (a bleed resistor) or L / R (free-wheeling)
 
-/// A step of fixed length; its decay factors are computed once.
+/// Advances the amplifier by a time step of fixed length. The decay factors are computed once.
 class Amplifier {
  public:
   static constexpr double unlimited = std::numeric_limits<double>::infinity();
@@ -78,22 +78,23 @@ class Amplifier {
     off     ///< not driven: the load discharges to zero, independent of the target
   };
   struct State {
-    double output = 0.0;  ///< v
-    double target = 0.0;  ///< r
+    double output = 0.0;  ///< v, drive units
+    double target = 0.0;  ///< r at the present time, drive units
     Course course = Course::drive;
     double rate_per_s = 0.0;  ///< rate of the target
 
-    /// Returns v in Course::drive.
+    /// Returns the output (v) after `time_s` in Course::drive.
     double output_after(const DriveLimits& limits, double time_s) const;
-    /// Returns the time at which v turns in Course::drive; infinity if it does not turn within `time_s`.
+    /// Returns the time after which the output (v) turns in Course::drive; infinity if it does not turn within
+    /// `time_s`.
     double turns_after_s(const DriveLimits& limits, double time_s) const;
   };
 
   /// Returns the target for a setpoint: rounded to the resolution and limited to the range.
   static double target_of(const Config& config, double setpoint);
-  /// Returns tau of the load's discharge; 0 if the load has no tau: the output is then zero at once.
+  /// Returns tau, the time constant of the load's discharge; 0 if the load discharges at once.
   static double discharge_s(const Config& config);
-  /// Returns omega, slew and load limits of v in Course::drive.
+  /// Returns the lag and the limits of the output in Course::drive.
   static DriveLimits limits(const Config& config);
 
   Amplifier(const Config& config, double dt_s);
@@ -105,7 +106,7 @@ class Amplifier {
   double dt_s_;
   DriveLimits limits_, ramp_limits_;
   double decay_;        ///< e^{-omega dt}
-  double discharge_s_;  ///< tau
+  double discharge_s_;  ///< tau, time constant of the discharge
 };
 
 }  // namespace hystcan::twin

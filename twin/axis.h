@@ -1,4 +1,4 @@
-// One axis of a twin: the stage, its channels of its two nodes, and the connections of these nodes.
+// One axis of a twin: the stage, one channel on each of its two nodes, and their connections.
 #pragma once
 
 #include <cstddef>
@@ -16,14 +16,14 @@
 
 namespace hystcan::twin {
 
-/// A node and its connection. Several axes may share them.
+/// A node and its connection. Several axes may share a node.
 template <class Made>
 struct Connected {
   Made* node = nullptr;
   FaultyConnection* line = nullptr;
 };
 
-/// What the faults of an axis act on.
+/// The parts of an axis on which its faults act.
 struct FaultTarget {
   node::BusNode& node(Node which) const;
   FaultyConnection& line(Node which) const { return which == Node::amplifier ? amplifier_line : sensor_line; }

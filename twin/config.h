@@ -19,7 +19,7 @@ namespace hystcan::twin {
 struct AxisConfig : node::AmplifierConfig {
   Plant::Config plant;
   Sensor::Config sensor;
-  std::vector<model::Coupling> couplings{};  ///< coupled to the displacement of the other axis from its start
+  std::vector<model::Coupling> couplings{};  ///< crosstalk of the motion of other axes since their start
   DriveNoise::Config drive_noise{};
   node::SampleClock sample_clock{};
 };
@@ -32,7 +32,7 @@ struct WiredAxisConfig {
 /// The keys of the twin as a whole.
 struct CommonConfig : node::CommonConfig {
   std::uint64_t seed = 1;
-  std::vector<FaultSpec> faults{};  ///< their times count from start()
+  std::vector<FaultSpec> faults{};  ///< fault times count from start()
   std::optional<RandomFaults> random_faults{};
 };
 
@@ -40,8 +40,8 @@ struct Config : CommonConfig {
   std::vector<WiredAxisConfig> axes;
 };
 
-/// Returns the same twin with only these axes and their faults; the other axes are real or belong to other
-/// twins. Throws std::invalid_argument if an axis name does not exist.
+/// Returns the configuration with only these axes and their faults; the other axes are real or belong to
+/// other twins. Throws std::invalid_argument if an axis name does not exist.
 Config with_axes(Config config, const std::vector<std::string>& names);
 
 }  // namespace hystcan::twin

@@ -7,7 +7,7 @@
 // value is wrong. A wrong CRC or a frozen counter is then applied to the protected frame. Frames that are
 // delayed when a fault ends are dropped, so that no outdated frame follows.
 //
-// The axes of a node are its channels. They share one message, or each has its own.
+// Each axis of a node is one of its channels. The channels share one message, or each channel has its own.
 #pragma once
 
 #include <array>
@@ -66,7 +66,7 @@ class FaultyConnection final : public can::Bus {
  public:
   struct Config {
     std::uint8_t node = 0;
-    std::optional<can::Filter> obeys{};  ///< the command, if the node is an amplifier
+    std::optional<can::Filter> obeys{};  ///< identifier of the command, if the node is an amplifier
     std::uint64_t seed = 1;
   };
 
@@ -96,8 +96,8 @@ class FaultyConnection final : public can::Bus {
     std::optional<SentMessage> sends{};
     ActiveFaults on{};  ///< faults that act only on this axis
     std::optional<std::int64_t> frozen_value{};
-    std::optional<double> gain_from{};  ///< value in the first frame of sensor_gain
-    // State of the message. If channels share a message, it is in the first of them.
+    std::optional<double> gain_from{};  ///< value in the first frame of the fault sensor_gain
+    // State of the message. If channels share a message, only the first of them has its state.
     std::optional<std::int64_t> frozen_counter{};
     std::optional<can::Frame> overtaken{};
     std::array<can::Frame, held_frames> late{};

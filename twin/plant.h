@@ -35,8 +35,8 @@ class Material {
 
   /// Moves to `drive`, in drive units, limited to the thresholds. Returns the output, um.
   double go_to(double drive);
-  /// Returns the output that go_to(drive) would return, without changing the memory, except at a zero crossed
-  /// on the way.
+  /// Returns the output that go_to(drive) would return, without moving there. If the symmetry is even and the
+  /// way to `drive` crosses zero, the memory moves to zero; otherwise it does not change.
   double look_at(double drive);
 
  private:
@@ -72,12 +72,12 @@ class Material {
 // everything is at rest, the creep has settled, and T = 0.
 //
 // Sub-steps are on a fixed grid, at whole multiples of `substep` from the start. A change of the target or a
-// disturbance splits the present sub-step. Amplifier and modes are exact for any length; between those points
-// u is linear in time, and the creep's input is constant, the mean of both ends. v is monotone between them,
-// so no turning point is missed. A target that moves in a straight line splits the sub-step twice more: at
-// the turn of v, if it turns, and at the end of the target's motion.
+// disturbance splits the present sub-step into parts. Amplifier and modes are exact for any length; within a
+// part u is linear in time, and the creep's input is constant, the mean of both ends. v is monotone within a
+// part, so no turning point is missed. A target that moves in a straight line splits the sub-step twice more:
+// at the turn of v, if v turns, and at the end of the target's motion.
 //
-// Reading the plant changes no bit of its state: the motion between the last such point and the time of
+// Reading the plant changes no bit of its state: the motion from the end of the last part to the time of
 // reading is computed on a copy. A plant at rest is not stepped; with temperature or drive noise it never
 // rests.
 
@@ -86,9 +86,9 @@ struct SecondMode {
   double share = 0.0;  ///< share of the position, 0 to 1
 };
 
-/// Like model::logarithmic_creep.
+/// Creep that is logarithmic in time from `from_s` to `to_s`, as in model::logarithmic_creep.
 struct LogarithmicCreep {
-  double per_decade = 0.0;  ///< gamma, share of the response without creep
+  double per_decade = 0.0;  ///< gamma: creep per decade of time, share of the response without creep
   double from_s = 0.1;
   double to_s = 1000.0;
 };
@@ -126,7 +126,7 @@ class Plant {
   /// std::invalid_argument if the hysteresis is invalid or a parameter is out of range.
   Plant(const Config& config, can::Time start);
 
-  Plant(const Plant&) = delete;  // others may be coupled to it
+  Plant(const Plant&) = delete;  // other plants may be coupled to it
   Plant& operator=(const Plant&) = delete;
 
   /// Advances the plant to `time`; an earlier time changes nothing.
@@ -144,8 +144,8 @@ class Plant {
   void couple(Plant& from, double um_per_um) { couplings_.emplace_back(&from, um_per_um); }
 
   /// Calls each handler at the end of every sub-step of the fixed grid, with the position without couplings;
-  /// the position is linear in between. A rest counts as one sub-step, a whole number of times as long, and
-  /// the handler is called at its end.
+  /// the position is linear in between. A time at rest counts as one long sub-step, a whole multiple of a
+  /// sub-step; the handler is called at its end.
   using GridHandler = std::function<void(can::Time, double position_um)>;
   void on_grid(GridHandler handler) { on_grid_.push_back(std::move(handler)); }
   /// Adds noise in drive units to the amplifier's output from the next sub-step on. `noise` is called once
@@ -158,7 +158,7 @@ class Plant {
   double position_um() const { return own_position_um(present_) + crosstalk_um(); }
   /// The sum of the couplings' contributions to the position.
   double crosstalk_um() const;
-  /// x_h.
+  /// Returns the output of the hysteresis (x_h).
   double hysteresis_um() const { return present_.hysteresis_um; }
 
  private:
@@ -166,9 +166,9 @@ class Plant {
   struct Motion {
     can::Time time;
     Amplifier::State amplifier;
-    double hysteresis_um = 0.0;  ///< x_h
-    double creep_um = 0.0;       ///< C
-    double input_um = 0.0;       ///< u
+    double hysteresis_um = 0.0;  ///< x_h, output of the hysteresis
+    double creep_um = 0.0;       ///< C, creep
+    double input_um = 0.0;       ///< u, input of the modes
     model::SecondOrder::State mode, second_mode;
     model::Creep::State creep;
   };
@@ -186,7 +186,7 @@ class Plant {
   struct Ramp {
     can::Time end;
     double to = 0.0;
-    std::optional<can::Time> turn;  ///< turn of v, until it has passed
+    std::optional<can::Time> turn;  ///< next turn of the output v; nullopt: none
   };
 
   template <class Hysteresis>
@@ -206,10 +206,10 @@ class Plant {
 
   Config config_;  ///< with the disturbed natural frequencies
   model::Creep::Operators creep_;
-  double late_share_;  ///< s
+  double late_share_;  ///< s, share of x_h - x_0 that creeps
   Disturbance disturbance_;
-  Material material_;  ///< at the time of settled_
-  double start_um_;    ///< x_0
+  Material material_;  ///< state at the time of settled_
+  double start_um_;    ///< x_0, output of the hysteresis at the start
   can::Time start_;
   Step substep_;
   /// Steps over parts of a sub-step, cached because commands arrive at the same phases again and again.
@@ -221,7 +221,7 @@ class Plant {
   double noise_ = 0.0;
   std::vector<GridHandler> on_grid_;
   DriveNoise drive_noise_;
-  std::vector<std::pair<Plant*, double>> couplings_;  ///< from, um_per_um
+  std::vector<std::pair<Plant*, double>> couplings_;  ///< source, um_per_um
 };
 
 }  // namespace hystcan::twin

@@ -37,7 +37,7 @@ class Sensor {
   struct Config {
     double noise_um_rms = 0.0;               ///< standard deviation of one sample, >= 0
     double resolution_um = 0.0;              ///< least significant bit; 0: not quantised
-    double noise_density_um_per_rtHz = 0.0;  ///< one-sided, if there is a bandwidth
+    double noise_density_um_per_rtHz = 0.0;  ///< one-sided; needs a bandwidth
     double bandwidth_Hz = 0.0;               ///< -3 dB; 0: unlimited
     can::Duration delay{};
     double drift_um_per_h = 0.0;        ///< since the start
@@ -58,8 +58,8 @@ class Sensor {
 
   /// Returns true if the reading depends on the past; follow() must then be called at every grid point.
   bool follows() const { return config_.bandwidth_Hz > 0.0 || config_.delay > can::Duration::zero(); }
-  /// Stores the grid points of the plant in order; before the first one, the sensor was at rest there. Does
-  /// not allocate.
+  /// Stores the next grid point of the plant, without allocating. Before the first point, the sensor was at
+  /// rest at the position of that point.
   void follow(can::Time time, double position_um);
   /// Returns the sample at `time`, which must not be before the last grid point. Changes only the state of
   /// the noise.
@@ -68,8 +68,8 @@ class Sensor {
  private:
   struct Point {
     can::Time time;
-    double position_um = 0.0;  ///< x
-    double seen_um = 0.0;      ///< y
+    double position_um = 0.0;  ///< x, input of the sensor
+    double seen_um = 0.0;      ///< y, after the low pass of the bandwidth
   };
   Point low_passed(can::Time time, double position_um) const;
   double delayed_um(const Point& now) const;

@@ -26,10 +26,11 @@ namespace hystcan::twin {
 
 class SimulatedCard final : public node::Card {
  public:
-  /// The range that the place names, of converters of so many bits. Throws ChannelError.
+  /// Returns the range named by `place` for a converter of `bits` bits. Throws ChannelError.
   static node::VoltageRange range_of(unsigned bits, const node::CardChannel& place);
 
-  /// Those of the axes that are connected to the device `name` (node::DeviceName). Throws Error.
+  /// Simulates the stages of those axes that are connected to the device `name` (node::DeviceName). Throws
+  /// Error.
   SimulatedCard(const std::string& name, const Config& config,
                 const std::vector<node::WiredAnalogueAxis>& axes, can::Scheduler& scheduler);
   ~SimulatedCard() override;

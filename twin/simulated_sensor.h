@@ -9,7 +9,7 @@ namespace hystcan::twin {
 
 class SimulatedSensor final : public node::PositionInput {
  public:
-  /// Follows the plant from `start` on if the reading depends on the past.
+  /// Receives every grid point of the plant from `start` on if the reading depends on the past.
   SimulatedSensor(Sensor sensor, Plant& plant, can::Time start);
 
   Reading read(can::Time at) override;

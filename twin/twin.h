@@ -28,7 +28,7 @@ namespace hystcan::twin {
 struct Truth {
   can::Time time;  ///< time of the scheduler: CLOCK_MONOTONIC, or virtual
   std::size_t axis = 0;
-  std::uint8_t sync_counter = 0;  ///< same as in the sample
+  std::uint8_t sync_counter = 0;  ///< counter in the sample
   double setpoint = 0.0;          ///< last commanded value, drive units
   double drive = 0.0;             ///< input of the actuator, noise included, drive units
   double hysteresis_um = 0.0;     ///< output of the hysteresis
