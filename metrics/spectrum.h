@@ -20,13 +20,14 @@ class Spectrum {
   explicit Spectrum(double rate_Hz, std::size_t length = 1024);
 
   void add(double value);
-  /// Starts a new segment, because the next value does not follow the last one.
+  /// Starts a new segment: values are missing between the last value and the next one.
   void break_off() { segment_.clear(); }
 
   std::size_t segments() const { return segments_; }
   /// Returns rate/length, 2 rate/length, ..., rate/2.
   std::vector<double> frequencies_Hz() const;
-  /// Densities at these frequencies, in signal units per sqrt(Hz); empty if no segment was complete.
+  /// Returns the density at each of frequencies_Hz(), in signal units per sqrt(Hz); empty if no segment is
+  /// complete.
   std::vector<double> densities() const;
 
  private:

@@ -30,7 +30,7 @@ class Histogram {
   void add(double value);
 
   const std::vector<double>& upper_edges() const { return upper_edges_; }
-  /// One more than the number of edges.
+  /// Returns the count of each class; the last one is that of the class without an edge.
   const std::vector<std::uint64_t>& counts() const { return counts_; }
   std::uint64_t samples() const { return samples_; }
   double sum() const { return sum_; }

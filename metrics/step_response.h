@@ -1,5 +1,5 @@
-// How a stage arrives at the levels of a reference r, and its noise there. All of hystcan shows these figures
-// for a step: the results of a run, `plot`, the page. e = r - y is the error of one cycle.
+// How the position y of a stage arrives at the levels of a reference r, and the noise of y there. The results
+// of a run, `plot` and the page show these figures for a step. e = r - y is the error of one cycle.
 //
 //   step            the move of the reference from one resting level a to the next one b. Its time t is 0 in
 //                   the cycle in which the reference stops at b (after a jump: in the cycle of the jump); the
@@ -25,8 +25,8 @@ struct Step {
   double from_um = 0.0, to_um = 0.0, band_um = 0.0;
   double begin_s = 0.0, last_s = 0.0;  ///< times of the first and the last cycle
   std::size_t cycles = 0;
-  std::optional<double> settled_s{};  ///< start of the time inside the band; nullopt: outside
-  /// Times at which 10 % and 90 % of the way were done.
+  std::optional<double> settled_s{};  ///< time since which y is inside the band; nullopt: outside
+  /// Times at which the position reached 10 % and 90 % of the way.
   std::optional<double> at_tenth_s{}, at_nine_tenths_s{};
   double overshoot_um = 0.0;
 
@@ -52,8 +52,8 @@ class StepResponse {
 
   /// Adds a cycle. `time_s` may have any origin; `at_rest`: the reference does not move.
   void add(double time_s, double reference_um, double position_um, bool at_rest);
-  /// Ends the step, because the reference leaves this part of its path; the next level is a first level
-  /// again.
+  /// Ends the step, because the reference leaves its path, as in a transition. The move to the next level is
+  /// not a step.
   void leave();
 
   /// Includes the present step, up to now.
@@ -71,7 +71,7 @@ class StepResponse {
 };
 
 /// The cycles of a record. The reference rests if it is constant for ten cycles, or from the first cycle on.
-/// If it is NaN, it leaves this part of its path, as in a transition. A position that is NaN is ignored.
+/// A reference of NaN ends the step like leave(), as in a transition. A position that is NaN is ignored.
 struct Cycles {
   std::span<const double> time_s, reference_um, position_um;
 };
