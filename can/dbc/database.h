@@ -82,7 +82,7 @@ struct Database {
   std::vector<Message> messages;
   std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: TEXT`
   std::size_t further_warnings = 0;   ///< number of warnings that are not stored in `warnings`
-  std::map<std::uint32_t, std::size_t> message_by_id;  ///< by key_of(): index of the last such message
+  std::map<std::uint32_t, std::size_t> message_by_id;  ///< index of the last message, by key_of()
 
   /// Finds the first message of this name, or the only message of this short name. Null if not found.
   const Message* find(std::string_view message) const;
@@ -104,8 +104,8 @@ inline constexpr std::size_t most_warnings = 1000;  ///< warnings that are store
 }  // namespace dbc
 
 /// Throws Error if the text is not a valid DBC or exceeds the limits above. Known irregularities of real
-/// files give a warning; docs/protocol/dbc.md lists them. All texts are converted to UTF-8. Comments, receivers
-/// and most attributes are checked but not stored.
+/// files give a warning; docs/protocol/dbc.md lists them. All texts are converted to UTF-8. Comments,
+/// receivers and most attributes are checked but not stored.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
 /// Loads a DBC file. Throws Error, also if the file can't be read.
