@@ -85,8 +85,8 @@ class Amplifier {
 
     /// Returns the output (v) after `time_s` in Course::drive.
     double output_after(const DriveLimits& limits, double time_s) const;
-    /// Returns the time after which the output (v) turns in Course::drive; infinity if it does not turn within
-    /// `time_s`.
+    /// Returns the time after which the output (v) turns in Course::drive; infinity if it does not turn
+    /// within `time_s`.
     double turns_after_s(const DriveLimits& limits, double time_s) const;
   };
 
