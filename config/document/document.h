@@ -63,7 +63,7 @@ class Document {
   std::filesystem::path file_;
   std::shared_ptr<const toml::table> read_;  ///< the table as parsed; its nodes have source places, which a
                                              ///< copy loses
-  std::shared_ptr<const toml::table> root_;  ///< the same table, or a copy with other values
+  std::shared_ptr<const toml::table> root_;  ///< read_, or a copy with other values
   std::vector<std::string> overridden_{};    ///< paths of the overridden keys
 };
 
@@ -95,7 +95,7 @@ class Reader {
   }
   void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
               const About& = {});
-  /// Reads a limit. If the key is missing, another limit is in force. `inf` means no limit.
+  /// Reads a limit; the value `inf` means no limit. If the key is missing, the limit `in_its_place` applies.
   void limit_or_inf(std::string_view key, double& value, double in_its_place, const About& = {});
 
   /// Reads a sub-table that may be missing.
@@ -200,8 +200,8 @@ class Reader {
   std::int64_t read_whole_number(const toml::node& node, std::string_view key, Index index = {}) const;
   std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
   double read_number(const toml::node& node, std::string_view key, Range range, Index index = {}) const;
-  /// Fails above one year, which no timer needs and time computations can still represent, and if less than a
-  /// nanosecond would become zero.
+  /// Fails if the duration is longer than a year, which time computations can still represent, or if it is
+  /// shorter than a nanosecond and would become zero.
   can::Duration read_duration(const toml::node& node, std::string_view key, Range range) const;
   std::string read_string(const toml::node& node, std::string_view key, Index index = {}) const;
   std::string read_word(const toml::node& node, std::string_view key,
@@ -230,7 +230,7 @@ class Writer {
     plain,    ///< `hystcan check`: each number with the fewest characters
     columns,  ///< a file: aligned equals signs and comments; fractions have a decimal point
     model,    ///< a model file: numbers with a limited number of digits, descriptions as comments
-    schema    ///< only the calls of the remark, without values; includes keys and tables that are left out
+    schema    ///< only calls the remark, without values; includes keys and tables that are left out
   };
   /// `table`: the table of the struct's keys, as path and header; empty: the root of the file.
   Writer(Layout layout, Remark remark, std::string table = {})

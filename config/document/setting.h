@@ -40,7 +40,7 @@ struct Range {
   double lo = -std::numeric_limits<double>::infinity();
   double hi = std::numeric_limits<double>::infinity();
   bool lo_excluded = false;
-  bool either_sign = false;  ///< of the magnitude
+  bool either_sign = false;  ///< the range applies to the magnitude
 
   bool contains(double number) const {
     const double value = either_sign ? std::abs(number) : number;

@@ -27,8 +27,8 @@ class TomlEdit {
   /// Reads a regular file of at most `largest` bytes.
   static TomlEdit of_file(const std::filesystem::path& file, std::size_t largest = largest_configuration);
 
-  /// Sets the value, which is TOML, at the path, whose keys must not need quotes. If the text has no place
-  /// for the key, throws Error with that place and changes nothing.
+  /// Sets the value, which is TOML, at the path, whose keys must not need quotes. If the text can't take the
+  /// key, throws Error with the place of the obstacle and changes nothing.
   void set(const std::string& path, const std::string& value);
   /// Does nothing if the key is missing. Throws Error if the key is in an inline table, is a table with
   /// sub-tables, or is a list of tables.

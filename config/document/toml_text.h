@@ -27,8 +27,8 @@ std::string toml_comment(std::string_view lines);
 /// The expected content in the errors of read_regular_file().
 inline constexpr const char* a_toml_file = "a TOML file";
 
-/// Throws Error `NAME:LINE:COLUMN: PROBLEM, expected TOML`. The source path of the nodes is `origin`; they
-/// have none if it is empty.
+/// Throws Error `NAME:LINE:COLUMN: PROBLEM, expected TOML`. The source path of the nodes is `origin`, or
+/// missing if `origin` is empty.
 toml::table parse_toml(std::string_view text, const std::string& name, std::string_view origin = {});
 
 }  // namespace hystcan::config

@@ -1,5 +1,5 @@
-// An actuator as described by its model file: hysteresis of any kind, followed by creep and dynamics; and its
-// memory.
+// An actuator as described by its model file: hysteresis of any kind, then creep, then dynamics. Also its
+// memory of the past inputs.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ using SharedModel = std::shared_ptr<const model::AnyModel>;
 
 /// The result of one pass over a file's rows.
 struct Pass {
-  std::vector<double> inputs;  ///< found for the wanted outputs; empty if the inputs are given
+  std::vector<double> inputs;  ///< inputs that give the wanted outputs; empty if the inputs were given
   std::vector<double> outputs;
   model::Tally tally{};
 };
@@ -57,7 +57,7 @@ class ActuatorMemory {
   Pass inverse(std::span<const double> outputs, std::span<const double> time_s, double drive_sign);
 
  private:
-  double shown(double h) const;  // the present output if the hysteresis had the output h
+  double shown(double h) const;  // present output, creep included, if the hysteresis had the output h
 
   SharedModel model_;
   std::optional<model::HeldCreep> creep_;

@@ -21,8 +21,8 @@ bool is_date(std::string_view text);
 /// earlier than the time before it belongs to the next day.
 class ClockColumn {
  public:
-  /// Converts a time. Returns nullopt if the text is not a time, if the date changes away from midnight, or
-  /// if time goes back across midnight.
+  /// Converts a time. Returns nullopt if the text is not a time, if the date changes at another time
+  /// than midnight, or if the time goes back to the day before.
   std::optional<double> seconds(std::string_view text);
 
  private:

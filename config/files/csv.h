@@ -32,8 +32,8 @@ inline constexpr const char* a_csv_file = "a CSV file";
 /// Removes blanks and tabs at both ends.
 std::string_view trimmed(std::string_view text);
 
-/// Splits a line into trimmed fields. A separator between double quotes does not separate. `' '` means any
-/// number of blanks and tabs.
+/// Splits a line into trimmed fields. A separator between double quotes does not separate. The separator
+/// `' '` stands for any number of blanks and tabs.
 void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields);
 
 /// Removes enclosing double quotes, and the blanks inside them.
@@ -43,7 +43,7 @@ std::string_view unquoted(std::string_view text);
 /// number.
 std::optional<double> csv_number(std::string_view text, bool decimal_comma);
 
-/// Replaces each control character by a space; it would end the line or control the terminal.
+/// Replaces each control character, which could end the line or control the terminal, by a space.
 std::string in_one_line(std::string_view text);
 /// Returns the text in one line as a CSV field (RFC 4180): quoted if necessary, with its own quotes doubled.
 std::string csv_field(std::string_view text);
@@ -67,8 +67,8 @@ class CsvLines {
   /// Reads a text instead; `file` is only its name in messages.
   CsvLines(std::filesystem::path file, std::string text);
 
-  /// Reads the next line. Returns false at the end of the file, and at a last line without a line end after
-  /// other lines (a crash cut it). Throws Error at a line beyond the limit.
+  /// Reads the next line. Returns false at the end of the file. Omits a last line without a line end (a crash
+  /// may have cut it), unless it is the only line. Throws Error if a line is longer than longest_csv_line.
   bool next();
   /// The present line; valid until next().
   std::string_view text() const { return line_; }
@@ -100,7 +100,7 @@ class CsvLines {
   std::string_view line_;
   std::size_t line_number_ = 0;
   bool has_content_ = false, ends_in_mid_line_ = false, is_cut_ = false;
-  std::size_t zeros_ = 0;  ///< at the end of the file
+  std::size_t zeros_ = 0;  ///< number of zero bytes at the end of the file
   std::uint64_t bytes_read_ = 0;
 };
 
@@ -120,7 +120,7 @@ class CsvReader {
 
   /// Returns false at the end of the file, and at a last row without a line end, which is omitted. Throws
   /// Error at an empty field, at a row of the wrong length, at a value that is not a finite number, and
-  /// beyond the limits above.
+  /// if the file exceeds a limit of this header.
   bool next(std::vector<double>& row);
 
   /// Returns TEXT of a line `# NAME = TEXT` before the header; empty if there is none.

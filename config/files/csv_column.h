@@ -12,8 +12,8 @@ struct CsvColumn {
   std::string unit{};   ///< the symbol if the unit is known, else as in the file; empty if none
 };
 
-/// Splits a title into the name and the unit: in parentheses or brackets after the name, or after another
-/// mark if the unit is a known one.
+/// Splits a title into the name and the unit. The unit is after the name, in parentheses or brackets; a known
+/// unit may also be after another mark.
 CsvColumn csv_column(std::string_view title);
 
 /// Trims the text and removes enclosing double or single quotes.

@@ -14,8 +14,8 @@
 namespace hystcan::config {
 
 struct DatasetColumns {
-  /// Indices of time, input and output; without time if a rate is given and no column is a time. The output's
-  /// own time is last, if it has one.
+  /// Indices of time, input and output; without time if a rate is given and no column is a time. If the
+  /// output has a time column of its own, its index is last.
   std::vector<std::size_t> selected{};
   bool has_time = false, has_output_time = false;
   std::array<std::string, 3> titles{};  ///< time, input, output
@@ -23,8 +23,8 @@ struct DatasetColumns {
   std::optional<double> time_unit_s{};  ///< set if the column has a unit
   double input_scale = 1.0, output_scale = 1.0;
   std::string input_unit{}, output_unit{};  ///< empty if unknown
-  bool by_likeness = false;                 ///< selected by likeness; else by the names time_s, input,
-                                            ///< output, or by the user
+  bool by_likeness = false;                 ///< selected by similar names and units; else by the names
+                                            ///< time_s, input, output, or by the user
 };
 
 /// Throws Error at the header if a column is missing or two columns are equally likely, if a time unit is not
@@ -37,7 +37,7 @@ DatasetColumns dataset_columns(const LabCsvReader& reader, const DatasetLayout& 
 DatasetColumns channel_columns(const LabCsvReader& reader, const DatasetLayout& layout,
                                ColumnMeaning channel);
 
-/// Returns "time from t in ms, input from V, ..." for columns that were selected by likeness; else an empty
+/// Returns "time from t in ms, input from V, ..." for columns that were selected by similarity; else an empty
 /// text.
 std::string taken_by_likeness(const LabCsvReader& reader, const DatasetColumns& columns);
 

@@ -15,14 +15,14 @@ namespace hystcan::config {
 
 /// The user's options for the file.
 struct DatasetLayout {
-  /// "t,V,x": names or numbers of time, input and output; "t1,V,t2,x": two times. Empty: by likeness.
+  /// "t,V,x": names or numbers of time, input and output; "t1,V,t2,x": two times. Empty: by similar names.
   std::string columns{};
-  /// Set if the file has no time, or if its time is the sample number.
+  /// Sampling rate. Set if the file has no time, or if its time is the sample number.
   std::optional<double> rate_Hz{};
   std::optional<double> output_scale{};    ///< um per unit of the output: per 1 V, even if the file is in mV
   std::filesystem::path output_from{};     ///< file of the output; empty: same file as the input
-  std::optional<double> from_s{}, to_s{};  ///< rows before and after are not judged
-  bool has_interval_options = false;       ///< a message may suggest --from and --to
+  std::optional<double> from_s{}, to_s{};  ///< rows before and after are not read
+  bool has_interval_options = false;       ///< the command has --from and --to: a message may suggest them
 };
 
 /// Maximum rows of a dataset. It is stored in memory with 24 bytes per row, plus its text while it is read.
@@ -30,7 +30,7 @@ inline constexpr std::size_t most_dataset_rows = 50'000'000;
 
 struct DatasetFile {
   identification::Dataset dataset;  ///< in s, V or A, converted from their multiples
-  std::string taken;                ///< columns selected by likeness: "time from t [ms], ..."; empty: none
+  std::string taken;                ///< columns selected by similarity: "time from t [ms], ..."; empty: none
   std::vector<std::string> notes;   ///< assumptions and omissions
 };
 

@@ -20,7 +20,7 @@ model::HysteresisState load_memory(const std::filesystem::path& file, const Mode
                                    std::size_t capacity);
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t capacity);
-/// Returns the text of a memory file, from which load_memory() restores it to the bit. Any appended text
+/// Returns the text of a memory file, from which load_memory() restores the same bits. Any appended text
 /// belongs to [memory].
 template <class Model>
 std::string memory_text(const Model& model, const typename Model::State& state) {
@@ -37,8 +37,8 @@ struct SavedState {
 /// Throws Error, also if the state belongs to another model.
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model);
 
-/// Reads the creep from a memory file of any kind; `h` is the output of its memory. nullopt if the file has
-/// no creep. Throws Error, also if the number of lags differs.
+/// Reads the creep from a memory file of any kind; `h` is the output of the hysteresis. nullopt if the file
+/// has no creep. Throws Error, also if the number of lags differs.
 std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,
                                                          const model::OutputCreep& creep, double h);
 /// Returns the lines that load_creep_memory() reads, exact to the bit. They belong at the end of [memory].

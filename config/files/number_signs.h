@@ -5,7 +5,7 @@
 //   1.234                 can be either: the other numbers of the file decide
 //
 // An ambiguous number is read as decimal unless other numbers contradict it. If the file has another decimal
-// sign, the mark counts as a thousands sign only if its column also has whole numbers below 1000.
+// sign, the ambiguous mark counts as a thousands sign only if its column also has whole numbers below 1000.
 #pragma once
 
 #include <cstddef>

@@ -17,7 +17,7 @@
 
 namespace hystcan::config {
 
-/// Not set if the point may be a thousands sign (5.000 Hz).
+/// A sampling rate in the head. Ignored if its point may be a thousands sign (5.000 Hz).
 struct StatedRate {
   double rate_Hz = 0.0;
   std::string line{};  ///< as in the file

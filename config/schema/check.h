@@ -48,8 +48,8 @@ void check_sharing(const Checked& checked);
 std::vector<std::string> protection_warnings(const Config& config);
 /// Returns one line for each message of more than 8 bytes that the DBC declares as classical CAN.
 std::vector<std::string> format_warnings(const Config& config);
-/// Returns one line for each command signal without a role whose raw value 0, which is sent, is not the
-/// physical value 0.
+/// Returns one line for each signal that has no role in the command and whose raw value 0, which is always
+/// sent, is not the physical value 0.
 std::vector<std::string> command_warnings(const Config& config);
 /// Checks that no two messages that are sent or received, CANopen frames included, share an identifier.
 void check_identifiers(const Checked& checked);
@@ -79,7 +79,8 @@ void plan_filters(const Document& document, Config& config, std::size_t axis);
 /// Assumed error of the resonance; findings_of_loop() warns if the loop has no margin with this error.
 inline constexpr double resonance_off_percent = 10.0;
 
-/// Returns the margins for the configured plant, and the worst margins with its resonance off.
+/// Returns the margins for the configured plant, and the worst ones with its resonance off by
+/// resonance_off_percent.
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz);
 
 /// Returns true if the mode is so close to a multiple of the rate that held setpoints excite it
@@ -96,7 +97,7 @@ std::string line_of(const Finding& finding);
 /// Warns if the mode is close to a multiple of the rate (controller/control/delays.h).
 std::vector<Finding> findings_of_rate(const AxisConfig& axis, double rate_Hz);
 
-/// Returns margins, sensitivity and bandwidth; warns if the margin is lost with the resonance off.
+/// Returns margins, sensitivity and bandwidth; warns if no margin is left with resonance_off_percent.
 std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz);
 
 /// Returns one line for each disabled supervision of an axis with feedback: its limit is 0, or so wide that a

@@ -44,7 +44,7 @@ struct BusConfig {
   can::BitRates rates() const { return {bitrate_bit_per_s, data_bitrate_bit_per_s}; }
 };
 
-/// One axis, for both sides of the wire.
+/// One axis: its control, and its simulated or analogue devices.
 struct AxisConfig {
   can::AxisWire wire;
   std::filesystem::path control_model;
@@ -94,8 +94,8 @@ Config load(const std::filesystem::path& file, const std::vector<Setting>& overr
 /// Like load(), with this text as the content of `file`, which need not exist.
 Config load_text(const std::filesystem::path& file, std::string_view text);
 
-/// Like load(), for a stage that is not measured yet: if the model of an axis or its twin is not named or its
-/// file is missing, a straight line through its drives and positions replaces it.
+/// Like load(), for a stage that is not measured yet: a straight line through the drives and positions of an
+/// axis replaces its model (or that of its twin) if the file is missing or not named.
 Config load_unmeasured(const std::filesystem::path& file);
 
 /// Reads the configuration with the values in the file, its models and the messages of its DBC; resolves no

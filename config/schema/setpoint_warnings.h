@@ -15,8 +15,8 @@ namespace hystcan::config {
 ///
 /// Simulates one pass of the reference at rate_Hz, without dynamics except for those of plant_inverse: the
 /// inverse of the model gives the drive of each cycle. The drive begins at the lower threshold, where the
-/// start-up ends. A jump from level to level counts as a jump, not as a slew. Of a reference longer than two
-/// million cycles, only these are examined.
+/// start-up ends. A jump from level to level counts as a jump, not as a slew. Only the first two million
+/// cycles of a reference are examined.
 std::vector<std::string> setpoint_warnings(const Config& config);
 
 }  // namespace hystcan::config

@@ -16,7 +16,7 @@ void visit(V& v, model::Coupling& c) {
              {"position of this axis per um of the other one"});
 }
 
-/// Replaces the unit in a description of all keys.
+/// Stands for any drive unit where all keys are described.
 inline constexpr std::string_view any_drive_unit = "<U>";
 
 /// Keys of the amplifier's load; they depend on the drive unit, V or A.
@@ -121,7 +121,7 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.optional("model", axis.twin_model, any,
              {"the twin's own model file, of any kind", "required"});  // as in [axis.control]
   v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive,
-             {"mechanical mode", "of the model"});  // and bandwidth_Hz: else from the model file
+             {"mechanical mode", "of the model"});  // default in the model file, like bandwidth_Hz
   v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative,
              {"damping ratio of the mode", "of the model"});
   v.required("drive_min_" + unit, t.plant.amplifier.drive_min, any, {"lowest output of the amplifier"});
