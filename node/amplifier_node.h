@@ -1,4 +1,4 @@
-// The amplifier as a node on the bus: follows NMT and AmpCommand, detects when commands stop, sends status.
+// The amplifier as a node on the bus: obeys NMT and AmpCommand, detects when commands stop, sends status.
 //
 // The axes of a node share the command frame; an accepted frame commands all axes. The axes share one status
 // message, or each axis has its own. An event that affects several axes at once causes one emergency, and a
@@ -54,7 +54,7 @@ class AmplifierNode final : public BusNode {
   void check_watchdogs();
   void check_relays();
   void note_emergency(std::uint16_t code);
-  /// Sends every status that is due; with slots, only the oldest status.
+  /// Sends every status that is due; with slots, only the status that was sent least recently can be due.
   void report_regularly();
   /// Sends the emergencies and every status that is due.
   void report();

@@ -1,4 +1,4 @@
-// What an amplifier node and a sensor node have in common: the connection, NMT, heartbeat and SDO server.
+// The common part of an amplifier node and a sensor node: the connection, NMT, heartbeat and SDO server.
 //
 // A node serves one axis or several. Each of its axes is a channel: AmplifierChannel, SensorChannel.
 #pragma once

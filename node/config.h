@@ -45,7 +45,7 @@ struct SampleClock {
 /// Settings that all nodes of a computer share.
 struct CommonConfig {
   can::Duration heartbeat_period{};
-  can::Duration cycle = std::chrono::milliseconds(1);  ///< SYNC period, as set in an amplifier
+  can::Duration cycle = std::chrono::milliseconds(1);  ///< SYNC period; amplifiers need it
   unsigned background_slots = 0;                       ///< slots for heartbeats and statuses
                                                        ///< (can::is_in_slot)
 };

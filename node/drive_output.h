@@ -29,7 +29,7 @@ class DriveOutput {
   virtual ~DriveOutput() = default;
 
   virtual bool reaches(double drive) const = 0;
-  /// Connects the output to the actuator, at the drive of the previous call.
+  /// Connects the output to the actuator, at the drive that was set last.
   virtual void switch_on() {}
   /// Moves the output to `drive` in a straight line, which starts at `from` and lasts `within`; zero: at
   /// once.

@@ -9,8 +9,8 @@
 
 namespace hystcan::node {
 
-// Passes each frame to the nodes in the order in which they were attached. Frames that the nodes send during
-// this time wait until all nodes have received the frame: at a SYNC, amplifiers set their outputs and sensors
+// Passes each frame to the nodes in the order in which they were attached. Frames that the nodes then send
+// wait until all nodes have received the frame: at a SYNC, amplifiers set their outputs and sensors
 // read their inputs before any frame is sent. Then the frames of the node that was attached last are sent
 // first: samples before statuses.
 //

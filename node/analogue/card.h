@@ -75,8 +75,8 @@ class Card {
   Card& operator=(const Card&) = delete;
   virtual ~Card() = default;
 
-  /// Each function opens a channel. Throws Error, with a list of the available ones, if the card lacks the
-  /// channel, its direction or its range.
+  /// Each function opens a channel. If the card lacks the channel, its direction or its range, the function
+  /// throws Error with a list of the available channels, directions or ranges.
   virtual std::unique_ptr<VoltageOutput> output(const CardChannel& place) = 0;
   virtual std::unique_ptr<VoltageInput> input(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineOutput> line_output(const CardChannel& place) = 0;
@@ -95,11 +95,11 @@ std::unique_ptr<Card> open_card(const std::string& device);
 class ChannelError : public Error {
  public:
   ChannelError(std::string_view lacking_key, const Error& error) : Error(error), key(lacking_key) {}
-  std::string key;  ///< in [axis.analogue], "drive_output.range"; from a Card: within the channel, "range"
+  std::string key;  ///< key within [axis.analogue] ("drive_output.range"); from a Card: within the channel
 };
 
-/// Returns the result of `open`. Turns an Error of `open` into a ChannelError with this key, or with the key
-/// below it.
+/// Returns the result of `open`. Turns an Error of `open` into a ChannelError with this key; the key of a
+/// ChannelError is appended to it.
 template <class Open>
 decltype(auto) opened(std::string_view key, Open open) {
   try {

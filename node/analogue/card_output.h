@@ -30,7 +30,7 @@ class CardOutput final : public DriveOutput {
   bool works() override;
   /// Faults the output when `takeovers` of the guard changes (Guard::takeovers).
   void obey(const std::atomic<unsigned>& takeovers) { takeovers_ = &takeovers; }
-  /// Writes the safe drive, then switches the enable line off. Returns false if the card refused either.
+  /// Writes the safe drive, then switches the enable line off. Returns false if one of them failed.
   bool make_safe();
 
   const VoltageRange& range() const { return output_->range(); }

@@ -12,12 +12,12 @@ namespace hystcan::node {
 
 // A DAQ card holds its last voltage. The guard is a child process that waits for a lock. The thread that
 // created the guard owns this lock, which is robust: the kernel releases the lock when that thread ends for
-// any reason, before the kernel frees the memory and closes the files of the process. That would take
+// any reason, and does not first free the memory and close the files of the process, which takes
 // milliseconds.
 //
 //   thread ends                  the guard calls `make_safe` and exits
 //   no beat() for `patience`     the guard calls `make_safe`, repeats it after each further `patience`, and
-//                                counts it in takeovers(): the node must fault before it drives again
+//                                increments takeovers(): the node must fault before it drives again
 //   trial                        abandon() releases the lock and returns whether the guard succeeded
 //   guard dies                   descriptor() becomes readable: the node must stop driving
 //   guard stops running          beat() kills the guard
