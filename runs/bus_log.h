@@ -1,4 +1,4 @@
-// The bus log of a run: all traffic of an interface in candump format, in the folder of the cycles
+// The bus log of a run: all traffic of an interface in candump format, in the folder of the run
 // (bus_0001.log).
 #pragma once
 

@@ -34,7 +34,7 @@ void require_rows(const Run& run, std::uint64_t rows);
 
 /// Writes the rows of one axis: `# NAME_unit = "V"` for each unit, a header, and the rows. Numbers have the
 /// fewest digits that restore the same bits; states and causes are words; a missing value is an empty field.
-/// Returns the number of rows. Throws Error if no row is selected, and all exceptions of `write`.
+/// Returns the number of rows. Throws Error if no row is selected; passes on exceptions of `write`.
 std::uint64_t export_csv(const Run& run, const Selection& selection,
                          const std::function<void(std::string_view)>& write);
 

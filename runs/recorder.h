@@ -28,7 +28,7 @@ class Recorder {
   /// Starts a run and returns its folder. Throws std::runtime_error if a run is in progress or the folder
   /// can't be created.
   std::filesystem::path start();
-  /// Ends the run; its last rows are written afterwards. Returns its folder; empty if no run is in progress.
+  /// Ends the run; its last rows are written later. Returns its folder; empty if no run is in progress.
   std::filesystem::path stop();
   /// Ends the run and waits until everything is written.
   void finish();

@@ -40,7 +40,7 @@ std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run);
 /// Returns the file name of part `number`, from 1: part_name("cycles", 1, ".csv").
 std::string part_name(const char* what, unsigned number, const char* ending);
 
-/// Returns the names of the runs in `folder`, oldest first. Throws Error if it can't be read.
+/// Returns the names of the runs in `folder`, oldest first. Throws Error if the folder can't be read.
 std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder);
 
 struct LimitOutcome {

@@ -18,7 +18,7 @@ class RunSummary {
 
   explicit RunSummary(std::size_t axes) : axes_(axes) {}
 
-  /// Adds one row of an axis. `error_um` counts while the axis tracks.
+  /// Adds one row of an axis. `error_um` is only counted while the axis tracks.
   void add(std::size_t axis, double time_s, controller::AxisState state, controller::Cause cause,
            double error_um);
   std::uint64_t rows() const { return rows_; }

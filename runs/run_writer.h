@@ -51,7 +51,7 @@ class RunWriter {
 
   const std::filesystem::path& run() const { return run_; }
 
-  /// Does not wait for the disk.
+  /// Adds a row, without waiting for the disk.
   void add(const controller::CycleRecord& record);
   void add(const config::Change& change);
   /// Writes until end(). Call it once, on its own thread.
