@@ -287,8 +287,8 @@ void Reader::relation() {
   });
 }
 
-/// Interprets a value by the attribute's definition: the name of an ENUM item for its number, and text or
-/// number.
+/// Interprets a value by the attribute's definition: as a text or a number; replaces the number of an ENUM
+/// item by its name.
 Reader::Value Reader::known_value(std::string_view name, const Value& value) {
   const auto found = attributes_.find(unescaped(name));
   if (found == attributes_.end()) {

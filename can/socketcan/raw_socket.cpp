@@ -29,7 +29,7 @@ bool set_option(int socket, int level, int option, const Value& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-/// Returns filters for both identifier types, data and remote; the checker of the message rejects wrong ones.
+/// Returns filters for both identifier types, data and remote; the message's checker rejects wrong frames.
 std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
   std::vector<can_filter> result;
   for (const Filter& filter : filters) {

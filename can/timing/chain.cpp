@@ -51,7 +51,7 @@ class Chain {
   }
 
  private:
-  /// Returns w(0).
+  /// Returns w(0) (chain.h): the latest start of the last link if no frame was left over.
   std::optional<Duration> alone() const {
     Duration own = last_.role == ChainRole::sync ? Duration::zero() : timing_.turnaround + in_slots(1);
     std::vector<const ChainSource*> before;
@@ -75,7 +75,7 @@ class Chain {
     });
   }
 
-  /// Returns L.
+  /// Returns L (chain.h): the longest frames that have begun when a link is queued, one for each link.
   Duration blocking(std::span<const ChainSource* const> after, Duration window) const {
     std::int64_t times = last_.role == ChainRole::sync ? 1 : last_.role == ChainRole::sample ? 2 : 3;
     Duration sum{};
@@ -87,7 +87,7 @@ class Chain {
     return sum;
   }
 
-  /// Returns w(q), q > 0.
+  /// Returns w(q) (chain.h), q > 0: the latest start of the last link if frames were left over q times.
   std::optional<Duration> with_left_overs(int q) const {
     const bool is_sync = last_.role == ChainRole::sync;
     const int answered = is_sync ? q : q + 1;
@@ -111,7 +111,7 @@ class Chain {
     });
   }
 
-  /// Returns D(cycles).
+  /// Returns D(cycles) (chain.h): the longest time that frames in slots take in so many cycles.
   Duration in_slots(int cycles) const {
     Duration greatest{};
     for (std::size_t first = 0; first < of_slot_.size(); ++first) {
@@ -176,7 +176,7 @@ class Chain {
 
   Duration cost(const ChainSource& source) const { return worst_transmission(source.frame, timing_.rates); }
 
-  /// Returns n_k(window); nullopt: unbounded.
+  /// Returns n_k(window) (chain.h): the maximum number of these frames in the window; nullopt: unbounded.
   std::optional<std::int64_t> instances(const ChainSource& source, Duration window) const {
     const bool is_status = source.role == ChainRole::controller_status;
     if (!source.response && !is_status) return std::nullopt;

@@ -70,7 +70,8 @@ class Analysis {
   }
 
  private:
-  /// Collects the frames of higher priority and the cost of an error. Returns B.
+  /// Collects the frames of higher priority and the cost of an error. Returns B, the blocking by frames
+  /// of lower priority.
   Duration collect_others() {
     higher_.clear();
     Duration blocking{};
