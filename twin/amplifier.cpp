@@ -12,7 +12,7 @@ namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
 
-/// g(t) = a + b t + c e^{-kt}.
+/// A curve g(t) = a + b t + c e^{-kt}.
 struct Curve {
   double a, b, c, k;
   double at(double t_s) const { return a + b * t_s + c * std::exp(-k * t_s); }
@@ -37,8 +37,8 @@ double zero_between(const Curve& g, double from_s, double to_s) {
   }
 }
 
-/// Returns the time at which g falls below zero; `never` if not before `end_s`. A g that begins at zero and
-/// rises has not fallen.
+/// Returns the time at which g falls below zero; `never` if g stays above zero until `end_s`. If g begins at
+/// zero and rises, it does not count as falling there.
 double falls_below_zero(const Curve& g, double end_s) {
   const double ratio = g.k * g.c / g.b;  // e^{kt} at the extremum
   const double extremum_s = ratio > 1.0 ? std::min(std::log(ratio) / g.k, end_s) : end_s;
@@ -84,7 +84,7 @@ class Walk {
   }
 
  private:
-  /// More phases than exist; limits alternation by rounding between two phases with equal values.
+  /// A limit above the possible number of phases: rounding could make two phases alternate forever.
   static constexpr int most_phases = 32;
 
   struct End {
@@ -122,7 +122,7 @@ class Walk {
     return {now_.target - lag, now_.rate_per_s, lag - error_now(), limits_.omega};
   }
 
-  /// Returns e.
+  /// Returns e, target minus output.
   Curve error() const {
     Curve e = scaled(output(), -1.0, now_.target);
     e.b += now_.rate_per_s;

@@ -57,7 +57,7 @@ model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor
   return mode;
 }
 
-// Sets the mode to rest within these bounds, in which only rounding would move it.
+// Sets the mode to rest if it is so close to rest that only rounding would move it.
 bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
   constexpr double negligible_um = 1e-12;
   const double swing_um = state.velocity / mode.natural_frequency_Hz;
@@ -271,7 +271,8 @@ bool Plant::has_settled() {
          (!config_.second_mode || settle(settled_.second_mode, config_.second_mode->mode, settled_.input_um));
 }
 
-// Bounds u'' by the sum of the closed forms for creep and temperature.
+// Bounds u'', the second derivative of the modes' input, by the sum of the closed forms for creep and
+// temperature.
 bool Plant::drifts_evenly() const {
   constexpr double negligible_um = 1e-6;
   if (drive_noise_ || (creep_.empty() && !config_.temperature)) return false;

@@ -60,7 +60,7 @@ class SteadyLine final : public node::LineInput {
 
 constexpr std::string_view card_name = "simulated";
 
-/// A card of several axes is one, however its number of bits is written.
+/// Compares parsed names: `simulated` and `simulated:16` are the same card.
 bool is_on(const std::string& device, const node::DeviceName& card) {
   const node::DeviceName named = node::device_named(device);
   return named.kind == card.kind && named.bits == card.bits;
