@@ -21,7 +21,7 @@ struct DatasetLayout {
   std::optional<double> rate_Hz{};
   std::optional<double> output_scale{};    ///< um per unit of the output: per 1 V, even if the file is in mV
   std::filesystem::path output_from{};     ///< file of the output; empty: same file as the input
-  std::optional<double> from_s{}, to_s{};  ///< rows before and after are not read
+  std::optional<double> from_s{}, to_s{};  ///< rows before and after are ignored
   bool has_interval_options = false;       ///< the command has --from and --to: a message may suggest them
 };
 

@@ -126,7 +126,7 @@ void add_for_axis(std::vector<can::ChainSource>& sources, PeriodicFrame frame, c
   shared->frame.deadline = shared->frame.period;
 }
 
-/// status_every of the twin and of the node on a card: either may be the amplifier.
+/// The values of status_every in the twin and in the node of a card, because either may be the amplifier.
 struct StatusPeriods {
   unsigned shortest, longest;
 };

@@ -47,7 +47,7 @@ struct ChannelUse {
   }
 };
 
-/// Returns the range if the file states it; `nullopt` if only the card can tell. Throws ChannelError if the
+/// Returns the range if the file states it; `nullopt` if it depends on the card. Throws ChannelError if the
 /// simulated card has no such range.
 std::optional<node::VoltageRange> known_range(std::string_view key, const node::AnalogueConfig& analogue,
                                               const node::CardChannel& place) {

@@ -197,7 +197,7 @@ class Loader {
                                dynamics->delay_s, sensor_s));
     bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
   }
-  /// Returns nullopt if the file has the key.
+  /// Returns the dynamics of the model file for a missing key; nullopt if the file has the key.
   std::optional<model::Dynamics> dynamics_for(const AxisConfig& axis, const File& model,
                                               const double& value) const {
     if (is_given(axis, value)) return std::nullopt;

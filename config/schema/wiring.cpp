@@ -21,7 +21,7 @@ void add_message(can::Database& database, const can::MessageMap& map, std::uint3
   message.bit_rate_switch = fd;
 }
 
-/// Replaces the axis's standard messages by shared ones. The first axis adds these to the database.
+/// Replaces the axis's standard messages by shared ones. For the first axis, adds them to the database.
 void share_messages(Config& config, can::AxisWire& wire, std::size_t axes) {
   wire.frames = can::AxisFrames{.command = {.message = "AmpCommand"},
                                 .status = can::MessageMap{.message = "AmpStatus"},
