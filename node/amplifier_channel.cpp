@@ -111,7 +111,7 @@ void AmplifierChannel::on_nmt(can::NmtState state) {
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
 }
 
-// The cause of an internal fault may still exist.
+// After the boot-up, the cause of an internal fault may still exist.
 void AmplifierChannel::boot_up() {
   state_ = can::AmpState::off;
   syncs_since_status_ = 0;

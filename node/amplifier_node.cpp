@@ -94,7 +94,7 @@ void AmplifierNode::on_nmt(can::NmtState state) {
   report();
 }
 
-// A node that boots up sends no status; the next state, pre-operational, leaves the drive.
+// A node that boots up sends no status. In the next state, pre-operational, its outputs become safe.
 void AmplifierNode::boot_up() {
   last_sync_ = 0;
   for (StatusMessage& message : statuses_) message.protector.restart();

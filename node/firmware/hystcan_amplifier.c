@@ -2,7 +2,7 @@
 
 #include <stddef.h>
 
-// "Faults of an amplifier"
+// Identifier and error codes of emergencies: "Faults of an amplifier"
 enum { EMERGENCY = 0x080, CLEARED = 0x0000, DATA_SET = 0x6300, LIFE_GUARD = 0x8130 };
 
 /// Returns false for a frame of the wrong kind, with a wrong length, a wrong CRC or a repeated counter: such
@@ -273,7 +273,7 @@ void hystcan_amplifier_on_frame(struct hystcan_amplifier* amplifier, const struc
   }
 }
 
-/// "Watchdog": acts only on an enabled output.
+/// "Watchdog": trips an axis without commands, if its output is enabled.
 void hystcan_amplifier_on_time(struct hystcan_amplifier* amplifier, hystcan_time now) {
   for (unsigned i = 0; i < amplifier->config->axis_count; ++i) {
     struct hystcan_amplifier_axis* axis = &amplifier->axes[i];

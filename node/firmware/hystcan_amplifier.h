@@ -21,7 +21,7 @@ struct hystcan_amplifier_axis_config {
                                               ///< maximum
   uint8_t state_values[4];                    ///< raw values, indexed by enum hystcan_amplifier_state
   int32_t drive_minimum, drive_maximum;       ///< a setpoint outside of this range is a fault
-  uint32_t command_timeout;                   ///< of the watchdog; the amplifier trips after this time
+  uint32_t command_timeout;                   ///< the watchdog trips the amplifier after this time
                                               ///< without a command
   uint32_t enable_delay;                      ///< time until the relay at the output has closed
   uint32_t soft_start;                        ///< time after `enable_delay` until the output follows the

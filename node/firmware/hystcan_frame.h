@@ -15,7 +15,7 @@ struct hystcan_frame {
   uint32_t id;  ///< 11 bits, or 29 bits if `extended`
   bool extended;
   uint8_t kind;          ///< enum hystcan_kind
-  bool bit_rate_switch;  ///< if `kind` is HYSTCAN_FD
+  bool bit_rate_switch;  ///< only used if `kind` is HYSTCAN_FD
   uint8_t length;        ///< payload bytes
   uint8_t data[64];
 };
@@ -57,7 +57,7 @@ struct hystcan_message {
   struct hystcan_field crc;      ///< occupies whole bytes
   uint8_t polynomial;            ///< enum hystcan_crc
   uint8_t data_id;               ///< enum hystcan_data_id: bytes that the CRC covers before the payload
-  uint16_t number;               ///< if `data_id` is HYSTCAN_NUMBER
+  uint16_t number;               ///< the data id, if `data_id` is HYSTCAN_NUMBER
 };
 
 /// Returns the bits of a signal, low bit first; 0 if there is no such signal.

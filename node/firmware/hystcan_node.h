@@ -1,7 +1,8 @@
 // The common part of hystcan_amplifier.h and hystcan_sensor.h: "Node life", "SDO", "Background slots".
 //
-// They are the amplifier node and the sensor node of docs/protocol as firmware: C11 without an operating
-// system, a heap, floating point or a C library (except memset and memcpy, which compilers call implicitly).
+// These headers are the amplifier node and the sensor node of docs/protocol as firmware: C11 without an
+// operating system, a heap, floating point or a C library (except memset and memcpy, which compilers call
+// implicitly).
 //
 // The caller owns the bus, the clock and the device. It zeroes a node, sets its configuration and starts it.
 // Then it passes each received frame to the node, and calls the node at the times that the node requests:

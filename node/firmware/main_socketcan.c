@@ -7,8 +7,8 @@
 //   ./example_node vcan0 1 2 1000 fd       command, status and sample are CAN FD with bit-rate switch
 //   ./example_node vcan0 1 2 1000 fd 24    heartbeat and status have slots, in rounds of 24 cycles
 //
-// To make firmware of it, replace this file: the others need no operating system. All numbers are integers:
-// times in us, values in 1e-6 V and 1e-6 um.
+// To make firmware of it, replace this file: the other files need no operating system. All numbers are
+// integers: times in us, values in 1e-6 V and 1e-6 um.
 #define _DEFAULT_SOURCE
 
 #include <linux/can.h>
