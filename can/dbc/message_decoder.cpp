@@ -27,7 +27,7 @@ class Presence {
 
   bool of(std::size_t asked) {
     std::size_t index = asked;
-    while (!known_[index]) {  // follow the switches to a known one or to the last
+    while (!known_[index]) {  // follows the switches to a known or to the last one
       known_[index] = false;  // preliminary; stays false in a ring
       chain_.push_back(index);
       const auto& switched_by = signals_[index].multiplexing.switched_by;

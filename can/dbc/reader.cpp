@@ -118,8 +118,8 @@ bool Reader::section() {
   return stray();
 }
 
-/// Reads a section whose content is mostly not stored (comments, definitions): skips a malformed one with a
-/// warning.
+/// Reads a section whose content is mostly not stored (comments, definitions): skips a malformed section with
+/// a warning.
 void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) {
   Cursor start = cursor_;
   try {

@@ -17,8 +17,8 @@ namespace hystcan::can {
 
 struct ErrorReport {
   std::optional<BusState> state;  ///< state of the controller; nullopt if the frame does not contain it
-  /// nullopt if the frame has no counters. New drivers mark them with CAN_ERR_CNT; old ones send them with a
-  /// state.
+  /// nullopt if the frame has no counters. New drivers mark them with CAN_ERR_CNT; old drivers send them
+  /// with a state.
   std::optional<ErrorCounters> error_counters;
   bool restarted = false;         ///< the controller restarted after bus-off
   bool not_acknowledged = false;  ///< no other node received the frame

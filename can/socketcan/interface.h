@@ -48,7 +48,7 @@ Interface require_can_interface(const std::string& name);
 /// Throws RunError with the remedy if the interface is listen-only.
 void require_able_to_send(const std::string& name, const Interface& interface);
 
-/// Throws RunError with the remedy if the nominal bit rate of the interface differs from the configured one:
+/// Throws RunError with the remedy if the nominal bit rate of the interface differs from the configured rate:
 /// a node with a wrong bit rate disturbs every frame of the others.
 void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates);
 

@@ -27,7 +27,7 @@ namespace hystcan::can {
 /// - In bus-off the bus queries the driver's state every 50 ms, because the error frame of the restart may
 ///   be lost. It sends nothing before the restart, because the kernel would store the frames and send them,
 ///   outdated, afterwards.
-/// - The bus's own frames reach the other sockets of the host, but this one only as an echo for on_sent().
+/// - The bus's own frames reach the other sockets of the host; the bus receives them only for on_sent().
 /// - Arrival times are the kernel's time stamps.
 class SocketCanBus final : public Bus {
  public:

@@ -10,7 +10,7 @@
 //   R    = max over q of  w(q) - q T + C
 //
 //   own      the links before the last one, and the turnaround. A command that waits for several samples
-//            is the end of one chain with each of them; R is the greatest
+//            ends one chain for each sample; R is the greatest response of these chains
 //   before   the frames with more priority than the weakest link; they may pass while a link waits. The
 //            controller's queue is first in, first out, so that all commands count as the weakest command
 //   L        the longest of the other frames, one for each link, which has begun when the link is queued

@@ -15,8 +15,8 @@
 //   w(q) = B + q C + sum over hp:  ceil((w(q) + J_k + tau_bit) / T_k) C_k        instance q = 0..Q-1
 //   R    = max over q of  J + w(q) - q T + C
 //
-// Errors at least T_e apart add one term each to t and to w(q), for the error frame, the pause and the
-// repeated frame:
+// Errors with at least the time T_e between them add a term to t and a term to w(q), for the error frame, the
+// pause and the repeated frame:
 //
 //   to t:      ceil(t / T_e) E
 //   to w(q):   ceil((w(q) + C) / T_e) E
