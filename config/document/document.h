@@ -39,7 +39,7 @@ class Document {
   Document(std::filesystem::path file, std::string_view text);
   /// Reads a regular file of at most `largest` bytes.
   explicit Document(const std::filesystem::path& file, std::size_t largest = largest_configuration);
-  /// Returns a copy with these keys set to other values.
+  /// Returns a copy in which the overrides set the values of their keys.
   Document with(const std::vector<Setting>& overrides) const;
 
   const toml::table& root() const { return *root_; }

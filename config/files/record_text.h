@@ -31,7 +31,7 @@ class RecordText {
   std::string_view text() const { return text_; }
   /// The number of omitted zeros at the end; a file system writes them after a power failure.
   std::size_t zeros() const { return zeros_; }
-  /// Replaces a line by the next one; start with TextLine{}. Returns false at the end.
+  /// Replaces a line by the next line; start with TextLine{}. Returns false at the end.
   bool next(TextLine& line) const;
   /// Like next(), but skips blank lines and comments.
   bool next_content(TextLine& line) const;

@@ -19,7 +19,7 @@ struct SegmentNeeds {
   double lowest_um = std::numeric_limits<double>::infinity();
   double highest_um = -std::numeric_limits<double>::infinity();
   double slew_per_s = 0.0;  ///< slew of the drive, drive units per second
-  double motion_um = 0.0;   ///< in one cycle
+  double motion_um = 0.0;   ///< motion in one cycle
   double step_um = 0.0;     ///< height of a jump from level to level
   std::string place{};      ///< "axis x, setpoint[1]"
 };

@@ -12,7 +12,7 @@ namespace hystcan::config {
 enum class Wiring : std::uint8_t {
   classical,  ///< the standard frames of 8 bytes; two nodes for each axis
   fd,         ///< like `classical`, as CAN FD with bit-rate switch
-  fd_shared,  ///< one frame of all axes each for samples, commands and statuses; one sensor and one amplifier
+  fd_shared,  ///< all axes share three frames: samples, commands, statuses; one sensor and one amplifier
   fd_slots    ///< like `fd_shared`; the three nodes of the bus have slots eight cycles apart
 };
 
