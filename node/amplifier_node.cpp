@@ -110,13 +110,13 @@ bool AmplifierNode::is_stale(const can::AmpCommand& command, can::Time received)
   return !named_at || received - *named_at > 2 * cycle_;
 }
 
-// When commands stop, the watchdogs of all axes trip at the same time: this is one event.
+// When commands stop, the watchdogs of all axes trip at the same time, which is reported as one event.
 void AmplifierNode::check_watchdogs() {
   for (AmplifierChannel* channel : channels_) channel->check_watchdog();
   report();
 }
 
-// The relays of axes that were enabled by one frame close at the same time: this is one status.
+// The relays of axes that were enabled by one frame close at the same time, which is reported in one status.
 void AmplifierNode::check_relays() {
   for (AmplifierChannel* channel : channels_) channel->check_relay();
   report();

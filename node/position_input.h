@@ -1,4 +1,4 @@
-// The input of a sensor node: a simulated sensor, or the converter behind a real one.
+// The input of a sensor node: a simulated sensor, or the converter behind a real sensor.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ namespace hystcan::node {
 
 // A DAQ card holds its last voltage. The guard is a child process that waits for a lock. The thread that
 // created the guard owns this lock, which is robust: the kernel releases the lock when that thread ends for
-// any reason, and does not first free the memory and close the files of the process, which takes
+// any reason, before it frees the memory and closes the files of the process. This cleanup can take
 // milliseconds.
 //
 //   thread ends                  the guard calls `make_safe` and exits
