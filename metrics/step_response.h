@@ -44,7 +44,7 @@ class StepResponse {
     std::size_t steps = 0;
     std::size_t not_settled = 0;
     double settling_s = 0.0;  ///< the longest of the settled steps
-    double overshoot = 0.0;   ///< the largest
+    double overshoot = 0.0;   ///< the largest, as a fraction of its step
   };
 
   /// `tolerance_um`: 0 if not configured.
