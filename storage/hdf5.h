@@ -40,7 +40,7 @@ class Hdf5Writer {
   explicit Hdf5Writer(std::filesystem::path file);
 
   /// Adds a group with empty columns; the group "/" is the root of the file. Returns the table's number for
-  /// append(). `is_deflated`: bytes are shuffled and compressed without loss.
+  /// append(). `is_deflated`: compresses without loss (HDF5 filters shuffle and deflate).
   std::size_t add_table(const std::string& group, const std::vector<Column>& columns, bool is_deflated);
   /// Appends columns in the order of the table, all of the same length.
   void append(std::size_t table, std::span<const std::vector<double>> columns);
