@@ -31,7 +31,7 @@ class RateLimit {
 };
 
 struct BusReport {
-  double time_s = 0.0;  ///< since start
+  double time_s = 0.0;  ///< time since the start
   BusState state = BusState::active;
   Refusal refusal = Refusal::none;
   std::optional<ErrorCounters> error_counters;

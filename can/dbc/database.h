@@ -24,7 +24,7 @@ enum class ValueType : std::uint8_t { integer, float32, float64, unreadable };
 struct Multiplexing {
   struct Range {
     std::uint64_t low = 0;
-    std::uint64_t high = 0;  ///< inclusive
+    std::uint64_t high = 0;  ///< the range includes this value
   };
   bool is_switch = false;
   std::optional<std::uint32_t> present_at;  ///< switch value in the signal's own line
@@ -43,7 +43,7 @@ struct Signal {
   std::string name;
   std::string short_name;  ///< name in the file if an attribute has the long name; else empty
   std::uint32_t start_bit = 0;
-  std::uint16_t length = 0;  ///< bits; a codec accepts 1..64
+  std::uint16_t length = 0;  ///< number of bits; a codec accepts 1..64
   ByteOrder byte_order = ByteOrder::little_endian;
   bool is_signed = false;
   ValueType value_type = ValueType::integer;
@@ -97,7 +97,7 @@ inline constexpr std::size_t longest_name = 1024;    ///< bytes of a name, a num
 inline constexpr std::size_t longest_text = 65'536;  ///< bytes of a comment or an attribute value
 inline constexpr std::size_t most_nodes = 65'536;
 inline constexpr std::size_t most_messages = 65'536;
-inline constexpr std::size_t most_signals = 65'536;  ///< in one message
+inline constexpr std::size_t most_signals = 65'536;  ///< maximum number in one message
 inline constexpr std::size_t most_items = 65'536;    ///< in one list: receivers, value names, ranges or
                                                      ///< enumeration items
 inline constexpr std::size_t most_warnings = 1000;  ///< warnings that are stored; the others are only counted

@@ -22,7 +22,7 @@ struct MessageTraffic {
   std::array<std::uint64_t, rejection_count> rejected{};
   std::chrono::microseconds last{};
   std::optional<LoggedFrame> newest;  ///< the last accepted frame
-  double rate_Hz = 0.0;               ///< in the last period
+  double rate_Hz = 0.0;               ///< frame rate in the last period
   /// Standard deviation of the intervals between accepted frames in the last period; nullopt if fewer than
   /// two intervals.
   std::optional<double> jitter_ms;

@@ -55,7 +55,7 @@ struct SensorSample {
   static constexpr std::string_view name = "SensorSample";
   double position_um = 0.0;
   std::uint8_t sync_counter = 0;  ///< counter of the SYNC at which the sensor took the sample
-  std::uint8_t status = 0;        ///< 0: good
+  std::uint8_t status = 0;        ///< 0: the sample is good
 
   static constexpr auto fields() {
     return std::tuple{Field{"position", "Position", &SensorSample::position_um, Quantity::position},

@@ -97,7 +97,7 @@ std::string describe(const SdoFailure& failure);
 
 /// The response timeout of the setup and its number of attempts.
 struct SdoPatience {
-  Duration timeout{std::chrono::milliseconds(100)};  ///< per response
+  Duration timeout{std::chrono::milliseconds(100)};  ///< timeout of each response
   unsigned attempts = 3;                             ///< per object, the first attempt included
 };
 

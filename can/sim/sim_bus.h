@@ -40,10 +40,10 @@ enum class TransmitOrder : std::uint8_t { as_sent, by_priority };
 /// all nodes, and the sender repeats it. If only an error-passive receiver detects an error, only this
 /// receiver misses the frame.
 struct NodeFaults {
-  double transmit_bit_error = 0.0;  ///< per bit that the node sends
-  double receive_bit_error = 0.0;   ///< per bit that the node receives
-  double overrun = 0.0;  ///< per frame: the frame is acknowledged and then lost because the receive buffer is
-                         ///< full
+  double transmit_bit_error = 0.0;  ///< probability per bit that the node sends
+  double receive_bit_error = 0.0;   ///< probability per bit that the node receives
+  double overrun = 0.0;  ///< probability per frame that the node acknowledges the frame but loses it, because its
+                         ///< receive buffer is full
 };
 
 struct SimBusConfig {

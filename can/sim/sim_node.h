@@ -103,7 +103,7 @@ struct Node {
   Frame returned;  ///< the frame that was destroyed on the wire; it is sent again before the queue
   bool sends_again = false;
   bool attached = true;
-  bool off = false;     ///< bus-off
+  bool off = false;     ///< the node is in bus-off
   bool missed = false;  ///< the node is error-passive and detected an error in the frame on the wire
   FaultConfinement confinement;
   BusState reported = BusState::active;  ///< the last state that the handler received

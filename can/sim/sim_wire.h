@@ -114,8 +114,8 @@ class Wire : public std::enable_shared_from_this<Wire> {
   Duration duration_of(const BitCount& bits) const;
 
   VirtualClock& clock_;
-  double bit_ns_;       ///< at the nominal bit rate
-  double data_bit_ns_;  ///< in the data phase of CAN FD
+  double bit_ns_;       ///< duration of a bit at the nominal bit rate
+  double data_bit_ns_;  ///< duration of a bit in the data phase of CAN FD
   Time start_;
   Time free_at_;  ///< end of the interframe space after the latest frame
   Duration busy_{};
@@ -123,7 +123,7 @@ class Wire : public std::enable_shared_from_this<Wire> {
   std::optional<Duration>
       restart_after_;          ///< time from bus-off to the automatic restart request; nullopt: no automatic
                                ///< restart
-  std::size_t nodes_off_ = 0;  ///< nodes in bus-off
+  std::size_t nodes_off_ = 0;  ///< number of nodes in bus-off
   std::vector<std::unique_ptr<Node>> nodes_;
   Receivers receivers_;
   std::vector<Node*> pending_;  ///< the nodes with a frame to send

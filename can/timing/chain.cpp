@@ -161,7 +161,7 @@ class Chain {
     return &source == &last_ || source.role == ChainRole::sync || &source == sample_;
   }
 
-  /// Returns true if `last` is a command that may be queued behind the frame in the controller.
+  /// Returns true if `last` is a command that may be queued behind the frame `source` in the controller.
   bool shares_queue(const ChainSource& source) const {
     if (last_.role != ChainRole::command) return false;
     return source.role == ChainRole::command || (source.slot && is_of_controller(source.role));

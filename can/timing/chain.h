@@ -82,8 +82,8 @@ struct ChainSource {
   std::vector<std::size_t> axes;
   /// The cycle of a round in which the frame may be sent, 0..slots - 1; nullopt: at any time.
   std::optional<unsigned> slot{};
-  /// R, from the start of the cycle for a link, from the start of its period for any other frame; nullopt:
-  /// unbounded.
+  /// Worst-case response time (R), from the start of the cycle for a link, from the start of its period for
+  /// any other frame; nullopt: unbounded.
   std::optional<Duration> response{Duration::zero()};
 };
 
@@ -94,8 +94,8 @@ struct ChainTiming {
   unsigned slots = 0;  ///< number of cycles in a round
 };
 
-/// Computes R of the chain that ends with `last`, from the responses of the frames that are not links.
-/// nullopt: unbounded.
+/// Computes the response time (R) of the chain that ends with `last`, from the responses of the frames that
+/// are not links. nullopt: unbounded.
 std::optional<Duration> chain_response(std::span<const ChainSource> sources, const ChainSource& last,
                                        const ChainTiming& timing);
 

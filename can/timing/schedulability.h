@@ -50,18 +50,18 @@ struct PeriodicFrame {
 };
 
 struct FrameResponse {
-  Duration transmission{};  ///< C, with all possible stuff bits and the interframe space
-  Duration blocking{};      ///< B
-  /// R, from the start of the period (jitter included) to the end of the interframe space; nullopt:
-  /// unbounded.
+  Duration transmission{};  ///< C: transmission time with all possible stuff bits and the interframe space
+  Duration blocking{};      ///< B: longest transmission time of a frame of lower priority
+  /// Worst-case response time (R), from the start of the period (jitter included) to the end of the
+  /// interframe space; nullopt: unbounded.
   std::optional<Duration> response;
   std::uint64_t instance = 0;  ///< q of the worst instance, counted from 0
-  bool schedulable = false;    ///< R <= D
+  bool schedulable = false;    ///< the response time is within the deadline: R <= D
 };
 
 struct Schedule {
   std::vector<FrameResponse> frames;  ///< in the order of the input
-  double load = 0.0;                  ///< sum of C / T; the bus cannot carry more than 1
+  double load = 0.0;                  ///< sum of transmission time / period; the bus cannot carry more than 1
 };
 
 /// Returns the bits of the longest frame of this size, interframe space included: 135 for 8 bytes, 160 if
@@ -69,7 +69,7 @@ struct Schedule {
 /// bits.
 BitCount worst_frame_bits(const PeriodicFrame& frame);
 
-/// Returns C. The nominal bit rate must be above 0.
+/// Returns the longest transmission time (C). The nominal bit rate must be above 0.
 Duration worst_transmission(const PeriodicFrame& frame, const BitRates& rates);
 
 /// `error_interval` is the minimum time between two errors on the bus; nullopt: no errors. Throws
