@@ -242,8 +242,8 @@ Amplifier::State Amplifier::operator()(const State& state) const {
 }
 
 /// Returns true if the lag alone does not exceed the limits. If this is true at both ends of a step, it is
-/// true within the step: v' and the limits are linear in an error that is monotone, except for a moving target
-/// with a voltage limit.
+/// true within the step: v' and the limits are linear in a monotone error, except for a moving target with
+/// a voltage limit.
 bool Amplifier::is_within(const DriveLimits& limits, const State& state) {
   const double wanted = limits.omega * (state.target - state.output);
   if (std::abs(wanted) > limits.slew_per_s) return false;

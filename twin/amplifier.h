@@ -27,9 +27,9 @@ namespace hystcan::twin {
 
 struct DriveLimits {
   double omega = 1.0;                                           ///< corner frequency of the lag, 1/s
-  double slew_per_s = 1.0;                                      ///< drive units per second
+  double slew_per_s = 1.0;                                      ///< slew limit, drive units per second
   double load_rate_per_s = 0.0;                                 ///< rho = R / L, inductive load
-  double load_limit = std::numeric_limits<double>::infinity();  ///< P; infinite: no voltage limit
+  double load_limit = std::numeric_limits<double>::infinity();  ///< P = V / R; infinite: no voltage limit
 };
 
 // The drive amplifier: a first-order lag with limits.
@@ -63,13 +63,13 @@ class Amplifier {
     double slew_per_s = 1e5;             ///< drive units per second, > 0
     double bandwidth_Hz = 1000;          ///< small-signal, -3 dB, > 0
     double safe_drive = 0.0;             ///< output when the amplifier is not allowed to drive
-    double current_limit_A = unlimited;  ///< into load_uF
-    double voltage_limit_V = unlimited;  ///< across load_mH and load_ohm
+    double current_limit_A = unlimited;  ///< maximum current into load_uF
+    double voltage_limit_V = unlimited;  ///< maximum voltage across load_mH and load_ohm
     double load_uF = 0.0;                ///< capacitive load; 0: none
     double load_mH = 0.0;                ///< inductive load; 0: none
     double load_ohm = 0.0;               ///< in series with load_mH, or a bleed resistor across load_uF
     double resolution = 0.0;             ///< resolution of the target (DAC), drive units; 0: not quantised
-    double ramp_per_s = unlimited;       ///< slew in Course::ramp
+    double ramp_per_s = unlimited;       ///< maximum rate of the output in Course::ramp
   };
   /// How the output moves to its target.
   enum class Course : std::uint8_t {
@@ -81,7 +81,7 @@ class Amplifier {
     double output = 0.0;  ///< v, drive units
     double target = 0.0;  ///< r at the present time, drive units
     Course course = Course::drive;
-    double rate_per_s = 0.0;  ///< rate of the target
+    double rate_per_s = 0.0;  ///< rate of change of the target
 
     /// Returns the output (v) after `time_s` in Course::drive.
     double output_after(const DriveLimits& limits, double time_s) const;
@@ -105,7 +105,7 @@ class Amplifier {
 
   double dt_s_;
   DriveLimits limits_, ramp_limits_;
-  double decay_;        ///< e^{-omega dt}
+  double decay_;        ///< decay factor of the lag in a step: e^{-omega dt}
   double discharge_s_;  ///< tau, time constant of the discharge
 };
 

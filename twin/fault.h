@@ -22,7 +22,7 @@ enum class Fault : std::uint8_t {
   no_reply,           ///< no sample or status, and no answer to SDO; the heartbeat continues
   late,               ///< each sample or status is replaced by an earlier one
   duplicate,          ///< each sample or status is sent twice
-  out_of_order,       ///< frames are exchanged in pairs
+  out_of_order,       ///< every two consecutive frames exchange their places
   frozen_value,       ///< the value is constant; counter and CRC are right
   frozen_counter,     ///< the counter is constant; the CRC is right
   wrong_crc,          ///< one bit of the CRC is flipped
@@ -45,7 +45,7 @@ enum class Fault : std::uint8_t {
                       ///< enabled
   sensor_gain,        ///< the sample shows a multiple of the motion since the fault began
   sensor_offset,      ///< the sample is wrong by this value
-  relay_opens,        ///< the amplifier leaves Enable by itself; after the fault, it obeys the next Enable
+  relay_opens,        ///< the amplifier disables itself; after the fault, it obeys the next Enable
 };
 inline constexpr std::size_t fault_count = 26;
 
@@ -61,7 +61,7 @@ struct FaultTraits {
   std::string_view name;  ///< as in the configuration
   FaultSite site;
   std::string_view unit{};  ///< unit of the value; empty: the fault has no value
-  double value = 0.0;       ///< default
+  double value = 0.0;       ///< default value
   double lowest = 0.0;
   double highest = 0.0;
 };
@@ -79,9 +79,9 @@ struct FaultSpec {
   std::string axis{};
   Node node = Node::sensor;  ///< ignored if the fault acts on the plant
   can::Duration begins{};    ///< since the start of the twin
-  can::Duration lasts{};     ///< 0: until removed
+  can::Duration lasts{};     ///< 0: until the fault is removed
   double value = 0.0;
-  can::Duration repeat_every{};  ///< 0: once
+  can::Duration repeat_every{};  ///< 0: the fault occurs once
 };
 /// Returns a fault of this kind with its default value and site.
 FaultSpec fault_spec(Fault kind, std::string axis);
@@ -94,7 +94,7 @@ struct RandomFaults {
   double rate_per_hour = 60.0;  ///< total of all kinds
   can::Duration shortest{std::chrono::milliseconds(10)};
   can::Duration longest{std::chrono::seconds(1)};
-  std::vector<Fault> kinds{};  ///< empty: all
+  std::vector<Fault> kinds{};  ///< empty: all kinds
 };
 
 /// Returns the reason why this axis can't have this fault: its frames lack the field, the node is the wrong

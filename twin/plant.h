@@ -83,7 +83,7 @@ class Material {
 
 struct SecondMode {
   model::SecondOrder::Config mode;
-  double share = 0.0;  ///< share of the position, 0 to 1
+  double share = 0.0;  ///< share of this mode in the position, 0 to 1
 };
 
 /// Creep that is logarithmic in time from `from_s` to `to_s`, as in model::logarithmic_creep.
@@ -95,7 +95,7 @@ struct LogarithmicCreep {
 
 struct Temperature {
   double swing_K = 0.0;   ///< amplitude of the ambient sine
-  double period_s = 1.0;  ///< > 0
+  double period_s = 1.0;  ///< period of the ambient sine, > 0
   double expansion_um_per_K = 0.0;
   double gain_per_K = 0.0;  ///< relative change of the travel
 };
@@ -214,8 +214,8 @@ class Plant {
   Step substep_;
   /// Steps over parts of a sub-step, cached because commands arrive at the same phases again and again.
   std::array<std::optional<Step>, 128> parts_;
-  Motion settled_;  ///< at the last grid point, change of target, or disturbance
-  Motion present_;  ///< at the present time
+  Motion settled_;  ///< motion at the last grid point, change of target, or disturbance
+  Motion present_;  ///< motion at the present time
   can::Time next_grid_;
   std::optional<Ramp> ramp_;
   double noise_ = 0.0;

@@ -37,11 +37,11 @@ class Sensor {
   struct Config {
     double noise_um_rms = 0.0;               ///< standard deviation of one sample, >= 0
     double resolution_um = 0.0;              ///< least significant bit; 0: not quantised
-    double noise_density_um_per_rtHz = 0.0;  ///< one-sided; needs a bandwidth
+    double noise_density_um_per_rtHz = 0.0;  ///< one-sided density; needs a bandwidth
     double bandwidth_Hz = 0.0;               ///< -3 dB; 0: unlimited
     can::Duration delay{};
     double drift_um_per_h = 0.0;        ///< since the start
-    double nonlinearity_percent = 0.0;  ///< A in percent of the range
+    double nonlinearity_percent = 0.0;  ///< amplitude of the sine error, percent of the range
     double range_min_um = -unbounded_um;
     double range_max_um = unbounded_um;
     double gain_error_percent = 0.0;  ///< percent of the position
@@ -80,8 +80,8 @@ class Sensor {
   can::Time start_;
   can::Duration substep_;
   double omega_;
-  double substep_decay_;       ///< e^{-omega substep}
-  std::vector<Point> points_;  ///< a ring, long enough for the delay
+  double substep_decay_;       ///< decay factor of the low pass in a sub-step: e^{-omega substep}
+  std::vector<Point> points_;  ///< ring buffer of the grid points within the delay
   std::size_t newest_ = 0;
   std::size_t known_ = 0;  ///< number of points in the ring
   NormalNumbers normal_;
