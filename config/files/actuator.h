@@ -32,7 +32,7 @@ struct Pass {
 /// increase.
 class ActuatorMemory {
  public:
-  static constexpr std::size_t capacity = 4096;  ///< branches
+  static constexpr std::size_t capacity = 4096;  ///< maximum number of branches
 
   /// Starts on the initial ascending curve, at the lower threshold. The creep is settled at the first row.
   ActuatorMemory(SharedModel model, const std::optional<model::OutputCreep::Config>& creep);

@@ -8,7 +8,7 @@
 namespace hystcan::config {
 
 struct ClockTime {
-  double s = 0.0;         ///< since midnight
+  double s = 0.0;         ///< seconds since midnight
   std::string_view date;  ///< as in the file; empty if none
 };
 

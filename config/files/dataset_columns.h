@@ -20,7 +20,7 @@ struct DatasetColumns {
   bool has_time = false, has_output_time = false;
   std::array<std::string, 3> titles{};  ///< time, input, output
   double seconds = 1.0;                 ///< duration of one unit of time, or of one sample if a rate is given
-  std::optional<double> time_unit_s{};  ///< set if the column has a unit
+  std::optional<double> time_unit_s{};  ///< unit of the time column, if it has one
   double input_scale = 1.0, output_scale = 1.0;
   std::string input_unit{}, output_unit{};  ///< empty if unknown
   bool by_likeness = false;                 ///< selected by similar names and units; else by the names

@@ -18,7 +18,7 @@ namespace hystcan::config {
 
 /// The place of a number, for a message.
 struct NumberPlace {
-  std::size_t line = 0, column = 0;  ///< from 1
+  std::size_t line = 0, column = 0;  ///< counted from 1
   std::string text{};
   std::string said() const;  ///< "0,5 (3:1)"
 };
@@ -57,7 +57,7 @@ class SignSurvey {
   };
   bool separates_thousands(std::size_t side) const;
 
-  Side sides_[2];  ///< point, comma
+  Side sides_[2];  ///< the numbers with points, and those with commas
   std::map<std::size_t, Column> columns_;
 };
 

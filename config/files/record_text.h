@@ -11,9 +11,9 @@
 namespace hystcan::config {
 
 struct TextLine {
-  std::string_view text{};     ///< without its line end
-  std::size_t number = 0;      ///< from 1; 0 before the first line
-  std::size_t begin = 0;       ///< offset in the text
+  std::string_view text{};     ///< the line without its line end
+  std::size_t number = 0;      ///< line number, from 1; 0 before the first line
+  std::size_t begin = 0;       ///< offset of the line in the text
   std::size_t next = 0;        ///< offset of the next line
   bool ends_the_file = false;  ///< the line has no line end: it may be incomplete
 

@@ -17,7 +17,7 @@ inline constexpr std::array<std::string_view, 3> column_meanings{"time", "input"
 struct UnitWord {
   std::string_view symbol;  ///< "ms"
   std::string_view base;    ///< "s"; each unit of length is its own base
-  double factor;            ///< multiple of the base
+  double factor;            ///< size of the unit in the base unit
   std::optional<ColumnMeaning> meaning;
   std::string_view others;  ///< other spellings, in lower case, separated by blanks
 };

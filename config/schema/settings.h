@@ -33,8 +33,8 @@ std::string key_of(const AxisConfig& axis, const Member& member);
 
 struct Change {
   std::string path;
-  std::string from;  ///< as TOML; empty if the key is new
-  std::string to;    ///< as TOML; empty if the key was removed
+  std::string from;  ///< old value as TOML; empty if the key is new
+  std::string to;    ///< new value as TOML; empty if the key was removed
   Effect effect = Effect::after_restart;
 };
 std::vector<Change> changes(const std::vector<Setting>& before, const std::vector<Setting>& after);
