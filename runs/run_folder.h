@@ -45,7 +45,7 @@ std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder);
 
 struct LimitOutcome {
   std::vector<std::string> removed;  ///< names of removed runs, and of removed parts of `current`
-  std::uintmax_t bytes = 0;          ///< remaining size
+  std::uintmax_t bytes = 0;          ///< remaining size of the folder
   bool is_kept = true;               ///< false: nothing more may be removed, and the folder is still too
                                      ///< large
 };

@@ -49,7 +49,7 @@ struct RunInfo {
   std::string interface;
   double rate_Hz = 0.0;
   std::string started{};               ///< ISO 8601, UTC
-  std::string ended{};                 ///< empty: in progress, or killed
+  std::string ended{};                 ///< empty: the run is in progress or was killed
   std::string failure{};               ///< reason if the recording ended before the run; else empty
   double first_s = 0.0, last_s = 0.0;  ///< time_s of the first and the last row
   std::uint64_t rows = 0;
