@@ -10,7 +10,7 @@ namespace hystcan::metrics {
 struct ErrorStatistics {
   std::size_t samples = 0;
   double sum_of_squares = 0.0;
-  double max_um = 0.0;  ///< largest magnitude
+  double max_um = 0.0;  ///< largest magnitude of an error
 
   void add(double error_um);
   void add(const ErrorStatistics& others);

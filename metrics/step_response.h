@@ -43,7 +43,7 @@ class StepResponse {
   struct Result {
     std::size_t steps = 0;
     std::size_t not_settled = 0;
-    double settling_s = 0.0;  ///< the longest of the settled steps
+    double settling_s = 0.0;  ///< longest settling time of the settled steps
     double overshoot = 0.0;   ///< the largest, as a fraction of its step
   };
 
