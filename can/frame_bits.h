@@ -39,7 +39,7 @@ struct BitCount {
 
 /// The parts of a whole frame in wire order, from start of frame to the end of the interframe space, in bits.
 struct FrameBits {
-  unsigned head = 0;  ///< before the data phase; the whole frame if it has no data phase
+  unsigned head = 0;  ///< bits before the data phase; the whole frame if it has no data phase
   unsigned data = 0;
   unsigned tail = 0;
 

@@ -30,9 +30,9 @@ class Cursor {
   const char* place();         ///< position of the next token
 
   std::optional<std::string_view>
-  take_word();  ///< letters, digits, '_', and other characters that tools put into names
+  take_word();  ///< a word: letters, digits, '_', and other characters that tools put into names
   std::optional<std::string_view>
-  take_number();  ///< decimal, hexadecimal (0x1F), and the names of infinity and NaN
+  take_number();  ///< a decimal or hexadecimal (0x1F) number, or a name of infinity or NaN
   std::optional<std::string_view> take_quoted();  ///< the text without its quotes; \" does not end the text
   bool take(char mark);
   std::string_view peek_word();  ///< empty if the next token is not a word

@@ -98,7 +98,7 @@ std::string describe(const SdoFailure& failure);
 /// The response timeout of the setup and its number of attempts.
 struct SdoPatience {
   Duration timeout{std::chrono::milliseconds(100)};  ///< timeout of each response
-  unsigned attempts = 3;                             ///< per object, the first attempt included
+  unsigned attempts = 3;                             ///< attempts per object, the first one included
 };
 
 /// Writes objects in order, reads each object back and compares. After any failure it writes the same object

@@ -42,8 +42,8 @@ enum class TransmitOrder : std::uint8_t { as_sent, by_priority };
 struct NodeFaults {
   double transmit_bit_error = 0.0;  ///< probability per bit that the node sends
   double receive_bit_error = 0.0;   ///< probability per bit that the node receives
-  double overrun = 0.0;  ///< probability per frame that the node acknowledges the frame but loses it, because its
-                         ///< receive buffer is full
+  double overrun = 0.0;  ///< probability per frame that the node acknowledges the frame but loses it, because
+                         ///< its receive buffer is full
 };
 
 struct SimBusConfig {

@@ -31,7 +31,7 @@ struct Interface {
   bool one_shot = false;
   bool fd = false;  ///< accepts CAN FD frames: its MTU is at least 72 bytes, the size of an FD frame
   std::optional<ErrorCounters> error_counters;
-  std::optional<std::uint32_t> bus_offs;  ///< since the driver was loaded, caused by any program
+  std::optional<std::uint32_t> bus_offs;  ///< number since the driver was loaded, by any program
   std::uint32_t transmit_queue_frames = 0;
   std::string queue_discipline;  ///< "pfifo_fast", "noqueue"
 };

@@ -208,7 +208,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   std::vector<Filter> filters_;
   asio::posix::basic_stream_descriptor<Executor> socket_;
   SteadyTimer retry_timer_;    ///< searches for the interface after it is lost
-  SteadyTimer restart_timer_;  ///< in bus-off, queries whether it ended
+  SteadyTimer restart_timer_;  ///< queries whether bus-off has ended
   ReceiveBatch batch_;
   Interface at_start_;
   Refusal refusal_ = Refusal::none;
