@@ -47,9 +47,10 @@ class ActuatorMemory {
   double output() const;
   std::optional<double> time_s() const;  ///< time of the last row, if there is creep
   model::Interval reachable() const;
-  std::vector<double> turning_inputs() const;  ///< oldest first; empty for play operators
+  std::vector<double> turning_inputs() const;  ///< inputs at the turning points, oldest first; empty for
+                                               ///< play operators
   std::uint64_t merged() const;                ///< number of steps in which a full memory merged branches
-  std::string text() const;                    ///< as TOML, as written by `simulate --save-memory`
+  std::string text() const;                    ///< the memory as TOML, as written by `simulate --save-memory`
 
   /// `time_s`: one value for each input or output; only read if there is creep.
   Pass simulate(std::span<const double> inputs, std::span<const double> time_s);

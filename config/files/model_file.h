@@ -31,7 +31,7 @@ model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file);
 struct IdentifiedFrom {
   std::size_t samples = 0;
   double delay_s = 0.0;      ///< delay of the output after the input
-  double rms_percent = 0.0;  ///< percent of the dataset's output span
+  double rms_percent = 0.0;  ///< RMS error, percent of the dataset's output span
   double max_percent = 0.0;
   std::optional<identification::Misfit> misfit{};
 };

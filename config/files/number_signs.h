@@ -52,7 +52,7 @@ class SignSurvey {
     std::optional<NumberPlace> decimal{}, thousands{}, either{};  ///< the first number of each kind
   };
   struct Column {
-    bool has_small = false, has_large = false;  ///< whole numbers of up to three digits; of more digits
+    bool has_small = false, has_large = false;  ///< a whole number of up to three digits, of more digits
     bool has_either[2] = {false, false};
   };
   bool separates_thousands(std::size_t side) const;
