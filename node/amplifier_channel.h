@@ -74,7 +74,7 @@ class AmplifierChannel {
   std::optional<can::Time> soft_start_begun_;
   double soft_start_from_ = 0.0;
   can::Time command_deadline_{};
-  double setpoint_ = 0.0;  ///< in effect now or from the next SYNC
+  double setpoint_ = 0.0;  ///< setpoint in effect now or from the next SYNC
   unsigned syncs_since_status_ = 0;
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;
@@ -82,7 +82,7 @@ class AmplifierChannel {
   bool is_enabling_ = false;
   bool has_internal_cause_ = false;
   bool output_works_ = true;
-  bool relay_is_open_ = false;  ///< after open_relay(), until release_relay()
+  bool relay_is_open_ = false;  ///< true after open_relay(), until release_relay()
 };
 
 }  // namespace hystcan::node

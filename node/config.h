@@ -25,7 +25,7 @@ struct AmplifierConfig {
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
   bool interpolate = false;      ///< moves in a straight line to each setpoint within a cycle
-  can::Duration enable_delay{};  ///< from Enable until a relay connects the output
+  can::Duration enable_delay{};  ///< time from Enable until a relay connects the output
   /// After `enable_delay` the output moves evenly to its setpoint; the amplifier is enabled at the end.
   can::Duration soft_start{};
 };
