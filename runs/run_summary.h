@@ -13,7 +13,7 @@ namespace hystcan::runs {
 
 class RunSummary {
  public:
-  static constexpr std::size_t most_faults = 100;  ///< per axis; later ones are not stored
+  static constexpr std::size_t most_faults = 100;  ///< per axis; later faults are not stored
   static constexpr std::size_t most_axes = 64;
 
   explicit RunSummary(std::size_t axes) : axes_(axes) {}
