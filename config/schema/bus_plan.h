@@ -44,9 +44,9 @@ struct BusPlan {
 /// Throws std::invalid_argument if the database lacks a message, or if two frames share an identifier.
 BusPlan plan_bus(const Config& config);
 
-/// Returns the longest time between two AmpStatus of the axis: `status_every` cycles (the larger value of twin
-/// and node) or, with slots, as many whole rounds as its node needs to send each of its status messages and
-/// its heartbeats.
+/// Returns the longest time between two AmpStatus of the axis: `status_every` cycles (the larger value of
+/// twin and node) or, with slots, as many whole rounds as its node needs to send each of its status messages
+/// and its heartbeats.
 can::Duration longest_status_period(const Config& config, const AxisConfig& axis);
 
 /// Returns the highest rate, up to the configured one, at which all commands are in time, rounded down to 1

@@ -97,7 +97,8 @@ std::string line_of(const Finding& finding);
 /// Warns if the mode is close to a multiple of the rate (controller/control/delays.h).
 std::vector<Finding> findings_of_rate(const AxisConfig& axis, double rate_Hz);
 
-/// Returns margins, sensitivity and bandwidth; warns if no margin is left with resonance_off_percent.
+/// Returns margins, sensitivity and bandwidth; warns if no margin is left with the resonance off
+/// by resonance_off_percent.
 std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz);
 
 /// Returns one line for each disabled supervision of an axis with feedback: its limit is 0, or so wide that a
