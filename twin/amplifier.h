@@ -78,8 +78,8 @@ class Amplifier {
     off     ///< not driven: the load discharges to zero, independent of the target
   };
   struct State {
-    double output = 0.0;  ///< v, drive units
-    double target = 0.0;  ///< r at the present time, drive units
+    double output = 0.0;  ///< present output (v), drive units
+    double target = 0.0;  ///< present target (r), drive units
     Course course = Course::drive;
     double rate_per_s = 0.0;  ///< rate of change of the target
 
