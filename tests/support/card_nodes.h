@@ -15,7 +15,8 @@
 
 namespace hystcan::support {
 
-/// A card whose conversions a test can change. An empty function changes nothing.
+/// A card on which a test can change the converted voltages by the functions `position`, `monitor` and
+/// `drive`. An empty function changes nothing.
 class FaultyCard final : public node::Card {
  public:
   explicit FaultyCard(std::unique_ptr<node::Card> card) : card_(std::move(card)) {}

@@ -7,9 +7,10 @@
 
 namespace hystcan::support {
 
-/// The largest allowed step of the drive, relative to the reference's own: a transition into a new reference
-/// is never faster than the old reference or its own limits. Structures differ in the slope of their
-/// feed-forward by the width of the hysteresis loop, 15 %; another 15 % are for PI and for a late cycle.
+/// The largest allowed step of the drive at a change, relative to the largest step that the reference itself
+/// causes: the transition to a new reference is never faster than the old reference or the transition limits.
+/// The feed-forwards of two structures differ in slope by the width of the hysteresis loop, 15 %; another
+/// 15 % are for PI and for a late cycle.
 inline constexpr double fair_share_of_own_step = 1.3;
 
 /// Returns the largest change between successive values; 0 for fewer than two values.

@@ -233,13 +233,13 @@ twin::FaultTarget FaultRig::stage() {
   return twin_ ? twin_->axes()[0]->fault_target() : card_nodes_->fault_target();
 }
 
-/// Only the amplifier's node has a filter for commands (twin/twin.cpp).
 std::unique_ptr<can::Bus> FaultRig::listen(std::function<void(const can::Frame&)> handler) {
   std::unique_ptr<can::Bus> node = bus_.attach();
   node->on_frame([handle = std::move(handler)](const can::Frame& frame, can::Time) { handle(frame); });
   return node;
 }
 
+/// Recognises the amplifier's node by its filters: only this node has a filter for commands (twin/twin.cpp).
 std::unique_ptr<can::Bus> FaultRig::attach_node(std::span<const can::Filter> filters) {
   auto node =
       bus_.attach(config_.axes[0].analogue ? can::TransmitOrder::as_sent : can::TransmitOrder::by_priority);
@@ -367,7 +367,8 @@ void FaultRig::end(Trouble trouble) {
   }
 }
 
-/// The twin ends a kind of fault at both nodes, so this function restarts any other trouble of the same kind.
+/// The twin ends a kind of fault at both nodes, so this function restarts each other trouble that is the same
+/// kind of fault.
 void FaultRig::end_twin_faults(Trouble trouble) {
   for (const twin::FaultSpec& over : twin_faults(trouble)) {
     stage_faults().remove(over.kind);

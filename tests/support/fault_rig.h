@@ -25,26 +25,26 @@ enum class Trouble : std::uint8_t {
   sample_late,     ///< each sample arrives when the next one is due
   sample_frozen,   ///< the value is constant, the counters run
   counter_frozen,  ///< the message counter is constant, so that the message is rejected
-  sample_jumped,   ///< jumped by 8 um
-  sample_beyond,   ///< 60 um, outside position_max_um
-  sample_bad,      ///< its Status is nonzero
-  sample_damaged,  ///< wrong CRC
+  sample_jumped,   ///< the position is wrong by 8 um, from one sample to the next
+  sample_beyond,   ///< the position is 60 um, beyond position_max_um
+  sample_bad,      ///< the signal Status of the sample is nonzero
+  sample_damaged,  ///< the CRC is wrong
   sensor_emergency,
-  sensor_unheard,     ///< its heartbeats are lost, but not its samples
-  amplifier_unheard,  ///< its heartbeats and statuses are lost
-  sensor_stopped,     ///< by an NMT stop from another node
+  sensor_unheard,     ///< the sensor's heartbeats are lost, but not its samples
+  amplifier_unheard,  ///< the amplifier's heartbeats and statuses are lost
+  sensor_stopped,     ///< another node stops the sensor by NMT
   amplifier_stopped,
-  sensor_leaves,  ///< leaves the state operational by itself, which its heartbeats show
-  sensor_reset,   ///< by a supply failure
+  sensor_leaves,  ///< the sensor leaves the state operational by itself, which its heartbeats show
+  sensor_reset,   ///< the sensor restarts after a supply failure
   amplifier_reset,
-  amplifier_trips,  ///< because of an internal cause
+  amplifier_trips,  ///< the amplifier trips because of an internal cause
   commands_lost,    ///< commands do not reach the amplifier, whose watchdog trips
   enable_lost,      ///< the amplifier disables itself
   bus_passive,
   bus_off,
   interface_down,
-  position_drifts,  ///< by 1 um per cycle, up to 7.5 um: the stage leaves the reference
-  load_pulls,       ///< by 0.05 um per cycle, up to 7 um: no drive reaches the reference
+  position_drifts,  ///< the position drifts by 1 um per cycle, up to 7.5 um: the stage leaves the reference
+  load_pulls,       ///< a load pulls by 0.05 um per cycle, up to 7 um: no drive reaches the reference
   sync_late,        ///< each SYNC is late by half a cycle
   stall,            ///< one SYNC is late by 20 cycles
   foreign_sync,
@@ -58,21 +58,22 @@ inline constexpr std::size_t trouble_count = 32;
 std::string_view to_string(Trouble trouble);
 inline void PrintTo(Trouble trouble, std::ostream* out) { *out << to_string(trouble); }
 
-/// Maximum time from the deciding frame to the safe command, at 1 kHz and 1 Mbit/s (docs/safety.md). In the
-/// worst case the command waits for a frame on the wire, and for an emergency of each node, a status and a
-/// sample, which have a higher priority. If a fault is decided between two steps, the next step sends the
-/// command: at the next sample, or at the following SYNC if that sample is lost.
+/// Maximum time from the frame that decides a fault to the safe command, at 1 kHz and 1 Mbit/s
+/// (docs/safety.md). In the worst case the command waits for a frame on the wire, and for an emergency of
+/// each node, a status and a sample, which have a higher priority. If a fault is decided between two control
+/// steps, the next step sends the command: at the next sample, or at the following SYNC if that sample is
+/// lost.
 inline constexpr double frame_ms = 0.135;  ///< duration of an eight-byte frame with all stuff bits
 inline constexpr double safe_in_a_step_ms = 6 * frame_ms;
 inline constexpr double safe_between_steps_ms = 2.0 + safe_in_a_step_ms;
-/// Returns true if this cause is decided between two steps.
+/// Returns true if a fault with this cause is decided between two control steps.
 bool is_between_steps(controller::Cause cause);
 
 /// Returns the shipped piezo axis x alone, with a slow sine, a quick start-up and all supervision enabled.
 config::Config one_axis();
-/// Returns the same axis with its amplifier and sensor on a simulated card.
+/// Returns the axis of one_axis() with its amplifier and sensor on a simulated card.
 config::Config one_axis_on_a_card();
-/// Returns the axes of fd_stage.toml, which share their frames and nodes, with the same changes.
+/// Returns the axes of fd_stage.toml, which share their frames and nodes, with the changes of one_axis().
 config::Config two_axes_in_a_frame();
 
 /// Returns the limits that the frames of an axis must keep.
@@ -116,7 +117,8 @@ class FaultRig {
 
   /// Number of faults of the first axis.
   std::uint64_t faults() const { return faults_; }
-  /// Returns when the last fault was decided: the end of the deciding frame, or the SYNC that detected it.
+  /// Returns when the last fault of the first axis was decided: at the end of the frame that shows it, or at
+  /// the SYNC by which the controller detects it.
   can::Time decided_at() const { return decided_at_; }
 
  private:

@@ -17,8 +17,8 @@ class HookedConnection final : public can::Bus {
   explicit HookedConnection(std::unique_ptr<can::Bus> inner, Hook on_send = {}, Hook on_receive = {})
       : inner_(std::move(inner)), on_send_(std::move(on_send)), on_receive_(std::move(on_receive)) {}
 
-  /// Shows the owner this state instead of the true one; `nullopt` shows the true one. No frame passes in
-  /// bus-off or while the interface is down.
+  /// Reports this state to the owner instead of the true state of the bus; `nullopt` reports the true state.
+  /// No frame passes while the reported state is `bus_off` or `down`.
   void pretend(std::optional<can::BusState> state) {
     pretended_ = state;
     if (on_state_) on_state_(this->state());

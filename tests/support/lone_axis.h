@@ -15,7 +15,7 @@ class LoneAxis {
       : wired(config, 0, std::chrono::milliseconds(300), database, frames_),
         encode_(encoder(config.wire, database)) {}
 
-  /// Returns true if the status repeats the previous state.
+  /// Returns true if the status reports the same state as the previous status, and this state is not `off`.
   bool hear_status(const can::AmpStatus& status) { return hear_status_frame(*(*encode_)(status)); }
   bool hear_status_frame(const can::Frame& frame) {
     return wired.amplifier.statuses()->accepts(frame) && wired.amplifier.on_status(frame, {});

@@ -14,7 +14,7 @@ namespace hystcan::support {
 /// Ends a test that hangs: the only limit in host time besides the TIMEOUT of ctest.
 inline constexpr std::chrono::seconds patience{120};
 
-/// The same limit for the option --timeout of a command.
+/// Returns `patience` as the value of a command's option --timeout.
 inline std::string patience_s() { return std::to_string(patience.count()); }
 
 /// Waits until `condition` is true. Returns false if that takes longer than `patience`.

@@ -1,5 +1,5 @@
 // The Preisach model as in textbooks: a triangle of relays, each of which is evaluated at every step. The
-// Everett form is tested and timed against it.
+// tests compare the Everett form (model/preisach.h) with this model in outputs and in speed.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace hystcan::support {
 
-/// The levels are N + 1 equidistant inputs. Relay (i, j), j <= i, switches
+/// The levels are N + 1 equidistant inputs. With input v, relay (i, j), j <= i, switches
 ///
 ///   on at v >= level(i + 1),   off at v <= level(j).
 ///

@@ -1,5 +1,5 @@
-// The promises of the documents that a test shows. tests/support/main.cpp prints them at the end of the test,
-// with the verdict; scripts/evidence reads them from the log.
+// Records which promises of the documents (S-012, ...) a test verifies. tests/support/main.cpp prints these
+// numbers at the end of the test, with its result; scripts/evidence reads the lines from the log.
 #pragma once
 
 #include <gtest/gtest.h>

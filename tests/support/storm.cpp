@@ -47,7 +47,7 @@ Expected expected_of(Trouble trouble) {
       return {0.402, {status_missing}};
     case Trouble::sample_late:
       return {0.007, {sample_late, sample_missing}};
-    case Trouble::sample_frozen:  // the sine turns within a quarter of a second
+    case Trouble::sample_frozen:  // the sine has a turning point every quarter of a second
       return {0.5, {position_frozen, following_error, position_jumped}};
     case Trouble::sample_jumped:
       return {0.007, {position_jumped, following_error, position_implausible}};
@@ -74,7 +74,7 @@ Expected expected_of(Trouble trouble) {
       return {0.004, {amplifier_not_enabled, position_jumped, position_implausible, following_error}};
     case Trouble::bus_passive:
       return {0.053, {bus_passive}};
-    case Trouble::bus_off:  // with a shorter time the errors would leave it error-passive for some 60 ms
+    case Trouble::bus_off:  // after a shorter time the controller would be error-passive for some 60 ms
       return {0.006, {bus_off, sample_missing, sample_late, cycle_overrun, bus_passive}};
     case Trouble::interface_down:
       return {0.003, {interface_down}};
@@ -102,7 +102,7 @@ bool hides(Trouble first, Trouble second) {
     return std::ranges::find(kinds, trouble) != kinds.end();
   };
   if (first == commands_lost) return second == enable_lost;
-  if (first == sensor_unheard) return second == sensor_leaves;  // which only a heartbeat would show
+  if (first == sensor_unheard) return second == sensor_leaves;  // only a heartbeat shows this state
   return is(first, {sample_lost, sample_late, sample_damaged, counter_frozen, sensor_stopped}) &&
          is(second, {sample_frozen, sample_jumped, sample_beyond, sample_bad});
 }

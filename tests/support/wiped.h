@@ -1,4 +1,4 @@
-// A control law whose memory was wiped, as when an axis begins to track.
+// A control law whose hysteresis memory was erased, as when an axis begins to track.
 #pragma once
 
 #include "controller/control/law.h"

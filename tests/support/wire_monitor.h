@@ -1,11 +1,12 @@
-// Checks one axis only by the frames on the wire, as a node that never sends: whatever the state of the
-// controller is, these frames move the stage.
+// Checks one axis only by its frames on the wire, as a node that never sends, because these frames move the
+// stage, whatever the state of the controller is. u is the drive in a command, u_last that in the previous
+// enabled command; the times `settle`, `off_within`, `grace` and `jitter` are in WireMonitor::Config.
 //
 //   AmpCommand, enabled        drive_min <= u <= drive_max
 //                              |u - u_last| <= slew (dt + jitter) + one LSB,
-//                              dt between the SYNCs that the two commands name
-//                              the first one differs from the amplifier's output by at most such a step
-//                              none after a fault until the fault is cleared
+//                              dt: time between the SYNCs that the two commands name
+//                              the first command differs from the amplifier's output by at most such a step
+//                              no such command after a fault until the fault is cleared
 //   AmpCommand, not enabled    u = safe_drive
 //   AmpStatus                  output within the amplifier's own range
 //                              output at the safe value `settle` after the amplifier is switched off
@@ -50,7 +51,7 @@ class WireMonitor {
     double tolerance = 1e-3;     ///< tolerance of an output at the safe value
     can::Duration settle{};      ///< time for slew and lag of the amplifier over its whole range
     can::Duration off_within{};  ///< watchdog time of the amplifier plus a cycle
-    can::Duration grace{};       ///< a cycle plus a frame
+    can::Duration grace{};       ///< time in which a queued command may pass: a cycle plus a frame
     can::Duration jitter{};      ///< jitter of a SYNC, which may wait for a frame on the wire
   };
 
@@ -83,13 +84,13 @@ class WireMonitor {
   Config config_;
   can::Decoder<can::AmpCommand> decode_command_;
   can::Decoder<can::AmpStatus> decode_status_;
-  std::optional<can::Decoder<can::ControllerStatus>> decode_report_;  ///< empty: the database has no such
-                                                                      ///< message
+  std::optional<can::Decoder<can::ControllerStatus>> decode_report_;  ///< empty: the database has no message
+                                                                      ///< ControllerStatus
   std::array<can::Time, can::sync_counter_max + 1U> syncs_{};
   bool enabled_ = false;         ///< state in the last command
   double last_drive_ = 0.0;      ///< drive of the last enabled command
-  can::Time last_taken_{};       ///< time of the SYNC that this command named
-  can::Time last_enabled_at_{};  ///< time of this command on the wire
+  can::Time last_taken_{};       ///< time of the SYNC that the last enabled command named
+  can::Time last_enabled_at_{};  ///< time of the last enabled command on the wire
   can::Time safe_since_{};
   bool amplifier_enabled_ = false;
   double output_ = 0.0;
