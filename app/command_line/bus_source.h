@@ -36,7 +36,7 @@ BusSource find_bus(const BusOptions& options);
 
 /// The expected content in the errors of open_input().
 inline constexpr const char* a_candump_log = "a log of candump -L";
-/// The note about a log that a crash cut.
+/// The note about a log whose last line may be incomplete, for example after a crash.
 inline constexpr const char* last_line_left_out =
     "ignoring the last line: it has no line end and may be incomplete";
 /// Throws Error if a log had no frames: it is not a candump log, or nothing was recorded.

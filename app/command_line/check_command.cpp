@@ -66,7 +66,8 @@ void show_frame(const config::PlannedFrame& planned) {
         in_us(planned.deadline), planned.in_time() ? "" : "  late");
 }
 
-/// Prints worst-case response times. Those of SYNC, samples and commands count from the start of the cycle.
+/// Prints worst-case response times. The times of SYNC, samples and commands count from the start of the
+/// cycle.
 void show_bus(const config::Config& config) {
   const config::BusPlan plan = config::plan_bus(config);
   print("# the bus at {} bit/s{}, with the maximum of stuff bits; times in us:\n",
@@ -163,7 +164,7 @@ constexpr std::array wirings{
     WiringName{config::Wiring::fd_slots, "fd_slots", "the same with own slots"},
 };
 
-/// The bus at the highest possible rate, or at 1 Hz. The rate is 0 if none is possible.
+/// The bus at the highest possible rate, or at 1 Hz. The rate is 0 if no rate is possible.
 struct Limit {
   double rate_Hz;
   config::BusPlan plan;

@@ -17,8 +17,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Tables by the words of a command below `hystcan`: its commands, its options, and the values of an option:
-/// words, `@interface`, `@file`, or nothing.
+/// Shell tables by name. They map each command below `hystcan` to its subcommands and to its options, and
+/// each option to its values: words, `@interface`, `@file`, or nothing.
 using Tables = std::map<std::string, std::string>;  ///< "commands", "options", "values"
 
 std::string words_taken(const CLI::Option& option) {

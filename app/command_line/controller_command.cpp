@@ -59,8 +59,8 @@ struct ControllerArguments {
   bool json = false;
 };
 
-/// Processes the cycle records on the telemetry thread: counts, writes and logs changes. The status and the
-/// black box are first, the log is last.
+/// Processes the cycle records on the telemetry thread: counts and writes the records, and logs changes.
+/// Updates the status and the black box first, the log last.
 class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
@@ -87,7 +87,8 @@ class CycleRecorder {
   }
 
   const StateLog& log() const { return log_; }
-  /// Sampled on the control thread. Its last lines are written after the telemetry thread ended.
+  /// Returns the log of the bus. The control thread samples it; its last lines are written after the
+  /// telemetry thread ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   CycleOutlets& outlets() { return outlets_; }
   controller::BlackBox& black_box() { return black_box_; }
@@ -112,8 +113,8 @@ bool all_axes(const controller::Controller& controller, auto predicate) {
   return true;
 }
 
-/// Returns true if every axis finished its reference or is not driven. A waiting axis counts as not driven if
-/// another axis has ended and the time to wait is over.
+/// Returns true if every axis finished its reference or is not driven. An axis that waits counts as not
+/// driven if another axis has ended and `had_their_time` is true.
 bool nothing_left_to_do(const controller::Controller& controller, bool had_their_time) {
   const auto has_ended = [](const controller::Axis& axis) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
@@ -204,8 +205,8 @@ bool is_done(const controller::Controller& controller, const ControllerArguments
          (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
 }
 
-/// Returns, when every axis is safe, whether an axis was enabled until then. The later steps may wait for a
-/// disk, but only for a limited time.
+/// Runs until every axis is safe. Returns true if an axis was enabled when the run was asked to end. The
+/// later steps may wait for a disk, but only for a limited time.
 bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
                     CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
   const ExitLimit limit(std::chrono::seconds(30));

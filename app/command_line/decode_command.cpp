@@ -59,7 +59,7 @@ class LogRate {
   }
 
   std::optional<std::chrono::microseconds> last_;
-  std::chrono::microseconds before_{};  ///< the stamp before the last one
+  std::chrono::microseconds before_{};  ///< the time stamp before the last time stamp
   Span span_{0}, taken_{0};             ///< taken_: span of the last interval
   std::uint64_t intervals_ = 0;
 };

@@ -164,7 +164,7 @@ void print_table(const config::Config& config, const std::vector<Column>& column
   for (const Promise& promise : promises) print("{}\n", text_of(promise));
 }
 
-/// Prints what the loop is worth: the true errors of the first and the last column.
+/// Prints how much feedback lowers the error: the true errors of the first and the last column.
 void print_gain(const std::vector<Column>& columns) {
   const Column &open = columns.front(), &closed = columns.back();
   if (!open.failure.empty() || !closed.failure.empty()) return;

@@ -33,7 +33,7 @@ class FrameText {
   /// call.
   const std::string& operator()(const can::LoggedFrame& logged);
 
-  std::uint64_t frames() const { return frames_; }    ///< without error frames
+  std::uint64_t frames() const { return frames_; }    ///< number of frames, without error frames
   std::uint64_t unknown() const { return unknown_; }  ///< frames that match no message of the database
   std::uint64_t error_frames() const { return error_frames_; }
   std::uint64_t lost() const { return lost_; }  ///< frames lost according to the drop notices in the log
@@ -92,7 +92,7 @@ class DecodeFindings {
 
   const can::Database& database_;
   std::set<const can::Message*> decoded_;
-  std::set<std::uint32_t> transported_;  ///< parameter groups
+  std::set<std::uint32_t> transported_;  ///< reported parameter groups that J1939 announced
 };
 
 }  // namespace hystcan::app

@@ -129,8 +129,8 @@ node::AllDevices open_devices(const config::Config& config, const AnalogueAxes& 
   return devices;
 }
 
-/// Returns the patience of the guard: at most the watchdog time of an axis, but long enough for short delays
-/// of the node.
+/// Returns how long the guard waits for the node before it makes the outputs safe: at most the watchdog time
+/// of an axis, but long enough for short delays of the node.
 node::Guard::Duration patience_of(const AnalogueAxes& axes) {
   node::Guard::Duration shortest = std::chrono::hours(1);
   for (const node::WiredAnalogueAxis& axis : axes)
@@ -166,7 +166,7 @@ void move_once(const node::AllDevices& devices, can::Time now) {
   }
 }
 
-/// Beats from the loop, four times as often as the guard requires.
+/// Sends the guard a sign of life from the event loop, four times as often as the guard requires.
 class GuardBeat {
  public:
   GuardBeat(node::Guard& guard, node::Guard::Duration patience, can::Scheduler& scheduler)
@@ -192,7 +192,8 @@ class GuardBeat {
   std::unique_ptr<can::Timer> timer_;
 };
 
-/// Makes this process real-time, but leaves the CPUs of [controller.realtime] to the control thread.
+/// Makes this process real-time, but does not use the CPUs of [controller.realtime], which are for the
+/// control thread.
 void become_realtime_beside(const config::Config& config) {
   config::Config elsewhere = config;
   if (elsewhere.controller.realtime) elsewhere.controller.realtime->cpus.clear();

@@ -23,16 +23,16 @@ bool has_hdf5_name(const std::filesystem::path& file);
 class RowInput {
  public:
   virtual ~RowInput() = default;
-  /// Fills time_s and given. Returns false at the end. Throws Error with the place at an invalid row, at a
-  /// value that is not finite, and if time decreases.
+  /// Fills the columns time_s and given with the next rows. Returns false at the end of the file. Throws
+  /// Error with the place of an invalid row, of a value that is not finite, or of a decreasing time.
   virtual bool next(SampleBlock& block) = 0;
   /// The unit that the file gives for its column; empty if none.
   virtual std::string unit() const = 0;
   /// True if the file has the column time_s.
   virtual bool timed() const = 0;
-  /// Returns one sentence for each thing that was omitted at the end.
+  /// Returns one sentence for each omission at the end of the file.
   virtual std::vector<std::string> notes() const { return {}; }
-  /// The amount read, of `size()`, for a progress bar.
+  /// Returns the amount that was read so far, out of size(), for a progress bar.
   virtual std::uint64_t done() const = 0;
   virtual std::uint64_t size() const = 0;  ///< 0: unknown
 };

@@ -43,10 +43,11 @@ double rate_of(const runs::Run& run, std::size_t axis) {
   return static_cast<double>(time_s.size() - 1) / (time_s.back() - time_s.front());
 }
 
-/// A command takes effect one cycle after it was sent and acts for one more cycle, until the next sample.
+/// Delay from the drive in a command to the sample that shows its effect: the command takes effect one cycle
+/// after it was sent and acts for one more cycle.
 constexpr double cycles_of_the_wire = 2.0;
 
-/// The drive some cycles earlier, interpolated if the number of cycles is not whole.
+/// Delays the drive by a number of cycles; interpolates if this number is not whole.
 class DelayedDrive {
  public:
   explicit DelayedDrive(double cycles)
@@ -66,7 +67,7 @@ class DelayedDrive {
   std::vector<double> last_;  ///< newest first
 };
 
-/// Returns the known delay of the axis, else the delay of the wire.
+/// Returns the delay of the axis if it is known; otherwise that of the bus, cycles_of_the_wire.
 double drive_delay_s(const runs::RunAxis& axis, double rate_Hz) {
   constexpr double longest_cycles = 1000.0;
   const double cycles = axis.delay_s * rate_Hz;
@@ -145,7 +146,7 @@ class Gatherer {
 
   RunFigures& figures_;
   std::size_t turnaround_, lateness_, missing_, segment_,
-      shape_time_;  ///< column indices; beyond the last column: missing
+      shape_time_;  ///< column indices; an index beyond the last column: the column is missing
   double rate_Hz_, tolerance_um_;
   DelayedDrive drive_;
   double in_segment_ = nothing;

@@ -17,8 +17,7 @@ namespace hystcan::app {
 
 /// A cycle in a plot.
 struct PlotRow {
-  double time_s, reference_um, position_um, error_um, drive;  ///< drive: the one whose effect this sample
-                                                              ///< shows
+  double time_s, reference_um, position_um, error_um, drive;  ///< drive: the drive that caused this position
 };
 
 /// Keeps at most `most` rows of a signal of any length: of each group of neighbours, the rows with the
@@ -45,7 +44,7 @@ class PlotRows {
 struct RunFigures {
   std::string run, axis, drive_unit;
   double stroke_um = 0.0;      ///< 0: unknown
-  double drive_delay_s = 0.0;  ///< a row has the drive that was recorded this much earlier
+  double drive_delay_s = 0.0;  ///< each row has the drive that was recorded this long before its position
   metrics::ErrorStatistics error{};
   std::size_t faults = 0;
   PlotRows rows;
@@ -59,7 +58,7 @@ struct RunFigures {
 /// Throws Error if the axis does not track in this time span, or if a column is missing.
 RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSpan& span);
 
-/// "markdown", "csv", "latex".
+/// Returns "markdown", "csv" and "latex".
 const std::vector<std::string>& table_formats();
 /// Returns a row for each run and axis: cycles, RMS and largest error in um and in percent of the stroke,
 /// faults; rise time, overshoot and settling time if there is a step. Unknown values are empty.

@@ -11,7 +11,7 @@
 
 namespace hystcan::app {
 
-/// "loops", "tracking", "error", "spectrum", "step", "timing", "comparison".
+/// Returns "loops", "tracking", "error", "spectrum", "step", "timing" and "comparison".
 const std::vector<std::string>& plot_kinds();
 
 struct RunPlots {
@@ -22,7 +22,7 @@ struct RunPlots {
 
 struct DrawnPlots {
   std::vector<std::string> names;      ///< names of the plots, without endings
-  std::vector<std::string> lacking;    ///< "RUN-AXIS: its reference has no step"
+  std::vector<std::string> lacking;    ///< reasons for missing plots: "RUN-AXIS: its reference has no step"
   std::optional<std::string> undrawn;  ///< reason if the plots were not drawn
 };
 

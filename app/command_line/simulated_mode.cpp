@@ -24,8 +24,8 @@ void SimulatedMode::move(SampleBlock& block) {
     block.output[i] = next(block.time_s[i], block.output[i]);
 }
 
-// Returns the next position. The stage is at rest at the first row. The cycle time is known from the second
-// row on.
+// Returns the next position. The stage is at rest at the first row. The time between the first two rows sets
+// the cycle time.
 double SimulatedMode::next(double time_s, double at_rest) {
   if (row_ == 0) {
     first_ = at_rest;

@@ -65,7 +65,7 @@ std::string timing_text(const TimingAnswer& timing) {
       timing.period_us, timing.lateness_us, timing.turnaround_us, timing.execution_us);
 }
 
-/// Returns the last event of a node. An axis that waits for a node has a text in its own row.
+/// Returns the last event of a node. The row of an axis shows whether this axis waits for a node.
 std::string nodes_text(const std::optional<LastEvent>& event) {
   return event ? fmt::format("nodes: {}, {:.1f} s", event->text, event->time_s) : "nodes: no event yet";
 }

@@ -13,7 +13,7 @@ namespace hystcan::app {
 /// Formats the value; "-" if it is NaN.
 std::string four_decimals(double value);
 
-/// Returns counters, recording, and a row for each axis, of any width.
+/// Returns lines with the counters and the recording, and a line for each axis. The lines can have any width.
 std::vector<std::string> status_lines(const StatusAnswer& status);
 
 /// Like status_lines(), for a screen: adds timing, the last event of a node, and the interface, if given. If

@@ -112,7 +112,7 @@ Measured measured_before(const TuneArguments& options, const config::Config& con
   input.axis = report.axis;
   input.input_unit = report.drive_unit;
   input.layout = options.layout;
-  load(records, input, true);  // accepts doubts: the record sets no limit of the stage
+  load(records, input, true);  // accepts doubtful rows: the record sets no limit of the stage
   report.record = options.record.filename().string();
   return {*records.step, *shown_plant(records, config.axes[0].control.delays)};
 }
