@@ -96,7 +96,7 @@ class AnswerReader {
 
  private:
   const nlohmann::json& object_;
-  std::string place_;  ///< "axes[0]."
+  std::string place_;  ///< path of the object that is being read, for example "axes[0]."
 };
 
 template <class T>

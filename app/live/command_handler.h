@@ -15,7 +15,7 @@ namespace hystcan::app {
 /// exactly one answer.
 struct Answer {
   std::function<void(nlohmann::json)> send;
-  const void* client = nullptr;  ///< for CommandHandler::forget(); may be null
+  const void* client = nullptr;  ///< identifies the client for CommandHandler::forget(); may be null
   void operator()(nlohmann::json result) const { send(std::move(result)); }
 };
 

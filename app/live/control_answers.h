@@ -30,7 +30,7 @@ inline constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 struct RefusedAnswer {
   std::string error;
-  std::map<std::string, std::string> refusals{};  ///< by axis name
+  std::map<std::string, std::string> refusals{};  ///< names of the reasons, by axis name
   std::string file{};
 };
 template <class V>

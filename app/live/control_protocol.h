@@ -43,7 +43,8 @@ enum class Server : std::uint8_t { controller, twin };
 enum class Access : std::uint8_t { reads, ends, writes };
 constexpr auto words(Access) { return std::to_array<std::string_view>({"reads", "ends", "writes"}); }
 
-/// The answer (app/live/control_answers.h); `none`: the server does not accept the command.
+/// The kind of answer to a command (app/live/control_answers.h); `none`: the server does not accept the
+/// command.
 enum class Reply : std::uint8_t {
   none,
   done,
@@ -63,7 +64,7 @@ constexpr auto words(Reply) {
 
 struct Argument {
   enum class Type : std::uint8_t { text, value, on_or_off, fault, node, number, duration_s, timeout_s };
-  std::string_view name;  ///< member of the command
+  std::string_view name;  ///< name of the member in the JSON object of the command
   std::string_view ctl;   ///< for `hystcan ctl`: positional name, or --option
   Type type = Type::text;
   std::string_view example;
@@ -151,13 +152,13 @@ constexpr const ControlCommand& row_of(Verb verb) {
 /// Returns {"do": "status"}.
 nlohmann::json command_of(Verb verb);
 
-/// Returns the row of the word in `do`; null if the server does not accept it.
+/// Returns the table row of the command named in `do`; null if the server does not accept this command.
 const ControlCommand* find_command(const nlohmann::json& command, Server server);
 /// Like find_command(), but throws Error with the accepted words instead of returning null.
 const ControlCommand& take_command(const nlohmann::json& command, Server server);
 
-/// Parses one line of the socket, a command or an answer. The result is not an object if the line is neither,
-/// or is nested deeper than eight levels.
+/// Parses one line of the socket, a command or an answer. The result is not a JSON object if the line is not
+/// one, or if it is nested deeper than eight levels.
 nlohmann::json parse_command(const std::string& line);
 
 /// Returns the text or number of this key. Throws Error if the key is missing or has another type.

@@ -22,7 +22,8 @@ class LiveConfig {
   /// change does not read unchanged files again.
   LiveConfig(std::filesystem::path file, const config::Config& config, config::ReadFiles files = {});
 
-  /// The overrides of the file after each single setting; the last ones are in force. Never empty.
+  /// The overrides of the file: one element for the file alone, then one element after each single setting.
+  /// The last element is in force.
   using History = std::vector<std::vector<config::Setting>>;
 
   struct Prepared {
@@ -30,19 +31,19 @@ class LiveConfig {
     History history;
     std::vector<config::Change> at_once{};
     std::vector<config::Change> after_restart{};
-    /// Retune requests, one for each axis concerned.
+    /// Retune requests, one for each axis that the changes concern.
     std::vector<std::unique_ptr<controller::Request>> requests{};
   };
-  /// Prepares the present file; discards earlier single settings. Throws Error.
+  /// Prepares the change to the present file; discards earlier single settings. Throws Error.
   Prepared reread() const;
-  /// Prepares one setting of an axis's control: key "kp", "delays.resonance_Hz".
+  /// Prepares the change of one key in [axis.control], for example "kp" or "delays.resonance_Hz".
   Prepared with(std::string_view axis, std::string_view key, const std::string& toml_value) const;
   /// Prepares the undo of the last single setting. Throws Error if there is none since the file was read.
   Prepared without_the_last() const;
   /// Call this after `prepared` was applied.
   void accept(const Prepared& prepared);
-  /// Call this if one axis refused `prepared` and another may have applied it. The next version then sends
-  /// all settings to both.
+  /// Call this if one axis refused `prepared` and another axis may have applied it. The next change then
+  /// sends all settings to every axis that `prepared` concerns.
   void mark_uncertain(const Prepared& prepared);
 
   const std::filesystem::path& file() const { return file_; }
@@ -55,10 +56,10 @@ class LiveConfig {
   std::size_t axis_index(std::string_view name) const;
 
  private:
-  /// The axes, and whether their reference restarts; otherwise it continues unchanged.
+  /// Index of each axis concerned; true if its reference restarts, false if it continues unchanged.
   using Concerned = std::map<std::size_t, bool>;
 
-  /// Includes the uncertain axes.
+  /// Returns the axes that the changes concern, and the axes of mark_uncertain().
   Concerned concerned_by(const std::vector<config::Change>& changes) const;
   Prepared prepare(History history) const;
 

@@ -26,7 +26,7 @@ class LiveLoop {
   }
 
   can::Scheduler& scheduler() { return scheduler_; }
-  /// For a control socket on the same thread.
+  /// Returns the context of this loop, for a control socket on the same thread.
   boost::asio::io_context& context() { return context_; }
   can::Attach attach() {
     return [this](std::span<const can::Filter> filters) -> std::unique_ptr<can::Bus> {

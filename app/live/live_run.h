@@ -28,9 +28,9 @@ struct LiveRun {
 void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealthLog& bus_log,
               const LiveRun& run);
 
-/// For a process that has nothing more to do for its actuators, but may still wait for a disk or a reader:
-/// from the destruction of this object, the process ends within the limit: by itself, or with exit status 1
-/// and one line on standard error.
+/// Limits how long a process may still wait for a disk or a reader after it has nothing more to do for its
+/// actuators. Its destructor starts the time limit: the process then ends by itself, or at the limit with
+/// exit status 1 and one line on standard error.
 class ExitLimit {
  public:
   explicit ExitLimit(std::chrono::milliseconds limit) : limit_(limit) {}

@@ -1,4 +1,4 @@
-// What a process with nodes logs: the states of the amplifiers, and the bus.
+// Logs the states of the amplifiers and of the bus, for a process that contains nodes.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ struct WatchedAmplifier {
 
 class NodeWatch {
  public:
-  /// Calls `on_taken` if another node on the bus has the number of one of these.
+  /// Calls `on_taken` if another node on the bus has the same number as a node in `station`.
   NodeWatch(const node::Station& station, std::vector<WatchedAmplifier> amplifiers, can::Scheduler& scheduler,
             const std::string& interface, std::function<void()> on_taken);
 
@@ -39,10 +39,10 @@ class NodeWatch {
   std::unique_ptr<can::Timer> timer_;
 };
 
-/// The end of a run: the bus, and the rejected commands of each amplifier node.
+/// Returns lines for the end of a run: the bus, and the rejected commands of each amplifier node.
 std::string closing_text(const node::Station& station, const std::vector<WatchedAmplifier>& amplifiers);
 
-/// Throws RunError if another node has the number of one of these.
+/// Throws RunError if another node on the bus has the same number as a node in `station`.
 void refuse_if_taken(const node::Station& station, const std::string& interface);
 
 }  // namespace hystcan::app

@@ -36,7 +36,7 @@ std::vector<std::string> describe(const BusClosing& closing);
 /// Returns the bus, with each message and its causes under "rejected".
 nlohmann::json to_json(const BusClosing& closing);
 
-/// Keys: period, wake_up, turnaround, execution.
+/// Returns an object with the keys period, wake_up, turnaround and execution.
 nlohmann::json to_json(const controller::CycleTiming& timing);
 std::vector<std::string> describe(const controller::CycleTiming& timing);
 

@@ -36,7 +36,8 @@ class SampleBoard {
   }
 
   std::size_t columns() const { return columns_; }
-  /// Without a listener, put() costs one load.
+  /// Sets whether a connection needs the rows. If none does, the source reads only this flag and does not call
+  /// put().
   void set_listening(bool listening) { listening_.store(listening, std::memory_order_relaxed); }
   bool is_listening() const { return listening_.load(std::memory_order_relaxed); }
 
@@ -48,8 +49,8 @@ class SampleBoard {
       values_.insert(values_.end(), row.begin(), row.end());
   }
 
-  /// Exchanges the stored values, row by row, for `empty`, whose memory is reused. Returns the number of rows
-  /// dropped after them.
+  /// Swaps the stored rows with `empty`, whose memory is reused. Returns the number of rows that were dropped
+  /// after the stored rows.
   std::uint32_t take(std::vector<double>& empty) {
     empty.clear();
     empty.reserve(columns_ * most_rows_);
@@ -88,7 +89,8 @@ class SampleStream {
   boost::asio::steady_timer timer_;
   std::vector<std::weak_ptr<Session>> sessions_;
   bool armed_ = false;
-  /// Detects the end of this object: a handler that was due at the end is still called, without an error.
+  /// Lets a handler detect that this object was destroyed: a handler that was due at that time is still
+  /// called, without an error.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
   LocalListener listener_;
 };

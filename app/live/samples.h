@@ -22,7 +22,7 @@ inline constexpr auto streamed_columns = std::to_array<std::string_view>(
      "reference_um", "position_um", "demand_um", "learnt_um", "drive", "amplifier_output", "turnaround_us",
      "lateness_us", "scan_line", "scan_pixel"});
 
-/// Name and unit; "drive" means the axis's drive unit.
+/// Name and unit of each column; the unit "drive" means the axis's drive unit.
 inline constexpr auto truth_columns = std::to_array<std::pair<std::string_view, std::string_view>>({
     {"sync_counter", ""},
     {"time_s", "s"},
@@ -34,9 +34,9 @@ inline constexpr auto truth_columns = std::to_array<std::pair<std::string_view, 
     {"measured_um", "um"},
 });
 
-/// A column is NaN if a cycle has no such value.
+/// Returns the row of a cycle. A column is NaN if the cycle has no such value.
 std::array<double, streamed_columns.size()> sample_of(const controller::CycleRecord& record);
-/// Times count from `started`.
+/// Returns the row of a sample. Its time counts from `started`.
 std::array<double, truth_columns.size()> sample_of(const twin::Truth& truth, can::Time started);
 
 struct StreamColumn {

@@ -69,7 +69,7 @@ std::filesystem::path temporary_folder(const SocketPlaces& places) {
   return places.temporary / fmt::format("hystcan-{}", places.user);
 }
 
-/// Returns the folder in the environment, or the folder of the login.
+/// Returns the folder that the environment names, otherwise the folder of the user's login.
 std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
     if (const char* folders = std::getenv(variable); folders != nullptr && *folders != '\0') {

@@ -72,7 +72,8 @@ class LocalListener {
   boost::asio::steady_timer pause_;
   std::function<void(Socket)> admit_;
   std::function<bool()> is_ready_;
-  /// Detects the end of this object: a handler that was due at the end is still called, without an error.
+  /// Lets a handler detect that this object was destroyed: a handler that was due at that time is still
+  /// called, without an error.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
 };
 

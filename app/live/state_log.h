@@ -30,9 +30,10 @@ class EventLog {
   static constexpr std::size_t most_kinds = 100;
 
   explicit EventLog(can::BusHealthLog::Sink sink) : sink_(std::move(sink)) {}
-  /// Call this for every record, also without an event. `axes`: names of the axes that the event concerns.
+  /// Counts the event of a record, if it has one, and logs the counted events that are due. `axes`: names of
+  /// the axes that the event concerns.
   void add(const std::string& axes, const controller::CycleRecord& record);
-  /// Call this for a record whose event is not added.
+  /// Logs the counted events that are due. Call this for a record that is not passed to add().
   void log_pending(double time_s);
 
   /// Returns one line for each kind, with its total.
@@ -83,7 +84,7 @@ class StateLog {
     controller::AxisState state = controller::AxisState::offline;
     controller::ArmingBlocks blocks{};
     controller::ArmingBlocks last_blocks{};  ///< the last blocks that were not empty
-    double blocked_since_s = 0.0;            ///< start of the first of them
+    double blocked_since_s = 0.0;            ///< start of the wait for the first of `blocks`
     double amplifier_output = 0.0;
     bool block_is_logged = false;
     bool has_tracked = false;
@@ -110,7 +111,7 @@ class StateLog {
     controller::ForeignFrame frame{};
     double time_s = 0.0;
   };
-  std::optional<Told> foreign_;  ///< the latest frame of another controller
+  std::optional<Told> foreign_;  ///< the latest reported frame of another controller
 };
 
 }  // namespace hystcan::app
