@@ -36,8 +36,8 @@ class SampleBoard {
   }
 
   std::size_t columns() const { return columns_; }
-  /// Sets whether a connection needs the rows. If none does, the source reads only this flag and does not call
-  /// put().
+  /// Sets whether a connection needs the rows. If none does, the source reads only this flag and does not
+  /// call put().
   void set_listening(bool listening) { listening_.store(listening, std::memory_order_relaxed); }
   bool is_listening() const { return listening_.load(std::memory_order_relaxed); }
 

@@ -176,8 +176,8 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
   if (is_first) add_missing_axes();
 }
 
-/// Logs the missing axes when the first axes begin. Axes that are ready do not count as missing: their records
-/// of this cycle have yet to be processed.
+/// Logs the missing axes when the first axes begin. Axes that are ready do not count as missing: their
+/// records of this cycle have yet to be processed.
 void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))

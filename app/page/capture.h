@@ -28,8 +28,8 @@ struct Capture {
 };
 
 /// Returns the response to the reference step at the trigger: the figures of metrics/step_response.h, the
-/// mean error in its last fifth, and its time. Null if the reference does not step there. `tolerance_um`: the
-/// settling band.
+/// mean error in the last fifth of the response, and the duration of the response. Null if the reference does
+/// not step at the trigger. `tolerance_um`: the settling band.
 nlohmann::json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um);
 
 /// Makes a capture at each event.
@@ -65,7 +65,7 @@ class Trigger {
 
   std::vector<double> before_;  ///< the previous row of this axis
   std::optional<double> fired_s_;
-  double rests_until_s_ = -std::numeric_limits<double>::infinity();  ///< captures do not overlap
+  double rests_until_s_ = -std::numeric_limits<double>::infinity();  ///< no event counts before this time
 };
 
 }  // namespace hystcan::app

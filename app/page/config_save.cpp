@@ -116,7 +116,7 @@ void comment_out(std::vector<std::string>& lines, std::size_t first, std::size_t
 using Segments = std::map<std::size_t, std::vector<std::string>>;  ///< index of a segment to its lines
                                                                    ///< `key = value`
 
-/// Returns the new and the removed segments of each list; removed segments have no lines. Removes these
+/// Returns the new and the removed segments of each list; removed segments have no lines. Removes their
 /// changes from `unsaved`.
 std::map<std::string, Segments> changed_lists(const toml::table& root, std::vector<config::Change>& unsaved) {
   std::map<std::string, Segments> lists;

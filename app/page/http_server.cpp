@@ -33,7 +33,7 @@ constexpr std::size_t most_waiting_rows = 1'048'576;
 constexpr int send_buffer = 262'144;
 constexpr auto longest_request = std::chrono::seconds(10);
 constexpr auto longest_write = std::chrono::seconds(5);
-constexpr auto longest_silence = std::chrono::seconds(20);  // of a client; then it must answer a ping
+constexpr auto longest_silence = std::chrono::seconds(20);  // then the client must answer a ping
 constexpr auto pause_after_failed_accept = std::chrono::milliseconds(100);
 
 /// Only the page's own files may run, be shown or be requested; no other page may frame it.

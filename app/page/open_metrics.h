@@ -17,8 +17,9 @@ namespace hystcan::app {
 bool accepts_open_metrics(std::string_view accept);
 const char* metrics_type(bool is_open);
 
-/// Returns the text. `is_open`: as OpenMetrics. `status`: state of the controller; nullopt if there is none
-/// or it is too old. `age_s`: time since the last answer; infinite if there was none.
+/// Returns states and counters as text. `is_open`: true for OpenMetrics, false for the older format.
+/// `status`: state of the controller; nullopt if it is unknown or too old. `age_s`: time since the
+/// controller's last answer; infinite if there was none.
 std::string metrics_text(bool is_open, const std::optional<StatusAnswer>& status, double age_s,
                          const BusReport& bus, const metrics::Histogram& turnaround,
                          const metrics::Histogram& lateness, const PageCounters& page);

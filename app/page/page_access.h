@@ -21,7 +21,7 @@ class PageAccess {
 
   /// Returns a response with status 200 if the request is allowed, else the refusal.
   HttpResponse judge(const HttpRequest& request) const;
-  /// Compares in constant time, independent of the differences.
+  /// Compares in constant time, so that the time does not show how many characters of a guess are right.
   bool is_token(std::string_view text) const;
 
  private:

@@ -50,7 +50,7 @@ class PageEvents {
   PageClients& clients_;
   StreamGreeting greeting_;
   CycleColumns at_{};
-  std::vector<std::pair<double, double>> last_;  ///< state and fault, per axis
+  std::vector<std::pair<double, double>> last_;  ///< last state and fault of each axis
   double newest_s_ = std::numeric_limits<double>::quiet_NaN();
   std::deque<nlohmann::json> events_;
   metrics::Histogram turnaround_us_, lateness_us_;

@@ -27,7 +27,8 @@ constexpr double fastest_view_Hz = 1000.0;
 constexpr const char* no_token = "this needs the token; show it with hystcan page CONFIG --token";
 constexpr const char* no_role = "this page does not have the writer's role; take it first";
 
-/// Returns the commands that the page may send, in the order for a refusal; `stop` has its own request.
+/// Returns the commands that the page may send, in the order in which a refusal lists them. `stop` is
+/// missing, because it has its own request.
 std::string page_commands() {
   std::map<int, std::string_view> words;
   for (const ControlCommand& row : protocol::commands)

@@ -55,14 +55,14 @@ class PageRequests {
   void save(PageClient&, const Asked&, const nlohmann::json&);
   void undo_save(PageClient&, const Asked&, const nlohmann::json&);
 
-  /// Calls `work` with the answer to `settings` when it is this client's turn; with only its `file` if the
-  /// file is invalid and need not be valid.
+  /// Calls `work` with the answer to `settings` when it is this client's turn. If the configuration file is
+  /// invalid and `needs_valid_file` is false, this answer has only the member `file`.
   void with_settings(const Asked& asked, std::function<void(const SettingsAnswer&)> work,
                      bool needs_valid_file = true);
   /// Replies with the result of `make` for the axis with the settings in force.
   void reply_of_axis(const Asked& asked, const nlohmann::json& request,
                      nlohmann::json (*make)(const config::AxisConfig& axis, double cycle_s));
-  /// Replies with the difference; writes the file if the request contains the digest of that difference.
+  /// Replies with the change of the file; makes the change if the request contains the digest of this change.
   void reply_or_write(const Asked& asked, const nlohmann::json& request,
                       std::function<ConfigSave(const SettingsAnswer&)> make, bool needs_valid_file = true);
   void require_the_same_file(const SettingsAnswer& settings) const;

@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr auto time_between_looks = std::chrono::milliseconds(200);
-constexpr double longest_age_s = 0.6;  // two due answers did not arrive
+constexpr double longest_age_s = 0.6;  // at this age, two further answers are overdue
 constexpr std::uint32_t capture_kind = 3;
 
 }  // namespace

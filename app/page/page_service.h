@@ -40,8 +40,8 @@ class PageService {
   void opened(WebClient& web);
   void received(WebClient& web, std::string_view text);
   void closed(WebClient& web);
-  /// Makes room when all connections are in use: disconnects a client that others may replace. Returns false
-  /// if there is none.
+  /// Makes room when all connections are in use: disconnects the oldest client without a valid token. Returns
+  /// false if there is none.
   bool make_room() { return clients_.make_room(); }
   /// Counts a client that was disconnected or that exceeded the limit.
   void count_cut_off() { ++clients_.counters.cut_off; }
@@ -56,9 +56,9 @@ class PageService {
   void send_capture(PageClient& client, const Capture& capture);
   void look();  ///< requests the state, five times a second
   void send_status();
-  /// Seconds since the last answer; infinite before the first one.
+  /// Returns the seconds since the controller's last answer; infinite before the first answer.
   double status_age_s() const;
-  /// Returns the state of the controller; nullopt if there was no answer, or if the last answer is too old.
+  /// Returns the state of the controller; nullopt if it gave no answer, or if its last answer is too old.
   std::optional<StatusAnswer> status_known() const;
 
   PageOptions options_;

@@ -25,12 +25,12 @@ class PageStream {
  public:
   struct Hooks {
     std::function<void()> changed;                         ///< the stream began or ended
-    std::function<void(std::span<const double> row)> row;  ///< the row is already in the history
-    std::function<void(std::uint32_t lost)> batch;         ///< rows_at() has new rows
+    std::function<void(std::span<const double> row)> row;  ///< a row arrived, and is in the history
+    std::function<void(std::uint32_t lost)> batch;         ///< a batch arrived; rows_at() returns its rows
   };
 
-  /// `kind`: number in its binary messages. `control_socket`: path of the control socket in the stream's
-  /// folder; called before each attempt.
+  /// `kind`: number of this stream in binary messages to clients. `control_socket`: returns the path of the
+  /// control socket in the stream's folder; called before each attempt to connect.
   PageStream(boost::asio::io_context& context, std::string name, std::uint32_t kind,
              std::function<std::filesystem::path()> control_socket, Hooks hooks);
 
@@ -52,7 +52,7 @@ class PageStream {
  private:
   struct Lane {
     RowDecimator decimator;
-    std::uint64_t batch = 0;  ///< the last requested batch
+    std::uint64_t batch = 0;  ///< number of the batch to which `rows` belong
     RowBlock rows{};
   };
 
@@ -71,7 +71,7 @@ class PageStream {
   void read_rows(std::uint32_t rows, std::uint32_t lost);
   void await();
   void fail(const std::string& reason);
-  /// Throws if the greeting is not understood.
+  /// Throws if the greeting is invalid.
   void begin(const StreamGreeting& greeting);
   void take(std::span<const double> values, std::uint32_t lost);
   void end(const std::string& reason);

@@ -1,5 +1,6 @@
-// Work that occupies the page's thread for a while: one piece at a time, clients taking turns, and at most
-// half of the time. Work that is due five times a second, and stopping, does not wait for it.
+// Queues work that occupies the page's thread for a while. The pieces run one at a time, for each client in
+// turn, in at most half of the thread's time. The periodic status, five times a second, and a stop do not
+// wait for this queue.
 #pragma once
 
 #include <boost/asio/io_context.hpp>

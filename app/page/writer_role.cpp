@@ -55,8 +55,8 @@ void WriterRole::read_settings(ControlLink::Done done) {
             });
 }
 
-/// Closes an idle link: its other end may have ended with the controller. The settings stay known: changes
-/// before the next reading, at the same controller after a short loss or at a new one, also become events.
+/// Closes an idle link: its other end may have ended with the controller. Keeps the known settings, so that
+/// their changes until the next reading also become events, at the same controller or at a new one.
 void WriterRole::controller_changed() {
   if (!link_.is_busy()) link_.close();
 }

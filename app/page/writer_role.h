@@ -14,18 +14,19 @@ namespace hystcan::app {
 
 class WriterRole {
  public:
-  /// `link`: connection to the controller. `ending`: a second connection to it for `stop` and `disable`: the
-  /// control socket answers the commands of a connection in order, and these two must not wait for others.
+  /// `link`: connection to the controller. `ending`: a second connection, for `stop` and `disable`, which
+  /// must not wait for other commands: the control socket answers the commands of a connection in order.
   WriterRole(ControlLink& link, ControlLink& ending, PageClients& clients, PageEvents& events);
 
   bool is_free() const { return holder_ == 0; }
   bool is_of(const PageClient& client) const { return holder_ == client.number; }
-  /// Gives the role to a client; 0: to none. The controller's right to write moves with the role.
+  /// Gives the role to the client with this number; 0: no client has the role. The right to write at the
+  /// controller moves with the role.
   void give_to(std::uint64_t client);
   void show_to(PageClient& client) const;
 
-  /// Sends a command of this page and adds its events. `stop` and `disable` only end something: they need no
-  /// role.
+  /// Sends a command of this page and adds its events. `stop` and `disable` do not need the role, because
+  /// they only end a motion.
   void command(std::uint64_t client, const nlohmann::json& command, ControlLink::Done done);
   /// Requests `settings`. Adds events for changes that no command of a page made.
   void read_settings(ControlLink::Done done);
@@ -39,7 +40,7 @@ class WriterRole {
   PageClients& clients_;
   PageEvents& events_;
   ControlLink &link_, &ending_;
-  std::uint64_t holder_ = 0;            ///< number of a client
+  std::uint64_t holder_ = 0;            ///< number of the client with the role; 0: none
   std::vector<config::Setting> known_;  ///< settings in force; empty: not read yet
   std::uint64_t changes_ = 0;           ///< number of the pages' commands so far, which detects outdated
                                         ///< answers
