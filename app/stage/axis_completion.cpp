@@ -53,8 +53,8 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
                      100.0 * seen.all.max / seen.output_span);
 }
 
-/// Returns the uncertainty of the stated mode; above half the rate its frequency may be anything from there
-/// up.
+/// Returns the uncertainty of the stated mode. Its frequency has no upper limit if it may be above half the
+/// rate.
 controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated, double rate_Hz) {
   constexpr double percent = 10.0;
   controller::PlantUncertainty uncertainty = controller::around(stated, percent);
@@ -230,7 +230,7 @@ std::string plant_name(const std::string& axis) { return axis + ".plant.toml"; }
 
 void print_lines(const std::string& of, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) print(fmt::format("{}{}\n", of.empty() ? "" : of + ": ", line));
-  flush_output();  // each takes seconds
+  flush_output();  // the next lines may take seconds
 }
 
 Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,

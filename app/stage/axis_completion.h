@@ -30,7 +30,7 @@ class Stage {
   /// New comments for keys, by the paths of the keys; each replaces the present comment after its key.
   std::map<std::string, std::string> comments{};
 
-  /// Returns the text of the constructor with the values of `config`.
+  /// Returns the text that was passed to the constructor, with the present values of `config`.
   std::string text() const;
   const std::filesystem::path& file() const { return file_; }
 

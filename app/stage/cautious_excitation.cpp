@@ -23,7 +23,7 @@ using controller::Cause;
 using controller::Excitation;
 using model::Interval;
 
-/// Returns one loop over a share of the range around the safe drive, with the slope of the whole.
+/// Returns one loop over a share of the range around the safe drive, with the slope of `whole`.
 Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share, double safe_drive) {
   const double span = share * (whole.high - whole.low);
   Excitation::Hysteresis part = whole;
@@ -84,8 +84,8 @@ Interval drives_within(const Excitation::Hysteresis& loop, const Interval& seen,
           loop.high + per_um * (limits.position_max_um - seen.hi)};
 }
 
-/// Returns the part of `whole` that is predicted to keep the position within its limits; `nullopt` if the
-/// whole is.
+/// Returns the part of `whole` that is predicted to keep the position within its limits; `nullopt` if all of
+/// `whole` keeps it there.
 std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hysteresis& whole,
                                                          const Excitation::Hysteresis& loop,
                                                          const Interval& seen,

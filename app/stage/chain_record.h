@@ -2,6 +2,7 @@
 //
 //   y = offset + drift t + free decay + sum_i gain_i G u_i    u_i: identification/dynamics/mode_response.h
 //   G: held_plant() of mode (f, zeta), amplifier's lag (1 - s) D, pure delay s D, and the stated sensor
+//   y: output    D: lag and pure delay together    s: share of D that is a pure delay, 0 to 1
 //
 // The linear part is solved directly (variable projection), the rest by Levenberg's method. A lag lowers the
 // mode's amplitude, a pure delay does not: a record that shows the mode can distinguish them.
@@ -18,7 +19,8 @@
 
 namespace hystcan::app {
 
-/// log(f / Hz), log zeta, D in cycles, s.
+/// The unknowns of the chain: log(f / Hz) and log zeta of the mode; lag and pure delay together, D, in
+/// cycles; the share s of D that is a pure delay.
 using ChainPoint = Eigen::Vector4d;
 enum ChainUnknown : Eigen::Index { log_frequency, log_damping, late_cycles, pure_share };
 

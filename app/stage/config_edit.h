@@ -21,7 +21,7 @@ void set_loop(controller::AxisConfig& axis, const controller::LoopConfig& loop);
 std::size_t index_of_axis(const config::Config& config, const std::string& name);
 
 /// Returns the text of the configuration file with this loop in [axis.control] of the axis. All other lines
-/// stay.
+/// are unchanged.
 std::string with_loop(const config::Config& config, std::size_t axis, controller::LoopConfig loop);
 
 /// Notes about members of an axis, for example "; one cycle".

@@ -124,7 +124,7 @@ class FirstAxis {
     const auto at = [&](double share) {
       return rounded(facts_.travel_um.lo + share * facts_.travel_um.span(), 4);
     };
-    // slower if the resonance is below 200 Hz or the rate below 500 Hz
+    // The reference is slower if the resonance is below 200 Hz or the rate is below 500 Hz.
     const double slowness = std::max({1.0, 200.0 / axis_.control.delays.resonance_Hz, 500.0 / rate_Hz_});
     controller::Staircase stairs{
         .levels_um = {}, .rise_s = rounded(0.05 * slowness, 2), .dwell_s = rounded(0.1 * slowness, 2)};

@@ -107,7 +107,7 @@ class LongestStretch {
   std::string name_;
   std::optional<Cycle> before_;
   Dataset present_, longest_;
-  std::size_t transitions_ = 0;  ///< number of steps between driven cycles
+  std::size_t transitions_ = 0;  ///< number of pairs of consecutive driven cycles in the present stretch
   std::size_t present_missing_ = 0, missing_ = 0;
   std::size_t stretches_ = 0;
 };

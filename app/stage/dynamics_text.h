@@ -29,7 +29,7 @@ std::string describe(const controller::Notch::Config& notch);
 std::string describe(const controller::SensitivityRule& rule);
 std::string describe(const controller::CautiousRule& rule);
 
-/// Returns the estimate shifted by `s`.
+/// Returns the estimate of a delay, with its interval, increased by `s` seconds.
 identification::Estimate later(identification::Estimate delay_s, double s);
 
 double microseconds(std::chrono::nanoseconds duration);

@@ -21,7 +21,8 @@ using model::ReferenceCurve;
 
 constexpr double share_of_k = 20.0 / 3.0;
 
-/// a s^2 + b s + c with s from 0 to 1 in the interval. s = (1 + t) / 2 gives s^2 = 3/8 + t/2 + T_2(t)/8.
+/// Returns the curve a s^2 + b s + c, where s grows from 0 to 1 over the domain. With t from -1 to 1 instead,
+/// s = (1 + t) / 2 and s^2 = 3/8 + t/2 + T_2(t)/8 (T_2: Chebyshev polynomial).
 ReferenceCurve parabola(double a, double b, double c, Interval domain) {
   return {Basis::chebyshev, {c + b / 2.0 + 3.0 * a / 8.0, b / 2.0 + a / 2.0, a / 8.0}, domain};
 }
@@ -60,7 +61,7 @@ ReferenceCurve moved(const ReferenceCurve& curve, const ReferenceCurve& other, d
 /// Moves the ascending curve by `share` of half the range of outputs, and widens the loop by as much.
 HysteresisParameters with_curves_off(const HysteresisParameters& given, double share, bool alternating) {
   HysteresisParameters p = given;
-  if (p.output_map) {  // the curves are those of m, the input of the map
+  if (p.output_map) {  // the curves describe the input of the map, not the output
     std::vector<double> map = p.output_map->coefficients();
     for (std::size_t j = 1; j < map.size(); ++j) map[j] *= 1.0 + share;
     p.output_map.emplace(map, p.output_map->inner());
@@ -79,7 +80,7 @@ HysteresisParameters with_curves_off(const HysteresisParameters& given, double s
   return p;
 }
 
-/// Multiplies k by `factor`, as far as every branch keeps increasing.
+/// Multiplies k of this direction by `factor`, as far as every branch keeps increasing.
 void move_k(HysteresisParameters& p, Direction direction, double factor) {
   double& k = direction == Direction::ascending ? p.k_ascending : p.k_descending;
   if (const auto allowed = model::allowed_k(p, direction))
@@ -111,7 +112,7 @@ HysteresisParameters usual_loop(const AxisFacts& axis) {
   const Interval drive = p.input_range();
   const double stroke = axis.travel_um.span(), lowest = axis.travel_um.lo;
   p.ascending = parabola(0.2 * stroke, 0.8 * stroke, lowest, drive);
-  // wider by (1 - s) (0.05 + 0.35 s)
+  // The loop is wider by (1 - s) (0.05 + 0.35 s), with s from 0 to 1 over the range of the drive.
   p.descending = parabola((0.2 - 0.35) * stroke, (0.8 + 0.3) * stroke, lowest + 0.05 * stroke, drive);
   p.k_ascending = p.k_descending = 4.0 / drive.span();
   return p;

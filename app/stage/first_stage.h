@@ -12,7 +12,7 @@ namespace hystcan::app {
 
 /// Returns the text of a configuration. Unknown values are derived from the stroke, the range of the drive
 /// and the resonance, and their comments state this. The reference covers 80 % of the travel; the integral
-/// gain is a cautious one for the mode:
+/// gain is cautious for a mode with damping ratio zeta and angular frequency omega:
 ///
 ///   ki = zeta omega / 2      a quarter of the gain at which an integrator makes a mode unstable
 std::string config_text(const StageFacts& facts);
@@ -28,9 +28,11 @@ model::HysteresisParameters straight_line(const AxisFacts& axis);
 model::HysteresisParameters usual_loop(const AxisFacts& axis);
 
 /// Returns a deliberately inexact model, so that a rehearsal shows the effect of a wrong model: its outputs
-/// are off by at most `share` of half their range, and k by 20/3 of `share`, as far as the model stays valid.
+/// are off by at most `share` of half their range, and k_ascending and k_descending by 20/3 of `share`, as
+/// far as the model stays valid.
 model::HysteresisParameters not_quite(const model::HysteresisParameters& parameters, double share);
-/// Changes the creep by the same factor as k, up to identification::most_creep_per_decade.
+/// Increases the creep by 20/3 of `share`, like k_ascending and k_descending, but at most to
+/// identification::most_creep_per_decade.
 std::optional<model::OutputCreep::Config> not_quite(std::optional<model::OutputCreep::Config> creep,
                                                     double share);
 

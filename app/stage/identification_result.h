@@ -27,12 +27,13 @@ nlohmann::json json_of(const std::optional<model::Dynamics>& dynamics);
 
 struct ValidationOptions {
   identification::Lag lag;
-  std::optional<double> estimate_s;  ///< estimate initial memory and offset from this many seconds;
-                                     ///< `nullopt`: from all samples
+  std::optional<double> estimate_s;  ///< duration of the first samples, from which initial memory and offset
+                                     ///< are estimated; `nullopt`: all samples
   bool estimates_offset = true;
   std::optional<model::HysteresisState> memory;    ///< memory at the first sample, used instead of an
                                                    ///< estimate
-  std::optional<model::HeldCreep::State> crept{};  ///< creep that belongs to `memory`; `nullopt`: settled
+  std::optional<model::HeldCreep::State> crept{};  ///< state of the creep that belongs to `memory`;
+                                                   ///< `nullopt`: the creep has settled
 };
 
 /// Returns, for example, "creep of 2.3 % per decade from 10 ms to 3 s".

@@ -42,7 +42,7 @@ bool excludes(const ChainRecord& record, const Found& shown, const Found& as_sta
   return shown.sum_of_squares < share * as_stated.sum_of_squares && is_better(record, shown, as_stated);
 }
 
-/// Keeps the total delay but fixes the lag, in cycles, and fits the mode again.
+/// Fixes the lag, in cycles, without changing the total delay, and fits the mode again.
 Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   ChainPoint at = found.at;
   at[pure_share] = std::clamp(1.0 - lag / at[late_cycles], 0.0, found.box.max()[pure_share]);
@@ -85,7 +85,7 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
 
 /// Finds the chain for a mode that is shown. `late` is the known delay, or the start of the search.
 Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double late, bool lag_is_known) {
-  constexpr double reach = 0.4;  // in the logarithm of f
+  constexpr double reach = 0.4;  // maximum distance from the mode in log f
   const ChainPoint start{std::log(mode.natural_frequency_Hz.value), std::log(mode.damping_ratio.value), late,
                          0.0};
   ChainBox box{start, start};
@@ -100,7 +100,7 @@ Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double 
   return record.improved(start, box);
 }
 
-/// Returns the best of several delays.
+/// Returns the chain with the best of several delays, from which a search can start.
 Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
   Found best{{}, std::numeric_limits<double>::infinity(), {}};
   for (const double late : {0.05, 0.15, 0.4, 1.0, 2.5}) {
@@ -176,7 +176,7 @@ void find_mode(IdentifiedPlant& plant, const Dataset& record) {
   }
 }
 
-/// Returns true if the lag cannot be distinguished from zero.
+/// Returns true if the plant keeps the stated lag, because its own lag cannot be distinguished from zero.
 bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late_s.lo > 0.0); }
 
 Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
@@ -198,8 +198,8 @@ Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainReco
   return found;
 }
 
-/// Returns the best chain. A mode that is shown counts only if it is the stated one or excludes the stated
-/// one.
+/// Returns the best chain. A mode that the record shows counts only if it is the stated mode or excludes the
+/// stated mode.
 Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
   Found found;
   if (plant.mode) {
@@ -247,8 +247,8 @@ double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unkno
   return std::isfinite(error) ? std::min(error, 1.0) : 1.0;
 }
 
-/// Returns the error of a mode that is not shown, within the stated uncertainty or from its image in the
-/// samples.
+/// Returns the relative error of the resonance of a mode that is not shown: from the stated uncertainty, or
+/// from the mode's image in the samples.
 double mode_error(const ChainRecord& chain, const Found& found) {
   constexpr double image = 0.005;  // minimum, because another damping gives almost the same image
   const double cycles = std::exp(found.at[log_frequency]) * chain.cycle_s();

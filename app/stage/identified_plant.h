@@ -22,7 +22,7 @@
 
 namespace hystcan::app {
 
-/// Standard error of a stated resonance, relative to it: 19 of 20 are within 10 %.
+/// Relative standard error of a stated resonance: 19 of 20 stated values are within 10 % of the true value.
 inline constexpr double stated_mode_error = 0.05;
 
 struct IdentifiedPlant {
@@ -36,7 +36,7 @@ struct IdentifiedPlant {
       late_s;                ///< sum of lag and delay, without the stated sensor, as if it were a pure delay
   double pure_s = 0.0;       ///< pure part of late_s, assigned to the sensor
   double share_error = 0.0;  ///< standard error of the pure share, 0 to 1
-  /// Standard error of a resonance that is not shown, relative to it; 0 if it is shown.
+  /// Relative standard error of the resonance if the record does not show it; 0 if the record shows it.
   double mode_error = stated_mode_error;
   double gain = 0.0;          ///< output units per drive unit
   double residual_rms = 0.0;  ///< output units
@@ -46,16 +46,17 @@ struct IdentifiedPlant {
   std::size_t left_out = 0;   ///< missing cycles between the rows
 };
 
-/// `stated` contains the mode, the sensor, and whether the amplifier interpolates. The lag stays that of
-/// `stated` if it cannot be distinguished from zero. Throws std::invalid_argument if the record determines
-/// nothing, identification::OutputFalls if the gain is negative.
+/// Identifies the plant from the record. `stated` contains the mode, the sensor, and whether the amplifier
+/// interpolates. If the lag cannot be distinguished from zero, the plant has the lag of `stated`. Throws
+/// std::invalid_argument if the record determines nothing, identification::OutputFalls if the gain is
+/// negative.
 IdentifiedPlant identified_plant(const identification::Dataset& record, const controller::Delays& stated);
 
 /// Largest factor by which a stated damping ratio may be too large.
 inline constexpr double stated_damping_factor = 1.5;
 
-/// Returns true if the mode is within the accuracy of a stated resonance. A different mode may be the image
-/// of the stated one in the samples.
+/// Returns true if the mode `shown` is within the accuracy of a stated resonance. Otherwise `shown` may be
+/// the image of the stated mode: samples show a mode above half the rate at another frequency.
 bool is_as_stated(const identification::SecondOrderFit& shown, double stated_Hz);
 
 }  // namespace hystcan::app

@@ -60,7 +60,7 @@ constexpr Role all_roles[] = {
     {FramePart::status, Quantity::number, "crc", "CRC of a status"}};
 
 constexpr std::string_view states_key = "status.states";
-/// Stated instead of a signal: the frames have no signal for this role.
+/// Word that is stated instead of a signal if the frames have no signal for a role.
 constexpr std::string_view no_signal = "none";
 
 /// Parses a text such as 0/16/32/64,65: off, ready, enabled and fault. A list may be empty, except for ready

@@ -32,11 +32,11 @@ void add_open_loop_options(CLI::App& command, OpenLoopOptions& options);
 
 /// Longer than any start-up or ramp down: a run that takes longer would never end.
 inline constexpr double patience_s = 60.0;
-/// Runs in virtual time until `is_done`, the limit or a signal, then until every axis is safe.
+/// Runs in virtual time until is_done(), `limit_s` or a signal, then until every axis is safe.
 void run_and_stop(rehearsal::Rehearsal& rehearsal, double limit_s, const std::function<bool()>& is_done);
 
-/// Returns the configuration with only the chosen axis; the others rest. The twin keeps all axes, as on a
-/// real bus.
+/// Returns the configuration with only the chosen axis; the other axes are not driven. The twin keeps all
+/// axes, as on a real bus.
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options);
 
 /// Returns the configuration with the excitation as the drive of its one axis, instead of the reference.

@@ -1,10 +1,11 @@
-// Predicts the true error of a loop on the real stage, and the interval that contains it for nine of ten
-// stages.
+// Predicts the true error e of a loop on the real stage, and the interval that contains e for nine of ten
+// stages. The sums are over the octaves b of the misfit (identification/misfit.h): q_b is the middle of an
+// octave, r_b its RMS, and u the speed of the drive, so that q_b u is a frequency.
 //
 //   e^2 = x^2 + m^2 + f^2 + c^2
 //
 //   x  error in a rehearsal with an actuator that is exactly the model. If no record shows the mode, or if
-//      the sensor's share of a delay is not stated: eleven rehearsals with samples of both
+//      the sensor's share of a delay is not stated: eleven errors, for eleven values of them
 //   m  the misfit between the model and its records (identification/misfit.h), shifted in frequency according
 //      to the speed of the drive and multiplied by the loop's sensitivity S; without records, the error that
 //      the twin's actuator adds to x:

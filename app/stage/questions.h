@@ -44,7 +44,7 @@ class Questions {
   /// Thrown if the answer was `<`. The caller starts again; the answers before the last one are reused.
   struct StepBack {};
 
-  /// Returns the problem with an answer in one line; `nullopt` if the answer is accepted.
+  /// Returns one line that describes the problem with an answer; `nullopt` if the answer is accepted.
   template <class T>
   using Check = std::function<std::optional<std::string>(const T&)>;
 

@@ -19,8 +19,8 @@ namespace {
 constexpr std::array every_rate_Hz{100.0,  125.0,  160.0,  200.0,  250.0,  315.0,  400.0,
                                    500.0,  625.0,  800.0,  1000.0, 1250.0, 1600.0, 2000.0,
                                    2500.0, 3150.0, 4000.0, 5000.0, 6250.0, 8000.0, 10'000.0};
-constexpr double farthest = 1.6;   // factor of the present rate
-constexpr double worth_it = 0.75;  // relative to the present promise
+constexpr double farthest = 1.6;   // largest factor from the present rate
+constexpr double worth_it = 0.75;  // maximum promised error, relative to the present promise
 constexpr double nearly_as_good = 1.1;
 constexpr std::size_t most_rehearsed = 2;  // candidates with the lowest floor
 

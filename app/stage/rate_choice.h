@@ -15,7 +15,7 @@ namespace hystcan::app {
 struct RateOffer {
   double rate_Hz = 0.0;
   std::vector<Promise> promises{};  ///< one for each axis; empty: an axis does not track
-  double share = 1.0;               ///< relative to the promise at the present rate
+  double share = 1.0;               ///< promised error, relative to that at the present rate
 };
 
 /// Returns the same stage with loops for this rate, Hz.

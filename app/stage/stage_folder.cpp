@@ -292,8 +292,8 @@ void fit_reference(config::AxisConfig& axis, const model::HysteresisParameters& 
   }
 }
 
-/// Sets the position limits from a record over the whole range of the drive. Limits from a straight line are
-/// wrong if the sensor has a different zero.
+/// Sets the position limits from a record over the whole range of the drive, because limits from a straight
+/// line are wrong if the sensor has a different zero.
 void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   const controller::Gate::Config& gate = axis.control.gate;
   const controller::Supervisor::Config before = axis.control.supervision;
@@ -322,8 +322,8 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
                    before.position_max_um)});
 }
 
-/// Prints which rate would be better. Uses it if no rate was stated, and if it halves the error or the
-/// default rate excites a mode.
+/// Prints which rate would be better. Uses this rate if no rate was stated and one of two conditions holds:
+/// it halves the error, or the default rate excites a mode.
 void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Plants& plants) {
   const ConfigAtRate at_rate = [&](double rate_Hz) {
     StageFacts other = facts;

@@ -40,7 +40,7 @@ void require_names(const std::vector<std::string>& axes) {
   }
 }
 
-/// Asks about an axis; answers for the first axis apply to the others.
+/// Asks about one axis after the other. Answers for the first axis also apply to the other axes.
 class AxisQuestions {
  public:
   AxisQuestions(const InitOptions& stated, const std::vector<AxisRecords>& records, Questions& questions)

@@ -37,8 +37,8 @@ struct InitOptions {
   std::optional<double> rate_Hz{};
 };
 
-/// `records`: one for each axis, or none. Without a stated DBC, the shipped one for the drive's unit is used.
-/// Throws Error if an answer is missing or if a record contradicts one.
+/// Returns the facts. `records`: one element for each axis, or none. Without a stated DBC, the shipped DBC
+/// for the drive's unit is used. Throws Error if an answer is missing or if a record contradicts an answer.
 StageFacts ask_about(const InitOptions& stated, const std::vector<AxisRecords>& records,
                      Questions& questions);
 

@@ -16,14 +16,14 @@ namespace hystcan::app {
 /// Positions are in um. A dataset exists only if its file is given.
 struct AxisRecords {
   std::vector<std::filesystem::path> loop_files;                    ///< slow loops, for the hysteresis
-  std::optional<std::filesystem::path> step_file{}, unseen_file{};  ///< small fast steps; a record for the
-                                                                    ///< validation
+  std::optional<std::filesystem::path> step_file{}, unseen_file{};  ///< step_file: small fast steps;
+                                                                    ///< unseen_file: for the validation
   std::vector<identification::Dataset> loops{};
   std::optional<identification::Dataset> step{}, unseen{};
   identification::IdentifyOptions model{};  ///< options for identifying the model of the loops
 
-  model::Interval drive() const;           ///< Range of the drives in the loops.
-  model::Interval travel_um() const;       ///< Range of the positions in the loops.
+  model::Interval drive() const;           ///< range of the drives in the loops
+  model::Interval travel_um() const;       ///< range of the positions in the loops
   std::vector<std::string> names() const;  ///< names of the loop files, without folders
 };
 

@@ -70,7 +70,8 @@ rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
   return rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) { throw_if_signalled(); });
 }
 
-/// Returns true for the present setting too, which is needed for comparison even with a small margin.
+/// Returns true if the candidate may be rehearsed. The present setting is needed for comparison even if its
+/// margin is small.
 bool may_run(const Candidate& candidate) {
   if (!candidate.judged) return true;
   return candidate.name == present_name ? candidate.judged->margins.stable : candidate.judged->worst.stable;
@@ -172,8 +173,8 @@ config::Config at_rate(const TuningReport& report, config::Config config, double
 
 }  // namespace
 
-/// The rows have the times of whole cycles, including cycles that were left out: sample and drive both follow
-/// the SYNC, so its jitter of some microseconds does not affect the identified mode.
+/// The time of each row is a whole number of cycles and also counts the cycles that were left out. Sample and
+/// drive both follow the SYNC, so its jitter of some microseconds does not affect the identified mode.
 Dataset measured_steps(const config::Config& config, const twin::Config& twin, const OpenLoopOptions& run,
                        const Excitation::Steps& steps) {
   const config::AxisConfig& axis = config.axes[0];

@@ -37,9 +37,10 @@ struct Candidate {
   double rms_percent() const;  ///< in percent of the stroke
 };
 
-/// Returns the index of the candidate with the smallest predicted error at the samples, among those whose
-/// sensitivity is at most `peak_sensitivity` at all corners. The present one (index 0) is chosen unless
-/// another one is better by 2 % at the samples and, if known, not worse between the samples.
+/// Returns the index of the candidate with the smallest predicted error at the samples, among the candidates
+/// whose sensitivity is at most `peak_sensitivity` at all corners of the plant's uncertainty. The present
+/// setting (index 0) is chosen unless another candidate is better by 2 % at the samples and, if known, not
+/// worse between the samples.
 std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
 
 struct TuningReport {
@@ -57,8 +58,8 @@ struct TuningReport {
   bool only_cautious = false;
   std::vector<Candidate> candidates;  ///< the first one is the present setting
   std::size_t best = 0;
-  double unshared_s = 0.0;           ///< part of the measured delay; 0 if the configuration states the
-                                     ///< sensor's delay
+  double unshared_s = 0.0;           ///< measured delay whose division between amplifier and sensor is not
+                                     ///< stated; 0 if the configuration states the sensor's delay
   std::optional<Promise> promise{};  ///< promise of the proposed loop; empty: not requested
   std::optional<RateOffer> offer{};  ///< a better rate, with a cautious loop
 
