@@ -2,7 +2,7 @@
 
 const shortestPause_ms = 300;
 const longestPause_ms = 4000;
-const silence_ms = 6000; // a status arrives five times a second
+const silence_ms = 6000; // then the connection is dead: a status arrives five times a second
 const answerTime_ms = 10_000;
 
 export class Connection {

@@ -45,7 +45,7 @@ export class ControllerNotice {
   #startCommand = '';
   #isDemo = false;
   #stopSent = false;
-  #reason = element('span'); // reason if there is no controller
+  #reason = element('span'); // shows why there is no controller
 
   constructor(connection, access, events) {
     this.events = events;

@@ -7,7 +7,7 @@ import { rowAt } from './trace.js';
 const most = 1_000_000; // maximum lines of one file
 const stamp = () => new Date().toISOString().slice(0, 19).replaceAll(':', '-');
 
-/** Returns functions, by column, from a row's numbers to the words of `controller --csv`. */
+/** Returns a function for each column with words: it converts the number in a row to the word of `controller --csv`. */
 export function wordsOf({ axes, states, faults, limits }) {
   const wordIn = (words) => (at) => words?.[at] ?? at;
   return {

@@ -46,7 +46,7 @@ export function startKeyboard(actions) {
   );
 }
 
-/** Esc closes an open dialog, or leaves a field, which gets the event `leave`. Otherwise, pressing it twice stops. */
+/** Esc closes an open dialog, or leaves a field, which gets the event `leave`. Otherwise, pressing Esc twice stops. */
 class EscapeKey {
   #last_ms = -Infinity;
 

@@ -8,7 +8,7 @@ import { TimeChart } from './time_chart.js';
 import { traceOfAxis } from './trace.js';
 
 const shortest_s = 0.002; // minimum span of a zoom by key
-const dashOf = (axis) => (axis === 0 ? 0 : 6); // index in theme.js: an axis has a colour and a dash
+const dashOf = (axis) => (axis === 0 ? 0 : 6); // index of the axis's dash in theme.js
 
 export class LiveView {
   isPaused = false;

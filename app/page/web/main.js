@@ -23,7 +23,7 @@ const slow_ms = 200; // between two updates of texts
 
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/socket`);
 let twinShift_s = 0;
-let isShiftFound = false; // until then, the newest rows of both streams count as simultaneous
+let isShiftFound = false; // false: the newest rows of both streams count as simultaneous
 const streams = { controller: null, twin: null, twinShift_s: () => twinShift_s };
 const derived = {
   error_um: { unit: 'um', value: (columns, at) => columns.get('reference_um')[at] - columns.get('position_um')[at] },
@@ -58,7 +58,7 @@ startTabs((panel) => {
 
 // ---- the connection
 
-let isNoted = true; // whether the new connection is in the events
+let isNoted = true; // true: the events contain the present connection
 
 function tellConnection(state, text) {
   byId('connection').dataset.state = state;
@@ -90,7 +90,7 @@ connection.on('stream', ({ name, greeting, reason }) => {
   if (name === 'controller') tellOfController(greeting, reason);
   if (!greeting) return;
   if (streams[name]?.fits(greeting)) {
-    if (name === 'controller') settingChanged(); // it may have restarted with another file
+    if (name === 'controller') settingChanged(); // the controller may have restarted with another file
     return streams[name].begin(greeting);
   }
   view.setPaused(false);
@@ -246,7 +246,7 @@ window.hystcanPage = {
   get captures() {
     return captures.captures.length;
   },
-  /** Returns an axis's points in the loop chart: lists of drive and position; with delay 0, both are of one row. */
+  /** Returns an axis's points in the loop chart: lists of drives and positions; with delay 0, one row gives a point. */
   loopPoints: (axis, delay_s) => view.loop.pointsOf(axis, delay_s),
   loopReference: (axis) => view.loop.referenceOf(axis),
 };

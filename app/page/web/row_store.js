@@ -126,7 +126,7 @@ export class RowStore {
   }
 }
 
-/** Returns the time to add to the twin's page times; null if the stage moves too little to determine it. */
+/** Returns the time to add to the twin's page times; null if the stage moves too little to determine this time. */
 export function shiftOfTwin(controller, twin) {
   for (let axis = 0; axis < Math.min(controller.axes.length, twin.axes.length); ++axis) {
     const shift = shiftOfAxis(controller.axes[axis], twin.axes[axis]);

@@ -97,7 +97,7 @@ export function settingField(key, about, apply) {
   });
   button.addEventListener('click', send);
 
-  /** Removes an answer with its subject: a refused entry, or a value that was in force. */
+  /** Removes an answer when its subject is gone: the refused text, or the accepted value that was in force. */
   const forgetOldAnswer = () => {
     if (answer.classList.contains('refused')) return void (!isTyped && say('', ''));
     if (!answer.classList.contains('done')) return;

@@ -30,10 +30,11 @@ export function fourier(real, imaginary) {
 }
 
 /**
- * One-sided spectrum of evenly sampled values by Welch's method: Hann window, segments that overlap by half, with the
- * mean removed, mean of their powers. With w the window and X the transform of w (x - mean), at k rate / size:
+ * Returns the one-sided spectrum of evenly sampled values by Welch's method: the mean power of segments that overlap
+ * by half, each without its mean and under a Hann window. With w the window, X the transform of w (x - mean) and size
+ * the length of a segment, at the frequency k rate / size:
  *
- *   density[k]   = sqrt(2 |X[k]|^2 / (rate sum w^2))     in unit/sqrt(Hz); at rate / 2 without the 2
+ *   density[k]   = sqrt(2 |X[k]|^2 / (rate sum w^2))     in unit/sqrt(Hz); at rate / 2 without the factor 2
  *   amplitude[k] = 2 |X[k]| / sum w                      in unit: the amplitude of a sine at that frequency
  */
 export function spectrum(values, rate_Hz, longest = 4096) {

@@ -27,7 +27,7 @@ const axisRows = [
   ['Learning', ({ learning, state }) => (state === 'no controller' || state === 'unknown' ? '-' : learningText(learning))],
 ];
 
-const longestAge_s = 0.7; // a status arrives five times a second
+const longestAge_s = 0.7; // older values are outdated: a status arrives five times a second
 
 /** Returns sign and word of a state, because colour alone is not enough. */
 const signs = {

@@ -9,7 +9,7 @@ const shownFirst = ['structure', 'kp', 'ki_per_s', 'measurement_filter_Hz']; // 
 export class Steering {
   #fields = []; // fields of all axes: {key, show(toml, isUnsaved)}
   #asked = false;
-  #isStale = false; // the requested settings may have changed since
+  #isStale = false; // true: the settings may have changed after they were requested
   #units = new Map(); // by key
   #keys = ''; // keys that have fields
 
@@ -157,7 +157,7 @@ export class Steering {
     );
   }
 
-  /** Creates the group of a table's keys. If the whole table is missing, it is off, which its title shows. */
+  /** Creates the group of a table's keys. A missing table is off; the title of its group shows this. */
   #tableGroup(name, start, table, made) {
     const title = (table[0].toUpperCase() + table.slice(1)).replaceAll('_', ' ');
     const grouped = group(title, fields(...made.map(({ root }) => root), this.#wholeTable(name, table, made)));
@@ -165,7 +165,7 @@ export class Steering {
     return grouped;
   }
 
-  /** Returns the refusal of a position out of range, with the limits in force. */
+  /** Adds the limits in force to an answer that refuses a position out of range; returns other answers unchanged. */
   #withLimits(answer, axis) {
     if (!Object.values(answer.answer?.refusals ?? {}).includes('position_out_of_range')) return answer;
     const value = (key) => this.values?.get(`axis[${axis}].control.${key}`) ?? '?';

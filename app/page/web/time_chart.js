@@ -59,7 +59,7 @@ export class TimeChart extends Chart {
     });
   }
 
-  /** Writes the newest values of one instant to the legend and the screen readers' label; with the age if old. */
+  /** Writes the newest values of one instant to the legend and the screen readers' label, with the age of old values. */
   showValues() {
     const values = newestTogether(
       this.lines.map(({ trace }) => trace()),

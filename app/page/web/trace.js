@@ -77,16 +77,16 @@ export function newestTogether(traces, isWhole = () => false) {
 const endOf = (trace) =>
   trace && trace.end > trace.first ? trace.time[(trace.end - 1) & trace.mask] + trace.shift_s : -Infinity;
 
-/** The value at a time up to the last row, interpolated between the rows. */
+/** Returns the value at a time, not later than the last row, interpolated between the rows. */
 function valueDuring(trace, time_s) {
   const last_s = trace.time[(trace.end - 1) & trace.mask];
-  const at_s = Math.min(time_s - trace.shift_s, last_s); // rounding may exceed it
+  const at_s = Math.min(time_s - trace.shift_s, last_s); // rounding may give a time after the last row
   const after = rowAt(trace, at_s);
   const isAtRow = trace.time[after & trace.mask] === at_s;
   return valueBetween(trace, isAtRow ? after : Math.max(after - 1, trace.first), at_s);
 }
 
-/** The rows between two times, with one more at each side: [begin, end). */
+/** Returns the rows between two times, with one more row at each side: [begin, end). */
 export function rowsBetween(trace, from_s, to_s) {
   return [
     Math.max(rowAt(trace, from_s - trace.shift_s) - 1, trace.first),
@@ -94,7 +94,7 @@ export function rowsBetween(trace, from_s, to_s) {
   ];
 }
 
-/** Least and largest value between two times; Infinity and -Infinity without values. */
+/** Returns the smallest and the largest value between two times; Infinity and -Infinity if there are no values. */
 export function extent(trace, from_s, to_s, range = { low: Infinity, high: -Infinity }) {
   const [begin, end] = rowsBetween(trace, from_s, to_s);
   const { values, mask } = trace;
@@ -107,7 +107,7 @@ export function extent(trace, from_s, to_s, range = { low: Infinity, high: -Infi
 }
 
 /**
- * The path of the trace between two times. `toX` and `toY` are {scale, offset} from value to canvas pixel. With more
+ * Returns the path of the trace between two times. `toX` and `toY` are {scale, offset} from value to pixel. With more
  * than two rows for a pixel (`isDense`), the path goes through the least and the largest value of each pixel; pixels
  * are counted from time 0, so that a moving picture does not flicker.
  */
@@ -136,7 +136,7 @@ function pathOfRows({ time, values, mask, shift_s }, begin, end, toX, toY) {
   return path;
 }
 
-/** One upright stroke for each pixel, so long that it meets its neighbour: cheaper to paint than a joined line. */
+/** Returns a vertical stroke for each pixel, long enough to meet the next one: cheaper to paint than a joined line. */
 function pathOfExtremes({ time, values, mask, shift_s }, begin, end, toX, toY) {
   const path = new Path2D();
   const none = -1e18;
