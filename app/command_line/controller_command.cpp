@@ -160,7 +160,7 @@ std::string results_text(const controller::Controller& controller, const StateLo
                   counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
   if (counters.replaced_commands > 0)
     text += counted(counters.replaced_commands, "command") + " replaced by a newer one before transmission\n";
-  if (!options.rehearse)  // virtual time does not pass during a computation
+  if (!options.rehearse)  // in virtual time a computation takes no time
     for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) {

@@ -232,7 +232,7 @@ int run_demo(const DemoArguments& options) {
   const double begin_s = tracking_s + axis.control.setpoint.front().transition_s;
   std::vector<std::string> names, files;
   for (const controller::Structure structure : structures)
-    if (structure != controller::Structure::inverse || !options.all) {  // it would hide the others
+    if (structure != controller::Structure::inverse || !options.all) {  // its curve would hide the others
       names.emplace_back(to_string(structure));
       files.push_back(names.back() + ".csv");
     }

@@ -130,7 +130,7 @@ int tune(const TuneArguments& options) {
   const config::Config loaded = config::load(options.run.config);
   AskedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
-  const twin::Config twin = twin_config(loaded);  // complete, because the bus has all its nodes
+  const twin::Config twin = twin_config(loaded);  // with all axes, as on the bus
   TuningReport report = tuning_of(config);
   report.rule = options.sensitivity;
   report.cautious_rule = cautious_rule(options);

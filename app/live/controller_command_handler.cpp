@@ -80,8 +80,8 @@ std::string joined(const std::vector<config::Change>& changes) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
-/// Returns the answer to `wait`; null if the wait continues. The board lags behind the control thread:
-/// records up to `since_cycle` may describe an earlier move.
+/// Returns the answer to `wait`; null if the wait continues. The StatusBoard lags behind the
+/// control thread: records up to `since_cycle` may describe an earlier move.
 json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
   if (record.cycle <= since_cycle) return {};
   const controller::AxisReport& report = record.report;

@@ -64,7 +64,7 @@ Finding examine_restart(const std::string& name, const can::Interface& found) {
 
 Finding examine_queue(const config::Config& config, const std::string& name, const can::Interface& found) {
   const std::uint32_t frames = found.transmit_queue_frames;
-  // Commands, SYNC, and one frame for heartbeats and statuses.
+  // A command for each axis, the SYNC, and one frame for heartbeats and statuses.
   const auto needed = static_cast<std::uint32_t>(config.axes.size() + 2);
   const bool fits = frames >= needed && frames <= long_queue_frames;
   return judged("queue", found.queue_discipline == "noqueue" || fits,

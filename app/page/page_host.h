@@ -17,7 +17,7 @@ struct PageListening {
   std::vector<std::string> names{};  ///< names in browsers' requests, besides its addresses
   bool expose = false;               ///< true: other computers may be able to reach the address
 
-  /// Parses "127.0.0.1:8080", "[::1]:8080". Throws Error.
+  /// Parses an address such as "127.0.0.1:8080" or "[::1]:8080". Throws Error.
   static PageListening at(const std::string& text);
 };
 
@@ -27,7 +27,8 @@ class PageHost {
   /// can't be used or the program does not contain the page.
   PageHost(PageOptions options, const PageListening& listening, const std::string& token);
 
-  /// Returns "http://127.0.0.1:8080/"; if it listens at every address, the address for this machine.
+  /// Returns, for example, "http://127.0.0.1:8080/". If the server listens at every address, returns the
+  /// address for browsers on this computer.
   std::string url() const;
   /// Runs until SIGINT or SIGTERM.
   void run();

@@ -120,7 +120,7 @@ void PageService::row_of_controller(std::span<const double> row) {
     if (!client.trigger) continue;
     const auto capture = client.trigger->put(row, controller_.history());
     if (!capture) continue;
-    if (!client.web.takes_rows()) continue;  // the trigger waits for the next time
+    if (!client.web.takes_rows()) continue;  // drops the capture; the trigger waits for the next event
     send_capture(client, *capture);
     if (!client.trigger->repeats()) client.trigger.reset();
   }

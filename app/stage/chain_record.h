@@ -5,7 +5,7 @@
 //   y: output    D: lag and pure delay together    s: share of D that is a pure delay, 0 to 1
 //
 // The linear part is solved directly (variable projection), the rest by Levenberg's method. A lag lowers the
-// mode's amplitude, a pure delay does not: a record that shows the mode can distinguish them.
+// mode's amplitude, a pure delay does not: a record that shows the mode can therefore distinguish the two.
 #pragma once
 
 #include <Eigen/Core>

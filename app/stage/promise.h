@@ -5,7 +5,7 @@
 //   e^2 = x^2 + m^2 + f^2 + c^2
 //
 //   x  error in a rehearsal with an actuator that is exactly the model. If no record shows the mode, or if
-//      the sensor's share of a delay is not stated: eleven errors, for eleven values of them
+//      the sensor's share of a delay is not stated: eleven rehearsals, each with another mode and share
 //   m  the misfit between the model and its records (identification/misfit.h), shifted in frequency according
 //      to the speed of the drive and multiplied by the loop's sensitivity S; without records, the error that
 //      the twin's actuator adds to x:

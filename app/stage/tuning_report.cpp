@@ -173,7 +173,7 @@ config::AxisConfig axis_with(const Candidate& candidate) {
   return axis;
 }
 
-/// Uses the names in [axis.control.delays].
+/// Returns the delays by their keys in [axis.control.delays].
 nlohmann::json to_json(const controller::Delays& delays) {
   nlohmann::json json;
   for (const config::Setting& key : config::settings(delays))
@@ -196,7 +196,7 @@ nlohmann::json to_json(const Candidate& of) {
           {"predicted_true_rms_percent", true_percent ? nlohmann::json(*true_percent) : none}};
 }
 
-/// Includes the prediction for each structure.
+/// Returns to_json() of the candidate, with the prediction for each structure.
 nlohmann::json to_whole_json(const Candidate& of) {
   nlohmann::json json = to_json(of);
   json["predicted"] = nlohmann::json::object();

@@ -59,7 +59,7 @@ export class TimeChart extends Chart {
     });
   }
 
-  /** Writes the newest values of one instant to the legend and the screen readers' label, with the age of old values. */
+  /** Writes the newest values of one instant to the legend and the screen readers' label; adds the age of old ones. */
   showValues() {
     const values = newestTogether(
       this.lines.map(({ trace }) => trace()),
