@@ -1,6 +1,7 @@
 """The safety code and the test programs that exercise it, for scripts/mutants, scripts/coverage and scripts/evidence."""
 import hashlib
 import pathlib
+import re
 
 CONTROL = ("hystcan_control_tests", "hystcan_safety_tests")
 PROTOCOL = ("hystcan_can_tests", "hystcan_safety_tests")
@@ -44,6 +45,16 @@ MUTATED = PROGRAMS | {
 }
 
 
+# A comment, or a literal, in which "//" begins no comment.
+TOKEN = re.compile(r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])+'""", re.DOTALL)
+
+
 def digest_of(source):
-    """Tells whether a source is still the one that was measured."""
-    return hashlib.sha256((pathlib.Path(__file__).resolve().parent.parent / source).read_bytes()).hexdigest()[:12]
+    """Returns a number that changes with the code of a source, but not with its comments and its layout."""
+    text = (pathlib.Path(__file__).resolve().parent.parent / source).read_text("utf-8")
+    return digest_of_text(text)
+
+
+def digest_of_text(text):
+    code = TOKEN.sub(lambda token: " " if token.group().startswith("/") else token.group(), text)
+    return hashlib.sha256("".join(code.split()).encode()).hexdigest()[:12]
