@@ -54,18 +54,13 @@ Sampling sample(node::CardInput& input) {
   return result;
 }
 
-/// Returns, for example, "-10 to 10"; + 0.0 turns -0.0 into 0.0.
-std::string from_to(double first, double second) {
-  return fmt::format("{:.4g} to {:.4g}", first + 0.0, second + 0.0);
-}
-
 Finding examine_output(const node::WiredAnalogueAxis& axis, const node::VoltageRange& range) {
   const double volts_per_drive = axis.config.volts_per_drive;
-  return {
-      axis.wire.name + " output", Verdict::good,
-      fmt::format("{} V, of which the drives need {} V; one bit is {:.3g} {}", from_to(range.lo, range.hi),
-                  from_to(volts_per_drive * axis.drives.min, volts_per_drive * axis.drives.max),
-                  range.step / std::abs(volts_per_drive), axis.wire.drive_unit)};
+  return {axis.wire.name + " output", Verdict::good,
+          fmt::format("{} V, of which the drives need {} V; one bit is {:.3g} {}",
+                      node::from_to(range.lo, range.hi),
+                      node::from_to(volts_per_drive * axis.drives.min, volts_per_drive * axis.drives.max),
+                      range.step / std::abs(volts_per_drive), axis.wire.drive_unit)};
 }
 
 Finding examine_input(const node::WiredAnalogueAxis& axis, const node::VoltageRange& range) {
@@ -74,8 +69,8 @@ Finding examine_input(const node::WiredAnalogueAxis& axis, const node::VoltageRa
   return judged(axis.wire.name + " input", warning.empty(),
                 !warning.empty()
                     ? warning
-                    : fmt::format("{} V are {} um; one bit is {:.3g} nm", from_to(range.lo, range.hi),
-                                  from_to(config.position_um(range.lo), config.position_um(range.hi)),
+                    : fmt::format("{} V are {} um; one bit is {:.3g} nm", node::from_to(range.lo, range.hi),
+                                  node::from_to(config.position_um(range.lo), config.position_um(range.hi)),
                                   1e3 * std::abs(config.position_um_per_V) * range.step),
                 "choose another range of position_input, or correct position_um_per_V and position_zero_um");
 }

@@ -23,12 +23,8 @@ bool contains(const Span& outer, const Span& inner) {
   return inner.lo >= outer.lo - rounding && inner.hi <= outer.hi + rounding;
 }
 
-/// Returns, for example, "-1.5 to 20".
-std::string text_of(const Span& span) {
-  return fmt::format("{:.4g} to {:.4g}", span.lo + 0.0, span.hi + 0.0);
-}
-
-std::string text_of_range(const VoltageRange& range) { return text_of(Span{range.lo, range.hi}); }
+/// The range is a Span or a VoltageRange.
+std::string text_of(const auto& range) { return from_to(range.lo, range.hi); }
 
 /// Returns the key that a user is most likely to change.
 std::string_view key_of_input(const AnalogueConfig& config) {
@@ -43,7 +39,7 @@ void check_drives(const AnalogueConfig& config, const DriveRange& drives, const 
     if (!contains({output.lo, output.hi}, {volts, volts}))
       throw ChannelError("volts_per_drive",
                          Error(fmt::format("a drive of {:g} needs {:g} V, and the output has {} V", drive,
-                                           volts, text_of_range(output)),
+                                           volts, text_of(output)),
                                {.remedy = "choose another range, or limit the drive in [axis.control]"}));
   }
 }
@@ -54,7 +50,7 @@ void check_positions(const AnalogueConfig& config, const PositionRange& position
   const auto fail = [&](const std::string& what) {
     throw ChannelError(
         key_of_input(config),
-        Error(fmt::format("the input's {} V are {} um, and {}", text_of_range(input), text_of(sensor), what),
+        Error(fmt::format("the input's {} V are {} um, and {}", text_of(input), text_of(sensor), what),
               {.remedy = "correct position_um_per_V and position_zero_um, or choose another "
                          "range"}));
   };
@@ -70,7 +66,7 @@ std::string stroke_warning(const AnalogueConfig& config, const PositionRange& po
   if (contains(sensor, positions.stroke)) return {};
   return fmt::format(
       "the input's {} V are {} um, and the stroke is {} um: a start-up that wipes ends with `sensor status`",
-      text_of_range(input), text_of(sensor), text_of(positions.stroke));
+      text_of(input), text_of(sensor), text_of(positions.stroke));
 }
 
 VoltageRange check_channels(const WiredAnalogueAxis& axis, Card& card) {

@@ -1,5 +1,7 @@
 #include "node/analogue/voltage_range.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "base/text.h"
@@ -13,6 +15,10 @@ std::optional<VoltageRange> parsed_range(std::string_view text) {
   const auto hi = parsed_number<double>(text.substr(dots + 2, text.size() - dots - 4));
   if (!lo || !hi || !(*lo < *hi) || !std::isfinite(*lo) || !std::isfinite(*hi)) return std::nullopt;
   return VoltageRange{.lo = *lo, .hi = *hi};
+}
+
+std::string from_to(double first, double second) {
+  return fmt::format("{:.4g} to {:.4g}", first + 0.0, second + 0.0);  // -0.0 + 0.0 is 0.0
 }
 
 }  // namespace hystcan::node
