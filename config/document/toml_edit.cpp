@@ -204,7 +204,7 @@ void TomlEdit::set(const std::string& path, const std::string& value) {
   const std::size_t found = place.nodes.size() - 1, missing = place.parts.size() - found;
   const std::string header = place.header(found);
   if (found == 0 || !node.is_table() || is_index(place.parts[found]) || missing > 2)
-    fail(where, fmt::format("the table that contains {} is missing", path));
+    fail(where, fmt::format("the table that contains {} is missing, expected its header", path));
   const toml::table& table = *node.as_table();
   const bool only_implied = std::ranges::any_of(table, [&](const auto& entry) {
     return has_header(entry.second) && entry.second.source().begin == where.begin;

@@ -1,4 +1,4 @@
-// The message about a refused file must contain, in one line, the place and what is expected.
+// The message about a refused file must contain, in one line, the place and what is expected or not allowed.
 #pragma once
 
 #include <unistd.h>
@@ -41,7 +41,7 @@ void read_or_refuse(const File& file, Read read) {
   } catch (const Error& error) {
     const std::string_view what = error.what();
     demand(what.starts_with(file.path().string() + ":"));
-    demand(what.find("expected ") != std::string_view::npos);
+    demand_advice(what);
     demand(what.find('\n') == std::string_view::npos);
   }
 }
