@@ -72,7 +72,7 @@ void print(const char* what, const std::vector<Row>& rows, double (Row::*of)() c
   print_shares(what, std::move(values));
 }
 
-TEST_F(AnyStage, GetsALoopThatIsNotWorseAndKeepsItsPromise) {
+TEST_F(AnyStage, GetsALoopAtLeastAsGoodAndKeepsItsPromise) {
   const auto [first, last] = seeds(6);
   std::vector<Row> rows;
   for (unsigned seed = first; seed <= last; ++seed) {

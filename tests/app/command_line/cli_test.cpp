@@ -23,7 +23,7 @@ TEST_F(Cli, ADurationMustBeATime) {
   }
 }
 
-TEST_F(Cli, CheckWarnsWhereTwinAndControllerDisagreeAboutInterpolation) {
+TEST_F(Cli, CheckWarnsIfTwinAndControllerDifferInInterpolation) {
   const std::string warning = "# warning: axis x: the twin has interpolate = true";
   shipped.edit("piezo.toml", "safe_drive_V       = 0.0\nslew_V_per_s       = 93_000.0",
                "interpolate = true\nsafe_drive_V       = 0.0\nslew_V_per_s       = 93_000.0");
@@ -44,7 +44,7 @@ TEST_F(Cli, CheckPrintsTheValuesInForce) {
   EXPECT_NE(program.out().find("# axis y: k_descending = "), std::string::npos) << program.out();
 }
 
-TEST_F(Cli, CheckPrintsTheRatesOfABusWhoseConfigurationIsTooFastForIt) {
+TEST_F(Cli, CheckPrintsTheRatesOfAnOverloadedBus) {
   shipped.edit("piezo.toml", "bitrate_bit_per_s = 1_000_000",
                "bitrate_bit_per_s = 500_000\ndata_bitrate_bit_per_s = 2_000_000");
   Process program({HYSTCAN_PROGRAM, "check", "--rates", "--json", path("piezo.toml")});
@@ -185,7 +185,7 @@ TEST_F(Cli, DemoComparesOpenLoopAndClosedLoop) {
   EXPECT_FALSE(std::filesystem::exists(shipped / "out/pi.csv"));
 }
 
-TEST_F(Cli, DemoOfAnOpenLoopShowsWhatTheLoopWouldDo) {
+TEST_F(Cli, DemoComparesAnOpenLoopWithTheClosedLoop) {
   shipped.edit("soft_stage.toml", "structure          = \"inverse+pi\"", "structure          = \"average\"");
   Process program(
       {HYSTCAN_PROGRAM, "demo", "--config", path("soft_stage.toml"), "--output", path("out"), "--json"});
@@ -227,7 +227,7 @@ TEST_F(Cli, ControllerWritesNoFileBeforeTheBusIsOpen) {
 }
 
 /// What a user looks for without a bus: the log, the file of cycles and the exit status of a real run.
-TEST_F(Cli, ControllerRehearsesWithTheFaultsOfTheTwinAndSaysTheSameEachTime) {
+TEST_F(Cli, RehearsalWithTwinFaultsIsRepeatable) {
   shipped.edit("piezo.toml", "[[axis]]",
                "[[twin.fault]]\nkind = \"no_reply\"\naxis = \"x\"\nat_s = 1.0\nduration_s = 0.1\n\n[[axis]]");
   std::string first;
@@ -245,7 +245,7 @@ TEST_F(Cli, ControllerRehearsesWithTheFaultsOfTheTwinAndSaysTheSameEachTime) {
   EXPECT_EQ(read("first.csv"), read("second.csv"));
 }
 
-TEST_F(Cli, ControllerRunsOnWhereItsFileReachesTheLargestSize) {
+TEST_F(Cli, ControllerContinuesIfItsFileReachesTheSizeLimit) {
   Process program({"sh", "-c",
                    std::string("ulimit -f 8; exec " HYSTCAN_PROGRAM " controller ") + path("piezo.toml") +
                        " --rehearse --csv " + path("run.csv")});
@@ -255,7 +255,7 @@ TEST_F(Cli, ControllerRunsOnWhereItsFileReachesTheLargestSize) {
 }
 
 /// Virtual time would pass without end, and nobody would see it.
-TEST_F(Cli, ARehearsalWhoseAxisNeverStartsEndsAndSaysWhatItWaitedFor) {
+TEST_F(Cli, RehearsalEndsWithTheReasonIfNoAxisStarts) {
   shipped.edit("soft_stage.toml", "[[axis]]",
                "[[twin.fault]]\nkind = \"no_reply\"\naxis = \"x\"\nat_s = 0.0\nduration_s = 1e6\n\n[[axis]]");
   Process program({HYSTCAN_PROGRAM, "controller", path("soft_stage.toml"), "--rehearse"});
@@ -265,14 +265,14 @@ TEST_F(Cli, ARehearsalWhoseAxisNeverStartsEndsAndSaysWhatItWaitedFor) {
       << program.err();
 }
 
-TEST_F(Cli, ARehearsalTakesNothingThatBelongsToARealBus) {
+TEST_F(Cli, RehearsalRefusesOptionsOfARealBus) {
   for (const char* option : {"--interface=vcan0", "--record=runs", "--clear-faults"}) {
     Process program({HYSTCAN_PROGRAM, "controller", path("piezo.toml"), "--rehearse", option});
     EXPECT_EQ(program.wait(), bad_input) << option;
   }
 }
 
-TEST_F(Cli, DemoGoesOnAfterAStructureThatFaultsAndEndsWithOne) {
+TEST_F(Cli, DemoContinuesAfterAFaultAndExitsWithOne) {
   shipped.edit(
       "piezo.toml", "[[axis]]",
       "[[twin.fault]]\nkind = \"amplifier_trip\"\naxis = \"x\"\nat_s = 1.0\nduration_s = 0.1\n\n[[axis]]");
@@ -291,7 +291,7 @@ TEST_F(Cli, DemoGoesOnAfterAStructureThatFaultsAndEndsWithOne) {
   }
 }
 
-TEST_F(Cli, DemoGoesOnWithoutPythonAndSaysSo) {
+TEST_F(Cli, DemoReportsMissingPythonAndContinues) {
   Process program({"env", "HYSTCAN_PYTHON=/nonexistent", HYSTCAN_PROGRAM, "demo", "--config",
                    path("piezo.toml"), "--output", path("out")});
   EXPECT_EQ(program.wait(), done);

@@ -90,7 +90,7 @@ TEST_F(Decode, KeepsTheFlagsOfFdFrames) {
 
 // PGN 65260 has 17 bytes, too many for one frame. The log announces it to all nodes, and has it once in a
 // frame.
-TEST_F(Decode, ReportsOncePerMessageWhatItLeavesOutAndDecodesTheRest) {
+TEST_F(Decode, ReportsEachUndecodedMessageOnceAndDecodesTheRest) {
   write("truck.dbc", R"(VERSION ""
 BU_: A
 BO_ 2566843392 VehicleId: 17 A

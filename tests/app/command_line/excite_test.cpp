@@ -106,7 +106,7 @@ TEST_F(Excite, KeepsTheRowsBeforeAFault) {
   EXPECT_GT(std::ranges::max(record.output), 27.5);
 }
 
-TEST_F(Excite, OfAnUnstatedSizeIsSmallerOnceMoreWhereALimitTrips) {
+TEST_F(Excite, ReducesItsDefaultRangeAgainIfALimitTrips) {
   shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 28.0");
   Process program(rehearsal());
   EXPECT_EQ(program.wait(), done) << program.err();
@@ -116,7 +116,7 @@ TEST_F(Excite, OfAnUnstatedSizeIsSmallerOnceMoreWhereALimitTrips) {
   EXPECT_EQ(std::ranges::max(record.input), 60.0);
 }
 
-TEST_F(Excite, OfAnUnstatedSizeKeepsWellWithinTheLimitsThatASmallLoopShows) {
+TEST_F(Excite, DerivesItsDefaultRangeFromASmallLoop) {
   shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 15.0");
   for (const auto& [was, is] :
        {std::pair{"high_um      = 27.0", "high_um = 11.0"},
@@ -189,7 +189,7 @@ TEST_F(Excite, RefusesAnExcitationOutsideTheLimits) {
   }
 }
 
-TEST_F(Excite, KeepsARecordThatIsThereAndMovesNothing) {
+TEST_F(Excite, RefusesAnExistingRecordBeforeAnyMotion) {
   write("old.csv", "precious");
   Process program({HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--rehearse", "--output", path("old.csv")});
   EXPECT_EQ(program.wait(), bad_input);
@@ -198,7 +198,7 @@ TEST_F(Excite, KeepsARecordThatIsThereAndMovesNothing) {
   EXPECT_EQ(read("old.csv"), "precious");
 }
 
-TEST_F(Excite, FindsBeforeTheAxisMovesThatItCannotWrite) {
+TEST_F(Excite, FailsBeforeAnyMotionIfItCannotWrite) {
   Process program(
       {HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--rehearse", "--output", path("no/l.csv")});
   EXPECT_EQ(program.wait(), failed);

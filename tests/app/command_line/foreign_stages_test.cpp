@@ -117,7 +117,7 @@ TEST_F(Cli, InitTakesCurvesOrderAndCreepOfTheModel) {
   EXPECT_NE(read("stage/x.model.toml").find("creeps by 3 % of its travel"), std::string::npos);
 }
 
-TEST_F(Cli, InitContinueOfAFolderFromARecordSaysWhatToDo) {
+TEST_F(Cli, InitContinueExplainsAFolderThatIsComplete) {
   std::filesystem::create_directory(shipped / "stage");
   write("stage/stage.toml", "format = 1\n");
   Process init({HYSTCAN_PROGRAM, "init", path("stage"), "--continue"});

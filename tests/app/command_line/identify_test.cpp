@@ -84,7 +84,7 @@ double rms_between(const std::vector<double>& a, const std::vector<double>& b) {
   return std::sqrt(square / static_cast<double>(b.size()));
 }
 
-TEST_F(Identify, WritesAModelThatIsAcceptedAndRuns) {
+TEST_F(Identify, WritesAValidModelThatRuns) {
   const Dataset record = piezo_record();
   write_record("record.csv", record);
   Process program = identify("record.csv");
@@ -201,7 +201,7 @@ TEST_F(Identify, RefusesDatasetsOfDifferentUnits) {
                  "A.csv: the units are A and um, expected V and um as in");
 }
 
-TEST_F(Identify, RefusesADatasetWhoseUnitDiffersFromTheCommandLine) {
+TEST_F(Identify, RefusesADatasetWithAnotherUnitThanTheOption) {
   write_record("A.csv", piezo_record(10.0), "# input_unit = A\n");
   expect_refused(run({path("A.csv"), "--output", path("found.toml"), "--input-unit", "V"}),
                  "A.csv: the file has input_unit = \"A\", expected \"V\"");
@@ -234,7 +234,7 @@ TEST_F(Identify, ConvertsARecordInMicrometresToTheNanometresOfTheOldModel) {
   EXPECT_NE(read("from_um.toml").find("output_unit  = \"nm\""), std::string::npos);
 }
 
-TEST_F(Identify, NamesTheDatasetThatIsUnfitForIdentification) {
+TEST_F(Identify, NamesAnUnsuitableDataset) {
   Dataset record = piezo_record(10.0);
   std::ranges::fill(record.output, 5.0);
   write_record("flat.csv", record);
@@ -333,7 +333,7 @@ TEST_F(Identify, WritesTheCreepThatTwoRatesShow) {
       << judged.out();
 }
 
-TEST_F(Identify, TakesTheCreepThatIsGiven) {
+TEST_F(Identify, UsesTheGivenCreep) {
   write_record("loops.csv", piezo_record());
   ASSERT_EQ(identify("loops.csv", {"--creep", "0.01", "--order", "3"}).wait(), done);
   EXPECT_NE(read("found.toml").find("per_decade   = 0.01"), std::string::npos) << read("found.toml");

@@ -115,7 +115,7 @@ std::string line_from(const std::string& text, const std::string& key) {
   return text.substr(begin, text.find('\n', begin) - begin);
 }
 
-TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
+TEST_F(Init, MakesASelfContainedFolder) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--yes"}), done) << err;
   for (const char* name : {"stage/stage.toml", "stage/x.model.toml", "stage/x.plant.toml",
@@ -133,7 +133,7 @@ TEST_F(Init, LeavesAFolderThatNeedsNothingElse) {
   }
 }
 
-TEST_F(Init, OfARecordSaysThatTheSensorNodeMustSendTheMicrometresOfTheRecord) {
+TEST_F(Init, TellsTheUserToSendTheMicrometresOfTheRecord) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--yes"}), done) << err;
   EXPECT_NE(out.find("x: the sensor node must send the same micrometres as the record, "), std::string::npos)
@@ -141,7 +141,7 @@ TEST_F(Init, OfARecordSaysThatTheSensorNodeMustSendTheMicrometresOfTheRecord) {
 }
 
 // A stack with its first mode at 3.1 kHz, at 1 kHz.
-TEST_F(Init, GivesAStiffStageALoopFarFromWhatItsStatedModeAllows) {
+TEST_F(Init, GivesAStiffStageAnEighthOfTheStableGain) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "3100", "--yes"}), done)
       << err;
@@ -150,7 +150,7 @@ TEST_F(Init, GivesAStiffStageALoopFarFromWhatItsStatedModeAllows) {
   EXPECT_EQ(check.wait(), done) << check.out();
 }
 
-TEST_F(Init, RefusesASensorDelayThatIsLongerThanTheDelayOfTheStep) {
+TEST_F(Init, RefusesASensorDelayLongerThanTheStepShows) {
   excite("piezo.toml", "loops.csv");
   excite("piezo.toml", "step.csv", {"--signal", "step"});
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--sensor-delay",
@@ -161,7 +161,7 @@ TEST_F(Init, RefusesASensorDelayThatIsLongerThanTheDelayOfTheStep) {
   EXPECT_FALSE(is_there("stage"));
 }
 
-TEST_F(Init, SaysWhatAStepHasShownBesideWhatWasStated) {
+TEST_F(Init, PrintsMeasuredBesideStatedValues) {
   excite("piezo.toml", "loops.csv");
   excite("piezo.toml", "step.csv", {"--signal", "step"});
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--step", path("step.csv"), "--resonance",
@@ -181,7 +181,7 @@ TEST_F(Init, SaysWhatAStepHasShownBesideWhatWasStated) {
   EXPECT_EQ(stage.axes[0].twin.sensor.delay, std::chrono::microseconds(50));
 }
 
-TEST_F(Init, WithoutARecordLeadsThroughItsExcitations) {
+TEST_F(Init, PrintsTheExcitationsIfThereIsNoRecord) {
   ASSERT_EQ(init({path("stage"), "--drive-min", "0", "--drive-max", "120", "--stroke", "50", "--resonance",
                   "300", "--yes"}),
             done)
@@ -214,7 +214,7 @@ void PrintTo(const Zero& zero, std::ostream* stream) { *stream << zero.name; }
 
 class InitOfABipolarStage : public Init, public testing::WithParamInterface<Zero> {};
 
-TEST_P(InitOfABipolarStage, IsCompleteFromItsOwnRecords) {
+TEST_P(InitOfABipolarStage, CompletesAStageFromItsOwnRecords) {
   const auto& [name, um, stated] = GetParam();
   Words words{path("stage"), "--drive-min", "-20",         "--drive-max", "120",
               "--stroke",    "60",          "--resonance", "310",         "--yes"};
@@ -248,7 +248,7 @@ std::vector<Zero> zeros() {
 INSTANTIATE_TEST_SUITE_P(Zeros, InitOfABipolarStage, testing::ValuesIn(zeros()),
                          testing::PrintToStringParamName());
 
-TEST_F(Init, KeepsWhatItMadeWhereOnlyTheRehearsalFails) {
+TEST_F(Init, KeepsAContinuedFolderIfOnlyTheRehearsalFails) {
   ASSERT_EQ(init({path("stage"), "--drive-min", "0", "--drive-max", "120", "--stroke", "50", "--resonance",
                   "300", "--yes"}),
             done)
@@ -264,7 +264,7 @@ TEST_F(Init, KeepsWhatItMadeWhereOnlyTheRehearsalFails) {
   EXPECT_LT(percent(path("stage/stage.toml")), 2.0);
 }
 
-TEST_F(Init, KeepsANewFolderWhoseRehearsalFails) {
+TEST_F(Init, KeepsANewFolderIfOnlyTheRehearsalFails) {
   excite("piezo.toml", "loops.csv", {"--levels", "1"});
   EXPECT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--cycle-rate", "20",
                   "--yes"}),
@@ -274,7 +274,7 @@ TEST_F(Init, KeepsANewFolderWhoseRehearsalFails) {
   EXPECT_TRUE(is_there("stage/x.model.toml"));
 }
 
-TEST_F(Init, OfSeveralAxesTakesARecordOfEach) {
+TEST_F(Init, TakesOneRecordForEachAxis) {
   excite("piezo.toml", "x.csv", {"--axis", "x"});
   excite("piezo.toml", "y.csv", {"--axis", "y"});
   ASSERT_EQ(init({path("stage"), "--axis", "x", "--axis", "y", "--record", path("x.csv"), "--record",
@@ -285,7 +285,7 @@ TEST_F(Init, OfSeveralAxesTakesARecordOfEach) {
   EXPECT_TRUE(is_there("stage/y.model.toml"));
 }
 
-TEST_F(Init, OfALabsDbcShowsWhatIsLost) {
+TEST_F(Init, ListsTheFunctionsThatALabDbcLacks) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--dbc",
                   path("lab_amplifier.dbc"), "--setpoint", "AmpSet.Volt", "--enable", "AmpSet.On",
@@ -296,7 +296,7 @@ TEST_F(Init, OfALabsDbcShowsWhatIsLost) {
   EXPECT_NE(out.find("x: sample: no SyncCounter:"), std::string::npos) << out;
 }
 
-TEST_F(Init, OfAnAmplifierThatReportsNothingRuns) {
+TEST_F(Init, CompletesAStageWithoutAmplifierStatus) {
   write("bare.dbc",
         "VERSION \"\"\n\nBU_: PC Verst Sensor\n\n"
         "BO_ 257 PZT_Sollwert: 4 PC\n SG_ Spannung : 0|16@1- (0.01,0) [0|0] \"V\" Verst\n\n"
@@ -310,7 +310,7 @@ TEST_F(Init, OfAnAmplifierThatReportsNothingRuns) {
   EXPECT_EQ(init({path("stage"), "--continue"}), done) << err;
 }
 
-TEST_F(Init, CopiesAShippedConfigurationWithAllThatItNames) {
+TEST_F(Init, CopiesAShippedConfigurationWithItsFiles) {
   ASSERT_EQ(init({path("mine"), "--from", "galfenol"}), done) << err;
   EXPECT_NO_THROW(config::load(shipped / "mine/galfenol.toml"));
   EXPECT_EQ(init({path("mine"), "--from", "galfenol"}), bad_input);

@@ -71,7 +71,7 @@ class NoFurtherThread {
   pthread_attr_t before_{};
 };
 
-TEST(Pipeline, DoesItsWorkWhereTheSystemHasNoFurtherThread) {
+TEST(Pipeline, WorksWithoutFurtherThreads) {
   const NoFurtherThread none;
   ASSERT_THROW(std::thread([] {}).join(), std::system_error);
   int sum = 0;
@@ -95,7 +95,7 @@ TEST(Pipeline, ReportsTheErrorOfTheEarliestBlock) {
   EXPECT_EQ(error_of(501, 502, 503), "read");
 }
 
-TEST(Pipeline, WritesWhatWasReadBeforeTheError) {
+TEST(Pipeline, WritesAllBlocksBeforeTheError) {
   int written = 0;
   EXPECT_THROW(run_pipeline<Numbered>(
                    Source{.fails_at = 500}, [](Numbered&) {}, [&](const Numbered&) { ++written; }),

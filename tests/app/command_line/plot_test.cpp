@@ -88,7 +88,7 @@ TEST_F(Plot, PrintsTheTableOfItsRuns) {
       << program.out();
 }
 
-TEST_F(Plot, RefusesWhatTheRunDoesNotHave) {
+TEST_F(Plot, RefusesAxesKindsAndTimesMissingFromTheRun) {
   const std::string cycles = support::read_file(csv("pi"));
   write("header.csv", cycles.substr(0, cycles.find("\n", cycles.find("time_s")) + 1));
   for (const auto& [words, expected] :
@@ -103,7 +103,7 @@ TEST_F(Plot, RefusesWhatTheRunDoesNotHave) {
   }
 }
 
-TEST_F(Plot, LeavesDataWherePythonIsMissing) {
+TEST_F(Plot, WritesItsDataIfPythonIsMissing) {
   write("no-matplotlib", "#!/bin/sh\nexec /usr/bin/python3 -S \"$@\"\n");
   fs::permissions(shipped / "no-matplotlib", fs::perms::owner_all);
   for (const auto& [interpreter, reason] :
@@ -123,7 +123,7 @@ TEST_F(Plot, LeavesDataWherePythonIsMissing) {
   }
 }
 
-TEST_F(Plot, DrawsTheSamePictureAgainFromItsList) {
+TEST_F(Plot, RepeatsAPictureFromItsList) {
   ASSERT_EQ(plot({csv("pi"), "--axis", "x", "--kind", "loops", "--format", "svg"}).wait(), done);
   const std::string before = support::read_file(picture("pi-x-loops.svg"));
   fs::remove(picture("pi-x-loops.svg"));
@@ -145,7 +145,7 @@ TEST_F(Plot, ShowsFormulasInNamesAsText) {
 }
 
 // A run of another user: its axis and its file are named as they like.
-TEST_F(Plot, TakesTheNamesOfRunsAndAxesForText) {
+TEST_F(Plot, DrawsTheNamesOfRunsAndAxesAsText) {
   const std::string rows = support::read_file(csv("pi"));
   const Words names{"x';system(\"touch EXECUTED\");#",
                     "/../../outside",

@@ -76,13 +76,13 @@ using Times = std::vector<double>;
 
 // The run has its start-up, 500 V/s up and down, a triangle of 10 Hz and a staircase; the excitation has
 // loops of 1 s.
-TEST_F(RecordedRuns, OfTheClosedLoopGiveAModelThatPredictsAnExcitation) {
+TEST_F(RecordedRuns, InClosedLoopIdentifyAModelOfTheExcitation) {
   identified({closed_loop(), "--axis", "x"});
   const json figures = printed(hystcan({"validate", path("found.toml"), excitation("x.csv"), "--json"}));
   EXPECT_LT(figures["rms_percent"].get<double>(), 0.05);
 }
 
-TEST_F(RecordedRuns, OfAnExcitationHaveTheDelayOfItsCsv) {
+TEST_F(RecordedRuns, HaveTheSameDelayAsTheCsvOfTheExcitation) {
   const config::Config driven = app::in_open_loop(
       app::chosen_axis_of(config, {}),
       controller::Excitation::Hysteresis{.low = 0.0, .high = 100.0, .slew_per_s = 500.0, .levels = 2});
@@ -109,7 +109,7 @@ TEST_F(RecordedRuns, OfAnExcitationHaveTheDelayOfItsCsv) {
   EXPECT_NEAR(of_run_s, of_csv_s, 2e-5) << "a cycle is 1 ms";
 }
 
-TEST_F(RecordedRuns, AndCsvFilesMakeOneModel) {
+TEST_F(RecordedRuns, CanBeCombinedWithCsvFiles) {
   const json found = identified({closed_loop(), excitation("x.csv"), "--axis", "x", "--order", "3"});
   ASSERT_EQ(found["records"].size(), 2U);
   EXPECT_LT(found["rms_percent"].get<double>(), 0.2);
@@ -117,7 +117,7 @@ TEST_F(RecordedRuns, AndCsvFilesMakeOneModel) {
 
 // Half a second of the staircase, 27 to 72 V of 0 to 100 V. The old model's curves are 3 % off: it misses the
 // excitation by 0.51 %, a model of the staircase alone by 20 % and more.
-TEST_F(RecordedRuns, OfALittleExcitationImproveAnOldModel) {
+TEST_F(RecordedRuns, ImproveAnOldModelEvenIfTheirRangeIsSmall) {
   const std::string old = HYSTCAN_SOURCE_DIR "/config/piezo.model.toml";
   const json found = identified({closed_loop(), "--axis", "x", "--from", "2.5", "--start", old});
   const json figures = printed(hystcan({"validate", path("found.toml"), excitation("x.csv"), "--json"}));
@@ -131,13 +131,13 @@ TEST_F(RecordedRuns, OfALittleExcitationImproveAnOldModel) {
       << found["findings"];
 }
 
-TEST_F(RecordedRuns, OfTheWholeLoopOverruleAnOldModel) {
+TEST_F(RecordedRuns, ReplaceAnOldModelIfTheyCoverTheWholeLoop) {
   identified({closed_loop(), "--axis", "x", "--start", HYSTCAN_SOURCE_DIR "/config/piezo.model.toml"});
   const json figures = printed(hystcan({"validate", path("found.toml"), excitation("x.csv"), "--json"}));
   EXPECT_LT(figures["rms_percent"].get<double>(), 0.05) << "the old model: 0.51";
 }
 
-TEST_F(RecordedRuns, AreJudgedByValidate) {
+TEST_F(RecordedRuns, CanBeValidated) {
   Process program =
       hystcan({"validate", HYSTCAN_SOURCE_DIR "/config/piezo.model.toml", closed_loop(), "--axis", "y"});
   ASSERT_EQ(program.wait(), done) << program.err();
@@ -145,38 +145,38 @@ TEST_F(RecordedRuns, AreJudgedByValidate) {
   EXPECT_NE(program.err().find(": axis y, "), std::string::npos) << program.err();
 }
 
-TEST_F(RecordedRuns, OfSeveralAxesAreRefusedWithoutOne) {
+TEST_F(RecordedRuns, AreRefusedIfTheAxisIsAmbiguous) {
   const std::string run = closed_loop();
   expect_refused(hystcan({"identify", run, "--output", path("found.toml")}),
                  run + ": has 2 axes; select one with --axis: x, y");
 }
 
-TEST_F(RecordedRuns, WithoutTheAxisAreRefused) {
+TEST_F(RecordedRuns, AreRefusedIfTheAxisIsUnknown) {
   const std::string run = closed_loop();
   expect_refused(hystcan({"identify", run, "--axis", "z", "--output", path("found.toml")}),
                  run + ": no axis z, expected one of x, y");
 }
 
-TEST_F(RecordedRuns, WithoutRowsAreRefused) {
+TEST_F(RecordedRuns, AreRefusedIfTheyAreEmpty) {
   runs::Recorder recorder = make();
   const std::string run = recorder.start().string();
   recorder.finish();
   expect_refused(hystcan({"identify", run, "--output", path("found.toml")}), run + ": no rows");
 }
 
-TEST_F(RecordedRuns, AreNotAnyFolder) {
+TEST_F(RecordedRuns, RefuseAFolderThatIsNotARun) {
   expect_refused(hystcan({"identify", folder.string(), "--output", path("found.toml")}),
                  path("run.json") + ": cannot be read");
 }
 
-TEST_F(RecordedRuns, NeedNoWordAboutTheirColumns) {
+TEST_F(RecordedRuns, RefuseOptionsForColumns) {
   write_cycles("cycles.csv", "wttttt");
   for (const char* option : {"--columns=1,2,3", "--rate=1000", "--output-scale=2"})
     expect_refused(hystcan({"identify", path("cycles.csv"), option, "--output", path("found.toml")}),
                    "--columns, --rate, --output-scale and --output-from are not allowed with a recorded run");
 }
 
-TEST_F(RecordedRuns, AreNeededForAnAxis) {
+TEST_F(RecordedRuns, AreRequiredForTheOptionAxis) {
   expect_refused(hystcan({"identify", excitation("x.csv"), "--axis", "x", "--output", path("found.toml")}),
                  "--axis is x, expected a recorded run, or --for");
 }
@@ -189,7 +189,7 @@ TEST_F(RecordedRuns, PairAPositionWithTheDriveOfTheCycleBefore) {
   EXPECT_EQ(dataset.output, (Times{30, 40, 50}));
 }
 
-TEST_F(RecordedRuns, BeginWhereTheDriveFirstMoves) { EXPECT_EQ(times("wiiiiittt"), (Times{6, 7, 8})); }
+TEST_F(RecordedRuns, BeginWhenTheDriveFirstMoves) { EXPECT_EQ(times("wiiiiittt"), (Times{6, 7, 8})); }
 
 TEST_F(RecordedRuns, LeaveOutACycleWithoutASample) { EXPECT_EQ(times("ttttmtt"), (Times{2, 3, 5, 6})); }
 
@@ -201,7 +201,7 @@ TEST_F(RecordedRuns, AreReadWithinTheInterval) {
   EXPECT_EQ(times("tttttttttt", {.from_s = 3.0, .to_s = 7.0}), (Times{5, 6, 7}));
 }
 
-TEST_F(RecordedRuns, InWhichTheAxisOnlyWaitsAreRefused) {
+TEST_F(RecordedRuns, AreRefusedIfTheAxisIsNeverDriven) {
   write_cycles("cycles.csv", "wwwwww");
   expect_refused(hystcan({"identify", path("cycles.csv"), "--output", path("found.toml")}),
                  path("cycles.csv") + ": axis x is not driven in these cycles");

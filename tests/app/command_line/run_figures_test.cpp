@@ -19,7 +19,7 @@ TEST(PlotRows, KeepsEveryRowOfAShortSignal) {
   EXPECT_EQ(rows.rows().size(), 9000U);
 }
 
-TEST(PlotRows, KeepsThePeaksOfALongOneInItsOrder) {
+TEST(PlotRows, KeepsThePeaksOfALongSignalInOrder) {
   PlotRows rows;
   constexpr int many = 1'000'000;
   for (int i = 0; i < many; ++i)
@@ -48,7 +48,7 @@ class FiguresOfARun : public runs::ScratchRuns {
   }
 };
 
-TEST_F(FiguresOfARun, HaveADriveThatIsEarlierByTheKnownDelayOfTheChain) {
+TEST_F(FiguresOfARun, ShiftTheDriveByTheConfiguredDelays) {
   const double delay_s = config.axes[0].control.delays.to_sample_s(1e-3);
   const RunFigures of = figures();
   EXPECT_EQ(of.drive_delay_s, delay_s);
@@ -58,7 +58,7 @@ TEST_F(FiguresOfARun, HaveADriveThatIsEarlierByTheKnownDelayOfTheChain) {
     EXPECT_NEAR(rows[i].drive, 250.0 * (rows[i].time_s - delay_s), 1e-9);
 }
 
-TEST_F(FiguresOfARun, NameASettingThatIsNoNumber) {
+TEST_F(FiguresOfARun, NameASettingThatIsNotANumber) {
   runs::Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
   recorder.add(tracked(1));
@@ -71,7 +71,7 @@ TEST_F(FiguresOfARun, NameASettingThatIsNoNumber) {
             run.string() + ": axis[0].control.in_position.tolerance_um is '1e999', expected a number");
 }
 
-TEST_F(FiguresOfARun, HaveTheStepThatTheControllerHasSeen) {
+TEST_F(FiguresOfARun, HaveTheStepResponseOfTheController) {
   runs::Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
   for (std::uint64_t cycle = 1; cycle <= 50; ++cycle) {
@@ -91,7 +91,7 @@ TEST_F(FiguresOfARun, HaveTheStepThatTheControllerHasSeen) {
 }
 
 /// The controller counts the levels of a segment anew after the transition to it.
-TEST_F(FiguresOfARun, HaveNoStepFromATransitionHoweverFarItGoes) {
+TEST_F(FiguresOfARun, ExcludeTransitionsFromTheStepResponse) {
   runs::Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
   for (std::uint64_t cycle = 1; cycle <= 80; ++cycle) {
@@ -127,7 +127,7 @@ TEST(RunTable, HasErrorsInPercentOfTheStroke) {
             std::string::npos);
 }
 
-TEST(RunTable, LeavesWhatIsUnknownEmpty) {
+TEST(RunTable, LeavesUnknownValuesEmpty) {
   RunFigures run = figures();
   run.stroke_um = 0.0;
   EXPECT_NE(run_table({run}, "csv").find(",0.0200,0.1000,,,1,,,\n"), std::string::npos);

@@ -26,7 +26,7 @@ TEST_F(Runs, ExportWritesTheSelectedSignals) {
       << process.out();
 }
 
-TEST_F(Runs, AreListedAlsoWhereOneOfThemCannotBeRead) {
+TEST_F(Runs, AreListedEvenIfOneIsUnreadable) {
   const std::filesystem::path folder = shipped / "runs";
   std::filesystem::create_directories(folder / "run_1");
   std::ofstream(folder / "run_1" / "run.json") << "{}";

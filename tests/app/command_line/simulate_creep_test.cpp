@@ -76,7 +76,7 @@ TEST_P(CreepOfEveryKind, ContinuesFromASavedMemoryAsInOneRun) {
   }
 }
 
-TEST_F(SimulateCreep, SaysSoAndWithoutItGivesTheBitsOfAFileWithoutTheTable) {
+TEST_F(SimulateCreep, IsReportedAndQuasiStaticIgnoresTheTable) {
   write("plain.toml", recursive_memory);
   write_record("in.csv", 100);
   Process with = run("in.csv", "with.csv");
@@ -93,7 +93,7 @@ TEST_F(SimulateCreep, SaysSoAndWithoutItGivesTheBitsOfAFileWithoutTheTable) {
   EXPECT_NE(read("with.csv"), read("plain.csv"));
 }
 
-TEST_F(SimulateCreep, StandsBeforeTheMode) {
+TEST_F(SimulateCreep, IsAppliedBeforeTheMode) {
   std::ofstream(shipped / "stage.toml", std::ios::app)
       << "\n[dynamics]\nresonance_Hz = 2000.0\ndamping_ratio = 1.0\ndelay_s = 0.0\n";
   std::string text = "time_s,input\n";
@@ -127,7 +127,7 @@ TEST_F(SimulateCreep, RefusesAFileThatBeginsBeforeItsMemory) {
   EXPECT_EQ(rows_of(read("next_out.csv"))[0].output, rows_of(read("out.csv"))[1].output);
 }
 
-TEST_F(SimulateCreep, BeginsSettledWithAMemoryThatHasNone) {
+TEST_F(SimulateCreep, BeginsSettledIfTheMemoryHasNoCreep) {
   write("memory.toml",
         "[memory]\nkind = \"recursive-memory\"\norigin = \"lower-threshold\"\n"
         "turning_inputs = [80, 20]\ninput = 40\n");
@@ -166,7 +166,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "memory.toml:5:10: time_s is present without creep, expected both"}),
     [](const auto& test) { return test.param.name; });
 
-TEST_F(SimulateCreep, OfAMemoryIsRefusedByAModelWithoutTheTable) {
+TEST_F(SimulateCreep, InAMemoryIsRefusedByAModelWithoutCreep) {
   write("in.csv", "time_s,input\n0,0\n3,80\n");
   expect_done("in.csv", "out.csv", {"--save-memory", path("memory.toml")});
   write("stage.toml", recursive_memory);
@@ -196,7 +196,7 @@ class ValidateCreep : public SimulateCreep {
   }
 };
 
-TEST_F(ValidateCreep, PredictsWithItAndSaysSo) {
+TEST_F(ValidateCreep, IsUsedAndReported) {
   Process said = validate();
   ASSERT_EQ(said.wait(), done) << said.err();
   EXPECT_NE(said.out().find("\nwith creep of 2.3 % per decade from 10 ms to 3 s of the model file\n"),
@@ -207,7 +207,7 @@ TEST_F(ValidateCreep, PredictsWithItAndSaysSo) {
   EXPECT_EQ(json["creep"], (nlohmann::json{{"per_decade", 0.023}, {"from_s", 0.01}, {"to_s", 3.0}}));
 }
 
-TEST_F(ValidateCreep, IsWithoutItWhenQuasiStatic) {
+TEST_F(ValidateCreep, IsIgnoredIfQuasiStatic) {
   Process said = validate({"--quasi-static"});
   ASSERT_EQ(said.wait(), done) << said.err();
   EXPECT_EQ(said.out().find("creep"), std::string::npos) << said.out();
@@ -216,7 +216,7 @@ TEST_F(ValidateCreep, IsWithoutItWhenQuasiStatic) {
   EXPECT_TRUE(json["creep"].is_null());
 }
 
-TEST_F(ValidateCreep, BeginsWithTheCreepOfAMemory) {
+TEST_F(ValidateCreep, BeginsWithTheCreepOfTheMemory) {
   write("first.csv", "time_s,input\n0,0\n3,80\n3.01,20\n");
   expect_done("first.csv", "first_out.csv", {"--save-memory", path("moved.toml")});
   std::string memory = read("moved.toml");

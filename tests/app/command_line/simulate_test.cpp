@@ -71,7 +71,7 @@ TEST_F(Simulate, RefusesACsvWithAnEmptyFieldAndKeepsTheOldOutput) {
   EXPECT_FALSE(std::filesystem::exists(shipped / "out.csv.part"));
 }
 
-TEST_F(Simulate, KeepsAnOutputThatIsThere) {
+TEST_F(Simulate, RefusesToOverwriteAnOutput) {
   write("in.csv", "time_s,input\n0,1\n");
   write("out.csv", "precious");
   EXPECT_EQ(run("piezo.model.toml", "in.csv", "out.csv").wait(), bad_input);
@@ -311,7 +311,7 @@ TEST_F(Simulate, RefusesAnHdf5FileWithItsPlaceAndLeavesNothing) {
   EXPECT_FALSE(std::filesystem::exists(shipped / "never.csv"));
 }
 
-TEST_F(Simulate, WithDynamicsNeedsThemInTheModelFileAndAnEvenRate) {
+TEST_F(Simulate, NeedsATableAndAnEvenRateForDynamics) {
   write_record("record.csv", 100);
   Process without = run("piezo.model.toml", "record.csv", "out.csv", {"--dynamics"});
   EXPECT_EQ(without.wait(), bad_input);

@@ -57,7 +57,7 @@ class SpoiltRecord : public Cli {
   std::string out, err;
 };
 
-TEST_F(SpoiltRecord, IsIdentifiedWithoutItsDropOutsWhichAreNamed) {
+TEST_F(SpoiltRecord, IsIdentifiedWithoutItsReportedDropOuts) {
   Dataset record = clean();
   write_record("clean.csv", record);
   record.output[300] = record.output[301] = 0.0;
@@ -71,7 +71,7 @@ TEST_F(SpoiltRecord, IsIdentifiedWithoutItsDropOutsWhichAreNamed) {
   EXPECT_NE(read("found.toml").find("these rows are left out"), std::string::npos);
 }
 
-TEST_F(SpoiltRecord, IsValidatedWithoutItsDropOutsWhichAreNamed) {
+TEST_F(SpoiltRecord, IsValidatedWithoutItsReportedDropOuts) {
   Dataset record = clean();
   write_record("clean.csv", record);
   record.output[300] = record.output[301] = 0.0;
@@ -99,7 +99,7 @@ TEST_F(SpoiltRecord, IsRefusedByInitUnlessItIsAccepted) {
   EXPECT_EQ(read("stage/stage.toml").find("130"), std::string::npos);
 }
 
-TEST_F(SpoiltRecord, OfASensorAtItsEndIsRefusedByInit) {
+TEST_F(SpoiltRecord, IsRefusedByInitIfTheSensorSaturates) {
   Dataset record = clean();
   for (double& x : record.output) x = std::min(x, 24.0);
   write_record("spoilt.csv", record);
@@ -107,7 +107,7 @@ TEST_F(SpoiltRecord, OfASensorAtItsEndIsRefusedByInit) {
   EXPECT_NE(err.find("the output stays at 24 um, its highest"), std::string::npos) << err;
 }
 
-TEST_F(SpoiltRecord, IsRefusedWhereItIsGivenTwice) {
+TEST_F(SpoiltRecord, IsRefusedIfItIsGivenTwice) {
   write_record("monday.csv", clean());
   write_record("copy.csv", clean());
   EXPECT_EQ(run({"identify", path("monday.csv"), path("copy.csv"), "--output", path("found.toml")}),
@@ -117,7 +117,7 @@ TEST_F(SpoiltRecord, IsRefusedWhereItIsGivenTwice) {
   EXPECT_NE(err.find("has the same rows as"), std::string::npos) << err;
 }
 
-TEST_F(SpoiltRecord, IsNotJudgedByOthersThatDoNotReachItsInputs) {
+TEST_F(SpoiltRecord, IsNotComparedWithRecordsOfSmallerRange) {
   const model::Hysteresis truth(support::piezo_model());
   const auto record = [&](const std::vector<double>& turns, std::uint64_t seed) {
     return identification::with_noise(

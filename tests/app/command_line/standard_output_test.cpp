@@ -75,43 +75,43 @@ class StandardOutput : public Cli {
   std::string err_;
 };
 
-TEST_F(StandardOutput, OnAFullDiskEndsEveryCommandWithOneAndALine) {
+TEST_F(StandardOutput, EndsEveryCommandWithAnErrorIfTheDiskIsFull) {
   for (const auto& commands : {support::long_run() ? results : half_of_results(1), streams})
     for (const std::string& command : commands)
       fails_with_one_line(command, full_disk, "No space left on device");
 }
 
-TEST_F(StandardOutput, ThatIsClosedEndsEveryCommandWithOneAndALine) {
+TEST_F(StandardOutput, EndsEveryCommandWithAnErrorIfClosed) {
   for (const auto& commands : {half_of_results(0), streams})
     for (const std::string& command : commands) fails_with_one_line(command, closed, "Bad file descriptor");
 }
 
-TEST_F(StandardOutput, WithoutAReaderIsAnErrorForAResult) {
+TEST_F(StandardOutput, EndsAResultWithAnErrorIfThereIsNoReader) {
   for (const std::string& command : half_of_results(1)) {
     EXPECT_EQ(run(command, no_reader), failed) << command << err_;
     EXPECT_NE(err_.find(": cannot be written: Broken pipe\n"), std::string::npos) << command << err_;
   }
 }
 
-TEST_F(StandardOutput, WithoutAReaderEndsAStreamQuietlyWithZero) {
+TEST_F(StandardOutput, EndsAStreamWithZeroIfThereIsNoReader) {
   for (const std::string& command : streams) {
     EXPECT_EQ(run(command, no_reader), done) << command;
     EXPECT_EQ(err_, "") << command;
   }
 }
 
-TEST_F(StandardOutput, ThatIsClosedLeavesTheOutputFilesAsTheyAre) {
+TEST_F(StandardOutput, DoesNotChangeTheOutputFilesIfClosed) {
   EXPECT_EQ(run("tune piezo.toml --record steps.csv --output closed.toml", closed), failed);
   EXPECT_EQ(run("tune piezo.toml --record steps.csv --output open.toml", "> /dev/null"), done);
   EXPECT_EQ(read("closed.toml"), read("open.toml"));
 }
 
-TEST_F(StandardOutput, OfACommandWithoutAResultMayBeClosed) {
+TEST_F(StandardOutput, MayBeClosedForACommandWithoutAResult) {
   EXPECT_EQ(run("simulate piezo.model.toml --input loops.csv --output o.csv", closed), done) << err_;
   EXPECT_EQ(run("excite piezo.toml --output e.csv --rehearse", closed + " 2>&-"), done) << err_;
 }
 
-TEST_F(StandardOutput, ThatIsFullMakesCtlFail) {
+TEST_F(StandardOutput, EndsCtlWithAnErrorIfFull) {
   boost::asio::io_context context;
   using boost::asio::local::stream_protocol;
   stream_protocol::acceptor acceptor(context, stream_protocol::endpoint(path("twin.sock")));

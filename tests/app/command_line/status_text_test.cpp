@@ -46,7 +46,7 @@ TEST(StatusScreen, ShowsTheLastEventOfANode) {
   EXPECT_TRUE(has(status_screen(with_event, bus, ""), "nodes: node 1: emergency 0x8130, 3.2 s"));
 }
 
-TEST(StatusScreen, NamesAllThatAnAxisWaitsFor) {
+TEST(StatusScreen, ListsEverythingThatAnAxisWaitsFor) {
   StatusAnswer waiting = status();
   waiting.axes[1].state = controller::AxisState::waiting;
   waiting.axes[1].waits_for_all = {"a heartbeat of the sensor", "a heartbeat of the amplifier"};
@@ -54,7 +54,7 @@ TEST(StatusScreen, NamesAllThatAnAxisWaitsFor) {
                   "waits for a heartbeat of the sensor; a heartbeat of the amplifier"));
 }
 
-TEST(StatusScreen, ShowsTheBusWhereNobodyAnswers) {
+TEST(StatusScreen, ShowsTheBusIfThereIsNoAnswer) {
   const auto lines = status_screen({}, bus, "no answer, trying again: no such file");
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines.front(), "no answer, trying again: no such file");

@@ -83,7 +83,7 @@ TEST_F(TuneRecord, FindsTheModeAndWritesAFragment) {
     EXPECT_NE(fragment.find(expected), std::string::npos) << expected << "\n" << fragment;
 }
 
-TEST_F(TuneRecord, ProposesWhatTheSameStepsAsAnExperimentDo) {
+TEST_F(TuneRecord, ProposesTheSameAsAnExperimentWithTheseSteps) {
   Process excite({HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--rehearse", "--signal", "step",
                   "--amplitude", "1", "--output", path("excited.csv")});
   ASSERT_EQ(excite.wait(), done) << excite.err();
@@ -96,7 +96,7 @@ TEST_F(TuneRecord, ProposesWhatTheSameStepsAsAnExperimentDo) {
 }
 
 // The steps have a pure delay of 0.4 ms and no lag.
-TEST_F(TuneRecord, SaysThatAPureDelayIsNoLag) {
+TEST_F(TuneRecord, AttributesAPureDelayToTheSensor) {
   Process program = run("steps.csv");
   ASSERT_EQ(program.wait(), done) << program.err();
   EXPECT_NE(program.out().find("of pure delay, attributed to the sensor"), std::string::npos)
@@ -104,14 +104,14 @@ TEST_F(TuneRecord, SaysThatAPureDelayIsNoLag) {
 }
 
 // Half of it is stated to be the sensor's. A lag that looks like the rest in the record is a little longer.
-TEST_F(TuneRecord, AttributesWhatIsNotTheConfiguredSensorsToTheAmplifier) {
+TEST_F(TuneRecord, AttributesTheRestOfTheDelayToTheAmplifier) {
   shipped.edit("piezo.toml", "[axis.control.delays]\n", "[axis.control.delays]\nsensor_delay_us = 200.0\n");
   const json delays = found_in("steps.csv", {"--cautious"})["candidates"].back()["delays"];
   EXPECT_EQ(delays["sensor_delay_us"], 200.0);
   EXPECT_NEAR(1.0 / (2.0 * pi * delays["amplifier_bandwidth_Hz"].get<double>()), 0.2e-3, 0.04e-3);
 }
 
-TEST_F(TuneRecord, AcceptsRowsThatAreLeftOut) {
+TEST_F(TuneRecord, AcceptsMissingRows) {
   std::istringstream all(read("steps.csv"));
   std::ofstream some(shipped / "some.csv");
   int row = 0;

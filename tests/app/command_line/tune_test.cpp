@@ -107,7 +107,7 @@ TEST_F(Tune, ProposesTheCandidateWithTheSmallestPredictedError) {
 }
 
 // The cautious gains are slower than the present ones.
-TEST_F(Tune, ProposesThePresentSettingUnchangedWhereNothingIsPredictedToBeBetter) {
+TEST_F(Tune, ProposesThePresentSettingIfNoCandidateIsBetter) {
   const json found = tuned({"--cautious"});
   EXPECT_EQ(found["proposed"]["name"], "present");
   EXPECT_EQ(found["proposed"]["delays"], found["present"]["delays"]);
@@ -138,7 +138,7 @@ TEST_F(Tune, CountsAConfiguredNotchAndLowPassInThePresentLoop) {
 
 // It is stable on the plant that the configuration states, but not on the one that is found. An unstable loop
 // is neither rehearsed nor proposed.
-TEST_F(Tune, SaysThatThePresentLoopIsNotStable) {
+TEST_F(Tune, ReportsThatThePresentLoopIsUnstable) {
   shipped.edit("piezo.toml", "kp                 = 0.05", "kp                 = 0.5");
   shipped.edit("piezo.toml", "resonance_Hz           = 500.0", "resonance_Hz           = 2000.0");
   shipped.edit("piezo.toml", "damping_ratio          = 0.05", "damping_ratio          = 0.7");
@@ -223,7 +223,7 @@ TEST_F(Tune, AcceptsARecordWithLostSamples) {
   EXPECT_NEAR(found["natural_frequency_Hz"]["value"], 500.0, 5.0);
 }
 
-TEST_F(Tune, TakesASmallerAmplitudeByItselfWhereTheTwinComesNearALimit) {
+TEST_F(Tune, ReducesTheAmplitudeIfTheTwinIsNearALimit) {
   shipped.edit("piezo.toml", "position_jump_um   = 5.0", "position_jump_um   = 0.3");
   shipped.edit("piezo.toml", "frequency_Hz = 10.0", "frequency_Hz = 2.0");  // slow enough for that
   shipped.edit("piezo.toml", "cycles       = 10.0", "cycles       = 2.0");

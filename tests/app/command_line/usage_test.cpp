@@ -75,18 +75,18 @@ Words options(const Words& command, const std::string& types) {
   return found;
 }
 
-TEST(Usage, AMistypedCommandIsNamedWithTheNearest) {
+TEST(Usage, SuggestsTheNearestCommand) {
   EXPECT_EQ(refusal_of({"identfy"}), "hystcan: unknown command 'identfy': did you mean 'identify'?\n");
   EXPECT_EQ(refusal_of({"ctl", "statsu"}), "hystcan ctl: unknown command 'statsu': did you mean 'status'?\n");
 }
 
-TEST(Usage, ACommandLikeNoOtherIsAnsweredWithAllCommands) {
+TEST(Usage, ListsAllCommandsForAnUnknownCommand) {
   EXPECT_TRUE(refusal_of({"frobnicate"})
                   .starts_with(
                       "hystcan: unknown command 'frobnicate': expected one of demo, init, controller, twin"));
 }
 
-TEST(Usage, AMistypedOptionIsNamedWithTheNearest) {
+TEST(Usage, SuggestsTheNearestOption) {
   EXPECT_EQ(refusal_of({"identify", "x.csv", "--outptu", "y.toml"}),
             "hystcan identify: unknown option '--outptu': did you mean '--output'?\n");
   EXPECT_EQ(refusal_of({"ctl", "wait", "x", "--interfce=vcan0"}),
@@ -136,7 +136,7 @@ TEST(Usage, ANumericArgumentRefusesInfinitiesAndNan) {
               "hystcan ctl go: POSITION: " + value + ", expected a finite number\n");
 }
 
-TEST(Usage, EveryWholeNumberRefusesOneThatIsTooLarge) {
+TEST(Usage, EveryWholeNumberRefusesValuesOutOfRange) {
   std::size_t tried = 0;
   for (const Words& command : all_commands())
     for (const std::string& option : options(command, "UINT|INT"))
@@ -149,7 +149,7 @@ TEST(Usage, EveryWholeNumberRefusesOneThatIsTooLarge) {
   EXPECT_GE(tried, 4 * 4U);
 }
 
-TEST(Usage, EveryOptionForAnInterfaceRefusesANameThatLinuxDoesNotTake) {
+TEST(Usage, EveryInterfaceOptionRefusesAnInvalidName) {
   std::size_t tried = 0;
   for (const Words& command : all_commands()) {
     const Words taken = options(command, "TEXT");
@@ -166,7 +166,7 @@ TEST(Usage, EveryOptionForAnInterfaceRefusesANameThatLinuxDoesNotTake) {
 
 class Limits : public Cli {};
 
-TEST_F(Limits, AnIntervalMustNotEndBeforeItBegins) {
+TEST_F(Limits, RefuseAnIntervalThatEndsBeforeItBegins) {
   write("d.csv", "time_s,input,output\n0,1,1\n1,2,2\n");
   for (const Words& command : {Words{"validate", path("piezo.model.toml"), path("d.csv")},
                                {"identify", path("d.csv"), "--output", path("o")}})
@@ -174,13 +174,13 @@ TEST_F(Limits, AnIntervalMustNotEndBeforeItBegins) {
               "hystcan: --from is 3, expected at most --to, 1\n");
 }
 
-TEST_F(Limits, AChirpMustNotGoDown) {
+TEST_F(Limits, RefuseAChirpThatFalls) {
   EXPECT_EQ(refusal_of({"excite", path("piezo.toml"), "--rehearse", "--output", path("o.csv"), "--signal",
                         "chirp", "--frequency-from", "50", "--frequency-to", "5"}),
             "hystcan: --frequency-from is 50 Hz, expected at most --frequency-to, 5 Hz\n");
 }
 
-TEST_F(Limits, ADelayMustNotBeLongerThanTheDataset) {
+TEST_F(Limits, RefuseADelayLongerThanTheDataset) {
   write("d.csv", "time_s,input,output\n0,1,1\n1,2,2\n");
   const std::string message =
       refusal_of({"validate", path("piezo.model.toml"), path("d.csv"), "--delay", "1.5", "--from", "0"});
@@ -189,7 +189,7 @@ TEST_F(Limits, ADelayMustNotBeLongerThanTheDataset) {
       << message;
 }
 
-TEST_F(Limits, ALogWithoutFramesIsRefused) {
+TEST_F(Limits, RefuseALogWithoutFrames) {
   write("empty.log", "");
   write("comment.log", "# nothing was received\n");
   for (const char* log : {"empty.log", "comment.log"}) {
@@ -198,14 +198,14 @@ TEST_F(Limits, ALogWithoutFramesIsRefused) {
   }
 }
 
-TEST_F(Limits, ASimulationRefusesATimeThatRunsBackwards) {
+TEST_F(Limits, RefuseDecreasingTimesInASimulation) {
   write("back.csv", "time_s,input\n0,1\n2,2\n1,3\n");
   EXPECT_EQ(refusal_of({"simulate", path("piezo.model.toml"), "--input", path("back.csv"), "--output",
                         path("o.csv")}),
             "hystcan: " + path("back.csv") + ":4: time_s is 1 after 2, expected an increasing time\n");
 }
 
-TEST_F(Limits, ANumberThatADoubleCannotHoldOrThatIsSubnormalIsRefusedWithItsOption) {
+TEST_F(Limits, RefuseNumbersThatUnderflow) {
   EXPECT_EQ(refusal_of({"identify", "a", "--output", "b", "--creep", "1e-400"}),
             "hystcan identify: --creep: 1e-400, expected auto, none or 0 to 0.16\n");
   EXPECT_EQ(refusal_of({"init", path("st"), "--yes", "--drive-min", "0", "--drive-max", "100", "--resonance",
@@ -216,7 +216,7 @@ TEST_F(Limits, ANumberThatADoubleCannotHoldOrThatIsSubnormalIsRefusedWithItsOpti
             "hystcan: --drive-max: 1e-308, expected at least 1e-6 above the lowest drive, 0\n");
 }
 
-TEST_F(Limits, NoOutputMayBeAnInput) {
+TEST_F(Limits, RefuseAnOutputThatIsAnInput) {
   write("d.csv", "time_s,input,output\n0,1,1\n1,2,2\n");
   const Words stage{"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"};
   const Words tune{"tune", path("piezo.toml"), "--output", path("tuning.toml")};
@@ -241,7 +241,7 @@ TEST_F(Limits, NoOutputMayBeAnInput) {
     }
 }
 
-TEST_F(Limits, AFolderThatCannotBeMadeIsNamedInAPlainSentence) {
+TEST_F(Limits, NameAFolderThatCannotBeCreated) {
   EXPECT_EQ(refusal_of({"demo", "--config", path("piezo.toml"), "--output", path("piezo.toml")}),
             "hystcan: " + path("piezo.toml") + ": is not a folder, expected one for the output\n");
   const Ended ended = run({"demo", "--config", path("piezo.toml"), "--output", "/proc/none"});

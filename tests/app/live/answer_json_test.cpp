@@ -33,9 +33,9 @@ std::string written_again(const json& answer) {
   return answer_json(read_answer<T>(answer)).dump();
 }
 
-TEST(Answers, OfAStatusKeepEveryMember) { EXPECT_EQ(written_again<StatusAnswer>(status), status.dump()); }
+TEST(Answers, KeepEveryMemberOfAStatus) { EXPECT_EQ(written_again<StatusAnswer>(status), status.dump()); }
 
-TEST(Answers, OfEachKindAreReadAsTheyAreWritten) {
+TEST(Answers, AreReadAsTheyAreWritten) {
   for (const Reply reply : every<Reply>())
     with_answer(reply, [](auto kind) {
       const json answer = answer_json(kind);
@@ -43,28 +43,28 @@ TEST(Answers, OfEachKindAreReadAsTheyAreWritten) {
     });
 }
 
-TEST(Answers, OfATwinHaveNodeValueAndEndOfAFaultWhereThereAreSuch) {
+TEST(Answers, KeepTheOptionalMembersOfATwinFault) {
   const json twin = json::parse(R"({"ok": true, "time_s": 1.0, "axes": [], "faults": [
     {"kind": "late", "axis": "x", "node": "sensor", "value": 3.0, "began_s": 0.5, "ends_s": 1.5},
     {"kind": "load_step", "axis": "y", "began_s": 0.25}]})");
   EXPECT_EQ(written_again<TwinStatusAnswer>(twin), twin.dump());
 }
 
-TEST(Answers, NameTheMemberThatIsMissing) {
+TEST(Answers, NameAMissingMember) {
   json without = status;
   without["axes"][1].erase("drive");
   EXPECT_EQ(support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(without); }),
             "the answer has no \"axes[1].drive\"");
 }
 
-TEST(Answers, NameTheMemberOfAnotherType) {
+TEST(Answers, NameAMemberOfAnotherType) {
   json wrong = status;
   wrong["axes"][0]["state"] = "dancing";
   EXPECT_EQ(support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(wrong); }),
             "\"axes[0].state\" of the answer is \"dancing\", expected a word that this version has");
 }
 
-TEST(Answers, ThatAreRefusalsThrowTheirReason) {
+TEST(Answers, ThrowTheReasonOfARefusal) {
   EXPECT_EQ(
       support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(refusal("the controller is ending")); }),
       "the controller is ending");

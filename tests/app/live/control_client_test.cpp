@@ -54,7 +54,7 @@ TEST(ControlClient, ReturnsTheAnswerOfTheController) {
   EXPECT_TRUE(is_ok(ask_socket(bench.socket(), status, std::nullopt)));
 }
 
-TEST(ControlClient, GivesUpIfThereIsNoAnswer) {
+TEST(ControlClient, TimesOutWithoutAnAnswer) {
   const support::ShippedCopy folder;
   const SilentSocket socket(folder / "silent.sock", 10);
   EXPECT_EQ(failure_of(folder / "silent.sock", milliseconds(50)), std::errc::timed_out);
@@ -81,7 +81,7 @@ class Impostor {
   std::jthread thread_;
 };
 
-TEST(ControlClient, RefusesAnAnswerThatIsNoObjectOrHasNoEnd) {
+TEST(ControlClient, RefusesAnInvalidOrEndlessAnswer) {
   const support::ShippedCopy folder;
   const auto refusal_of = [&](const std::string& text) {
     std::filesystem::remove(folder / "false.sock");
@@ -94,21 +94,21 @@ TEST(ControlClient, RefusesAnAnswerThatIsNoObjectOrHasNoEnd) {
   EXPECT_EQ(refusal_of(std::string(4'000'000, ' ')), std::errc::message_size);
 }
 
-TEST(ControlClient, GivesUpIfNobodyAcceptsItsConnection) {
+TEST(ControlClient, TimesOutIfTheConnectionIsNotAccepted) {
   const support::ShippedCopy folder;
   const SilentSocket socket(folder / "silent.sock", 0);
   const Client first(folder / "silent.sock");
   EXPECT_EQ(failure_of(folder / "silent.sock", milliseconds(50)), std::errc::timed_out);
 }
 
-TEST(ControlClient, SaysWhyTheSocketCannotBeUsed) {
+TEST(ControlClient, ReportsWhyTheSocketIsUnusable) {
   const support::ShippedCopy folder;
   EXPECT_EQ(failure_of(folder / "none.sock"), std::errc::no_such_file_or_directory);
   EXPECT_EQ(failure_of("/" + std::string(200, 'a')), std::errc::filename_too_long);
   EXPECT_EQ(failure_of(folder / "piezo.toml"), std::errc::connection_refused);
 }
 
-TEST(StatusBoard, KnowsTheAgeOfItsNewestRecord) {
+TEST(StatusBoard, ReportsTheAgeOfItsNewestRecord) {
   const StatusBoard::Clock::time_point start{};
   StatusBoard board(2, start);
   EXPECT_EQ(board.age_s(start + milliseconds(250)), 0.25) << "since the start, without a record";

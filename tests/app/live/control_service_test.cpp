@@ -8,7 +8,7 @@
 namespace hystcan::app::control_service_test {
 namespace {
 
-TEST(ControlServiceThread, GoesOnAfterAHandlerThatThrows) {
+TEST(ControlServiceThread, ContinuesAfterAHandlerThrows) {
   boost::asio::io_context context;
   bool reached = false;
   boost::asio::post(context, [] { throw std::bad_alloc(); });

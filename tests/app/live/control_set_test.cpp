@@ -58,7 +58,7 @@ TEST(Set, AnswersWithExactlyTheChangedKeys) {
   EXPECT_EQ(changes(client.ask(set("notch.depth", 0.5))), Texts{"axis[0].control.notch.depth 0.1 0.5"});
 }
 
-TEST(Undo, TakesBackOneSetAfterTheOther) {
+TEST(Undo, RevertsSetsInReverseOrder) {
   const ControlBench bench;
   Client client = bench.client();
   using Texts = std::vector<std::string>;
@@ -74,7 +74,7 @@ TEST(Undo, TakesBackOneSetAfterTheOther) {
   EXPECT_FALSE(is_ok(client.ask(undo)));
 }
 
-TEST(Settings, AreThoseInForceAndSayWhatTheFileDoesNotHave) {
+TEST(Settings, AreThoseInForceAndListUnsavedChanges) {
   const ControlBench bench;
   Client client = bench.client();
   client.ask(set("kp", 0.2));
@@ -92,7 +92,7 @@ TEST(Settings, AreThoseInForceAndSayWhatTheFileDoesNotHave) {
 // The integral must compensate the change of the gain. Without that, the drive would step by 0.45 um per um
 // of the error that the model's 3 % leaves without an integral: 2 V per um. How large that error is depends
 // on when the axis was sent to rest, which this test does not decide. At 0.05 um the step is 0.1 V.
-TEST(Set, OfAGainMovesTheDriveNoMoreThanTheNoise) {
+TEST(Set, OfAGainIsBumpless) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -113,7 +113,7 @@ TEST(Set, OfAGainMovesTheDriveNoMoreThanTheNoise) {
 }
 
 // With structure pi, the integral must give the whole position, 24 um that the feed-forward gave before.
-TEST(Set, OfStructureNotchAndDelaysMovesTheDriveNoMoreThanTheNoise) {
+TEST(Set, OfStructureNotchAndDelaysIsBumpless) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -136,7 +136,7 @@ TEST(Set, OfStructureNotchAndDelaysMovesTheDriveNoMoreThanTheNoise) {
   EXPECT_NEAR(last.position_um, 24.0, 0.01);
 }
 
-TEST(Set, RefusesNonsenseWithTheKeyAndWhatIsExpected) {
+TEST(Set, RefusesInvalidValuesWithKeyAndExpectation) {
   const ControlBench bench;
   Client client = bench.client();
   const auto refused = [&](const char* key, const json& value, std::string_view reason) {
@@ -160,7 +160,7 @@ TEST(Set, RefusesNonsenseWithTheKeyAndWhatIsExpected) {
       << "nothing of all that was kept";
 }
 
-TEST(Set, OfTheModelNeedsARestart) {
+TEST(Set, RefusesAnotherModelWithoutARestart) {
   const ControlBench bench;
   Client client = bench.client();
   const json answer = client.ask(set("model", "piezo.plant.toml"));
@@ -213,7 +213,7 @@ TEST(LiveConfig, SendsAllSettingsAgainAfterOneAxisRefused) {
   EXPECT_TRUE(live.reread().requests.empty());
 }
 
-TEST(Reload, OfAChangedSetpointContinuesFromThePresentMotion) {
+TEST(Reload, ContinuesFromThePresentMotionWithANewSetpoint) {
   const ControlBench bench([](const support::ShippedCopy& files) {
     never_rest(files);
     files.edit("piezo.toml", "frequency_Hz = 10.0", "frequency_Hz = 1.0");
@@ -239,7 +239,7 @@ TEST(Reload, OfAChangedSetpointContinuesFromThePresentMotion) {
   EXPECT_NEAR(highest_um, 20.0, 0.5) << "the new triangle";
 }
 
-TEST(Reload, OfAnInvalidFileChangesNothingAndReportsThePlace) {
+TEST(Reload, RefusesAnInvalidFileWithItsPlace) {
   const ControlBench bench;
   Client client = bench.client();
   ASSERT_TRUE(is_ok(client.ask(set("kp", 0.2))));
@@ -252,7 +252,7 @@ TEST(Reload, OfAnInvalidFileChangesNothingAndReportsThePlace) {
       << "kp was 0.2 still; the file is what counts now";
 }
 
-TEST(Reload, OfAChangeThatNeedsARestartAppliesNothingOfTheFile) {
+TEST(Reload, AppliesNothingIfAChangeNeedsARestart) {
   const ControlBench bench;
   Client client = bench.client();
   bench.files().edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\nheartbeat_ms = 50.0");
@@ -263,7 +263,7 @@ TEST(Reload, OfAChangeThatNeedsARestartAppliesNothingOfTheFile) {
   EXPECT_EQ(changes(client.ask(reload)), std::vector<std::string>{"axis[0].control.kp 0 0.08"});
 }
 
-TEST(Reload, OfAFileWithoutAnAxisNamesTheAxisAlone) {
+TEST(Reload, NamesOnlyTheAxisIfOneIsMissing) {
   const ControlBench bench;
   const std::filesystem::path file = bench.files() / "piezo.toml";
   const std::string text = support::read_file(file);
@@ -272,7 +272,7 @@ TEST(Reload, OfAFileWithoutAnAxisNamesTheAxisAlone) {
   EXPECT_EQ(answer.at("error"), "nothing was changed; a restart is needed: axis y is missing");
 }
 
-TEST(Reload, OfAFileWithAnotherAxisNamesTheAxisAlone) {
+TEST(Reload, NamesOnlyTheAxisIfOneIsNew) {
   const support::ShippedCopy files;
   const std::filesystem::path file = files / "piezo.toml";
   const std::string text = support::read_file(file);
@@ -304,7 +304,7 @@ TEST(Reload, HappensWhenTheFileIsWrittenOrReplaced) {
   EXPECT_TRUE(corner_is(28.5)) << "another put in its place, as editors do";
 }
 
-TEST(Reload, HappensAtASignal) {
+TEST(Reload, HappensOnASignal) {
   ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   // Reading the file again discards the overrides, so the test sees it without a change of the file.

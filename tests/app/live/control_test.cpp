@@ -39,7 +39,7 @@ TEST(ControlSocket, ReportsTheStatusOfEveryAxisAndOfTheCycles) {
   EXPECT_EQ(status.at("axes")[1].at("name"), "y");
 }
 
-TEST(ControlSocket, NamesAllThatAnAxisWaitsForAndTheFirstOfItAlone) {
+TEST(ControlSocket, ListsAllReasonsOfAWaitingAxisAndTheFirst) {
   const ControlBench bench([](const support::ShippedCopy& files) {
     // The nodes of the twin listen for an hour before they send a heartbeat.
     files.edit("piezo.toml", "heartbeat_ms = 100.0", "heartbeat_ms = 3.6e6");
@@ -118,7 +118,7 @@ TEST(ControlSocket, SwitchesAnAxisOffAndOnAgain) {
   EXPECT_EQ(client.ask(command("status")).at("axes")[0].at("state"), "tracking") << "x was left alone";
 }
 
-TEST(ControlSocket, ActsOnAllAxesIfNoneIsNamed) {
+TEST(ControlSocket, ActsOnAllAxesByDefault) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();
@@ -131,7 +131,7 @@ TEST(ControlSocket, ActsOnAllAxesIfNoneIsNamed) {
   EXPECT_TRUE(is_ok(client.ask(command("enable"))));
 }
 
-TEST(ControlSocket, ClearsAndEnablesTheAxesThatNeedItAndNamesTheOthersIfNoAxisIsNamed) {
+TEST(ControlSocket, SkipsAndNamesAxesThatNeedNoClearOrEnable) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   ASSERT_TRUE(bench.axis_is(1, AxisState::tracking));
@@ -294,7 +294,7 @@ struct UnusedSocket : testing::Test {
   ControllerCommandHandler handler{context, requests, outlets, live};
 };
 
-TEST_F(UnusedSocket, RefusesAFileThatIsNoSocketAndLeavesItAsItIs) {
+TEST_F(UnusedSocket, DoesNotReplaceAFileThatIsNotASocket) {
   const std::filesystem::path file = bench.files() / "piezo.toml", link = bench.files() / "link.sock";
   const std::string before = support::read_file(file);
   EXPECT_THROW(ControlSocket(context, file, handler), RunError);
@@ -306,7 +306,7 @@ TEST_F(UnusedSocket, RefusesAFileThatIsNoSocketAndLeavesItAsItIs) {
   EXPECT_EQ(support::read_file(file), before);
 }
 
-TEST_F(UnusedSocket, RemovesOnlyItsOwnFileAtTheEnd) {
+TEST_F(UnusedSocket, RemovesOnlyItsOwnFile) {
   const std::filesystem::path file = bench.files() / "other.sock";
   {
     const ControlSocket socket(context, file, handler);

@@ -56,7 +56,7 @@ TEST(Wait, EndsWithAFaultAndSucceedsAfterClearAndEnable) {
 }
 
 // The board still shows earlier records of the axis: offline, faulted. None of these may answer the wait.
-TEST(Wait, RightAfterEnableLastsUntilTheAxisHasStarted) {
+TEST(Wait, AfterEnableLastsUntilTheAxisHasStarted) {
   const ControlBench bench([](const support::ShippedCopy& files) {
     files.edit("piezo.toml",
                "kind         = \"triangle\"\nlow_um       = 3.0\nhigh_um      = 27.0\nfrequency_Hz = "
@@ -95,7 +95,7 @@ TEST(Wait, NeedsAnAxisWithInPosition) {
   EXPECT_TRUE(says(bench.client().ask(wait_for_x), "no [axis.control.in_position]"));
 }
 
-TEST(Wait, OfAKilledWriterReleasesTheRightToWrite) {
+TEST(Wait, ReleasesTheWriterRoleIfItsClientIsKilled) {
   const ControlBench bench(never_rest);
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client killed = bench.client();

@@ -66,13 +66,13 @@ TEST_F(AnalogueAxis, HasTheNoiseAndTheTimeOfASample) {
   EXPECT_NE(of("x sample").figure.find("us for 4 conversions"), std::string::npos) << of("x sample").figure;
 }
 
-TEST_F(AnalogueAxis, IsBadAtTheCardThatIsNotThere) {
+TEST_F(AnalogueAxis, IsBadIfTheCardIsMissing) {
   settings[0].value = "\"comedi:/dev/null/card\"";
   EXPECT_EQ(of("x device").verdict, Verdict::bad);
   EXPECT_FALSE(of("x device").cure.empty());
 }
 
-TEST_F(AnalogueAxis, IsBadAtADrivenLineThatTheCardLacks) {
+TEST_F(AnalogueAxis, IsBadIfTheCardHasNoSuchLine) {
   settings.push_back({"axis[0].analogue.charge_pump_line.device", "\"comedi:/dev/null\""});
   settings.push_back({"axis[0].analogue.charge_pump_line.line", "0"});
   EXPECT_EQ(of("x charge_pump_line.device").verdict, Verdict::bad);
@@ -90,12 +90,12 @@ TEST_F(AnalogueAxis, IsDoubtfulWithoutItsWholeStroke) {
       << of("x input").figure;
 }
 
-TEST_F(AnalogueAxis, HasNoSignOfAZeroWithAnInvertingAmplifier) {
+TEST_F(AnalogueAxis, PrintsNoNegativeZero) {
   settings.push_back({"axis[0].analogue.volts_per_drive", "-0.1"});
   EXPECT_EQ(of("x output").figure, "-10 to 10 V, of which the drives need 0 to -10 V; one bit is 0.0488 V");
 }
 
-TEST(ARefusal, HasItsRemedyAsCure) {
+TEST(ARefusal, ShowsItsRemedyAsCure) {
   const Finding finding = app::refused(
       "card", Verdict::bad, Error("card0", "a; b", {.expected = "c; d", .remedy = "name another; or none"}));
   EXPECT_EQ(finding.figure, "card0: a; b, expected c; d");
@@ -109,7 +109,7 @@ TEST_F(AnalogueAxis, HasAFutureNodeOfTheConfiguredClass) {
   EXPECT_EQ(of("node").figure, "is not running; will have FIFO 45, memory locked");
 }
 
-TEST_F(AnalogueAxis, IsLeftToTheNodeThatRuns) {
+TEST_F(AnalogueAxis, IsNotOpenedWhileANodeRuns) {
   run_node("1", "51200");
   EXPECT_EQ(of("node").figure, "process 17: FIFO 45, 51200 kB locked");
   EXPECT_EQ(of("node").verdict, Verdict::good);

@@ -54,7 +54,7 @@ TEST_F(Machine, IsGoodInEveryCheckIfItIsWellConfigured) {
   }
 }
 
-TEST_F(Machine, WithAnOrdinaryKernelIsDoubtful) {
+TEST_F(Machine, IsDoubtfulWithAnOrdinaryKernel) {
   put("proc/sys/kernel/version", "#1 SMP PREEMPT_DYNAMIC Debian 6.1.0");
   EXPECT_EQ(of("kernel").verdict, Verdict::doubtful);
   EXPECT_NE(of("kernel").figure.find("PREEMPT_DYNAMIC"), std::string::npos);
@@ -62,7 +62,7 @@ TEST_F(Machine, WithAnOrdinaryKernelIsDoubtful) {
   EXPECT_EQ(of("kernel").verdict, Verdict::good);
 }
 
-TEST_F(Machine, WithASlowClockIsDoubtful) {
+TEST_F(Machine, IsDoubtfulWithASlowClock) {
   put("sys/devices/system/clocksource/clocksource0/current_clocksource", "hpet");
   EXPECT_EQ(of("clock source").verdict, Verdict::doubtful);
 }
@@ -86,7 +86,7 @@ TEST_F(Machine, MustHaveTheConfiguredProcessors) {
   EXPECT_EQ(of("processors").verdict, Verdict::doubtful) << "not isolated";
 }
 
-TEST_F(Machine, WithoutAnyFilesInProcAndSysIsAccepted) {
+TEST_F(Machine, IsNotBadWithoutProcAndSys) {
   std::filesystem::remove_all(root);
   config.realtime->cpus.clear();
   for (const Finding& finding : app::examine_machine(config, root))
@@ -100,7 +100,7 @@ TEST(CpuList, IsParsedInTheFormOfTheKernel) {
     EXPECT_TRUE(app::parse_cpu_list(none).empty()) << none;
 }
 
-TEST_F(Cli, DoctorGivesACureForEveryVerdictThatIsNotGoodAndAMatchingExitStatus) {
+TEST_F(Cli, DoctorGivesACureForEveryProblem) {
   Process program({HYSTCAN_PROGRAM, "doctor", path("piezo.toml"), "--interface", "nocan7", "--json"});
   EXPECT_EQ(program.wait(), failed) << "there is no such interface";
   const nlohmann::json answer = nlohmann::json::parse(program.out());
@@ -168,19 +168,19 @@ class ReceivePath : public Machine {
   Finding found() const { return app::examine_receive_path(config, "can0", root); }
 };
 
-TEST_F(ReceivePath, IsGoodWhereNapiIsThreadedAboveTheControllerOnTheProcessorOfTheInterrupt) {
+TEST_F(ReceivePath, IsGoodWithUrgentThreadedNapiOnTheIrqProcessor) {
   EXPECT_EQ(found().verdict, Verdict::good);
   EXPECT_EQ(found().figure, "threaded NAPI, irq/125-can0 FIFO 50 on 3, napi/can0-8193 FIFO 80 on 3");
 }
 
-TEST_F(ReceivePath, NamesTheCommandsThatMendIt) {
+TEST_F(ReceivePath, NamesTheCommandsThatRepairIt) {
   put_thread(root, 210, "irq/125-can0", 40, "3");
   put_thread(root, 211, "napi/can0-8193", 0, "0-3");
   EXPECT_EQ(found().verdict, Verdict::doubtful);
   EXPECT_EQ(found().cure, "chrt -f -p 80 210; chrt -f -p 80 211; taskset -pc 3 211");
 }
 
-TEST_F(ReceivePath, AsksForThreadedNapi) {
+TEST_F(ReceivePath, RecommendsThreadedNapi) {
   put("sys/class/net/can0/threaded", "0");
   std::filesystem::remove_all(root / "proc/211");
   EXPECT_EQ(found().figure, "NAPI in the soft interrupt, irq/125-can0 FIFO 50 on 3");
@@ -188,12 +188,12 @@ TEST_F(ReceivePath, AsksForThreadedNapi) {
             "echo 1 > /sys/class/net/can0/threaded; then chrt -f -p 80 of its napi/can0-* threads");
 }
 
-TEST_F(ReceivePath, OfAVirtualInterfaceHasNoThreads) {
+TEST_F(ReceivePath, HasNoThreadsOnAVirtualInterface) {
   std::filesystem::remove_all(root / "sys/class/net/can0/device");
   EXPECT_EQ(found().figure, "none: a virtual interface");
 }
 
-TEST(FrameFormats, AreGoodWhereNodesSendAsTheDbcSays) {
+TEST(FrameFormats, AreGoodIfNodesFollowTheDbc) {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   EXPECT_EQ(app::examine_formats(config, {}).figure, "nothing heard");
   const std::vector heard{frame_of(config, "XSensorSample"), frame_of(config, "XAmpStatus")};
@@ -202,7 +202,7 @@ TEST(FrameFormats, AreGoodWhereNodesSendAsTheDbcSays) {
   EXPECT_EQ(finding.figure, "2 messages as the DBC says");
 }
 
-TEST(FrameFormats, NameTheMessageThatComesWithoutBitRateSwitch) {
+TEST(FrameFormats, NameAMessageInAnotherFrameFormat) {
   config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   for (can::Message& message : config.database.messages) message.fd = message.bit_rate_switch = true;
   can::Frame frame = frame_of(config, "XSensorSample");

@@ -34,13 +34,13 @@ class EventLogOfAnAxis : public testing::Test {
   EventLog log{[this](can::BusHealthLog::Level, const std::string& line) { lines.push_back(line); }};
 };
 
-TEST_F(EventLogOfAnAxis, HasALineAtOnceForAnEmergency) {
+TEST_F(EventLogOfAnAxis, LogsAnEmergencyAtOnce) {
   add(1.25, 0x5000);
   EXPECT_EQ(lines, std::vector<std::string>{std::string("x: at 1.250 s ") + in_words});
   EXPECT_EQ(log.lines(), lines);
 }
 
-TEST_F(EventLogOfAnAxis, HasOneLinePerSecondForAFloodWithItsCount) {
+TEST_F(EventLogOfAnAxis, LogsAFloodOncePerSecondWithItsCount) {
   shows("S-143");
   flood(3500);
   ASSERT_EQ(lines.size(), 4u);
@@ -48,14 +48,14 @@ TEST_F(EventLogOfAnAxis, HasOneLinePerSecondForAFloodWithItsCount) {
   EXPECT_EQ(lines[1], std::string("x: ") + in_words + ", 1000 more times in 1.0 s");
 }
 
-TEST_F(EventLogOfAnAxis, LogsTheCountAlsoWhenTheFloodHasEnded) {
+TEST_F(EventLogOfAnAxis, LogsTheCountAfterTheFloodHasEnded) {
   flood(500);
   add(2.5, std::nullopt);
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[1], std::string("x: ") + in_words + ", 499 more times in 1.5 s");
 }
 
-TEST_F(EventLogOfAnAxis, CountsThoseThatCameInOneCycle) {
+TEST_F(EventLogOfAnAxis, CountsEmergenciesOfTheSameCycle) {
   add(1.0, 0x5000, 7);
   add(2.5, std::nullopt);
   ASSERT_EQ(lines.size(), 2u);
@@ -69,7 +69,7 @@ TEST_F(EventLogOfAnAxis, KeepsOneEntryForAFloodWithItsTotal) {
   EXPECT_EQ(log.truncated(), 0u);
 }
 
-TEST_F(EventLogOfAnAxis, OfRareEmergenciesHasTheTimeOfEach) {
+TEST_F(EventLogOfAnAxis, HasTheTimeOfEachRareEmergency) {
   add(1.0, 0x5000);
   add(3.0, 0x5000);
   ASSERT_EQ(lines.size(), 2u);
@@ -84,7 +84,7 @@ TEST_F(EventLogOfAnAxis, CountsTheEventsBeyondAHundredKinds) {
   EXPECT_EQ(lines.size(), EventLog::most_kinds + 1);
 }
 
-TEST(BusClosing, SaysHowManyEventsHaveNoEntry) {
+TEST(BusClosing, ReportsTheNumberOfOmittedEvents) {
   EXPECT_EQ(describe(BusClosing{.events_truncated = 15})[0], "15 events of further kinds are not shown");
 }
 

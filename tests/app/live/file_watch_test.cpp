@@ -46,7 +46,7 @@ class FileIsWatched : public testing::Test {
   bool is_reported_ = false;
 };
 
-TEST_F(FileIsWatched, WhereASymbolicLinkLeadsToIt) {
+TEST_F(FileIsWatched, ThroughASymbolicLink) {
   const std::filesystem::path target = made("elsewhere/a.toml");
   std::filesystem::create_directory(folder_ / "between");
   lead("between/a.toml", "../elsewhere/a.toml");
@@ -56,7 +56,7 @@ TEST_F(FileIsWatched, WhereASymbolicLinkLeadsToIt) {
   EXPECT_TRUE(reports());
 }
 
-TEST_F(FileIsWatched, WhereALinkIsLedToAnotherFile) {
+TEST_F(FileIsWatched, AfterItsLinkIsChanged) {
   lead("a.toml", made("one/a.toml"));
   watch(folder_ / "a.toml");
   const std::filesystem::path other = made("two/b.toml");
@@ -66,7 +66,7 @@ TEST_F(FileIsWatched, WhereALinkIsLedToAnotherFile) {
   EXPECT_TRUE(reports()) << "where it leads to now";
 }
 
-TEST_F(FileIsWatched, WhereLinksLeadInACircle) {
+TEST_F(FileIsWatched, AfterACircleOfLinksIsBroken) {
   lead("a.toml", folder_ / "b.toml");
   lead("b.toml", folder_ / "a.toml");
   watch(folder_ / "a.toml");

@@ -119,7 +119,7 @@ TEST_F(LiveStage, RampsDownWhenTheRunIsDone) {
   expect_ramped_down();
 }
 
-TEST_F(LiveStage, IsAskedEveryTwentyMillisecondsWhetherItIsDone) {
+TEST_F(LiveStage, ChecksItsEndConditionEveryTwentyMilliseconds) {
   double longest_s = -1.0;
   int asked = 0;
   LiveRun live = for_ever();
@@ -145,7 +145,7 @@ TEST_P(EndingSignal, RampsDown) {
 }
 INSTANTIATE_TEST_SUITE_P(Signals, EndingSignal, testing::Values(SIGINT, SIGTERM, SIGQUIT, SIGXCPU));
 
-TEST_F(LiveStage, RunsOnAtSignalsThatNobodySendsOnPurpose) {
+TEST_F(LiveStage, IgnoresAccidentalSignals) {
   on_turn_ = [this, raised = false]() mutable {
     if (raised || !all_are(AxisState::tracking)) return;
     raised = true;
@@ -157,7 +157,7 @@ TEST_F(LiveStage, RunsOnAtSignalsThatNobodySendsOnPurpose) {
   expect_ramped_down();
 }
 
-TEST_F(LiveStage, RampsDownToTheEndWhereTheProcessorTimeIsExceededAgain) {
+TEST_F(LiveStage, FinishesItsRampIfTheProcessorTimeIsExceededTwice) {
   on_turn_ = [this] {
     if (all_are(AxisState::tracking) && output_V(0) > 20.0) raise(SIGXCPU);
     if (stops_ == 1) raise(SIGXCPU);
@@ -166,7 +166,7 @@ TEST_F(LiveStage, RampsDownToTheEndWhereTheProcessorTimeIsExceededAgain) {
   expect_ramped_down();
 }
 
-TEST_F(LiveStage, IsReadAgainAtAHangUpAndRunsOn) {
+TEST_F(LiveStage, ReloadsItsConfigurationOnAHangUp) {
   shows("S-064");
   signal_while_tracking(SIGHUP);
   run(until([this] { return reloads_ == 1; }));
@@ -174,7 +174,7 @@ TEST_F(LiveStage, IsReadAgainAtAHangUpAndRunsOn) {
   expect_ramped_down();
 }
 
-TEST_F(LiveStage, RampsDownAtAHangUpWhereNothingCanBeReadAgain) {
+TEST_F(LiveStage, RampsDownOnAHangUpIfReloadIsUnavailable) {
   signal_while_tracking(SIGHUP);
   LiveRun live = for_ever();
   live.reload = {};
@@ -182,7 +182,7 @@ TEST_F(LiveStage, RampsDownAtAHangUpWhereNothingCanBeReadAgain) {
   expect_ramped_down();
 }
 
-TEST_F(LiveStage, NeedsNobodyWhoIsToldOfTheStop) {
+TEST_F(LiveStage, StopsWithoutAStopCallback) {
   signal_while_tracking(SIGTERM);
   LiveRun live = for_ever();
   live.before_stop = {};
@@ -190,7 +190,7 @@ TEST_F(LiveStage, NeedsNobodyWhoIsToldOfTheStop) {
   EXPECT_TRUE(all_are(AxisState::offline));
 }
 
-TEST_F(LiveStage, EndsAtASecondSignalWithoutTheRestOfTheRampButWithTheSafeCommand) {
+TEST_F(LiveStage, ASecondSignalSkipsTheRampButSendsTheSafeCommand) {
   on_turn_ = [this, raised = 0]() mutable {
     if (raised == 0 && all_are(AxisState::tracking) && output_V(0) > 20.0)
       raised += raise(SIGTERM) == 0 ? 1 : 0;
@@ -203,7 +203,7 @@ TEST_F(LiveStage, EndsAtASecondSignalWithoutTheRestOfTheRampButWithTheSafeComman
   expect_last_command_is_safe();
 }
 
-TEST_F(LiveStage, RampsDownWhenAClientAsksForIt) {
+TEST_F(LiveStage, RampsDownOnARequestToStop) {
   shows("S-060");
   controller::RequestLink requests;
   controller().listen_to(requests);
@@ -221,14 +221,14 @@ TEST_F(LiveStage, RampsDownWhenAClientAsksForIt) {
   expect_last_command_is_safe();
 }
 
-TEST_F(LiveStage, EndsAtOnceWhereAnotherControllerWasThereFirst) {
+TEST_F(LiveStage, EndsAtOnceIfAnotherControllerIsActive) {
   on_turn_ = [this] { tester_->send(can::sync_frame(1)); };
   run(for_ever());
   EXPECT_TRUE(controller().keeps_silent());
   EXPECT_LT(turns_, most_turns);
 }
 
-TEST_F(LiveStage, SendsTheSafeCommandWhenSomethingInTheRunThrows) {
+TEST_F(LiveStage, SendsTheSafeCommandIfTheRunThrows) {
   LiveRun live = for_ever();
   live.is_done = [this](double) -> bool {
     if (all_are(AxisState::tracking) && output_V(0) > 20.0) throw std::runtime_error("broken");
@@ -238,7 +238,7 @@ TEST_F(LiveStage, SendsTheSafeCommandWhenSomethingInTheRunThrows) {
   expect_last_command_is_safe();
 }
 
-TEST_F(LiveStage, ClearsAFaultThatTheAmplifierHasLatchedOnlyIfItIsAskedTo) {
+TEST_F(LiveStage, ClearsALatchedAmplifierFaultOnRequest) {
   latch_faults();
   LiveRun live = until([this] { return turns_ >= 1000; });
   live.clear_faults = true;
@@ -246,14 +246,14 @@ TEST_F(LiveStage, ClearsAFaultThatTheAmplifierHasLatchedOnlyIfItIsAskedTo) {
   EXPECT_TRUE(tracked_at_stop_);
 }
 
-TEST_F(LiveStage, StaysWithAFaultThatTheAmplifierHasLatched) {
+TEST_F(LiveStage, DoesNotClearALatchedAmplifierFaultByDefault) {
   latch_faults();
   run(until([this] { return turns_ >= 1000; }));
   EXPECT_EQ(stops_, 1);
   EXPECT_FALSE(tracked_at_stop_);
 }
 
-TEST_F(LiveStage, LogsWhatBecomesOfTheBus) {
+TEST_F(LiveStage, LogsTheHealthOfTheBus) {
   run(until([this] { return turns_ >= 100; }));
   bus_log_.write();
   EXPECT_FALSE(bus_lines_.empty());
@@ -315,7 +315,7 @@ TEST_F(TerminalHungUp, IsTrueWhenTheTerminalOfTheProcessHasClosed) {
   EXPECT_EXIT(_exit(status_on_terminal(hangs_up)), testing::ExitedWithCode(42), "");
 }
 
-TEST_F(TerminalHungUp, IsAlsoTrueOfAProcessWithoutStandardInput) {
+TEST_F(TerminalHungUp, IsTrueWithoutStandardInput) {
   const auto work = [] {
     close(STDIN_FILENO);
     return hangs_up();
@@ -323,7 +323,7 @@ TEST_F(TerminalHungUp, IsAlsoTrueOfAProcessWithoutStandardInput) {
   EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(42), "");
 }
 
-TEST_F(TerminalHungUp, IsNotTrueUnderNohup) {
+TEST_F(TerminalHungUp, IsFalseUnderNohup) {
   const auto work = [] {
     std::signal(SIGHUP, SIG_IGN);
     return hangs_up();
@@ -331,7 +331,7 @@ TEST_F(TerminalHungUp, IsNotTrueUnderNohup) {
   EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(43), "");
 }
 
-TEST_F(TerminalHungUp, IsNotTrueWithoutATerminal) {
+TEST_F(TerminalHungUp, IsFalseWithoutATerminal) {
   const auto work = [] {
     ioctl(STDIN_FILENO, TIOCNOTTY);
     return hangs_up();
@@ -354,7 +354,7 @@ class StageOnATerminal : public LiveStage {
   }
 };
 
-TEST_F(TerminalHungUp, EndsARunAndLeavesOnlyTheStreamsThatWereTheTerminal) {
+TEST_F(TerminalHungUp, EndsARunAndClosesOnlyTheStreamsOfTheTerminal) {
   shows("S-061");
   const auto work = [] { return StageOnATerminal().run_until_it_hangs_up(); };
   EXPECT_EXIT(_exit(status_on_terminal(work)), testing::ExitedWithCode(42), "");

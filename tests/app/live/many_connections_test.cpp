@@ -34,13 +34,13 @@ struct ManyConnections : testing::Test {
   }
 };
 
-TEST_F(ManyConnections, ThatAreIdleMakePlaceForOneThatStops) {
+TEST_F(ManyConnections, AreDroppedIfIdleToAdmitAStop) {
   connect(300);
   EXPECT_TRUE(is_ok(bench.client().ask(stop)));
   EXPECT_TRUE(support::eventually([&] { return bench.asked_to_stop(); }));
 }
 
-TEST_F(ManyConnections, BeyondTheTableSizeDropTheOneThatWasSilentLongest) {
+TEST_F(ManyConnections, DropTheOldestIdleConnectionIfTheTableIsFull) {
   connect(places);
   for (Client& client : clients) ASSERT_TRUE(is_ok(client.ask(status)));
   ASSERT_TRUE(is_ok(clients[0].ask(status))) << "now the second one was silent longest";
@@ -109,12 +109,12 @@ struct WaitingConnections : testing::Test {
   }
 };
 
-TEST_F(WaitingConnections, LeaveOneMoreThatMayOnlyStop) {
+TEST_F(WaitingConnections, AllowOneMoreThatMayOnlyStop) {
   EXPECT_TRUE(says(ask_at_once(status), "16 connections wait for an answer, expected stop"));
   EXPECT_TRUE(is_ok(ask_at_once(stop)));
 }
 
-TEST_F(WaitingConnections, LeaveOneMoreThatIsDisconnectedIfItIsSilent) {
+TEST_F(WaitingConnections, DisconnectTheAdditionalOneIfItIsSilent) {
   EXPECT_TRUE(client().read().is_null()) << "disconnected";
   EXPECT_TRUE(is_ok(ask_at_once(stop))) << "the next one has its chance";
 }
@@ -138,7 +138,7 @@ class FullTable {
   rlimit before_{};
 };
 
-TEST(FileDescriptors, ThatAreExhaustedDoNotKeepTheThreadBusyAndTheClientIsServedLater) {
+TEST(FileDescriptors, DoNotBlockTheServiceIfTheyAreExhausted) {
   const support::ShippedCopy folder;
   boost::asio::io_context context;
   WaitsForever handler;

@@ -17,7 +17,7 @@ bool another_thread_allocates_in_the_first_heap() {
 }
 
 /// The heap is that of the whole process: each case has one.
-TEST(Heap, IsOneForAllThreadsWhereItIsShared) {
+TEST(Heap, IsOneForAllThreadsIfShared) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(_exit(another_thread_allocates_in_the_first_heap() ? 1 : 0), testing::ExitedWithCode(0), "");
   EXPECT_EXIT(

@@ -55,7 +55,7 @@ TEST_F(Report, ChangesNoOtherFileOfItsFolder) {
   EXPECT_NE(read("report/report.html"), "earlier");
 }
 
-TEST_F(Report, LeavesTheEarlierOneWhereTheDiskIsFull) {
+TEST_F(Report, KeepsTheEarlierReportIfTheDiskIsFull) {
   write_record();
   std::filesystem::create_directory(shipped / "report");
   write("report/report.html", "earlier");

@@ -127,7 +127,7 @@ TEST_F(SampleStreamTest, GivesEveryRowInOrderToEachListener) {
   }
 }
 
-TEST_F(SampleStreamTest, TellsHowManyRowsHadNoPlace) {
+TEST_F(SampleStreamTest, ReportsTheNumberOfDroppedRows) {
   Listener listener(file());
   listener.greeting();
   wait_for_a_listener();
@@ -178,7 +178,7 @@ TEST_F(SampleStreamTest, ClosesAListenerThatDoesNotReadAndServesTheOther) {
   while (!dead.batch().ended) continue;  // the batches before the end
 }
 
-TEST_F(SampleStreamTest, StopsCountingWhenNobodyListens) {
+TEST_F(SampleStreamTest, CountsNoLostRowsWithoutAListener) {
   {
     Listener listener(file());
     listener.greeting();

@@ -109,7 +109,7 @@ TEST(SavedStates, AreRemovedAsSoonAsTheAxisIsDriven) {
   expect_refused(stage, "the file is missing, so the last stop was not clean");
 }
 
-TEST(SavedStates, ThatCannotBeRemovedAreAWarning) {
+TEST(SavedStates, WarnIfTheyCannotBeRemoved) {
   StoppedStage stage;
   stage.run_and_save();
   SavedStates states(stage.load());
@@ -126,7 +126,7 @@ TEST(SavedStates, ThatCannotBeRemovedAreAWarning) {
       << log.str();
 }
 
-TEST(SavedStates, OfAFaultedAxisAreNotWritten) {
+TEST(SavedStates, AreNotWrittenForAFaultedAxis) {
   StoppedStage stage;
   const config::Config config = stage.load();
   const SavedStates states(config);
@@ -140,7 +140,7 @@ TEST(SavedStates, OfAFaultedAxisAreNotWritten) {
   EXPECT_FALSE(std::filesystem::exists(stage.state()));
 }
 
-TEST(SavedStates, OfAnotherModelAreRefusedForARestoreAndIgnoredOtherwise) {
+TEST(SavedStates, OfAnotherModelAreRefusedOnlyForARestore) {
   StoppedStage stage;
   stage.run_and_save();
   stage.files.edit("piezo.model.toml", "k_ascending  = 0.035", "k_ascending  = 0.034");
@@ -149,7 +149,7 @@ TEST(SavedStates, OfAnotherModelAreRefusedForARestoreAndIgnoredOtherwise) {
   expect_refused(stage, "model");
 }
 
-TEST(SavedStates, InAnIncompleteFileAreRefused) {
+TEST(SavedStates, AreRefusedIfIncomplete) {
   StoppedStage stage;
   stage.run_and_save();
   const std::string whole = support::read_file(stage.state());
@@ -163,7 +163,7 @@ TEST(SavedStates, InAnIncompleteFileAreRefused) {
   }
 }
 
-TEST(SavedStates, AreWrittenThroughNoLink) {
+TEST(SavedStates, DoNotFollowALink) {
   StoppedStage stage;
   const std::filesystem::path other = stage.files / "other.txt";
   std::ofstream(other) << "of another user";
@@ -173,7 +173,7 @@ TEST(SavedStates, AreWrittenThroughNoLink) {
   EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(stage.state())));
 }
 
-TEST(SavedStates, WithoutAFolderAreRefusedForARestore) {
+TEST(SavedStates, NeedAFolderForARestore) {
   StoppedStage stage("restore");
   stage.files.edit("piezo.toml", "state_dir = ", "# ");
   expect_refused(stage, "expected state_dir in [controller]");

@@ -89,7 +89,7 @@ TEST_F(SocketPlace, IsTheRuntimeFolderOfTheUserIfThereIsOne) {
   EXPECT_FALSE(std::filesystem::exists(in_temporary.parent_path()));
 }
 
-TEST_F(SocketPlace, IsElseAPrivateFolderThatIsMade) {
+TEST_F(SocketPlace, IsAPrivateFolderByDefault) {
   EXPECT_EQ(default_socket("vcan0", places), in_temporary);
   struct stat found {};
   ASSERT_EQ(stat(in_temporary.parent_path().c_str(), &found), 0);
@@ -132,7 +132,7 @@ TEST_F(SocketPlace, IsTheSameForControllerAndClient) {
   EXPECT_EQ(find_socket("vcan0", places), in_runtime);
 }
 
-TEST_F(SocketPlace, OfAClientIsElseThatOfTheService) {
+TEST_F(SocketPlace, FallsBackToTheSocketOfTheService) {
   make(places.service, 0750);
   make_socket(places.service / "hystcan-vcan0.sock");
   EXPECT_EQ(find_socket("vcan0", places), places.service / "hystcan-vcan0.sock");
@@ -140,7 +140,7 @@ TEST_F(SocketPlace, OfAClientIsElseThatOfTheService) {
   EXPECT_EQ(find_socket("vcan0", places), in_temporary) << "the user's own goes first";
 }
 
-TEST_F(SocketPlace, OfThePagesTokenIsThatOfTheServiceWhereTheUserHasNoPage) {
+TEST_F(SocketPlace, FallsBackToThePageTokenOfTheService) {
   make(places.service, 0750);
   const std::filesystem::path of_service = places.service / "hystcan-vcan0.page-token";
   std::ofstream(of_service) << "of the service";
@@ -150,7 +150,7 @@ TEST_F(SocketPlace, OfThePagesTokenIsThatOfTheServiceWhereTheUserHasNoPage) {
   EXPECT_EQ(find_page_token("vcan0", places), in_temporary.parent_path() / "hystcan-vcan0.page-token");
 }
 
-TEST_F(SocketPlace, OfAClientIsNotInAFolderOfAnotherUser) {
+TEST_F(SocketPlace, RefusesAFolderThatOthersCanWriteForAClient) {
   make(in_temporary.parent_path(), 0777);
   make_socket(in_temporary);
   EXPECT_THROW(find_socket("vcan0", places), RunError);

@@ -33,14 +33,14 @@ class StateLogOfTwoAxes : public testing::Test {
                }};
 };
 
-TEST_F(StateLogOfTwoAxes, SaysOnceAfterTwoSecondsWhatAnAxisWaitsFor) {
+TEST_F(StateLogOfTwoAxes, LogsOnceAfterTwoSecondsWhyAnAxisWaits) {
   for (int i = 0; i < 10; ++i) add(0, 0.5 * i, AxisState::waiting, ArmingBlock::sensor_heartbeat);
   const std::vector<std::string> expected{"x: waiting for amplifier node 1 and sensor node 2",
                                           "x: still waits for a heartbeat of the sensor (node 2)"};
   EXPECT_EQ(lines, expected);
 }
 
-TEST_F(StateLogOfTwoAxes, NamesAllThatAnAxisWaitsFor) {
+TEST_F(StateLogOfTwoAxes, ListsAllReasonsOfAWaitingAxis) {
   ArmingBlocks blocks = ArmingBlock::amplifier_heartbeat;
   blocks.add(ArmingBlock::sensor_operational);
   for (const double time_s : {0.0, 2.5}) add(0, time_s, AxisState::waiting, blocks);
@@ -49,7 +49,7 @@ TEST_F(StateLogOfTwoAxes, NamesAllThatAnAxisWaitsFor) {
       "x: still waits for a heartbeat of the amplifier (node 1); the sensor to be operational (node 2)");
 }
 
-TEST_F(StateLogOfTwoAxes, SaysAtItsTimeWhatComesFirstWhereTheRestChanges) {
+TEST_F(StateLogOfTwoAxes, LogsTheFirstReasonEvenIfTheOthersChange) {
   for (int i = 0; i < 10; ++i) {
     ArmingBlocks blocks = ArmingBlock::amplifier_ready;
     if (i % 2 == 1) blocks.add(ArmingBlock::sample);
@@ -58,7 +58,7 @@ TEST_F(StateLogOfTwoAxes, SaysAtItsTimeWhatComesFirstWhereTheRestChanges) {
   EXPECT_EQ(lines.size(), 2U);
 }
 
-TEST_F(StateLogOfTwoAxes, SaysNothingOfWhatIsMissingForAMoment) {
+TEST_F(StateLogOfTwoAxes, DoesNotLogAReasonThatIsBrief) {
   add(0, 0.0, AxisState::waiting, ArmingBlock::sensor_heartbeat);
   add(0, 1.9, AxisState::waiting, ArmingBlock::sample);
   add(0, 3.8, AxisState::waiting, ArmingBlock::amplifier_rest);
@@ -81,7 +81,7 @@ TEST_F(StateLogOfTwoAxes, NamesTheAxesThatAReadyAxisWaitsFor) {
   EXPECT_EQ(lines.back(), "x: still waits for the other axes: y");
 }
 
-TEST_F(StateLogOfTwoAxes, SaysTheOutputThatIsOutOfRange) {
+TEST_F(StateLogOfTwoAxes, LogsAnOutputOutOfRangeWithItsValue) {
   for (const double time_s : {0.0, 2.5}) {
     controller::CycleRecord record;
     record.time_s = time_s;
@@ -96,7 +96,7 @@ TEST_F(StateLogOfTwoAxes, SaysTheOutputThatIsOutOfRange) {
       "100 V");
 }
 
-TEST_F(StateLogOfTwoAxes, SaysThatTheWatchdogHasPassedItsTrial) {
+TEST_F(StateLogOfTwoAxes, LogsTheVerificationOfTheWatchdog) {
   controller::CycleRecord record;
   record.report.watchdog_tripped_after_s = 0.021;
   log.add(record);
@@ -104,7 +104,7 @@ TEST_F(StateLogOfTwoAxes, SaysThatTheWatchdogHasPassedItsTrial) {
   EXPECT_EQ(lines.front(), "x: watchdog of the amplifier (node 1) verified: tripped after 21 ms");
 }
 
-TEST_F(StateLogOfTwoAxes, AnErrorResetIsNoWarning) {
+TEST_F(StateLogOfTwoAxes, LogsAnErrorResetAsInformation) {
   for (const std::uint16_t code : std::initializer_list<std::uint16_t>{0x8130, 0x0000}) {
     controller::CycleRecord record;
     controller::NodeEvent event;
@@ -131,7 +131,7 @@ class StateLogOfAxesThatShareNodes : public testing::Test {
                [this](can::BusHealthLog::Level, const std::string& line) { lines.push_back(line); }};
 };
 
-TEST_F(StateLogOfAxesThatShareNodes, HasAnEmergencyOnceWithTheNamesOfBoth) {
+TEST_F(StateLogOfAxesThatShareNodes, LogsAnEmergencyOnceWithBothNames) {
   const controller::NodeEvent emergency{.node = 16, .emergency = {.code = 0x8130, .manufacturer = {}}};
   for (const std::size_t axis : {0, 1}) add(axis, 1.0, emergency);
   const std::vector<std::string> expected{
@@ -140,7 +140,7 @@ TEST_F(StateLogOfAxesThatShareNodes, HasAnEmergencyOnceWithTheNamesOfBoth) {
   EXPECT_EQ(log.events().lines(), expected) << "counted once too";
 }
 
-TEST_F(StateLogOfAxesThatShareNodes, HasAFrameOfAnotherControllerOnceWhicheverAxisReportsItFirst) {
+TEST_F(StateLogOfAxesThatShareNodes, LogsAForeignFrameOnceForBothAxes) {
   const controller::NodeEvent foreign{.kind = controller::NodeEvent::Kind::another_controller,
                                       .frame = {.id = 0x080}};
   add(1, 1.000, foreign);
@@ -150,7 +150,7 @@ TEST_F(StateLogOfAxesThatShareNodes, HasAFrameOfAnotherControllerOnceWhicheverAx
   EXPECT_EQ(lines.size(), 2U) << "of another fault";
 }
 
-TEST_F(StateLogOfTwoAxes, HasTheSameEmergencyOfTwoNodesForEachAxis) {
+TEST_F(StateLogOfTwoAxes, LogsTheSameEmergencyOfTwoNodesForEachAxis) {
   for (const std::size_t axis : {0, 1}) {
     controller::CycleRecord record;
     record.axis = axis;
@@ -162,7 +162,7 @@ TEST_F(StateLogOfTwoAxes, HasTheSameEmergencyOfTwoNodesForEachAxis) {
   EXPECT_TRUE(lines[0].starts_with("x: at ") && lines[1].starts_with("y: at "));
 }
 
-TEST_F(StateLogOfTwoAxes, KnowsWhetherAnythingWasTracked) {
+TEST_F(StateLogOfTwoAxes, ReportsWhetherAnAxisWasTracked) {
   add(0, 0.0, AxisState::waiting, ArmingBlock::sample);
   add(0, 0.1, AxisState::initialising);
   add(1, 0.1, AxisState::waiting, ArmingBlock::sample);

@@ -22,7 +22,7 @@ unsigned judged(const std::string& host, const std::string& origin = "",
       .status;
 }
 
-TEST(PageAccess, TakesTheNamesOfThisServerAtAnyPort) {
+TEST(PageAccess, AcceptsTheNamesOfThisServerAtAnyPort) {
   for (const char* host :
        {"localhost", "LOCALHOST:8080", "127.0.0.1", "127.0.0.1:9000", "stage.lab", "Stage.Lab:8080"})
     EXPECT_EQ(judged(host), 200u) << host;
@@ -45,7 +45,7 @@ TEST(PageAccess, RefusesAnotherOrigin) {
     EXPECT_EQ(judged("localhost:8080", origin), 403u) << origin;
 }
 
-TEST(PageAccess, KnowsItsToken) {
+TEST(PageAccess, AcceptsOnlyItsToken) {
   const PageAccess access({}, token);
   EXPECT_TRUE(access.is_token(token));
   for (const std::string& wrong :
@@ -83,7 +83,7 @@ TEST_F(TokenFile, IsRefusedIfOthersMayReadIt) {
   EXPECT_TRUE(is_refused_for("others can read it")) << refused();
 }
 
-TEST_F(TokenFile, IsRefusedIfItHoldsNoToken) {
+TEST_F(TokenFile, IsRefusedIfItContainsNoToken) {
   for (const std::string& text :
        {std::string(), std::string("short"), std::string(32, 'x'), std::string(100, '0')}) {
     write(text, 0600);
@@ -91,7 +91,7 @@ TEST_F(TokenFile, IsRefusedIfItHoldsNoToken) {
   }
 }
 
-TEST_F(TokenFile, IsNoLinkAndNoFolder) {
+TEST_F(TokenFile, RefusesALinkOrAFolder) {
   std::filesystem::create_symlink("piezo.toml", file_);
   EXPECT_TRUE(is_refused_for("cannot be read")) << refused();
   std::filesystem::remove(file_);

@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-TEST(LineDiff, ShowsWhatChangesWithTwoLinesAround) {
+TEST(LineDiff, ShowsChangesWithTwoLinesOfContext) {
   EXPECT_EQ(line_diff("a\nb\nc\nd\ne\nf\n", "a\nb\nc\nD\ne\nf\n"), "  b\n  c\n- d\n+ D\n  e\n  f\n");
   EXPECT_EQ(line_diff("1\n2\n3\n4\n5\n6\n7\n8\n9\n", "1\n2\n3\n4\n5\n6\n7\n8\n9\n"), "");
   EXPECT_EQ(line_diff("1\n2\n3\n4\n5\n6\n7\n8\n9\n", "0\n2\n3\n4\n5\n6\n7\n8\n0\n"),
@@ -33,7 +33,7 @@ TEST(LineDiff, ShowsWhatChangesWithTwoLinesAround) {
   EXPECT_EQ(line_diff("a\n", "a\nb\n"), "  a\n+ b\n");
 }
 
-TEST(ConfigSave, KeepsCommentsAndSaysWhatItChanges) {
+TEST(ConfigSave, KeepsCommentsAndListsItsChanges) {
   const support::ShippedCopy files;
   const std::vector<config::Change> unsaved{{"axis[0].control.kp", "0", "0.25"},
                                             {"axis[0].control.notch.frequency_Hz", "", "480.0"},
@@ -123,7 +123,7 @@ TEST(ConfigSave, RemovesAndAddsSegmentsOfASetpointInOneLine) {
   EXPECT_NE(added.text.find("level_um = 20.000"), std::string::npos) << "the others keep their text";
 }
 
-TEST(ConfigSave, RefusesAFileThatCouldNotBeReadAnyMore) {
+TEST(ConfigSave, RefusesToMakeAFileUnreadable) {
   const support::ShippedCopy files;
   const std::string text = support::refusal_of([&] {
     (void)save_of(files / "piezo.toml", {{"axis[0].control.ki_per_s", "409", ""}});
@@ -179,7 +179,7 @@ TEST_F(FakeInterface, HasTheLoadOfFdFramesWithBothBitRates) {
               100.0 * (2000 * average.fd_time_s + 1000 * sync_s), 0.5);
 }
 
-TEST_F(FakeInterface, SaysThatItIsNotThereOrSimulated) {
+TEST_F(FakeInterface, ReportsThatItIsMissingOrSimulated) {
   EXPECT_EQ(BusCounters("can9", {}, network_).report().state, "missing");
   EXPECT_EQ(BusCounters("", {}, network_).report().state, "simulated");
 }
@@ -214,7 +214,7 @@ TEST(OpenMetrics, NamesTheFamilyOfEachSampleAndEnds) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
 }
 
-TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
+TEST(Metrics, UseOnlyFeaturesOfTheOlderFormat) {
   EXPECT_FALSE(accepts_open_metrics("*/*"));
   EXPECT_TRUE(accepts_open_metrics("application/openmetrics-text;version=1.0.0;q=0.5,text/plain;q=0.2"));
   const StatusAnswer status{.counters = {.cycles = 12}};
@@ -225,7 +225,7 @@ TEST(Metrics, AreInTheOlderFormatWithoutWhatItDoesNotKnow) {
 }
 
 // Prometheus's own promtool tries the rules themselves (scripts/check alerts).
-TEST(Metrics, AreThoseOfTheShippedAlertsAndTheDashboard) {
+TEST(Metrics, ContainAllNamesOfTheAlertsAndTheDashboard) {
   const StatusAnswer status{.axes = {{.name = "x"}}};
   const std::string text = metrics_text(false, status, 0.1, no_bus, no_times, no_times, {});
   const std::regex name("hystcan_[a-z_]+");
@@ -244,7 +244,7 @@ TEST(Metrics, AreThoseOfTheShippedAlertsAndTheDashboard) {
   }
 }
 
-TEST(OpenMetrics, SayThatTheControllerIsNotThereAndHowOldTheLastAnswerIs) {
+TEST(OpenMetrics, ReportAMissingControllerAndTheAgeOfItsStatus) {
   const std::string text = metrics_text(true, {}, 7.5, no_bus, no_times, no_times, {});
   EXPECT_NE(text.find("hystcan_up 0\n"), std::string::npos);
   EXPECT_NE(text.find("hystcan_status_age_seconds 7.5\n"), std::string::npos);
@@ -260,7 +260,7 @@ TEST(ReferenceCurves, MeetAtTheUpperThresholdAndIncrease) {
   EXPECT_GT(down[50] - up[50], 1.0) << "um: hysteresis";
 }
 
-TEST(ReferenceCurves, SayHowMuchLaterThanItsDriveAPositionIsSampled) {
+TEST(ReferenceCurves, ReportTheDelayFromDriveToSample) {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   // One cycle until the command acts, half a cycle of the held drive, the amplifier (1500 Hz), the mode (500
   // Hz, 0.05).

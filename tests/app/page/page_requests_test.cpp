@@ -20,7 +20,7 @@ json with_key(const json& list, const std::string& key) {
   return {};
 }
 
-TEST_F(PageServer, TellsOfEachKeyThatCanChangeWhatAFormNeeds) {
+TEST_F(PageServer, DescribesEachChangeableKey) {
   const json keys = page()->ask({{"do", "settings"}}).at("keys");
   EXPECT_EQ(with_key(keys, "axis[0].control.kp"), (json{{"key", "axis[0].control.kp"},
                                                         {"meaning", "proportional gain"},
@@ -32,7 +32,7 @@ TEST_F(PageServer, TellsOfEachKeyThatCanChangeWhatAFormNeeds) {
   EXPECT_EQ(with_key(keys, "axis[0].control.start_up").at("choices"), (json{"wipe", "assume", "restore"}));
 }
 
-TEST_F(PageServer, TellsTheSettingsInForceWithTheirUnitsButNotWhereTheFileIs) {
+TEST_F(PageServer, ReportsSettingsWithUnitsButWithoutTheFilePath) {
   const json answer = page()->ask({{"do", "settings"}});
   EXPECT_EQ(with_key(answer.at("settings"), "axis[0].control.kp").at("unit"), "um/um");
   EXPECT_FALSE(answer.contains("file")) << answer;
@@ -49,7 +49,7 @@ TEST_F(PageServer, ShowsTheLoopAndTheModelWithTheSettingsInForce) {
   EXPECT_GT(peer->ask(curves).at("delay_s"), curves_before.at("delay_s"));
 }
 
-TEST_F(PageServer, CountsWhoIsRefusedForWantOfTheToken) {
+TEST_F(PageServer, CountsRefusalsWithoutTheToken) {
   const auto peer = page();
   EXPECT_EQ(peer->next("status").at("page").at("refused"), 0);
   EXPECT_FALSE(peer->is_ok({{"do", "save"}}));
@@ -57,7 +57,7 @@ TEST_F(PageServer, CountsWhoIsRefusedForWantOfTheToken) {
   EXPECT_EQ(peer->next("status").at("page").at("refused"), 2);
 }
 
-TEST_F(PageServer, AnswersAWrongTokenASecondLaterAndUntilThenTakesNone) {
+TEST_F(PageServer, DelaysTheAnswerToAWrongTokenByASecond) {
   const auto peer = page();
   const auto began = std::chrono::steady_clock::now();
   peer->send(WebPeer::frame(R"({"id": 1, "do": "token", "token": "guess"})") +
@@ -78,14 +78,14 @@ TEST_F(PageServer, AnswersAWrongTokenASecondLaterAndUntilThenTakesNone) {
   EXPECT_TRUE(peer->is_ok({{"do", "token"}, {"token", token_text}}));
 }
 
-TEST_F(PageServer, TellsWhoGivesTheTokenWhetherTheRoleIsFree) {
+TEST_F(PageServer, AnswersATokenWithTheStateOfTheRole) {
   const auto peer = page();
   EXPECT_FALSE(peer->next("writer").at("authorised"));
   peer->send_frame(json{{"id", 1}, {"do", "token"}, {"token", token_text}}.dump());
   EXPECT_EQ(peer->next("writer"), (json{{"type", "writer"}, {"role", "free"}, {"authorised", true}}));
 }
 
-TEST_F(PageServer, GivesTheRoleBackForItsHolderOnly) {
+TEST_F(PageServer, AllowsOnlyTheHolderToReleaseTheRole) {
   const auto one = writer(), other = page();
   EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
   EXPECT_TRUE(other->is_ok({{"do", "release_writer"}}));
@@ -95,7 +95,7 @@ TEST_F(PageServer, GivesTheRoleBackForItsHolderOnly) {
   EXPECT_TRUE(other->is_ok({{"do", "take_writer"}}));
 }
 
-TEST_F(PageServer, TakesTheRoleAwayForTheWordTrueOnly) {
+TEST_F(PageServer, TransfersTheRoleOnlyIfForceIsTrue) {
   const auto one = writer(), other = page();
   EXPECT_TRUE(one->is_ok({{"do", "take_writer"}})) << "its own";
   EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
@@ -103,7 +103,7 @@ TEST_F(PageServer, TakesTheRoleAwayForTheWordTrueOnly) {
     EXPECT_FALSE(other->is_ok({{"do", "take_writer"}, {"force", force}})) << force;
 }
 
-TEST_F(PageServer, PassesTheCommandsOfAPageOnAndNoOther) {
+TEST_F(PageServer, ForwardsOnlyTheCommandsOfAPage) {
   const auto peer = writer();
   EXPECT_TRUE(says(peer->ask({{"do", "command"}}), "expected a command of the control socket"));
   EXPECT_TRUE(says(peer->ask({{"do", "command"}, {"command", "set"}}), "expected a command"));
@@ -115,7 +115,7 @@ TEST_F(PageServer, PassesTheCommandsOfAPageOnAndNoOther) {
   EXPECT_TRUE(peer->ask(set_kp(0.1)).at("answer").at("ok"));
 }
 
-TEST_F(PageServer, CapturesNothingForWhoHasDisarmed) {
+TEST_F(PageServer, SendsNoCaptureAfterUntrigger) {
   const auto peer = page_with_rows(), other = page();
   const json trigger{{"do", "trigger"}, {"on", "level"},    {"axis", 0},    {"signal", "position_um"},
                      {"level", 15.0},   {"edge", "rising"}, {"pre_s", 0.0}, {"post_s", 0.01}};
@@ -130,7 +130,7 @@ TEST_F(PageServer, CapturesNothingForWhoHasDisarmed) {
   }
 }
 
-TEST_F(PageServer, RefusesWhatHasNoNumberByWhichToAnswer) {
+TEST_F(PageServer, RefusesARequestWithoutAnId) {
   const auto peer = page();
   for (const char* text : {R"({"do": "untrigger"})", R"({"id": "1", "do": "untrigger"})"}) {
     peer->send_frame(text);
@@ -147,13 +147,13 @@ TEST_F(PageServer, CapturesNothingWithoutAController) {
   EXPECT_TRUE(says(peer->ask({{"do", "trigger"}, {"on", "now"}, {"axis", 0}}), "no cycles to capture"));
 }
 
-TEST_F(PageServer, CutsAStopWithoutTheTokenOffAmongTooMuch) {
+TEST_F(PageServer, DisconnectsAFloodWithAnUnauthorisedStop) {
   const auto peer = page();
   EXPECT_TRUE(peer->is_cut_off_by(R"({"id": 1, "do": "stop"})"));
   EXPECT_FALSE(bench_.asked_to_stop());
 }
 
-TEST_F(PageServer, SaysWhyTheControllerDoesNotTakeARestoredFileOver) {
+TEST_F(PageServer, ReportsWhyARestoredFileIsNotApplied) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
   EXPECT_TRUE(is_ok(confirm(*peer, "save")));
@@ -197,7 +197,7 @@ class Requests : public testing::Test {
   RequestQueue::Done done_;
 };
 
-TEST_F(Requests, TakeTurnsClientByClientOneAtATime) {
+TEST_F(Requests, AreServedOneAtATimeInTurnsOfClients) {
   for (const auto& [client, name] : std::vector<std::pair<std::uint64_t, std::string>>{
            {2, "a"}, {2, "b"}, {2, "c"}, {3, "d"}, {1, "e"}, {3, "f"}})
     EXPECT_TRUE(queue_.add(client, work(name)));
@@ -208,7 +208,7 @@ TEST_F(Requests, TakeTurnsClientByClientOneAtATime) {
   EXPECT_EQ(began_, "adebfcg") << "at once, where nothing waits";
 }
 
-TEST_F(Requests, OfOneClientWaitSixteenAndThoseOfAnotherAreNone) {
+TEST_F(Requests, AreLimitedToSixteenForEachClient) {
   EXPECT_TRUE(queue_.add(1, work("-")));
   for (int i = 0; i < 16; ++i) EXPECT_TRUE(queue_.add(1, work("x")));
   EXPECT_FALSE(queue_.add(1, work("y")));
@@ -217,7 +217,7 @@ TEST_F(Requests, OfOneClientWaitSixteenAndThoseOfAnotherAreNone) {
   EXPECT_EQ(began_, "-z" + std::string(16, 'x'));
 }
 
-TEST_F(Requests, OfAClientThatHasLeftAreForgotten) {
+TEST_F(Requests, AreDroppedIfTheirClientHasLeft) {
   EXPECT_TRUE(queue_.add(1, work("a")));
   EXPECT_TRUE(queue_.add(1, work("b")));
   EXPECT_TRUE(queue_.add(2, work("c")));
@@ -227,7 +227,7 @@ TEST_F(Requests, OfAClientThatHasLeftAreForgotten) {
   EXPECT_EQ(began_, "ac");
 }
 
-TEST_F(Requests, LeaveTheThreadAsMuchTimeAsTheyTake) {
+TEST_F(Requests, UseAtMostHalfTheTimeOfTheThread) {
   const auto took = std::chrono::milliseconds(30);
   std::chrono::steady_clock::time_point ended;
   EXPECT_TRUE(queue_.add(1, [&](const RequestQueue::Done& done) {

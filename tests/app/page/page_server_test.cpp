@@ -50,7 +50,7 @@ TEST_F(PageServer, ChangesNothingByHttp) {
   EXPECT_EQ(status_of("GET /socket HTTP/1.1"), 426);
 }
 
-TEST_F(PageServer, RefusesALongHeaderABodyAndWhatIsNoHttp) {
+TEST_F(PageServer, RefusesALongHeaderABodyAndInvalidHttp) {
   EXPECT_EQ(status_of("GET /metrics HTTP/1.1", "Host: localhost\r\nX: " + std::string(9000, 'x') + "\r\n"),
             431);
   EXPECT_EQ(status_of("POST / HTTP/1.1", "Host: localhost\r\nContent-Length: 10\r\n"), 413);
@@ -83,7 +83,7 @@ TEST_F(PageServer, SendsEveryCycleOfTheController) {
   }
 }
 
-TEST_F(PageServer, GivesTheStateOfTheControllerAndSaysThatThereIsNoTwin) {
+TEST_F(PageServer, ReportsTheControllerAndTheMissingTwin) {
   const auto peer = page();
   json twin;
   do twin = next_stream(*peer, "twin", false);
@@ -105,7 +105,7 @@ TEST_F(PageServer, RefusesToWriteWithoutTheToken) {
   EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::tracking));
 }
 
-TEST_F(PageServer, GivesTheWritersRoleToOnePageAndTellsTheOther) {
+TEST_F(PageServer, GivesTheWriterRoleToOnePageAndNotifiesTheOther) {
   const auto one = writer();
   EXPECT_TRUE(one->is_ok(set_kp(0.1)));
   const auto other = page();
@@ -118,7 +118,7 @@ TEST_F(PageServer, GivesTheWritersRoleToOnePageAndTellsTheOther) {
   EXPECT_TRUE(says(one->ask(set_kp(0.3)), "take it first"));
 }
 
-TEST_F(PageServer, ChangesNothingForWhoHasTheTokenWithoutTheRole) {
+TEST_F(PageServer, ChangesNothingWithoutTheWriterRole) {
   const auto peer = page();
   EXPECT_TRUE(peer->is_ok({{"do", "token"}, {"token", token_text}}));
   for (const char* what : {"save", "undo_save"})
@@ -127,7 +127,7 @@ TEST_F(PageServer, ChangesNothingForWhoHasTheTokenWithoutTheRole) {
     EXPECT_TRUE(says(peer->ask(command(what)), "take it first")) << what;
 }
 
-TEST_F(PageServer, GivesTheRightToWriteBackWithTheRole) {
+TEST_F(PageServer, ReleasesTheControlSocketWithTheRole) {
   {
     const auto peer = writer();
     EXPECT_TRUE(peer->is_ok(set_kp(0.1)));
@@ -137,7 +137,7 @@ TEST_F(PageServer, GivesTheRightToWriteBackWithTheRole) {
   EXPECT_TRUE(support::eventually([&] { return is_ok(bench_.client().ask({{"do", "reload"}})); }));
 }
 
-TEST_F(PageServer, StopsWithTheTokenWhoeverHasTheRole) {
+TEST_F(PageServer, AllowsAStopWithTheTokenAlone) {
   const auto one = writer();
   EXPECT_TRUE(one->is_ok(set_kp(0.1)));
   const auto other = page();
@@ -146,7 +146,7 @@ TEST_F(PageServer, StopsWithTheTokenWhoeverHasTheRole) {
   EXPECT_TRUE(support::eventually([&] { return bench_.asked_to_stop(); }));
 }
 
-TEST_F(PageServer, TakesASettingBackAndSavesTheOtherWithItsComment) {
+TEST_F(PageServer, UndoesOneSettingAndSavesTheOther) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.1)));
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
@@ -183,7 +183,7 @@ TEST_F(PageServer, CapturesEachCycleAroundATrigger) {
       << capture;
 }
 
-TEST_F(PageServer, CutsAClientOffThatSendsTooMuch) {
+TEST_F(PageServer, DisconnectsAClientThatSendsTooMuch) {
   const auto long_message = page();
   long_message->send_frame(std::string(20'000, ' '));
   long_message->read_to_the_end();
@@ -194,7 +194,7 @@ TEST_F(PageServer, CutsAClientOffThatSendsTooMuch) {
   EXPECT_EQ(page()->next("status").at("page").at("cut_off"), 3);
 }
 
-TEST_F(PageServer, AnswersWhatIsNoRequestWithItsReason) {
+TEST_F(PageServer, RefusesAnInvalidRequestWithItsReason) {
   const auto peer = page();
   for (const char* text : {"[]", "{", "3"}) {
     peer->send_frame(text);
@@ -204,7 +204,7 @@ TEST_F(PageServer, AnswersWhatIsNoRequestWithItsReason) {
   EXPECT_TRUE(says(peer->ask({{"do", "view"}, {"rate_Hz", 5000}}), "expected 10 to 1000"));
 }
 
-TEST_F(PageServer, CutsAClientOffThatDoesNotReadAndServesTheOther) {
+TEST_F(PageServer, DisconnectsAClientThatDoesNotRead) {
   const auto dead = page(), alive = page();
   json page_counters;
   do page_counters = alive->next("status").at("page");
@@ -246,7 +246,7 @@ TEST_F(PageServer, AnswersARequestForSettingsDuringWhichTheRoleChanges) {
   for (int answers = 0; answers < 12; ++answers) EXPECT_EQ(reader->next("answer").value("error", ""), "");
 }
 
-TEST_F(PageServer, KeepsNothingOfConnectionsThatHaveEnded) {
+TEST_F(PageServer, FreesClosedConnections) {
   for (int i = 0; i < 2000; ++i) {
     const WebPeer silent(server_->port());
     if (i % 100 == 0) {
@@ -258,7 +258,7 @@ TEST_F(PageServer, KeepsNothingOfConnectionsThatHaveEnded) {
   EXPECT_LE(kept.get_future().get(), 33U) << "32 that may be open, and the newest";
 }
 
-TEST_F(PageServer, GivesTheOldestPlaceOfAStrangerToTheNext) {
+TEST_F(PageServer, DropsTheOldestUnauthorisedClientForANewOne) {
   std::vector<std::unique_ptr<WebPeer>> strangers;
   for (int i = 0; i < 32; ++i) {
     strangers.push_back(page());
@@ -271,7 +271,7 @@ TEST_F(PageServer, GivesTheOldestPlaceOfAStrangerToTheNext) {
   EXPECT_FALSE(strangers.back()->next("status").is_null());
 }
 
-TEST_F(PageServer, TakesNoMoreThan32WhoHaveTheToken) {
+TEST_F(PageServer, AcceptsAtMost32ClientsWithTheToken) {
   constexpr unsigned char pong = 10;
   std::vector<std::unique_ptr<WebPeer>> all;
   for (int i = 0; i < 32; ++i) {
@@ -287,14 +287,14 @@ TEST_F(PageServer, TakesNoMoreThan32WhoHaveTheToken) {
   EXPECT_TRUE(support::eventually([&] { return WebPeer(server_->port()).upgrade() == 101; }));
 }
 
-TEST_F(PageServer, TakesAStopThatComesWithTooMuch) {
+TEST_F(PageServer, ExecutesAStopWithinAFlood) {
   const auto peer = writer();
   for (int i = 0; i < 48; ++i) peer->send_frame("{}");
   peer->send_frame(R"({"id": 1, "do": "stop"})");
   EXPECT_TRUE(support::eventually([&] { return bench_.asked_to_stop(); }));
 }
 
-TEST_F(PageServer, DisablesAnAxisForWhoeverHasTheToken) {
+TEST_F(PageServer, AllowsToDisableAnAxisWithTheTokenAlone) {
   const auto one = writer();
   EXPECT_TRUE(one->is_ok(set_kp(0.1)));
   const auto other = page();
@@ -304,7 +304,7 @@ TEST_F(PageServer, DisablesAnAxisForWhoeverHasTheToken) {
   EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::offline));
 }
 
-TEST_F(PageServer, GoesOnTellingTheStateWhileOtherPagesAskForWhatTakesTime) {
+TEST_F(PageServer, ReportsTheStateDuringSlowRequestsOfOtherPages) {
   const auto watcher = page();
   std::atomic<bool> is_done = false;
   const auto ask_without_end = [&] {
@@ -322,7 +322,7 @@ TEST_F(PageServer, GoesOnTellingTheStateWhileOtherPagesAskForWhatTakesTime) {
   other.join();
 }
 
-TEST_F(PageServer, TakesAViewFromTenToAThousandRowsPerSecond) {
+TEST_F(PageServer, AcceptsAViewOfTenToAThousandRowsPerSecond) {
   const auto peer = page();
   for (const double rate_Hz : {10.0, 1000.0})
     EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", rate_Hz}}));
@@ -330,7 +330,7 @@ TEST_F(PageServer, TakesAViewFromTenToAThousandRowsPerSecond) {
     EXPECT_FALSE(peer->is_ok({{"do", "view"}, {"rate_Hz", rate_Hz}}));
 }
 
-TEST_F(PageServer, RefusesAtOnceWhatIsMoreThanAPagesShare) {
+TEST_F(PageServer, RefusesRequestsBeyondTheShareOfAPage) {
   const auto peer = page();
   EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", 10}}));
   std::string all;  // sent as one: no answer is ready before the server has the last request
@@ -345,7 +345,7 @@ TEST_F(PageServer, RefusesAtOnceWhatIsMoreThanAPagesShare) {
 }
 
 // A process that is stopped, or a loop that no longer gets a processor.
-TEST_F(PageServer, SaysThatItDoesNotKnowTheStateOfAControllerThatDoesNotAnswer) {
+TEST_F(PageServer, ReportsAnUnknownStateIfTheControllerIsSilent) {
   const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -374,7 +374,7 @@ TEST_F(PageServer, SaysThatItDoesNotKnowTheStateOfAControllerThatDoesNotAnswer) 
   close(listener);
 }
 
-TEST_F(PageServer, SaysWhenTheControllerHasEnded) {
+TEST_F(PageServer, ReportsTheEndOfTheController) {
   const auto peer = page_with_rows();
   bench_.end_service();
   const json ended = next_stream(*peer, "controller", false);

@@ -25,7 +25,7 @@ json event_with(WebPeer& peer, const std::string& words) {
   return event;
 }
 
-TEST_F(PageServer, TellsEveryPageWhoHasSetWhichKeyFromWhatToWhat) {
+TEST_F(PageServer, ReportsEveryChangeToEveryPage) {
   const auto one = writer(), other = page();
   const json page_number = other->next("hello").at("page");
   EXPECT_TRUE(one->is_ok(set_kp(0.1)));
@@ -37,7 +37,7 @@ TEST_F(PageServer, TellsEveryPageWhoHasSetWhichKeyFromWhatToWhat) {
   EXPECT_EQ(event.at("to"), "0.1");
 }
 
-TEST_F(PageServer, TellsOfARefusedCommandWithTheReason) {
+TEST_F(PageServer, ReportsARefusedCommandWithItsReason) {
   const auto peer = writer(), other = page();
   EXPECT_FALSE(peer->is_ok(set_kp(-1.0)));
   const json event = event_with(*other, "refused");
@@ -45,7 +45,7 @@ TEST_F(PageServer, TellsOfARefusedCommandWithTheReason) {
   EXPECT_NE(event.at("text").get<std::string>().find("expected a number >= 0"), std::string::npos) << event;
 }
 
-TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChanged) {
+TEST_F(PageServer, ReportsASettingChangedByAnotherProgram) {
   const auto peer = page();
   EXPECT_TRUE(peer->is_ok({{"do", "settings"}}));
   EXPECT_TRUE(is_ok(bench_.client().ask({{"do", "set"}, {"axis", "x"}, {"key", "kp"}, {"value", 0.3}})));
@@ -56,7 +56,7 @@ TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChanged) {
 }
 
 /// A machine that stands still for some seconds loses the stream, not the controller.
-TEST_F(PageServer, TellsOfASettingThatAnotherProgramHasChangedWhileTheStreamWasLost) {
+TEST_F(PageServer, ReportsASettingChangedWhileTheStreamWasLost) {
   boost::asio::io_context context;
   PageClients clients;
   PageEvents events(clients);
@@ -113,7 +113,7 @@ TEST_F(PageServer, KeepsTheFormerFileAndExchangesItWithTheSavedOne) {
   EXPECT_EQ(support::read_file(file), saved);
 }
 
-TEST_F(PageServer, TellsAPageThatComesLaterOfASaveAndOfItsUndo) {
+TEST_F(PageServer, ReportsASaveAndItsUndoToALaterPage) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
   for (const char* what : {"save", "undo_save"}) EXPECT_TRUE(is_ok(confirm(*peer, what)));
@@ -122,7 +122,7 @@ TEST_F(PageServer, TellsAPageThatComesLaterOfASaveAndOfItsUndo) {
   EXPECT_EQ(event_with(*later, "save").at("text"), "undo save of piezo.toml");
 }
 
-TEST_F(PageServer, UndoesASaveWhereSomebodyHasBrokenTheFileSince) {
+TEST_F(PageServer, UndoesASaveAfterTheFileWasDamaged) {
   const auto file = bench_.files() / "piezo.toml";
   const std::string former = support::read_file(file);
   const auto peer = writer();
@@ -137,7 +137,7 @@ TEST_F(PageServer, UndoesASaveWhereSomebodyHasBrokenTheFileSince) {
   }
 }
 
-TEST_F(PageServer, TakesASettingBackAlsoAfterItsSave) {
+TEST_F(PageServer, UndoesASettingAfterItsSave) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
   EXPECT_TRUE(is_ok(confirm(*peer, "save")));
@@ -164,7 +164,7 @@ TEST_F(PageServer, GivesTheKeptFileTheModeOfTheFile) {
   EXPECT_EQ(std::filesystem::status(kept).permissions(), perms::owner_read | perms::owner_write);
 }
 
-TEST_F(PageServer, SetsAListOfSegmentsThenAKeyOfOneThenAShorterList) {
+TEST_F(PageServer, SetsSegmentListsAndKeysOfSegments) {
   const auto peer = writer();
   const json sine{{"kind", "sine"},      {"low_um", 5.0}, {"high_um", 20.0},
                   {"frequency_Hz", 5.0}, {"cycles", 5.0}, {"transition_s", 0.2}};
@@ -180,7 +180,7 @@ TEST_F(PageServer, SetsAListOfSegmentsThenAKeyOfOneThenAShorterList) {
   EXPECT_EQ(high, "18");
 }
 
-TEST_F(PageServer, StartsNothingThatIsNoDemo) {
+TEST_F(PageServer, RefusesToStartARealController) {
   EXPECT_TRUE(says(writer()->ask({{"do", "start"}}), "hystcan controller piezo.toml"));
 }
 
@@ -196,7 +196,7 @@ class PageOfADemo : public PageServer {
   std::atomic<bool> is_broken_ = false;
 };
 
-TEST_F(PageOfADemo, StartsAgainForWhoHasTheToken) {
+TEST_F(PageOfADemo, StartsAgainOnlyWithTheToken) {
   EXPECT_TRUE(says(page()->ask({{"do", "start"}}), "this needs the token"));
   EXPECT_EQ(starts_, 0);
   const auto other = page();
@@ -205,7 +205,7 @@ TEST_F(PageOfADemo, StartsAgainForWhoHasTheToken) {
   EXPECT_EQ(event_with(*other, "start again").at("level"), "info");
 }
 
-TEST_F(PageOfADemo, SaysWhyItDoesNotStart) {
+TEST_F(PageOfADemo, ReportsWhyItDoesNotStart) {
   is_broken_ = true;
   EXPECT_TRUE(says(writer()->ask({{"do", "start"}}), "kp is \"much\""));
 }
@@ -228,7 +228,7 @@ class PageWithALog : protected CapturedLog, public PageServer {
   PageWithALog() : PageServer([] {}) {}
 };
 
-TEST_F(PageWithALog, WritesDownWhoHasAskedForWhat) {
+TEST_F(PageWithALog, LogsEachCommandWithItsPage) {
   const auto peer = writer();
   EXPECT_TRUE(peer->is_ok(set_kp(0.2)));
   EXPECT_FALSE(peer->is_ok(set("\u202e", 1.0)));

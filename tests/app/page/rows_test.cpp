@@ -26,7 +26,7 @@ StreamGreeting greeting_with(const std::vector<const char*>& columns) {
   return greeting;
 }
 
-RC_GTEST_PROP(RowDecimator, KeepsTheLeastAndTheLargestValueOfEachBucket, ()) {
+RC_GTEST_PROP(RowDecimator, KeepsMinimumAndMaximumOfEachBucket, ()) {
   const auto bucket = *rc::gen::inRange<std::size_t>(1, 20);
   const auto values = *rc::gen::container<std::vector<int>>(rc::gen::inRange(-100, 100));
   RowDecimator decimator(greeting_with({"axis", "position_um"}), bucket);
@@ -49,7 +49,7 @@ RC_GTEST_PROP(RowDecimator, KeepsTheLeastAndTheLargestValueOfEachBucket, ()) {
   }
 }
 
-TEST(RowDecimator, LeavesNoMoreRowsThanAskedFor) {
+TEST(RowDecimator, SendsAtMostTheRequestedRate) {
   for (const double rate : {10.0, 250.0, 500.0, 999.0, 1000.0})
     for (const double of : {100.0, 1000.0, 4000.0}) {
       const std::size_t bucket = RowDecimator::bucket_for(of, rate);
@@ -59,7 +59,7 @@ TEST(RowDecimator, LeavesNoMoreRowsThanAskedFor) {
     }
 }
 
-TEST(RowDecimator, PrefersANumberToNone) {
+TEST(RowDecimator, PrefersNumbersToNan) {
   RowDecimator decimator(greeting_with({"axis", "position_um"}), 3);
   for (const double value : {nan, 2.0, nan}) decimator.put(std::array{0.0, value});
   EXPECT_EQ(decimator.take(), (std::vector<double>{0.0, 2.0, 0.0, 2.0}));
@@ -114,7 +114,7 @@ json request_for(const char* on, json further = json::object()) {
   return request;
 }
 
-TEST(Capture, HasWhatWasBeforeAndAfterTheTrigger) {
+TEST(Capture, ContainsRowsBeforeAndAfterTheTrigger) {
   Stream stream(request_for("step", {{"level", 0.5}}));
   stream.run(0, 200, [](int i) { return i < 100 ? 0.0 : 1.0; });
   ASSERT_EQ(stream.captures.size(), 1u);
@@ -123,7 +123,7 @@ TEST(Capture, HasWhatWasBeforeAndAfterTheTrigger) {
   EXPECT_EQ(stream.captures[0].rows.size(), 31u * 10) << "of axis 0 only";
 }
 
-TEST(Capture, OfAStepHasItsFigures) {
+TEST(Capture, HasTheFiguresOfItsStep) {
   Stream stream(request_for("step", {{"level", 0.5}, {"post_s", 0.1}}));
   stream.run(0, 300, [](int i) { return i < 100 ? 2.0 : 12.0; });
   ASSERT_EQ(stream.captures.size(), 1u);
@@ -135,7 +135,7 @@ TEST(Capture, OfAStepHasItsFigures) {
   EXPECT_NEAR(step.at("judged_s"), 0.1, 1e-9);
 }
 
-TEST(Capture, LeavesOutOfAStepTheSamplesThatTheControllerHasNotHad) {
+TEST(Capture, ExcludesMissingSamplesFromItsStep) {
   Stream stream(request_for("step", {{"level", 0.5}, {"post_s", 0.1}}));
   stream.missing = [](int i) { return i < 110; };
   stream.run(0, 300, [](int i) { return i < 100 ? 2.0 : 12.0; });
@@ -143,14 +143,14 @@ TEST(Capture, LeavesOutOfAStepTheSamplesThatTheControllerHasNotHad) {
   EXPECT_NEAR(step_of(stream.captures[0], CycleColumns::of(greeting), 0.0).at("settling_s"), 0.01, 1e-9);
 }
 
-TEST(Capture, WithoutAStepAtItsTriggerHasNone) {
+TEST(Capture, HasNoStepIfThereIsNoneAtTheTrigger) {
   Stream stream(request_for("now"));
   stream.run(0, 100, [](int) { return 1.0; });
   ASSERT_GE(stream.captures.size(), 1u);
   EXPECT_TRUE(step_of(stream.captures[0], CycleColumns::of(greeting), 0.0).is_null());
 }
 
-TEST(Capture, OfALevelLooksAtTheEdge) {
+TEST(Capture, TriggersAtTheEdgeOfALevel) {
   const auto triangle = [](int i) { return i % 400 < 200 ? i % 400 : 400 - i % 400; };
   for (const auto& [edge, time_s] :
        {std::pair("rising", 0.1), std::pair("falling", 0.3), std::pair("either", 0.1)}) {
@@ -161,7 +161,7 @@ TEST(Capture, OfALevelLooksAtTheEdge) {
   }
 }
 
-TEST(Capture, OfAFaultBeginsWithIt) {
+TEST(Capture, TriggersAtAFault) {
   Stream stream(request_for("fault"));
   stream.run(
       0, 100, [](int) { return 0.0; }, [](int i) { return i < 50 ? 0.0 : 13.0; });
@@ -169,14 +169,14 @@ TEST(Capture, OfAFaultBeginsWithIt) {
   EXPECT_DOUBLE_EQ(stream.captures[0].trigger_time_s, 0.05);
 }
 
-TEST(Capture, ThatRepeatsDoesNotOverlapTheLast) {
+TEST(Capture, IsLimitedToFivePerSecondIfRepeated) {
   Stream stream(request_for("now", {{"pre_s", 0}, {"post_s", 0}, {"repeat", true}}));
   stream.run(0, 1000, [](int) { return 0.0; });
   EXPECT_LE(stream.captures.size(), 5u) << "at most five a second, whatever is asked";
   EXPECT_GE(stream.captures.size(), 4u);
 }
 
-TEST(Capture, RefusesWhatItCannotDo) {
+TEST(Capture, RefusesAnInvalidTrigger) {
   for (const json& wrong :
        {request_for("dance"), request_for("step"), request_for("now", {{"axis", 2}}),
         request_for("now", {{"axis", -1}}), request_for("now", {{"axis", 0.5}}),

@@ -39,14 +39,14 @@ StageFacts answered(const InitOptions& options, const std::string& answers) {
   return ask_about(options, {}, questions);
 }
 
-TEST(AnalogueQuestions, AreNotAskedForNodesOnCan) {
+TEST(AnalogueQuestions, AreSkippedForNodesOnCan) {
   InitOptions options = stated();
   options.card = "can";
   options.dbc = "hystcan.dbc";
   EXPECT_FALSE(answered(options, "").axes[0].config.analogue);
 }
 
-TEST(AnalogueQuestions, AskForTheCardAndItsScalesOnceForAllAxes) {
+TEST(AnalogueQuestions, RequestCardAndScalesOnceForAllAxes) {
   const StageFacts facts = answered(stated(), "comedi:/dev/comedi0\n\n3.5\n");
   for (const unsigned i : {0u, 1u}) {
     const node::AnalogueConfig& analogue = *facts.axes[i].config.analogue;
@@ -59,19 +59,19 @@ TEST(AnalogueQuestions, AskForTheCardAndItsScalesOnceForAllAxes) {
   }
 }
 
-TEST(AnalogueQuestions, TakeTheScaleOfTheRecord) {
+TEST(AnalogueQuestions, UseTheScaleOfTheRecord) {
   InitOptions options = stated();
   options.input.layout.output_scale = 12.5;
   EXPECT_EQ(answered(options, "simulated\n\n\n").axes[0].config.analogue->position_um_per_V, 12.5);
 }
 
-TEST(AnalogueQuestions, AreAskedAgainAfterAWrongAnswer) {
+TEST(AnalogueQuestions, AreRepeatedAfterAnInvalidAnswer) {
   const StageFacts facts = answered(stated(), "nidaq:0\nsimulated:99\nsimulated\n0\n0.09\n3\n");
   EXPECT_EQ(facts.axes[0].config.analogue->device, "simulated");
   EXPECT_EQ(facts.axes[0].config.analogue->volts_per_drive, 0.09);
 }
 
-TEST(AnalogueQuestions, NameTheOptionThatHasNoDefault) {
+TEST(AnalogueQuestions, NameAMissingOptionWithoutADefault) {
   InitOptions options = stated();
   options.card = "simulated";
   std::istringstream none;
@@ -80,7 +80,7 @@ TEST(AnalogueQuestions, NameTheOptionThatHasNoDefault) {
   EXPECT_TRUE(refusal.starts_with("--um-per-V is missing")) << refusal;
 }
 
-TEST(AnalogueConfigText, IsReadAsItWasAnswered) {
+TEST(AnalogueConfigText, ContainsTheAnswers) {
   StageFacts facts = answered(stated(), "comedi:/dev/comedi0\n0.09\n3.3\n");
   const support::ScratchFolder folder;
   std::filesystem::copy(HYSTCAN_SOURCE_DIR "/config/hystcan.dbc", folder.path());

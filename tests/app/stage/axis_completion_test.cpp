@@ -12,7 +12,7 @@
 namespace hystcan::app::axis_completion_test {
 namespace {
 
-TEST(RehearsalOfAStage, ThatTracksNoSampleHasNoFigures) {
+TEST(RehearsalOfAStage, FailsIfNoSampleIsTracked) {
   const support::ShippedCopy shipped;
   config::Config config = config::load(shipped / "piezo.toml");
   config.axes.resize(1);

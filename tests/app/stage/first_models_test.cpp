@@ -32,7 +32,7 @@ TEST(FirstModel, IsTheStraightLineThroughTheTravel) {
   EXPECT_NO_THROW(model::Hysteresis{line});
 }
 
-TEST(FirstPlant, HasALoopOfElevenPercentAndMeetsTheTravel) {
+TEST(FirstPlant, HasALoopOfElevenPercentOverTheWholeTravel) {
   const model::HysteresisParameters loop = usual_loop(stage());
   EXPECT_NO_THROW(model::Hysteresis{loop});
   double widest = 0.0;
@@ -61,20 +61,20 @@ TEST_P(MismatchOfShippedModels, IsThreePercentOfTheCurvesAndTwentyOfK) {
   EXPECT_NEAR(other.k_descending / given.k_descending, 1.2, 1e-9);
 }
 
-TEST(MismatchOfCreep, IsThatOfK) {
+TEST(MismatchOfCreep, IsTwentyPercent) {
   const std::optional<model::OutputCreep::Config> given{{.per_decade = 0.02}};
   EXPECT_NEAR(not_quite(given, 0.03)->per_decade, 1.2 * 0.02, 1e-12);
   EXPECT_FALSE(not_quite(std::optional<model::OutputCreep::Config>{}, 0.03));
 }
 
-TEST(MismatchOfCreep, StaysWithinWhatIdentifyFinds) {
+TEST(MismatchOfCreep, StaysWithinTheRangeOfIdentify) {
   const auto other = not_quite(std::optional<model::OutputCreep::Config>{{.per_decade = 0.15}}, 0.1);
   EXPECT_EQ(other->per_decade, identification::most_creep_per_decade);
   EXPECT_NO_THROW(model::OutputCreep{*other});
 }
 
 // Records that begin wiped at the lowest drive leave the curve free; it is chosen so (ascending_choice.h).
-TEST(MismatchOfACurveFromTheLowerPoint, StartsWhereTheDriveHasComeFromTheLowerThreshold) {
+TEST(MismatchOfACurveFromTheLowerPoint, KeepsTheVirginCurveOnTheAscendingBranch) {
   model::HysteresisParameters given = usual_loop(stage());
   given = identification::with_ascending_from_lower(given, 1e-6);
   ASSERT_TRUE(identification::begins_at_lower_point(given));

@@ -47,14 +47,14 @@ TEST(IdentifiedPlant, HasTheLagOfTheAmplifier) {
   expect_found({.amplifier_bandwidth_Hz = 1500.0, .resonance_Hz = 410.0, .damping_ratio = 0.03});
 }
 
-TEST(IdentifiedPlant, CountsTheWayOfAnInterpolatingAmplifierOnce) {
+TEST(IdentifiedPlant, IncludesTheInterpolationOfTheAmplifierOnce) {
   expect_found({.amplifier_bandwidth_Hz = 1200.0,
                 .resonance_Hz = 260.0,
                 .damping_ratio = 0.025,
                 .interpolated = true});
 }
 
-TEST(IdentifiedPlant, LeavesTheSensorItsStatedShare) {
+TEST(IdentifiedPlant, KeepsTheStatedDelayOfTheSensor) {
   expect_found({.amplifier_bandwidth_Hz = 900.0,
                 .resonance_Hz = 220.0,
                 .damping_ratio = 0.04,
@@ -63,7 +63,7 @@ TEST(IdentifiedPlant, LeavesTheSensorItsStatedShare) {
 }
 
 }  // namespace
-TEST(IdentifiedPlant, TellsAPureDelayFromALag) {
+TEST(IdentifiedPlant, DistinguishesAPureDelayFromALag) {
   const controller::Delays chain{.amplifier_bandwidth_Hz = 600.0,
                                  .resonance_Hz = 310.0,
                                  .damping_ratio = 0.03,
@@ -78,7 +78,7 @@ TEST(IdentifiedPlant, TellsAPureDelayFromALag) {
   EXPECT_GT(found.mode->damping_ratio.hi, 0.03);
 }
 
-TEST(IdentifiedPlant, TakesTheStatedModeWhereTheSamplesCannotShowIt) {
+TEST(IdentifiedPlant, UsesTheStatedModeIfTheSamplesCannotShowIt) {
   const controller::Delays chain{
       .amplifier_bandwidth_Hz = 900.0, .resonance_Hz = 1730.0, .damping_ratio = 0.03};
   controller::Delays stated = chain;

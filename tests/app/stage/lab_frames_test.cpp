@@ -65,7 +65,7 @@ Stated with(const char* key, const char* signal) {
   return stated;
 }
 
-TEST_F(LabFrames, HaveTheSignalsThatAreStated) {
+TEST_F(LabFrames, HaveTheStatedSignals) {
   take_shipped("lab_amplifier.dbc");
   const auto wires = find({{"command.setpoint", {"AmpSet.Volt"}},
                            {"command.enable", {"AmpSet.On"}},
@@ -93,7 +93,7 @@ TEST_F(LabFrames, HaveTheSignalsThatAreStated) {
   EXPECT_EQ(frames.sample.integrity, can::Integrity::none);
 }
 
-TEST_F(LabFrames, HaveTheSignalsThatAreAnsweredOnATerminal) {
+TEST_F(LabFrames, HaveTheSignalsEnteredOnATerminal) {
   take_command(bits("Gate", 16) + bits("Cnt", 20, 4));
   testing::internal::CaptureStderr();
   const auto wires = find({}, {"x"}, "Set.Volt\nSens.Pos\nSet.Gate\n\n\nSet.Cnt\nSens.Pos\n");
@@ -107,7 +107,7 @@ TEST_F(LabFrames, HaveTheSignalsThatAreAnsweredOnATerminal) {
       << shown;
 }
 
-TEST_F(LabFrames, OfSeveralAxesAreStatedOneByOne) {
+TEST_F(LabFrames, HaveOneStatedSignalForEachAxis) {
   take_shipped("fd_stage.dbc");
   const auto wires = find({{"command.setpoint", {"Commands.SetpointX", "Commands.SetpointY"}},
                            {"command.enable", {"Commands.EnableX", "Commands.EnableY"}},
@@ -119,7 +119,7 @@ TEST_F(LabFrames, OfSeveralAxesAreStatedOneByOne) {
             (Signals{{"position", "PositionY"}, {"sync_counter", "SyncCounter"}}));
 }
 
-TEST_F(LabFrames, ThatLackARoleAreRefusedWithItsOptionAndWhatMayHaveIt) {
+TEST_F(LabFrames, NameTheOptionAndTheSignalsForAMissingRole) {
   take_shipped("lab_amplifier.dbc");
   EXPECT_EQ(
       refusal({}),
@@ -130,26 +130,26 @@ TEST_F(LabFrames, ThatLackARoleAreRefusedWithItsOptionAndWhatMayHaveIt) {
       "--enable missing: Switch that enables the amplifier (axis x), expected one of: Set.Gate, Set.Cnt, none");
 }
 
-TEST_F(LabFrames, HaveNoEnableWhereNoneIsStatedOrNoSignalMayBeIt) {
+TEST_F(LabFrames, HaveNoEnableIfNoneIsStatedOrPossible) {
   take_command(bits("Gate", 16));
   EXPECT_FALSE(find(with("command.enable", "none")).at(0).frames->command.carries("enable"));
   take_command("");
   EXPECT_FALSE(find(bare).at(0).frames->command.carries("enable"));
 }
 
-TEST_F(LabFrames, TakeNoMultiplexedSignal) {
+TEST_F(LabFrames, RefuseAMultiplexedSignal) {
   take_command(bits("Page", 24, 4, "M ") + bits("On", 16, 1, "m1 "));
   EXPECT_EQ(refusal(with("command.enable", "Set.On")),
             "--enable: 'Set.On', expected for axis x one of: Set.Page, none");
 }
 
-TEST_F(LabFrames, TakeNoSignalOfAnotherUnit) {
+TEST_F(LabFrames, RefuseASignalInAnotherUnit) {
   take_command("");
   EXPECT_EQ(refusal(with("sample.position", "Set.Volt")),
             "--position: 'Set.Volt', expected for axis x one of: Sens.Pos [nm]");
 }
 
-TEST_F(LabFrames, WithAStateNeedItsRawValues) {
+TEST_F(LabFrames, NeedTheRawValuesOfAState) {
   take_shipped("lab_amplifier.dbc");
   Stated stated{{"command.setpoint", {"AmpSet.Volt"}},
                 {"command.enable", {"AmpSet.On"}},
@@ -163,14 +163,14 @@ TEST_F(LabFrames, WithAStateNeedItsRawValues) {
   }
 }
 
-TEST_F(LabFrames, WithACrcNeedACounter) {
+TEST_F(LabFrames, NeedACounterForACrc) {
   take_command(bits("Sum", 24, 8));
   Stated stated = with("command.crc", "Set.Sum");
   stated["command.enable"] = {"none"};
   EXPECT_EQ(refusal(stated), "--role command.counter missing: without it command.crc is not checked");
 }
 
-TEST_F(LabFrames, ThatAreTheStandardOnesAreTheirPrefixAndNodes) {
+TEST_F(LabFrames, ConsistOfPrefixAndNodesForTheStandardDbc) {
   take_shipped("hystcan.dbc");
   const auto wires = find({}, {"y", "x"});
   EXPECT_EQ(wires.at(0).message_prefix, "Y");
@@ -179,14 +179,14 @@ TEST_F(LabFrames, ThatAreTheStandardOnesAreTheirPrefixAndNodes) {
   EXPECT_EQ(wires.at(1).message_prefix, "X");
 }
 
-TEST_F(LabFrames, ThatAreTheStandardOnesInAnotherUnitOrOfFewerAxesAreRefused) {
+TEST_F(LabFrames, RefuseAStandardDbcWithAnotherUnitOrFewerAxes) {
   take_shipped("galfenol.dbc");
   EXPECT_NE(refusal({}).find("is in A, expected V (--unit)"), std::string::npos);
   take_shipped("hystcan.dbc");
   EXPECT_NE(refusal({}, {"x", "y", "z"}).find("expected the frames of 3 axes"), std::string::npos);
 }
 
-TEST(Roles, ThatAreUnknownAreRefused) {
+TEST(Roles, RefuseUnknownRoles) {
   StatedRoles roles;
   add_role(roles, "status.state=AmpGet.St");
   EXPECT_EQ(roles, (StatedRoles{{"status.state", {"AmpGet.St"}}}));

@@ -36,7 +36,7 @@ TEST(NewFolder, LeavesNothingIfItIsNotComplete) {
   EXPECT_EQ(entries(above.path()), 0u);
 }
 
-TEST(NewFolder, TakesThePlaceOfAnEmptyOne) {
+TEST(NewFolder, ReplacesAnEmptyFolder) {
   const support::ScratchFolder above;
   std::filesystem::create_directory(above / "stage");
   NewFolder folder(above / "stage");
@@ -59,7 +59,7 @@ std::string refusal(const std::filesystem::path& path) {
   return support::refusal_of<std::exception>([&] { NewFolder folder(path); });
 }
 
-TEST(NewFolder, NamesTheGivenPathAndTheFolderThatRefusesIt) {
+TEST(NewFolder, NamesTheGivenPathAndTheUnwritableFolder) {
   const support::ScratchFolder above;
   std::ofstream(above / "file") << "text";
   // Nobody can make a folder in /proc, not even root.

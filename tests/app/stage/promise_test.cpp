@@ -26,7 +26,7 @@ Promise promise() {
           .stroke_um = 195.0};
 }
 
-TEST(PromiseText, HasTheWordsOfTheContract) {
+TEST(PromiseText, HasTheDocumentedText) {
   EXPECT_EQ(text_of(promise()),
             "promise x: 0.78 um RMS true (90 %: 0.55 to 1.1), 0.40 % of stroke; cautious");
 }
@@ -69,7 +69,7 @@ std::vector<Promise> promised(const config::Config& config, const Doubt& doubt, 
   return promises_of(rehearsal_setup(config), {ground});
 }
 
-TEST(PromiseOfALoop, GrowsWithWhatTheModelLeavesOfItsRecords) {
+TEST(PromiseOfALoop, GrowsWithTheResidualOfTheModel) {
   const config::Config config = piezo(500.0);
   const Promise small = promised(config, {}, 0.001).front(), large = promised(config, {}, 0.3).front();
   EXPECT_GT(large.rms_um, 2.0 * small.rms_um);
@@ -78,14 +78,14 @@ TEST(PromiseOfALoop, GrowsWithWhatTheModelLeavesOfItsRecords) {
   EXPECT_GT(small.most_um, small.rms_um);
 }
 
-TEST(PromiseOfALoop, IsWiderWhereNobodyHasStatedWhoseADelayIs) {
+TEST(PromiseOfALoop, IsWiderIfTheOriginOfADelayIsUnknown) {
   const config::Config config = piezo(500.0);
   const Promise known = promised(config, {}, 0.01).front(),
                 unknown = promised(config, {.unshared_s = 5e-4, .share_error = 0.5}, 0.01).front();
   EXPECT_GT(unknown.most_um / unknown.least_um, 1.2 * known.most_um / known.least_um);
 }
 
-TEST(PromiseOfALoop, HardlyDependsOnAShareThatNothingShows) {
+TEST(PromiseOfALoop, HardlyDependsOnAnUnknownShareOfTheDelay) {
   const config::Config config = piezo(500.0);
   const auto most_um = [&](double sensor_share) {
     const Doubt doubt{.unshared_s = 5e-4, .sensor_share = sensor_share, .share_error = 1.0};
@@ -94,14 +94,14 @@ TEST(PromiseOfALoop, HardlyDependsOnAShareThatNothingShows) {
   EXPECT_NEAR(most_um(0.95) / most_um(0.05), 1.0, 0.2);
 }
 
-TEST(PromiseOfALoop, IsWiderWhereNoRecordShowsTheMode) {
+TEST(PromiseOfALoop, IsWiderIfNoRecordShowsTheMode) {
   const config::Config config = piezo(720.0);
   const Promise known = promised(config, {}, 0.01).front(),
                 unknown = promised(config, {.mode_error = 0.05}, 0.01).front();
   EXPECT_GT(unknown.most_um / unknown.least_um, 1.2 * known.most_um / known.least_um);
 }
 
-TEST(BetterRate, IsOfferedWhereHeldSetpointsRingTheMode) {
+TEST(BetterRate, IsOfferedIfHeldSetpointsExciteTheMode) {
   const auto at_rate = [](double rate_Hz) { return piezo(977.0, rate_Hz); };
   const config::Config now = at_rate(1000.0);
   const std::vector<Promise> present = promises_of(now);
@@ -113,7 +113,7 @@ TEST(BetterRate, IsOfferedWhereHeldSetpointsRingTheMode) {
   EXPECT_NE(texts_of(*offer, present).front().find(" um instead of "), std::string::npos);
 }
 
-TEST(CheckOfTheRate, WarnsWithinFifteenPercentOfAMultipleOfIt) {
+TEST(CheckOfTheRate, WarnsWithinFifteenPercentOfAMultiple) {
   for (const double resonance_Hz : {860.0, 1000.0, 1140.0, 2100.0})
     EXPECT_EQ(config::findings_of_rate(piezo(resonance_Hz).axes[0], 1000.0).size(), 1U) << resonance_Hz;
   for (const double resonance_Hz : {100.0, 500.0, 840.0, 1200.0, 2500.0})

@@ -19,7 +19,7 @@ std::optional<std::string> more_than_zero(double value) {
   return unless(value > 0.0, "expected more than 0");
 }
 
-TEST(Questions, AreAskedUntilAnAnswerDoes) {
+TEST(Questions, AreRepeatedUntilTheAnswerIsValid) {
   std::istringstream answers("abc\n-5\n 1e2 \n");
   testing::internal::CaptureStderr();
   Questions questions(answers, true);
@@ -30,7 +30,7 @@ TEST(Questions, AreAskedUntilAnAnswerDoes) {
   EXPECT_EQ(questions.asked(), 1) << "asked again is the same question";
 }
 
-TEST(Questions, UnderstandCommasAndUnits) {
+TEST(Questions, AcceptCommasAndUnits) {
   for (const auto& [typed, unit, expected] :
        std::vector<std::tuple<std::string, std::string, double>>{{"60,5", "um", 60.5},
                                                                  {"60 um", "um", 60.0},
@@ -49,7 +49,7 @@ TEST(Questions, UnderstandCommasAndUnits) {
   EXPECT_EQ(questions.number({"--x", "X", "um", ""}, {}, {}), 2.0);
 }
 
-TEST(Questions, AreAskedAgainWhereACommaMaySeparateThousands) {
+TEST(Questions, AreRepeatedIfACommaMaySeparateThousands) {
   std::istringstream answers("1,234\n1,500 Hz\n-2,000\n1,2345\n");
   testing::internal::CaptureStderr();
   Questions questions(answers, true);
@@ -70,7 +70,7 @@ TEST(Questions, HaveAUnitAReasonAnOptionAndADefault) {
             "Highest drive, V: the controller commands no drive above it\n  --drive-max [120]: ");
 }
 
-TEST(Questions, AreNotAskedWhereTheOptionSaysIt) {
+TEST(Questions, AreSkippedIfTheOptionIsGiven) {
   std::istringstream answers;
   Questions questions(answers, true);
   EXPECT_EQ(questions.number(highest, 80.0, 120.0), 80.0);
@@ -84,7 +84,7 @@ TEST(Questions, RefuseAStatedValueByTheNameOfItsOption) {
   EXPECT_EQ(refusal, "--drive-max: expected more than 0");
 }
 
-TEST(Questions, ThatNobodyAnswersNameAllOptionsAtOnce) {
+TEST(Questions, ListAllMissingOptionsAtOnce) {
   std::istringstream answers("not read");
   Questions questions(answers, false);
   EXPECT_TRUE(std::isnan(questions.number(highest, {}, {})));
@@ -94,7 +94,7 @@ TEST(Questions, ThatNobodyAnswersNameAllOptionsAtOnce) {
   EXPECT_EQ(refusal.substr(0, 30), "--drive-max, --dbc are missing");
 }
 
-TEST(Questions, GoBackByOneWhereTheAnswerIsLess) {
+TEST(Questions, GoBackByOneOnALessSign) {
   std::istringstream answers("5\n7\n<\n<\n6\n8\n9\n");
   Questions questions(answers, true);
   std::vector<double> given;

@@ -101,7 +101,7 @@ const std::vector<Spoilt>& spoilt_records() {
   return all;
 }
 
-TEST(RecordDoubts, SayWhatIsSpoiltInARecordAndNothingOfAGoodOne) {
+TEST(RecordDoubts, NameOnlyTheDamageOfARecord) {
   for (const Spoilt& spoilt : spoilt_records()) {
     SCOPED_TRACE(spoilt.name);
     Dataset record = clean();
@@ -116,7 +116,7 @@ TEST(RecordDoubts, SayWhatIsSpoiltInARecordAndNothingOfAGoodOne) {
   }
 }
 
-TEST(RecordDoubts, RefuseOneSessionThatIsGivenTwice) {
+TEST(RecordDoubts, RefuseTheSameSessionTwice) {
   EXPECT_NO_THROW(refuse_same_rows({"a.csv"}, {clean()}));
   Dataset other = identification::with_noise(clean(), 3e-4, 2);
   EXPECT_NO_THROW(refuse_same_rows({"a.csv", "b.csv"}, {clean(), other}));
