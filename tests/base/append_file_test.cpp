@@ -29,7 +29,7 @@ TEST_F(GrowingFile, HoldsLinesOfEachSizeInTheirOrder) {
   EXPECT_EQ(file.written_bytes(), all.size());
 }
 
-TEST_F(GrowingFile, EndsWithAWholeLineWhereTheDiskIsFull) {
+TEST_F(GrowingFile, EndsWithAWholeLineIfTheDiskIsFull) {
   AppendFile file(path, AppendFile::Existing::refuse);
   {
     const support::FileSizeLimit full(150'000);

@@ -14,16 +14,16 @@ const std::filesystem::path file = "stage/first.toml";
 
 std::string text(const PlacedError& error) { return error.what(); }
 
-TEST(ErrorParts, WithoutAPlaceTheTextIsWhatIsWrong) { EXPECT_EQ(text(Error("no axis")), "no axis"); }
+TEST(ErrorParts, AnErrorWithoutAPlaceIsItsProblem) { EXPECT_EQ(text(Error("no axis")), "no axis"); }
 
-TEST(ErrorParts, ThePlaceComesFirst) {
+TEST(ErrorParts, ThePlaceIsFirst) {
   EXPECT_EQ(text(Error(file, "no rows")), "stage/first.toml: no rows");
   EXPECT_EQ(text(Error({file, 3}, "no rows")), "stage/first.toml:3: no rows");
   EXPECT_EQ(text(Error({file, 3, 7}, "no rows")), "stage/first.toml:3:7: no rows");
   EXPECT_EQ(text(Error("--axis", "no rows")), "--axis: no rows");
 }
 
-TEST(ErrorParts, TheExpectedValueAndTheRemedyComeLast) {
+TEST(ErrorParts, TheExpectedValueAndTheRemedyAreLast) {
   EXPECT_EQ(text(Error("no rows", expect("some"))), "no rows, expected some");
   EXPECT_EQ(text(Error("no rows", {.remedy = "record some"})), "no rows; record some");
   EXPECT_EQ(text(RunError({file, 1}, "no rows", {.expected = "some", .remedy = "record some"})),
@@ -37,7 +37,7 @@ TEST(ErrorParts, APlaceIsAddedToTheTextOfAnotherError) {
   EXPECT_EQ(text(Error("no save", Error({file, 3}, "no rows"))), "no save: stage/first.toml:3: no rows");
 }
 
-TEST(ErrorParts, ARemedyIsAddedToAnErrorThatHasAPlace) {
+TEST(ErrorParts, ARemedyIsAddedAfterThePlace) {
   EXPECT_EQ(text(RunError({}, RunError({file, 3}, "no rows"), {.remedy = "record some"})),
             "stage/first.toml:3: no rows; record some");
 }
@@ -48,7 +48,7 @@ TEST(ErrorParts, ASentenceIsTheLastPart) {
   EXPECT_EQ(text(error), "stage/first.toml: no rows, expected some. The folder is kept");
 }
 
-TEST(ErrorParts, AFileGetsTheNameThatItHasInTheNewFolder) {
+TEST(ErrorParts, AFileGetsItsNameInTheNewFolder) {
   const auto renamed = [](const char* name) {
     Error error({name, 3}, ".stage.x is wrong");
     error.rename_folder(".stage.x", "stage");

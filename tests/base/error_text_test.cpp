@@ -36,7 +36,7 @@ TEST(ErrorText, AnErrorOfTheSystemIsItsReason) {
       "Address already in use");
 }
 
-TEST(ErrorText, MissingMemoryIsNamedAsSuch) {
+TEST(ErrorText, MissingMemoryIsReported) {
   const std::string expected = "the memory does not suffice: the input is too large";
   EXPECT_EQ(text_of_thrown([] { throw std::bad_alloc(); }), expected);
   EXPECT_EQ(text_of_thrown([] { std::string().reserve(std::string().max_size() + 1); }), expected);
@@ -49,17 +49,17 @@ TEST(ErrorText, AThreadThatCannotBeStartedNamesTheLimit) {
             "no further thread can be started: raise the limit of processes (ulimit -u)");
 }
 
-TEST(ErrorText, AMistakeOfTheProgramAsksForAReport) {
+TEST(ErrorText, AnInternalErrorIsMarkedAsSuch) {
   EXPECT_TRUE(
       text_of_thrown([] { (void)std::vector<int>().at(1); }).starts_with("a mistake in hystcan itself ("));
 }
 
-TEST(ErrorText, JsonThatIsNoneIsNamedAsSuch) {
+TEST(ErrorText, InvalidJsonIsReported) {
   EXPECT_EQ(text_of_thrown([] { nlohmann::json().get<std::string>(); }),
             "found a text that is not the expected JSON");
 }
 
-TEST(ErrorText, AnErrorOfTheProjectKeepsItsWords) {
+TEST(ErrorText, AnErrorOfTheProjectKeepsItsText) {
   EXPECT_EQ(text_of_thrown([] { throw std::invalid_argument("gain is 0"); }), "gain is 0");
 }
 

@@ -33,7 +33,7 @@ struct InputStream : testing::Test {
   std::filesystem::path file = folder / "input";
 };
 
-TEST_F(InputStream, ReadsAFileWhole) {
+TEST_F(InputStream, ReadsAWholeFile) {
   std::string text(200'000, 'a');
   text[70'000] = '\0';
   text[65'536] = '\xFF';
@@ -52,7 +52,7 @@ TEST_F(InputStream, ReadsAFifoToItsEnd) {
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(*stream), {}), "first second");
 }
 
-TEST_F(InputStream, AcceptsAFifoWhoseWriterHasWrittenNothingYet) {
+TEST_F(InputStream, WaitsForTheWriterOfAFifo) {
   make_fifo();
   const int both = open(file.c_str(), O_RDWR | O_CLOEXEC);
   const auto stream = open_input(file, "a text", milliseconds(0));
@@ -61,7 +61,7 @@ TEST_F(InputStream, AcceptsAFifoWhoseWriterHasWrittenNothingYet) {
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(*stream), {}), "late");
 }
 
-TEST_F(InputStream, RefusesAFifoToWhichNobodyWrites) {
+TEST_F(InputStream, RefusesAFifoWithoutAWriter) {
   make_fifo();
   EXPECT_EQ(refusal_of(file),
             file.string() + ": cannot be read: it is a pipe to which nobody writes, expected a text");

@@ -113,7 +113,7 @@ std::size_t lines_accounted_for(const std::string& text) {
   return next;
 }
 
-TEST(LogSink, NeitherWaitsForItsReaderNorHidesThatLinesAreLost) {
+TEST(LogSink, DoesNotWaitForItsReaderAndReportsLostLines) {
   constexpr std::size_t logged = 5000;
   Pipe pipe;
   auto logger = logger_on(pipe.writer());
@@ -126,7 +126,7 @@ TEST(LogSink, NeitherWaitsForItsReaderNorHidesThatLinesAreLost) {
   EXPECT_EQ(pipe.read_up_to("after\n"), "after\n");
 }
 
-TEST(LogSink, EndsAlthoughNobodyReads) {
+TEST(LogSink, EndsIfItsReaderDoesNotRead) {
   const Pipe pipe;
   auto logger = logger_on(pipe.writer());
   for (int i = 0; i < 2000; ++i) logger->info("line {}", i);
@@ -134,7 +134,7 @@ TEST(LogSink, EndsAlthoughNobodyReads) {
   logger.reset();
 }
 
-TEST(LogSink, EndsAlthoughItsReaderIsGone) {
+TEST(LogSink, EndsIfItsReaderHasClosed) {
   const auto before = std::signal(SIGPIPE, SIG_IGN);
   Pipe pipe;
   auto logger = logger_on(pipe.writer());
@@ -146,7 +146,7 @@ TEST(LogSink, EndsAlthoughItsReaderIsGone) {
   std::signal(SIGPIPE, before);
 }
 
-TEST(WriteWithin, GivesUpWhenThePipeIsFullAndKeepsWhatIsNotWritten) {
+TEST(WriteWithin, TimesOutOnAFullPipeAndKeepsTheRest) {
   Pipe pipe;
   const std::string text(10'000, 'a');
   std::string_view rest = text;
@@ -156,7 +156,7 @@ TEST(WriteWithin, GivesUpWhenThePipeIsFullAndKeepsWhatIsNotWritten) {
   EXPECT_EQ(pipe.read_up_to("b").size(), 4096u);
 }
 
-TEST(WriteWithin, FailsWhereNothingCanBeWritten) {
+TEST(WriteWithin, FailsOnAReadOnlyFile) {
   std::string_view rest = "text";
   const int read_only = open("/dev/null", O_RDONLY | O_CLOEXEC);
   EXPECT_EQ(write_within(read_only, rest, std::chrono::milliseconds(10)), Written::failed);

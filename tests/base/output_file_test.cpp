@@ -32,7 +32,7 @@ class OutputFiles : public testing::TestWithParam<OutputFile::Kind> {
   const std::filesystem::path& folder = scratch.path();
 };
 
-TEST_P(OutputFiles, KeepThePermissionsOfWhatTheyReplaceAndReplaceNothingProtected) {
+TEST_P(OutputFiles, KeepPermissionsAndRefuseAProtectedFile) {
   using std::filesystem::perms;
   const perms own = perms::owner_read | perms::owner_write;
   std::filesystem::permissions(folder / "file", own);

@@ -23,7 +23,7 @@ struct RegularFile : testing::Test {
   std::filesystem::path file = folder / "file";
 };
 
-TEST_F(RegularFile, IsReadWholeUpToTheLargestSize) {
+TEST_F(RegularFile, IsReadWholeUpToTheSizeLimit) {
   std::string text(200'000, 'a');
   text[70'000] = '\0';
   std::ofstream(file, std::ios::binary) << text;
@@ -37,7 +37,7 @@ TEST_F(RegularFile, TakesTheMemoryOfItsBytes) {
   EXPECT_LE(read_regular_file(file, 1'000'000).capacity(), text.size() + 1);
 }
 
-TEST_F(RegularFile, IsReadWholeWhereItTellsNoSize) {
+TEST_F(RegularFile, IsReadWholeIfItReportsNoSize) {
   std::string line;
   std::getline(std::ifstream("/proc/version"), line);
   EXPECT_EQ(read_regular_file("/proc/version", line.size() + 1), line + '\n');
@@ -63,7 +63,7 @@ TEST_F(RegularFile, IsNeitherAPipeNorADeviceNorADirectory) {
   EXPECT_EQ(refusal_of(folder / "none"), "No such file or directory");
 }
 
-TEST_F(RegularFile, IsWhatADbcMustBe) {
+TEST_F(RegularFile, IsRequiredForADbc) {
   ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
   EXPECT_THROW(load_dbc(file), Error);
 }
