@@ -81,7 +81,7 @@ struct BusLogging : testing::Test {
                    }};
 };
 
-TEST_F(BusLogging, WritesNothingWhileTheBusIsWell) {
+TEST_F(BusLogging, WritesNothingWhileTheBusIsHealthy) {
   bus.totals.sent = 1000;
   bus.totals.received = 1000;
   EXPECT_EQ(written_at(1.0), Lines{});
@@ -102,7 +102,7 @@ TEST_F(BusLogging, WritesEveryStateWithTheErrorCounters) {
                                  BusHealthLog::Level::info, BusHealthLog::Level::warning}));
 }
 
-TEST_F(BusLogging, SaysWhyAnInterfaceThatIsUpAgainIsNotUsed) {
+TEST_F(BusLogging, LogsWhyAnInterfaceThatIsUpAgainIsUnused) {
   bus.now = BusState::down;
   EXPECT_EQ(written_at(0.5), Lines{"can0: bus down at 0.500 s"});
   bus.refused = Refusal::listen_only;
@@ -137,7 +137,7 @@ TEST_F(BusLogging, WritesOneLinePerSecondForManyErrorsAndCountsThemAll) {
   EXPECT_LE(line_count, 6);
 }
 
-TEST(BusSummary, NamesTheTotalsAndOnlyTheTroublesThatOccurred) {
+TEST(BusSummary, ListsTheTotalsAndOnlyTheProblemsThatOccurred) {
   BusReport report;
   report.counters.sent = 5210;
   report.counters.received = 8120;

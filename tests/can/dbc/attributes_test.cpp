@@ -35,11 +35,11 @@ BA_ "Env" EV_ Ambient 1;
 BA_REL_ "Timeout" BU_SG_REL_ Sensor SG_ 1 S 20;
 )";
 
-TEST(DbcAttributes, OfEveryKindAreRead) {
+TEST(DbcAttributes, AreReadInEveryKind) {
   EXPECT_EQ(parse_dbc(lab, "lab.dbc").warnings, std::vector<std::string>{});
 }
 
-TEST(DbcAttributes, SayWhichFdMessagesSwitchTheBitRate) {
+TEST(DbcAttributes, DefineTheBitRateSwitchOfFdMessages) {
   constexpr const char* text = R"(BO_ 1 Fast: 8 Amp
 BO_ 2 Long: 12 Amp
 BO_ 3 LongSlow: 12 Amp
@@ -60,14 +60,14 @@ BA_ "CANFD_BRS" BO_ 3 0;
   EXPECT_FALSE(stated.find("LongSlow")->bit_rate_switch);
 }
 
-TEST(DbcAttributes, SayWhichMessageIsOfCanFd) {
+TEST(DbcAttributes, DefineCanFdMessages) {
   const Database database = parse_dbc(lab, "lab.dbc");
   EXPECT_FALSE(database.find("Fast")->fd) << "the default";
   EXPECT_TRUE(database.find("Slow")->fd) << "by the number of the item";
   EXPECT_FALSE(database.find("Event")->fd) << "the attribute decides, not the length";
 }
 
-TEST(DbcAttributes, SayCanFdByNameOrByTheNumbersOfVector) {
+TEST(DbcAttributes, DefineCanFdByNameOrByVectorNumber) {
   const auto is_fd = [](const std::string& type, const std::string& value) {
     return parse_dbc("BO_ 1 A: 8 X\nBA_DEF_ BO_ \"VFrameFormat\" " + type + ";\nBA_ \"VFrameFormat\" BO_ 1 " +
                          value + ";\n",

@@ -34,7 +34,7 @@ std::string numbered(std::size_t count, const std::string& before, const std::st
 const std::string one_message = "BO_ 1 M: 8 X\n";
 const std::string one_signal = one_message + " SG_ S : 0|8@1+ (1,0) [0|0] \"\" X";
 
-TEST(DbcLimits, OfNamesTextsAndNumbers) {
+TEST(DbcLimits, ApplyToNamesTextsAndNumbers) {
   EXPECT_EQ(refusal("BO_ 1 " + std::string(longest_name, 'M') + ": 8 X\n"), "accepted");
   EXPECT_EQ(refusal("BO_ 1 " + std::string(longest_name + 1, 'M') + ": 8 X\n"),
             "lab.dbc:1:7: found 1025 bytes, expected at most 1024");
@@ -47,7 +47,7 @@ TEST(DbcLimits, OfNamesTextsAndNumbers) {
             "lab.dbc:2:6: found 65537 bytes, expected at most 65536");
 }
 
-TEST(DbcLimits, OfMessagesSignalsAndNodes) {
+TEST(DbcLimits, ApplyToMessagesSignalsAndNodes) {
   EXPECT_EQ(refusal(repeat(most_messages + 1, "BO_ 1 M:8\n")),
             "lab.dbc:65537:5: found 65537 messages, expected at most 65536");
   EXPECT_EQ(refusal(one_message + repeat(most_signals + 1, "SG_ S:0|1@1+(1,0)[0|0]\"\"\n")),
@@ -57,7 +57,7 @@ TEST(DbcLimits, OfMessagesSignalsAndNodes) {
       std::string::npos);
 }
 
-TEST(DbcLimits, OfListsInOneSection) {
+TEST(DbcLimits, ApplyToListsInOneSection) {
   const auto count_in = [](const std::string& text) {
     const std::string what = refusal(text);
     const auto found = what.find(": found ");
@@ -74,7 +74,7 @@ TEST(DbcLimits, OfListsInOneSection) {
 }
 
 // Each of these needed gigabytes with a file of 400 kB.
-TEST(DbcLimits, OfWhatOneSectionCopiesToManyObjects) {
+TEST(DbcLimits, ApplyToCopiesOfASectionToManyObjects) {
   const std::string expected =
       "found a section that applies to too many objects, expected at most 67108864 bytes of copies in the "
       "file";
@@ -104,14 +104,14 @@ TEST(DbcLimits, AreFarAboveASectionThatAppliesToAThousandMessages) {
   EXPECT_EQ(database.messages.back().signals[0].values.size(), 100U);
 }
 
-TEST(DbcLimits, OfWarningsAreOfTheListAndNotOfTheFile) {
+TEST(DbcLimits, LimitTheListOfWarningsButNotTheFile) {
   const Database database = parse_dbc(one_message + ";\n" + std::string(most_warnings + 234, ';'), "lab.dbc");
   EXPECT_EQ(database.warnings.size(), most_warnings);
   EXPECT_EQ(database.warnings.back(), "lab.dbc:3:1000: an extra ';': skipped");
   EXPECT_EQ(database.further_warnings, 234U);
 }
 
-TEST(DbcLimits, OfTheFile) {
+TEST(DbcLimits, ApplyToTheSizeOfTheFile) {
   const support::ShippedCopy folder;
   const std::filesystem::path file = folder / "large.dbc";
   std::ofstream(file) << one_message;

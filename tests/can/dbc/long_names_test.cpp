@@ -45,12 +45,12 @@ TEST(DbcLongNames, AreTheNamesOfMessagesSignalsAndSenders) {
   EXPECT_EQ(database.warnings, Texts{});
 }
 
-TEST(DbcLongNames, DoNotSeparateAnObjectFromTheSectionsThatNameItShort) {
+TEST(DbcLongNames, DoNotHideSectionsThatUseTheShortName) {
   const Database database = read(lab);
   EXPECT_EQ(database.messages[0].signals[0].values.at(1), "one");
 }
 
-TEST(DbcLongNames, AndShortOnesFindMessagesAndSignals) {
+TEST(DbcLongNames, FindMessagesAndSignalsAsShortNamesDo) {
   const Database database = read(lab);
   const Message* status = database.find("StatusOfTheAmplifierOfTheUpperStage");
   ASSERT_NE(status, nullptr);
@@ -69,7 +69,7 @@ TEST(DbcLongNames, PrecedeShortOnesAndAnAmbiguousShortNameFindsNothing) {
   EXPECT_EQ(read("BO_ 1 A: 1 X\nBO_ 2 A: 1 X\n" + attributes).find("A"), nullptr);
 }
 
-TEST(DbcLongNames, ThatAreNoNamesOrOccurTwiceGiveAWarning) {
+TEST(DbcLongNames, WarnIfTheyAreInvalidOrDuplicate) {
   const Database database = read(
       "BO_ 1 A: 1 X\n SG_ S : 0|4@1+ (1,0) [0|0] \"\" X\n SG_ T : 4|4@1+ (1,0) [0|0] \"\" X\nBO_ 2 B: 1 X\n"
       "BA_DEF_ BO_ \"SystemMessageLongSymbol\" STRING ;\nBA_DEF_ SG_ \"SystemSignalLongSymbol\" STRING ;\n"

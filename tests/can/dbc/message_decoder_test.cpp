@@ -118,7 +118,7 @@ TEST(DecodeSignals, FindsNoSignalInARingOfSwitches) {
   EXPECT_EQ(decoded(database, frame_of(1, {0, 0})), "");
 }
 
-TEST(DecodeSignals, DistinguishesSignalsOfOneNameByTheirSwitch) {
+TEST(DecodeSignals, DistinguishesSignalsOfTheSameNameByTheirSwitch) {
   const Database database = parse_dbc(
       "BO_ 1 A: 3 X\n SG_ M M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ S m0 : 8|8@1+ (1,0) [0|0] \"\" X\n"
       " SG_ S m1 : 16|8@1+ (1,0) [0|0] \"\" X\nSG_MUL_VAL_ 1 S M 0-1;\n",

@@ -137,7 +137,7 @@ TEST(DbcTolerance, ReadsReceiversWithAnySeparators) {
   EXPECT_EQ(database.warnings, Warnings{});
 }
 
-TEST(DbcTolerance, SkipsSectionsItDoesNotKnow) {
+TEST(DbcTolerance, SkipsUnknownSections) {
   const Database database = read(
       "VERSION \"\"\nNS_ :\nBS_: 500000 : 1 , 2\nBU_: A\n  B\nFOO_ 1 \"a;b\" 2;\nBO_ 1 M: 8 A\n"
       "SIG_GROUP_ 1 G 1 : S;\nSGTYPE_ T : 8@1+ (1,0) [0|0] \"\" 0, V;\nCAT_DEF_ 1 \"x\" 2;\nFILTER 1 2;\n"
@@ -156,7 +156,7 @@ TEST(DbcTolerance, ReadsNewSymbolsOnOneLineAndAnEmptyList) {
   EXPECT_EQ(read("NS_ :\nCM_ BU_ B \"of no node\";\n").warnings, Warnings{"lab.dbc:2:9: there is no node B"});
 }
 
-TEST(DbcTolerance, SkipsMalformedCommentsAndDefinitionsOfWhichNothingIsKept) {
+TEST(DbcTolerance, SkipsMalformedUnusedCommentsAndDefinitions) {
   const Database database = read(
       "BU_: A B\nBO_ 257 Cmd: 8 A\n SG_ U : 0|16@1+ (0.01,0) [0|100] \"V\" B\n"
       "CM_ 257 \"without its kind; BO_\";\nBA_DEF_ BO_ \"Sendable\" BOOL False True;\nVAL_ 257 U 0 \"off\" ;\n");
@@ -185,7 +185,7 @@ TEST(DbcTolerance, WarnsOfAMissingSemicolonAtTheEndOfTheFile) {
             Warnings{"lab.dbc:4:1: the file ends before the last ';': it may be incomplete"});
 }
 
-TEST(DbcTolerance, ReadsASwitchThatIsMarkedWithASmallM) {
+TEST(DbcTolerance, ReadsASwitchMarkedWithALowerCaseM) {
   const Database database =
       read(message(" SG_ A m : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ B m3m : 8|8@1+ (1,0) [0|0] \"\" X\n"
                    " SG_ C m4 : 8|8@1+ (1,0) [0|0] \"\" X"));
@@ -255,7 +255,7 @@ TEST(DbcTolerance, ReadsATextThatEndsWithABackslash) {
             (std::map<std::int64_t, std::string>{{1, "a \"b\"; c\""}, {2, "C:\\"}}));
 }
 
-TEST(DbcTolerance, AppliesSectionsThatStandBeforeTheirMessage) {
+TEST(DbcTolerance, AppliesSectionsBeforeTheirMessage) {
   const Database database = read(
       "CM_ BO_ 1 \"early\";\nVAL_ 1 S T;\nBA_ \"VFrameFormat\" BO_ 1 14;\nVAL_TABLE_ T 3 \"three\";\n"
       "BA_DEF_ BO_ \"VFrameFormat\" INT 0 15;\nBO_ 1 A: 1 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");

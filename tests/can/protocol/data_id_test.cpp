@@ -76,7 +76,7 @@ unsigned missed_pairs(Crc polynomial, std::uint8_t length) {
   return missed;
 }
 
-TEST(MostBytesGuarded, IsTheNumberUpToWhichACrcFindsEveryTwoWrongBits) {
+TEST(MostBytesGuarded, IsTheLengthWithDetectionOfAnyTwoWrongBits) {
   shows("S-082");
   for (const Crc crc : {Crc::sae_j1850, Crc::autosar_8h2f}) {
     const auto longest = static_cast<std::uint8_t>(most_bytes_guarded(crc) + 1);
@@ -94,18 +94,18 @@ TEST(DataIdOfTheCrc, IsFourBytesOfAnExtendedIdentifier) {
   expect_covered(frame_with(0x1ABCDEF5, true), {.kind = DataId::Kind::identifier}, {0xF5, 0xDE, 0xBC, 0x1A});
 }
 
-TEST(DataIdOfTheCrc, IsTwoBytesOfANumberWhateverTheIdentifier) {
+TEST(DataIdOfTheCrc, IsTwoBytesOfAConfiguredNumber) {
   for (const bool extended : {false, true})
     expect_covered(frame_with(0x6A5, extended), {.kind = DataId::Kind::number, .number = 0x10A1},
                    {0xA1, 0x10});
 }
 
-TEST(DataIdOfTheCrc, IsNotCoveredWhereThereIsNone) {
+TEST(DataIdOfTheCrc, IsNotCoveredIfThereIsNone) {
   for (const bool extended : {false, true})
     expect_covered(frame_with(0x6A5, extended), {.kind = DataId::Kind::none, .number = 0x10A1}, {});
 }
 
-TEST(DataIdOfTheCrc, TellsTwoExtendedMessagesApartWhoseIdentifiersDifferInOneByte) {
+TEST(DataIdOfTheCrc, DistinguishesExtendedIdentifiersByEachByte) {
   const Protection protection{.crc = byte_at(7)};
   Frame sent = frame_with(0x1ABCDEF5, true);
   E2eProtector(protection).seal(sent);

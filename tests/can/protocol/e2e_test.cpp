@@ -146,7 +146,7 @@ TEST(E2eChecker, AcceptsAnyCounterAfterARestart) {
   EXPECT_EQ(receiver.check(frame), std::nullopt);
 }
 
-TEST(E2eChecker, DoesNotRememberTheCounterOfARejectedFrame) {
+TEST(E2eChecker, IgnoresTheCounterOfARejectedFrame) {
   shows("S-079");
   E2eChecker receiver = checker();
   const Frame frame = sealed_frame(3);

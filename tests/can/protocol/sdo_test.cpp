@@ -74,7 +74,7 @@ TEST(SdoFrames, AreRejectedIfTheyAreNotExpedited) {
   EXPECT_FALSE(parse_sdo_response(extended));
 }
 
-TEST(SdoFrames, MayBeShortIfTheyHoldWhatTheyAnnounce) {
+TEST(SdoFrames, MayBeShortIfTheAnnouncedDataFits) {
   shows("S-107");
   EXPECT_EQ(parse_sdo_response(frame_of(0x581, {0x60, 1, 0x20, 5}))->service, SdoService::written);
   EXPECT_EQ(parse_sdo_response(frame_of(0x581, {0x4B, 1, 0x20, 5, 0x34, 0x12}))->content,
@@ -222,13 +222,13 @@ TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
   EXPECT_EQ(describe(setup.failure()), "object 0x2001:05: 0x9 was written, 0x8 was read back");
 }
 
-TEST(SdoSetup, TakesAValueOfWhichTheNodeDoesNotStateTheSize) {
+TEST(SdoSetup, AcceptsAValueWithoutAStatedSize) {
   EXPECT_TRUE(set_up_with({0x42, 0x01, 0x20, 0x05, 9, 0, 0, 0}).is_done());
   EXPECT_TRUE(set_up_with({0x42, 0x01, 0x20, 0x05, 9, 7, 7, 7}).is_done()) << "only one byte is meant";
   EXPECT_TRUE(set_up_with({0x42, 0x01, 0x20, 0x05, 8, 0, 0, 0}).has_failed());
 }
 
-TEST(SdoSetup, SaysThatTheNodeAnswersInSegments) {
+TEST(SdoSetup, FailsWithAReasonIfTheNodeAnswersInSegments) {
   shows("S-108");
   const SdoSetup setup = set_up_with({0x41, 0x01, 0x20, 0x05, 12, 0, 0, 0});
   EXPECT_TRUE(setup.has_failed());
@@ -236,7 +236,7 @@ TEST(SdoSetup, SaysThatTheNodeAnswersInSegments) {
             "object 0x2001:05: the node answers in segments, expected a value of at most 4 bytes");
 }
 
-TEST(SdoSetup, TakesShortResponses) { EXPECT_TRUE(set_up_with({0x4F, 0x01, 0x20, 0x05, 9}).is_done()); }
+TEST(SdoSetup, AcceptsShortResponses) { EXPECT_TRUE(set_up_with({0x4F, 0x01, 0x20, 0x05, 9}).is_done()); }
 
 TEST(SdoSetup, IgnoresResponsesThatDoNotAnswerItsRequest) {
   SdoSetup setup = two_writes();
@@ -275,7 +275,7 @@ TEST(Emergency, HasTheBytesOfCiA301) {
   EXPECT_EQ(parsed->manufacturer, (std::array<std::uint8_t, 5>{1, 2, 3, 4, 5}));
 }
 
-TEST(Emergency, HasTheTextOfItsCodeOrElseOfItsGroup) {
+TEST(Emergency, HasTheTextOfItsCodeOrOfItsGroup) {
   EXPECT_EQ(emergency_text(0x8130), "life guard or heartbeat error");
   EXPECT_EQ(emergency_text(0x2310), "current, device output side");
   EXPECT_EQ(emergency_text(0x2F00), "current");

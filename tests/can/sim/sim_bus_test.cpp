@@ -196,7 +196,7 @@ TEST_F(SimBusNode, RefusesInvalidFrames) {
   EXPECT_EQ(a.bus->counters().send_refused, 4U);
 }
 
-TEST_F(SimBusNode, ReceivesOnlyTheFramesWhoseIdentifierAFilterNames) {
+TEST_F(SimBusNode, ReceivesOnlyTheIdentifiersOfItsFilters) {
   const std::array filters{Filter{0x101}, Filter{0x103}};
   Listener ear(wire, filters), all(wire);
   const auto sender = wire.attach();
@@ -217,7 +217,7 @@ TEST_F(SimBusNode, AcknowledgesTheFramesThatItsFiltersDoNotPass) {
   EXPECT_EQ(sender->counters().not_acknowledged, 0U);
 }
 
-TEST_F(SimBusNode, ReceivesFramesOfAnIdentifierThatWasOnTheWireBeforeItWasAttached) {
+TEST_F(SimBusNode, ReceivesIdentifiersUsedBeforeItWasAttached) {
   const auto sender = wire.attach();
   Listener first(wire);
   sender->send(frame_of(0x101));

@@ -40,7 +40,7 @@ TEST_F(SocketCanAdapter, CarriesFramesInBothDirections) {
 }
 
 // The messages contain the state, then the receive and the transmit error counter in three digits each.
-TEST_F(SocketCanAdapter, FollowsTheStatesOfItsDriverAndLeavesBusOffWhenTheLinkGoesDownAndUp) {
+TEST_F(SocketCanAdapter, LeavesBusOffWhenTheLinkIsSetDownAndUp) {
   const auto bus = open(adapter->name(), {});
   adapter->send_to_driver("sw003096");
   run_until([&] { return bus->state() == BusState::warning; });
@@ -103,7 +103,7 @@ TEST_F(SocketCanAdapter, RefusesFramesWhileItIsStalledAndNeverSendsThemLater) {
   EXPECT_EQ(adapter->frames(), accepted) << "a refused frame never arrives";
 }
 
-TEST_F(SocketCanAdapter, IsFoundAgainWithItsFiltersAfterItWasUnplugged) {
+TEST_F(SocketCanAdapter, KeepsItsFiltersAfterItWasUnplugged) {
   const std::string name = adapter->name();
   const auto bus = open(name, {{0x181}});
   const int index = query_interface(name)->index;

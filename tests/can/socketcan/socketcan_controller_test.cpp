@@ -17,7 +17,7 @@ struct SocketCanController : testing::Test {
 
 TEST_F(SocketCanController, IsNotVirtual) { EXPECT_FALSE(is_virtual_interface("can0")); }
 
-TEST_F(SocketCanController, HasTheSettingsThatIpLinkHasGivenIt) {
+TEST_F(SocketCanController, HasTheSettingsOfIpLink) {
   const auto found = query_interface("can0");
   EXPECT_EQ(found->kind, "can");
   EXPECT_EQ(found->bus_state, BusState::active);

@@ -47,7 +47,7 @@ TEST_F(SocketCanInterface, CountsTheCausesOfErrorFrames) {
   EXPECT_EQ(bus->state(), BusState::active);
 }
 
-TEST_F(SocketCanInterface, EndsBusOffWhenItGoesDownAndUp) {
+TEST_F(SocketCanInterface, LeavesBusOffWhenItIsSetDownAndUp) {
   const auto bus = open("vcan9", {});
   ASSERT_TRUE(shell("cansend vcan9 20000040#0000000000000000"));
   run_until([&] { return bus->state() == BusState::bus_off; });

@@ -11,7 +11,7 @@ std::string refusal(const std::string& interface) {
   return support::refusal_of<RunError>([&] { SocketCanBus bus(context, interface, {}); });
 }
 
-TEST_F(SocketCanInterface, MayGoDownAndComeUpAgain) {
+TEST_F(SocketCanInterface, ContinuesAfterItWasDown) {
   const auto bus = open("vcan9", {{0x181}});
   EXPECT_EQ(bus->state(), BusState::active);
   ASSERT_TRUE(shell("ip link set vcan9 down"));
@@ -39,7 +39,7 @@ TEST_F(SocketCanInterface, IsDownAfterAFailedSendToo) {
   EXPECT_TRUE(bus->send({.id = 0x201, .length = 8}));
 }
 
-TEST_F(SocketCanInterface, MayDisappearAndComeBackWithTheSameName) {
+TEST_F(SocketCanInterface, ContinuesAfterItWasDeletedAndCreatedAgain) {
   shows("S-168");
   const auto bus = open("vcan9", {{0x181}});
   ASSERT_TRUE(shell("ip link del vcan9"));

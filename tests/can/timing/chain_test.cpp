@@ -69,7 +69,7 @@ TEST(Chain, CountsAllCommandsAsTheWeakestCommand) {
       << "the other command may be first in the controller's queue and wait for all six";
 }
 
-TEST(Chain, OfACommandOfManyAxesEndsWithTheLatestOfTheirSamples) {
+TEST(Chain, WithASharedCommandIncludesTheLatestSample) {
   auto sources = chain(0x181, 0x201);
   sources.push_back(source(ChainRole::sample, 0x400, 8, timing.cycle));
   sources.back().axes = {1};
@@ -80,7 +80,7 @@ TEST(Chain, OfACommandOfManyAxesEndsWithTheLatestOfTheirSamples) {
       << "the weaker sample may come last, and waits for all six";
 }
 
-TEST(Chain, OfASampleOfManyAxesEndsWithEachOfTheirCommands) {
+TEST(Chain, WithASharedSampleIncludesEachCommand) {
   auto sources = chain(0x181, 0x201);
   sources.push_back(source(ChainRole::command, 0x202, 8, timing.cycle));
   sources.back().axes = {1};
@@ -103,7 +103,7 @@ std::vector<ChainSource> chain_with_slots(const std::vector<unsigned>& slots) {
   return sources;
 }
 
-TEST(Chain, MeetsTheFrameOfASlotOnceAfterSync) {
+TEST(Chain, IncludesTheFrameOfASlotOnceAfterSync) {
   const auto sources = chain_with_slots({0, 3, 6});
   ChainTiming slots = timing;
   slots.slots = 8;
@@ -114,7 +114,7 @@ TEST(Chain, MeetsTheFrameOfASlotOnceAfterSync) {
 
 // A cycle has 335 us of links and 135 us of a slot. Of 380 us it leaves 90 us over, the next one without a
 // slot 45.
-TEST(Chain, MeetsFramesOfSlotsInSuccessionTogetherWhereTheyOverrunTheCycle) {
+TEST(Chain, IncludesSuccessiveSlotsThatOverrunTheCycle) {
   ChainTiming quick = timing;
   quick.cycle = 380us;
   quick.slots = 8;

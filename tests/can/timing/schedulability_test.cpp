@@ -26,7 +26,7 @@ TEST(WorstFrameBits, AgreeWithTheFormulaOfThePaper) {
   EXPECT_EQ(worst_bits(8, true), 160U);
 }
 
-TEST(WorstFrameBits, AreNotExceededByAnyFrameAndAlmostReachedByOne) {
+TEST(WorstFrameBits, AreATightBound) {
   unsigned longest = 0;
   for (std::uint32_t id = 0; id < 0x800; ++id) {
     Frame frame{.id = id, .length = 8};
@@ -40,7 +40,7 @@ TEST(WorstFrameBits, AreNotExceededByAnyFrameAndAlmostReachedByOne) {
 }
 
 /// Five equal bits, then four and one: each run ends in a stuff bit, which begins the next one.
-TEST(WorstFrameBits, OfAnFdFrameAreReachedWithinThreeDataBits) {
+TEST(WorstFrameBits, AreReachedByAnFdFrameWithinThreeDataBits) {
   for (const unsigned length : {0U, 1U, 7U, 8U, 12U, 16U, 20U, 24U, 32U, 48U, 64U}) {
     for (const bool extended : {false, true}) {
       unsigned longest = 0;
