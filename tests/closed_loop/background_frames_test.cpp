@@ -125,7 +125,7 @@ TEST_F(Background, ReportsThreeAxesInTheirOrder) {
   EXPECT_EQ(at(102), Sent{"status of x"});
 }
 
-TEST_F(Background, ReportsAnAxisWhoseTurnItIsNotIfOnlyItsStateIsNew) {
+TEST_F(Background, ReportsANewStateOutOfTurn) {
   begin();
   axes_[1]->axis.start(false);
   axes_[1]->axis.step({});
@@ -139,7 +139,7 @@ TEST_F(Background, SendsNoHeartbeatsThatWereMissed) {
   EXPECT_EQ(at(450), (Sent{"heartbeat", "status of x"})) << "a status was sent in the cycle before";
 }
 
-TEST_F(Background, SendsTheNextHeartbeatAPeriodAfterOneThatCameAWholePeriodLate) {
+TEST_F(Background, SendsTheNextHeartbeatAPeriodAfterALateOne) {
   begin();
   EXPECT_EQ(at(200), (Sent{"status of x", "heartbeat"}));
   EXPECT_EQ(at(201), Sent{"status of y"});
@@ -182,7 +182,7 @@ TEST_F(Background, LetsStatusesAndTheStartUpTakeTurns) {
   EXPECT_EQ(at(103), Sent{"status of y"});
 }
 
-TEST_F(Background, SendsAStatusWhereTheNodesHaveNothingToBeSent) {
+TEST_F(Background, SendsAStatusIfTheNodesNeedNothing) {
   begin();
   for (controller::RemoteNode* node : axes_[0]->nodes()) hear(*node, NmtState::operational);
   wait(0);
@@ -199,7 +199,7 @@ TEST_F(Background, SendsANewStateBeforeTheStartUpBetweenHeartbeats) {
   EXPECT_EQ(at(2), Sent{"start 2"});
 }
 
-TEST_F(Background, StartsNoNodeThatIsOperational) {
+TEST_F(Background, DoesNotStartAnOperationalNode) {
   begin();
   hear(axes_[0]->sensor, NmtState::operational);
   hear(axes_[0]->amplifier, NmtState::pre_operational);
@@ -207,7 +207,7 @@ TEST_F(Background, StartsNoNodeThatIsOperational) {
   EXPECT_EQ(at(1), Sent{"start 1"}) << "in the same cycle, not the one after";
 }
 
-TEST_F(Background, SetsANodeUpBeforeItStartsIt) {
+TEST_F(Background, SetsUpANodeBeforeTheStart) {
   config(0).wire.amplifier_setup = one_object();
   begin();
   hear(axes_[0]->sensor, NmtState::operational);
@@ -220,7 +220,7 @@ TEST_F(Background, SetsANodeUpBeforeItStartsIt) {
   EXPECT_EQ(at(100), (Sent{"heartbeat", "start 1"}));
 }
 
-TEST_F(Background, SendsAStoppedNodeToPreOperationalWhereItIsNotSetUp) {
+TEST_F(Background, SendsAStoppedNodeToPreOperationalBeforeItsSetUp) {
   config(0).wire.amplifier_setup = one_object();
   begin();
   hear(axes_[0]->sensor, NmtState::stopped);
@@ -244,7 +244,7 @@ TEST_F(Background, SetsTheNodesOfWaitingAxesUpInTurn) {
   EXPECT_EQ(at(5), Sent{"601"});
 }
 
-TEST_F(Background, FindsTheOneNodeThatIsToBeSetUpInOneCycle) {
+TEST_F(Background, FindsTheNodeForSetUpInOneCycle) {
   config(1).wire.amplifier_setup = one_object();
   begin();
   hear(axes_[1]->amplifier, NmtState::pre_operational);
@@ -307,7 +307,7 @@ TEST_F(Background, SendsAMarkerInItsSlotBeforeAnyStatus) {
   EXPECT_EQ(in_slot(58, 102), Sent{"status of x"});
 }
 
-TEST_F(Background, WithSlotsSendsOnlyTheStartUpBehindTheCommands) {
+TEST_F(Background, SendsOnlyTheStartUpAfterTheCommandsWithSlots) {
   begin(24);
   hear(axes_[0]->sensor, NmtState::pre_operational);
   wait(0);
@@ -316,7 +316,7 @@ TEST_F(Background, WithSlotsSendsOnlyTheStartUpBehindTheCommands) {
   EXPECT_EQ(at(102), Sent{});
 }
 
-TEST_F(Background, WithoutSlotsSendsNothingBehindTheSync) {
+TEST_F(Background, SendsNothingAfterTheSyncWithoutSlots) {
   begin();
   EXPECT_EQ(in_slot(10, 100), Sent{});
 }

@@ -61,7 +61,7 @@ struct ControllerOffTheBus : testing::Test {
   std::optional<controller::Controller> controller;
 };
 
-TEST_F(ControllerOffTheBus, FaultsAlsoWhenTheBusOffIsShorterThanACycle) {
+TEST_F(ControllerOffTheBus, FaultsEvenIfTheBusOffIsShorterThanACycle) {
   shows("S-164");
   ASSERT_TRUE(tracks());
   connection->pretend(BusState::bus_off);
@@ -81,7 +81,7 @@ TEST_F(ControllerOffTheBus, KeepsTrackingWhileTheBusIsInWarningOrPassive) {
   EXPECT_TRUE(all_are(AxisState::tracking));
 }
 
-TEST_F(ControllerOffTheBus, TracksAgainOnlyAfterANewStartThatMayClearFaults) {
+TEST_F(ControllerOffTheBus, TracksAgainOnlyAfterARestartThatMayClearFaults) {
   shows("S-170");
   ASSERT_TRUE(tracks());
   connection->pretend(BusState::bus_off);

@@ -24,7 +24,7 @@ using support::ignore;
 using support::shipped;
 using support::triangle_percent;
 
-TEST(PiezoStage, MeetsItsTrackingBudgetWithAMismatchedModel) {
+TEST(PiezoStage, TracksWithinItsBudgetWithAMismatchedModel) {
   const rehearsal::Setup setup = shipped("piezo.toml");
   std::map<Structure, double> percent;
   for (const Structure structure : controller::all_structures) {
@@ -40,7 +40,7 @@ TEST(PiezoStage, MeetsItsTrackingBudgetWithAMismatchedModel) {
   EXPECT_LT(percent[Structure::inverse], percent[Structure::average]);
 }
 
-TEST(PiezoStage, AtRestIsTrackedToTheSensorNoiseWithAPerfectModel) {
+TEST(PiezoStage, TracksToTheSensorNoiseAtRestWithAPerfectModel) {
   rehearsal::Setup setup = shipped("piezo.toml");
   for (std::size_t i = 0; i < setup.twin.axes.size(); ++i) {
     setup.twin.axes[i].axis.plant.hysteresis = setup.controller.axes[i].axis.law.model;
@@ -82,7 +82,7 @@ rehearsal::Setup butterfly_stage() {
   return setup;
 }
 
-TEST(Butterfly, WithCoercivityIsTrackedOnTheSideBeyondItsValley) {
+TEST(Butterfly, IsTrackedBeyondTheValleyOfACoerciveLoop) {
   const rehearsal::Setup setup = butterfly_stage();
   double lowest_drive = 0.0;
   const auto outcome =

@@ -89,28 +89,28 @@ double triangle_percent(const rehearsal::Setup& setup) {
       rehearsal::run_once(with_structure(setup, Structure::inverse_pi), 0.1, support::ignore));
 }
 
-TEST(CreepingStage, DriftsAFifthWithoutFeedbackWhereTheModelCreeps) {
+TEST(CreepingStage, DriftsAFifthInOpenLoopIfTheModelCreeps) {
   const double before_nm = drift_nm(stage(two_percent, {})),
                after_nm = drift_nm(stage(two_percent, two_percent));
   std::printf("inverse: drift %.1f nm before, %.1f nm after\n", before_nm, after_nm);
   EXPECT_LT(after_nm, 0.2 * before_nm);
 }
 
-TEST(CreepingStage, OfTheLogarithmicLawDriftsAFifthToo) {
+TEST(CreepingStage, DriftsAFifthWithLogarithmicCreep) {
   constexpr model::OutputCreep::Config as_identified{.per_decade = 0.02, .from_s = 0.03, .to_s = 100.0};
   const double before_nm = drift_nm(logarithmic({})), after_nm = drift_nm(logarithmic(as_identified));
   std::printf("inverse: drift %.1f nm before, %.1f nm after\n", before_nm, after_nm);
   EXPECT_LT(after_nm, 0.2 * before_nm);
 }
 
-TEST(CreepingStage, SettlesNoLaterWithFeedbackWhereTheModelCreeps) {
+TEST(CreepingStage, SettlesNoLaterWithFeedbackIfTheModelCreeps) {
   const double before_ms = settling_ms(stage(two_percent, {})),
                after_ms = settling_ms(stage(two_percent, two_percent));
   std::printf("inverse+pi: within 10 nm after %.0f ms before, %.0f ms after\n", before_ms, after_ms);
   EXPECT_LE(after_ms, before_ms);
 }
 
-TEST(CreepingStage, FollowsTheTriangleAsOneThatDoesNotCreep) {
+TEST(CreepingStage, FollowsTheTriangleAsAStageWithoutCreep) {
   const double shipped = triangle_percent(stage({}, {})), before = triangle_percent(stage(two_percent, {})),
                after = triangle_percent(stage(two_percent, two_percent));
   std::printf("triangle: %.4f %% without creep, %.4f %% before, %.4f %% after\n", shipped, before, after);

@@ -144,7 +144,7 @@ class DisturbedBench {
   std::set<std::size_t> may_fault_;
 };
 
-TEST(DisturbedBench, FaultsByNothingButWhatActsOnAnAxisAndItsReferenceNeverJumps) {
+TEST(DisturbedBench, FaultsOnlyForADisturbanceAndNeverJumps) {
   for (unsigned seed = 1; seed <= (support::long_run() ? 100 : 2); ++seed) {
     DisturbedBench bench(seed);
     for (int i = 0; i < 200; ++i) {

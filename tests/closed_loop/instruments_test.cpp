@@ -35,14 +35,14 @@ class Loop {
 
 // The errors are 0.205 % for piezo.toml and 0.2 % for galfenol.toml. The rest is due to the delays of the
 // sensors on the ramps, 73 us and 260 us.
-TEST(InstrumentPreset, OfThePiezoStageTracksWithinItsBudget) {
+TEST(InstrumentPreset, TracksThePiezoStageWithinItsBudget) {
   const auto outcome = rehearsal::run_once(shipped("p733.toml"), 0.1, ignore);
   for (const auto& axis : outcome.axes)
     ASSERT_EQ(axis.state, AxisState::tracking) << to_string(axis.fault.cause);
   EXPECT_LE(triangle_percent(outcome), 0.25);
 }
 
-TEST(InstrumentPreset, OfTheGalfenolUnimorphTracksWithinItsBudget) {
+TEST(InstrumentPreset, TracksTheGalfenolUnimorphWithinItsBudget) {
   const auto outcome = rehearsal::run_once(shipped("galfenol_unimorph.toml"), 0.1, ignore);
   ASSERT_EQ(outcome.axes[0].state, AxisState::tracking) << to_string(outcome.axes[0].fault.cause);
   EXPECT_LE(triangle_percent(outcome), 0.35);
@@ -62,7 +62,7 @@ double on_receipt_percent(const char* delay_us, const char* status_every) {
 
 // SYNC, two samples and the command take some 450 us, less than a cycle. If this delay is configured in the
 // controller, the error is 0.19 %.
-TEST(SetpointAppliedOnReceipt, TracksAsWellAsAtTheSyncWhenTheDelayOfTheBusIsKnown) {
+TEST(SetpointAppliedOnReceipt, TracksAsWellAsAtTheSyncWithTheDelayConfigured) {
   const double known = on_receipt_percent("450.0", "1000");
   EXPECT_LE(known, 0.205) << "no worse than at the SYNC";
   EXPECT_GE(on_receipt_percent("100.0", "1000"), 1.4 * known);
@@ -81,7 +81,7 @@ std::vector<config::Setting> runs_free(const char* skew_ppm) {
 // With a skew of 200 ppm there are 12 beats per minute, and the samples move by 0.2 us per cycle. Stuff bits
 // vary the length of their frames by 10 us. Near each beat the samples therefore arrive before some SYNCs and
 // after others for some cycles: some cycles have no sample and some have two.
-TEST(FreeRunningSensor, IsTrackedThroughEachBeatWhenEnoughSamplesMayBeMissing) {
+TEST(FreeRunningSensor, IsTrackedIfEnoughSamplesMayBeMissing) {
   for (const char* skew_ppm : {"200.0", "-200.0"}) {
     auto settings = runs_free(skew_ppm);
     settings.push_back({"axis[0].control.missing_samples", "30"});
@@ -93,14 +93,14 @@ TEST(FreeRunningSensor, IsTrackedThroughEachBeatWhenEnoughSamplesMayBeMissing) {
   }
 }
 
-TEST(FreeRunningSensor, FaultsTheAxisAtABeatWhenFewSamplesMayBeMissing) {
+TEST(FreeRunningSensor, FaultsTheAxisAtABeatIfFewSamplesMayBeMissing) {
   Loop loop(shipped("lab_amplifier.toml", runs_free("200.0")));
   loop.run_for(seconds(60));
   EXPECT_EQ(loop.state(), AxisState::faulted);
   EXPECT_EQ(loop.cause(), Cause::sample_missing);
 }
 
-TEST(FreeRunningSensor, LeavesNoCycleWithoutASampleWhenItSamplesTwiceACycle) {
+TEST(FreeRunningSensor, ProvidesASampleInEveryCycleAtTwiceTheRate) {
   auto settings = runs_free("200.0");
   settings.push_back({"axis[0].twin.sensor.sample_rate_Hz", "2000.0"});
   Loop loop(shipped("lab_amplifier.toml", settings));
@@ -111,7 +111,7 @@ TEST(FreeRunningSensor, LeavesNoCycleWithoutASampleWhenItSamplesTwiceACycle) {
 }
 
 // Once in every beat of 5 s, such a sensor takes two samples between two SYNCs.
-TEST(FreeRunningSensor, FaultsTheAxisWithinABeatWhenItsSamplesNameTheirSync) {
+TEST(FreeRunningSensor, FaultsTheAxisWithinABeatIfSamplesNameTheirSync) {
   Loop loop(shipped("piezo.toml", runs_free("200.0")));
   loop.run_for(seconds(6));
   EXPECT_EQ(loop.state(), AxisState::faulted);

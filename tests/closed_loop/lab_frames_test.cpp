@@ -52,7 +52,7 @@ TEST(LabFrames, TrackWithSetpointAndPositionAsTheirOnlySignals) {
   EXPECT_LE(triangle_percent(setup), 0.25);
 }
 
-TEST(LabFrames, AreSentAsCanFdWhenVFrameFormatSaysSoHoweverShort) {
+TEST(LabFrames, AreSentAsCanFdIfVFrameFormatRequiresIt) {
   rehearsal::Setup setup = shipped("lab_amplifier.toml");
   for (can::Message& message : setup.database.messages) message.fd = message.bit_rate_switch = true;
   rehearsal::Rehearsal rehearsal(setup, ignore);

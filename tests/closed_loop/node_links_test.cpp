@@ -48,7 +48,7 @@ TEST_F(Amplifier, CausesAnAlarmByItsEmergencyOnce) {
   EXPECT_FALSE(lone.health().emergency) << "it counts for one step";
 }
 
-TEST_F(Amplifier, IsInFaultByItsFaultFieldWhereNoStateReportsAFault) {
+TEST_F(Amplifier, IsFaultedByItsFaultFieldIfNoStateMeansFault) {
   frames().status->states.fault.clear();
   support::LoneAxis lone = axis();
   lone.hear_status({.state = can::AmpState::enabled});
@@ -57,7 +57,7 @@ TEST_F(Amplifier, IsInFaultByItsFaultFieldWhereNoStateReportsAFault) {
   EXPECT_TRUE(lone.health().amplifier_fault);
 }
 
-TEST_F(Amplifier, IsInFaultByItsFaultFieldWhereThereIsNoState) {
+TEST_F(Amplifier, IsFaultedByItsFaultFieldIfThereIsNoState) {
   frames().status->signals.erase("state");
   support::LoneAxis lone = axis();
   lone.hear_status({});
@@ -66,7 +66,7 @@ TEST_F(Amplifier, IsInFaultByItsFaultFieldWhereThereIsNoState) {
   EXPECT_TRUE(lone.health().amplifier_fault);
 }
 
-TEST_F(Amplifier, RestsAtItsSafeValueWhereItReportsNoOutput) {
+TEST_F(Amplifier, RestsAtItsSafeValueIfItReportsNoOutput) {
   EXPECT_TRUE(axis().health().output_reported);
   setup_.controller.axes[0].axis.gate.safe_drive = 5.0;
   frames().status->signals.erase("output");
@@ -85,7 +85,7 @@ TEST_F(Amplifier, GivesTheAgeOfItsOutputFromTheFirstStatusOn) {
   EXPECT_EQ(lone.wired.amplifier.output_age_s(later), 0.008);
 }
 
-TEST_F(Amplifier, IsEnabledWhereItReportsNoState) {
+TEST_F(Amplifier, IsEnabledIfItReportsNoState) {
   frames().status->signals.erase("state");
   support::LoneAxis lone = axis();
   lone.hear_status({.output = 50.0});
@@ -93,7 +93,7 @@ TEST_F(Amplifier, IsEnabledWhereItReportsNoState) {
   EXPECT_EQ(lone.wired.amplifier.output(), 50.0);
 }
 
-TEST_F(Amplifier, WithoutAStatusIsEnabledAtItsSafeValueAndItsStatusIsNeverOld) {
+TEST_F(Amplifier, IsEnabledAtItsSafeValueIfItSendsNoStatus) {
   setup_.controller.axes[0].axis.gate.safe_drive = 5.0;
   frames().status.reset();
   support::LoneAxis lone = axis();
@@ -103,7 +103,7 @@ TEST_F(Amplifier, WithoutAStatusIsEnabledAtItsSafeValueAndItsStatusIsNeverOld) {
   EXPECT_EQ(health.status_age_s, 0.0);
 }
 
-TEST_F(Amplifier, MovesIfItsOutputChangesByMoreThanAHundredthOfTheRangeFromOneStatusToTheNext) {
+TEST_F(Amplifier, MovesIfItsOutputChangesByOverAHundredthOfTheRange) {
   setup_.controller.axes[0].axis.gate.drive_min = -25.0;  // to 75 V: a range of 100 V
   setup_.controller.axes[0].axis.gate.drive_max = 75.0;
   support::LoneAxis lone = axis();
@@ -136,7 +136,7 @@ TEST_F(Amplifier, MovesFromACommandThatEnablesItUntilItsNextStatus) {
   EXPECT_FALSE(lone.health().amplifier_moves);
 }
 
-TEST_F(Amplifier, RepeatsAStatusIfItsStateIsTheOneBeforeAndNotOff) {
+TEST_F(Amplifier, RepeatsAStatusIfItsStateIsUnchangedAndNotOff) {
   support::LoneAxis lone = axis();
   const auto repeats = [&](can::AmpState state) { return lone.hear_status({.state = state}); };
   EXPECT_FALSE(repeats(can::AmpState::off));
@@ -147,7 +147,7 @@ TEST_F(Amplifier, RepeatsAStatusIfItsStateIsTheOneBeforeAndNotOff) {
   EXPECT_FALSE(lone.hear_status_frame({.id = 0x181})) << "no status at all";
 }
 
-TEST_F(Sensor, WithoutACounterMaySendAFrameTwiceButNotTwoDifferentOnesForASync) {
+TEST_F(Sensor, MayRepeatAFrameButNotChangeItIfThereIsNoCounter) {
   shows("S-006");
   frames().sample.integrity = can::Integrity::none;
   support::LoneAxis lone = axis();
@@ -175,7 +175,7 @@ TEST_F(Sensor, IsNotDoubledByTheNextSample) {
   EXPECT_FALSE(sensor.is_doubled());
 }
 
-TEST_F(Sensor, ThatNamesNoSyncIsNeverDoubled) {
+TEST_F(Sensor, IsNeverDoubledIfItNamesNoSync) {
   frames().sample.signals.erase("sync_counter");
   frames().sample.integrity = can::Integrity::none;
   support::LoneAxis lone = axis();
@@ -236,7 +236,7 @@ TEST_F(BusLoss, LeavesNoStatusOfTheAmplifierAndNoCounterOfEitherNode) {
   EXPECT_EQ(lone.wired.amplifier.output(), 50.0);
 }
 
-TEST_F(BusLoss, IsKnownInTheNextStepHoweverBrieflyItLasted) {
+TEST_F(BusLoss, IsReportedInTheNextStepEvenIfBrief) {
   support::LoneAxis lone = axis();
   lone.wired.amplifier.on_bus_loss(BusState::bus_off);
   controller::NodeHealth health = lone.health();
@@ -251,7 +251,7 @@ TEST_F(BusLoss, IsKnownInTheNextStepHoweverBrieflyItLasted) {
   EXPECT_FALSE(lone.health(BusState::down).interface_up);
 }
 
-TEST_F(BusLoss, LeavesNoCommandThatWaitsForTheEchoOfTheOneBefore) {
+TEST_F(BusLoss, DropsCommandsThatWaitForAnEcho) {
   shows("S-169");
   can::VirtualClock clock;
   can::SimBus bus(clock, {1'000'000});
@@ -270,7 +270,7 @@ TEST_F(BusLoss, LeavesNoCommandThatWaitsForTheEchoOfTheOneBefore) {
 
 using Frames = AxisOfTheStage;
 
-TEST_F(Frames, OfLiveSetpointsAndScanMarkersAreThoseOfAnAxisThatAsksForThem) {
+TEST_F(Frames, ForLiveSetpointsAndMarkersExistOnlyIfConfigured) {
   EXPECT_FALSE(axis().wired.setpoint_receiver);
   EXPECT_FALSE(axis().wired.scan_marker_sender);
   setup_.controller.axes[0].live_setpoint = true;
@@ -282,7 +282,7 @@ TEST_F(Frames, OfLiveSetpointsAndScanMarkersAreThoseOfAnAxisThatAsksForThem) {
   EXPECT_TRUE(axis().wired.scan_marker_sender);
 }
 
-TEST_F(Frames, ThatAreRejectedAreCountedForEachMessageThatTheAxisReceives) {
+TEST_F(Frames, AreCountedByMessageIfRejected) {
   const auto messages = [&] {
     const support::LoneAxis lone = axis();
     std::vector<can::RejectedFrames> all;
@@ -305,7 +305,7 @@ TEST_F(Frames, ThatAreRejectedAreCountedForEachMessageThatTheAxisReceives) {
 
 using Events = AxisOfTheStage;
 
-TEST_F(Events, OfBothNodesAreTakenInTurn) {
+TEST_F(Events, AreTakenInTurnsOfTheNodes) {
   support::LoneAxis lone = axis();
   const auto emergency_of = [&](controller::RemoteNode& node) {
     node.on_emergency(can::emergency_frame(node.node(), {.code = 0x2310}));
@@ -327,7 +327,7 @@ TEST_F(Events, OfBothNodesAreTakenInTurn) {
   EXPECT_EQ(taken(), 2) << "although the turn is the amplifier's";
 }
 
-TEST_F(Events, NameAnotherControllerOnceInAFault) {
+TEST_F(Events, NameAnotherControllerOncePerFault) {
   support::LoneAxis lone = axis();
   controller::WiredAxis& wired = lone.wired;
   const controller::ForeignFrame first{.kind = controller::ForeignFrame::Kind::sync, .id = 0x80};

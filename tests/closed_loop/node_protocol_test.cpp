@@ -86,7 +86,7 @@ TEST(NodeSetUp, IsRepeatedWhenTheNodeRestartsWhileTheAxisWaits) {
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
 }
 
-TEST(AmpCommands, BeginWhenAHeartbeatSaysThatTheAmplifierIsOperational) {
+TEST(AmpCommands, BeginWhenTheAmplifierReportsOperational) {
   shows("S-151");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(1));
@@ -101,7 +101,7 @@ TEST(AmpCommands, BeginWhenAHeartbeatSaysThatTheAmplifierIsOperational) {
 
 support::LoneAxis lone(const rehearsal::Setup& setup) { return {setup.controller.axes[0], setup.database}; }
 
-TEST(AmplifierStatus, IsForgottenWhenTheAmplifierBootsUp) {
+TEST(AmplifierStatus, IsClearedWhenTheAmplifierBootsUp) {
   shows("S-101");
   support::LoneAxis axis = lone(one_axis());
   axis.hear_status({.output = 50.0, .state = can::AmpState::enabled});
@@ -111,7 +111,7 @@ TEST(AmplifierStatus, IsForgottenWhenTheAmplifierBootsUp) {
   EXPECT_FALSE(axis.health().amplifier_ready);
 }
 
-TEST(AmplifierStatus, WithFaultFlagsBesideAnotherStateIsNoFault) {
+TEST(AmplifierStatus, IgnoresFaultFlagsIfTheStateIsNotFault) {
   shows("S-136");
   support::LoneAxis axis = lone(one_axis());
   axis.hear_status({.state = can::AmpState::ready, .fault = 0x81});
@@ -121,7 +121,7 @@ TEST(AmplifierStatus, WithFaultFlagsBesideAnotherStateIsNoFault) {
   EXPECT_TRUE(axis.health().amplifier_fault);
 }
 
-TEST(AmplifierWithoutAStatus, IsTakenForReadyAlsoAfterABusOff) {
+TEST(AmplifierWithoutAStatus, IsAssumedReadyEvenAfterABusOff) {
   rehearsal::Setup setup = support::shipped("lab_amplifier.toml");
   setup.controller.axes[0].wire.frames->status.reset();
   support::LoneAxis axis = lone(setup);
@@ -130,7 +130,7 @@ TEST(AmplifierWithoutAStatus, IsTakenForReadyAlsoAfterABusOff) {
   EXPECT_TRUE(axis.health().amplifier_ready);
 }
 
-TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {
+TEST(Emergencies, AreDescribedAndFaultTheirAxis) {
   shows("S-142");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
@@ -148,7 +148,7 @@ TEST(Emergencies, AreRecordedInWordsAndFaultTheirAxis) {
   EXPECT_EQ(loop.axis().fault().cause, controller::Cause::node_emergency);
 }
 
-TEST(Emergencies, OfAForeignNodeOrWithoutAnErrorChangeNothing) {
+TEST(Emergencies, AreIgnoredFromAForeignNodeOrWithoutAnError) {
   shows("S-142");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
@@ -158,7 +158,7 @@ TEST(Emergencies, OfAForeignNodeOrWithoutAnErrorChangeNothing) {
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
 }
 
-TEST(ForeignAccess, ThatOnlyReadsOrStartsIsCountedAndChangesNothing) {
+TEST(ForeignAccess, IsOnlyCountedIfItReadsOrStarts) {
   shows("S-158");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
@@ -196,13 +196,13 @@ class BackgroundSlots : public testing::Test {
   std::vector<std::string> events;
 };
 
-TEST_F(BackgroundSlots, ThatAllNodesKeepAreNotMentioned) {
+TEST_F(BackgroundSlots, AreNotLoggedIfAllNodesObeyThem) {
   shows("S-106");
   EXPECT_TRUE(notes().empty());
   EXPECT_TRUE(events.empty());
 }
 
-TEST_F(BackgroundSlots, ThatTheNodesDoNotKnowAreNamedOnceForEachNodeOfEachAxisAndCounted) {
+TEST_F(BackgroundSlots, AreReportedOncePerNodeThatIgnoresThem) {
   shows("S-106");
   setup.twin.background_slots = 0;
   const std::vector<std::string> lines = notes();
@@ -214,7 +214,7 @@ TEST_F(BackgroundSlots, ThatTheNodesDoNotKnowAreNamedOnceForEachNodeOfEachAxisAn
 }
 
 /// A round lasts 6 ms: a heartbeat waits up to 6 ms.
-TEST_F(BackgroundSlots, DelayOneHeartbeatOfTheControllerAndNoLaterOne) {
+TEST_F(BackgroundSlots, DelayHeartbeatsWithoutAccumulation) {
   shows("S-105");
   setup.controller.heartbeat_period = milliseconds(13);
   LoggedLoop loop(setup);
@@ -224,7 +224,7 @@ TEST_F(BackgroundSlots, DelayOneHeartbeatOfTheControllerAndNoLaterOne) {
   EXPECT_GT(heartbeats, 145) << "2 s / 13 ms = 153, less the start";
 }
 
-TEST(ForeignAccess, ThatWritesFaultsTheAxisAndIsNamed) {
+TEST(ForeignAccess, FaultsTheAxisIfItWrites) {
   shows("S-159");
   LoggedLoop loop(one_axis());
   loop.rehearsal.run_for(std::chrono::seconds(2));
@@ -246,7 +246,7 @@ TEST(ForeignAccess, IsFollowedByTheSafeCommandBeforeTheStatusOfTheAxis) {
   EXPECT_LT(loop.first(0x201, 0, 4), loop.first(0x281, faulted, 4));
 }
 
-TEST(ForeignAccess, ThatWritesToAWaitingNodeIsFollowedByItsSetUp) {
+TEST(ForeignAccess, RepeatsTheSetUpIfItWritesToAWaitingNode) {
   shows("S-160");
   rehearsal::Setup setup = one_axis();
   setup.controller.axes[0].wire.amplifier_setup = {
@@ -262,7 +262,7 @@ TEST(ForeignAccess, ThatWritesToAWaitingNodeIsFollowedByItsSetUp) {
 }
 
 /// Some CAN controllers do this if they miss the last bit of an acknowledged frame (ISO 11898-1).
-TEST(SampleThatIsSentTwice, BitForBitIsNoFault) {
+TEST(SampleThatIsSentTwice, IsAcceptedIfIdentical) {
   shows("S-161");
   rehearsal::Setup setup = one_axis();
   LoggedLoop loop(setup);
@@ -312,7 +312,7 @@ class WrongSyncCounter : public testing::TestWithParam<int> {
                                      }};
 };
 
-TEST_P(WrongSyncCounter, OfADrivenAxisIsAMissingSampleAndIsNamed) {
+TEST_P(WrongSyncCounter, FaultsADrivenAxisAsAMissingSample) {
   shows("S-090");
   run_for(std::chrono::seconds(2));
   ASSERT_EQ(axis().state(), AxisState::tracking);
@@ -325,7 +325,7 @@ TEST_P(WrongSyncCounter, OfADrivenAxisIsAMissingSampleAndIsNamed) {
   EXPECT_EQ(events_.front(), event());
 }
 
-TEST_P(WrongSyncCounter, KeepsAnAxisWaitingForASampleAndIsNamed) {
+TEST_P(WrongSyncCounter, KeepsAWaitingAxisWaitingForASample) {
   shows("S-090");
   fail();
   run_for(std::chrono::seconds(1));

@@ -143,7 +143,7 @@ TEST(ControllerStatus, ReportsAFaultInTheCycleThatFindsIt) {
       << "the controller acts on the boot-up in the next cycle";
 }
 
-TEST(ControllerStatus, IsNotSentWhenTheDatabaseHasNoSuchMessage) {
+TEST(ControllerStatus, IsNotSentIfTheDatabaseHasNoSuchMessage) {
   rehearsal::Setup setup = setup_of(false);
   std::erase_if(setup.database.messages, [](const can::Message& message) {
     return message.name.ends_with("ControllerStatus") || message.name == "XSetpoint" ||
@@ -222,7 +222,7 @@ TEST(LiveSetpoint, IsRejectedWithItsCauseWhenDamagedOrRepeated) {
   EXPECT_EQ(loop.counters().taken, 1u);
 }
 
-TEST(LiveSetpoint, IsIgnoredByAControllerThatIsNotConfiguredForIt) {
+TEST(LiveSetpoint, IsIgnoredIfNotConfigured) {
   ObservedLoop loop(setup_of(false));
   loop.track();
   loop.send(setpoint(go_to_12500_nm));

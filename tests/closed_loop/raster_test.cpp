@@ -126,7 +126,7 @@ TEST_F(Scan, HasBothAxesOnTheSameLineAfterBothHaveFaulted) {
 }
 
 // Each axis begins alone: the first as soon as it is ready, the second in time with the first.
-TEST_F(Scan, HasBothAxesOnTheSameLineWhereTheyDoNotBeginTogether) {
+TEST_F(Scan, HasBothAxesOnTheSameLineAfterSeparateStarts) {
   begin({{"controller.start_together", "false"}, {"axis[1].control.wipe_dwell_s", "0.437"}});
   ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(5)));
   EXPECT_EQ(axis(1).state(), AxisState::initialising);
@@ -168,7 +168,7 @@ TEST(ScanMarkerFrame, HasTheDocumentedBytes) {
             (can::Frame{.id = 0x381, .length = 8, .data = {0x2C, 0x01, 0x02, 0x00, 0x4D, 0x00, 0x00, 0xAB}}));
 }
 
-TEST_F(Scan, SendsNoMarkerFromAnAxisThatHasFaulted) {
+TEST_F(Scan, SendsNoMarkerFromAFaultedAxis) {
   begin();
   ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(5)));
   loop_->run_for(milliseconds(733));

@@ -179,13 +179,9 @@ class ReloadAtEveryPhase : public testing::TestWithParam<Change> {
   }
 };
 
-TEST_P(ReloadAtEveryPhase, OfTheTriangleMakesNoStepThatTheReferenceDoesNotMakeItself) {
-  stays_fair(triangle);
-}
+TEST_P(ReloadAtEveryPhase, AddsNoStepToATriangle) { stays_fair(triangle); }
 
-TEST_P(ReloadAtEveryPhase, OfTheStaircaseMakesNoStepThatTheReferenceDoesNotMakeItself) {
-  stays_fair(staircase);
-}
+TEST_P(ReloadAtEveryPhase, AddsNoStepToAStaircase) { stays_fair(staircase); }
 
 INSTANTIATE_TEST_SUITE_P(
     All, ReloadAtEveryPhase,
@@ -218,7 +214,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 /// The transitions to a live goal and back are new references too.
-TEST(LiveGoalAtEveryPhase, OfTheTriangleMakesNoStepThatTheReferenceDoesNotMakeItself) {
+TEST(LiveGoalAtEveryPhase, AddsNoStepToATriangle) {
   const Steps own = own_steps(triangle);
   for (int phase_ms = triangle.from_ms; phase_ms < triangle.to_ms; ++phase_ms) {
     Tracking run;
@@ -241,7 +237,7 @@ TEST(LiveGoalAtEveryPhase, OfTheTriangleMakesNoStepThatTheReferenceDoesNotMakeIt
 }
 
 // The triangle moves by 0.48 um per cycle, and a sample shows its position of 5 ms ago.
-TEST(RequestToGoElsewhere, LeavesTheReferenceOfTheSamplesThatAreUnderWay) {
+TEST(RequestToGoElsewhere, KeepsTheReferenceOfSamplesInTransit) {
   const rehearsal::Setup setup =
       support::shipped("piezo.toml", {{"axis[0].control.delays.sensor_delay_us", "5000.0"},
                                       {"axis[0].control.ki_per_s", "80.0"},

@@ -56,13 +56,13 @@ class RequestToAnAxis : public testing::Test {
   std::unique_ptr<rehearsal::Rehearsal> rehearsal_;
 };
 
-TEST_F(RequestToAnAxis, ThatThereIsNotIsRefused) {
+TEST_F(RequestToAnAxis, IsRefusedIfTheAxisDoesNotExist) {
   begin();
   EXPECT_EQ(ask(Kind::enable, 2), Refusal::no_such_axis);
   EXPECT_EQ(ask(Kind::enable, 1), Refusal::enabled_already);
 }
 
-TEST_F(RequestToAnAxis, ToBeEnabledNeedsAnAxisThatIsOffline) {
+TEST_F(RequestToAnAxis, ToEnableNeedsAnOfflineAxis) {
   begin();
   EXPECT_EQ(ask(Kind::enable), Refusal::enabled_already);
   EXPECT_EQ(ask(Kind::disable), std::nullopt);
@@ -76,7 +76,7 @@ TEST_F(RequestToAnAxis, ToBeEnabledNeedsAnAxisThatIsOffline) {
   EXPECT_EQ(ask(Kind::enable), Refusal::faulted);
 }
 
-TEST_F(RequestToAnAxis, ToBeDisabledNeedsAnAxisThatIsEnabled) {
+TEST_F(RequestToAnAxis, ToDisableNeedsAnEnabledAxis) {
   begin();
   EXPECT_EQ(ask(Kind::disable), std::nullopt);
   run(1000);
@@ -101,7 +101,7 @@ TEST_F(RequestToAnAxis, ToClearAFaultIsRefusedWhileTheDriveRampsDown) {
   EXPECT_EQ(ask(Kind::clear), Refusal::no_fault_to_clear);
 }
 
-TEST_F(RequestToAnAxis, ToBeEnabledDoesNotClearAFaultThatTheAmplifierHasLatched) {
+TEST_F(RequestToAnAxis, ToEnableDoesNotClearALatchedAmplifierFault) {
   shows("S-058");
   begin();
   ASSERT_EQ(ask(Kind::disable), std::nullopt);
@@ -115,7 +115,7 @@ TEST_F(RequestToAnAxis, ToBeEnabledDoesNotClearAFaultThatTheAmplifierHasLatched)
   EXPECT_NE(axis().state(), AxisState::tracking);
 }
 
-TEST_F(RequestToAnAxis, ToRevertDiscardsWhatWasLearnt) {
+TEST_F(RequestToAnAxis, ToRevertDiscardsTheLearntCorrection) {
   config().learning = controller::Learning::Config{.correction_max_um = 1.0};
   controller::plan_learning(config(), setup_.controller.rate_Hz);
   begin();
@@ -125,12 +125,12 @@ TEST_F(RequestToAnAxis, ToRevertDiscardsWhatWasLearnt) {
   EXPECT_EQ(axis().closed_loop()->learning()->report().periods, 0U);
 }
 
-TEST_F(RequestToAnAxis, ToRevertIsCarriedOutWhereNothingIsLearnt) {
+TEST_F(RequestToAnAxis, ToRevertIsExecutedWithoutLearning) {
   begin();
   EXPECT_EQ(ask(Kind::revert), std::nullopt);
 }
 
-TEST_F(RequestToAnAxis, ToRevertIsCarriedOutInOpenLoop) {
+TEST_F(RequestToAnAxis, ToRevertIsExecutedInOpenLoop) {
   config().excitation = controller::Excitation::Hysteresis{.low = 10.0, .high = 70.0};
   begin();
   EXPECT_EQ(ask(Kind::revert), std::nullopt);

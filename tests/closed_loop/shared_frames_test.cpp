@@ -117,7 +117,7 @@ TEST_F(TwoAxesInAFrame, HaveHeartbeatsAndStatusesInTheSlotsOfTheirNodesAlone) {
   EXPECT_NEAR(in_slot[0x190], 4000 / 24 - 10, 2) << "where the node has no heartbeat";
 }
 
-TEST_F(TwoAxesInAFrame, SayThatAFaultedOneIsNotEnabledAndDriveTheOther) {
+TEST_F(TwoAxesInAFrame, DisableAFaultedAxisAndDriveTheOther) {
   run(seconds(2));
   ASSERT_TRUE(both_track());
   rehearsal->controller().axis(1).trip(Cause::following_error, 2.0);
@@ -130,7 +130,7 @@ TEST_F(TwoAxesInAFrame, SayThatAFaultedOneIsNotEnabledAndDriveTheOther) {
   EXPECT_NEAR(command_in(setup, 1, last).setpoint, 0.0, 1e-3);
 }
 
-TEST_F(TwoAxesInAFrame, BridgeAsManyLostSamplesAsOneAxisAloneDoes) {
+TEST_F(TwoAxesInAFrame, BridgeAsManyLostSamplesAsASingleAxis) {
   shows("S-092");
   silence_sensor("x", microseconds(750));  // three samples
   run(seconds(3));
@@ -139,7 +139,7 @@ TEST_F(TwoAxesInAFrame, BridgeAsManyLostSamplesAsOneAxisAloneDoes) {
   EXPECT_EQ(rehearsal->controller().counters().late_samples, 0u);
 }
 
-TEST_F(TwoAxesInAFrame, HaveTheSafeDriveOfAnAxisThatIsNotControlled) {
+TEST_F(TwoAxesInAFrame, HaveTheSafeDriveOfAnUncontrolledAxis) {
   controller::WiredAxisConfig& y = setup.controller.axes[1];
   setup.controller.resting = {{y.wire, 12.5}};
   setup.controller.axes.resize(1);
@@ -191,7 +191,7 @@ TEST_F(TwoSensorsAndOneCommand, TrackWithOneCommandInACycle) {
   EXPECT_NEAR(static_cast<double>(with(command_id).size()), setup.controller.rate_Hz, 1.0);
 }
 
-TEST_F(TwoSensorsAndOneCommand, DoNotHoldEachOtherUpWhenOneSensorIsSilent) {
+TEST_F(TwoSensorsAndOneCommand, DoNotBlockEachOtherIfOneSensorIsSilent) {
   silence_sensor("y", seconds(2));
   run(seconds(3));
   EXPECT_EQ(axis(0).state(), AxisState::tracking) << to_string(axis(0).fault().cause);
@@ -207,7 +207,7 @@ TEST_F(TwoSensorsAndOneCommand, DoNotHoldEachOtherUpWhenOneSensorIsSilent) {
   EXPECT_LT(latest, can::Duration(microseconds(300))) << "before the deadline, nine tenths of the cycle";
 }
 
-TEST_F(TwoSensorsAndOneCommand, SendTheirCommandAtTheDeadlineWhenOneSampleIsLost) {
+TEST_F(TwoSensorsAndOneCommand, SendTheirCommandAtTheDeadlineIfASampleIsLost) {
   silence_sensor("y", microseconds(450));  // one sample
   setup.controller.command_deadline = microseconds(340);
   run(seconds(2));
@@ -267,7 +267,7 @@ double true_rms_um(const std::vector<config::Setting>& settings) {
 }
 
 // docs/protocol/own_frames.md, "Several axes in a frame".
-TEST(TriangleOf50Hz, HasHalfTheTrueErrorAt4000HzThatItHasAt1000Hz) {
+TEST(TriangleOf50Hz, HasHalfTheTrueErrorAt4000HzComparedWith1000Hz) {
   const double slow_um = true_rms_um(at_rate("1000.0", "1000.0"));
   const double fast_um = true_rms_um({});
   EXPECT_NEAR(slow_um, 0.22, 0.01);

@@ -66,13 +66,13 @@ class Start : public testing::Test {
   std::unique_ptr<rehearsal::Rehearsal> loop_;
 };
 
-TEST_F(Start, OfAllAxesIsInTheSameCycle) {
+TEST_F(Start, BeginsInTheSameCycleForAllAxes) {
   begin(setup());
   ASSERT_TRUE(reaches(0, AxisState::tracking, seconds(5)));
   EXPECT_EQ(axis(1).state(), AxisState::tracking);
 }
 
-TEST_F(Start, GoesOnAfterFiveSecondsWithoutAnAxisThatIsMissing) {
+TEST_F(Start, ContinuesAfterFiveSecondsWithoutAMissingAxis) {
   begin(without_y());
   ASSERT_TRUE(reaches(0, AxisState::ready, seconds(2)));
   loop_->run_for(milliseconds(4990));
@@ -84,7 +84,7 @@ TEST_F(Start, GoesOnAfterFiveSecondsWithoutAnAxisThatIsMissing) {
   EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(20)));
 }
 
-TEST_F(Start, DoesNotWaitWhereTheAxesNeedNotBeginTogether) {
+TEST_F(Start, DoesNotWaitIfAxesMayBeginSeparately) {
   begin(without_y({{"controller.start_together", "false"}}));
   ASSERT_TRUE(reaches(0, AxisState::ready, seconds(2)));
   EXPECT_TRUE(reaches(0, AxisState::tracking, milliseconds(2)));
@@ -102,7 +102,7 @@ TEST_F(Start, DoesNotWaitForAFaultedAxis) {
 
 // A former error: the axis rested for as long as the others had tracked when it joined, then jumped into the
 // reference.
-TEST_F(Start, OfAllAxesBeginsTheReferenceOfOneThatHadJoinedTheOthersBefore) {
+TEST_F(Start, RestartsTheReferenceOfAnAxisThatHadJoinedLater) {
   begin(setup());
   ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
   loop_->run_for(milliseconds(300));
@@ -121,7 +121,7 @@ TEST_F(Start, OfAllAxesBeginsTheReferenceOfOneThatHadJoinedTheOthersBefore) {
   EXPECT_NEAR(axis(1).report().reference_um, 5.0, 0.1) << "from " << start_um << " um to low_um";
 }
 
-TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
+TEST_F(Start, SynchronisesARearmedAxisWithTheOthers) {
   shows("S-004");
   begin(setup());
   rehearsal::Rehearsal undisturbed(setup(), support::ignore);
@@ -139,7 +139,7 @@ TEST_F(Start, OfAnAxisThatIsArmedAgainIsOnTheTimeOfTheOthers) {
 }
 
 // Its reference restarted after a live goal, later than that of the other axis.
-TEST_F(Start, OfAnAxisThatIsArmedAgainKeepsTheBeginningOfItsReference) {
+TEST_F(Start, KeepsTheReferenceStartOfARearmedAxis) {
   begin(setup());
   rehearsal::Rehearsal undisturbed(setup(), support::ignore);
   undisturbed.start();
@@ -158,7 +158,7 @@ TEST_F(Start, OfAnAxisThatIsArmedAgainKeepsTheBeginningOfItsReference) {
   EXPECT_NEAR(axis(1).report().reference_um, other.report().reference_um, 1e-9);
 }
 
-TEST_F(Start, OfAnAxisThatIsArmedAgainMovesNoFasterThanATransition) {
+TEST_F(Start, MovesARearmedAxisNoFasterThanATransition) {
   begin(setup());
   ASSERT_TRUE(reaches(1, AxisState::tracking, seconds(5)));
   ASSERT_NO_FATAL_FAILURE(fault_and_arm_again(1));

@@ -171,7 +171,7 @@ class StallTest : public CycleTimingTest {
   std::vector<CycleRecord> in_time_;  ///< records of a period of axis x without a stall
 };
 
-TEST_F(StallTest, IsFollowedByASetpointThatIsNoFurtherAwayThanUsual) {
+TEST_F(StallTest, CausesNoLargerSetpointStepThanUsual) {
   shows("S-046");
   stall_often();
   const double usual_V = largest_step(in_time_, drive_of), after_V = largest_step(records_of(0), drive_of);
@@ -202,7 +202,7 @@ TEST_F(StallTest, DelaysTheReferencesOfBothAxesByItsLength) {
   }
 }
 
-TEST_F(StallTest, IsCountedInCyclesThatWereLeftOut) {
+TEST_F(StallTest, IsCountedInMissedCycles) {
   for (int i = 0; i < 2; ++i) {
     oversleep_once(microseconds(4300));
     run_for(milliseconds(10));
@@ -225,7 +225,7 @@ TEST_F(StallTest, IsFollowedByASyncOneCycleLater) {
   }
 }
 
-TEST_F(StallTest, OfUpToHalfACycleDelaysNoReference) {
+TEST_F(StallTest, DelaysNoReferenceIfAtMostHalfACycle) {
   oversleep_once(microseconds(500));
   std::mt19937 random(1);
   for (int i = 0; i < 500; ++i) {
@@ -238,7 +238,7 @@ TEST_F(StallTest, OfUpToHalfACycleDelaysNoReference) {
   EXPECT_EQ(axis().state(), AxisState::tracking);
 }
 
-TEST_F(StallTest, OfAnyLengthLeavesHalfACycleBetweenTwoSyncs) {
+TEST_F(StallTest, KeepsHalfACycleBetweenTwoSyncs) {
   shows("S-091");
   std::mt19937 random(2);
   for (int i = 0; i < 500; ++i) {
@@ -250,7 +250,7 @@ TEST_F(StallTest, OfAnyLengthLeavesHalfACycleBetweenTwoSyncs) {
   EXPECT_GE(shortest, microseconds(500));
 }
 
-TEST_F(StallTest, IsNoTimeForTheReferenceOfAnAxisThatTracksAnewAfterIt) {
+TEST_F(StallTest, DoesNotDelayTheReferenceOfALaterStart) {
   oversleep_once(milliseconds(4));
   for (const std::size_t i : {0u, 1u}) controller_->axis(i).stop();
   run_for(milliseconds(500));
@@ -271,7 +271,7 @@ class CoupledStallTest : public StallTest {
   CoupledStallTest() : StallTest({{.from = "x", .um_per_um = 0.05, .index = 0}}) {}
 };
 
-TEST_F(CoupledStallTest, IsFollowedByTheReferenceOfTheOtherAxisThatHasWaitedToo) {
+TEST_F(CoupledStallTest, DelaysTheFeedForwardOfTheOtherAxisToo) {
   const auto fed_forward_um = [](const CycleRecord& record) { return record.report.previewed_um; };
   run_for(milliseconds(200));
   const double usual_um = largest_step(records_of(1), fed_forward_um);

@@ -38,7 +38,7 @@ Percent of_first_segment(const rehearsal::Setup& setup) {
 }
 
 // Held setpoints excite the mode: the error is 0.070 % at the samples, but truly 0.128 %.
-TEST(TrueError, OfHeldSetpointsIsLargerThanTheSamplesSay) {
+TEST(TrueError, IsLargerThanTheSamplesShowWithHeldSetpoints) {
   const Percent held = of_first_segment(matched(false));
   EXPECT_NEAR(held.at_samples, 0.058, 0.003);
   EXPECT_NEAR(held.truly, 0.135, 0.004);
@@ -78,7 +78,7 @@ rehearsal::Setup with_sine(rehearsal::Setup setup, double frequency_Hz) {
 
 // Between the samples, held setpoints lag by up to a cycle; on a smooth reference, interpolated setpoints do
 // not.
-TEST(TrueError, OfASmoothReferenceIsSmallerWithAnInterpolatingAmplifier) {
+TEST(TrueError, IsSmallerOnASmoothReferenceWithInterpolation) {
   const Percent held = of_first_segment(with_structure(with_sine(matched(false), 50.0), Structure::inverse));
   const Percent straight =
       of_first_segment(with_structure(with_sine(matched(true), 50.0), Structure::inverse));
@@ -87,7 +87,7 @@ TEST(TrueError, OfASmoothReferenceIsSmallerWithAnInterpolatingAmplifier) {
 
 // The frame of a SYNC takes 55 us. The lag of pi is in phase with the velocity, at most 750 um/s: an error of
 // the reference by that time would change the result by 0.5 %.
-TEST(TrueError, OfASmoothReferenceIsThatAtTheSamples) {
+TEST(TrueError, EqualsTheErrorAtTheSamplesOnASmoothReference) {
   const Percent smooth = of_first_segment(with_structure(with_sine(matched(true), 10.0), Structure::pi));
   EXPECT_NEAR(smooth.truly, smooth.at_samples, 0.002 * smooth.at_samples);
 }

@@ -65,7 +65,7 @@ Line fit(const std::vector<Cycle>& cycles, X x, Y y) {
   return {slope, std::sqrt(std::abs(yy - slope * xy) / n)};
 }
 
-TEST(Truth, IsWhatTheSensorSendsAndTheControllerReceives) {
+TEST(Truth, EqualsTheMeasuredAndReceivedPosition) {
   shows("S-073");
   const std::vector<Cycle> all = cycles();
   ASSERT_GT(all.size(), 1000u);

@@ -147,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(
                                  "another node sends a controller's status of an axis (0x281)"}),
     [](const auto& test) { return test.param.name; });
 
-TEST_F(SharedBus, AMalformedForeignSyncHeartbeatOrCommandDoesNotDisturbTracking) {
+TEST_F(SharedBus, MalformedForeignFramesDoNotDisturbTracking) {
   shows("S-157");
   track();
   send({.id = 0x080, .length = 1, .data = {0}});  // the counter runs from 1 to 240
@@ -174,7 +174,7 @@ TEST_F(SharedBus, ASecondTwinDetectsTheFirstAndStaysSilent) {
   EXPECT_EQ(loop.axis(0).state(), AxisState::tracking);
 }
 
-TEST_F(SharedBus, ANodeOfTheTwinGoesOffAndStaysSilentWhenAForeignNodeHasItsNumber) {
+TEST_F(SharedBus, ATwinNodeIsOffAndSilentIfItsNumberIsTaken) {
   shows("S-155");
   track();
   send(can::heartbeat_frame(1, can::NmtState::operational));

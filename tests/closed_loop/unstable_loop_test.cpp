@@ -47,7 +47,7 @@ TEST(UnstableLoop, IsTheCauseAboveTheCriticalGain) {
           << stage << ", " << factor;
 }
 
-TEST(UnstableLoop, IsNoCauseBelowTheCriticalGain) {
+TEST(UnstableLoop, DoesNotOccurBelowTheCriticalGain) {
   shows("S-007");
   for (const char* stage : stages)
     for (const double factor : {0.2, 0.5, 0.8})
@@ -57,7 +57,7 @@ TEST(UnstableLoop, IsNoCauseBelowTheCriticalGain) {
           << stage << ", " << factor;
 }
 
-TEST(UnstableLoop, IsTheCauseOfAProportionalGainThatIsTooHigh) {
+TEST(UnstableLoop, IsTheCauseIfTheProportionalGainIsTooHigh) {
   for (const double kp : {1.2})
     EXPECT_EQ(to_string(cause_with(stages[0], &controller::PiGains::kp, kp)), "loop unstable") << kp;
 }
@@ -87,14 +87,14 @@ TEST(UnstableLoop, IsTheCauseOfASlowOscillationFromLimitToLimit) {
 }
 
 // The oscillation doubles in eight periods.
-TEST(UnstableLoop, IsTheCauseOfAnOscillationThatGrowsSteadilyButNotFast) {
+TEST(UnstableLoop, IsTheCauseOfASlowlyGrowingOscillation) {
   for (const int delay_us : {600, 620, 640})
     EXPECT_EQ(to_string(cause_with_sensor_delay(409.0, std::chrono::microseconds(delay_us))), "loop unstable")
         << delay_us;
 }
 
 // A triangle whose seventh harmonic excites the mode. With ki 0.1 the loop gain at the mode is 0.002.
-TEST(UnstableLoop, IsNoCauseWhereTheReferenceAloneRingsTheMode) {
+TEST(UnstableLoop, DoesNotOccurIfTheReferenceExcitesTheMode) {
   shows("S-007");
   rehearsal::Setup setup = support::shipped("soft_stage.toml");
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
@@ -116,7 +116,7 @@ struct SteppedStage {
 };
 
 // Gain margins of 12 to 20 dB: each step excites the mode, and the ringing decays.
-TEST(UnstableLoop, IsNoCauseWhereStepsRingALightlyDampedMode) {
+TEST(UnstableLoop, DoesNotOccurIfStepsExciteALightlyDampedMode) {
   shows("S-007");
   for (const SteppedStage& of :
        {SteppedStage{90.0, 0.02, 8.0, true}, SteppedStage{220.0, 0.05, 95.9, true},
