@@ -16,21 +16,21 @@ std::string refusal_of(const std::string& text) {
   return support::refusal_of([&] { Document("stage.toml", text); });
 }
 
-TEST(Format, OfAFileThatStatesNoneIsTheFirst) { EXPECT_EQ(refusal_of("[bus]\n"), "accepted"); }
+TEST(Format, IsTheFirstByDefault) { EXPECT_EQ(refusal_of("[bus]\n"), "accepted"); }
 
-TEST(Format, ANewerOneIsRefusedInOneSentence) {
+TEST(Format, RefusesANewerFormatInOneSentence) {
   EXPECT_EQ(refusal_of("# of next year\nformat = 2\n[buses]\n"),
             "stage.toml:2:10: format is 2, written for a newer hystcan, expected at most 1");
 }
 
-TEST(Format, WhatIsNoNumberOfAFormatIsRefused) {
+TEST(Format, RefusesAnInvalidFormatNumber) {
   for (const char* value : {"0", "-1", "1.0", "\"1\"", "[1]", "true"})
     EXPECT_EQ(refusal_of(std::string("format = ") + value + "\n"),
               "stage.toml:1:10: format is not a format number, expected 1")
         << value;
 }
 
-TEST(Format, ASettingOnTheCommandLineHasNone) {
+TEST(Format, IsNotAllowedAsASettingOfTheCommandLine) {
   EXPECT_THROW(load(HYSTCAN_SOURCE_DIR "/config/piezo.toml", {{"format", "1"}}), Error);
 }
 

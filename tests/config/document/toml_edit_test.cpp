@@ -45,7 +45,7 @@ TEST(TomlEdit, ReplacesAValueAndKeepsItsComment) {
   EXPECT_EQ(edited("[a]\nk = 1.0 # of old\n", "a.k", "2.5"), "[a]\nk = 2.5 # of old\n");
 }
 
-TEST(TomlEdit, KeepsTheColumnOfACommentWhereThereIsRoom) {
+TEST(TomlEdit, KeepsTheColumnOfACommentIfPossible) {
   EXPECT_EQ(edited("[a]\nk = 0.05     # c\n", "a.k", "1234.5"), "[a]\nk = 1234.5   # c\n");
   EXPECT_EQ(edited("[a]\nk = 0.05 # c\n", "a.k", "1234.5"), "[a]\nk = 1234.5 # c\n");
 }
@@ -90,7 +90,7 @@ TEST(TomlEdit, ReplacesValuesOfInlineTablesAndDottedKeys) {
   EXPECT_EQ(edited("[a]\nt.k = 1\n", "a.t.k", "3"), "[a]\nt.k = 3\n");
 }
 
-TEST(TomlEdit, RefusesToAddWhereTheTableHasNoHeader) {
+TEST(TomlEdit, RefusesToAddAKeyToATableWithoutAHeader) {
   EXPECT_EQ(refusal_of("[a]\nt = { k = 1 }\n", "a.t.n"),
             "f.toml:2:5: a.t.n is missing in a.t, which has no header of its own, expected a table [a.t]");
   EXPECT_NE(refusal_of("[a]\nt.k = 1\n", "a.t.n").find("expected a table [a.t]"), std::string::npos);
@@ -101,7 +101,7 @@ TEST(TomlEdit, RefusesToAddWhereTheTableHasNoHeader) {
             std::string::npos);
 }
 
-TEST(TomlEdit, RefusesAValueThatIsNotOne) {
+TEST(TomlEdit, RefusesAnInvalidValue) {
   EXPECT_NE(refusal_of("[a]\nk = 1\n", "a.k", "2\nn = 3").find("not a TOML value"), std::string::npos);
   EXPECT_NE(refusal_of("[a]\nk = 1\n", "a.k", "").find("expected TOML"), std::string::npos);
 }

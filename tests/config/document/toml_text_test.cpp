@@ -43,14 +43,14 @@ TEST(TomlText, RefusesManyOpenBracketsWithTheirPlace) {
   EXPECT_EQ(refusal_of(repeated("[[a]]\nb = [1.5, 2.5, 3.5]\n", 1000)), "none") << "they are closed";
 }
 
-TEST(TomlText, RefusesCharactersOutsideAsciiWhereOnlyAKeyOrAValueMayBe) {
+TEST(TomlText, RefusesNonAsciiCharactersOutsideStrings) {
   EXPECT_EQ(refusal_of("a = 1\n\xC2\xB5 = 2\n"), std::string("2:1: ") + not_in_a_string);
   EXPECT_EQ(refusal_of("a = \xC3\xA9\n"), std::string("1:5: ") + not_in_a_string);
   EXPECT_EQ(refusal_of("a = 1 \xC2\xA0\n"), std::string("1:7: ") + not_in_a_string) << "a hard space";
   EXPECT_EQ(refusal_of("a = \"b\"\xE2\x80\xA8"), std::string("1:8: ") + not_in_a_string);
 }
 
-TEST(TomlText, RefusesCharactersOutsideAsciiWhereTheLibraryLooksForWhiteSpace) {
+TEST(TomlText, RefusesStringsThatTheLibraryMisreads) {
   EXPECT_EQ(refusal_of("a = \"\"\"\\\n\xC3\xA9\"\"\"\n"),
             "1:5: a multi-line string with a character outside ASCII");
   for (const char* text : {"a = 1\"\xC3\xA9\"", "a = 1='\xC3\xA9'", "a = -.'\xC3\xA9'",
@@ -70,7 +70,7 @@ TEST(TomlText, AcceptsAnyCharacterInStringsAndComments) {
   EXPECT_EQ(refusal_of("a = \"\"\nb = ''\nc = \"\"\"\"\"\"\n[d.e]\n"), "none");
 }
 
-TEST(TomlText, LooksForTheEndOfAStringWhereTheLibraryDoes) {
+TEST(TomlText, FindsTheSameEndOfAStringAsTheLibrary) {
   const std::string deep = repeated("[", 17);
   EXPECT_NE(refusal_of("a = \"\"\"b\"\"\"\"\"\nc = " + deep), "none") << "two quotes before the three";
   EXPECT_NE(refusal_of("a = 'b\\'\nc = " + deep), "none");
@@ -92,7 +92,7 @@ struct HostileFile : testing::Test {
   std::string path(const char* name) const { return (shipped / name).string(); }
 };
 
-TEST_F(HostileFile, OfADeepKeyIsRefusedWithItsPlace) {
+TEST_F(HostileFile, IsRefusedForADeepKeyWithItsPlace) {
   for (const char* name : {"piezo.toml", "piezo.model.toml", "piezo.plant.toml"}) {
     const std::string text = support::read_file(shipped / name);
     std::ofstream(shipped / name) << repeated("a.", 60'000) << "a = 1\n";
@@ -101,13 +101,13 @@ TEST_F(HostileFile, OfADeepKeyIsRefusedWithItsPlace) {
   }
 }
 
-TEST_F(HostileFile, OfMoreThanAMegabyteIsRefused) {
+TEST_F(HostileFile, IsRefusedIfLargerThanAMegabyte) {
   std::ofstream(shipped / "piezo.toml") << repeated("# remark\n", 120'000);
   EXPECT_EQ(refusal_of_load(),
             path("piezo.toml") + ": cannot be read: it has more than 1048576 bytes, expected a TOML file");
 }
 
-TEST_F(HostileFile, ThatIsAPipeIsRefusedAtOnceWhicheverItIs) {
+TEST_F(HostileFile, IsRefusedAtOnceIfItIsAPipe) {
   make_pipe("hystcan.dbc");
   EXPECT_EQ(refusal_of_load(), path("hystcan.dbc") + ": cannot be read: it is a pipe or a device");
   make_pipe("piezo.toml");
@@ -115,7 +115,7 @@ TEST_F(HostileFile, ThatIsAPipeIsRefusedAtOnceWhicheverItIs) {
             path("piezo.toml") + ": cannot be read: it is a pipe or a device, expected a TOML file");
 }
 
-TEST_F(HostileFile, ThatIsAPipeInTheNameOfASetpointIsRefusedAtOnce) {
+TEST_F(HostileFile, IsRefusedAtOnceIfASetpointNamesAPipe) {
   shipped.edit("piezo.toml", "kind         = \"triangle\"",
                "kind = \"csv\"\nfile = \"path.csv\"\n[[axis.control.setpoint]]\nkind = \"triangle\"");
   ASSERT_EQ(mkfifo((shipped / "path.csv").c_str(), 0600), 0);
@@ -123,7 +123,7 @@ TEST_F(HostileFile, ThatIsAPipeInTheNameOfASetpointIsRefusedAtOnce) {
             path("path.csv") + ": cannot be read: it is a pipe or a device, expected a CSV file");
 }
 
-TEST(TomlComment, OfAnyTextIsAcceptedAsAComment) {
+TEST(TomlComment, IsValidForAnyText) {
   EXPECT_EQ(toml_comment("1/V\n[creep]\n"), "# 1/V\n# [creep]\n");
   const std::string comment = toml_comment("a\x1b[31m\tb\x7f \u00b5V\r\n");
   EXPECT_EQ(comment, "# a [31m b  \u00b5V \n");
@@ -132,7 +132,7 @@ TEST(TomlComment, OfAnyTextIsAcceptedAsAComment) {
 
 // A configuration shows its strings to the library a second time, in its echo.
 // settings() reads the configuration again from what a Writer has printed of it.
-TEST_F(HostileFile, WithADeepKeyInAStringIsNotReadAsThatKey) {
+TEST_F(HostileFile, MayContainADeepKeyInAString) {
   const std::string deep = "s\\\" " + repeated("a.", 60'000) + "a = \\\"";
   shipped.edit("piezo.toml", "[controller]\n", "[controller]\nstate_dir = \"" + deep + "\"\n");
   std::string read;
@@ -142,7 +142,7 @@ TEST_F(HostileFile, WithADeepKeyInAStringIsNotReadAsThatKey) {
             "s\" " + repeated("a.", 60'000) + "a = \"");
 }
 
-TEST_F(HostileFile, WithAControlCharacterInAStringIsRefusedWithItsPlace) {
+TEST_F(HostileFile, IsRefusedForAControlCharacterInAString) {
   for (const char* character : {"\\n", "\\u001b", "\\u007f", "\t"}) {
     const support::ShippedCopy copy;
     copy.edit("piezo.toml", "name           = \"x\"", "name = \"x" + std::string(character) + "\"");

@@ -90,7 +90,7 @@ TEST_F(Csv, RefusesAnEmptyFieldAtItsPlace) {
   EXPECT_EQ(refusal("time_s,input\n0,1\n1,\n"), ":3:3: input is empty, expected a number");
 }
 
-TEST_F(Csv, RefusesWhatIsNotAFiniteNumberAtItsPlace) {
+TEST_F(Csv, RefusesAValueThatIsNotFiniteAtItsPlace) {
   EXPECT_EQ(refusal("time_s,input\n0, volts\n"), ":2:4: input is \"volts\", expected a finite number");
   EXPECT_EQ(refusal("input\nnan\n"), ":2:1: input is \"nan\", expected a finite number");
   EXPECT_EQ(refusal("input\n1.5x\n"), ":2:1: input is \"1.5x\", expected a finite number");

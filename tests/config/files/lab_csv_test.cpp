@@ -93,7 +93,7 @@ INSTANTIATE_TEST_SUITE_P(
                "time from t, input from u, output from y"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(LabCsvColumns, AreThoseTheUserNames) {
+TEST(LabCsvColumns, AreSelectedByTheUser) {
   const std::string text = "a,b,c,d\n9,0,1.5,2.25\n9,0.001,-1,3\n";
   EXPECT_EQ(load(text, {.columns = "b,c,d"}).dataset.output, (std::vector<double>{2.25, 3.0}));
   EXPECT_EQ(load(text, {.columns = "2, 3, a"}).dataset.output, (std::vector<double>{9.0, 9.0}));
@@ -107,7 +107,7 @@ TEST(LabCsvColumns, HaveNoValueThatAFitCannotSquare) {
   EXPECT_EQ(load("time_s,input,output\n0,1,2\n1,3,1e12\n", {}).dataset.output.back(), 1e12);
 }
 
-TEST(LabCsvColumns, WithARateNeedNoTime) {
+TEST(LabCsvColumns, NeedNoTimeIfARateIsGiven) {
   const std::string text = "V,x\n1,2\n3,4\n5,6\n";
   EXPECT_EQ(load(text, {.rate_Hz = 500.0}).dataset.time_s, (std::vector<double>{0.0, 0.002, 0.004}));
   EXPECT_EQ(load(text, {.columns = "x,V", .rate_Hz = 500.0}).dataset.output,
@@ -116,7 +116,7 @@ TEST(LabCsvColumns, WithARateNeedNoTime) {
             (std::vector<double>{7 * 0.002, 8 * 0.002}));
 }
 
-TEST(LabCsvColumns, TakeTheRateThatIsStatedAboveTheHeader) {
+TEST(LabCsvColumns, UseTheRateAboveTheHeader) {
   for (const char* above :
        {"Messung 3\nAbtastrate: 5000 Hz\n", "# sample rate = 5 kHz\n", "\"Sampling Rate\";5000\n",
         "Abtastrate;5;kHz\n", "Abtastrate [Hz]: 5000\n", "Abtastrate: 5e3 Hz\n", "sample rate: 5 kS/s\n",
@@ -131,7 +131,7 @@ TEST(LabCsvColumns, TakeTheRateThatIsStatedAboveTheHeader) {
       << "--rate overrides it";
 }
 
-TEST(LabCsvColumns, DoNotTakeARateThatCanBeReadInTwoWays) {
+TEST(LabCsvColumns, IgnoreAnAmbiguousRate) {
   for (const char* above :
        {"Abtastrate: 5.000 Hz\n", "Sample rate: 5,000 Hz\n", "Abtastrate: 5000 Hz\nsample rate: 1000 Hz\n",
         "Abtastrate: 0 Hz\n", "Abtastrate: -5 Hz\n"})
@@ -140,7 +140,7 @@ TEST(LabCsvColumns, DoNotTakeARateThatCanBeReadInTwoWays) {
         << above;
 }
 
-TEST(LabCsvColumns, OfRoundedTimesAgreeWithTheRateAboveThem) {
+TEST(LabCsvColumns, MayHaveRoundedTimes) {
   const DatasetFile file =
       load("Abtastrate: 3000 Hz\nt (s);V;x\n0;1;2\n0,0003;3;4\n0,0007;5;6\n0,001;7;8\n", {});
   EXPECT_EQ(file.dataset.time_s, (std::vector<double>{0.0, 0.0003, 0.0007, 0.001}));
@@ -149,13 +149,13 @@ TEST(LabCsvColumns, OfRoundedTimesAgreeWithTheRateAboveThem) {
       << "a tenth is no rounding";
 }
 
-TEST(LabCsvColumns, OfTimeContradictTheRateAboveThem) {
+TEST(LabCsvColumns, AreRefusedIfTimesContradictTheRate) {
   EXPECT_EQ(refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
             ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate overrides "
             "it), or a count of samples; --columns 2,3 --rate HZ reads the file without it");
 }
 
-TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
+TEST(LabCsvColumns, MayContainTimesOrSampleNumbersBesideARate) {
   const std::vector<double> expected{0.0, 0.0002, 0.0004};
   for (const char* text : {"t,V,x\n0,1,2\n1,3,4\n2,5,6\n", "t,V,x\n0,1,2\n0.0002,3,4\n0.0004,5,6\n",
                            "t (ms),V,x\n0,1,2\n0.2,3,4\n0.4,5,6\n"}) {
@@ -170,13 +170,13 @@ TEST(LabCsvColumns, OfTimeAgreeWithAStatedRateOrAreNumbersOfSamples) {
             "--columns 2,3 reads the file without it");
 }
 
-TEST(LabCsvColumns, OfAVoltageBecomeALengthByAScale) {
+TEST(LabCsvColumns, AreScaledFromVoltageToLength) {
   const DatasetFile loaded = load("t,drive (V),sensor (V)\n0,1,2\n1,3,-4\n", {.output_scale = 12.5});
   EXPECT_EQ(loaded.dataset.output, (std::vector<double>{25.0, -50.0}));
   EXPECT_EQ(loaded.dataset.output_unit, "um");
 }
 
-TEST(LabCsvRefusal, IsOfATimeThatCanOnlyBeGuessed) {
+TEST(LabCsvRefusal, NamesAnAmbiguousTime) {
   EXPECT_EQ(refusal("Timestamp (ticks),V,x\n0,1,2\n1,3,4\n"),
             ":1:1: the unit of Timestamp (ticks) is not known, expected one of s, ms, us, ns, min, h");
   EXPECT_EQ(refusal("Zeit in Millisekunden;Spannung;Weg\n0;1;2\n1;3;4\n"),
@@ -187,12 +187,12 @@ TEST(LabCsvRefusal, IsOfATimeThatCanOnlyBeGuessed) {
             (std::vector<double>{0.001, 0.011}));
 }
 
-TEST(LabCsvRefusal, IsOfALengthThatIsScaled) {
+TEST(LabCsvRefusal, NamesALengthThatIsScaled) {
   EXPECT_EQ(refusal("t,V,Weg [um]\n0,1,2\n1,3,4\n", {.output_scale = 2.0}),
             ":1:1: Weg [um] is a length in um: --output-scale is not allowed");
 }
 
-TEST(LabCsvRefusal, SaysWhichColumnsThereAreAndWhatIsMissing) {
+TEST(LabCsvRefusal, ListsThePresentAndMissingColumns) {
   EXPECT_EQ(
       refusal("t,V1 (V),V2 (V),x\n0,1,2,3\n1,2,3,4\n"),
       ":1:1: more than one column is the input among t, V1 (V), V2 (V), x, expected time_s, input, output, "
@@ -232,7 +232,7 @@ TEST(LabCsvColumns, HaveTheUnitsOfTheSettingsAboveThem) {
   EXPECT_EQ(file.dataset.time_s, (std::vector<double>{0.0, 0.001}));
 }
 
-TEST(LabCsvColumns, TakeTheIntervalOfTheInstrument) {
+TEST(LabCsvColumns, UseTheIntervalOfTheInstrument) {
   for (const char* head :
        {"Sample Interval,2e-4\nNr,V,x\n", "Delta_X,0.0002,0.0002\nNr,V,x\n",
         "# SAMPLE_TIME: 0.2 ms\nNr,V,x\n", "Sample Interval,CH1:0.0002 CH2:0.0002\nNr,V,x\n"})
@@ -265,7 +265,7 @@ TEST(LabCsvSigns, AreDecidedOnceForTheWholeFile) {
       ":2:3: decimal commas between commas, expected semicolons between the fields or quotes around the numbers");
 }
 
-TEST(LabCsvHead, IsNotTakenForRows) {
+TEST(LabCsvHead, IsNotReadAsRows) {
   const std::string head =
       "Samples\t600\t600\nY_Unit_Label\tVolts\tmicrons\nX_Dimension\tTime\tTime\nX0\t0.0\t0.0\n"
       "Delta_X\t0.010000\t0.010000\n***End_of_Header***\t\t\nX_Value\tVoltage\tPosition\tComment\n";
@@ -293,7 +293,7 @@ TEST(LabCsvColumns, HaveTheUnitsAboveTheirNames) {
   EXPECT_EQ(file.dataset.output_unit, "nm");
 }
 
-TEST(LabCsvColumns, HaveAUnitEachWhereTimeIsNoColumn) {
+TEST(LabCsvColumns, HaveUnitsEvenWithoutATimeColumn) {
   const DatasetFile file = load(
       "\"TraceName\",\"CH1\",\"CH2\"\n\"VUnit\",\"V\",\"mV\"\n\"SampleRate\",100,100\n"
       "\"BlockSize\",600\n1.5,2000\n2.5,3000\n3.5,4000\n",
@@ -321,24 +321,24 @@ TEST(LabCsvSigns, HaveApostrophesAndNarrowBlanksBetweenThousands) {
             (std::vector<double>{1002.5, -7.5}));
 }
 
-TEST(LabCsvRefusal, IsOfAnOutputThatIsATime) {
+TEST(LabCsvRefusal, NamesAnOutputThatIsATime) {
   EXPECT_EQ(refusal("Time,Drive,Time,Sensor\ns,V,s,V\n0,1,0,2\n1,2,1,3\n", {.columns = "1,2,3"}),
             ":1:1: Time is a time in s, expected the output: --columns names it");
 }
 
-TEST(LabCsvRefusal, IsOfAnInputThatIsAPosition) {
+TEST(LabCsvRefusal, NamesAnInputThatIsAPosition) {
   EXPECT_EQ(
       refusal("Time (s),Setpoint (um),Position (um)\n0,1,2\n1,2,3\n"),
       ":1:1: Setpoint (um) is a position in um, expected the drive of the actuator in V or A as the input: "
       "--columns names it");
 }
 
-TEST(LabCsvRefusal, NamesTheKindOfAFileThatIsNoText) {
+TEST(LabCsvRefusal, NamesTheKindOfABinaryFile) {
   EXPECT_EQ(refusal("PK\x03\x04 zip"),
             ":1:1: this is an Excel file or another archive, expected text: save it as CSV");
 }
 
-TEST(LabCsvRows, ThatAreCutAwayAreNotJudged) {
+TEST(LabCsvRows, AreNotCheckedOutsideTheInterval) {
   const std::string text = "t,V,x\noff,off,off\n0,nan,\n1,2,3\n2,3,4\n3,,5\nshut down\n0,1,2\n";
   EXPECT_EQ(load(text, {.from_s = 1.0, .to_s = 2.0}).dataset.output, (std::vector<double>{3.0, 4.0}));
   EXPECT_EQ(load(text, {.from_s = 1.0, .to_s = 2.5}).dataset.output, (std::vector<double>{3.0, 4.0}));

@@ -52,7 +52,7 @@ TEST(ModelText, IsThisFileToTheByte) {
   EXPECT_EQ(model_text(written_parameters(), identified_from), expected_text);
 }
 
-TEST(ModelText, OfAButterflyHasItsOutputMap) {
+TEST(ModelText, ContainsTheOutputMapOfAButterfly) {
   model::HysteresisParameters given = written_parameters();
   given.symmetry = model::Symmetry::none;
   const std::vector<double> map{15.0, 0.25, 15.125};
@@ -65,7 +65,7 @@ TEST(ModelText, OfAButterflyHasItsOutputMap) {
   EXPECT_EQ(found.output_map->inner().lo, given.output_map->inner().lo);
 }
 
-TEST(ModelText, WithDynamicsReadsBackToTheSameDynamics) {
+TEST(ModelText, PreservesDynamics) {
   const auto file = support::scratch_file("model.toml");
   const model::Dynamics given{{512.25, 1.0 / 30.0}, 0.0003125};
   std::ofstream(file) << model_text(written_parameters(), identified_from, given);
@@ -73,7 +73,7 @@ TEST(ModelText, WithDynamicsReadsBackToTheSameDynamics) {
   EXPECT_NO_THROW(load_model(file));
 }
 
-TEST(ModelText, WithCreepReadsBackToTheSameCreep) {
+TEST(ModelText, PreservesCreep) {
   const auto file = support::scratch_file("model.toml");
   const model::OutputCreep::Config given{.per_decade = 0.07 / 3.0, .from_s = 1.0 / 128.0, .to_s = 7.0};
   std::ofstream(file) << model_text(written_parameters(), identified_from, {}, given);
@@ -81,7 +81,7 @@ TEST(ModelText, WithCreepReadsBackToTheSameCreep) {
   EXPECT_NO_THROW(load_model(file));
 }
 
-TEST(ModelFile, WithoutDynamicsAndCreepHasNone) {
+TEST(ModelFile, HasNoDynamicsAndCreepByDefault) {
   const auto file = support::scratch_file("model.toml");
   std::ofstream(file) << expected_text;
   EXPECT_FALSE(load_lag(file).dynamics);
@@ -102,7 +102,7 @@ TEST(CreepMemoryText, ReadsBackToTheSameBits) {
   EXPECT_EQ(found->time_s, given.time_s);
 }
 
-TEST(StateFile, WithCreepIsRefusedAtItsKey) {
+TEST(StateFile, RefusesCreepAtItsKey) {
   const auto file = support::scratch_file("state.toml");
   std::ofstream(file)
       << "[memory]\nkind = \"recursive-memory\"\norigin = \"virgin\"\ninput = 3\ncreep = [1]\n"
@@ -112,7 +112,7 @@ TEST(StateFile, WithCreepIsRefusedAtItsKey) {
   EXPECT_NE(refusal.find(":5:9: creep is not allowed in a state file"), std::string::npos) << refusal;
 }
 
-TEST(StateFile, WithTheCorrectionOfAFormerControllerIsRead) {
+TEST(StateFile, AcceptsTheCorrectionOfAnEarlierVersion) {
   const auto file = support::scratch_file("state.toml");
   std::ofstream(file) << "[correction]\ngain = 1.0\noffset_um = 0.0\n"
                          "[memory]\nkind = \"recursive-memory\"\norigin = \"virgin\"\ninput = 3\n"
@@ -120,7 +120,7 @@ TEST(StateFile, WithTheCorrectionOfAFormerControllerIsRead) {
   EXPECT_EQ(load_state(file, model::Hysteresis(written_parameters())).memory.input, 3.0);
 }
 
-TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {
+TEST(ModelFile, RefusesAnOutputMapWithACrestAtItsKey) {
   const auto file = support::scratch_file("model.toml");
   std::string text = expected_text;
   text.insert(text.find("symmetry"), "output_map = [0, 0, -1]\n");
@@ -129,7 +129,7 @@ TEST(ModelFile, WithAnOutputMapThatHasACrestIsRefusedAtItsKey) {
   EXPECT_NE(refusal.find("14:14: output map falls at"), std::string::npos) << refusal;
 }
 
-TEST(ModelText, ReadBackGivesTheSameParametersToTheBit) {
+TEST(ModelText, PreservesPolynomialsToTheBit) {
   const auto file = support::scratch_file("model.toml");
   std::ofstream(file) << expected_text;
   const model::HysteresisParameters expected = written_parameters();
@@ -150,7 +150,7 @@ std::filesystem::path written(const std::string& text) {
   return file;
 }
 
-TEST(ModelText, OfSplinesReadBackGivesTheSameParametersToTheBit) {
+TEST(ModelText, PreservesSplinesToTheBit) {
   model::HysteresisParameters expected = written_parameters();
   const std::vector<double> knots{0.1, 1.0 / 3.0, 70.0, 99.0};
   const auto curve = [&](std::vector<double> c) {
@@ -167,7 +167,7 @@ TEST(ModelText, OfSplinesReadBackGivesTheSameParametersToTheBit) {
   EXPECT_EQ(found.descending.coefficients(), expected.descending.coefficients());
 }
 
-TEST(ModelText, OfAnInputMapReadsBackToTheBit) {
+TEST(ModelText, PreservesAnInputMapToTheBit) {
   model::HysteresisParameters given = written_parameters();
   const std::vector<double> knots{0.1, 70.0, 99.0}, map{0.1, 0.2, 1.0 / 3.0, 98.0, 99.0};
   const auto curve = [&](std::vector<double> c) {

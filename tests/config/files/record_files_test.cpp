@@ -229,7 +229,7 @@ INSTANTIATE_TEST_SUITE_P(
                   [](int i, double, double v, double x) { return counted_by(10 * i, v, x); },
                   {.rate_Hz = 100.0}}));
 
-TEST(RecordNotes, NameUnitsThatAreNotKnown) {
+TEST(RecordNotes, NameUnknownUnits) {
   const auto notes = [](const std::string& head, const DatasetLayout& layout = {}) {
     const auto file = support::scratch_file("units.csv");
     std::ofstream(file) << head << "\n0.5,1,2\n0.6,2,3\n";

@@ -55,9 +55,9 @@ TEST(Analogue, MayHaveTheSameChannelOfTwoCards) {
   EXPECT_EQ(config.axes[1].analogue->position_input.place.device, "iio:ads8688");
 }
 
-TEST(Analogue, OfAnAxisIsLeftOutWithoutATable) { EXPECT_FALSE(load(piezo).axes[0].analogue); }
+TEST(Analogue, IsAbsentWithoutATable) { EXPECT_FALSE(load(piezo).axes[0].analogue); }
 
-TEST(Analogue, TakesItsDrivesFromTheControl) {
+TEST(Analogue, UsesTheDriveRangeOfTheControl) {
   const auto axes = analogue_axes(load(piezo, on_a_card()));
   ASSERT_EQ(axes.size(), 2u);
   EXPECT_EQ(axes[1].wire.name, "y");
@@ -92,7 +92,7 @@ TEST(Analogue, HasOneLevelOfASharedLine) {
             "axis[0].analogue.interlock_line, which has the same line");
 }
 
-TEST(Analogue, HasAWatchdogThatTripsWithinItsTrial) {
+TEST(Analogue, NeedsAWatchdogThatTripsWithinItsVerification) {
   const std::vector<Setting> verified{{"axis[1].control.verify_watchdog", "true"},
                                       of_y("command_timeout_ms", "1000.0")};
   EXPECT_NE(refusal_with(verified).find("expected less than 1000: verify_watchdog waits no longer"),
@@ -100,7 +100,7 @@ TEST(Analogue, HasAWatchdogThatTripsWithinItsTrial) {
       << refusal_with(verified);
 }
 
-TEST(Analogue, IsWarnedOfAStrokeBeyondTheRangeOfItsSensor) {
+TEST(Analogue, WarnsOfAStrokeBeyondTheRangeOfItsSensor) {
   const auto warnings = stroke_warnings(load(piezo, on_a_card({of_y("position_input.range", "\"0..9 V\"")})));
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_TRUE(

@@ -21,7 +21,7 @@ const PlannedFrame& planned(const BusPlan& plan, const std::string& name) {
   return *std::ranges::find(plan.frames, name, [](const PlannedFrame& p) { return p.frame.name; });
 }
 
-TEST(BusPlan, OfTheShippedStageFitsAndMatchesACountByHand) {
+TEST(BusPlan, FitsTheShippedStageAndMatchesAManualCount) {
   const BusPlan plan = plan_bus(shipped("piezo.toml"));
   EXPECT_EQ(plan.frames.size(), 14U);
   EXPECT_EQ(plan.emergencies.size(), 4U);
@@ -65,7 +65,7 @@ TEST(BusPlan, DelaysNoCommandByTheControllersStatuses) {
   EXPECT_EQ(*plan_bus(config).last_command, with);
 }
 
-TEST(BusPlan, OfOneAxisHasSpareTime) {
+TEST(BusPlan, HasSpareTimeForOneAxis) {
   const BusPlan plan = plan_bus(shipped("galfenol.toml"));
   EXPECT_LT(*plan.last_command, 600us);
 }
@@ -89,7 +89,7 @@ void expect_refused(const char* what, const char* with, const std::string& line,
       << refusal;
 }
 
-TEST(BusPlan, WithLateCommandsIsRefusedAtTheRate) {
+TEST(BusPlan, RefusesLateCommandsAtTheRate) {
   expect_refused("1_000_000", "800_000", "16", "the last command may start");
   expect_refused("1_000_000", "125_000", "16", "the bus is loaded to 510 % of 125000 bit/s");
   expect_refused("\"hystcan.dbc\"", "\"hystcan.dbc\"\nturnaround_us = 100.0", "17",
@@ -105,14 +105,14 @@ TEST(BusPlan, HasEachFrameAndEachNodeOnceThatAxesShare) {
   EXPECT_EQ(plan.emergencies.size(), 2U);
 }
 
-TEST(Wiring, OfTwoClassicalAxesIsThatOfTheShippedStage) {
+TEST(Wiring, EqualsTheShippedStageForTwoClassicalAxes) {
   const Config stage = shipped("piezo.toml");
   const BusPlan plan = plan_bus(wired_as(Wiring::classical, 2, stage));
   EXPECT_EQ(plan.last_command, plan_bus(stage).last_command);
   EXPECT_DOUBLE_EQ(plan.load, plan_bus(stage).load);
 }
 
-TEST(Wiring, OfAxesInOneFrameMatchesACountByHand) {
+TEST(Wiring, MatchesAManualCountForSharedFrames) {
   const auto last_command = [](std::size_t axes, double rate_Hz) {
     Config config = wired_as(Wiring::fd_shared, axes, shipped("piezo.toml"));
     config.controller.rate_Hz = rate_Hz;
@@ -124,7 +124,7 @@ TEST(Wiring, OfAxesInOneFrameMatchesACountByHand) {
   EXPECT_EQ(last_command(8, 2000.0), 65us + 50us + 2 * 103'800ns + 130us);
 }
 
-TEST(Wiring, WithSlotsMeetsOneFrameOfABackgroundInsteadOfThree) {
+TEST(Wiring, HasOneBackgroundFramePerCycleWithSlots) {
   Config config = wired_as(Wiring::fd_slots, 2, shipped("piezo.toml"));
   config.controller.rate_Hz = 4000.0;
   EXPECT_EQ(plan_bus(config).last_command, 65us + 50us + 62'800ns + 65us);
@@ -136,7 +136,7 @@ TEST(Wiring, LeavesOutTheNodeOfTheController) {
   EXPECT_EQ(plan_bus(wired_as(Wiring::classical, 16, config)).frames.size(), 16U * 6 + 2);
 }
 
-TEST(FastestRate, FitsAndTheNextStepDoesNot) {
+TEST(FastestRate, IsTheLastStepThatFits) {
   for (const Wiring wiring : {Wiring::classical, Wiring::fd, Wiring::fd_shared, Wiring::fd_slots}) {
     Config config = wired_as(wiring, 3, shipped("piezo.toml"));
     config.controller.rate_Hz = rate_max_Hz;
@@ -149,7 +149,7 @@ TEST(FastestRate, FitsAndTheNextStepDoesNot) {
   }
 }
 
-TEST(FastestRate, IsTheConfiguredOneWhereThatFits) {
+TEST(FastestRate, IsTheConfiguredRateIfItFits) {
   EXPECT_EQ(fastest_rate_Hz(shipped("galfenol.toml")), 1000.0);
 }
 

@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "drive_max_V        = 115.0", "does not fit signal Volt, expected within -20..111.07"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(LabFrames, AreReportedWithTheFunctionsThatTheyLack) {
+TEST(LabFrames, AreReportedWithTheirMissingFunctions) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.toml");
   const std::vector<std::string> lines = losses(config.axes[0].wire);
   const auto says = [&](const std::string& what) {
@@ -114,7 +114,7 @@ TEST(LabFrames, AreReportedWithTheFunctionsThatTheyLack) {
   EXPECT_EQ(lines.size(), 6u);
 }
 
-TEST(StandardFrames, LackNothing) {
+TEST(StandardFrames, HaveAllFunctions) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   EXPECT_TRUE(losses(config.axes[0].wire).empty());
   EXPECT_TRUE(fd_messages(config.axes[0].wire, config.database).empty());
@@ -162,7 +162,7 @@ TEST(SetUp, ReadsItsObjectsAndRefusesAValueThatDoesNotFit) {
   EXPECT_NE(refusal.find("value is 256, expected at most 255 in 1 bytes"), std::string::npos) << refusal;
 }
 
-TEST(LabFrames, WithoutAPrefixTheStandardFramesCannotBeFound) {
+TEST(LabFrames, NeedAPrefixForTheStandardFrames) {
   const support::ShippedCopy shipped;
   shipped.edit("piezo.toml", "message_prefix = \"X\"", "");
   EXPECT_THROW(load(shipped / "piezo.toml"), Error);
@@ -223,14 +223,14 @@ Config with_longer_command(unsigned length, unsigned crc_bits, const std::string
   return load(shipped / file);
 }
 
-TEST(Polynomial, IsCrc16WhereAMessageOfMoreThanEightBytesNamesNone) {
+TEST(Polynomial, IsCrc16ByDefaultBeyondEightBytes) {
   const auto in_force = [](const Config& config) { return config.axes[0].wire.frames->command.polynomial; };
   EXPECT_EQ(in_force(with_longer_command(8, 8, "")), can::Crc::sae_j1850);
   EXPECT_EQ(in_force(with_longer_command(12, 16, "")), can::Crc::crc16);
   EXPECT_EQ(in_force(with_longer_command(12, 8, "polynomial = \"CRC-8H2F\"")), can::Crc::autosar_8h2f);
 }
 
-TEST(Polynomial, ThatFollowsFromTheLengthIsEchoedAsADefault) {
+TEST(Polynomial, IsEchoedAsADefault) {
   const support::ShippedCopy shipped;
   shipped.edit("lab_amplifier.dbc", "AmpSet: 4", "AmpSet: 12");
   shipped.edit(file, "polynomial   = \"CRC-8H2F\"", "");
@@ -238,7 +238,7 @@ TEST(Polynomial, ThatFollowsFromTheLengthIsEchoedAsADefault) {
       << echo(shipped / file);
 }
 
-TEST(ProtectionWarnings, NameAMessageWithMoreBytesThanItsCrcGuards) {
+TEST(ProtectionWarnings, NameAMessageTooLongForItsCrc) {
   const auto warnings = [](unsigned length, const char* polynomial) {
     const unsigned bits = std::string_view(polynomial) == "CRC-16" ? 16 : 8;
     return protection_warnings(
@@ -255,7 +255,7 @@ TEST(ProtectionWarnings, NameAMessageWithMoreBytesThanItsCrcGuards) {
   EXPECT_TRUE(warnings(64, "CRC-16").empty());
 }
 
-TEST(FormatWarnings, NameAMessageOfMoreThanEightBytesThatTheDbcCallsClassical) {
+TEST(FormatWarnings, NameALongMessageMarkedAsClassical) {
   const support::ShippedCopy shipped;
   shipped.edit("lab_amplifier.dbc", "AmpSet: 4", "AmpSet: 12");
   shipped.edit("lab_amplifier.dbc", "Crc : 0|8@1+ (1,0) [0|255]", "Crc : 88|8@1+ (1,0) [0|255]");

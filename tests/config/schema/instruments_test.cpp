@@ -19,7 +19,7 @@ std::string refusal_of(const char* file, const std::vector<Setting>& settings) {
   return support::refusal_of([&] { load(file, settings); });
 }
 
-TEST(Instruments, OfAVoltageDriveAreReadInTheirUnits) {
+TEST(Instruments, ReadAVoltageDriveInItsUnits) {
   const Config config =
       load(piezo, {of_twin("current_limit_A", "0.14"), of_twin("load_uF", "1.5"), of_twin("load_ohm", "1e5"),
                    of_twin("drive_resolution_V", "0.002"), of_twin("drive_noise_V_per_rtHz", "3e-6"),
@@ -37,7 +37,7 @@ TEST(Instruments, OfAVoltageDriveAreReadInTheirUnits) {
   EXPECT_EQ(axis.watchdog_action, node::WatchdogAction::ramp);
 }
 
-TEST(Instruments, OfACurrentDriveAreReadInTheirUnits) {
+TEST(Instruments, ReadACurrentDriveInItsUnits) {
   const Config config = load(galfenol, {of_twin("voltage_limit_V", "20.0"), of_twin("load_mH", "10.0"),
                                         of_twin("load_ohm", "4.0"), of_twin("watchdog_action", "\"off\"")});
   const twin::AxisConfig& axis = config.axes[0].twin;
@@ -74,7 +74,7 @@ TEST(Instruments, RunFreeAtTheControllersRateByDefault) {
   EXPECT_EQ(faster.axes[0].twin.sample_clock.rate_Hz, 1500.0);
 }
 
-TEST(Instruments, OnReceiptNeedADelayWithinTheTransmissionOnTheBus) {
+TEST(Instruments, NeedADelayWithinTheBusTransmissionOnReceipt) {
   const Setting receipt = of_twin("apply", "\"receipt\"");
   const Setting slow{"axis[0].control.ki_per_s",
                      "50.0"};  // a loop with less delay is less stable at this mode

@@ -223,7 +223,7 @@ void remove_repeated(Tables& tables, const std::string& header, const std::strin
                 [&](const Row& row) { return std::ranges::find(shown, row) != shown.end(); });
 }
 
-TEST(KeyTables, OfTheDocumentsAreThoseOfTheProgram) {
+TEST(KeyTables, MatchTheProgram) {
   Tables tables = all_tables();
   remove_repeated(tables, "[[axis.sensor_setup]]", "[[axis.amplifier_setup]]");
   remove_repeated(tables, "[axis.frames.status]", "[axis.frames.command]");

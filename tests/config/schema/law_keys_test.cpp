@@ -43,7 +43,7 @@ TEST(LawKeys, ANotchBeyondHalfTheRateIsRefused) {
                  "frequency_Hz is 500, expected less than half of rate_Hz, 500");
 }
 
-TEST(LawKeys, TheFeedForwardThatInvertsThePlantIsDesignedWithTheConfiguration) {
+TEST(LawKeys, ThePlantInverseIsDesignedAtLoading) {
   Config config =
       load(HYSTCAN_SOURCE_DIR "/config/piezo.toml", {{"axis[0].control.delays.plant_inverse", "true"}});
   EXPECT_TRUE(config.axes[0].control.plant_inverse);

@@ -38,7 +38,7 @@ void append_to_models(const support::ShippedCopy& shipped) {
     std::ofstream(shipped / model, std::ios::app) << dynamics_text;
 }
 
-TEST(Load, TakesTheModeAndTheLagThatAreLeftOutFromTheDynamicsOfTheModelFiles) {
+TEST(Load, TakesAMissingModeAndLagFromTheModelFiles) {
   const support::ShippedCopy shipped;
   append_to_models(shipped);
   shipped.edit(
@@ -255,7 +255,7 @@ TEST(Load, AFolderInPlaceOfAFileIsReportedAtTheKeyThatNamesIt) {
   EXPECT_EQ(refused_at("\"/\"", "\"piezo.model.toml\"", "\"/\""), "model: / is a folder, expected a file");
 }
 
-TEST(Load, AnInterfaceHasANameThatLinuxTakes) {
+TEST(Load, RefusesAnInvalidInterfaceName) {
   EXPECT_EQ(refused_at("abcdefghijklmnop", "\"vcan0\"", "\"abcdefghijklmnop\""),
             "interface is \"abcdefghijklmnop\", expected the name of an interface: "
             "1 to 15 characters without spaces, / and :");
@@ -298,7 +298,7 @@ TEST(Load, TakesTheCreepOfAModelFileForControllerAndTwin) {
   EXPECT_EQ(load(shipped / "piezo.toml").axes[0].twin.plant.hysteresis_creep, creep_of_table);
 }
 
-TEST(Load, TakesNoCreepOfTheTwinsModelFileWhereItsTableHasIt) {
+TEST(Load, PrefersTheCreepTableToTheModelFileOfTheTwin) {
   const support::ShippedCopy shipped;
   shipped.edit("piezo.plant.toml", "[hysteresis]", creep_table);
   shipped.edit("piezo.toml", "[axis.twin]",

@@ -143,7 +143,7 @@ std::string refusal_of_scan(const std::string& what, const std::string& with) {
   return message.substr(message.find(": ") + 2);
 }
 
-TEST(Scan, IsRefusedWhereItsAxesHaveDifferentLines) {
+TEST(Scan, IsRefusedIfItsAxesHaveDifferentLines) {
   EXPECT_EQ(refusal_of_scan("lines              = 32", "lines = 64"),
             "lines is 32, expected 64 as on axis x, with which it scans");
   EXPECT_EQ(refusal_of_scan("line_rate_Hz       = 20.0", "line_rate_Hz = 10.0"),
@@ -152,7 +152,7 @@ TEST(Scan, IsRefusedWhereItsAxesHaveDifferentLines) {
             "turnaround_percent is 10, expected 20 as on axis x, with which it scans");
 }
 
-TEST(Scan, IsRefusedWhereItsAxesBeginItAtDifferentTimes) {
+TEST(Scan, IsRefusedIfItsAxesBeginAtDifferentTimes) {
   EXPECT_EQ(
       refusal_of_scan("transition_s       = 0.2", "transition_s = 0.3"),
       "the time from the start to the scan in s is 0.2, expected 0.3 as on axis x, with which it scans");
@@ -161,7 +161,7 @@ TEST(Scan, IsRefusedWhereItsAxesBeginItAtDifferentTimes) {
 }
 
 // 25 um, from the far end, along the smooth step at 380 um/s take 0.123 s.
-TEST(Scan, IsRefusedWhereTheWayToItDependsOnThePlaceOfTheStage) {
+TEST(Scan, IsRefusedIfItsTransitionIsTooShort) {
   const std::string file = HYSTCAN_SOURCE_DIR "/config/raster.toml";
   std::vector<Setting> settings{{"axis[1].control.reference_slew_um_per_s", "380"},
                                 {"axis[0].control.setpoint[0].transition_s", "0.13"},
@@ -181,14 +181,14 @@ TEST(Scan, NeedsAMessageForItsMarkers) {
       << error;
 }
 
-TEST(Scan, IsRefusedWhereItsNumbersContradictEachOther) {
+TEST(Scan, IsRefusedIfItsNumbersAreInconsistent) {
   EXPECT_NE(refusal_of_scan("return_lines       = 2", "return_lines = 1").find("expected an even number"),
             std::string::npos);
 }
 
 controller::AxisConfig x_of(const Config& config) { return config.axes[0].control; }
 
-TEST(ReferenceLimits, AreThoseOfDriveAndModeForTransitionsWhereNoneAreGiven) {
+TEST(ReferenceLimits, AreDerivedFromDriveAndModeForTransitions) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
   const controller::AxisConfig x = x_of(config);
   const controller::ReferenceLimits expected =
@@ -202,7 +202,7 @@ TEST(ReferenceLimits, AreThoseOfDriveAndModeForTransitionsWhereNoneAreGiven) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
 }
 
-TEST(ReferenceLimits, ThatAreGivenAreTheOnlyOnes) {
+TEST(ReferenceLimits, AreOnlyTheGivenOnesIfConfigured) {
   const std::string file = HYSTCAN_SOURCE_DIR "/config/piezo.toml";
   const std::string control = "axis[0].control.";
   for (const char* given : {"4000.0", "inf"}) {

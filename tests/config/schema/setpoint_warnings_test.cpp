@@ -20,7 +20,7 @@ bool warns(const std::vector<Setting>& settings, const std::string& of) {
   return false;
 }
 
-TEST(SetpointWarnings, AreNotMadeForShippedConfigurations) {
+TEST(SetpointWarnings, AreAbsentForShippedConfigurations) {
   for (const char* file :
        {"piezo.toml", "galfenol.toml", "lab_amplifier.toml", "p733.toml", "galfenol_unimorph.toml",
         "soft_stage.toml", "fd_stage.toml", "fd_stage_learning.toml", "fd_eight.toml"}) {
@@ -29,7 +29,7 @@ TEST(SetpointWarnings, AreNotMadeForShippedConfigurations) {
   }
 }
 
-TEST(SupervisionWarnings, AreNotMadeForAnyShippedConfiguration) {
+TEST(SupervisionWarnings, AreAbsentForShippedConfigurations) {
   std::size_t configurations = 0;
   for (const auto& entry : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR "/config")) {
     const std::filesystem::path& file = entry.path();
@@ -41,7 +41,7 @@ TEST(SupervisionWarnings, AreNotMadeForAnyShippedConfiguration) {
   EXPECT_GE(configurations, 9U);
 }
 
-TEST(SupervisionWarnings, NameEverySupervisionThatIsOffWhereTheAxisHasFeedback) {
+TEST(SupervisionWarnings, NameEveryDisabledCheckOfAnAxisWithFeedback) {
   const auto found = [](const char* structure) {
     return supervision_warnings(
         load(HYSTCAN_SOURCE_DIR "/config/piezo.toml", {{"axis[0].control.structure", structure},
@@ -63,7 +63,7 @@ TEST(SupervisionWarnings, NameEverySupervisionThatIsOffWhereTheAxisHasFeedback) 
   EXPECT_TRUE(found("\"inverse\"").empty());
 }
 
-TEST(SetpointWarnings, NameADriveThatMayGoFarBeyondModelAndTwin) {
+TEST(SetpointWarnings, NameADriveRangeFarBeyondModelAndTwin) {
   const auto found = warnings("piezo.toml", {{"axis[0].control.drive_max_V", "1000.0"}});
   ASSERT_GE(found.size(), 2u);
   EXPECT_EQ(found[0], "axis x: the drive range is 0 to 1000 V, the model's range is 0 to 100 V");
@@ -83,7 +83,7 @@ TEST(SetpointWarnings, NameADriveThatMustChangeFasterThanItsSlew) {
 }
 
 // Compensating the mode, a corner takes a pulse that the speed of the triangle alone does not show.
-TEST(SetpointWarnings, NameACornerWhosePulseIsFasterThanTheSlewWherePlantInverseMakesIt) {
+TEST(SetpointWarnings, NameACornerTooSharpForThePlantInverse) {
   const auto of_sharp_corners = [](const char* plant_inverse) {
     return warnings("fd_stage.toml", {{"axis[0].control.setpoint[0].turnaround_percent", "0.0"},
                                       {"axis[0].control.slew_V_per_s", "20000.0"},
@@ -96,18 +96,18 @@ TEST(SetpointWarnings, NameACornerWhosePulseIsFasterThanTheSlewWherePlantInverse
   EXPECT_TRUE(of_sharp_corners("false").empty());
 }
 
-TEST(SetpointWarnings, NameAFrequencyThatTheCyclesCannotShow) {
+TEST(SetpointWarnings, NameAFrequencyTooHighForTheCycleRate) {
   EXPECT_TRUE(warns({{"axis[0].control.setpoint[0].frequency_Hz", "600.0"}}, "a period has 1.67 cycles"));
   EXPECT_FALSE(warns({{"axis[0].control.setpoint[0].frequency_Hz", "40.0"}}, "a period has"));
 }
 
-TEST(SetpointWarnings, NameAStepThatIsLargerThanTheFollowingErrorAndTheJump) {
+TEST(SetpointWarnings, NameAStepAboveTheFollowingErrorAndJumpLimits) {
   const std::vector<Setting> step{{"axis[0].control.setpoint[1].rise_s", "0.0"}};
   EXPECT_TRUE(warns(step, "a step of 22 um, but following_error_um is 4"));
   EXPECT_TRUE(warns(step, "up to 22 um in a cycle, but position_jump_um is 5"));
 }
 
-TEST(SetpointWarnings, LeaveOutAJumpThatIsNotJudged) {
+TEST(SetpointWarnings, OmitAJumpWithoutALimit) {
   EXPECT_FALSE(
       warns({{"axis[0].control.setpoint[1].rise_s", "0.0"}, {"axis[0].control.position_jump_um", "0.0"}},
             "position_jump_um"));

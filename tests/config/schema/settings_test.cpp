@@ -39,9 +39,7 @@ TEST(Settings, HaveOneEntryForEachKeyIncludingDefaults) {
   EXPECT_EQ(std::ranges::adjacent_find(paths), paths.end());
 }
 
-TEST(Settings, OfTheSameFileDoNotDiffer) {
-  EXPECT_TRUE(changes(settings(shipped), settings(shipped)).empty());
-}
+TEST(Settings, AreEqualForTheSameFile) { EXPECT_TRUE(changes(settings(shipped), settings(shipped)).empty()); }
 
 TEST(Changes, ListChangedNewAndRemovedKeys) {
   const std::vector<Setting> before{{"a", "1"}, {"b", "2"}, {"c", "3"}};
@@ -53,7 +51,7 @@ TEST(Changes, ListChangedNewAndRemovedKeys) {
   EXPECT_EQ(describe(found[2]), "c: 3 -> (none)");
 }
 
-TEST(Changes, OfAnAddedSegmentListItsKeys) {
+TEST(Changes, ListTheKeysOfAnAddedSegment) {
   const support::ShippedCopy files;
   const std::vector<Setting> before = settings(files / "piezo.toml");
   files.edit("piezo.toml", "[axis.twin]",
@@ -73,35 +71,35 @@ Key running_key(std::string_view path) {
   return found == keys.end() ? Key{} : *found;
 }
 
-TEST(RunningKeys, SayWhatAKeyMeansAndItsRange) {
+TEST(RunningKeys, HaveMeaningAndRange) {
   const Key gain = running_key("axis[0].control.kp");
   EXPECT_EQ(gain.meaning, "proportional gain");
   EXPECT_EQ(gain.range.describe(), "a number >= 0");
 }
 
-TEST(RunningKeys, HaveTheWordsOfAChoice) {
+TEST(RunningKeys, HaveTheirChoices) {
   const Key structure = running_key("axis[0].control.structure");
   EXPECT_EQ(structure.choices.size(), controller::all_structures.size());
   EXPECT_EQ(running_key("axis[0].control.repeat").choices[1], "true");
 }
 
-TEST(RunningKeys, IncludeThoseOfATableThatIsLeftOut) {
+TEST(RunningKeys, IncludeKeysOfAnAbsentTable) {
   EXPECT_FALSE(load(shipped).axes[0].control.law.notch);
   EXPECT_EQ(running_key("axis[0].control.notch.depth").range.describe(), "a number >= 0 and <= 1");
 }
 
-TEST(RunningKeys, LeaveOutWhatOnlyARestartChanges) {
+TEST(RunningKeys, ExcludeKeysThatNeedARestart) {
   EXPECT_EQ(running_key("axis[0].control.model").path, "");
   EXPECT_EQ(running_key("axis[0].name").path, "");
 }
 
-TEST(UnitOf, IsThatOfTheKeyAtTheEndOfAPath) {
+TEST(UnitOf, GivesTheUnitOfTheKeyInAPath) {
   EXPECT_EQ(unit_of("axis[0].control.kp"), "um/um");
   EXPECT_EQ(unit_of("axis[0].control.reference_acceleration_um_per_s2"), "um/s^2");
   EXPECT_EQ(unit_of("axis[0].control.notch.depth"), "");
 }
 
-TEST(EffectOfAKey, IsWhatTakesOverItsChange) {
+TEST(EffectOfAKey, MatchesTheApplicationOfItsChange) {
   const std::vector<Setting> all = settings(shipped);
   for (const auto& [path, effect] : {std::pair{"axis[0].control.kp", Effect::at_once},
                                      {"axis[1].control.delays.resonance_Hz", Effect::at_once},
@@ -123,7 +121,7 @@ TEST(EffectOfAKey, IsWhatTakesOverItsChange) {
   }
 }
 
-TEST(PathOf, IsThatOfTheKeyWithTheMember) {
+TEST(PathOf, GivesThePathOfAMember) {
   const Config config = load(shipped);
   const AxisConfig& y = config.axes[1];
   EXPECT_EQ(path_of(config, y.control.law.pi.kp), "axis[1].control.kp");
@@ -136,7 +134,7 @@ TEST(PathOf, IsThatOfTheKeyWithTheMember) {
   EXPECT_EQ(key_of(y, y.twin.sensor.delay), "delay_us");
 }
 
-TEST(PathOf, AMemberWithoutAKeyIsAMistakeOfTheProgram) {
+TEST(PathOf, RefusesAMemberWithoutAKey) {
   const Config config = load(shipped);
   EXPECT_THROW(path_of(config, config.axes[0].control.law.model), std::logic_error);
 }
@@ -166,7 +164,7 @@ TEST(Overrides, CreateMissingTablesButNoElementsOfAList) {
       << "a number has no keys";
 }
 
-TEST(Overrides, WithAValueThatIsNotTomlAreRefused) {
+TEST(Overrides, RefuseAValueThatIsNotToml) {
   for (const char* value : {"", "0.1 0.2", "pi", "[", "1\nki_per_s = 2", "\"open", "0.1 # c\nx = 1"}) {
     const std::string refusal = refusal_of({{"axis[0].control.kp", value}});
     EXPECT_NE(refusal, "accepted") << value;
@@ -175,7 +173,7 @@ TEST(Overrides, WithAValueThatIsNotTomlAreRefused) {
   }
 }
 
-TEST(Overrides, WithAnUnknownKeyOrOutOfRangeAreRefusedAsInTheFile) {
+TEST(Overrides, RefuseUnknownKeysAndValuesOutOfRange) {
   EXPECT_TRUE(refusal_of({{"axis[0].control.kpp", "0.1"}})
                   .starts_with("axis[0].control.kpp: unknown key kpp (did you mean kp?), expected one of "));
   EXPECT_EQ(refusal_of({{"axis[0].control.kp", "-0.1"}}),
@@ -217,7 +215,7 @@ std::string edited(const Change& change) {
   return text.text();
 }
 
-TEST(Edit, WithoutAChangeKeepsTheText) {
+TEST(Edit, KeepsTheTextWithoutAChange) {
   EXPECT_EQ(edited([](const auto&) {}), TomlEdit::of_file(shipped).text());
 }
 
@@ -228,7 +226,7 @@ TEST(Edit, ReplacesTheValueThatChanged) {
   EXPECT_EQ(changes(settings(load(shipped)), settings(changed)).size(), 1u);
 }
 
-TEST(Edit, CommentsOutATableThatIsGone) {
+TEST(Edit, CommentsOutARemovedTable) {
   const std::string text = edited([](controller::AxisConfig& axis) { axis.in_position.reset(); });
   EXPECT_NE(text.find("\n# [axis.control.in_position]"), std::string::npos) << text;
   EXPECT_FALSE(load_text(shipped, text).axes[0].control.in_position);

@@ -32,14 +32,14 @@ constexpr Edit other_sensor{
     "amplifier_node = 16\nsensor_node    = 9\n\n[axis.frames.sample]\nmessage      = \"Samples\"\n"
     "position     = \"PositionY\""};
 
-TEST(SharedFrames, AreOneNodeAndOneMessageOfTwoAxes) {
+TEST(SharedFrames, AllowTwoAxesWithOneNodeAndOneMessage) {
   const Config config = load(HYSTCAN_SOURCE_DIR "/config/fd_stage.toml");
   EXPECT_EQ(first_sharing<can::SensorSample>(config, 1), 0u);
   EXPECT_EQ(first_sharing<can::AmpCommand>(config, 1), 0u);
   EXPECT_EQ(first_sharing<can::AmpCommand>(config, 0), 0u);
 }
 
-TEST(SharedFrames, AreOfOneNode) {
+TEST(SharedFrames, MustBelongToOneNode) {
   EXPECT_NE(error_after({other_sensor})
                 .find("sensor_node is 9, expected 8 as in axis x, with which it shares message Samples"),
             std::string::npos)
@@ -53,7 +53,7 @@ TEST(SharedFrames, AreTheOnlyWayToShareANode) {
   EXPECT_NE(refusal.find("node 2 is used by axis[0].sensor_node"), std::string::npos);
 }
 
-TEST(SharedFrames, HaveSignalsOfTheirOwnForEachAxis) {
+TEST(SharedFrames, MustHaveSeparateSignalsForEachAxis) {
   const std::string error = error_after({{"\"PositionY\"", "\"PositionX\""}});
   EXPECT_NE(error.find("signal PositionX of message Samples has bits of signal PositionX of axis x, expected "
                        "unused bits"),
@@ -61,7 +61,7 @@ TEST(SharedFrames, HaveSignalsOfTheirOwnForEachAxis) {
       << error;
 }
 
-TEST(SharedFrames, HaveOneProtection) {
+TEST(SharedFrames, MustHaveOneProtection) {
   const std::string error =
       error_after({{"status       = \"StatusY\"\nintegrity    = \"counter+crc\"\ncounter      = "
                     "\"Counter\"\ncrc          = \"Crc\"\ncrc_covers   = \"identifier\"\n",
@@ -71,19 +71,19 @@ TEST(SharedFrames, HaveOneProtection) {
       << error;
 }
 
-TEST(SharedFrames, AreNotWithheldToTryAWatchdog) {
+TEST(SharedFrames, CannotVerifyAWatchdog) {
   const std::string error =
       error_after({{"repeat             = true", "repeat             = true\nverify_watchdog = true"}});
   EXPECT_NE(error.find("the commands of several axes are in the same frame"), std::string::npos) << error;
 }
 
-TEST(SharedFrames, GoOutWithinTheCycle) {
+TEST(SharedFrames, MustBeSentWithinTheCycle) {
   const std::string error = error_after({{"_us = 245.0", "_us = 250.0"}});
   EXPECT_NE(error.find("command_deadline_us is 250, expected less than the cycle, 250"), std::string::npos)
       << error;
 }
 
-TEST(SharedFrames, DoNotGoOutBeforeTheirSamplesCanHaveCome) {
+TEST(SharedFrames, MustNotBeSentBeforeTheirSamplesArrive) {
   const std::string error = error_after({{"_us = 245.0", "_us = 100.0"}});
   EXPECT_NE(error.find("command_deadline_us is effectively 100, expected at least 243: only then all samples "
                        "Samples have arrived"),
@@ -91,14 +91,14 @@ TEST(SharedFrames, DoNotGoOutBeforeTheirSamplesCanHaveCome) {
       << error;
 }
 
-TEST(BackgroundSlots, AreADivisorOfTheLargestSyncCounter) {
+TEST(BackgroundSlots, MustDivideTheLargestSyncCounter) {
   const std::string error = error_after({{"= 24  ", "= 25  "}});
   EXPECT_NE(error.find("background_slots is 25, expected a divisor of 240, the highest SYNC counter"),
             std::string::npos)
       << error;
 }
 
-TEST(BackgroundSlots, AreDifferentForEachNode) {
+TEST(BackgroundSlots, MustDifferForEachNode) {
   const std::string error = error_after({{"node                = 24", "node                = 40"}});
   EXPECT_NE(
       error.find("nodes 16 (the amplifier of axis x) and 40 (the controller) have the same slot, 16 of 24, "
@@ -107,14 +107,14 @@ TEST(BackgroundSlots, AreDifferentForEachNode) {
       << error;
 }
 
-TEST(BackgroundSlots, ComeTwiceInAHeartbeatPeriod) {
+TEST(BackgroundSlots, MustRecurTwiceInAHeartbeatPeriod) {
   const std::string error = error_after({{"heartbeat_ms = 100.0", "heartbeat_ms = 11.0"}});
   EXPECT_NE(error.find("two rounds of 24 cycles take 12 ms, expected at most 11, the shorter heartbeat_ms"),
             std::string::npos)
       << error;
 }
 
-TEST(BackgroundSlots, LeaveHeartbeatsAsOftenAsTheTimeoutNeedsThem) {
+TEST(BackgroundSlots, MustAllowHeartbeatsWithinTheTimeout) {
   const std::string error = error_after({{"heartbeat_ms = 100.0", "heartbeat_ms = 145.0"}});
   EXPECT_NE(
       error.find("with rounds of 24 cycles two heartbeats may be 151 ms apart, expected at most 150, half of "
@@ -131,17 +131,17 @@ TEST(BackgroundSlots, MakeTheStatusTimeoutOfAnAxisLonger) {
       << error;
 }
 
-TEST(BackgroundSlots, AreWhatTheRateOfTheShippedStageNeeds) {
+TEST(BackgroundSlots, AreNecessaryForTheRateOfTheShippedStage) {
   const std::string error = error_after({{"background_slots       = 24", "background_slots       = 0"}});
   EXPECT_NE(error.find("lower rate_Hz (2690 Hz fits)"), std::string::npos) << error;
 }
 
-TEST(BackgroundSlots, OfSuccessiveCyclesFitNoSuchRate) {
+TEST(BackgroundSlots, AreTooSlowInSuccessiveCycles) {
   const std::string error = error_after({{"node                = 24", "node                = 17"}});
   EXPECT_NE(error.find("the last command may start 298 us after its SYNC"), std::string::npos) << error;
 }
 
-TEST(CommandWarnings, NameASignalWithoutARoleThatIsNotSentAsZero) {
+TEST(CommandWarnings, NameANonzeroSignalWithoutARole) {
   Config config = load(HYSTCAN_SOURCE_DIR "/config/fd_stage.toml");
   EXPECT_TRUE(command_warnings(config).empty());
   config.axes.pop_back();
@@ -150,7 +150,7 @@ TEST(CommandWarnings, NameASignalWithoutARoleThatIsNotSentAsZero) {
   EXPECT_EQ(found[0], "message Commands: signal SetpointY has no role and is always sent as -200 V");
 }
 
-TEST(SharedFrames, HaveTheObjectsOfTheirNodeAtOneAxis) {
+TEST(SharedFrames, MustHaveTheSetUpOfTheirNodeAtOneAxis) {
   const std::string error =
       error_after({{"[axis.frames.sample]\nmessage      = \"Samples\"\nposition     = \"PositionY\"",
                     "[[axis.sensor_setup]]\nindex = 0x2001\nsubindex = 0\nvalue = 1\nbytes = 1\n\n"
@@ -158,7 +158,7 @@ TEST(SharedFrames, HaveTheObjectsOfTheirNodeAtOneAxis) {
   EXPECT_NE(error.find("sensor_setup belongs to a node that axis x shares"), std::string::npos) << error;
 }
 
-TEST(SharedFrames, AreSampledByOneClock) {
+TEST(SharedFrames, MustBeSampledByOneClock) {
   const std::string error = error_after(
       {{"resolution_um      = 0.0001\n",
         "resolution_um      = 0.0001\n[axis.twin.sensor]\nsampling = \"free\"\nsample_rate_Hz = 2500.0\n"}});
@@ -166,7 +166,7 @@ TEST(SharedFrames, AreSampledByOneClock) {
       << error;
 }
 
-TEST(SharedFrames, DoNotFitIntoAFrameThatIsTooShort) {
+TEST(SharedFrames, MustFitIntoTheirMessage) {
   const support::ShippedCopy shipped;
   shipped.edit("fd_stage.dbc", "BO_ 392 Samples: 12", "BO_ 392 Samples: 8");
   const std::string refusal = support::refusal_of<std::runtime_error>([&] { load(shipped / file); });

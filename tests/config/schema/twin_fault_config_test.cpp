@@ -66,7 +66,7 @@ kinds = ["wrong_crc", "load_step"]
   EXPECT_EQ(config.twin.random_faults->kinds, (std::vector{Fault::wrong_crc, Fault::load_step}));
 }
 
-TEST(FaultConfig, IsPrintedAsItIsRead) {
+TEST(FaultConfig, IsPrintedAsInTheFile) {
   const WithFaults with("[[twin.fault]]\nkind = \"load_step\"\naxis = \"x\"\nat_s = 1\nduration_s = 2\n");
   const std::string shown = echo(with.files / "piezo.toml");
   EXPECT_NE(shown.find("[[twin.fault]]\nkind"), std::string::npos) << shown;
