@@ -192,7 +192,7 @@ TEST_F(BlackBoxes, DoNotExceedTheAllowedNumberOfFiles) {
   EXPECT_NE(warnings[0].find("the maximum is 2"), std::string::npos) << warnings[0];
 }
 
-TEST_F(BlackBoxes, WarnAtStartAndAtTheFaultWhereTheFolderIsMissing) {
+TEST_F(BlackBoxes, WarnAtStartAndAtAFaultIfTheFolderIsMissing) {
   std::filesystem::remove_all(folder);
   BlackBox box = make();
   ASSERT_EQ(warnings.size(), 1u);
@@ -201,7 +201,7 @@ TEST_F(BlackBoxes, WarnAtStartAndAtTheFaultWhereTheFolderIsMissing) {
   EXPECT_NE(warnings[1].find("No such file or directory"), std::string::npos) << warnings[1];
 }
 
-TEST_F(BlackBoxes, MakeAFolderOfTheirOwnAtTheFirstFaultWhereNoneIsNamed) {
+TEST_F(BlackBoxes, CreateADefaultFolderAtTheFirstFault) {
   const std::filesystem::path before = std::filesystem::current_path();
   std::filesystem::current_path(folder);
   BlackBox box = make({}, 50);
@@ -213,7 +213,7 @@ TEST_F(BlackBoxes, MakeAFolderOfTheirOwnAtTheFirstFaultWhereNoneIsNamed) {
   EXPECT_TRUE(warnings.empty());
 }
 
-TEST_F(BlackBoxes, WarnAndLeaveNoFileWhereTheDiskIsFull) {
+TEST_F(BlackBoxes, WarnAndLeaveNoFileIfTheDiskIsFull) {
   BlackBox box = make();
   {
     const support::FileSizeLimit full(1024);

@@ -57,7 +57,7 @@ class OneAxis : public testing::Test {
 };
 using CommandFrameOfOneAxis = OneAxis;
 
-TEST_F(CommandFrameOfOneAxis, WaitsWhileTheOneBeforeHasNotLeft) {
+TEST_F(CommandFrameOfOneAxis, WaitsWhileThePreviousOneIsQueued) {
   send(10.0);
   send(20.0);
   EXPECT_EQ(queue.frames.size(), 1u);
@@ -66,7 +66,7 @@ TEST_F(CommandFrameOfOneAxis, WaitsWhileTheOneBeforeHasNotLeft) {
   EXPECT_NEAR(last(), 20.0, 1e-9);
 }
 
-TEST_F(CommandFrameOfOneAxis, HasTheCommandOfACycleOnceItIsPut) {
+TEST_F(CommandFrameOfOneAxis, ContainsTheCommandAfterPut) {
   EXPECT_TRUE(frame.has(0)) << "before the first cycle there is none to wait for";
   frame.begin_cycle();
   EXPECT_FALSE(frame.has(0));
@@ -94,7 +94,7 @@ TEST_F(CommandFrameOfOneAxis, LeavesNoGapInTheCounterWhenItIsReplaced) {
   EXPECT_EQ(queue.frames[1].data[6], queue.frames[0].data[6] + 1);
 }
 
-TEST_F(CommandFrameOfOneAxis, IsLateWhenTwoHaveNotLeft) {
+TEST_F(CommandFrameOfOneAxis, IsLateIfTwoAreQueued) {
   send(10.0);
   EXPECT_FALSE(frame.is_late());
   send(20.0);
@@ -103,7 +103,7 @@ TEST_F(CommandFrameOfOneAxis, IsLateWhenTwoHaveNotLeft) {
   EXPECT_FALSE(frame.is_late());
 }
 
-TEST_F(CommandFrameOfOneAxis, HasLeftWhenALaterSyncHas) {
+TEST_F(CommandFrameOfOneAxis, HasLeftIfALaterSyncHas) {
   send(10.0);
   echo_sync(sync);
   send(20.0);
@@ -112,7 +112,7 @@ TEST_F(CommandFrameOfOneAxis, HasLeftWhenALaterSyncHas) {
   EXPECT_EQ(queue.frames.size(), 2u) << "its own echo was lost";
 }
 
-TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenAnOlderSyncHas) {
+TEST_F(CommandFrameOfOneAxis, HasNotLeftIfOnlyAnOlderSyncHas) {
   sync = 100;
   send(10.0);
   send(20.0);
@@ -120,7 +120,7 @@ TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenAnOlderSyncHas) {
   EXPECT_EQ(queue.frames.size(), 1u);
 }
 
-TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenASyncHasThatWasQueuedBeforeItWasHandedOver) {
+TEST_F(CommandFrameOfOneAxis, HasNotLeftIfOnlyASyncQueuedBeforeItHas) {
   send(10.0);
   send(20.0);
   sync = 3;  // is queued while the second one waits
@@ -135,7 +135,7 @@ TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenASyncHasThatWasQueuedBeforeItWasHand
   EXPECT_EQ(queue.frames.size(), 3u);
 }
 
-TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenTheHeartbeatOrTheStatusOfTheControllerHas) {
+TEST_F(CommandFrameOfOneAxis, HasNotLeftIfOnlyAHeartbeatOrStatusHas) {
   send(10.0);
   send(20.0);
   frame.on_echo(can::heartbeat_frame(100, can::NmtState::operational), sync, queue);
@@ -144,7 +144,7 @@ TEST_F(CommandFrameOfOneAxis, HasNotLeftWhenTheHeartbeatOrTheStatusOfTheControll
   EXPECT_EQ(queue.frames.size(), 1u);
 }
 
-TEST_F(CommandFrameOfOneAxis, HasLeftWhenTheSyncCounterHasBegunAgain) {
+TEST_F(CommandFrameOfOneAxis, HasLeftIfASyncAfterTheWrapOfTheCounterHas) {
   sync = can::sync_counter_max - 1;
   send(10.0);
   send(20.0);
@@ -152,7 +152,7 @@ TEST_F(CommandFrameOfOneAxis, HasLeftWhenTheSyncCounterHasBegunAgain) {
   EXPECT_EQ(queue.frames.size(), 2u);
 }
 
-TEST_F(CommandFrameOfOneAxis, HasLeftByItsEchoWithTheErrorStateOfTheInterface) {
+TEST_F(CommandFrameOfOneAxis, RecognisesItsEchoDespiteTheErrorStateFlag) {
   send(10.0);
   send(20.0);
   can::Frame echo = queue.frames.back();
@@ -161,7 +161,7 @@ TEST_F(CommandFrameOfOneAxis, HasLeftByItsEchoWithTheErrorStateOfTheInterface) {
   EXPECT_EQ(queue.frames.size(), 2u);
 }
 
-TEST_F(CommandFrameOfOneAxis, IsForeignAlsoWithTheCounterOfOurLastOne) {
+TEST_F(CommandFrameOfOneAxis, IsForeignEvenWithTheCounterOfOurLastOne) {
   send(10.0);
   can::Frame foreign = *layout("X").encode({.setpoint = 50.0, .enable = true});
   can::E2eProtector(layout("X").protection()).seal(foreign);
@@ -170,7 +170,7 @@ TEST_F(CommandFrameOfOneAxis, IsForeignAlsoWithTheCounterOfOurLastOne) {
   EXPECT_FALSE(frame.is_sound(foreign)) << "it is damaged";
 }
 
-TEST_F(CommandFrameOfOneAxis, IsNotSentWhenTheWatchdogIsTried) {
+TEST_F(CommandFrameOfOneAxis, IsNotSentDuringTheWatchdogVerification) {
   send(AxisCommand{.drive = 10.0, .enable = true, .withheld = true});
   EXPECT_TRUE(queue.frames.empty());
 }
@@ -186,7 +186,7 @@ TEST_F(CommandFrameOfOneAxis, IsNotSentWithADriveThatDoesNotFit) {
   EXPECT_TRUE(queue.frames.empty());
 }
 
-TEST_F(CommandFrameOfOneAxis, NeverWaitsWhereTheBusReportsNoEcho) {
+TEST_F(CommandFrameOfOneAxis, NeverWaitsIfTheBusReportsNoEcho) {
   CommandFrame without_echo(layout("X"));
   without_echo.add(layout("X"), 0, 1.0);
   for (std::uint8_t i = 1; i <= 5; ++i) {
@@ -197,7 +197,7 @@ TEST_F(CommandFrameOfOneAxis, NeverWaitsWhereTheBusReportsNoEcho) {
   EXPECT_FALSE(without_echo.is_late());
 }
 
-TEST_F(CommandFrameOfOneAxis, IsNotWaitedForWhereTheInterfaceRefusedIt) {
+TEST_F(CommandFrameOfOneAxis, DoesNotBlockTheNextIfTheInterfaceRefusedIt) {
   queue.takes = false;
   send(10.0);
   queue.takes = true;
@@ -215,7 +215,7 @@ TEST_F(CommandFrameOfOneAxis, DoesNotWaitWhenItIsSafe) {
   EXPECT_EQ(queue.frames.size(), 2u) << "it has taken the place of the one that waited";
 }
 
-TEST_F(CommandFrameOfOneAxis, IsHeldBackWhileASafeOneIsOnItsWay) {
+TEST_F(CommandFrameOfOneAxis, IsHeldBackWhileASafeOneIsQueued) {
   send(10.0);
   send(AxisCommand{.drive = 1.0});
   EXPECT_FALSE(send(AxisCommand{.drive = 1.0}));
@@ -234,7 +234,7 @@ TEST_F(CommandFrameOfOneAxis, CountsAsLostAfterAHundredSafeOnes) {
   EXPECT_FALSE(frame.is_late());
 }
 
-TEST_F(CommandFrameOfOneAxis, IsHeldBackForAHundredCyclesFromTheLatestThatWentOut) {
+TEST_F(CommandFrameOfOneAxis, IsHeldBackForAHundredCyclesAfterTheLastOneSent) {
   send(AxisCommand{.drive = 1.0});
   for (int i = 0; i < 60; ++i) send(AxisCommand{.drive = 1.0});
   echo();
@@ -243,7 +243,7 @@ TEST_F(CommandFrameOfOneAxis, IsHeldBackForAHundredCyclesFromTheLatestThatWentOu
   EXPECT_EQ(queue.frames.size(), 2u);
 }
 
-TEST_F(CommandFrameOfOneAxis, HasLeftWhenASyncUpToHalfARoundLaterHas) {
+TEST_F(CommandFrameOfOneAxis, HasLeftIfASyncUpToHalfARoundLaterHas) {
   constexpr std::uint8_t half = can::sync_counter_max / 2;
   send(10.0);
   send(20.0);
@@ -253,7 +253,7 @@ TEST_F(CommandFrameOfOneAxis, HasLeftWhenASyncUpToHalfARoundLaterHas) {
   EXPECT_EQ(queue.frames.size(), 2u);
 }
 
-TEST_F(CommandFrameOfOneAxis, IsForgottenWithTheBus) {
+TEST_F(CommandFrameOfOneAxis, IsDroppedWithTheBus) {
   send(10.0);
   send(20.0);
   frame.forget();
@@ -296,7 +296,7 @@ TEST_F(CommandFrameOfTwoAxes, HasTheSafeDriveOfAnAxisThatSleeps) {
   EXPECT_NEAR(last(), 11.0, 1e-9);
 }
 
-TEST_F(CommandFrameOfTwoAxes, HasTheSafeDriveOfAnAxisWhoseDriveDoesNotFit) {
+TEST_F(CommandFrameOfTwoAxes, HasTheSafeDriveIfADriveDoesNotFit) {
   send(driven(1000.0), driven(20.0));
   ASSERT_EQ(queue.frames.size(), 1u);
   EXPECT_NEAR(last(), 1.0, 1e-9);

@@ -22,13 +22,13 @@ class BackgroundFrameOf : public testing::Test {
 };
 using NodeEight = BackgroundFrameOf;
 
-TEST_F(NodeEight, IsInItsSlotOrInTheCycleAfterIt) {
+TEST_F(NodeEight, MaySendInItsSlotOrOneCycleLater) {
   come_after({8, 32, 33, 9, 224, 225, 8});
   EXPECT_EQ(node.outside_slot(), 0U);
   EXPECT_FALSE(node.take_event());
 }
 
-TEST_F(NodeEight, IsNamedOnceWhenThreeMoreAreOutsideThanWithin) {
+TEST_F(NodeEight, IsReportedOnceForThreeMoreFramesOutsideThanWithin) {
   come_after({10, 7, 8, 12});
   EXPECT_FALSE(node.take_event());
   come_after({65, 10, 12});
@@ -41,20 +41,20 @@ TEST_F(NodeEight, IsNamedOnceWhenThreeMoreAreOutsideThanWithin) {
   EXPECT_EQ(node.outside_slot(), 6U);
 }
 
-TEST_F(NodeEight, HasNoCreditForTheFramesThatCameWithinItsSlotBefore) {
+TEST_F(NodeEight, GetsNoCreditForEarlierFramesWithinItsSlot) {
   come_after({8, 32, 8, 10, 7});
   EXPECT_FALSE(node.take_event());
   come_after({12});
   EXPECT_TRUE(node.take_event());
 }
 
-TEST_F(NodeEight, IsNotNamedWhereABusyBusDelaysOneFrameAndThenAnother) {
+TEST_F(NodeEight, IsNotReportedForOccasionalDelays) {
   for (int i = 0; i < 5; ++i) come_after({10, 11, 8, 32});
   EXPECT_FALSE(node.take_event());
   EXPECT_EQ(node.outside_slot(), 0U);
 }
 
-TEST(NodeWithTheLastSlot, HasItAtTheLastSyncAndTheFirstOneAfterIt) {
+TEST(NodeWithTheLastSlot, MaySendAtTheLastSyncOrTheFirst) {
   RemoteNode node{24, std::chrono::milliseconds(300), {24, {}, {}}};
   for (const int sync : {240, 1, 24, 25}) node.note_background_frame(static_cast<std::uint8_t>(sync), slots);
   EXPECT_EQ(node.outside_slot(), 0U);
@@ -62,7 +62,7 @@ TEST(NodeWithTheLastSlot, HasItAtTheLastSyncAndTheFirstOneAfterIt) {
   EXPECT_EQ(node.outside_slot(), 3U);
 }
 
-TEST(HeartbeatOfANode, IsAsBeforeOnlyWithTheStateOfTheLastOne) {
+TEST(HeartbeatOfANode, IsUnchangedOnlyIfTheStateIsEqual) {
   using can::NmtState;
   RemoteNode node{8, std::chrono::milliseconds(300), {8, {}, {}}};
   const auto hear = [&](NmtState state, int ms) {
@@ -75,7 +75,7 @@ TEST(HeartbeatOfANode, IsAsBeforeOnlyWithTheStateOfTheLastOne) {
   EXPECT_EQ(hear(NmtState::operational, 900), Heartbeat::new_state) << "it was silent";
 }
 
-TEST(NmtOfAnotherNode, ToAllNodesIsAlsoToThisOne) {
+TEST(NmtOfAnotherNode, IncludesThisNodeIfAddressedToAll) {
   using can::NmtCommand;
   RemoteNode node{8, std::chrono::milliseconds(300), {8, {}, {}}};
   for (const NmtCommand command : {NmtCommand::stop, NmtCommand::enter_pre_operational,
@@ -87,7 +87,7 @@ TEST(NmtOfAnotherNode, ToAllNodesIsAlsoToThisOne) {
   EXPECT_EQ(node.foreign_access().nmt, 8U);
 }
 
-TEST(EmergencyOfANode, IsAnAlarmUnlessItsCodeSaysThatThereIsNoError) {
+TEST(EmergencyOfANode, IsAnAlarmUnlessItsCodeMeansNoError) {
   RemoteNode node{8, std::chrono::milliseconds(300), {8, {}, {}}};
   const auto alarms = [&](std::uint16_t code) {
     node.on_emergency(can::emergency_frame(8, {.code = code}));
@@ -99,7 +99,7 @@ TEST(EmergencyOfANode, IsAnAlarmUnlessItsCodeSaysThatThereIsNoError) {
   EXPECT_TRUE(alarms(0x8130));
 }
 
-TEST(SdoOfAnotherNode, IsCountedByWhatItDoesAndOnlyAWriteMayChangeTheNode) {
+TEST(SdoOfAnotherNode, IsCountedByServiceAndOnlyWritesChangeTheNode) {
   RemoteNode node{8, std::chrono::milliseconds(300), {8, {}, {}}};
   const can::SdoObject object{.index = 0x2001, .subindex = 2};
   const can::Frame write = can::sdo_request(8, {.service = can::SdoService::write, .object = object});
@@ -115,7 +115,7 @@ TEST(SdoOfAnotherNode, IsCountedByWhatItDoesAndOnlyAWriteMayChangeTheNode) {
   EXPECT_EQ(describe(ForeignAccess{}), "");
 }
 
-TEST(AnotherController, IsNamedByItsFrameWithAllDigitsOfItsIdentifier) {
+TEST(AnotherController, IsNamedByItsFrameAndFullIdentifier) {
   using Kind = ForeignFrame::Kind;
   const auto said = [](const ForeignFrame& frame) {
     return describe(NodeEvent{.kind = NodeEvent::Kind::another_controller, .frame = frame});
@@ -144,13 +144,13 @@ class SetUpOfANode : public testing::Test {
   RemoteNode node{8, std::chrono::milliseconds(300), {8, {{object, {.value = 5}}}, {.attempts = 1}}};
 };
 
-TEST_F(SetUpOfANode, BeginsWithAHeartbeatButNotInANodeThatIsStopped) {
+TEST_F(SetUpOfANode, BeginsWithAHeartbeatExceptInAStoppedNode) {
   EXPECT_FALSE(node.poll_setup({}));
   EXPECT_FALSE(polled_after(can::NmtState::stopped));
   EXPECT_TRUE(polled_after(can::NmtState::pre_operational));
 }
 
-TEST_F(SetUpOfANode, ThatFailsIsOneEventAndAnotherOneIfItFailsAgain) {
+TEST_F(SetUpOfANode, ReportsEachFailureOnce) {
   ASSERT_TRUE(polled_after(can::NmtState::pre_operational));
   refuse();
   for (int i = 0; i < 3; ++i) node.poll_setup({});
@@ -165,7 +165,7 @@ TEST_F(SetUpOfANode, ThatFailsIsOneEventAndAnotherOneIfItFailsAgain) {
   EXPECT_TRUE(node.take_event());
 }
 
-TEST_F(SetUpOfANode, DoesNotHoldWhenTheNodeIsForgotten) {
+TEST_F(SetUpOfANode, IsLostWhenTheNodeIsReset) {
   ASSERT_TRUE(polled_after(can::NmtState::pre_operational));
   node.on_sdo(can::sdo_response(8, {.service = can::SdoService::written, .object = object}));
   ASSERT_TRUE(node.poll_setup({}));
@@ -176,7 +176,7 @@ TEST_F(SetUpOfANode, DoesNotHoldWhenTheNodeIsForgotten) {
   EXPECT_FALSE(node.is_set_up());
 }
 
-TEST(EventsOfANode, OfOneKindInARowAreOneWithItsNumber) {
+TEST(EventsOfANode, AreMergedAndCountedIfRepeated) {
   RemoteNode node{8, std::chrono::milliseconds(300), {8, {}, {}}};
   for (const std::uint16_t code :
        std::array<std::uint16_t, 6>{0x2310, 0x2310, 0x3110, 0x2310, 0x2310, 0x2310})

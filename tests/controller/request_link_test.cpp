@@ -81,7 +81,7 @@ RC_GTEST_PROP(RequestLink, AnswersEveryRequestOnceAndInOrder, ()) {
   RC_ASSERT(!link.take_answer());
 }
 
-TEST(RequestLink, RefusesMoreThanItHasRoomForUntilAnAnswerIsTaken) {
+TEST(RequestLink, RefusesRequestsBeyondItsCapacity) {
   RequestLink link;
   for (std::size_t i = 0; i < capacity; ++i) ASSERT_TRUE(link.ask(numbered(i)));
   EXPECT_FALSE(link.ask(numbered(capacity)));
@@ -92,7 +92,7 @@ TEST(RequestLink, RefusesMoreThanItHasRoomForUntilAnAnswerIsTaken) {
 }
 
 // Under the address sanitizer a leak here is an error.
-TEST(RequestLink, FreesAnswersThatAreNeverTaken) {
+TEST(RequestLink, FreesUnreadAnswers) {
   RequestLink link;
   for (std::size_t i = 0; i < 10; ++i) ASSERT_TRUE(link.ask(numbered(i)));
   for (std::size_t i = 0; i < 4; ++i) link.answer(link.next());

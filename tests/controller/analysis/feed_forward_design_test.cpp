@@ -83,7 +83,7 @@ TEST(PlantInverseDesign, DoesNotRingALightlyDampedMode) {
   EXPECT_LT(inverse_um, 1.3 * floor_um(loop));
 }
 
-TEST(PlantInverseDesign, HasAGainOfOneAndNoDelay) {
+TEST(PlantInverseDesign, HasUnitGainAndNoDelay) {
   for (const double resonance_Hz : {30.0, 220.0, 499.0, 3000.0}) {
     const FeedForwardWeights weights = design_plant_inverse(stage(resonance_Hz, 0.05, false)).feed_forward;
     double sum = 0.0, mean = 0.0;
@@ -96,7 +96,7 @@ TEST(PlantInverseDesign, HasAGainOfOneAndNoDelay) {
   }
 }
 
-TEST(PlantInversePlan, IsMadeOnlyWhereTheDelaysAskForIt) {
+TEST(PlantInversePlan, IsMadeOnlyIfConfigured) {
   AxisConfig axis;
   axis.delays = stage(500.0, 0.05, false).delays;
   plan_feed_forward(axis, 1000.0);

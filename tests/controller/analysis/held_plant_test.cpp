@@ -75,7 +75,7 @@ TEST(HeldPlant, AgreesForASensorWithDelayAndBandwidth) {
   expect_response(delays);
 }
 
-TEST(HeldPlant, HasAGainOfOneAtRest) {
+TEST(HeldPlant, HasUnitGainAtRest) {
   for (const bool interpolated : {false, true}) {
     Delays delays = delays_of(300.0);
     delays.interpolated = interpolated;
@@ -84,7 +84,7 @@ TEST(HeldPlant, HasAGainOfOneAtRest) {
 }
 
 // Equal bandwidths of amplifier and sensor, and critical damping, are double poles.
-TEST(HeldPlant, IsContinuousWherePolesMeet) {
+TEST(HeldPlant, IsContinuousAtDoublePoles) {
   Delays meeting = delays_of(300.0), near = meeting;
   meeting.damping_ratio = 1.0;
   near.damping_ratio = 1.001;
@@ -96,7 +96,7 @@ TEST(HeldPlant, IsContinuousWherePolesMeet) {
                 0.0, 2e-3);
 }
 
-TEST(HeldPlant, RefusesWhatIsNoPlant) {
+TEST(HeldPlant, RefusesInvalidParameters) {
   const auto refused = [](auto change) {
     Delays delays = delays_of(300.0);
     change(delays);

@@ -92,7 +92,7 @@ TEST(LearningDesign, ConvergesForEveryStructure) {
   }
 }
 
-TEST(LearningDesign, LearnsLessOfHighHarmonicsWhereTheResonanceIsLessCertain) {
+TEST(LearningDesign, LearnsFewerHarmonicsIfTheResonanceIsUncertain) {
   const LoopConfig loop = stage(220.0, 0.05, 60.0);
   double before_Hz = 1e9;
   for (const double percent : {1.0, 5.0, 15.0}) {
@@ -103,7 +103,7 @@ TEST(LearningDesign, LearnsLessOfHighHarmonicsWhereTheResonanceIsLessCertain) {
   EXPECT_LT(before_Hz, 220.0);
 }
 
-TEST(LearningDesign, LearnsSomePeriodsTogetherWhereTheyAreAWholeNumberOfCycles) {
+TEST(LearningDesign, CombinesPeriodsIntoAWholeNumberOfCycles) {
   const auto designed = [](double frequency_Hz) {
     return design_learning(stage(500.0, 0.05), triangle(frequency_Hz), learning(10.0));
   };
@@ -114,7 +114,7 @@ TEST(LearningDesign, LearnsSomePeriodsTogetherWhereTheyAreAWholeNumberOfCycles) 
   EXPECT_EQ(designed(7.3).plan.phases, 137u);
 }
 
-TEST(LearningDesign, RefusesWhatItCannotLearn) {
+TEST(LearningDesign, RefusesShapesThatCannotBeLearnt) {
   const auto refusal = [](const Shape& shape) {
     return support::refusal_of<std::invalid_argument>(
         [&] { design_learning(stage(500.0, 0.05), shape, learning(10.0)); });

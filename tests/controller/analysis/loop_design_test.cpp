@@ -52,7 +52,7 @@ TEST(SensitivityRule, HoldsAtEveryCornerForRandomPlants) {
   }
 }
 
-TEST(SensitivityRule, HoldsForEveryModeFromTheStatedOneUpWhereNoneIsShown) {
+TEST(SensitivityRule, HoldsForEveryModeAboveTheStatedOneIfNoneIsShown) {
   const LoopConfig config = stage(1400.0, 0.03);
   PlantUncertainty unshown = around(config.delays, 0.0);
   unshown.resonance_Hz.hi = std::numeric_limits<double>::infinity();
@@ -78,7 +78,7 @@ TEST(Corners, AreAFewForAnyStatedResonance) {
   }
 }
 
-TEST(UnmeasuredGains, AreAnEighthOfWhatIsStable) {
+TEST(UnmeasuredGains, AreAnEighthOfTheStableGains) {
   const LoopConfig config = stage(500.0, 0.02);
   const PlantUncertainty known = around(config.delays, 0.0);
   const PiGains gains = unmeasured_gains(config, known);
@@ -126,7 +126,7 @@ TEST(Designs, MultiplyTheIntegralOfASoftStageByANotchOrALowPass) {
 }
 
 // The best deep notch of this stage allows 1.50 times the integral, a shallow one 1.57 times.
-TEST(Designs, HaveADeepAndAShallowNotchForAModeThatIsDamped) {
+TEST(Designs, HaveADeepAndAShallowNotchForADampedMode) {
   const LoopConfig galfenol = stage(300.0, 0.06);
   const auto settings = designs(galfenol, around(galfenol.delays, 0.0), {});
   const double plain_per_s = settings.back().pi.ki_per_s;
@@ -141,7 +141,7 @@ TEST(Designs, HaveADeepAndAShallowNotchForAModeThatIsDamped) {
   EXPECT_NEAR(shallow->pi.ki_per_s / plain_per_s, 1.57, 0.02);
 }
 
-TEST(Designs, SettleInTheTimeDomainWhereTheResonanceIsOffByATenth) {
+TEST(Designs, SettleIfTheResonanceIsTenPercentOff) {
   const LoopConfig soft = stage(220.0, 0.02);
   for (const LoopConfig& found : designs(soft, around(soft.delays, 0.0), {}))
     for (const double factor : {0.9, 1.0, 1.1}) {
@@ -171,7 +171,7 @@ TEST(CautiousRule, HoldsForRandomPlantsAndStaysStableForEveryDelay) {
 }
 
 // Its samples show such a mode on the other side of half the rate, with a phase that rises.
-TEST(CautiousRule, HoldsWhereTheUncertainModeIsOnBothSidesOfHalfTheRate) {
+TEST(CautiousRule, HoldsIfTheModeMayBeOnBothSidesOfHalfTheRate) {
   LoopConfig config = stage(525.0, 0.0625);
   config.delays.amplifier_bandwidth_Hz = 460.0;
   config.delays.sensor_delay = std::chrono::microseconds(340);
@@ -183,7 +183,7 @@ TEST(CautiousRule, HoldsWhereTheUncertainModeIsOnBothSidesOfHalfTheRate) {
   EXPECT_LT(worst.peak_sensitivity, 2.5);
 }
 
-TEST(CautiousRule, GivesAFractionOfWhatTheSensitivityAllows) {
+TEST(CautiousRule, GivesAFractionOfTheGainsOfTheSensitivityRule) {
   const LoopConfig shipped = stage(500.0, 0.05);
   EXPECT_LT(4.0 * largest_gains(shipped, around(shipped.delays, 0.0), CautiousRule{}).ki_per_s,
             largest_gains(shipped, around(shipped.delays, 0.0), SensitivityRule{}).ki_per_s);

@@ -48,19 +48,19 @@ TEST(Margins, ShowTheLimitOfStability) {
   EXPECT_FALSE(margins_of(loop, {.ki_per_s = 1e300}).stable);
 }
 
-TEST(Margins, NameTheLargestStableKi) {
+TEST(Margins, GiveTheLargestStableKi) {
   const PiGains stable = largest_stable_gains(LinearLoop(integrator(1)), {.ki_per_s = 1e6});
   EXPECT_NEAR(stable.ki_per_s, 99.0, 1.0) << "two digits, rounded down";
 }
 
-TEST(Margins, NameTheLargestKpWhereNoKiIsStable) {
+TEST(Margins, GiveTheLargestKpIfNoKiIsStable) {
   const LinearLoop loop(integrator(1));  // L = kp z^-2 is stable below 1
   const PiGains stable = largest_stable_gains(loop, {.kp = 50.0, .ki_per_s = 10.0});
   EXPECT_EQ(stable.ki_per_s, 0.0);
   EXPECT_NEAR(stable.kp, 0.99, 0.01);
 }
 
-TEST(Margins, OfALoopWithoutGainsAreThoseOfNoLoop) {
+TEST(Margins, AreTrivialWithoutGains) {
   const Margins margins = margins_of(LinearLoop(integrator(1)), {});
   EXPECT_TRUE(margins.stable);
   EXPECT_EQ(margins.peak_sensitivity, 1.0);
@@ -85,7 +85,7 @@ TEST(Margins, AgreeWithTheLawInTheTimeDomain) {
   }
 }
 
-TEST(Margins, RequireGainsThatAreNumbers) {
+TEST(Margins, RequireValidGains) {
   const LinearLoop loop(integrator(1));
   EXPECT_THROW(margins_of(loop, {.kp = -0.1, .ki_per_s = 10.0}), std::invalid_argument);
   EXPECT_THROW(margins_of(loop, {.ki_per_s = std::numeric_limits<double>::infinity()}),

@@ -29,7 +29,7 @@ double triangle_percent(double frequency_Hz, bool interpolated) {
   return 100.0 * tracking_floor_um(stage(interpolated), cycle_s, triangle).value() / stroke_um;
 }
 
-TEST(TrackingFloor, OfTheTriangleOfThePiezoStageIsThatOfTheDocuments) {
+TEST(TrackingFloor, MatchesTheDocumentedValuesForATriangle) {
   EXPECT_NEAR(triangle_percent(10.0, false), 0.101, 0.05 * 0.101);
   EXPECT_NEAR(triangle_percent(10.0, true), 0.039, 0.05 * 0.039);
   EXPECT_NEAR(triangle_percent(50.0, false), 0.52, 0.05 * 0.52);
@@ -81,7 +81,7 @@ TEST(TrackingFloor, IsTheLeastErrorOfAllSequencesOfSetpoints) {
   }
 }
 
-TEST(TrackingFloor, OfASineIsFarBelowThatOfATriangle) {
+TEST(TrackingFloor, IsFarLowerForASineThanForATriangle) {
   const Shape sine = Sine{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 10.0};
   EXPECT_LT(100.0 * tracking_floor_um(stage(true), cycle_s, sine).value() / stroke_um,
             0.1 * triangle_percent(10.0, true));

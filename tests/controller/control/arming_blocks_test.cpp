@@ -30,7 +30,7 @@ ArmingBlocks blocks_with_output(double output) {
   return arming_blocks_of(input, gate_above_zero);
 }
 
-TEST(ArmingBlocks, IsTheFirstOfThoseThatAreMissing) {
+TEST(ArmingBlocks, ReportTheFirstMissingCondition) {
   AxisInput input;
   input.health.amplifier_fault = true;
   input.health.amplifier_moves = true;
@@ -58,12 +58,12 @@ TEST(ArmingBlocks, IsTheFirstOfThoseThatAreMissing) {
   expect(ArmingBlock::nothing);
 }
 
-TEST(ArmingBlocks, IsNotAnOutputThatIsBeyondTheGateByTheErrorOfItsReading) {
+TEST(ArmingBlocks, AllowAnOutputBeyondTheGateWithinItsReadingError) {
   EXPECT_EQ(blocks_with_output(9.0), ArmingBlock::nothing);
   EXPECT_EQ(blocks_with_output(111.0), ArmingBlock::nothing);
 }
 
-TEST(ArmingBlocks, IsAnOutputThatIsFurtherBeyondTheGate) {
+TEST(ArmingBlocks, ReportAnOutputFurtherBeyondTheGate) {
   EXPECT_EQ(blocks_with_output(8.999), ArmingBlock::amplifier_output);
   EXPECT_EQ(blocks_with_output(111.001), ArmingBlock::amplifier_output);
   EXPECT_EQ(blocks_with_output(std::numeric_limits<double>::quiet_NaN()), ArmingBlock::amplifier_output);
@@ -71,7 +71,7 @@ TEST(ArmingBlocks, IsAnOutputThatIsFurtherBeyondTheGate) {
 
 using Blocks = std::vector<ArmingBlock>;
 
-TEST(ArmingBlocks, AreTheFirstOfEachNode) {
+TEST(ArmingBlocks, ReportTheFirstConditionOfEachNode) {
   AxisInput input;
   input.health.amplifier_fault = true;
   input.health.amplifier_moves = true;
@@ -89,7 +89,7 @@ TEST(ArmingBlocks, AreTheFirstOfEachNode) {
   expect({ArmingBlock::amplifier_ready, ArmingBlock::sample});
 }
 
-TEST(ArmingBlocks, AreOutputAndRestOfAnAmplifierThatIsReady) {
+TEST(ArmingBlocks, ReportOutputAndRestOfAReadyAmplifier) {
   AxisInput input = complete();
   input.health.amplifier_output = 8.0;
   input.health.amplifier_moves = true;
@@ -97,7 +97,7 @@ TEST(ArmingBlocks, AreOutputAndRestOfAnAmplifierThatIsReady) {
             (Blocks{ArmingBlock::amplifier_output, ArmingBlock::amplifier_rest}));
 }
 
-TEST(ArmingBlocks, HasRoomForEachLackAndNoneForNothing) {
+TEST(ArmingBlocks, HoldEachConditionExceptNothing) {
   for (std::size_t i = 1; i < arming_block_count; ++i) {
     const auto block = static_cast<ArmingBlock>(i);
     EXPECT_EQ(ArmingBlocks(block).first(), block);
@@ -107,7 +107,7 @@ TEST(ArmingBlocks, HasRoomForEachLackAndNoneForNothing) {
   EXPECT_EQ(ArmingBlocks().first(), ArmingBlock::nothing);
 }
 
-TEST(ArmingReport, SaysWhetherTheOtherAxesAreMissing) {
+TEST(ArmingReport, NamesMissingOtherAxes) {
   IdealStage stage;
   stage.axis.start(false);
   ASSERT_TRUE(stage.reaches(AxisState::ready));
@@ -117,7 +117,7 @@ TEST(ArmingReport, SaysWhetherTheOtherAxesAreMissing) {
   EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::nothing);
 }
 
-TEST(ArmingReport, SaysNothingOfAnAxisThatIsOffline) {
+TEST(ArmingReport, IsEmptyForAnOfflineAxis) {
   IdealStage stage;
   stage.axis.start(false);
   stage.cycle([](AxisInput& in) { in.health.sensor_alive = false; });

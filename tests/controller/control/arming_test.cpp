@@ -39,14 +39,14 @@ double first_drive(const AxisConfig& config, double output, bool enabled) {
   return stage.cycle(with_output(output, enabled)).drive;
 }
 
-TEST(ArmedDrive, IsWithinTheGateWhereTheReadingIsNot) {
+TEST(ArmedDrive, IsLimitedToTheGateIfTheReadingIsOutside) {
   AxisConfig config = above_zero();
   config.start_up = MemorySource::assume;  // without a ramp
   EXPECT_EQ(first_drive(config, 110.5, true), 110.0);
   EXPECT_EQ(first_drive(config, 9.5, true), 10.0);
 }
 
-TEST(ArmedDrive, StaysWhereTheReadingDiffersByTheErrorOfAReading) {
+TEST(ArmedDrive, IgnoresADifferenceWithinTheReadingError) {
   IdealStage stage(above_zero());
   stage.axis.start(false);
   stage.cycle(with_output(60.0, false));
@@ -81,7 +81,7 @@ TEST(ArmedDrive, FollowsAnOutputThatFallsBeforeTheAmplifierIsEnabled) {
   }
 }
 
-TEST(ArmedDrive, StaysWhereTheReadingIsNoNumber) {
+TEST(ArmedDrive, IgnoresAReadingThatIsNotANumber) {
   IdealStage stage(above_zero());
   stage.axis.start(false);
   stage.cycle(with_output(60.0, false));
@@ -197,7 +197,7 @@ TEST(EnableDelay, IsCountedFromTheFirstCommandWithEnable) {
   EXPECT_EQ(cycles_until_connected(stage), 8);
 }
 
-TEST(EnableDelay, IsWaitedForAtEachStart) {
+TEST(EnableDelay, IsRespectedAtEachStart) {
   IdealStage stage(with_delay_of_eight_cycles());
   for (int i = 0; i < 3; ++i) {
     stage.axis.start(false);
@@ -219,7 +219,7 @@ TEST(EnableDelay, DoesNotReplaceTheReportOfTheAmplifierAtALaterStart) {
   EXPECT_EQ(stage.axis.report().arming_blocks, ArmingBlock::enabled);
 }
 
-TEST(StopBeforeTheAmplifierIsEnabled, SwitchesOffAtOnceWhereverItsOutputIs) {
+TEST(StopBeforeTheAmplifierIsEnabled, SwitchesOffAtOnceAtAnyOutput) {
   IdealStage stage;
   stage.axis.start(false);
   for (int i = 0; i < 3; ++i) stage.cycle(with_output(30.0, false));
@@ -293,7 +293,7 @@ TEST(WatchdogTrial, LastsForASecond) {
   EXPECT_EQ(axis.stage.axis.fault().cause, Cause::watchdog_failed);
 }
 
-TEST(WatchdogTrial, EndsWithTheSafeCommandWhereItFails) {
+TEST(WatchdogTrial, EndsWithTheSafeCommandIfItFails) {
   WithheldAxis axis;
   while (axis.stage.axis.state() != AxisState::faulted) axis.cycle();
   EXPECT_FALSE(axis.stage.command.withheld);
@@ -309,7 +309,7 @@ TEST(WatchdogTrial, PassesByTheTripAndArmsTheAxisAgain) {
   EXPECT_TRUE(axis.stage.reaches(AxisState::tracking));
 }
 
-TEST(WatchdogTrial, TakesTheEmergencyOfTheTripForNoFault) {
+TEST(WatchdogTrial, IgnoresTheEmergencyOfTheTrip) {
   WithheldAxis axis;
   EXPECT_TRUE(axis.cycle([](AxisInput& in) { in.health.emergency = true; }).withheld);
 }
@@ -328,7 +328,7 @@ TEST(WatchdogTrial, IsEndedByAStop) {
   EXPECT_EQ(axis.stage.axis.state(), AxisState::offline);
 }
 
-TEST(WatchdogTrial, BeginsAnewAtTheStartAfterAStop) {
+TEST(WatchdogTrial, RestartsAtTheStartAfterAStop) {
   WithheldAxis axis;
   axis.stage.axis.stop();
   axis.cycle();

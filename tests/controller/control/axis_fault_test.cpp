@@ -113,7 +113,7 @@ TEST(AxisFault, KeepsItsFirstCauseAndTime) {
   EXPECT_EQ(stage.axis.fault().time_s, 1.5);
 }
 
-TEST(AxisFault, StaysAndStaysSafeAtAStop) {
+TEST(AxisFault, RemainsSafeAtAStop) {
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 200; ++i) stage.cycle();
@@ -129,7 +129,7 @@ TEST(AxisFault, StaysAndStaysSafeAtAStop) {
   EXPECT_EQ(stage.axis.fault().cause, Cause::sensor_status);
 }
 
-TEST(AxisFault, DuringTheRampOfAStopIsSafeAtOnce) {
+TEST(AxisFault, IsSafeAtOnceDuringTheRampOfAStop) {
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 200; ++i) stage.cycle();
@@ -143,7 +143,7 @@ TEST(AxisFault, DuringTheRampOfAStopIsSafeAtOnce) {
 }
 
 /// In open loop the drive rises by 10 V/s while the position stands still. The gate is symmetrical.
-TEST(AxisFault, OfAFrozenPositionIsJudgedByTheWholeRangeOfTheDrive) {
+TEST(AxisFault, ComparesAFrozenPositionWithTheWholeDriveRange) {
   AxisConfig config = support::excited_piezo(
       Excitation::Hysteresis{.low = 0.0, .high = 90.0, .slew_per_s = 10.0, .rest_s = 0.0});
   config.gate.drive_min = -100.0;

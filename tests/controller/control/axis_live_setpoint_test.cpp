@@ -20,7 +20,7 @@ IdealStage tracking_stage(const AxisConfig& config = support::piezo_axis()) {
   return stage;
 }
 
-TEST(AxisLiveSetpoint, MayBeWhatTheModelReachesAndNothingBeyond) {
+TEST(AxisLiveSetpoint, MustBeWithinTheRangeOfTheModel) {
   const model::HysteresisParameters model = support::piezo_model();
   const double lowest_um = model.descending.value(0.0);
   const double highest_um = model.ascending.value(100.0);
@@ -32,7 +32,7 @@ TEST(AxisLiveSetpoint, MayBeWhatTheModelReachesAndNothingBeyond) {
   EXPECT_EQ(stage.axis.go_to(std::numeric_limits<double>::quiet_NaN()), Refusal::position_out_of_range);
 }
 
-TEST(AxisLiveSetpoint, MayOnlyBeAPlausiblePosition) {
+TEST(AxisLiveSetpoint, MustBeAPlausiblePosition) {
   AxisConfig config = support::piezo_axis();
   config.supervision.position_min_um = 1.75;
   config.supervision.position_max_um = 29.0;
@@ -46,7 +46,7 @@ TEST(AxisLiveSetpoint, MayOnlyBeAPlausiblePosition) {
   EXPECT_EQ(stage.axis.go_to(29.01), Refusal::position_out_of_range);
 }
 
-TEST(AxisLiveSetpoint, IsRefusedWhereTheAxisDoesNotTrackAReference) {
+TEST(AxisLiveSetpoint, IsRefusedIfTheAxisDoesNotTrack) {
   IdealStage stage;
   EXPECT_EQ(stage.axis.go_to(15.0), Refusal::not_tracking);
   EXPECT_EQ(stage.axis.resume(), Refusal::not_tracking);
@@ -110,7 +110,7 @@ Axis restored(MemorySource start_up) {
   return axis;
 }
 
-TEST(AxisMemory, IsKnownAtOnceWhereItIsAssumedOrRestored) {
+TEST(AxisMemory, IsKnownAtOnceIfAssumedOrRestored) {
   EXPECT_EQ(restored(MemorySource::wipe).law_to_save(), nullptr);
   EXPECT_NE(restored(MemorySource::assume).law_to_save(), nullptr);
   EXPECT_NE(restored(MemorySource::restore).law_to_save(), nullptr);

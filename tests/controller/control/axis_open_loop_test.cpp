@@ -22,7 +22,7 @@ TEST(AxisInOpenLoop, RampsStraightToTheFirstDriveAndNotToTheModelsThresholds) {
   EXPECT_EQ(stage.highest_drive, 20.0);
 }
 
-TEST(AxisInOpenLoop, AppliesTheExcitationWhateverThePosition) {
+TEST(AxisInOpenLoop, AppliesTheExcitationAtAnyPosition) {
   const Excitation::Chirp chirp{.centre = 40.0, .amplitude = 10.0, .to_Hz = 100.0, .duration_s = 1.0};
   AxisConfig config = support::excited_piezo(chirp);
   config.supervision.position_jump_um = 0.0;
@@ -83,7 +83,7 @@ TEST(AxisInOpenLoop, LimitsASteepStepToTheSlewOfTheGate) {
   EXPECT_EQ(limits, limit::slew);
 }
 
-TEST(AxisInOpenLoop, RefusesAnExcitationThatTheGateWouldLimit) {
+TEST(AxisInOpenLoop, RefusesAnExcitationBeyondTheGate) {
   for (const Excitation::Config& excitation :
        {Excitation::Config(Excitation::Hysteresis{.low = -1.0, .high = 100.0}),
         Excitation::Config(Excitation::Hysteresis{.low = 0.0, .high = 101.0}),

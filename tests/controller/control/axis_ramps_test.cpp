@@ -21,7 +21,7 @@ std::vector<double> drives_until(IdealStage& stage, AxisState state) {
   return drives;
 }
 
-TEST(AxisRamps, GoToBothThresholdsAtStartUpToWipeTheMemoryOut) {
+TEST(AxisRamps, ReachBothThresholdsAtStartUp) {
   IdealStage stage;
   stage.axis.start(false);
   ASSERT_TRUE(stage.reaches(AxisState::ready));
@@ -31,7 +31,7 @@ TEST(AxisRamps, GoToBothThresholdsAtStartUpToWipeTheMemoryOut) {
 
 // A model that was identified with a lower threshold beyond the drive is the better one inside it. The upper
 // threshold alone wipes out what the actuator remembers.
-TEST(AxisRamps, WipeTheMemoryOutByTheUpperThresholdIfTheDriveDoesNotReachTheLowerOne) {
+TEST(AxisRamps, WipeTheMemoryByTheUpperThresholdAlone) {
   AxisConfig config = support::piezo_axis();
   const model::Hysteresis actuator(config.law.model);
   model::HysteresisState unknown = actuator.at_lower_threshold();
@@ -52,7 +52,7 @@ AxisConfig narrow_gate() {
   return config;
 }
 
-TEST(AxisRamps, GoNoFurtherThanTheGateOnTheWayToTheThresholds) {
+TEST(AxisRamps, StayWithinTheGate) {
   IdealStage stage(narrow_gate());
   stage.axis.start(false);
   std::vector<double> drives = drives_until(stage, AxisState::ready);
@@ -60,7 +60,7 @@ TEST(AxisRamps, GoNoFurtherThanTheGateOnTheWayToTheThresholds) {
   EXPECT_EQ(*std::ranges::min_element(drives), 10.0);
 }
 
-TEST(AxisRamps, AreNoFasterThanTheGateWhereItsSlewIsTheSmallerOne) {
+TEST(AxisRamps, AreLimitedByTheSlewOfTheGate) {
   AxisConfig config = support::piezo_axis();
   config.gate.slew_per_s = 500.0;  // wipe_slew is 1000 V/s
   config.setpoint = {{.shape = Hold{.level_um = 15.0, .duration_s = 1.0}, .transition_s = 0.5}};

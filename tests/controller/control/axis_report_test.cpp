@@ -30,7 +30,7 @@ TEST(AxisReportTest, HasCauseAndTimeOfTheFault) {
   EXPECT_EQ(stage.axis.report().drive, 0.0);
 }
 
-TEST(AxisReportTest, SaysInEachCycleWhetherTheSampleIsMissing) {
+TEST(AxisReportTest, ReportsAMissingSampleInEachCycle) {
   IdealStage stage;
   const auto lost = [](AxisInput& in) { in.position_um.reset(); };
   stage.cycle(lost);
@@ -44,7 +44,7 @@ TEST(AxisReportTest, SaysInEachCycleWhetherTheSampleIsMissing) {
   EXPECT_FALSE(stage.axis.report().sample_missing);
 }
 
-TEST(AxisReportTest, KeepsTheLastPositionWhereTheSampleIsMissing) {
+TEST(AxisReportTest, KeepsTheLastPositionIfTheSampleIsMissing) {
   IdealStage stage;
   stage.cycle([](AxisInput& in) { in.position_um = 7.25; });
   stage.cycle([](AxisInput& in) { in.position_um.reset(); });
@@ -95,7 +95,7 @@ TEST(AxisExpectation, IsTheLastPositionUntilTheAxisTracksAndThenTheReference) {
   EXPECT_EQ(stage.axis.report().reference_um, expected_um) << "in the middle of the transition to 15 um";
 }
 
-TEST(AxisExpectation, InOpenLoopIsTheLastPosition) {
+TEST(AxisExpectation, IsTheLastPositionInOpenLoop) {
   IdealStage stage(support::excited_piezo(Excitation::Hysteresis{.low = 10.0, .high = 90.0}));
   ASSERT_TRUE(stage.tracks());
   EXPECT_EQ(stage.axis.expected_um(stage.time_s), stage.axis.report().position_um);

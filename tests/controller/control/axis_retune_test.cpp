@@ -79,7 +79,7 @@ RC_GTEST_PROP(AxisRetune, MovesTheDriveNoMoreThanTheReferenceDoes, ()) {
   }
 }
 
-TEST(AxisRetune, StartsANewReferenceFromThePresentMotionWhereTheAccelerationIsLimited) {
+TEST(AxisRetune, ContinuesThePresentMotionWithLimitedAcceleration) {
   IdealStage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   AxisConfig config = tracking_axis();
@@ -111,7 +111,7 @@ TEST(TransitionLimits, AreByDefaultThoseOfTheDrivesSlewAndTheMode) {
   EXPECT_NEAR(limits.acceleration_um_per_s2, 281'283.7, 1.0);
 }
 
-TEST(AxisRetune, MovesTheDriveNoMoreIntoANewReferenceThanTheOldOneDidWhereTransitionsAreLimited) {
+TEST(AxisRetune, DoesNotIncreaseTheDriveStepsWithLimitedTransitions) {
   AxisConfig config = tracking_axis();
   config.transition_limits = default_transition_limits(config.gate, config.law.model, config.delays);
   IdealStage undisturbed(config);
@@ -136,7 +136,7 @@ TEST(AxisRetune, MovesTheDriveNoMoreIntoANewReferenceThanTheOldOneDidWhereTransi
   }
 }
 
-TEST(AxisRetune, IsRefusedCompletelyWhereTheDriveIsOutsideTheNewRange) {
+TEST(AxisRetune, ChangesNothingIfTheDriveIsOutsideTheNewRange) {
   IdealStage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   while (stage.command.drive < 70.0) stage.cycle();
@@ -192,7 +192,7 @@ TEST(AxisRetune, ChangesTheSupervision) {
   EXPECT_FALSE(stage.cycle(lost).enable);
 }
 
-TEST(AxisRetune, LetsTheAxisLearnFromThenOn) {
+TEST(AxisRetune, StartsLearning) {
   IdealStage stage(tracking_axis());
   ASSERT_TRUE(stage.tracks());
   ASSERT_EQ(stage.axis.closed_loop()->learning(), nullptr);
@@ -219,7 +219,7 @@ void expect_fault_only_after_retune(const AxisConfig& first, const AxisConfig& l
 }
 
 // With a mode of 1 Hz the stage may ring by more than the whole ramp at its corners.
-TEST(AxisRetune, ChangesWhatTheRampsOfTheNextStartAreComparedWith) {
+TEST(AxisRetune, ChangesTheRampCheckOfTheNextStart) {
   AxisConfig first = tracking_axis(), later = first;
   first.supervision.position_min_um = later.supervision.position_min_um = -40.0;
   first.delays.resonance_Hz = 1.0;
@@ -228,7 +228,7 @@ TEST(AxisRetune, ChangesWhatTheRampsOfTheNextStartAreComparedWith) {
 }
 
 // Five percent of the drive's range.
-TEST(AxisRetune, ChangesWhatTheOutputMayDifferBy) {
+TEST(AxisRetune, ChangesTheToleranceOfTheOutputCheck) {
   AxisConfig first = support::piezo_axis();
   AxisConfig later = first;
   first.gate.drive_max = 400.0;
@@ -238,7 +238,7 @@ TEST(AxisRetune, ChangesWhatTheOutputMayDifferBy) {
   });
 }
 
-TEST(AxisRetune, LetsTheOutputBeNoneOfTheDrivesBefore) {
+TEST(AxisRetune, StillDetectsAWrongOutput) {
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 500; ++i) stage.cycle();
@@ -309,7 +309,7 @@ model::HysteresisState nested_stage(const model::Hysteresis& actuator) {
   return memory;
 }
 
-TEST(StartUp, AssumeTracksWithoutAVisitToTheThresholdsWhereItsAssumptionIsTrue) {
+TEST(StartUp, AssumeTracksWithoutARampIfItsAssumptionIsTrue) {
   const model::Hysteresis actuator(support::piezo_model());
   IdealStage stage(feed_forward_axis(MemorySource::assume, 40.0), risen_stage(actuator));
   ASSERT_TRUE(stage.tracks());
@@ -350,7 +350,7 @@ TEST(StartUp, ACleanStopSavesTheMemoryOfTheActuator) {
   EXPECT_LT(error_at_rest_um(second), 1e-6);
 }
 
-TEST(StartUp, VisitsTheThresholdsAgainAfterAFaultWhateverIsConfigured) {
+TEST(StartUp, VisitsTheThresholdsAfterAFaultInEveryMode) {
   const model::Hysteresis actuator(support::piezo_model());
   for (const MemorySource start_up : every<MemorySource>()) {
     const model::HysteresisState memory = risen_stage(actuator);

@@ -30,7 +30,7 @@ AxisConfig with_ramp() {
   return config;
 }
 
-TEST(AxisAfterAStall, HasAReferenceThatIsOneCycleFurther) {
+TEST(AxisAfterAStall, AdvancesTheReferenceByOneCycle) {
   shows("S-046");
   IdealStage stage(with_ramp());
   ASSERT_TRUE(stage.tracks());

@@ -17,7 +17,7 @@ TEST(Axis, DrivesNothingBeforeItIsStarted) {
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
 }
 
-TEST(Axis, WaitsForWhatItLacksAndSaysSo) {
+TEST(Axis, WaitsForEachMissingConditionAndReportsIt) {
   constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
   for (const auto& [block, disturb] : std::vector<std::pair<ArmingBlock, std::function<void(AxisInput&)>>>{
            {ArmingBlock::sensor_heartbeat, [](AxisInput& in) { in.health.sensor_alive = false; }},
@@ -79,7 +79,7 @@ TEST(Axis, StopsWithoutARampWhileItIsWaiting) {
   EXPECT_EQ(stage.axis.state(), AxisState::offline);
 }
 
-TEST(Axis, BridgesSingleLossesButTripsWhereHalfOfTheSamplesAreLost) {
+TEST(Axis, BridgesSingleLossesButTripsIfHalfTheSamplesAreLost) {
   IdealStage seldom;
   ASSERT_TRUE(seldom.tracks());
   for (int i = 0; i < 10'000; ++i)
@@ -109,7 +109,7 @@ TEST(Axis, DoesNotUseAJumpedSample) {
 }
 
 // The drive rests, so the model says that the position has not moved.
-TEST(Axis, DoesNotBelieveASecondJumpWhereItsDriveHasRested) {
+TEST(Axis, RejectsASecondJumpIfItsDriveHasRested) {
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 500; ++i) stage.cycle();
@@ -117,7 +117,7 @@ TEST(Axis, DoesNotBelieveASecondJumpWhereItsDriveHasRested) {
   EXPECT_EQ(stage.axis.fault().cause, Cause::position_jumped);
 }
 
-TEST(Axis, JudgesAnOscillationAnewAfterAStart) {
+TEST(Axis, RestartsTheOscillationCheckAtAStart) {
   AxisConfig config = support::piezo_axis();
   config.following_error.error_um = 100.0;
   config.supervision.position_jump_um = 0.0;
@@ -137,7 +137,7 @@ TEST(Axis, JudgesAnOscillationAnewAfterAStart) {
   EXPECT_EQ(oscillate(10), Cause::none);
 }
 
-TEST(Axis, TripsWhereItsDriveIsLimitedForTooLong) {
+TEST(Axis, TripsIfItsDriveIsLimitedForTooLong) {
   AxisConfig config = support::piezo_axis();
   config.setpoint = {{.shape = Hold{.level_um = 40.0, .duration_s = 100.0}, .transition_s = 0.05}};
   config.following_error.error_um = 100.0;

@@ -29,7 +29,7 @@ TEST(ClearAttempt, DoesNotCountTheTimeInWhichTheAmplifierIsNotOperational) {
   EXPECT_FALSE(attempt.step(faulty, exact_cycle_s));
 }
 
-TEST(ClearAttempt, CommandsNothingWhereTheAmplifierHasNoFault) {
+TEST(ClearAttempt, CommandsNothingIfTheAmplifierHasNoFault) {
   ClearAttempt attempt;
   attempt.begin();
   EXPECT_FALSE(attempt.step({.amplifier_operational = true}, exact_cycle_s));
@@ -79,7 +79,7 @@ TEST(ClearAttempt, EndsWithTheStartThatRequestedIt) {
   EXPECT_EQ(stage.axis.fault().cause, Cause::amplifier_fault);
 }
 
-TEST(ClearAttempt, DoesNotOutliveAStop) {
+TEST(ClearAttempt, EndsAtAStop) {
   IdealStage stage;
   stage.axis.start(true);
   stage.cycle(faulted);

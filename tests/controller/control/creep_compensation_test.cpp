@@ -84,10 +84,12 @@ TEST(CreepCompensation, HoldsAStepWithinANanometreWithoutFeedback) {
 }
 
 // Three decades of 3 % of 25.5 um are 2.3 um.
-TEST(CreepCompensation, IsWhatHoldsIt) { EXPECT_GT(drift_um(config(Structure::inverse, std::nullopt)), 2.0); }
+TEST(CreepCompensation, IsNecessaryToHoldAStep) {
+  EXPECT_GT(drift_um(config(Structure::inverse, std::nullopt)), 2.0);
+}
 
 // The difference of two inverses that are exact: rounding alone.
-TEST(CreepCompensation, PredictsThePositionWhateverTheReference) {
+TEST(CreepCompensation, PredictsThePositionForAnyReference) {
   Loop loop(config(Structure::inverse));
   for (int i = 0; i < 5000; ++i) {
     loop.cycle(15.0 + 10.0 * std::sin(0.003 * i) + 1.5 * std::sin(0.1 * i));
@@ -99,7 +101,7 @@ class CreepingStructure : public testing::TestWithParam<Structure> {};
 INSTANTIATE_TEST_SUITE_P(All, CreepingStructure, testing::ValuesIn(all_structures),
                          [](const auto& one) { return "Structure" + std::to_string(one.index); });
 
-TEST_P(CreepingStructure, RestartsWithoutABump) {
+TEST_P(CreepingStructure, IsBumplessAtARestart) {
   Loop loop(config(Structure::inverse));
   for (int i = 0; i < 50; ++i) loop.cycle(20.0);
   loop.law.retune(config(GetParam()));
@@ -108,7 +110,7 @@ TEST_P(CreepingStructure, RestartsWithoutABump) {
   EXPECT_NEAR(loop.repeated(reference_um), loop.drive, 1e-9);
 }
 
-TEST_P(CreepingStructure, IsEnteredAndRetunedWithoutABump) {
+TEST_P(CreepingStructure, IsBumplessAtARetune) {
   Loop loop(config(Structure::inverse_pi));
   for (int i = 0; i < 50; ++i) loop.cycle(20.0);
   loop.law.retune(config(GetParam()));
@@ -131,7 +133,7 @@ TEST(CreepCompensation, DoesNotWindUpAtALimitThatCreeps) {
 }
 
 // The model's weight is zero: the same drive to the bit.
-TEST(CreepCompensation, OfNothingChangesNoBit) {
+TEST(CreepCompensation, ChangesNoBitIfTheModelHasNoCreep) {
   Loop none(config(Structure::inverse_pi, std::nullopt));
   Loop zero(config(Structure::inverse_pi, model::OutputCreep::Config{.per_decade = 0.0}));
   for (int i = 0; i < 2000; ++i) {
@@ -164,13 +166,13 @@ double offset_after_wipe_um(const AxisConfig& config, const AxisConfig& actuator
 }
 
 // With 10 ms at each threshold, most of the creep of the wipe is still to come when tracking begins.
-TEST(CreepCompensation, KnowsTheCreepOfTheWipe) {
+TEST(CreepCompensation, IncludesTheCreepOfTheWipe) {
   EXPECT_NEAR(offset_after_wipe_um(creeping_piezo(), creeping_piezo()), 0.0, 1e-9);
   EXPECT_GT(std::abs(offset_after_wipe_um(support::piezo_axis(), creeping_piezo())), 0.3);
 }
 
 // The creep of what it tracked before is over: the actuator has stood at the safe drive for long.
-TEST(CreepCompensation, KnowsThatTheActuatorHasRestedBeforeTheNextStart) {
+TEST(CreepCompensation, IncludesTheRestBeforeTheNextStart) {
   IdealStage stage(creeping_piezo(), model::Hysteresis(creeping_piezo().law.model).at_lower_threshold());
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 3000; ++i) stage.cycle();
@@ -183,7 +185,7 @@ TEST(CreepCompensation, KnowsThatTheActuatorHasRestedBeforeTheNextStart) {
 
 // The references wait, the creep does not. The error is that of a cycle, 3 nm; with the time of the
 // references it is 25 nm.
-TEST(CreepCompensation, GoesOnWhileTheReferencesWait) {
+TEST(CreepCompensation, ContinuesWhileTheReferencesWait) {
   AxisConfig config = creeping_piezo();
   config.law.structure = Structure::inverse;
   IdealStage stage(config, model::Hysteresis(config.law.model).at_lower_threshold());

@@ -70,11 +70,11 @@ TEST(Delays, MomentsAreTheFirstTwoOfTheChainsExactResponse) {
   }
 }
 
-TEST(Delays, OfAnInterpolatedDriveAreHalfACycleLonger) {
+TEST(Delays, AreHalfACycleLongerForAnInterpolatedDrive) {
   EXPECT_NEAR(interpolated_piezo().preview_s(cycle_s), piezo.preview_s(cycle_s) + cycle_s / 2.0, 1e-15);
 }
 
-TEST(Delays, MomentsOfTheNotchAreThoseOfTheDiscreteFilter) {
+TEST(Delays, MomentsOfTheNotchMatchTheDiscreteFilter) {
   const Moments moments = notch.moments(cycle_s);
   for (const double f : {1.0, 2.0, 4.0}) {
     const Complex log_gain = std::log(notch_response(f));

@@ -32,15 +32,15 @@ class FallStates : public testing::Test {
   AxisCommand command_;
 };
 
-TEST_F(FallStates, GoesFromNoneToSafeWhereTheDriveIsOutOfHand) {
+TEST_F(FallStates, ChangeFromNoneToSafeIfTheDriveIsUncontrollable) {
   EXPECT_EQ(trip(Cause::bus_off), State::safe);
 }
 
-TEST_F(FallStates, GoesFromNoneToSafeWhereTheAxisIsNotDriven) {
+TEST_F(FallStates, ChangeFromNoneToSafeIfTheAxisIsNotDriven) {
   EXPECT_EQ(trip(Cause::following_error, false), State::safe);
 }
 
-TEST_F(FallStates, GoesFromNoneToRampingAndFromThereToSafeAtTheSafeDrive) {
+TEST_F(FallStates, ChangeFromNoneOverRampingToSafeAtTheSafeDrive) {
   EXPECT_EQ(trip(Cause::following_error), State::ramping);
   EXPECT_EQ(step(), State::ramping);
   EXPECT_EQ(drive_, 5.0);
@@ -50,19 +50,19 @@ TEST_F(FallStates, GoesFromNoneToRampingAndFromThereToSafeAtTheSafeDrive) {
   EXPECT_FALSE(command_.enable);
 }
 
-TEST_F(FallStates, GoesFromRampingToSafeByACauseThatTakesTheDriveOutOfHandAndKeepsTheFirst) {
+TEST_F(FallStates, ChangeFromRampingToSafeByASecondCauseKeepsTheFirst) {
   trip(Cause::following_error);
   EXPECT_EQ(trip(Cause::bus_off), State::safe);
   EXPECT_EQ(fall_.fault().cause, Cause::following_error);
 }
 
-TEST_F(FallStates, GoesFromRampingToSafeWhereTheAmplifierObeysNoMore) {
+TEST_F(FallStates, ChangeFromRampingToSafeIfTheAmplifierIsNoLongerEnabled) {
   trip(Cause::following_error);
   input_.health.amplifier_enabled = false;
   EXPECT_EQ(step(), State::safe);
 }
 
-TEST_F(FallStates, StaysSafeWhateverTripsLater) {
+TEST_F(FallStates, StaySafeAfterFurtherTrips) {
   trip(Cause::bus_off);
   EXPECT_EQ(trip(Cause::following_error), State::safe);
 }

@@ -20,7 +20,7 @@ TEST(FollowingErrorBound, MayBeReachedButNotExceededInBothDirections) {
   EXPECT_FALSE(FollowingError(config).step(5.0, 3.999, cycle_s));
 }
 
-TEST(FollowingErrorBound, GrowsByTheLagWhereTheReferenceFallsAsWhereItRises) {
+TEST(FollowingErrorBound, GrowsByTheLagInBothDirections) {
   for (const double step_um : {1.0, -1.0}) {
     FollowingError watch({.error_um = 1.0, .lag = milliseconds(125)});  // 128 cycles
     watch.step(0.0, 0.0, cycle_s);
@@ -36,7 +36,7 @@ TEST(FollowingErrorBound, DoesNotGrowByTheLagIfTheReferenceRests) {
   EXPECT_FALSE(watch.step(50.0, 51.1, cycle_s));
 }
 
-TEST(FollowingErrorBound, DoesNotGrowWhereNoTimeHasPassed) {
+TEST(FollowingErrorBound, DoesNotGrowIfNoTimeHasPassed) {
   FollowingError watch({.error_um = 1.0, .lag = milliseconds(125)});
   watch.step(0.0, 0.0, cycle_s);
   EXPECT_FALSE(watch.step(1.05, 0.0, 0.0));
@@ -46,7 +46,7 @@ TEST(FollowingErrorBound, DoesNotGrowByTheStepIntoTheFirstCycle) {
   EXPECT_FALSE(FollowingError({.error_um = 1.0, .lag = milliseconds(125)}).step(10.0, 0.0, cycle_s));
 }
 
-TEST(FollowingErrorBound, IsExceededByWhatIsNotANumber) {
+TEST(FollowingErrorBound, IsExceededByNan) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(FollowingError({.error_um = 1.0}).step(nan, 0.0, cycle_s));
   EXPECT_FALSE(FollowingError({.error_um = 1.0}).step(0.0, nan, cycle_s));
@@ -60,7 +60,7 @@ TEST(FollowingError, TripsOnlyAfterTheConfiguredCyclesInARow) {
   EXPECT_FALSE(watch.step(0.0, 2.0, cycle_s));
 }
 
-TEST(FollowingErrorRestart, ForgetsTheCyclesAndTheLastReference) {
+TEST(FollowingErrorRestart, ClearsTheCyclesAndTheLastReference) {
   FollowingError watch({.error_um = 1.0, .lag = milliseconds(125), .cycles = 2});
   watch.step(0.0, 2.0, cycle_s);
   watch.restart();

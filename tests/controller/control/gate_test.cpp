@@ -17,7 +17,7 @@ constexpr double dt_s = 1e-3;
 /// The safe drive is no bound: a drive that falls back to it differs from one that is limited.
 constexpr Gate::Config gate{.drive_min = -20.0, .drive_max = 120.0, .slew_per_s = 1000.0, .safe_drive = 5.0};
 
-TEST(Gate, PassesWhatIsInRangeAndWithinTheSlewLimit) {
+TEST(Gate, PassesADriveInRangeAndWithinTheSlewLimit) {
   const Gate::Passed passed = Gate::step(gate, 50.0, 50.5, dt_s);
   EXPECT_EQ(passed.drive, 50.5);
   EXPECT_EQ(passed.limits, limit::none);
@@ -68,7 +68,7 @@ TEST(Gate, HoldsTheLastDriveIfTheTimeIsNotFinite) {
   }
 }
 
-TEST(Gate, HoldsTheLastDriveIfNoTimeHasPassedOrTimeGoesBackwards) {
+TEST(Gate, HoldsTheLastDriveIfTheTimeDoesNotIncrease) {
   for (const double no_time_s : {0.0, -1.0}) {
     const Gate::Passed passed = Gate::step(gate, 42.0, 50.0, no_time_s);
     EXPECT_EQ(passed.drive, 42.0);
@@ -87,7 +87,7 @@ TEST(Gate, CountsTheSlewFromWithinTheRangeIfTheLastDriveIsOutside) {
 }
 
 // The law may request any sequence of drives with any bit patterns.
-RC_GTEST_PROP(Gate, PassesOnlyDrivesThatAreFiniteInRangeAndReachable, (std::vector<std::uint64_t> bits)) {
+RC_GTEST_PROP(Gate, PassesOnlyFiniteReachableDrivesInRange, (std::vector<std::uint64_t> bits)) {
   double last = 10.0;
   for (const std::uint64_t pattern : bits) {
     const double requested = std::bit_cast<double>(pattern * 0x9E3779B97F4A7C15u);
@@ -121,7 +121,7 @@ TEST(Gate, PassesTheSafeDriveIfItsBoundsAreNotNumbers) {
 }
 
 // Every argument may have any bit pattern.
-RC_GTEST_PROP(Gate, PassesOnlyFiniteDrivesInRangeWhateverItIsGiven,
+RC_GTEST_PROP(Gate, PassesOnlyFiniteDrivesInRangeForAnyArguments,
               (std::uint64_t last, std::uint64_t requested, std::uint64_t dt)) {
   const auto any = [](std::uint64_t bits) { return std::bit_cast<double>(bits * 0x9E3779B97F4A7C15u); };
   const Gate::Passed passed = Gate::step(gate, any(last), any(requested), any(dt));

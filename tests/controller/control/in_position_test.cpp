@@ -63,7 +63,7 @@ TEST(InPosition, IsNotReachedBeyondTheToleranceOnEitherSide) {
   }
 }
 
-TEST(InPosition, TakesATimeThatIsShortByLessThanANanosecondForTheWindow) {
+TEST(InPosition, AllowsAWindowShorterByUnderANanosecond) {
   const auto after = [](double dt_s) {
     Judge judge;
     judge.resting_after(0.0, 0.0);
@@ -86,7 +86,7 @@ TEST(InPosition, IsNotReachedWhileTheReferenceMoves) {
   for (int i = 0; i < 1000; ++i) ASSERT_EQ(judge.moving(1e-3 * i), Arrival::moving) << "it never fails";
 }
 
-TEST(InPosition, FailsAtTheTimeoutAfterTheReferenceCameToRest) {
+TEST(InPosition, FailsAtTheTimeoutAfterTheReferenceHasStopped) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(100, 0.5), Arrival::moving) << "99 ms";
   EXPECT_EQ(judge.resting(0.5), Arrival::failed) << "100 ms";
@@ -108,7 +108,7 @@ TEST(InPosition, IsLeftAtOnceAndHasTheFullTimeoutToReturn) {
   EXPECT_EQ(judge.resting(0.02), Arrival::failed);
 }
 
-TEST(InPosition, IsLeftWhereTheReferenceMovesOrJumps) {
+TEST(InPosition, IsLeftIfTheReferenceMovesOrJumps) {
   Judge judge;
   EXPECT_EQ(judge.resting_for(30, 0.0), Arrival::in_position);
   EXPECT_EQ(judge.resting(0.0, 16.0), Arrival::moving) << "after a jump the window starts again";

@@ -27,7 +27,7 @@ double step(ControlLaw& law, double reference_um, double previewed_um, std::opti
 
 // After five cycles without one the error is that of the pause. Over 6 ms it would move the integral by 0.6
 // of itself.
-TEST(ControlLaw, IntegratesNoCyclesThatWereLeftOut) {
+TEST(ControlLaw, DoesNotIntegrateMissedCycles) {
   ControlLaw paused = law(Structure::inverse_pi), steady = law(Structure::inverse_pi);
   const auto after = [](ControlLaw& of, double elapsed_s) {
     const double before_um = of.integral_um();
@@ -52,7 +52,7 @@ TEST(ControlLaw, InverseDrivesTheModelToThePreviewedReference) {
   }
 }
 
-TEST(ControlLaw, AverageInvertsTheMeanOfTheTwoCurvesWhateverTheHistory) {
+TEST(ControlLaw, AverageInvertsTheMeanCurveForAnyHistory) {
   ControlLaw feed_forward = law(Structure::average);
   const model::HysteresisParameters model = support::piezo_model();
   for (const double wanted_um : {5.0, 20.0, 8.0, 17.0}) {
@@ -79,7 +79,7 @@ TEST(ControlLaw, BridgesALostSampleWithTheLastErrorWithoutIntegrating) {
 
 // The loop between the virgin curve and a turning point 1e-310 V above its start is 1.5 um high: its
 // exponential overflows.
-TEST(ControlLaw, SaysThatItsDriveIsNotReliableOnABranchThatDoesNotIncrease) {
+TEST(ControlLaw, FlagsADriveOnABranchThatDoesNotIncrease) {
   ControlLaw feed_forward = law(Structure::inverse);
   const model::Hysteresis actuator(support::piezo_model());
   model::HysteresisState memory = actuator.virgin(0.0);

@@ -285,7 +285,7 @@ void expect_agreement(unsigned seed, int& diverged, int& rested) {
   }
 }
 
-TEST(LearningOracle, AgreesWithANaiveOneWhateverDisturbsTheRun) {
+TEST(LearningOracle, AgreesWithANaiveImplementation) {
   int diverged = 0, rested = 0;
   for (unsigned seed = 1; seed <= 60; ++seed) {
     expect_agreement(seed, diverged, rested);

@@ -55,7 +55,7 @@ struct Bench {
   }
 };
 
-TEST(Learning, TakesAwayWhatRepeats) {
+TEST(Learning, RemovesARepeatedError) {
   Bench run(simple());
   EXPECT_NEAR(run.rms_of_periods(1), 0.0707, 1e-3);
   run.rms_of_periods(20);
@@ -66,7 +66,7 @@ TEST(Learning, TakesAwayWhatRepeats) {
 }
 
 // 40.5 cycles: 40 phases, each a little longer than a cycle.
-TEST(Learning, TakesAwayWhatRepeatsInAPeriodThatIsNoWholeNumberOfCycles) {
+TEST(Learning, RemovesARepeatedErrorOfAFractionalPeriod) {
   Learning::Config config = simple();
   constexpr double period_s = 40.5 * cycle_s;
   config.plans[0].period_s = period_s;
@@ -83,7 +83,7 @@ TEST(Learning, TakesAwayWhatRepeatsInAPeriodThatIsNoWholeNumberOfCycles) {
   EXPECT_LT(std::sqrt(sum_of_squares / counted), 0.003);
 }
 
-TEST(Learning, NoticesThatItDivergesAndTakesTheCorrectionBack) {
+TEST(Learning, RevertsTheCorrectionIfItDiverges) {
   Bench run(simple());
   run.gain = -1.0;  // every correction makes it worse
   run.rms_of_periods(40);
@@ -123,7 +123,7 @@ TEST(Learning, LeavesWithoutAJump) {
   });
 }
 
-TEST(Learning, FrozenCorrectsButLearnsNoMore) {
+TEST(Learning, FrozenCorrectsButDoesNotLearn) {
   Bench run(simple());
   run.rms_of_periods(10);
   Learning::Config frozen = simple();
@@ -166,7 +166,7 @@ TEST(Learning, RestoresNoCorrectionBeyondItsBound) {
 }
 
 // What it has learnt takes the whole error away, and there was none without it.
-TEST(Learning, KeepsACorrectionBehindWhichThereIsNoError) {
+TEST(Learning, KeepsACorrectionThatRemovesTheWholeError) {
   Learning learning = of_segments({2});
   EXPECT_TRUE(learning.restore({{0.1, 0.2}}));
   for (int cycle = 2; cycle < 100; ++cycle) learning.learn({.shape_time_s = cycle * cycle_s}, 0.0, true);
@@ -174,7 +174,7 @@ TEST(Learning, KeepsACorrectionBehindWhichThereIsNoError) {
   EXPECT_EQ(learning.report().periods, 48u);
 }
 
-TEST(Learning, RestoresEverySegmentOrNone) {
+TEST(Learning, RestoresAllSegmentsOrNone) {
   Learning learning = of_segments({2, 3});
   const std::vector<std::vector<double>> table{{0.1, 0.2}, {0.3, 0.4, 0.5}};
   EXPECT_TRUE(learning.restore(table));
@@ -183,7 +183,7 @@ TEST(Learning, RestoresEverySegmentOrNone) {
   EXPECT_EQ(learning.table(), table);
 }
 
-TEST(Learning, GoesOnInTheSegmentsThatRepeatAlike) {
+TEST(Learning, ContinuesInSegmentsOfEqualPeriod) {
   Learning before = of_segments({2, 3});
   EXPECT_TRUE(before.restore({{0.1, 0.2}, {0.3, 0.4, 0.5}}));
   Learning same = of_segments({2, 3});
@@ -197,7 +197,7 @@ TEST(Learning, GoesOnInTheSegmentsThatRepeatAlike) {
   EXPECT_EQ(fewer.table(), (std::vector<std::vector<double>>{{0.1, 0.2}}));
 }
 
-TEST(Learning, GoesOnWithTheReport) {
+TEST(Learning, ContinuesItsReport) {
   Bench run(simple());
   run.rms_of_periods(3);
   Learning next(simple());
@@ -214,10 +214,12 @@ TEST(Learning, CoversASegmentThatRepeatsUntilItsEnd) {
   EXPECT_FALSE(learning.covers({.segment = 1}));
 }
 
-TEST(Learning, OfNoSegmentsLearns) { EXPECT_EQ(of_segments({}).report().state, LearningState::learning); }
+TEST(Learning, IsLearningEvenWithoutSegments) {
+  EXPECT_EQ(of_segments({}).report().state, LearningState::learning);
+}
 
 // An error of four times the largest one is the last that is none.
-TEST(Learning, LearnsFromAnErrorThatIsJustNoGlitch) {
+TEST(Learning, IgnoresErrorsAboveFourTimesTheLargest) {
   for (const double error_um : {0.4, std::nextafter(0.4, 1.0)}) {
     Bench run(simple());
     run.disturbance = [](std::size_t) { return 0.1; };
@@ -240,7 +242,7 @@ TEST(Learning, AllocatesNothingInACycle) {
   EXPECT_EQ(support::allocations_so_far(), before);
 }
 
-TEST(Learning, RefusesAFilterThatIsNone) {
+TEST(Learning, RefusesAnInvalidFilter) {
   Learning::Config config = simple();
   config.plans[0].taps = {0.5, 0.5};
   EXPECT_THROW(Learning{config}, std::invalid_argument);

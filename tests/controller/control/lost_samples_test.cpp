@@ -24,7 +24,7 @@ int cycles_until_lost(int losses, int good) {
   });
 }
 
-TEST(LostSamples, AreCompensatedByTenGoodOnesEach) {
+TEST(LostSamples, AreCompensatedByTenGoodSamplesEach) {
   shows("S-093");
   EXPECT_EQ(cycles_until_lost(1, 10), 0);
   EXPECT_EQ(cycles_until_lost(3, 30), 0);
@@ -32,7 +32,7 @@ TEST(LostSamples, AreCompensatedByTenGoodOnesEach) {
       << "each round leaves a tenth; 21 rounds leave more than two samples";
 }
 
-TEST(LostSamples, LeaveNothingBehindAfterThirtyGoodOnes) {
+TEST(LostSamples, AreFullyCompensatedByThirtyGoodSamples) {
   Supervisor supervisor(basic_limits());
   for (int i = 0; i < 3; ++i) supervisor.judge(sample({}));
   for (int i = 0; i < 30; ++i) supervisor.judge(sample(5.0));
@@ -40,7 +40,7 @@ TEST(LostSamples, LeaveNothingBehindAfterThirtyGoodOnes) {
   EXPECT_EQ(supervisor.judge(sample({})).cause, Cause::sample_missing);
 }
 
-TEST(LostSamples, TripAgainSoonWhereFewGoodOnesCameInBetween) {
+TEST(LostSamples, TripSoonAfterFewGoodSamples) {
   Supervisor supervisor(basic_limits());
   for (int i = 0; i < 3; ++i) supervisor.judge(sample({}));
   for (int i = 0; i < 9; ++i) supervisor.judge(sample(5.0));
@@ -74,7 +74,7 @@ TEST(LostSamples, AreLateOrMissingByTheGreaterNumber) {
   }
 }
 
-TEST(LostSamples, AreMissingWhereHalfOfThemCameLate) {
+TEST(LostSamples, AreMissingIfHalfOfThemWereLate) {
   Supervisor supervisor(basic_limits());
   for (const AxisInput& input : {sample(5.0), late(), late(), sample({})}) supervisor.judge(input);
   EXPECT_EQ(supervisor.judge(sample({})).cause, Cause::sample_missing);
@@ -94,7 +94,7 @@ TEST(LostSamples, AreACycleOverrunIfMostOfTheirCyclesAreTooLong) {
   }
 }
 
-TEST(LostSamples, AreACycleOverrunWhereTheCyclesRoundToTwo) {
+TEST(LostSamples, AreACycleOverrunIfTheCyclesRoundToTwo) {
   for (const double cycles : {1.45, 1.55}) {
     Supervisor supervisor(basic_limits());
     AxisInput lost = sample({});

@@ -36,7 +36,7 @@ double triangle(int n) { return 3.0 + 24.0 * std::abs((n % 100) / 50.0 - 1.0); }
 
 // Growth by 2 each half-period takes two more of them, from the swing that is large enough to the turn after
 // it.
-TEST(Oscillation, ThatGrowsIsFoundBeforeTheErrorIsFourTimesTheAmplitude) {
+TEST(Oscillation, IsFoundEarlyIfItGrows) {
   for (const double frequency_Hz : {37.0, 110.0, 180.0, 222.2, 333.3})
     for (const double growth_per_half_period : {1.002, 1.02, 1.1, 1.5, 2.0})
       for (const Signal& reference_um : {Signal(at_rest), Signal(triangle)}) {
@@ -54,7 +54,7 @@ TEST(Oscillation, ThatGrowsIsFoundBeforeTheErrorIsFourTimesTheAmplitude) {
       }
 }
 
-TEST(Oscillation, ThatStaysAboveTheAmplitudeIsFound) {
+TEST(Oscillation, IsFoundIfItStaysAboveTheAmplitude) {
   for (const double frequency_Hz : {7.0, 180.0, 222.2, 333.3}) {
     const auto limit_cycle = [&](double size_um) {
       return unstable_at(at_rest, [=](int n) { return size_um * sine(frequency_Hz, n); });
@@ -64,7 +64,7 @@ TEST(Oscillation, ThatStaysAboveTheAmplitudeIsFound) {
   }
 }
 
-TEST(Oscillation, ThatDecaysIsNone) {
+TEST(Oscillation, IsNotFoundIfItDecays) {
   for (const double frequency_Hz : {37.0, 180.0, 222.2, 333.3, 500.0})
     for (const double damping : {0.005, 0.02, 0.05}) {
       const auto ringing = [&](int n) {
@@ -75,25 +75,25 @@ TEST(Oscillation, ThatDecaysIsNone) {
     }
 }
 
-TEST(Oscillation, IsNotMadeByNoise) {
+TEST(Oscillation, IsNotFoundInNoise) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise_um(0.0, 0.2);
   EXPECT_FALSE(unstable_at(
       at_rest, [&](int) { return noise_um(random); }, 1'000'000));
 }
 
-TEST(Oscillation, IsNotMadeBySpikesOfTheSensor) {
+TEST(Oscillation, IsNotFoundInSpikesOfTheSensor) {
   for (const int every : {2 * 7, 30, 100})
     EXPECT_FALSE(unstable_at(at_rest, [=](int n) { return n % every == 0 ? 3.9 : 0.01 * sine(190.0, n); }));
 }
 
-TEST(Oscillation, IsNotMadeByStepsOfTheReference) {
+TEST(Oscillation, IsNotFoundInStepsOfTheReference) {
   const auto levels = [](int n) { return (n / 200) % 2 == 0 ? 20.0 : -5.0; };
   const auto error = [](int n) { return ((n / 200) % 2 == 0 ? 25.0 : -25.0) * std::exp(-0.05 * (n % 200)); };
   EXPECT_FALSE(unstable_at(levels, error));
 }
 
-TEST(Oscillation, IsNotMadeByKnocks) {
+TEST(Oscillation, IsNotFoundInKnocks) {
   const auto knocks = [](int n) { return 3.9 * std::exp(-0.05 * (n % 200)); };
   EXPECT_FALSE(unstable_at(at_rest, knocks));
 }
@@ -111,7 +111,7 @@ Signal error_of_mode(const Signal& reference_um, double frequency_Hz, double dam
   };
 }
 
-TEST(Oscillation, IsNotMadeByAChirpThroughTheResonance) {
+TEST(Oscillation, IsNotFoundInAChirpThroughTheResonance) {
   const auto chirp = [](int n) {
     const double t_s = 1e-3 * n;
     return 0.5 * std::sin(2.0 * std::numbers::pi * (20.0 + 15.0 * t_s) * t_s);  // to 320 Hz in 10 s
@@ -120,7 +120,7 @@ TEST(Oscillation, IsNotMadeByAChirpThroughTheResonance) {
     EXPECT_FALSE(unstable_at(chirp, error_of_mode(chirp, 220.0, damping), 10'000)) << damping;
 }
 
-TEST(Oscillation, IsNotMadeByTheCornersOfATriangleThatRingTheMode) {
+TEST(Oscillation, IsNotFoundInTrianglesThatExciteTheMode) {
   EXPECT_FALSE(unstable_at(triangle, error_of_mode(triangle, 220.0, 0.02)));
 }
 
@@ -129,7 +129,7 @@ TEST(Oscillation, IsNotJudgedWithAnInfiniteAmplitude) {
   EXPECT_FALSE(unstable_at(at_rest, huge, 20'000, std::numeric_limits<double>::infinity()));
 }
 
-TEST(Oscillation, StartsAnewAfterRestart) {
+TEST(Oscillation, StartsAgainAfterRestart) {
   const auto large = [](int n) { return 2.0 * sine(180.0, n); };
   const int found = unstable_at(at_rest, large).value();
   Oscillation oscillation(1.0);

@@ -27,14 +27,14 @@ bool agrees(double output, double drive, double slew_per_s, double lag_s = 0.0, 
   return check.differs_for_s() == 0.0;
 }
 
-TEST(OutputCheck, AllowsFivePercentOfTheRangeWhereTheDriveRests) {
+TEST(OutputCheck, AllowsFivePercentOfTheRangeAtRest) {
   EXPECT_TRUE(agrees(25.0, 20.0, 0.0));
   EXPECT_TRUE(agrees(15.0, 20.0, 0.0));
   EXPECT_FALSE(agrees(25.001, 20.0, 0.0));
   EXPECT_FALSE(agrees(14.999, 20.0, 0.0));
 }
 
-TEST(OutputCheck, AllowsFivePercentOfTheRangeBeyondTheDrivesOfTheLastSpansHoweverFastTheyAre) {
+TEST(OutputCheck, AllowsFivePercentBeyondTheRecentDrives) {
   EXPECT_TRUE(agrees(85.0, 80.0, unlimited));
   EXPECT_TRUE(agrees(15.0, 80.0, unlimited));
   EXPECT_FALSE(agrees(85.001, 80.0, unlimited));
@@ -42,12 +42,12 @@ TEST(OutputCheck, AllowsFivePercentOfTheRangeBeyondTheDrivesOfTheLastSpansHoweve
 }
 
 // 5 + 1024 (4 / 1024) = 9 of the range.
-TEST(OutputCheck, AllowsWhatTheSlewMovesInFourCycles) {
+TEST(OutputCheck, AllowsFourCyclesOfTheSlew) {
   EXPECT_TRUE(agrees(71.0, 80.0, 1024.0));
   EXPECT_FALSE(agrees(70.999, 80.0, 1024.0));
 }
 
-TEST(OutputCheck, AllowsWhatTheSlewMovesInFiveLagsAndTheAgeOfTheStatusToo) {
+TEST(OutputCheck, AllowsFiveLagsAndTheStatusAgeOfTheSlew) {
   const double slew_per_s = 15.0 / (4.0 * cycle_s + 5.0 * 0.002);
   EXPECT_TRUE(agrees(60.001, 80.0, slew_per_s, 0.002));
   EXPECT_FALSE(agrees(59.999, 80.0, slew_per_s, 0.002));
@@ -67,13 +67,13 @@ int cycles_counted(double lag_s, double of_cycle_s) {
   return 0;
 }
 
-TEST(OutputCheck, CountsTheDrivesOfThreeSpansOfFiftyMillisecondsOrFiveCyclesOrFiveLags) {
+TEST(OutputCheck, RemembersTheDrivesOfThreeSpans) {
   EXPECT_EQ(cycles_counted(0.0, cycle_s), 3 * 52) << "52 cycles are the first that are not less than 50 ms";
   EXPECT_EQ(cycles_counted(0.02, cycle_s), 3 * 103);
   EXPECT_EQ(cycles_counted(0.0, 1.0 / 64.0), 3 * 5);
 }
 
-TEST(OutputCheck, JudgesAStatusThatIsAsOldAsASpanAndNoneThatIsOlder) {
+TEST(OutputCheck, IgnoresAStatusOlderThanASpan) {
   for (const double age_s : {0.05, 0.050001}) {
     OutputCheck check(range, 0.0);
     check.restart(80.0);
@@ -83,7 +83,7 @@ TEST(OutputCheck, JudgesAStatusThatIsAsOldAsASpanAndNoneThatIsOlder) {
   }
 }
 
-TEST(OutputCheck, KeepsAVerdictUntilTheNextStatusForASpanAndAsLongAsAnOutputIsReported) {
+TEST(OutputCheck, KeepsAVerdictForASpanWhileOutputsAreReported) {
   OutputCheck differs(range, 0.0);
   differs.restart(80.0);
   differs.step(80.0, 0.0, status(20.0));
@@ -99,7 +99,7 @@ TEST(OutputCheck, KeepsAVerdictUntilTheNextStatusForASpanAndAsLongAsAnOutputIsRe
 }
 
 // Its age is counted in cycles, and rounded.
-TEST(OutputCheck, TakesAStatusForANewOneThatHasNotAgedByHalfACycle) {
+TEST(OutputCheck, AcceptsAStatusAsNewIfAgedByUnderHalfACycle) {
   for (const double aged_cycles : {0.499, 0.5}) {
     OutputCheck check(range, 0.0);
     check.restart(80.0);
@@ -108,7 +108,7 @@ TEST(OutputCheck, TakesAStatusForANewOneThatHasNotAgedByHalfACycle) {
   }
 }
 
-TEST(OutputCheck, ForgetsDrivesVerdictAndTimeAtARestart) {
+TEST(OutputCheck, ClearsDrivesVerdictAndTimeAtARestart) {
   OutputCheck check(range, 0.0);
   check.restart(80.0);
   check.step(80.0, 0.0, status(20.0));

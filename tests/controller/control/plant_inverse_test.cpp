@@ -77,7 +77,7 @@ TEST(PlantInverse, LooksUpTwoValuesInACycle) {
 }
 
 // After a gap the values between are not those of the cycles before.
-TEST(PlantInverse, LooksUpAllValuesAgainAfterCyclesThatAreMissing) {
+TEST(PlantInverse, LooksUpAllValuesAgainAfterMissedCycles) {
   const PlantInverse::Config config = design_plant_inverse(stage(false));
   PlantInverse with_a_gap(config), fresh(config);
   const auto reference = [](double t_s) { return std::sin(40.0 * t_s); };
@@ -87,7 +87,7 @@ TEST(PlantInverse, LooksUpAllValuesAgainAfterCyclesThatAreMissing) {
 }
 
 // Else the work of a late cycle makes the next one late too.
-TEST(PlantInverse, LooksUpTwoWindowsAtMostWhereASyncIsLateAndGoesOn) {
+TEST(PlantInverse, LooksUpAtMostTwoWindowsAfterALateSync) {
   const PlantInverse::Config config = design_plant_inverse(stage(false));
   PlantInverse late(config), even(config);
   int looked_up = 0;

@@ -102,7 +102,7 @@ class Ramp {
   double marked_um_ = 0.0;
 };
 
-TEST(CourseTest, HasNotMovedWhereTheDriveRests) {
+TEST(CourseTest, DoesNotMoveIfTheDriveRests) {
   Course course(support::piezo_model(), {.sensor_delay = std::chrono::milliseconds(5)});
   for (const double drive : {20.0, 50.0}) {
     course.restart(drive);
@@ -113,7 +113,7 @@ TEST(CourseTest, HasNotMovedWhereTheDriveRests) {
   }
 }
 
-TEST(CourseTest, KnowsNoMemoryWhereItBeginsAnew) {
+TEST(CourseTest, HasNoMemoryAfterARestart) {
   Course course(support::piezo_model(), {}), fresh = course;
   fresh.restart(50.0);
   course.restart(50.0);
@@ -132,7 +132,7 @@ TEST(CourseTest, HasADelayedPositionThatLagsByTheDelaysAndTwoCycles) {
   EXPECT_NEAR(course.moved_um({}).hi, 3.0, 1e-9);
 }
 
-TEST(CourseTest, HasADelayedPositionThatStandsStillForThePureDelaysAndThenLagsByTheOthers) {
+TEST(CourseTest, HasAPureDelayAndThenALag) {
   for (const int delay : {1, 3, 31, 100}) {
     Delays late = delays(1e-9);
     late.sensor_delay = std::chrono::milliseconds(delay);
@@ -161,7 +161,7 @@ TEST(CourseTest, DelaysEachCycleByUpTo31OfThem) {
   }
 }
 
-TEST(CourseTest, CountsACycleThatIsHalfOne) {
+TEST(CourseTest, CountsHalfACycleAsAWholeOne) {
   for (const double length : {0.499, 0.5}) {
     Course course = straight(delays(1e-9));
     course.restart(0.0);
@@ -172,7 +172,7 @@ TEST(CourseTest, CountsACycleThatIsHalfOne) {
 
 // ---- size
 
-TEST(RampCheck, AllowsAStageToBeLessOrMoreSteepByItsDoubt) {
+TEST(RampCheck, AllowsThirtyPercentOfGainError) {
   for (const double gain : {um_per_volt, 0.1 * um_per_volt}) {
     const auto contradicts_at = [gain](double share) {
       return Ramp(strict(), 0.0, 1e-9, gain).rests(0.0).contradicts_at(half_volt, 100.0, share);
@@ -194,7 +194,7 @@ TEST(RampCheck, JudgesTheSizeAgainInWindowsOfSixteenPercent) {
   EXPECT_EQ(Ramp().rests(0.0).follows_to(40.0, half_volt).contradicts_at(half_volt, 100.0, 0.0), 55.5);
 }
 
-TEST(RampCheck, JudgesTheSizeAfterSixCyclesEachOfARampThatIsFast) {
+TEST(RampCheck, JudgesTheSizeOfAFastRampEverySixCycles) {
   EXPECT_EQ(Ramp().rests(0.0).contradicts_at(5.0, 100.0, 0.5), 70.0) << "6, 6 and 3 cycles";
 }
 
@@ -236,7 +236,7 @@ TEST(RampCheck, AllowsAPositionToMoveBackwardsByAQuarterOfTheRamp) {
 }
 
 // Behind the turn the delayed model rises for 12 cycles more while the drive falls.
-TEST(RampCheck, AllowsAPositionThatStillRisesBehindATurnToRiseByThreeTenthsMore) {
+TEST(RampCheck, AllowsThirtyPercentMoreRiseAfterATurn) {
   for (const double share : {1.42, 1.44}) {
     Ramp ramp(strict(), 0.0, 0.02);
     ramp.rests(0.0).follows_to(60.0, half_volt);
@@ -250,7 +250,7 @@ TEST(RampCheck, AllowsAPositionThatStillRisesBehindATurnToRiseByThreeTenthsMore)
 }
 
 // 30 ms that are stated, at 2 V in a cycle: the position rises for 20 cycles more while the drive falls.
-TEST(RampCheck, AcceptsASlowSensorThatStillRisesBehindTheTurn) {
+TEST(RampCheck, AcceptsASlowSensorThatStillRisesAfterTheTurn) {
   constexpr double tau_s = 0.03;
   Course course(support::piezo_model(), {.sensor_bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * tau_s)});
   RampCheck check(

@@ -51,7 +51,7 @@ rc::Gen<ControlLaw::Config> any_config() {
 }
 
 // The effect of the change alone: the last cycle is repeated, without elapsed time and without a new sample.
-RC_GTEST_PROP(Retune, DoesNotMoveTheDriveWhateverIsChanged, ()) {
+RC_GTEST_PROP(Retune, DoesNotMoveTheDriveForAnyChange, ()) {
   const auto configs = *rc::gen::container<std::vector<ControlLaw::Config>>(6, any_config());
   ControlLaw law(configs[0]);
   for (const double drive : {100.0, 50.0}) law.follow(drive);
@@ -122,7 +122,7 @@ TEST(Retune, TheIntegralTakesOverAChangeOfTheDeadband) {
   EXPECT_NEAR(law.integral_um(), integral_um + 0.3 * 0.2, 1e-12);
 }
 
-TEST(Retune, TheLawThenActsAsOneThatHadTheNewOptionsFromTheStart) {
+TEST(Retune, MakesTheLawEqualToANewOne) {
   ControlLaw::Config before = config(Structure::inverse_pi, {.kp = 0.3, .ki_per_s = 0.5});
   before.notch = {.frequency_Hz = 0.1};
   std::vector<ControlLaw::Config> changes(4, before);
@@ -151,7 +151,7 @@ TEST(Retune, TheLawThenActsAsOneThatHadTheNewOptionsFromTheStart) {
     }
 }
 
-TEST(Retune, SeveralChangesOfTheStructureBetweenTwoCyclesDoNotMoveTheDrive) {
+TEST(Retune, SeveralStructureChangesInACycleAreBumpless) {
   ControlLaw::Config changed = config(Structure::pi);
   changed.notch = {.frequency_Hz = 100.0, .depth = 0.1, .width = 0.5};
   ControlLaw law(changed);
@@ -168,7 +168,7 @@ TEST(Retune, SeveralChangesOfTheStructureBetweenTwoCyclesDoNotMoveTheDrive) {
 }
 
 // The stage rests at zero, so that the offset is exact: minus the position at the restart.
-TEST(Retune, ARemainingOffsetWithoutFeedbackEndsAtATenMillionthOfAMicrometre) {
+TEST(Retune, ARemainingOffsetEndsAtATenMillionthOfAMicrometre) {
   for (const double offset_um : {0.9e-7, 1e-7, 1.1e-7, 1.0, -0.9e-7, -1e-7, -1.1e-7, -1.0}) {
     ControlLaw::Config changed = config(Structure::inverse_pi);
     changed.model = support::model_from_zero();
@@ -200,7 +200,7 @@ TEST(Retune, ANotchIsInsertedChangedAndRemovedAtRestWithoutABump) {
   }
 }
 
-TEST(Restart, ContinuesWithAKnownMemoryWithoutABumpInTheDrive) {
+TEST(Restart, IsBumplessWithAKnownMemory) {
   const model::Hysteresis stage(support::piezo_model());
   model::HysteresisState known = stage.at_lower_threshold();
   for (const double drive : {80.0, 20.0, 60.0, 33.0}) stage.advance(known, drive);

@@ -44,7 +44,7 @@ TEST_F(StartUpStates, StaysArmingWhileSomethingIsMissing) {
   EXPECT_FALSE(taken_.command.enable);
 }
 
-TEST_F(StartUpStates, GoesFromArmingToFollowingAtTheOutput) {
+TEST_F(StartUpStates, ChangeFromArmingToFollowingAtTheOutput) {
   input_.health.amplifier_output = 30.0;
   EXPECT_EQ(step(), State::following);
   EXPECT_EQ(drive_, 30.0);
@@ -64,7 +64,7 @@ TEST_F(StartUpStates, HoldsTheDriveOfARampForAnOutputThatDiffers) {
   EXPECT_FALSE(taken_.moves);
 }
 
-TEST_F(StartUpStates, GoesFromRampingToEndedAfterTheRestAtTheLastTarget) {
+TEST_F(StartUpStates, ChangeFromRampingToEndedAfterTheLastRest) {
   ASSERT_EQ(arrive_at(State::ramping), State::ramping);
   EXPECT_EQ(drive_, 100.0);
   EXPECT_EQ(step(), State::ramping) << "it has rested";
@@ -73,13 +73,13 @@ TEST_F(StartUpStates, GoesFromRampingToEndedAfterTheRestAtTheLastTarget) {
   EXPECT_EQ(step(), State::ended);
 }
 
-TEST_F(StartUpStates, GoesFromRampingToEndedAtOnceWhereTheMemoryIsKnown) {
+TEST_F(StartUpStates, SkipTheRampsIfTheMemoryIsKnown) {
   config_.start_up = MemorySource::assume;
   step({.memory = true});
   EXPECT_EQ(step(), State::ended);
 }
 
-TEST_F(StartUpStates, GoesFromFollowingOverApproachingToWithholdingWhereTheWatchdogIsTried) {
+TEST_F(StartUpStates, ChangeFromFollowingOverApproachingToWithholding) {
   config_.verify_watchdog = true;
   input_.health.amplifier_output = 100.0;
   config_.wipe_slew_per_s /= 2.0;
@@ -90,7 +90,7 @@ TEST_F(StartUpStates, GoesFromFollowingOverApproachingToWithholdingWhereTheWatch
   EXPECT_TRUE(taken_.command.withheld);
 }
 
-TEST_F(StartUpStates, GoesFromWithholdingToArmingByTheTripAndTriesTheWatchdogNoMore) {
+TEST_F(StartUpStates, ChangeFromWithholdingToArmingByTheTrip) {
   config_.verify_watchdog = true;
   ASSERT_EQ(arrive_at(State::withholding), State::withholding);
   input_.health.amplifier_fault = true;
@@ -102,7 +102,7 @@ TEST_F(StartUpStates, GoesFromWithholdingToArmingByTheTripAndTriesTheWatchdogNoM
   EXPECT_EQ(step(), State::ramping);
 }
 
-TEST_F(StartUpStates, GoesFromEveryStateToArmingByABegin) {
+TEST_F(StartUpStates, ChangeFromEveryStateToArmingByABegin) {
   for (const State state : {State::following, State::ramping, State::ended}) {
     ASSERT_EQ(arrive_at(state), state);
     start_up_.begin(false);

@@ -24,7 +24,7 @@ AxisInput after_cycles(double cycles, double position_um) {
 
 Cause cause_at(double position_um) { return Supervisor(basic_limits()).judge(sample(position_um)).cause; }
 
-TEST(ReferenceTime, StandsStillWhileTheReferencesWait) {
+TEST(ReferenceTime, StopsWhileTheReferencesWait) {
   AxisInput input;
   input.time_s = 3.0;
   input.waited_s = 1.0;
@@ -67,18 +67,18 @@ TEST(PositionJump, IsAllowedOncePerWholeCycleRoundedToTheNearest) {
   EXPECT_FALSE(is_accepted(8.1, 2.55));
 }
 
-TEST(PositionJump, IsAllowedOnceInACycleThatIsShort) {
+TEST(PositionJump, IsAllowedOnceInAShortCycle) {
   EXPECT_TRUE(is_accepted(5.9, 0.3));
   EXPECT_FALSE(is_accepted(6.1, 0.3));
 }
 
-TEST(PositionJump, IsNotJudgedWhereItsLimitIsZero) {
+TEST(PositionJump, IsIgnoredIfItsLimitIsZero) {
   Supervisor supervisor(basic_limits());
   EXPECT_EQ(cycles_until_cause([&](int cycle) { return supervisor.judge(sample(cycle % 2 * 30.0)).cause; }),
             0);
 }
 
-TEST(PositionJump, IsAlsoJudgedWhereItsLimitIsLessThanOneMicrometre) {
+TEST(PositionJump, IsJudgedIfItsLimitIsBelowOneMicrometre) {
   Supervisor supervisor(with_jump_of(0.25));
   supervisor.judge(sample(5.0));
   EXPECT_FALSE(supervisor.judge(sample(5.5)).position_um);
@@ -93,7 +93,7 @@ TEST(PositionJump, IsAllowedOncePerLostCycle) {
   EXPECT_FALSE(supervisor.judge(sample(9.1)).position_um);
 }
 
-TEST(PositionJump, BridgesASingleSpikeAndTripsOnAPositionThatStaysElsewhere) {
+TEST(PositionJump, BridgesASpikeButTripsOnALastingJump) {
   Supervisor spiked(with_jump_of(1.0));
   for (int i = 0; i < 1000; ++i) {
     const bool spike = i % 50 == 49;
@@ -108,7 +108,7 @@ TEST(PositionJump, BridgesASingleSpikeAndTripsOnAPositionThatStaysElsewhere) {
   EXPECT_EQ(cause, Cause::position_jumped);
 }
 
-TEST(PositionJump, BelievesASecondJumpWhereTheDriveHasMovedTheStageSoFar) {
+TEST(PositionJump, AcceptsASecondJumpThatTheDriveExplains) {
   Supervisor supervisor(with_jump_of(1.0));
   supervisor.judge(sample(5.0));
   EXPECT_FALSE(supervisor.judge(sample(13.0), {0.0, 8.0}).position_um);
@@ -145,7 +145,7 @@ TEST(EnableTimeout, IsHalfASecondFromTheFirstEnabledCommand) {
   EXPECT_EQ(cycles, 512 + 2) << "the first cycle that begins more than 512 cycles after the first command";
 }
 
-TEST(BusPassive, IsNeverJudgedWhereItsTimeIsZero) {
+TEST(BusPassive, IsIgnoredIfItsTimeIsZero) {
   Supervisor supervisor(basic_limits());
   AxisInput passive = sample(5.0);
   passive.health.bus_passive = true;
@@ -165,7 +165,7 @@ TEST(BusPassive, TripsAfterItsTimeWithoutABreak) {
             0);
 }
 
-TEST(Saturated, IsNeverJudgedWhereItsTimeIsZero) {
+TEST(Saturated, IsIgnoredIfItsTimeIsZero) {
   Supervisor supervisor(basic_limits());
   EXPECT_EQ(cycles_until_cause([&](int) { return supervisor.watch({}, limit::range, cycle_s); }), 0);
 }
@@ -195,7 +195,7 @@ TEST(ModelLeftRange, TripsAtTheThirdCycleInARow) {
   }
 }
 
-TEST(ModelLeftRange, IsCountedAnewAfterEachGoodCycle) {
+TEST(ModelLeftRange, RestartsItsCountAfterEachGoodCycle) {
   for (const std::uint8_t bad : {limit::not_invertible, limit::not_finite}) {
     Supervisor supervisor(basic_limits());
     EXPECT_EQ(cycles_until_cause([&](int cycle) {
@@ -228,7 +228,7 @@ int cycles_until_frozen(unsigned frozen_cycles, Position position_um, Drive driv
 
 double at_rest(int /*cycle*/) { return 5.0; }
 
-TEST(FrozenPosition, IsNeverJudgedWhereItsCyclesAreZero) {
+TEST(FrozenPosition, IsIgnoredIfItsCyclesAreZero) {
   EXPECT_EQ(cycles_until_frozen(0, at_rest, [](int cycle) { return 1.0 * cycle; }), 0);
 }
 
@@ -247,7 +247,7 @@ TEST(FrozenPosition, NeedsMoreThanAFiftiethOfTheDrivesRange) {
   EXPECT_EQ(cycles_until_frozen(2, at_rest, [](int cycle) { return 0.5 * cycle; }), 6) << "2.5 V of 100 V";
 }
 
-TEST(FrozenPosition, IsAlsoSeenWhereTheDriveFalls) {
+TEST(FrozenPosition, IsFoundIfTheDriveFalls) {
   EXPECT_EQ(cycles_until_frozen(2, at_rest, [](int cycle) { return -0.5 * cycle; }), 6);
 }
 

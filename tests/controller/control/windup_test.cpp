@@ -90,7 +90,7 @@ TEST(Windup, ASaturatedIntegralRestsAtLimitMinusFeedForwardForEveryKp) {
 
 // With e = 20 um and kp = 2, P alone demands 40 um beyond the limit. Without kp in the tracking time constant
 // (alpha = 1) the integral would end at about -40 um and pull the stage down as soon as P decreases.
-TEST(Windup, SaturationByPAloneDoesNotDriveTheIntegralAway) {
+TEST(Windup, SaturationByPAloneDoesNotChangeTheIntegralMuch) {
   ControlLaw law({.structure = Structure::inverse_pi,
                   .model = support::piezo_model(),
                   .pi = {.kp = 2.0, .ki_per_s = 100.0}});
@@ -105,7 +105,7 @@ TEST(Windup, SaturationByPAloneDoesNotDriveTheIntegralAway) {
   EXPECT_LE(law.integral_um(), law.predicted_um() - 25.0 + 100.0 * 20.0 * dt_s) << "at most limit - F";
 }
 
-TEST(Windup, AnIntegralWithoutGainsStaysWhereItIsAtALimit) {
+TEST(Windup, AnIntegralWithoutGainsIsConstantAtALimit) {
   ControlLaw law(
       {.structure = Structure::pi, .model = support::piezo_model(), .pi = {.kp = 0.0, .ki_per_s = 0.0}});
   support::restart_at_lower_threshold(law, 1.5);
@@ -134,7 +134,7 @@ TEST(Windup, ADemandMissedByAMillionthOfAMicrometreCountsAsMet) {
 }
 
 // F is the realised position itself: PI has caused the limit.
-TEST(Windup, AnIntegralIsReducedByTheExcessTimesAlphaWhateverItsSign) {
+TEST(Windup, AnIntegralIsReducedByAlphaTimesTheExcess) {
   for (const double ki_per_s : {0.5, 1.0, 100.0})
     for (const double error_um : {1.0, -1.0}) {
       EXPECT_EQ(integral_um_without_drive({.kp = 0.0, .ki_per_s = ki_per_s}, error_um), 0.0) << "alpha = 1";
@@ -144,7 +144,7 @@ TEST(Windup, AnIntegralIsReducedByTheExcessTimesAlphaWhateverItsSign) {
     }
 }
 
-TEST(Windup, WhereTheFeedForwardIsBeyondTheLimitTheIntegralOnlyLeavesTheLimit) {
+TEST(Windup, TheIntegralOnlyLeavesALimitOfTheFeedForward) {
   for (const double sign : {1.0, -1.0}) {
     const PiGains pi{.kp = 0.0, .ki_per_s = 1.0};
     EXPECT_EQ(integral_um_without_drive(pi, sign * 0.25, sign * 0.5), 0.0) << "further into the limit";

@@ -39,7 +39,7 @@ TEST(HysteresisExcitation, TurnsExactlyAtEachOfItsTurningPoints) {
   EXPECT_EQ(reversals(sampled(Excitation(odd))), turning_points(odd));
 }
 
-TEST(HysteresisExcitation, HasMajorLoopsThenNestedLoopsThenReversalCurvesInBothDirections) {
+TEST(HysteresisExcitation, HasMajorLoopsNestedLoopsAndReversalCurves) {
   const Excitation::Hysteresis h{.low = 0.0, .high = 120.0, .loops = 2, .levels = 2};
   const std::vector<double> expected{0,   120, 0,   120, 0,    // major loops
                                      100, 20,  80,  40,        // nested, amplitudes 2/3 and 1/3 of 60
@@ -55,7 +55,7 @@ TEST(HysteresisExcitation, HasOnlyMajorLoopsWithoutLevels) {
             (std::vector<double>{1.0, 2.0, 1.0}));
 }
 
-TEST(HysteresisExcitation, KeepsRangeAndSlewAndEndsWhereItBegan) {
+TEST(HysteresisExcitation, KeepsRangeAndSlewAndReturnsToItsStart) {
   const Excitation excitation(odd);
   const std::vector<double> drives = sampled(excitation);
   const auto [least, most] = std::ranges::minmax(drives);
@@ -79,7 +79,7 @@ TEST(HysteresisExcitation, LastsAsLongAsItsRampsAndRests) {
               way / odd.slew_per_s + static_cast<double>(points.size()) * odd.rest_s, 1e-9);
 }
 
-TEST(StepExcitation, GoesUpAndDownAboutTheCentre) {
+TEST(StepExcitation, StepsUpAndDownAboutTheCentre) {
   const Excitation excitation(
       Excitation::Steps{.centre = 50.0, .amplitude = 5.0, .period_s = 0.2, .cycles = 3});
   EXPECT_DOUBLE_EQ(excitation.length_s(), 0.8);
@@ -124,7 +124,7 @@ TEST(ChirpExcitation, SweepsItsFrequenciesAtItsAmplitudeAboutTheCentre) {
     ASSERT_LE(std::abs(drives[i] - drives[i - 1]), excitation.steepest_per_s() * 1e-4);
 }
 
-TEST(Excitation, RefusesNumbersThatDescribeNoDrive) {
+TEST(Excitation, RefusesInvalidNumbers) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const std::vector<Excitation::Config> nonsense{Excitation::Hysteresis{.low = 5.0, .high = 5.0},

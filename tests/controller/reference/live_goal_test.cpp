@@ -59,7 +59,7 @@ TEST(TrajectoryProperty, KeepsTheLimitsFromEveryStart) {
   }));
 }
 
-TEST(TrajectoryProperty, GoesFromEveryMotionToAGoalAndBackWithinTheLimits) {
+TEST(TrajectoryProperty, KeepsTheLimitsToAGoalAndBackFromEveryMotion) {
   EXPECT_TRUE(rc::check("go_to, another go_to on its way, resume", [] {
     Trajectory trajectory(smooth_segments(), true, limits);
     trajectory.start_from(drawn(0.0, 30.0));
@@ -114,7 +114,7 @@ TEST(Trajectory, ReachesAGoalInTheTimeOfTheFirstTransitionWithoutLimits) {
   EXPECT_TRUE(trajectory.at(6.3).finished);
 }
 
-TEST(Trajectory, LeavesAFastMotionWithoutOvershootWhereNothingLimitsIt) {
+TEST(Trajectory, LeavesAFastMotionWithoutOvershootIfUnlimited) {
   const std::vector<Segment> segments{
       {.shape = Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 100.0},
        .transition_s = 0.2}};
@@ -135,7 +135,7 @@ TEST(Trajectory, LeavesAFastMotionWithoutOvershootWhereNothingLimitsIt) {
 }
 
 // A corner of what is left is rounded over a 32nd of the preview.
-TEST(Trajectory, StaysWhatItWasAsFarAsItHasBeenPreviewed) {
+TEST(Trajectory, DoesNotChangeWithinThePreview) {
   const std::vector<Segment> segments{
       {.shape = Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 100.0},
        .transition_s = 0.2}};
@@ -186,7 +186,7 @@ TEST(Trajectory, TakesAGoalInEveryCycleWithoutAJump) {
   }
 }
 
-TEST(Trajectory, KeepsTheLimitsOfItsTransitionsFromSegmentToSegmentToo) {
+TEST(Trajectory, KeepsTheTransitionLimitsBetweenSegments) {
   const std::vector<Segment> segments{
       {.shape = Hold{.level_um = 20.0, .duration_s = 1.0}, .transition_s = 1e-3},
       {.shape = Hold{.level_um = 10.0, .duration_s = 1.0}, .transition_s = 1e-3}};
@@ -195,7 +195,7 @@ TEST(Trajectory, KeepsTheLimitsOfItsTransitionsFromSegmentToSegmentToo) {
   EXPECT_DOUBLE_EQ(trajectory.length_s(), 1.0 + 1.0 + 0.5 + 1.0);
 }
 
-TEST(Trajectory, GoesToAGoalAndHoldsItAfterItsSegmentsHaveFinished) {
+TEST(Trajectory, MovesToAGoalAndHoldsItAfterItsSegments) {
   Trajectory trajectory({{.shape = Hold{.level_um = 10.0, .duration_s = 0.1}}}, false);
   trajectory.start_from(10.0);
   EXPECT_TRUE(trajectory.at(100.0).finished);
@@ -246,7 +246,7 @@ TEST(Trajectory, LeavesTheMotionAtTheEndOfThePreviewWithoutACorner) {
   }
 }
 
-TEST(Trajectory, StaysWhereAReferenceWasAtTheEndOfThePreviewWhereItHasNoSegments) {
+TEST(Trajectory, HoldsTheEndOfThePreviewIfItHasNoSegments) {
   Trajectory before(smooth_segments(), true, limits);
   before.start_from(3.0);
   Trajectory next({}, true);
@@ -254,7 +254,7 @@ TEST(Trajectory, StaysWhereAReferenceWasAtTheEndOfThePreviewWhereItHasNoSegments
   EXPECT_EQ(next.value_um(0.1), before.value_um(0.064));
 }
 
-TEST(Trajectory, StaysAtItsStartUntilAGoalWhereItHasNoSegments) {
+TEST(Trajectory, HoldsItsStartUntilAGoalIfItHasNoSegments) {
   Trajectory trajectory({}, true);
   trajectory.start_from(7.0);
   EXPECT_EQ(trajectory.value_um(3.0), 7.0);

@@ -140,7 +140,7 @@ TEST(ScanPlace, BeginsALineInTheCycleInWhichItBegins) {
   EXPECT_FALSE(place_in_scan(Hold{}, 0.5));
 }
 
-TEST(ScanPlace, HasAPixelFromTheFirstCycleOfALineThatComesBackWithoutATurnaround) {
+TEST(ScanPlace, HasAPixelInEveryCycleWithoutATurnaround) {
   Raster sharp = both_ways(ScanRole::fast);
   sharp.turnaround_percent = 0.0;
   const auto fast = std::get<Raster>(prepared(sharp));

@@ -98,7 +98,7 @@ TEST_P(EveryShape, ReportsItsVelocityAndAcceleration) {
   }
 }
 
-TEST_P(EveryShape, StaysWithinItsBoundsAndComesCloseToThem) {
+TEST_P(EveryShape, StaysWithinTightBounds) {
   const Shape& shape = GetParam().shape;
   const MotionBounds stated = motion_bounds(shape);
   MotionBounds seen{.lowest_um = 1e9, .highest_um = -1e9};
@@ -120,7 +120,7 @@ TEST_P(EveryShape, StaysWithinItsBoundsAndComesCloseToThem) {
   EXPECT_GE(seen.peak_acceleration_um_per_s2, 0.8 * stated.peak_acceleration_um_per_s2);
 }
 
-TEST_P(EveryShape, RestsExactlyWhereItsValueIsConstant) {
+TEST_P(EveryShape, RestsExactlyWhileItsValueIsConstant) {
   const Shape& shape = GetParam().shape;
   constexpr double h_s = 1e-4;
   for (int i = 0; i < 1000; ++i) {
@@ -219,7 +219,7 @@ TEST(MultiSine, RefusesNumbersThatContradictEachOther) {
   EXPECT_THROW(prepared(tones), std::invalid_argument);
 }
 
-TEST(MonotoneCubic, GoesThroughItsPointsAndNeverBeyondThem) {
+TEST(MonotoneCubic, InterpolatesItsPointsWithoutOvershoot) {
   const MonotoneCubic curve = bumps().curve;
   EXPECT_NEAR(curve.length(), 0.5, 1e-12) << "counted from the first time on";
   EXPECT_EQ(curve.at(-1.0).value_um, 10.0);

@@ -9,7 +9,7 @@
 namespace hystcan::controller::trajectory_test {
 namespace {
 
-TEST(Triangle, GoesUpAndBackDownWithinEachCycle) {
+TEST(Triangle, RisesAndFallsWithinEachCycle) {
   const Shape triangle = Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 2.0};
   EXPECT_DOUBLE_EQ(duration_s(triangle), 0.2);
   EXPECT_DOUBLE_EQ(value_um(triangle, 0.0), 3.0);
@@ -68,7 +68,7 @@ TEST(TrajectoryThatJoins, StaysBetweenItsStartAndTheSegments) {
   }
 }
 
-TEST(TrajectoryThatJoins, FollowsTheSegmentsOnTheirOwnTimeAfterATransitionWithinTheLimits) {
+TEST(TrajectoryThatJoins, FollowsTheSegmentsInTimeAfterItsTransition) {
   const Joined joined;
   const double whole_s = 1.875 * 25.0 / 200.0;  // of the largest way, 2 um to 27 um
   const double nearly_s = Joined::at_s + 0.99 * whole_s;
@@ -88,7 +88,7 @@ TEST(TrajectoryThatJoins, TakesAsLongFromAboveAsFromBelow) {
   EXPECT_FALSE(trajectory.at(Joined::at_s + 1.01 * whole_s).in_transition);
 }
 
-TEST(TrajectoryThatJoins, MovesAsItsMotionSays) {
+TEST(TrajectoryThatJoins, MatchesItsReportedMotion) {
   Trajectory trajectory(
       {{.shape = Sine{.low_um = 3, .high_um = 27, .frequency_Hz = 10, .cycles = 100}, .transition_s = 0.3}},
       true);
@@ -118,7 +118,7 @@ TEST(TrajectoryThatJoins, IsInATransitionAndNotInALineOrAtRest) {
   EXPECT_EQ(point.ideal_um, point.value_um);
 }
 
-TEST(TrajectoryThatJoins, GoesOnWithAReferenceThatBeganAgainLater) {
+TEST(TrajectoryThatJoins, ContinuesAReferenceThatWasResumed) {
   Trajectory undisturbed = Joined::made();
   undisturbed.start_from(Joined::start_um);
   undisturbed.resume(0.517, 1e-3);
@@ -136,7 +136,7 @@ TEST(TrajectoryThatJoins, LeavesALiveGoal) {
   EXPECT_FALSE(trajectory.at(1.5).live);
 }
 
-TEST(TrajectoryThatJoins, ForgetsItWhereTheReferenceGoesOnWithOtherSegments) {
+TEST(TrajectoryThatJoins, DropsTheJoinWhenOtherSegmentsContinue) {
   Joined joined;
   Trajectory fresh = Joined::made();
   fresh.continue_from(joined.trajectory, 0.75);
@@ -146,7 +146,7 @@ TEST(TrajectoryThatJoins, ForgetsItWhereTheReferenceGoesOnWithOtherSegments) {
 }
 
 // Once it stayed at the start of its joining until the time of that, and then jumped into the segments.
-TEST(TrajectoryThatJoins, ForgetsItWhereTheSegmentsBeginAnew) {
+TEST(TrajectoryThatJoins, DropsTheJoinWhenTheSegmentsRestart) {
   Joined joined;
   joined.trajectory.join(0.0, Joined::start_um);
   for (double t_s = 0.0; t_s < 2.0; t_s += 1e-3) {
@@ -156,13 +156,13 @@ TEST(TrajectoryThatJoins, ForgetsItWhereTheSegmentsBeginAnew) {
 }
 
 // A sample of the first cycles is older than the reference, by the delay of its sensor.
-TEST(Trajectory, WasAtItsStartBeforeItBegan) {
+TEST(Trajectory, IsAtItsStartBeforeItBegins) {
   Trajectory trajectory = Joined::made();
   trajectory.join(0.0, 14.0);
   EXPECT_EQ(trajectory.at(-0.005).value_um, 14.0);
 }
 
-TEST(Trajectory, StartsAtZeroIfNothingSaysWhere) {
+TEST(Trajectory, StartsAtZeroByDefault) {
   const Trajectory trajectory({{.shape = Hold{.level_um = 10.0}, .transition_s = 0.5}}, false);
   EXPECT_EQ(trajectory.value_um(0.0), 0.0);
   EXPECT_TRUE(trajectory.at(0.499).in_transition);
@@ -175,7 +175,7 @@ Trajectory two_holds() {
           true};
 }
 
-TEST(Trajectory, KnowsHowLongAPassIsAndWhereASegmentBeginsInIt) {
+TEST(Trajectory, HasTheLengthOfAPassAndTheStartOfEachSegment) {
   EXPECT_DOUBLE_EQ(two_holds().pass_s(), 3.0);
   EXPECT_EQ(two_holds().begins_s(0), 0.0);
   EXPECT_DOUBLE_EQ(two_holds().begins_s(1), 1.5);
@@ -202,7 +202,7 @@ TEST(Trajectory, IsInThePartThatBeginsWithinTheRoundingOfATime) {
   }
 }
 
-TEST(Trajectory, HasAnotherIdealOnlyWhereATurnaroundRoundsACorner) {
+TEST(Trajectory, DiffersFromItsIdealOnlyInATurnaround) {
   const Shape shape = prepared(
       Triangle{.low_um = 3, .high_um = 27, .frequency_Hz = 10, .cycles = 2, .turnaround_percent = 20});
   Trajectory trajectory({{.shape = shape, .transition_s = 0.25}}, false);
@@ -216,7 +216,7 @@ TEST(Trajectory, HasAnotherIdealOnlyWhereATurnaroundRoundsACorner) {
   EXPECT_GT(most_um, 0.1);
 }
 
-TEST(Trajectory, BeginsAnewAtItsFirstValueWhereverItIs) {
+TEST(Trajectory, RestartsAtItsFirstValue) {
   const std::vector<Segment> ramp{
       {.shape = Ramp{.from_um = 1.0, .to_um = 9.0, .duration_s = 2.0}, .transition_s = 0.25}};
   Trajectory trajectory(ramp, false);

@@ -28,7 +28,7 @@ Peaks seen(const Transition& way) {
   return peaks;
 }
 
-TEST(Transition, FromRestIsTheSmoothStep) {
+TEST(Transition, IsASmoothStepFromRest) {
   const Transition way({.value_um = 3.0}, 27.0, 0.2);
   for (const double s : {0.0, 0.1, 0.5, 0.77, 0.999})
     EXPECT_NEAR(way.value_um(0.2 * s), 3.0 + 24.0 * smooth_step(s), 1e-13);
@@ -37,7 +37,7 @@ TEST(Transition, FromRestIsTheSmoothStep) {
   EXPECT_EQ(way.value_um(-1.0), 3.0);
 }
 
-TEST(Transition, OfNoDurationIsAtItsEnd) {
+TEST(Transition, IsAtItsEndIfItHasNoDuration) {
   const Transition way({.value_um = 3.0}, 5.0, 0.0);
   EXPECT_EQ(way.value_um(0.0), 5.0);
   EXPECT_EQ(way.at(0.0).value_um, 5.0);
@@ -46,7 +46,7 @@ TEST(Transition, OfNoDurationIsAtItsEnd) {
   EXPECT_EQ(way.peak_acceleration_um_per_s2(), 0.0);
 }
 
-TEST(Transition, IsAsLongAsItsLimitsAskFor) {
+TEST(Transition, IsAsLongAsItsLimitsRequire) {
   const Motion rest{.value_um = 0.0};
   EXPECT_DOUBLE_EQ(Transition::within({}, rest, 10.0, 0.1).duration_s(), 0.1);
   EXPECT_DOUBLE_EQ(Transition::within({.slew_um_per_s = 1000.0}, rest, 10.0, 0.1).duration_s(), 0.1)
@@ -58,7 +58,7 @@ TEST(Transition, IsAsLongAsItsLimitsAskFor) {
       << "no way at all";
 }
 
-TEST(Transition, FromAMotionIsAsLongAsAskedForWhereTheLimitsAllowLess) {
+TEST(Transition, KeepsTheRequestedDurationIfTheLimitsAllowLess) {
   const ReferenceLimits wide{.slew_um_per_s = 1e6, .acceleration_um_per_s2 = 1e9};
   for (const double velocity : {100.0, -100.0})
     EXPECT_EQ(
@@ -67,7 +67,7 @@ TEST(Transition, FromAMotionIsAsLongAsAskedForWhereTheLimitsAllowLess) {
 }
 
 // A jump of the acceleration is a jump of the feed-forward.
-TEST(Transition, KeepsTheAccelerationOfAMotionWhereTheLimitsAllowIt) {
+TEST(Transition, KeepsTheInitialAccelerationIfTheLimitsAllowIt) {
   const ReferenceLimits limits{.acceleration_um_per_s2 = 2e4};
   for (const double acceleration : {1e4, -1e4, 1.9e4}) {
     const Motion from{.value_um = 1.0, .velocity_um_per_s = 50.0, .acceleration_um_per_s2 = acceleration};
@@ -82,7 +82,7 @@ TEST(Transition, KeepsTheAccelerationOfAMotionWhereTheLimitsAllowIt) {
 
 // Their accelerations are (1 - s) (1 + s^2), which has no other zero, and (1 - s) (10 - s) (20 - s) / 200,
 // whose others lie behind the end.
-TEST(Transition, IsFastestAndHardestAtItsBeginWhereItOnlyEases) {
+TEST(Transition, HasItsPeaksAtTheStartIfItOnlySlowsDown) {
   const Transition without({.velocity_um_per_s = -7.0 / 12.0, .acceleration_um_per_s2 = 1.0}, -13.0 / 60.0,
                            1.0);
   EXPECT_NEAR(without.peak_slew_um_per_s(), 7.0 / 12.0, 1e-12);
@@ -94,7 +94,7 @@ TEST(Transition, IsFastestAndHardestAtItsBeginWhereItOnlyEases) {
   EXPECT_NEAR(behind.peak_acceleration_um_per_s2(), 1.0, 1e-12);
 }
 
-TEST(TransitionProperty, TellsItsPeaksExactly) {
+TEST(TransitionProperty, ReportsItsPeaksExactly) {
   EXPECT_TRUE(rc::check("peaks against four thousand points", [] {
     const Motion from{.value_um = drawn(0, 30),
                       .velocity_um_per_s = drawn(-1000, 1000),
@@ -136,7 +136,7 @@ TEST(TransitionProperty, KeepsTheLimitsFromEveryMotionWithinThem) {
   }));
 }
 
-TEST(Transition, FromBeyondTheLimitsIsLetDownWithoutGoingFaster) {
+TEST(Transition, NeverAcceleratesFromBeyondTheLimits) {
   const ReferenceLimits limits{.slew_um_per_s = 100.0, .acceleration_um_per_s2 = 1e4};
   for (const double sign : {1.0, -1.0}) {
     const Motion from{
@@ -151,7 +151,7 @@ TEST(Transition, FromBeyondTheLimitsIsLetDownWithoutGoingFaster) {
 
 constexpr model::Interval anywhere{-1000.0, 1000.0};
 
-TEST(TransitionProperty, BrakesFromEveryMotionWithinTheLimitsToAStand) {
+TEST(TransitionProperty, StopsFromEveryMotionWithinTheLimits) {
   EXPECT_TRUE(rc::check("limits, beginning and end", [] {
     const ReferenceLimits limits{.slew_um_per_s = drawn(10, 1000), .acceleration_um_per_s2 = drawn(1e3, 1e6)};
     const Motion from{.value_um = drawn(0, 30),
@@ -173,7 +173,7 @@ TEST(TransitionProperty, BrakesFromEveryMotionWithinTheLimitsToAStand) {
   }));
 }
 
-TEST(Transition, BrakesAsHardAsItMayAndHarderWhereThereIsNoRoom) {
+TEST(Transition, BrakesAtTheLimitAndHarderIfThereIsNoSpace) {
   const ReferenceLimits limits{.slew_um_per_s = 3000.0, .acceleration_um_per_s2 = 2.4e5};
   for (const double sign : {1.0, -1.0}) {
     const Motion from{.value_um = 10.0, .velocity_um_per_s = sign * 480.0};
@@ -203,7 +203,7 @@ TEST(Transition, BrakesAsHardAsItMayAndHarderWhereThereIsNoRoom) {
   EXPECT_EQ(corner.end_um(), 10.0);
 }
 
-TEST(Handover, MovesAlongItsLeadAsItsMotionSays) {
+TEST(Handover, MatchesItsReportedMotionAlongItsLead) {
   Handover::Lead lead{};
   for (std::size_t i = 0; i < lead.size(); ++i) lead[i] = 1.0 + 0.25 * static_cast<double>(i * i);
   const Handover handover(lead, 0.5, {}, Transition({.value_um = lead.back()}, 3.0, 0.25));

@@ -26,26 +26,26 @@ double ringing(const Turnaround& turnaround, double period_s = mode_s) {
   return std::abs(sum);
 }
 
-TEST(Turnaround, DoesNotRingTheModeWhateverItsLengthFromFourSeventhsOfAPeriodOn) {
+TEST(Turnaround, DoesNotExciteTheModeBeyondFourSeventhsOfAPeriod) {
   for (const double periods : {0.58, 0.7, 0.99, 1.0, 1.01, 1.37, 2.0, 2.5, 7.77})
     EXPECT_LT(ringing(Turnaround(periods * mode_s, mode_s)), 1e-4) << periods;
 }
 
-TEST(Turnaround, OfHalfAPeriodLeavesAFifthOfTheRinging) {
+TEST(Turnaround, LeavesAFifthOfTheRingingAtHalfAPeriod) {
   EXPECT_NEAR(ringing(Turnaround(0.5 * mode_s, mode_s)), 0.194, 0.001);
   EXPECT_NEAR(ringing(Turnaround(0.5 * mode_s, 0.0)), 2.0 / std::numbers::pi, 0.001)
       << "one pulse leaves this";
 }
 
 // A resonance that is 10 % off leaves at most a tenth where the turnaround is a period or longer.
-TEST(Turnaround, ToleratesAResonanceThatIsTenPercentOff) {
+TEST(Turnaround, ToleratesAResonanceTenPercentOff) {
   for (const double periods : {0.7, 1.0, 1.5, 2.5, 4.0})
     for (const double off : {0.9, 1.1})
       EXPECT_LT(ringing(Turnaround(periods * mode_s, mode_s), off * mode_s), periods < 1.0 ? 0.18 : 0.12)
           << periods << " " << off;
 }
 
-TEST(Turnaround, HasSlopeAndCurvatureOfItsWay) {
+TEST(Turnaround, HasTheSlopeAndCurvatureOfItsPath) {
   constexpr double h_s = 1e-8;
   for (const double length_s : {1e-3, 1.5e-3, 2e-3, 2.6e-3, 9e-3}) {
     const Turnaround turnaround(length_s, mode_s);
@@ -59,7 +59,7 @@ TEST(Turnaround, HasSlopeAndCurvatureOfItsWay) {
   }
 }
 
-TEST(Turnaround, ThatIsNoneIsTheSharpCorner) {
+TEST(Turnaround, IsASharpCornerIfItHasNoLength) {
   const Turnaround none;
   for (const double t_s : {-0.3, 0.0, 0.2}) EXPECT_EQ(none.way_s(t_s), std::abs(t_s));
   EXPECT_EQ(Turnaround(0.0, mode_s).length_s(), 0.0);
@@ -113,7 +113,7 @@ constexpr Triangle triangle{.low_um = 3.0,
                             .mode_period_s = mode_s};
 
 // 10 % of 100 ms: two turnarounds of 5 ms, 2.5 ms on each side of a corner.
-TEST(TriangleWithTurnarounds, LiesOnItsIdealLineButForTheShareOfTheTurnarounds) {
+TEST(TriangleWithTurnarounds, FollowsItsIdealLineExceptInItsTurnarounds) {
   const Shape shape = triangle;
   int apart = 0;
   for (int i = 0; i < 1000; ++i) {
