@@ -194,7 +194,7 @@ TEST(Documents, HaveShellBlocksThatParse) {
 }
 
 // A formatter that takes a block for prose leaves its fence in the middle of a line.
-TEST(Documents, HaveFencesOnlyAtTheBeginOfALine) {
+TEST(Documents, HaveFencesOnlyAtTheStartOfALine) {
   for (const auto& [name, document] : documents())
     if (const auto at = document.prose.find("```"); at != std::string::npos)
       ADD_FAILURE() << name << ':' << line_of(document.prose, static_cast<std::ptrdiff_t>(at));
@@ -401,7 +401,7 @@ std::set<std::string> matches(const fs::path& file, const char* pattern) {
   return found;
 }
 
-TEST(Clients, SendNoCommandThatTheTableLacks) {
+TEST(Clients, SendOnlyCommandsOfTheTable) {
   std::set<std::string> words, of_page;
   for (const app::ControlCommand& row : app::protocol::commands) {
     words.emplace(row.word);
@@ -421,7 +421,7 @@ TEST(Clients, SendNoCommandThatTheTableLacks) {
       EXPECT_TRUE(of_page.contains(word)) << script.path() << ": " << word;
 }
 
-TEST(Clients, ReadNoMemberThatTheAnswersLack) {
+TEST(Clients, ReadOnlyMembersOfTheAnswers) {
   std::set<std::string> known{"ok"};
   for (const app::Reply reply : every<app::Reply>())
     app::with_answer(reply, [&](auto answer) { known.merge(AnswerMembers(answer).names); });

@@ -66,7 +66,7 @@ std::vector<std::string> all_pages() {
 class Symptom : public testing::TestWithParam<std::string> {};
 
 // A line of the log that is longer than the page goes on behind an indent.
-TEST_P(Symptom, QuotesWhatItsRunPrintsInItsOrder) {
+TEST_P(Symptom, QuotesTheOutputOfItsRunInOrder) {
   const std::string page = page_of(GetParam());
   const std::string quoted =
       std::regex_replace(block_under(page, "What the log says"), std::regex("\n +"), " ");
@@ -113,7 +113,7 @@ TEST(SymptomPages, QuoteTheLinesOfABusOff) {
   EXPECT_EQ(block_under(page_of("bus-off"), "What the log says"), lines);
 }
 
-TEST(SymptomPages, QuoteWhatTheBrowserShowsWithoutAController) {
+TEST(SymptomPages, QuoteTheTextsOfTheBrowserWithoutAController) {
   const fs::path web = HYSTCAN_SOURCE_DIR "/app/page/web";
   for (const auto& [words, file] : {std::pair{"connected, no controller", "main.js"},
                                     std::pair{"no answer from the controller", "status_view.js"}}) {
