@@ -28,7 +28,7 @@ struct Ctl : testing::Test {
   }
 };
 
-TEST_F(Ctl, WatchShowsTheStatusAgainAndAgainUntilItIsInterrupted) {
+TEST_F(Ctl, WatchRepeatsTheStatusUntilItIsInterrupted) {
   start();
   support::Process watch(
       {HYSTCAN_PROGRAM, "status", "--watch", "--interface", "vcan0", "--socket", stage.socket});
@@ -38,7 +38,7 @@ TEST_F(Ctl, WatchShowsTheStatusAgainAndAgainUntilItIsInterrupted) {
   EXPECT_EQ(watch.wait(), 0) << watch.err();
 }
 
-TEST_F(Ctl, ReportsAFaultWithItsRemedyAndTheAxisTracksAgainAfterClearAndEnable) {
+TEST_F(Ctl, ReportsAFaultWithItsRemedyAndRestartsTheAxis) {
   start();
   ASSERT_TRUE(hil::shell("cansend vcan0 000#0201")) << "another node stops node 1 by NMT";
   ASSERT_TRUE(stage.reaches(x, "faulted"));

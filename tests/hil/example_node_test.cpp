@@ -33,7 +33,7 @@ struct ExampleNode : testing::Test {
 
 // The stage of the example is a straight line within the loop of the model, whose width is 15 % of the
 // stroke. PI corrects most of the difference: 1.9 and 1.3 % remain.
-TEST_F(ExampleNode, IsTrackedByTheControllerAndEverythingOnTheWireIsAsDocumented) {
+TEST_F(ExampleNode, IsTrackedWithFramesAsDocumented) {
   shows("S-153");
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
@@ -50,7 +50,7 @@ TEST_F(ExampleNode, IsTrackedByTheControllerAndEverythingOnTheWireIsAsDocumented
   EXPECT_EQ(log.at("last_status").at("output"), 0.0);
 }
 
-TEST_F(ExampleNode, TripsWithoutCommandsAndTracksAgainOnceItsFaultIsCleared) {
+TEST_F(ExampleNode, TripsWithoutCommandsAndTracksAgainAfterClear) {
   shows("S-153");
   bench.start_controller();
   ASSERT_TRUE(bench.tracks()) << bench.controller->err();
@@ -90,7 +90,7 @@ std::map<int, int> slots_of(const char* id, const std::vector<std::string>& fram
 
 // The standard frames of both axes, as CAN FD by the DBC. On a virtual interface, the bit-rate switch is only
 // a flag of the frame. Heartbeats and statuses have slots.
-TEST(ExampleNodeOnCanFd, IsTrackedByTheControllerWithFramesThatSwitchTheBitRate) {
+TEST(ExampleNodeOnCanFd, IsTrackedWithFramesThatSwitchTheBitRate) {
   const support::ShippedCopy files;
   files.edit("piezo.toml", "bitrate_bit_per_s = 1_000_000\n",
              "bitrate_bit_per_s = 1_000_000\ndata_bitrate_bit_per_s = 5_000_000\nbackground_slots = 24\n");

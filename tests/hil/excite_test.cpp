@@ -91,7 +91,7 @@ TEST(Icount, ExciteMeasuresTheSameDatasetAsItsRehearsalToNanometres) {
   EXPECT_FALSE(log.at("seen").contains("XAmpEmcy"));
 }
 
-TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRowsSoFar) {
+TEST(Vcan, ControlCOnExciteRampsDownAndKeepsTheRows) {
   LiveBench bench({"vcan0", "vcan0"});
   const auto file = in_scratch("stopped.csv");
   bench.start("excite", {"--overwrite", "--output", file.string(), "--low", "20"});

@@ -52,7 +52,7 @@ TEST_F(ControllerProcess, StopsCleanlyOnSigterm) {
   expect_clean_stop();
 }
 
-TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnSigkill) {
+TEST_F(ControllerProcess, LeavesTheStopToTheAmplifierOnSigkill) {
   shows("S-062");
   stage.start();
   stage.bench.controller->send(SIGKILL);
@@ -71,7 +71,7 @@ std::vector<pid_t> other_threads(pid_t process) {
   return threads;
 }
 
-TEST_F(ControllerProcess, LeavesTheStopToTheAmplifiersWatchdogOnASegmentationFaultInAnotherThread) {
+TEST_F(ControllerProcess, LeavesTheStopToTheAmplifierOnASegmentationFault) {
   shows("S-062");
   stage.start();
   const pid_t process = stage.bench.controller->pid();
@@ -116,7 +116,7 @@ class Manager {
 };
 
 // systemd sends SIGABRT after WatchdogSec, and SIGCONT so that a stopped process receives it.
-TEST_F(ControllerProcess, IsKilledByItsServiceManagerWhenItHangsLongAfterTheAmplifiersWatchdogs) {
+TEST_F(ControllerProcess, IsKilledByItsServiceManagerAfterItHangs) {
   shows("S-062, S-063");
   constexpr milliseconds watchdog{300};
   const Manager manager(stage.folder() + "/notify", 300'000);
@@ -207,7 +207,7 @@ TEST_F(ControllerProcess, StopsCleanlyWhenItsTerminalHangsUp) {
   expect_clean_stop();
 }
 
-TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAndKeepsTracking) {
+TEST_F(ControllerProcess, ReloadsOnSighupWithoutATerminal) {
   shows("S-064");
   stage.start();
   stage.set("controller", "heartbeat_ms = 50.0");
@@ -224,7 +224,7 @@ TEST_F(ControllerProcess, ReadsTheConfigurationAgainOnASighupWithoutATerminalAnd
 }
 
 /// No other node is on the bus.
-TEST(ControllerProcessWithoutNodes, SaysWhatItWaitsForAndEndsWithOne) {
+TEST(ControllerProcessWithoutNodes, ReportsTheMissingNodesAndExitsWithOne) {
   shows("S-053");
   hil::FreshVcan fresh;
   hil::Process controller(
@@ -237,7 +237,7 @@ TEST(ControllerProcessWithoutNodes, SaysWhatItWaitsForAndEndsWithOne) {
       << controller.err();
 }
 
-TEST(ControllerProcessWithoutNodes, EndsWithOneOnSigtermToo) {
+TEST(ControllerProcessWithoutNodes, ExitsWithOneOnSigterm) {
   hil::FreshVcan fresh;
   hil::Process controller({HYSTCAN_PROGRAM, "controller", hil::config_file, "--interface", "vcan0"});
   ASSERT_TRUE(controller.says("x: waiting for amplifier node"));
@@ -247,7 +247,7 @@ TEST(ControllerProcessWithoutNodes, EndsWithOneOnSigtermToo) {
       << controller.err();
 }
 
-TEST(ControllerProcessWithoutNodes, EndsWithZeroWhereTheUserHasDisabledEveryAxis) {
+TEST(ControllerProcessWithoutNodes, ExitsWithZeroIfTheUserHasDisabledEveryAxis) {
   hil::FreshVcan fresh;
   hil::Process controller({HYSTCAN_PROGRAM, "controller", hil::config_file, "--interface", "vcan0"});
   ASSERT_TRUE(controller.says("x: waiting for amplifier node"));

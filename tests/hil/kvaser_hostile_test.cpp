@@ -30,7 +30,7 @@ struct KvaserHostile : testing::Test {
 
 // 50 ms later the driver reports that it is not in bus-off. The bus-off therefore ends without a restart
 // frame; the axes stay disarmed.
-TEST_F(KvaserHostile, BusOffDisarmsAlsoWhenTheDriverDeniesIt) {
+TEST_F(KvaserHostile, BusOffDisarmsEvenIfTheDriverDoesNotReportIt) {
   EXPECT_FALSE(shell("ip link set can0 type can restart 2>/dev/null"))
       << "the driver restarts from bus-off only";
   ASSERT_TRUE(shell("cansend can0 20000040#0000000000000000"));
@@ -48,7 +48,7 @@ TEST_F(KvaserHostile, BusOffDisarmsAlsoWhenTheDriverDeniesIt) {
 
 // The queue accepts every frame and releases one every 8 ms, as on a bus that others fill. The driver echoes
 // a frame when it was sent: the controller detects late commands before samples are missing.
-TEST_F(KvaserHostile, CommandsThatWaitInTheQueueFaultAsLate) {
+TEST_F(KvaserHostile, CommandsWaitingInTheQueueFaultAsLate) {
   shows("S-048");
   ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 16kbit burst 20 limit 3200"));
   EXPECT_TRUE(bench.controller->says("x: faulted")) << bench.controller->err();

@@ -42,7 +42,7 @@ json printed_by_decode_py(const std::string& log) {
   return json::parse(reader.out(), nullptr, false);
 }
 
-TEST_P(Live, BothAxesTrackOnceAndEverythingOnTheWireIsAsDocumented) {
+TEST_P(Live, BothAxesTrackWithFramesAsDocumented) {
   bench.start_controller({"--once", "--json"});
   ASSERT_EQ(bench.controller->wait(), 0) << bench.controller->err();
   const json result = json::parse(bench.controller->out());
@@ -74,7 +74,7 @@ INSTANTIATE_TEST_SUITE_P(Vcan, Live, testing::Values(Wire{"vcan0", "vcan0"}),
 INSTANTIATE_TEST_SUITE_P(Kvaser, Live, testing::Values(Wire{"can0", "can1"}),
                          [](const auto&) { return "can0"; });
 
-TEST(Interface, ThatIsDownOrTakesNoFdIsRefused) {
+TEST(Interface, IsRefusedIfDownOrWithoutFd) {
   ASSERT_EQ(std::system("ip link add dev vcan8 type vcan"), 0);
   Process down({HYSTCAN_PROGRAM, "twin", config_file, "--interface", "vcan8"});
   EXPECT_EQ(down.wait(), 1);

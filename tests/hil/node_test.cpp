@@ -129,7 +129,7 @@ int tracked_s() {
   return asked == nullptr ? 1 : std::stoi(asked);
 }
 
-TEST_F(IcountAnalogueNode, Sends99PercentOfItsSamplesWithin100MicrosecondsOfSyncAndMissesNoCycle) {
+TEST_F(IcountAnalogueNode, SendsItsSamplesInTimeAndMissesNoCycle) {
   track();
   std::this_thread::sleep_for(std::chrono::seconds(tracked_s()));
   const hil::json report = bench_->stop_and_report(0);
@@ -187,7 +187,7 @@ TEST_F(IcountAnalogueNode, IsSafeWhenItsWatchdogExpiresAfterTheDeathOfTheControl
       << "command_timeout_ms is 20";
 }
 
-TEST_F(IcountAnalogueNode, IsMadeSafeByItsGuardWhileItIsStoppedAndDoesNotDriveAgain) {
+TEST_F(IcountAnalogueNode, IsMadeSafeByItsGuardWhileStopped) {
   track();
   EXPECT_LT(ms_until_safe("node stopped", node_->pid(), SIGSTOP), 20.0 + 5.0) << "command_timeout_ms is 20";
   node_->send(SIGCONT);
@@ -206,7 +206,7 @@ TEST_F(IcountAnalogueNode, EndsWithSafeOutputsWhenItsGuardIsStopped) {
   EXPECT_EQ(node_->wait(), 1) << node_->err();
 }
 
-TEST_F(IcountAnalogueNode, IsTrackedAgainAfterTheInterfaceWasDownAndAfterARestart) {
+TEST_F(IcountAnalogueNode, TracksAgainAfterAnInterfaceDownAndARestart) {
   const std::string socket = (files_.files / "ctl.sock").string();
   files_.files.edit("piezo.toml", "[controller]\n", "[controller]\ncontrol_socket = \"" + socket + "\"\n");
   start_bench();
@@ -246,7 +246,7 @@ TEST_F(IcountAnalogueNode, ReportsARailInsteadOfAPosition) {
   EXPECT_EQ(frames("082#0050"), 1) << "emergency of the sensor node of x";
 }
 
-TEST_F(IcountAnalogueNode, RefusesWhatTheCardLacksInOneLine) {
+TEST_F(IcountAnalogueNode, RefusesUnavailableChannelsInOneLine) {
   const auto refusal = [&](const std::string& what, const std::string& with) {
     files_.files.edit("piezo.toml", what, with);
     Process node({HYSTCAN_PROGRAM, "node", files_.config()});
@@ -279,7 +279,7 @@ TEST_F(IcountAnalogueNode, NamesTheGroupToAUserWithoutPermission) {
 }
 
 // The last test: afterwards comedi_test has no card.
-TEST_F(IcountAnalogueNode, ReportsThatTheCardIsGoneInsteadOfAnOldPosition) {
+TEST_F(IcountAnalogueNode, ReportsAMissingCardInsteadOfAnOldPosition) {
   track();
   const int card = open("/dev/comedi0", O_RDWR);
   ASSERT_EQ(ioctl(card, COMEDI_DEVCONFIG, nullptr), 0) << std::strerror(errno);

@@ -24,7 +24,7 @@ bool says_last(const Process& program, const std::string& reason) {
   return program.err().ends_with("hystcan: standard output: cannot be written: " + reason + "\n");
 }
 
-TEST(Outputs, ThatCannotBeWrittenEndTheControllerWithOneAndALine) {
+TEST(Outputs, EndTheControllerWithAnErrorIfUnwritable) {
   QuickStage stage;
   for (const std::string redirection : {"> /dev/full", ">&-"}) {
     Process controller = run(stage, "controller " + stage.config + " --duration 0.5", redirection);
@@ -35,7 +35,7 @@ TEST(Outputs, ThatCannotBeWrittenEndTheControllerWithOneAndALine) {
   }
 }
 
-TEST(Outputs, WithoutAReaderDoNotKillTheController) {
+TEST(Outputs, DoNotKillTheControllerWithoutAReader) {
   QuickStage stage;
   Process controller = run(stage, "controller " + stage.config, ">&4 2>&4 4>&-");
   ASSERT_TRUE(hil::eventually([&] { return stage.status().is_object(); }));
@@ -45,7 +45,7 @@ TEST(Outputs, WithoutAReaderDoNotKillTheController) {
   hil::expect_both_safe(stage.log_at_rest());
 }
 
-TEST(Outputs, OnAFullDiskEndTwinAndBusToolsWithOne) {
+TEST(Outputs, EndTwinAndBusToolsWithOneOnAFullDisk) {
   QuickStage stage;
   Process tracked = run(stage, "controller " + stage.config, "");
   ASSERT_TRUE(tracked.says("x: tracking"));
@@ -63,7 +63,7 @@ TEST(Outputs, OnAFullDiskEndTwinAndBusToolsWithOne) {
   EXPECT_TRUE(says_last(twin, "No space left on device")) << twin.err();
 }
 
-TEST(Outputs, WithoutAReaderEndMonitorQuietlyWithZero) {
+TEST(Outputs, EndMonitorWithZeroWithoutAReader) {
   const QuickStage stage;
   for (const std::string option : {"", " --json"}) {
     Process program = run(stage, "monitor --interface vcan0 --period 0.05" + option, ">&4 4>&-");
@@ -101,7 +101,7 @@ class Job {
   Process shell_;
 };
 
-TEST(BackgroundJob, OfTheControllerEndsBySigintInGoodOrder) {
+TEST(BackgroundJob, EndsTheControllerCleanlyOnSigint) {
   QuickStage stage;
   Job job("controller " + stage.config + " --csv " + stage.folder() + "/run.csv");
   ASSERT_TRUE(job.process().says("x: tracking"));
@@ -111,7 +111,7 @@ TEST(BackgroundJob, OfTheControllerEndsBySigintInGoodOrder) {
   hil::expect_both_safe(stage.log_at_rest());
 }
 
-TEST(BackgroundJob, OfABusToolEndsBySigint) {
+TEST(BackgroundJob, EndsABusToolOnSigint) {
   QuickStage stage;
   Process tracked = run(stage, "controller " + stage.config, "");
   ASSERT_TRUE(tracked.says("x: tracking"));

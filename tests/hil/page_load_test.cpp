@@ -76,7 +76,7 @@ Tracked track(bool with_clients) {
   return run;
 }
 
-TEST(IcountPage, TwentyClientsAndOneThatNeverReadsCostNoCycle) {
+TEST(IcountPage, TwentyClientsAndABlockedOneCostNoCycle) {
   connect_once();
   const Tracked quiet = track(false);
   const Tracked busy = track(true);

@@ -29,7 +29,7 @@ std::string output_of(const std::vector<std::string>& words) {
 
 json recording_of(const QuickStage& stage) { return stage.status().at("recording"); }
 
-TEST(RecordedRun, OfAKilledControllerIsListedAndExported) {
+TEST(RecordedRun, IsListedAndExportedAfterAKill) {
   QuickStage stage;
   const std::string runs = stage.folder() + "/runs";
   stage.files.edit("piezo.toml", "[twin]\n", "[record]\nbus_log = true\n\n[twin]\n");

@@ -38,7 +38,7 @@ bool has_black_box(const std::string& folder) {
   return false;
 }
 
-TEST(StuckOutput, HidesNoFaultFromTheStatusAndTheBlackBoxAndTheControllerEnds) {
+TEST(StuckOutput, DoesNotHideAFaultFromStatusAndBlackBox) {
   QuickStage stage;
   const std::string file = stage.folder() + "/full";
   const FullPipe pipe(file);
@@ -57,7 +57,7 @@ TEST(StuckOutput, HidesNoFaultFromTheStatusAndTheBlackBoxAndTheControllerEnds) {
   EXPECT_EQ(stage.log_at_rest().at("last_command").at("enable"), 0);
 }
 
-TEST(StuckOutput, LeavesNoStageDrivenByExcite) {
+TEST(StuckOutput, DoesNotLeaveAStageDrivenByExcite) {
   QuickStage stage;
   const std::string file = stage.folder() + "/full";
   const FullPipe pipe(file);
