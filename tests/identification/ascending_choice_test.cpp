@@ -35,7 +35,7 @@ std::vector<double> outputs(const Hysteresis& model, const std::vector<double>& 
   return outputs;
 }
 
-TEST(AscendingChoice, BeginsAtTheLowerPointAndChangesNoLoopFromThere) {
+TEST(AscendingChoice, BeginsAtTheLowerPointAndKeepsTheLoops) {
   for (const double k_span : {0.0, 0.7, 1.5, -0.5}) {
     const HysteresisParameters given = far_below(k_span);
     EXPECT_FALSE(begins_at_lower_point(given));
@@ -52,7 +52,7 @@ TEST(AscendingChoice, BeginsAtTheLowerPointAndChangesNoLoopFromThere) {
   }
 }
 
-TEST(AscendingChoice, KeepsAModelThatNoCurveComesNearTo) {
+TEST(AscendingChoice, KeepsAModelIfNoCurveIsClose) {
   const HysteresisParameters given = far_below(2.0);
   const HysteresisParameters kept = with_ascending_from_lower(given, 0.0);
   EXPECT_EQ(kept.ascending.coefficients(), given.ascending.coefficients());

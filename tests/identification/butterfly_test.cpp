@@ -82,7 +82,7 @@ TEST(IdentifyButterfly, FindsASquare) {
   expect_found(butterfly(magnetisation(), {15.0, 0.0, 15.0}), "square");
 }
 
-TEST(LongIdentifyButterfly, FindsAMapThatIsNeitherEvenNorASquare) {
+TEST(LongIdentifyButterfly, FindsAnAsymmetricMapOfHigherOrder) {
   expect_found(butterfly(magnetisation(), {14.0, 1.0, 14.0, -0.6, 0.9}), "order 4, not even");
 }
 
@@ -90,7 +90,7 @@ TEST(IdentifyButterfly, FindsASaturatingMagnetisation) {
   expect_found(butterfly(saturating(), {15.0, 0.0, 15.0}), "saturating");
 }
 
-TEST(IdentifyButterfly, PredictsItsDatasetAsItSays) {
+TEST(IdentifyButterfly, PredictsItsDatasetWithTheReportedError) {
   const Dataset dataset = noisy(butterfly(magnetisation(), {15.0, 0.0, 15.0}), 2);
   const Identified found = identify({dataset}, {});
   const std::vector<double> predicted = predict(found, {dataset}, 0);
@@ -107,7 +107,7 @@ TEST(IdentifyButterfly, FindsTheZeroOfEachDataset) {
   EXPECT_LT(rms_percent(found), limit);
 }
 
-TEST(IdentifyButterfly, TakesNoMapWhereTheFoldDoesAsWell) {
+TEST(IdentifyButterfly, PrefersTheFoldIfItFitsEquallyWell) {
   HysteresisParameters p = magnetisation();
   p.ascending = p.descending = {model::Basis::power, {0.0, 0.01}, range};
   const Identified found = identify({noisy(butterfly(p, {15.0, 0.0, 15.0}), 5)}, {});
@@ -115,7 +115,7 @@ TEST(IdentifyButterfly, TakesNoMapWhereTheFoldDoesAsWell) {
   EXPECT_EQ(found.parameters.symmetry, model::Symmetry::even);
 }
 
-TEST(IdentifyButterfly, OfOneSideIsRefusedWithTheDataset) {
+TEST(IdentifyButterfly, RefusesAOneSidedDataset) {
   const Hysteresis truth = butterfly(magnetisation(), {15.0, 0.0, 15.0});
   const Dataset one_side =
       record_of(truth, truth.at_upper_threshold(),
@@ -129,13 +129,13 @@ TEST(IdentifyButterfly, OfOneSideIsRefusedWithTheDataset) {
   EXPECT_NE(refusal.find("dataset 2 shows one side"), std::string::npos) << refusal;
 }
 
-TEST(IdentifyButterfly, OfARisingOutputSeesNoValley) {
+TEST(IdentifyButterfly, FindsNoValleyInARisingOutput) {
   EXPECT_FALSE(passes_valley(record_of(Hysteresis(model::piezo_model()), steps)));
   EXPECT_TRUE(passes_valley(record_of(butterfly(magnetisation(), {15.0, 0.0, 15.0}), steps)));
   EXPECT_FALSE(passes_valley({}));
 }
 
-TEST(IdentifyButterfly, OfANoisyOutputThatHardlyMovesSeesNoValley) {
+TEST(IdentifyButterfly, FindsNoValleyInANoisyOutputThatHardlyMoves) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> noise_um(0.0, 1.0);
   Dataset dataset;
@@ -147,7 +147,7 @@ TEST(IdentifyButterfly, OfANoisyOutputThatHardlyMovesSeesNoValley) {
   EXPECT_FALSE(passes_valley(dataset));
 }
 
-TEST(IdentifyButterfly, StopsWhenAsked) {
+TEST(IdentifyButterfly, StopsOnRequest) {
   IdentifyOptions options;
   options.output = ShapeOfOutput::butterfly;
   int calls = 0;

@@ -56,7 +56,7 @@ std::vector<Dataset> two_rates(const OutputCreep& creep) {
 }
 
 // Some relaxor ceramics creep that much. The range of creep ends where half of the output would come at once.
-TEST(IdentifyCreep, OfFifteenPercentADecadeIsFoundWithItsRange) {
+TEST(IdentifyCreep, FindsFifteenPercentPerDecadeWithItsRange) {
   const Identified found = identify(two_rates(OutputCreep({.per_decade = 0.15})), {});
   ASSERT_TRUE(found.creep);
   EXPECT_NEAR(found.creep->per_decade, 0.15, 0.005);
@@ -65,7 +65,7 @@ TEST(IdentifyCreep, OfFifteenPercentADecadeIsFoundWithItsRange) {
 }
 
 // Without a gain of its own, the faster session looks as if the slower one crept.
-TEST(IdentifyCreep, IsDoubtedWhereAGainOfASessionExplainsAsMuch) {
+TEST(IdentifyCreep, ReportsAnAlternativeIfASessionGainExplainsAsMuch) {
   std::vector<Dataset> sessions = two_rates(OutputCreep());
   for (double& x : sessions[0].output) x *= 1.01;
   const Identified found = identify(sessions, {});
@@ -77,13 +77,13 @@ TEST(IdentifyCreep, IsDoubtedWhereAGainOfASessionExplainsAsMuch) {
   EXPECT_LT(found.gains_instead->rms, 1.1 * found.gains_instead->rms_with_creep);
 }
 
-TEST(IdentifyCreep, IsNotDoubtedWhereNoGainExplainsIt) {
+TEST(IdentifyCreep, ReportsNoAlternativeIfNoGainExplainsIt) {
   const Identified found = identify(two_rates(OutputCreep({.per_decade = 0.02})), {});
   ASSERT_TRUE(found.creep);
   EXPECT_FALSE(found.gains_instead);
 }
 
-TEST(IdentifyCreep, IsFoundFromTwoRatesADecadeApartWithDelayAndK) {
+TEST(IdentifyCreep, FindsCreepDelayAndKFromTwoRates) {
   const Identified found = identify(two_rates(OutputCreep({.per_decade = 0.02})), {});
   ASSERT_TRUE(found.creep);
   std::printf(
@@ -98,13 +98,13 @@ TEST(IdentifyCreep, IsFoundFromTwoRatesADecadeApartWithDelayAndK) {
   EXPECT_GT(found.creep_range->hi, 0.02);
 }
 
-TEST(IdentifyCreep, IsNotFoundWhereThereIsNone) {
+TEST(IdentifyCreep, FindsNoneIfThereIsNone) {
   const Identified found = identify(two_rates(OutputCreep()), {});
   EXPECT_FALSE(found.creep);
   EXPECT_NEAR(found.delay_s, 0.24e-3, 10e-6);
 }
 
-TEST(IdentifyCreep, OfOneRecordIsTheOneThatWasGiven) {
+TEST(IdentifyCreep, UsesTheGivenCreepForASingleRecord) {
   const OutputCreep creep({.per_decade = 0.02});
   IdentifyOptions options;
   options.creep_per_decade = 0.02;
@@ -114,7 +114,7 @@ TEST(IdentifyCreep, OfOneRecordIsTheOneThatWasGiven) {
 }
 
 // A session whose sensor shows 2 % more than that of the others.
-TEST(IdentifyCreep, ARecordThatDisagreesIsFoundByLeavingItOut) {
+TEST(IdentifyCreep, ShowsTheDeviatingRecordByLeavingItOut) {
   std::vector<Dataset> datasets = two_rates(OutputCreep());
   datasets.push_back(decaying_sines(5.0, 10, OutputCreep(), 0.0, 4));
   for (double& output : datasets.back().output) output *= 1.02;
@@ -156,7 +156,7 @@ Dataset plays_along(const std::vector<double>& turns, double speed_per_s, double
 }
 
 // No model of this kind is exact, and neither session has seen all of the other's turning points.
-TEST(IdentifyCreep, IsFoundInEitherOrderOfTwoCoursesOfAnotherActuator) {
+TEST(IdentifyCreep, FindsCreepInEitherOrderOfTwoRecords) {
   const Dataset slow = plays_along({0, 97, 5, 92, 10, 87, 15, 82, 20, 77, 25, 72, 30, 67, 35, 62, 40, 57},
                                    250.0, 2e-3, -0.2, 7);
   const Dataset fast = plays_along({0,  100, 0,  30, 14, 38, 21, 64, 32, 41, 2,  55, 8, 90, 40, 55, 43, 79,

@@ -217,7 +217,7 @@ TEST_F(LongPiezoStage, EachSessionIsPredictedFromTheOtherTwo) {
   }
 }
 
-TEST_F(PiezoStage, AFasterSessionIsPredictedFromOneWithAKnownCreep) {
+TEST_F(PiezoStage, AFasterSessionIsPredictedWithAKnownCreep) {
   if (!load({"piezo_stage_rising_20hz", "piezo_stage_rising_40hz"})) GTEST_SKIP() << no_dataset();
   IdentifyOptions options;
   options.creep_per_decade = 0.033;
@@ -227,7 +227,7 @@ TEST_F(PiezoStage, AFasterSessionIsPredictedFromOneWithAKnownCreep) {
   EXPECT_LE(percent, 0.5);
 }
 
-TEST_F(PiezoStage, AFasterSessionIsPredictedWithAKnownDelay) {
+TEST_F(PiezoStage, ASlowerSessionIsPredictedWithAKnownDelay) {
   if (!load({"piezo_stage_rising_40hz", "piezo_stage_rising_20hz"})) GTEST_SKIP() << no_dataset();
   IdentifyOptions options;
   options.delay_s = 1e-4;

@@ -42,7 +42,7 @@ TEST(IdentifyOffset, ChangesNothingUpToABillionStrokes) {
   }
 }
 
-TEST(IdentifyOffset, OfASessionIsItsZero) {
+TEST(IdentifyOffset, EqualsTheZeroOfEachSession) {
   IdentifyOptions one_gain;
   one_gain.common_gain = true;
   const Identified near = identify({at(0.0), at(2.0, 2)}, {}), far = identify({at(0.0), at(1e7, 2)}, {}),

@@ -80,7 +80,7 @@ TEST(IdentifyRefuses, AnOutputThatDoesNotFollowTheInput) {
   expect_refused({with_noise(dataset, 1.0, 3)}, {}, "the output ");
 }
 
-TEST(IdentifyRefuses, AnOrderThatIsTooHighForTheSamples) {
+TEST(IdentifyRefuses, AnOrderTooHighForTheSamples) {
   Dataset dataset = record_of(model::Hysteresis(model::piezo_model()), 1.0);
   ASSERT_GE(dataset.size(), 20U);
   ASSERT_LT(dataset.size(), 50U);

@@ -198,7 +198,7 @@ TEST(Identify, FindsTheZeroOfEachDatasetAndOneDelayForAll) {
   EXPECT_NEAR(found.parameters.k_descending, 0.04, 0.02 * 0.04);
 }
 
-TEST(Identify, WithACommonZeroHasNoOffsets) {
+TEST(Identify, HasNoOffsetsWithACommonZero) {
   IdentifyOptions options;
   options.common_zero = true;
   options.shape = CurveShape::polynomial(3);
@@ -228,7 +228,7 @@ TEST(Identify, KeepsTheGivenDelay) {
   EXPECT_FALSE(found.delay_range);
 }
 
-TEST(Identify, SaysThatOneRateHardlyTellsADelay) {
+TEST(Identify, ReportsAWideDelayRangeForASingleRate) {
   const std::vector<Dataset> sessions = sessions_of(Hysteresis(piezo_model()), 7e-4, 0.0);
   const Identified one = identify({sessions[0]}, {}), all = identify(sessions, {});
   ASSERT_TRUE(one.delay_range && all.delay_range);
@@ -252,7 +252,7 @@ Hysteresis saturating_truth() {
   return Hysteresis({"A/m", "T", curve(-1.0), curve(1.0), 0.1, 0.1, model::Symmetry::none});
 }
 
-TEST(Identify, TakesSplinesForCurvesThatNoPolynomialFits) {
+TEST(Identify, UsesSplinesIfNoPolynomialFits) {
   const Dataset truth = record_of(saturating_truth(), 300.0);
   const Identified found = identify({with_noise(truth, 1e-3 * span_of(truth.output), 5)}, {});
   report(found);
@@ -263,7 +263,7 @@ TEST(Identify, TakesSplinesForCurvesThatNoPolynomialFits) {
   EXPECT_GT(rms_percent(identify({truth}, options)), 0.3);
 }
 
-TEST(Identify, TakesNoMoreCoefficientsThanAnExactDatasetNeeds) {
+TEST(Identify, UsesNoUnnecessaryCoefficients) {
   const Identified found = identify({record_of(Hysteresis(piezo_model()), piezo_steps)}, {});
   EXPECT_FALSE(found.search.shape.is_spline());
   EXPECT_EQ(found.search.shape.order, 3);

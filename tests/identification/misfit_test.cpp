@@ -14,7 +14,7 @@
 namespace hystcan::identification::misfit_test {
 namespace {
 
-TEST(Misfit, HasAWaveOverTheTravelInItsOctave) {
+TEST(Misfit, ShowsAWaveOverTheTravelInItsOctave) {
   const model::Hysteresis truth(model::piezo_model());
   const double wave_um = 0.2, per_V = 0.1;  // a wave each 10 V
   model::HysteresisState state = truth.at_lower_threshold();

@@ -36,7 +36,7 @@ double miss_of(const Identified& identified) {
       .rms;
 }
 
-TEST(IdentifyFrom, KeepsTheOldModelWhereTheInputsDoNotGo) {
+TEST(IdentifyFrom, KeepsTheOldModelBeyondTheInputs) {
   const Identified found = identify_from({support::piezo_model()}, {small_loops()}, {});
   EXPECT_LT(miss_of(found), 0.03) << "um, of 30";
   EXPECT_GT(miss_of(identify({small_loops()}, {})), 1.0) << "without it";

@@ -148,7 +148,7 @@ TEST(NormalEquations, GiveTheSumOfSquaresForEveryTheta) {
   EXPECT_NEAR(system.residual_square(theta), square, 1e-10 * square);
 }
 
-TEST(Excerpt, OfFewSamplesIsWithoutCreepAsAllSamplesAre) {
+TEST(Excerpt, RemovesCreepFromFewSamplesAsFromAll) {
   Dataset dataset;
   for (int i = 0; i < 3000; ++i) {
     dataset.time_s.push_back(1e-3 * i);

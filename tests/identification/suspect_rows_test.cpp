@@ -31,7 +31,7 @@ bool is_believed(const Dataset& dataset) {
   return suspect_rows(dataset).empty() && sensor_ends(dataset).empty();
 }
 
-TEST(SuspectRows, AreNotInMeasuredRecords) {
+TEST(SuspectRows, AreNotFoundInMeasuredRecords) {
   const std::vector<std::string> names{"iron_bh_sample6_virgin_major",
                                        "piezo_150v_1hz",
                                        "piezo_stage_growing5hz_tri100_1",
@@ -53,13 +53,13 @@ TEST(SuspectRows, AreNotInMeasuredRecords) {
   }
 }
 
-TEST(SuspectRows, AreNotInStagesOfTheTests) {
+TEST(SuspectRows, AreNotFoundInTheStagesOfTheTests) {
   const std::filesystem::path folder = HYSTCAN_SOURCE_DIR "/tests/app/stages";
   for (const char* name : {"creep30_loops.csv", "quant60_loops.csv", "quant60_step.csv"})
     EXPECT_TRUE(is_believed(config::load_dataset(folder / name).dataset)) << name;
 }
 
-TEST(SuspectRows, AreNotInLoopsWithNoise) {
+TEST(SuspectRows, AreNotFoundInLoopsWithNoise) {
   const Dataset loops = record_of(model::Hysteresis(model::piezo_model()), 75.0);
   for (const double share : {0.0, 1e-4, 1e-3, 1e-2, 0.05})
     for (std::uint64_t seed = 1; seed <= 5; ++seed)
@@ -67,20 +67,20 @@ TEST(SuspectRows, AreNotInLoopsWithNoise) {
           << share << ", seed " << seed;
 }
 
-TEST(SuspectRows, AreNotPulsesOfTheExcitation) {
+TEST(SuspectRows, AreNotFoundInPulsesOfTheExcitation) {
   std::vector<double> inputs(3000, 0.0);
   for (std::size_t i = 75; i < inputs.size(); i += 150) inputs[i] = 20.0;
   EXPECT_TRUE(suspect_rows(made(inputs, [](double v) { return 0.3 * v; })).empty());
 }
 
-TEST(SuspectRows, AreNotShortSteps) {
+TEST(SuspectRows, AreNotFoundInShortSteps) {
   std::vector<double> inputs;
   for (int i = 0; i < 240; ++i) inputs.push_back(5.0 * std::abs((i / 6) % 20 - 10));
   inputs.resize(600, 50.0);
   EXPECT_TRUE(is_believed(made(inputs, [](double v) { return 0.3 * v; })));
 }
 
-TEST(SuspectRows, AreNotAModeThatRings) {
+TEST(SuspectRows, AreNotFoundInARingingMode) {
   Dataset steps{"V", "um", {}, {}, {}};
   double x = 0.0, speed = 0.0;
   constexpr double dt = 5e-5, omega = 2.0 * std::numbers::pi * 400.0;
@@ -96,7 +96,7 @@ TEST(SuspectRows, AreNotAModeThatRings) {
   EXPECT_TRUE(is_believed(steps));
 }
 
-TEST(SensorEnds, AreNotASaturationOfTheMaterialInCoarseSteps) {
+TEST(SensorEnds, AreNotFoundInACoarseMaterialSaturation) {
   std::vector<double> inputs;
   for (int i = 0; i < 1200; ++i) inputs.push_back(50.0 + 50.0 * std::sin(i / 12.0));
   EXPECT_TRUE(sensor_ends(made(inputs, [](double v) {
@@ -109,7 +109,7 @@ TEST(SensorEnds, AreNotASaturationOfTheMaterialInCoarseSteps) {
                   .empty());
 }
 
-TEST(SameRows, AreFoundInAPartAndNotAtAnotherRateOrOnAnotherDay) {
+TEST(SameRows, AreFoundInAPartButNotInAnotherSession) {
   const Dataset loops = with_noise(record_of(model::Hysteresis(model::piezo_model()), 75.0), 1e-3, 1);
   Dataset part = loops, faster = loops;
   for (auto* column : {&part.time_s, &part.input, &part.output})

@@ -48,7 +48,7 @@ Dataset random_dataset(std::mt19937_64& random) {
   return dataset;
 }
 
-TEST(ValidCurves, AlwaysGiveAModelThatIsAccepted) {
+TEST(ValidCurves, AlwaysGiveAValidModel) {
   std::mt19937_64 random(20);
   int bent = 0;
   for (int order = 1; order <= 10; ++order) {
@@ -70,7 +70,7 @@ TEST(ValidCurves, AlwaysGiveAModelThatIsAccepted) {
   EXPECT_GE(bent, 35);  // of 70: the bounds are active in at least half of the cases
 }
 
-TEST(ValidCurves, MakeSplinesThatAreAccepted) {
+TEST(ValidCurves, GiveValidSplines) {
   std::mt19937_64 random(21);
   for (const std::vector<double>& knots :
        {std::vector<double>{-1.0, 4.0}, {-1.0, 1.0, 1.1, 1.2, 4.0}, {-0.5, 0.0, 1.0, 3.0}}) {

@@ -42,7 +42,7 @@ double largest_error(const Dataset& dataset, double highest_Hz) {
 }
 
 // The window of 512 rows cuts some of the ringing off.
-TEST(EmpiricalResponse, IsThatOfTheModeInAStepTrain) {
+TEST(EmpiricalResponse, MatchesTheModeInAStepTrain) {
   EXPECT_GT(empirical_response(stepped(0.0)).size(), 200u);
   EXPECT_LT(largest_error(stepped(0.0), 300.0), 0.15);
   EXPECT_LT(largest_error(stepped(0.0), 100.0), 0.1);
@@ -59,7 +59,7 @@ TEST(EmpiricalResponse, HasACoherenceNearOneWithoutNoiseAndLessWithNoise) {
   EXPECT_GE(least_with_noise, 0.0);
 }
 
-TEST(EmpiricalResponse, BridgesRowsThatAreLeftOut) {
+TEST(EmpiricalResponse, BridgesMissingRows) {
   Dataset gaps = stepped(0.0);
   for (const std::ptrdiff_t row : {3333, 2150, 1090, 351})
     for (auto* column : {&gaps.time_s, &gaps.input, &gaps.output}) column->erase(column->begin() + row);

@@ -77,7 +77,7 @@ TEST(IdentifyDynamics, FindsModeAndDelayBesideTheHysteresis) {
   EXPECT_GT(plain.overall.rms, 3.0 * found.overall.rms);
 }
 
-TEST(IdentifyDynamics, FindsThemFromOneFastRecord) {
+TEST(IdentifyDynamics, FindsModeAndDelayFromASingleFastRecord) {
   const Identified found = identify_dynamics({fast_record(60.0, 50, 3)}, of_order_3());
   std::printf("%.4f %%: %.2f Hz, %.4f, %.4f ms\n", 100.0 * found.overall.rms / found.output_span,
               found.dynamics->mode.natural_frequency_Hz, found.dynamics->mode.damping_ratio,
@@ -92,13 +92,13 @@ TEST(IdentifyDynamics, KeepsTheZeroOfEachDataset) {
   EXPECT_NEAR(found.offsets[1], 1.5, 0.015);
 }
 
-TEST(IdentifyDynamics, PredictsItsDatasetAsItSays) {
+TEST(IdentifyDynamics, PredictsItsDatasetWithTheReportedError) {
   const std::vector<Dataset> datasets{fast_record(60.0, 60, 6)};
   const Identified found = identify_dynamics(datasets, of_order_3());
   EXPECT_EQ(ErrorNorms::of(predict(found, datasets, 0), datasets[0].output).rms, found.misses[0].rms);
 }
 
-TEST(IdentifyDynamics, TakesADelayThatIsKnown) {
+TEST(IdentifyDynamics, UsesAKnownDelay) {
   IdentifyOptions options = of_order_3();
   options.delay_s = 0.3e-3;
   const Identified found = identify_dynamics({fast_record(60.0, 60, 7)}, options);
@@ -110,7 +110,7 @@ std::string refusal(const std::vector<Dataset>& datasets) {
   return support::refusal_of<std::invalid_argument>([&] { identify_dynamics(datasets, {}); });
 }
 
-TEST(IdentifyDynamics, OfASlowRecordAreRefused) {
+TEST(IdentifyDynamics, RefusesASlowRecord) {
   const Dataset dense = fast_record(0.5, 5, 8);
   Dataset slow{"V", "um", {}, {}, {}};
   for (std::size_t i = 0; i < dense.size(); i += 50) {
@@ -121,14 +121,14 @@ TEST(IdentifyDynamics, OfASlowRecordAreRefused) {
   EXPECT_EQ(refusal({slow}).substr(0, 24), "no dataset shows a mode:");
 }
 
-TEST(IdentifyDynamics, OfUnevenSamplesAreRefusedWithTheDataset) {
+TEST(IdentifyDynamics, NamesADatasetWithUnevenSamples) {
   Dataset uneven = fast_record(60.0, 60, 9);
   for (std::size_t i = 0; i < uneven.time_s.size(); ++i)
     uneven.time_s[i] += 5e-5 * std::sin(static_cast<double>(i));
   EXPECT_EQ(refusal({fast_record(60.0, 60, 10), uneven}).substr(0, 10), "dataset 2:");
 }
 
-TEST(QuasiStatic, ChangeBeforeTheDynamicsAnswersAsTheChange) {
+TEST(QuasiStatic, ChangeBeforeTheDynamicsCausesThatChangeAfterThem) {
   std::vector<double> time_s, change;
   for (int n = 0; n < 4000; ++n) {
     time_s.push_back(n / rate_Hz);

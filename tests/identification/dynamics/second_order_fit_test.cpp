@@ -224,7 +224,7 @@ TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
   EXPECT_NEAR(fit.delay_s.value, 0.106e-3, 0.02e-3);
 }
 
-TEST(SecondOrderFit, FindsTheModeWhereRowsAreLeftOut) {
+TEST(SecondOrderFit, FindsTheModeDespiteMissingRows) {
   const Truth truth{210.0, 0.06, 0.35e-3};
   Dataset gaps = measured(truth, step_train(60), 400);
   for (const std::ptrdiff_t row : {391, 300, 299, 298, 205, 151, 150, 97, 83, 30})
@@ -286,7 +286,7 @@ TEST(SecondOrderFit, RefusesADatasetWithoutExcitationNearTheResonance) {
   }
 }
 
-TEST(SecondOrderFit, RefusesADriveThatIsLate) {
+TEST(SecondOrderFit, RefusesALateDrive) {
   Dataset late = measured({210.0, 0.06, 0.0}, step_train(60), 260);
   late.input.insert(late.input.begin(), late.input.front());
   late.input.pop_back();

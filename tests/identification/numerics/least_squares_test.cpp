@@ -137,7 +137,7 @@ TEST(NonnegativeLeastSquares, IsTheBestOfAllSubsetsOfColumns) {
   }
 }
 
-TEST(NonnegativeLeastSquares, MeetsTheOptimalityConditionsWithFreeAndDependentColumns) {
+TEST(NonnegativeLeastSquares, IsOptimalWithFreeAndDependentColumns) {
   Numbers number(4);
   for (int n = 0; n < 20; ++n) {
     MatrixXd a = number.matrix(120, 60).cwiseAbs();

@@ -76,7 +76,7 @@ TEST(Simplex, NeedsNoValueBeyondTheLimit) {
   EXPECT_EQ(some.x, all.x);
 }
 
-TEST(Simplex, IsNotSteeredByRoundingErrors) {
+TEST(Simplex, IgnoresRoundingErrors) {
   int sign = 1;
   const Minimum exact = minimum_of([](const VectorXd& x, double) { return bent(x); });
   const Minimum noisy =
