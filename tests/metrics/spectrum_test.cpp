@@ -14,7 +14,7 @@ namespace {
 
 constexpr double rate_Hz = 1024.0;
 
-TEST(Spectrum, OfASineHasItsPowerAtItsFrequency) {
+TEST(Spectrum, HasThePowerOfASineAtItsFrequency) {
   Spectrum spectrum(rate_Hz, 1024);
   constexpr double amplitude = 0.3, frequency_Hz = 50.0;
   for (int i = 0; i < 8192; ++i)
@@ -27,7 +27,7 @@ TEST(Spectrum, OfASineHasItsPowerAtItsFrequency) {
   EXPECT_NEAR(power, amplitude * amplitude / 2.0, 1e-9);
 }
 
-TEST(Spectrum, OfWhiteNoiseIsFlatAndHasItsVariance) {
+TEST(Spectrum, IsFlatForWhiteNoise) {
   Spectrum spectrum(rate_Hz, 256);
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 0.1);
@@ -48,7 +48,7 @@ TEST(Spectrum, HasTheDensityOfTheSharedNumbers) {
   for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(densities[i], expected[i], 1e-8);
 }
 
-TEST(Spectrum, SpansNoGap) {
+TEST(Spectrum, DoesNotSpanAGap) {
   Spectrum spectrum(rate_Hz, 64);
   for (int i = 0; i < 100; ++i) {
     for (int j = 0; j < 63; ++j) spectrum.add(1.0);

@@ -10,7 +10,7 @@ namespace {
 
 TEST(ErrorStatistics, AreZeroWithoutSamples) { EXPECT_EQ(ErrorStatistics{}.rms_um(), 0.0); }
 
-TEST(ErrorStatistics, OfTwoPartsAreThoseOfTheWhole) {
+TEST(ErrorStatistics, CanBeMergedFromParts) {
   ErrorStatistics first, second, whole;
   for (const double error_um : {1.0, -3.0}) first.add(error_um), whole.add(error_um);
   second.add(2.0), whole.add(2.0);
@@ -25,7 +25,7 @@ TEST(Histogram, CountsAValueOnAnEdgeBelowIt) {
   EXPECT_EQ(histogram.counts(), (std::vector<std::uint64_t>{2, 1, 1}));
 }
 
-TEST(Histogram, LeavesOutWhatIsNotFinite) {
+TEST(Histogram, IgnoresValuesThatAreNotFinite) {
   Histogram histogram = Histogram::of_width(1.0, 3);
   histogram.add(std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(histogram.samples(), 0U);

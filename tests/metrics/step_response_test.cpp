@@ -32,7 +32,7 @@ TEST(StepResponse, HasTheOvershootOfTheStepInItsDirection) {
   EXPECT_NEAR(result.overshoot, std::exp(-0.2 * M_PI), 0.02) << "half a period later; sampled";
 }
 
-TEST(StepResponse, SettlesWhenTheErrorLeavesTheBandNoMore) {
+TEST(StepResponse, SettlesWhenTheErrorStaysWithinTheBand) {
   const double envelope_s = std::log(10.0 / 0.1) / (0.2 * 2.0 * M_PI * 20.0);
   const auto result = respond({}, 0.1, 1.0).result();
   EXPECT_EQ(result.not_settled, 0u);
@@ -40,15 +40,15 @@ TEST(StepResponse, SettlesWhenTheErrorLeavesTheBandNoMore) {
   EXPECT_GE(result.settling_s, envelope_s - 0.026) << "half a period before the envelope is inside";
 }
 
-TEST(StepResponse, UsesAHundredthOfTheStepWhereNoBandIsGiven) {
+TEST(StepResponse, UsesAHundredthOfTheStepByDefault) {
   EXPECT_EQ(respond({}, 0.0, 1.0).result().settling_s, respond({}, 0.1, 1.0).result().settling_s);
 }
 
-TEST(StepResponse, ThatEndsOutsideTheBandHasNotSettled) {
+TEST(StepResponse, HasNotSettledIfItEndsOutsideTheBand) {
   EXPECT_EQ(respond({}, 0.1, 0.2).result().not_settled, 1u);
 }
 
-TEST(StepResponse, NeedsALevelToComeFrom) {
+TEST(StepResponse, NeedsALevelBeforeTheStep) {
   StepResponse response(0.1);
   response.add(0.0, 10.0, 5.0, true);
   EXPECT_EQ(response.result().steps, 0u);
@@ -67,7 +67,7 @@ TEST(StepResponse, CountsTheMoveOfARampToTheNextLevel) {
 }
 
 /// Second-order response to a step from 2 to 12 at 0.1 s: damping 0.5, 10 Hz.
-TEST(StepResponse, OfARecordHasRiseOvershootAndSettling) {
+TEST(StepResponse, HasRiseOvershootAndSettlingForARecord) {
   std::vector<double> time_s, reference, position;
   const double omega = 62.83, damping = 0.5, damped = omega * std::sqrt(1.0 - damping * damping);
   for (int i = 0; i < 1100; ++i) {
@@ -93,7 +93,7 @@ TEST(StepResponse, OfARecordHasRiseOvershootAndSettling) {
 }
 
 /// The controller follows the cycles, `plot` and the page have the record.
-TEST(StepResponse, IsTheSameCycleByCycleAndFromARecord) {
+TEST(StepResponse, IsEqualCycleByCycleAndFromARecord) {
   const Answer answer;
   for (const double tolerance_um : {0.0, 0.3}) {
     StepResponse followed(tolerance_um);
@@ -128,7 +128,7 @@ struct Staircase {
   }
 };
 
-TEST(StepResponse, OfARecordIsThatOfTheLargestMoveBetweenLevelsThatNoTransitionDivides) {
+TEST(StepResponse, UsesTheLargestMoveOfARecord) {
   const Staircase stairs;
   std::size_t begin = 0;
   const auto step = largest_step({stairs.time_s, stairs.reference_um, stairs.reference_um}, 0.0, begin);
@@ -139,7 +139,7 @@ TEST(StepResponse, OfARecordIsThatOfTheLargestMoveBetweenLevelsThatNoTransitionD
   EXPECT_EQ(step->cycles, 100U);
 }
 
-TEST(StepResponse, OfACycleIsThatOfTheMoveWhichItIsIn) {
+TEST(StepResponse, UsesTheMoveThatContainsAGivenCycle) {
   const Staircase stairs;
   const Cycles cycles{stairs.time_s, stairs.reference_um, stairs.reference_um};
   for (const std::size_t on_its_way : {200U, 210U, 229U}) {
@@ -151,7 +151,7 @@ TEST(StepResponse, OfACycleIsThatOfTheMoveWhichItIsIn) {
   EXPECT_EQ(step_at(cycles, 100, 0.0)->to_um, 3.0);
 }
 
-TEST(StepResponse, OfARecordIsNotFoundInATriangle) {
+TEST(StepResponse, IsNotFoundInATriangle) {
   std::vector<double> time_s, reference;
   for (int i = 0; i < 1000; ++i) time_s.push_back(1e-3 * i), reference.push_back(std::abs(i % 200 - 100));
   std::size_t begin = 0;
@@ -168,7 +168,7 @@ TEST(HoldNoise, IsTheDeviationFromTheMeanOfEachLevel) {
   EXPECT_NEAR(noise.rms_um(), 0.02, 0.001);
 }
 
-TEST(HoldNoise, LeavesOutWhatIsOutsideTheBandAndWhatMoves) {
+TEST(HoldNoise, IgnoresSamplesOutsideTheBandOrInMotion) {
   HoldNoise noise;
   noise.add(5.0, 9.0, 1.0, true);
   noise.add(7.0, 7.0, 1.0, false);
@@ -181,7 +181,7 @@ TEST(HoldNoise, LeavesOutWhatIsOutsideTheBandAndWhatMoves) {
   EXPECT_EQ(noise.samples(), 0u) << "it had not settled";
 }
 
-TEST(HoldNoise, HasNoFigureWhereTheNoiseIsAsLargeAsTheBand) {
+TEST(HoldNoise, HasNoValueIfTheNoiseIsAsLargeAsTheBand) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise_um(0.0, 0.05);
   HoldNoise noise;
