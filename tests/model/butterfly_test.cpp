@@ -48,7 +48,7 @@ HysteresisParameters magnetisation() {
 
 double span_of(const Hysteresis& model) { return model.output_range().span(); }
 
-TEST(Butterfly, IsTheMapOfWhatTheBranchesGive) {
+TEST(Butterfly, IsTheMapOfTheBranches) {
   EXPECT_TRUE(rc::check("forward and advance equal g(the naive recursion)", [] {
     const Hysteresis model(draw());
     const OutputMap& map = *model.parameters().output_map;
@@ -113,7 +113,7 @@ TEST(Butterfly, HasItsValleyOnEitherSideOfZeroInput) {
   EXPECT_NEAR(lowest(100.0, -100.0), -27.7, 0.2);
 }
 
-TEST(Butterfly, WithoutCoercivityIsTheFold) {
+TEST(Butterfly, IsTheFoldWithoutCoercivity) {
   HysteresisParameters p = magnetisation();
   p.ascending = p.descending = {Basis::power, {0.0, 0.01}, p.input_range()};
   const Hysteresis butterfly(with_map(p, coefficients(30.0, 0.0)));
@@ -153,14 +153,14 @@ TEST(Butterfly, HasAMemoryOfItsOwnModel) {
   EXPECT_NE(other.fingerprint(), butterfly.fingerprint());
 }
 
-TEST(Butterfly, InNanometresBecomesMicrometres) {
+TEST(Butterfly, ConvertsFromNanometresToMicrometres) {
   HysteresisParameters p = with_map(magnetisation(), coefficients(30e3, 0.0));
   p.output_unit = "nm";
   const AnyModel converted = model_of(in_um(p));
   EXPECT_NEAR(std::get<Hysteresis>(converted).output_range().hi, 30.0, 1e-12);
 }
 
-TEST(Butterfly, WithANumberThatIsNotFiniteChangesNothing) {
+TEST(Butterfly, IgnoresNumbersThatAreNotFinite) {
   const Hysteresis model(with_map(magnetisation(), coefficients(30.0, 0.0)));
   HysteresisState state = model.at_upper_threshold();
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -184,7 +184,7 @@ TEST(OutputMap, InverseIsExactToRounding) {
   }));
 }
 
-TEST(OutputMap, WithACrestOrAFallAtItsEndIsRefused) {
+TEST(OutputMap, RefusesACrestOrAFallAtItsEnd) {
   const auto refusal = [](const std::vector<double>& map) -> std::string {
     return support::refusal_of<std::invalid_argument>([&] { OutputMap made(map, {-1.0, 1.0}); });
   };
@@ -194,7 +194,7 @@ TEST(OutputMap, WithACrestOrAFallAtItsEndIsRefused) {
   EXPECT_EQ(refusal({0.0, 1.0}), "accepted") << "it only rises";
 }
 
-TEST(Butterfly, WhoseMapDoesNotFitItsCurvesIsRefused) {
+TEST(Butterfly, RefusesAMapThatDoesNotFitItsCurves) {
   HysteresisParameters p = magnetisation();
   p.output_map.emplace(std::vector<double>{0.0, 0.0, 1.0}, Interval{-1.0, 2.0});
   EXPECT_THROW(Hysteresis{p}, std::invalid_argument);

@@ -90,7 +90,7 @@ TEST(CubicSpline, ContinuesOnItsTangentsBeyondTheKnots) {
   EXPECT_EQ(spline.curvature(5.0), 0.0);
 }
 
-TEST(CubicSpline, WithTheGrevillePointsAsCoefficientsIsALine) {
+TEST(CubicSpline, IsALineForGrevillePointsAsCoefficients) {
   const std::vector<double> knots{-2.0, 0.0, 0.1, 7.0};
   const CubicSpline line(knots, greville_points(knots));
   for (const double v : {-5.0, -2.0, -0.3, 0.05, 3.0, 7.0, 9.0}) EXPECT_NEAR(line.value(v), v, 1e-14 * 9.0);

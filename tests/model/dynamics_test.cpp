@@ -12,7 +12,7 @@ namespace {
 
 constexpr double cycle_s = 1e-3;
 
-TEST(DynamicOutput, OfAStepIsTheClosedFormAfterTheDelay) {
+TEST(DynamicOutput, FollowsTheClosedFormOfAStepAfterTheDelay) {
   const double f = 40.0, zeta = 0.2, delay_s = 2.3e-3;
   DynamicOutput output({{f, zeta}, delay_s}, cycle_s, 2.0);
   EXPECT_EQ(output.advance(2.0), 2.0);
@@ -28,12 +28,12 @@ TEST(DynamicOutput, OfAStepIsTheClosedFormAfterTheDelay) {
   }
 }
 
-TEST(DynamicOutput, StaysWhereItBegins) {
+TEST(DynamicOutput, IsConstantForAConstantInput) {
   DynamicOutput output({{100.0, 0.01}, 5e-4}, cycle_s, 17.3);
   for (int n = 0; n < 1000; ++n) EXPECT_NEAR(output.advance(17.3), 17.3, 1e-12);
 }
 
-TEST(DynamicOutput, RefusesWhatIsNoStage) {
+TEST(DynamicOutput, RefusesInvalidParameters) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(DynamicOutput({{100.0, 0.1}, -1e-3}, cycle_s, 0.0), std::invalid_argument);
   EXPECT_THROW(DynamicOutput({{100.0, 0.1}, nan}, cycle_s, 0.0), std::invalid_argument);

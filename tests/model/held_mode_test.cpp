@@ -45,7 +45,7 @@ TEST(HeldMode, RespondsToASineAccordingToItsFrequencyResponse) {
   EXPECT_NEAR(state[0], (held.response(theta) * std::polar(1.0, theta * settled)).real(), 1e-11);
 }
 
-TEST(HeldMode, HasAGainOfOneAtRest) {
+TEST(HeldMode, HasUnitGainAtRest) {
   for (const double delay_s : {0.0, 0.3e-3, 5e-3})
     EXPECT_NEAR(std::abs(HeldMode({430.0, 0.07}, delay_s, 1e-3).response(0.0) - 1.0), 0.0, 1e-12);
 }

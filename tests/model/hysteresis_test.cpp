@@ -20,7 +20,7 @@ constexpr double rounding_um = 1e-13;  // a few ulps of 20 um
 
 // f_A = 0.2 v, f_D = 1.5 + 0.185 v, k = 0: g is linear. Every branch is a straight line from its start to its
 // target, so that the whole table can be drawn by hand.
-TEST(Hysteresis, AgreesWithAHandDrawnTableForStraightLinesAndLinearConvergence) {
+TEST(Hysteresis, AgreesWithAManualTableForStraightLines) {
   const Hysteresis model(linear_model(0.0));
   HysteresisState state = model.virgin(0.0);
   EXPECT_EQ(state.output, 0.0);
@@ -46,7 +46,7 @@ TEST(Hysteresis, AgreesWithAHandDrawnTableForStraightLinesAndLinearConvergence) 
 
 // Eq. 4 evaluated by hand, k = 0.05:
 //   g(s; S) = (e^{0.05 s} - 1) / (e^{0.05 S} - 1)
-TEST(Hysteresis, FollowsThePrintedEquationForStraightLinesAndExponentialConvergence) {
+TEST(Hysteresis, FollowsThePrintedEquationForStraightLines) {
   const Hysteresis model(linear_model(0.05));
   HysteresisState state = model.virgin(0.0);
   model.advance(state, 50.0);
@@ -60,7 +60,7 @@ TEST(Hysteresis, FollowsThePrintedEquationForStraightLinesAndExponentialConverge
   EXPECT_NEAR(model.advance(state, 40.0).value, at_40, rounding_um);
 }
 
-TEST(Hysteresis, ForgetsEverythingAtAThreshold) {
+TEST(Hysteresis, ClearsItsMemoryAtAThreshold) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.virgin(0.0);
   for (const double v : nested_swings(model.input_range(), 20)) model.advance(state, v);
@@ -239,14 +239,14 @@ TEST(Inverse, KeepsThePresentInputForALowerOutputOnTheVirginCurve) {
 }
 
 // The virgin curve does not pass through L_0, so that a loop between them is wide even if it is short.
-TEST(Hysteresis, TargetsTheLowerConvergencePointInAShortFallFromTheVirginCurve) {
+TEST(Hysteresis, TargetsTheLowerPointFromTheVirginCurve) {
   const Hysteresis model(linear_model(0.0));
   HysteresisState state = model.virgin(0.0);
   model.advance(state, 1e-5);
   EXPECT_NEAR(model.advance(state, 0.5e-5).value, 0.5 * (2e-6 + 1.5), rounding_um);
 }
 
-TEST(Hysteresis, FlagsAFallFromTheVirginCurveBelowTheLowerConvergencePoint) {
+TEST(Hysteresis, FlagsAFallFromTheVirginCurveBelowTheLowerPoint) {
   const Hysteresis model(linear_model(0.05));
   HysteresisState state = model.virgin(0.0);
   EXPECT_TRUE(model.advance(state, 5.0).increasing);  // x = 1 um, L_0 = (0 V, 1.5 um)

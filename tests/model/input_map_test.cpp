@@ -79,7 +79,7 @@ RC_GTEST_PROP(InputMap, InverseIsExact, (const std::vector<int>& parts)) {
   }
 }
 
-TEST(InputMap, OfTinyLoopsLeavesThemClosed) {
+TEST(InputMap, KeepsTinyLoopsClosed) {
   const Hysteresis model = mapped();
   for (const double v : {-19.0, -2.0, 1.0, 30.0})
     for (const double size : {1e-1, 1e-5, 1e-9}) {
@@ -93,7 +93,7 @@ TEST(InputMap, OfTinyLoopsLeavesThemClosed) {
     }
 }
 
-TEST(InputMap, ThatDoesNotIncreaseIsRefused) {
+TEST(InputMap, IsRefusedIfItDoesNotIncrease) {
   HysteresisParameters parameters = mapped().parameters();
   std::vector<double> flat = map.coefficients();
   flat[3] = flat[2];

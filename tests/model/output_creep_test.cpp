@@ -32,7 +32,7 @@ TEST(OutputCreep, HasTwoLagsInEachDecade) {
   EXPECT_EQ(OutputCreep({.per_decade = 0.02, .from_s = 0.5, .to_s = 0.5}).lags(), 1u);
 }
 
-TEST(OutputCreep, IsNoneWithoutAConfig) {
+TEST(OutputCreep, IsAbsentWithoutAConfig) {
   const OutputCreep creep;
   OutputCreep::State state = creep.settled(7.0);
   creep.advance(state, 3.0, 1.0);
@@ -108,7 +108,7 @@ TEST(OutputCreep, DoesNotDependOnTheSizeOfTheStepsWhileTheOutputIsHeld) {
 //   e^{-t / to})]
 //
 // From t = from_s on, and until t = to_s / 100, each end takes 2.1 % of the two.
-TEST(OutputCreep, OfAStepIncreasesByPerDecadeInEachDecadeBetweenTheLags) {
+TEST(OutputCreep, IncreasesByPerDecadeInEachDecadeOfItsSpan) {
   const OutputCreep creep({.per_decade = 0.02, .from_s = 1e-3, .to_s = 10.0});
   const double h = 30.0;
   const auto after = [&](double t) {
@@ -122,7 +122,7 @@ TEST(OutputCreep, OfAStepIncreasesByPerDecadeInEachDecadeBetweenTheLags) {
   }
 }
 
-TEST(OutputCreep, OfAStepHasCreptAfterALongTime) {
+TEST(OutputCreep, ReachesItsFinalValueAfterALongTime) {
   const OutputCreep creep(piezo);
   OutputCreep::State state = creep.settled(0.0);
   EXPECT_DOUBLE_EQ(creep.output(state, 30.0), 0.94 * 30.0);
@@ -175,7 +175,7 @@ struct Refused {
 };
 class OutputCreepConfig : public testing::TestWithParam<Refused> {};
 
-TEST_P(OutputCreepConfig, IsRefusedWithWhatIsWrong) {
+TEST_P(OutputCreepConfig, IsRefusedWithTheReason) {
   const std::string refusal =
       support::refusal_of<std::invalid_argument>([&] { const OutputCreep creep(GetParam().config); });
   EXPECT_EQ(refusal, GetParam().message);
@@ -247,7 +247,7 @@ TEST(HeldCreep, BeginsSettledAtTheFirstRow) {
   EXPECT_DOUBLE_EQ(creep.follow(17.0), 17.0);
 }
 
-TEST(HeldCreep, GoesOnFromACopyToTheBit) {
+TEST(HeldCreep, ContinuesFromACopyToTheBit) {
   HeldCreep whole{OutputCreep(piezo)};
   std::optional<HeldCreep> second;
   for (int n = 0; n < 100; ++n) {
@@ -261,7 +261,7 @@ TEST(HeldCreep, GoesOnFromACopyToTheBit) {
   }
 }
 
-TEST(HeldCreep, WithoutATimeBeginsWithTheStateAtTheNextRow) {
+TEST(HeldCreep, BeginsWithItsStateIfItHasNoTime) {
   const OutputCreep creep(piezo);
   OutputCreep::State late = creep.settled(0.0);
   creep.advance(late, 10.0, 0.1);

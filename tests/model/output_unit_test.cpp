@@ -9,7 +9,7 @@
 namespace hystcan::model::output_unit_test {
 namespace {
 
-TEST(OutputUnit, OfALengthHasAFactorToMicrometres) {
+TEST(OutputUnit, HasAFactorToMicrometresIfItIsALength) {
   EXPECT_EQ(length_um("nm"), 1e-3);
   EXPECT_EQ(length_um("um"), 1.0);
   EXPECT_EQ(length_um("\u00b5m"), 1.0);
@@ -18,7 +18,7 @@ TEST(OutputUnit, OfALengthHasAFactorToMicrometres) {
   for (const char* unit : {"", "T", "V", "UM", "nm ", "deg"}) EXPECT_FALSE(length_um(unit)) << unit;
 }
 
-TEST(OutputUnit, OfAModelInNanometresBecomesMicrometres) {
+TEST(OutputUnit, ConvertsAModelFromNanometresToMicrometres) {
   const Hysteresis um(piezo_model());
   HysteresisParameters given = piezo_model();
   given.output_unit = "nm";
@@ -35,7 +35,7 @@ TEST(OutputUnit, OfAModelInNanometresBecomesMicrometres) {
     ASSERT_NEAR(um.advance(a, v).value, model.advance(b, v).value, 1e-12 * 30.0);
 }
 
-TEST(OutputUnit, OfOperatorsScalesOffsetGainAndWeights) {
+TEST(OutputUnit, ScalesOffsetGainAndWeightsOfOperators) {
   const PrandtlIshlinskiiParameters given{"V", "mm", {0.0, 10.0}, 1.0, 2.0, {1.0}, {0.5}};
   const AnyParameters converted = in_um(given);
   const auto& p = std::get<PrandtlIshlinskiiParameters>(converted);
@@ -45,7 +45,7 @@ TEST(OutputUnit, OfOperatorsScalesOffsetGainAndWeights) {
   EXPECT_EQ(p.thresholds.front(), 1.0) << "an input";
 }
 
-TEST(OutputUnit, ThatIsNoLengthStaysAsItIs) {
+TEST(OutputUnit, KeepsAUnitThatIsNotALength) {
   HysteresisParameters given = piezo_model();
   given.output_unit = "T";
   EXPECT_EQ(output_unit(in_um(given)), "T");

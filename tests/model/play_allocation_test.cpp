@@ -41,7 +41,7 @@ TEST(PlayAllocation, NeverHappensInAStepOfCreep) {
   EXPECT_GT(sum, 0.0);
 }
 
-TEST(PlayAllocation, NeverHappensInARowOfCreepBehindTheHysteresisAfterTheFirst) {
+TEST(PlayAllocation, NeverHappensInLaterRowsOfHeldCreep) {
   HeldCreep creep{OutputCreep({.per_decade = 0.02})};
   creep.follow(1.0);
   const std::uint64_t before = support::allocations_so_far();

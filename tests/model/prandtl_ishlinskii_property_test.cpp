@@ -68,7 +68,7 @@ TEST(PrandtlIshlinskiiProperty, HasAnIncreasingInverse) {
 
 // The theorem of the header with explicit formulas for r' and w', and plays that follow only the output. The
 // sum of w'_i y'_i cancels to a 20th per play; the tolerance is therefore 1e-11.
-TEST(PrandtlIshlinskiiProperty, HasAnInverseThatIsAPrandtlIshlinskiiModel) {
+TEST(PrandtlIshlinskiiProperty, HasAPrandtlIshlinskiiInverse) {
   EXPECT_TRUE(rc::check("the inverse is a model that the outputs drive", [] {
     PrandtlIshlinskiiParameters p = random_plays();
     p.offset = 0.0;  // the inverse's input is x - x_0

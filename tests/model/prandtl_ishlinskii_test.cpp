@@ -160,7 +160,7 @@ TEST(PrandtlIshlinskii, NamesTheParameterThatItRefuses) {
 }
 
 // In floating point, 0.1 + 0.2 - 0.3 is 6e-17.
-TEST(PrandtlIshlinskii, RefusesASlopeThatIsOnlyRounding) {
+TEST(PrandtlIshlinskii, RefusesASlopeWithinRounding) {
   PrandtlIshlinskiiParameters p = stage();
   p.gain = 0.1;
   p.weights = {0.2, -0.3, 1.0};

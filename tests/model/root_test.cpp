@@ -9,11 +9,11 @@ Jet cube(double v) { return {v * v * v, 3.0 * v * v, 6.0 * v}; }
 
 constexpr RootTolerance to_rounding{.value = 1e-16, .step = 0.0, .slope = 0.0};
 
-TEST(RootOfIncreasing, GoesUpwardsFromTheLowerEnd) {
+TEST(RootOfIncreasing, SearchesUpwardsFromTheLowerEnd) {
   EXPECT_NEAR(root_of_increasing(cube, {.begin = 1.0, .end = 5.0}, 27.0, to_rounding), 3.0, 1e-15);
 }
 
-TEST(RootOfIncreasing, GoesDownwardsFromTheUpperEnd) {
+TEST(RootOfIncreasing, SearchesDownwardsFromTheUpperEnd) {
   EXPECT_NEAR(root_of_increasing(cube, {.begin = 5.0, .end = 1.0}, 27.0, to_rounding), 3.0, 1e-15);
 }
 
@@ -21,7 +21,7 @@ TEST(RootOfIncreasing, LeavesAPlaceWithoutSlope) {
   EXPECT_NEAR(root_of_increasing(cube, {.begin = 0.0, .end = 5.0}, 27.0, to_rounding), 3.0, 1e-14);
 }
 
-TEST(RootOfIncreasing, IsTheBeginningIfThatHasTheValue) {
+TEST(RootOfIncreasing, IsTheStartIfItHasTheValue) {
   EXPECT_EQ(root_of_increasing(cube, {.begin = 2.0, .end = 5.0}, 8.0, to_rounding), 2.0);
 }
 
@@ -32,7 +32,7 @@ TEST(RootOfIncreasing, FindsTheInverseOfASteepCorner) {
   EXPECT_NEAR(root_of_increasing(corner, {.begin = 0.0, .end = 2.0}, 5e5, to_rounding), 1.5, 1e-9);
 }
 
-TEST(RootOfIncreasing, TakesNoMoreStepsOnceOneIsShort) {
+TEST(RootOfIncreasing, StopsAfterAShortStep) {
   int jets = 0;
   const auto counted = [&jets](double v) {
     ++jets;

@@ -119,7 +119,7 @@ TEST(Validity, AcceptedModelsIncreaseAlongTheirBranches) {
   }
 }
 
-TEST(AllowedK, EndsWhereTheModelIsRefused) {
+TEST(AllowedK, EndsAtTheLimitOfValidModels) {
   for (const HysteresisParameters& given : {piezo_model(), galfenol_model(), linear_model()}) {
     const double span = given.ascending.domain().span();
     for (const Direction way : {Direction::ascending, Direction::descending}) {
@@ -167,7 +167,7 @@ TEST(AllowedK, IsGivenForBothDirectionsIfOneAloneDoesNotHelp) {
   EXPECT_NE(refusal(p), "accepted");
 }
 
-TEST(AllowedK, IsNoneIfTheCurvesAloneMakeABranchDecrease) {
+TEST(AllowedK, IsEmptyIfTheCurvesAloneMakeABranchDecrease) {
   // Both curves are flat at both ends. The branch from L_0 must approach f_A by 10 um and can do so at
   // neither end.
   HysteresisParameters p = linear_model(0.0);
