@@ -128,7 +128,7 @@ TEST(SimulatedCard, ConvertsWithItsBits) {
   EXPECT_NEAR(volts / step_V, std::round(volts / step_V), 1e-9);
 }
 
-TEST(SimulatedCard, RefusesARangeAndANumberOfBitsThatItLacks) {
+TEST(SimulatedCard, RefusesAnUnavailableRangeOrNumberOfBits) {
   const auto refusal_of = [](const std::string& device, const std::string& range) {
     return support::refusal_of([&] { AnalogueLoop(on_a_card(device, range)); });
   };

@@ -65,7 +65,7 @@ TEST_F(CardOutputTest, ReportsItsMonitor) {
   EXPECT_DOUBLE_EQ(output.output({}), 40.0);
 }
 
-TEST_F(CardOutputTest, ReportsWhatWasWrittenWithoutAMonitor) {
+TEST_F(CardOutputTest, ReportsTheWrittenDriveWithoutAMonitor) {
   config.output_input.reset();
   CardOutput output(config, drives, card);
   output.go_to(80.0, {}, {});
@@ -80,7 +80,7 @@ TEST_F(CardOutputTest, RefusesADriveBeyondTheRangeOfTheCard) {
       "[axis.control]");
 }
 
-TEST_F(CardOutputTest, NamesTheKeyOfAChannelThatTheCardLacks) {
+TEST_F(CardOutputTest, NamesTheKeyOfAnUnavailableChannel) {
   config.output_input->channel = 8;
   try {
     CardOutput(config, drives, card);
@@ -103,7 +103,7 @@ TEST_F(CardOutputTest, SwitchesOffBehindTheSafeDrive) {
   EXPECT_TRUE(card.lines[0]);
 }
 
-TEST_F(CardOutputTest, DoesNotWorkAfterAFailureUntilTheSafeDriveIsWritten) {
+TEST_F(CardOutputTest, IsDisabledAfterAFailureUntilTheSafeDriveIsWritten) {
   CardOutput output(config, drives, card);
   EXPECT_TRUE(output.works());
   card.fails = true;
@@ -115,7 +115,7 @@ TEST_F(CardOutputTest, DoesNotWorkAfterAFailureUntilTheSafeDriveIsWritten) {
   EXPECT_TRUE(output.works());
 }
 
-TEST_F(CardOutputTest, DoesNotWorkWhileTheInterlockIsActive) {
+TEST_F(CardOutputTest, IsDisabledWhileTheInterlockIsActive) {
   CardOutput output(config, drives, card);
   card.lines[1] = true;
   EXPECT_FALSE(output.works());
@@ -131,7 +131,7 @@ TEST_F(CardOutputTest, TogglesTheChargePumpAtEachSync) {
   }
 }
 
-TEST_F(CardOutputTest, DoesNotWorkOnceAfterTheGuardHasTakenOver) {
+TEST_F(CardOutputTest, IsDisabledOnceAfterATakeoverByTheGuard) {
   std::atomic<unsigned> takeovers{0};
   CardOutput output(config, drives, card);
   output.obey(takeovers);
@@ -142,7 +142,7 @@ TEST_F(CardOutputTest, DoesNotWorkOnceAfterTheGuardHasTakenOver) {
   EXPECT_TRUE(output.works());
 }
 
-TEST_F(CardOutputTest, WorksAfterATakeoverWhileItWasNotDriven) {
+TEST_F(CardOutputTest, WorksAfterATakeoverAtRest) {
   std::atomic<unsigned> takeovers{0};
   CardOutput output(config, drives, card);
   output.obey(takeovers);
@@ -150,7 +150,7 @@ TEST_F(CardOutputTest, WorksAfterATakeoverWhileItWasNotDriven) {
   EXPECT_TRUE(output.works());
 }
 
-TEST_F(CardOutputTest, WritesTheSafeDriveBehindADriveThatCrossesATakeover) {
+TEST_F(CardOutputTest, WritesTheSafeDriveAfterADriveDuringATakeover) {
   std::atomic<unsigned> takeovers{0};
   CardOutput output(config, drives, card);
   output.obey(takeovers);
@@ -287,7 +287,7 @@ class SharedCount {
 
 constexpr std::chrono::hours patient{1};
 
-TEST(Guard, MakesTheOutputsSafeAtItsStartAndAtTheEnd) {
+TEST(Guard, MakesTheOutputsSafeAtStartAndEnd) {
   const SharedCount safe;
   Guard guard([&] { return safe.add(); }, patient);
   EXPECT_EQ(safe.value(), 1);
@@ -313,7 +313,7 @@ TEST(Guard, MakesTheOutputsSafeAfterItsNodeWasKilled) {
   EXPECT_TRUE(safe.reaches(2));
 }
 
-TEST(Guard, IsSeenToDie) {
+TEST(Guard, ReportsItsDeath) {
   Guard guard([] { return true; }, patient);
   kill(guard.process(), SIGKILL);
   pollfd end{.fd = guard.descriptor(), .events = POLLIN, .revents = 0};
@@ -332,7 +332,7 @@ TEST(Guard, TakesOverFromANodeThatDoesNotRun) {
   EXPECT_GE(guard.takeovers(), 1u);
 }
 
-TEST(Guard, IsKilledWhenItDoesNotRun) {
+TEST(Guard, IsKilledIfItDoesNotRun) {
   Guard guard([] { return true; }, std::chrono::milliseconds(5));
   kill(guard.process(), SIGSTOP);
   pollfd end{.fd = guard.descriptor(), .events = POLLIN, .revents = 0};
@@ -341,7 +341,7 @@ TEST(Guard, IsKilledWhenItDoesNotRun) {
   EXPECT_FALSE(guard.abandon());
 }
 
-TEST(OpenCard, RefusesAKindThatIsNotKnown) {
+TEST(OpenCard, RefusesAnUnknownKind) {
   EXPECT_EQ(
       support::refusal_of([] { open_card("nidaq:0"); }),
       "device is \"nidaq:0\", expected comedi:/dev/comedi0, iio:ad5791, simulated or simulated:BITS with "
@@ -350,18 +350,18 @@ TEST(OpenCard, RefusesAKindThatIsNotKnown) {
             "simulated: this is not a real card; name one as comedi:/dev/comedi0 or iio:ad5791");
 }
 
-TEST(OpenCard, RefusesAConverterThatIsNotThere) {
+TEST(OpenCard, RefusesAMissingConverter) {
   const std::string refusal = support::refusal_of([] { open_card("iio:no-such-chip"); });
   EXPECT_TRUE(refusal.starts_with("iio:no-such-chip: ")) << refusal;
 }
 
-TEST(OpenCard, RefusesAFileThatIsNoCard) {
+TEST(OpenCard, RefusesAFileThatIsNotACard) {
   const std::string refusal = support::refusal_of([] { open_card("comedi:/dev/null"); });
   if (refusal.find("built without libcomedi") != std::string::npos) GTEST_SKIP() << refusal;
   EXPECT_EQ(refusal, "/dev/null: it is no comedi device; name one (ls /dev/comedi*)");
 }
 
-TEST(OpenCard, RefusesACardThatIsNotThere) {
+TEST(OpenCard, RefusesAMissingCard) {
   const std::string refusal = support::refusal_of([] { open_card("comedi:/dev/comedi99"); });
   if (refusal.find("built without libcomedi") != std::string::npos) GTEST_SKIP() << refusal;
   EXPECT_EQ(refusal,

@@ -15,14 +15,14 @@
 namespace hystcan::node::axis_check_test {
 namespace {
 
-TEST(DeviceName, IsThatOfAFileAChipOrASimulation) {
+TEST(DeviceName, NamesAFileAChipOrASimulation) {
   EXPECT_EQ(DeviceName::parsed("comedi:/dev/comedi0")->name, "/dev/comedi0");
   EXPECT_EQ(DeviceName::parsed("iio:iio:device0")->name, "iio:device0");
   EXPECT_EQ(DeviceName::parsed("simulated")->bits, 16u);
   EXPECT_EQ(DeviceName::parsed("simulated:2")->bits, 2u);
 }
 
-TEST(DeviceName, HasAFormThatOtherTextsLack) {
+TEST(DeviceName, RefusesOtherTexts) {
   for (const char* text : {"", "comedi", "comedi:", "comedi:dev/comedi0", "Comedi:/dev/comedi0", "iio",
                            "iio:", "simulated:", "simulated:1", "simulated:25", "simulated:+12",
                            "simulated:12 ", "simulated:1e1", "simulated12", "simulated:-12",
@@ -54,7 +54,7 @@ TEST_F(IdentityOfACard, IsOneForAFileAndItsLinks) {
   EXPECT_NE(of(folder + "/card"), of(folder + "/other"));
 }
 
-TEST_F(IdentityOfACard, IsOneForAFileThatIsNotThere) {
+TEST_F(IdentityOfACard, IsOneForAMissingFile) {
   EXPECT_EQ(of("comedi:/dev/../dev/comedi99"), of("comedi:/dev//comedi99"));
 }
 

@@ -85,7 +85,7 @@ TEST_F(IioCardTest, WritesTheRawValueOfAVoltage) {
   EXPECT_EQ(content("iio:device0/out_voltage0_raw"), "49152");
 }
 
-TEST_F(IioCardTest, ConnectsAnOutputThatIsPoweredDownBehindItsFirstValue) {
+TEST_F(IioCardTest, PowersAnOutputUpAfterItsFirstValue) {
   write_output("powerdown", "1");
   const auto out = output();
   EXPECT_EQ(content("iio:device0/out_voltage0_powerdown"), "1");
@@ -111,7 +111,7 @@ TEST_F(IioCardTest, TakesTheRangeOfAnInputFromItsBits) {
   EXPECT_NEAR(in->range().step, 0.3125e-3, 1e-12);
 }
 
-TEST_F(IioCardTest, SetsTheRangeThatIsNamed) {
+TEST_F(IioCardTest, SetsTheConfiguredRange) {
   const auto in = input("0..10.24 V");
   EXPECT_EQ(content("iio:device1/in_voltage0_scale"), "0.156250000");
   EXPECT_EQ(content("iio:device1/in_voltage0_offset"), "0");
@@ -151,7 +151,7 @@ TEST_F(IioCardTest, IsCheckedWithoutAWriteBesideTheProcessThatDrivesIt) {
             "iio:ad5791: channel 0 has no range \"0..5 V\"; it has -10..10 V, -5..5 V");
 }
 
-TEST_F(IioCardTest, MakesADriveAndAPositionOfTwoChips) {
+TEST_F(IioCardTest, CombinesADriveAndAPositionOfTwoChips) {
   AnalogueConfig config;
   config.device = "iio:ad5791";
   config.drive_output.range = "-10..10 V";
@@ -165,7 +165,7 @@ TEST_F(IioCardTest, MakesADriveAndAPositionOfTwoChips) {
   EXPECT_DOUBLE_EQ(on_chips.input.read({}).position_um, 3.75);
 }
 
-TEST_F(IioCardTest, NamesTheRemedyOfWhatIsMissing) {
+TEST_F(IioCardTest, NamesARemedyForEachMissingItem) {
   const auto refusal = [](const char* device, const auto& attempt) {
     return support::refusal_of([&] { attempt(*open_card(device)); });
   };

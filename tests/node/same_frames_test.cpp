@@ -206,7 +206,7 @@ class Comparison {
   std::vector<Received> last_;
 };
 
-TEST(SameFrames, ComeFromTheFirmwareAndFromTheTwin) {
+TEST(SameFrames, AreSentByTheFirmwareAndByTheTwin) {
   const unsigned stands = support::long_run() ? 250 : 40;
   const int cycles = support::long_run() ? 4000 : 250;
   Counts counts;
@@ -223,7 +223,7 @@ TEST(SameFrames, ComeFromTheFirmwareAndFromTheTwin) {
 }
 
 // What the comparison is worth: it finds an error of a microsecond or of one.
-TEST(SameFrames, DifferWhereANodeIsWrong) {
+TEST(SameFrames, DifferIfANodeIsWrong) {
   using Change = std::function<void(twin::Config&, twin::AxisConfig&)>;
   const std::map<std::string, Change> changes{
       {"watchdog", [](auto&, auto& axis) { axis.command_timeout += microseconds(1); }},
