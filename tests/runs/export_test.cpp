@@ -36,12 +36,12 @@ TEST_F(Export, WritesTheSelectedSignalsOfAnAxisWithTheirUnits) {
       << text;
 }
 
-TEST_F(Export, WritesAllSignalsWhereNoneIsNamed) {
+TEST_F(Export, WritesAllSignalsByDefault) {
   const std::string text = csv(record(1), {.axis = "x", .signals = {}, .span = {}});
   EXPECT_NE(text.find("\ntime_s,cycle,state,fault,"), std::string::npos) << text;
 }
 
-TEST_F(Export, RefusesWhatTheRunDoesNotHave) {
+TEST_F(Export, RefusesAxesSignalsAndTimesMissingFromTheRun) {
   const auto run = record(3);
   EXPECT_THROW(csv(run, {.axis = {}, .signals = {}, .span = {}}), Error) << "of two axes, one is asked for";
   EXPECT_THROW(csv(run, {.axis = "z", .signals = {}, .span = {}}), Error);
@@ -57,7 +57,7 @@ TEST_F(Export, RefusesAHeaderAlone) {
   EXPECT_THROW(axis_of(RecordedRun(alone), "x"), Error);
 }
 
-TEST_F(Export, RefusesANameThatIsNoGroupOfHdf5) {
+TEST_F(Export, RefusesAnInvalidHdf5GroupName) {
   config.axes[0].wire.name = "a/b";
   const auto run = record(3);
   storage::Hdf5Writer file("/dev/null");
@@ -70,7 +70,7 @@ TEST_F(Export, KeepsForeignTextInTheLineOfItsComment) {
   EXPECT_NE(text.find("# drive_unit = \"V =1+1\"\ntime_s,drive\n"), std::string::npos) << text;
 }
 
-TEST_F(Export, EndsWithASentenceForARunThatHasNoAxes) {
+TEST_F(Export, RefusesARunWithoutAxes) {
   config.axes.clear();
   storage::Hdf5Writer file("/dev/null");
   EXPECT_THROW(export_hdf5(RecordedRun(record(0)), {}, file), Error);

@@ -24,7 +24,7 @@ class FolderLimit : public ScratchRuns {
   }
 };
 
-TEST_F(FolderLimit, LeavesAllWhereThereIsRoom) {
+TEST_F(FolderLimit, RemovesNothingIfThereIsEnoughSpace) {
   const auto current = add("run_3");
   add("run_1");
   EXPECT_TRUE(keep(current, 3'000'000).removed.empty());
@@ -40,14 +40,14 @@ TEST_F(FolderLimit, RemovesTheOldestRunWithoutAFaultFirst) {
   EXPECT_EQ(keep(current, 1'500'000).removed, std::vector<std::string>{"run_1"});
 }
 
-TEST_F(FolderLimit, TakesARunWhoseDescriptionIsDamagedForOneWithAFault) {
+TEST_F(FolderLimit, TreatsADamagedRunAsOneWithAFault) {
   std::ofstream(add("run_1") / info_name) << "{\"axes\": [{\"faults\": 1e999";
   add("run_2");
   const auto current = add("run_3");
   EXPECT_EQ(keep(current, 2'500'000).removed, std::vector<std::string>{"run_2"});
 }
 
-TEST_F(FolderLimit, NeverRemovesWhatIsToBeKeptOrRecordedOrNoRun) {
+TEST_F(FolderLimit, NeverRemovesKeptOrActiveRunsOrOtherFolders) {
   std::ofstream(add("run_1") / "keep") << "";
   const auto recorded = add("run_2");
   const Descriptor lock = lock_run(recorded);
@@ -72,7 +72,7 @@ TEST_F(FolderLimit, CountsNothingToWhichALinkLeads) {
   EXPECT_TRUE(keep(current, 1000).removed.empty()) << "to remove a link gives no room";
 }
 
-TEST_F(FolderLimit, RemovesTheOldestPartsOfTheRunUnderWayLast) {
+TEST_F(FolderLimit, RemovesTheOldestPartsOfTheActiveRunLast) {
   add("run_1");
   const auto current = add("run_2");
   std::filesystem::copy_file(current / "cycles_0001.csv", current / "cycles_0002.csv");
@@ -84,7 +84,7 @@ TEST_F(FolderLimit, RemovesTheOldestPartsOfTheRunUnderWayLast) {
   EXPECT_TRUE(exists(current / "cycles_0003.csv"));
 }
 
-TEST_F(FolderLimit, EndsTheRecordingWhereNothingMoreMayGo) {
+TEST_F(FolderLimit, EndsTheRecordingIfNothingMoreMayBeRemoved) {
   config.record.limit_GB = 1e-6;
   Recorder recorder = make();
   const auto run = recorder.start();

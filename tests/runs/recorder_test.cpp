@@ -54,7 +54,7 @@ TEST_F(Recording, HoldsEveryCycleWithAllThatDescribesIt) {
 }
 
 // The thread of the control link adds; a page or a command starts and stops.
-TEST_F(Recording, BeginsAndEndsWhileRowsCome) {
+TEST_F(Recording, BeginsAndEndsWhileRowsArrive) {
   Recorder recorder = make();
   std::atomic<bool> is_over = false;
   std::uint64_t cycle = 0;
@@ -73,7 +73,7 @@ TEST_F(Recording, BeginsAndEndsWhileRowsCome) {
   for (const std::filesystem::path& run : runs) EXPECT_FALSE(RecordedRun(run).info().ended.empty()) << run;
 }
 
-TEST_F(Recording, OfARehearsalReadsBackWhatTheControllerDid) {
+TEST_F(Recording, PreservesTheCyclesOfARehearsal) {
   Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
   std::vector<double> positions;
@@ -158,7 +158,7 @@ bool is_closed(const std::filesystem::path& file) {
   return true;
 }
 
-TEST_F(Recording, EndsWithAWarningWhereTheDiskIsFullAndKeepsWholeRows) {
+TEST_F(Recording, EndsWithAWarningAndWholeRowsIfTheDiskIsFull) {
   Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
   std::optional<support::FileSizeLimit> full(100'000);
@@ -179,7 +179,7 @@ TEST_F(Recording, EndsWithAWarningWhereTheDiskIsFullAndKeepsWholeRows) {
   EXPECT_TRUE(is_closed(run / "cycles_0001.csv")) << "who removes it has the space back";
 }
 
-TEST_F(Recording, EndsWithAWarningWhereItsFolderVanishes) {
+TEST_F(Recording, EndsWithAWarningIfItsFolderIsRemoved) {
   Recorder recorder = make();
   std::filesystem::remove_all(recorder.start());
   for (std::uint64_t cycle = 1; recorder.status().is_recording; ++cycle) {
@@ -189,14 +189,14 @@ TEST_F(Recording, EndsWithAWarningWhereItsFolderVanishes) {
   EXPECT_NE(recorder.status().failure.find("was removed"), std::string::npos);
 }
 
-TEST_F(Recording, ThatCannotBeginSaysWhy) {
+TEST_F(Recording, ReportsWhyItCannotBegin) {
   config.record.folder = "/dev/null/runs";
   Recorder recorder = make();
   EXPECT_THROW(recorder.start(), std::exception);
   EXPECT_FALSE(recorder.status().is_recording);
 }
 
-TEST_F(Recording, ThatCannotBeginLeavesNoFolder) {
+TEST_F(Recording, LeavesNoFolderIfItCannotBegin) {
   Recorder recorder = make();
   for (const rlim_t most : {0U, 100U, 1'000U}) {
     const support::FileSizeLimit full(most);
@@ -221,7 +221,7 @@ TEST_F(Recording, ThatCannotBeginLeavesNoFolder) {
 
 /// Twenty times at a random moment. How much time it loses is a matter of the guest
 /// (tests/hil/recording_test.cpp).
-TEST_F(Recording, KeepsWhatIsWrittenThroughAKill) {
+TEST_F(Recording, KeepsWrittenRowsAfterAKill) {
   std::mt19937 random(20261123);
   std::uniform_int_distribution<int> moment_ms(0, 600);
   for (int round = 0; round < 20; ++round) {

@@ -32,7 +32,7 @@ TEST_F(ARecordedRun, IsReadBetweenTwoTimes) {
   EXPECT_EQ(read[0], (std::vector<double>{21, 22, 23, 24, 25, 26, 27, 28, 29, 30}));
 }
 
-TEST_F(ARecordedRun, ThatWasKilledIsSummarisedFromItsRows) {
+TEST_F(ARecordedRun, IsSummarisedFromItsRowsAfterAKill) {
   std::filesystem::path copy;
   {
     Recorder recorder = make();
@@ -68,7 +68,7 @@ TEST_F(ARecordedRun, MayBeASingleCsvOfCycles) {
   EXPECT_THROW(run.axis_index("z"), Error);
 }
 
-TEST_F(ARecordedRun, IsRefusedWhereItIsNone) {
+TEST_F(ARecordedRun, IsRefusedIfItIsInvalid) {
   EXPECT_THROW(RecordedRun(folder / "none"), Error);
   EXPECT_THROW(RecordedRun{folder}, Error) << "a folder without run.json";
   std::filesystem::create_directories(folder / "run_1");
@@ -89,7 +89,7 @@ TEST_F(ARecordedRun, IsRefusedWhereItIsNone) {
   }
 }
 
-TEST_F(ARecordedRun, IsRefusedWhereItsCountOfRowsIsNone) {
+TEST_F(ARecordedRun, IsRefusedIfItsRowCountIsInvalid) {
   std::filesystem::create_directories(folder / "run_1");
   for (const char* rows : {"-1", "1e30", "1.5", "\"7\"", "null", "[]"}) {
     nlohmann::json info = to_json(RunInfo{});
@@ -112,7 +112,7 @@ TEST_F(RunInfoFile, ReplacesTheFormerOneAndLeavesNoOtherFile) {
     EXPECT_EQ(entry.path().filename(), info_name);
 }
 
-TEST_F(RunInfoFile, WithoutItsFolderIsARunError) {
+TEST_F(RunInfoFile, NeedsItsFolder) {
   EXPECT_THROW(write_run_info(folder / "none", describe(config, {}, "test")), RunError);
 }
 
