@@ -44,7 +44,7 @@ TEST(Clear, AttemptsForHalfASecondAndThenFaultsTheAxisAgain) {
   EXPECT_EQ(interlock.rig.axis().fault().cause, Cause::amplifier_fault);
 }
 
-TEST(Clear, DoesNotDriveAnAxisWhoseInterlockClosesLater) {
+TEST(Clear, DoesNotDriveAnAxisIfItsInterlockClosesLater) {
   shows("S-057");
   Interlock interlock;
   interlock.open_while_tracking();
@@ -60,7 +60,7 @@ TEST(Clear, DoesNotDriveAnAxisWhoseInterlockClosesLater) {
 }
 
 /// The first fault is cleared within a few milliseconds, long before the half second ends.
-TEST(Clear, IsNotLeftForALaterStart) {
+TEST(Clear, IsNotStoredForALaterStart) {
   shows("S-058");
   Interlock interlock;
   FaultRig& rig = interlock.rig;
@@ -89,14 +89,14 @@ void bounce(LoneAxis& axis, can::AmpState state) {
     axis.hear_status({.state = said});
 }
 
-TEST(AmplifierFault, ThatEndsWithinACycleIsJudgedInTheNextStep) {
+TEST(AmplifierFault, IsJudgedEvenIfItEndsWithinACycle) {
   LoneAxis axis = lone();
   bounce(axis, can::AmpState::fault);
   EXPECT_TRUE(axis.health().amplifier_fault);
   EXPECT_FALSE(axis.health().amplifier_fault) << "each event counts once";
 }
 
-TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep) {
+TEST(AmplifierStatus, IsJudgedIfItIsBrieflyReadyWhileEnabled) {
   LoneAxis axis = lone();
   bounce(axis, can::AmpState::ready);
   EXPECT_FALSE(axis.health().amplifier_enabled);
@@ -104,7 +104,7 @@ TEST(AmplifierStatus, ThatSaysReadyBetweenTwoThatSayEnabledIsJudgedInTheNextStep
 }
 
 // If the first status counted as at rest, the axis would begin to drive while the output still moves.
-TEST(AmplifierStatus, IsNotAtRestWithTheFirstOneNorWithTheFirstOneAfterABootUp) {
+TEST(AmplifierStatus, NeedsTwoToShowRestAlsoAfterABootUp) {
   LoneAxis axis = lone();
   for (int boot_up = 0; boot_up < 2; ++boot_up) {
     axis.hear_status({.state = can::AmpState::ready});
@@ -133,7 +133,7 @@ TEST(VerifiedWatchdog, TripsOnceBeforeTheFirstUse) {
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
-TEST(VerifiedWatchdog, IsNotTriedAgainAfterAFault) {
+TEST(VerifiedWatchdog, IsNotVerifiedAgainAfterAFault) {
   FaultRig rig(with_verification());
   rig.start();
   ASSERT_TRUE(rig.tracks());
@@ -149,7 +149,7 @@ TEST(VerifiedWatchdog, IsNotTriedAgainAfterAFault) {
   }
 }
 
-TEST(VerifiedWatchdog, ThatDoesNotTripIsAFault) {
+TEST(VerifiedWatchdog, FaultsTheAxisIfItDoesNotTrip) {
   shows("S-040");
   config::Config config = with_verification();
   config.axes[0].twin.command_timeout = seconds(60);

@@ -78,7 +78,7 @@ const std::vector<Row> rows{
 
 class CardFault : public testing::TestWithParam<Row> {};
 
-TEST_P(CardFault, LeadsToItsReactionAndTheAxisTracksAgainOnceCleared) {
+TEST_P(CardFault, CausesTheExpectedReactionAndCanBeCleared) {
   const Row& row = GetParam();
   FaultRig rig(one_axis_on_a_card());
   rig.start();

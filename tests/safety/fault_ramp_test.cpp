@@ -59,7 +59,7 @@ TEST(FaultRamp, LowersTheDriveAtItsSlewAndSwitchesOffAtTheSafeDrive) {
   EXPECT_NEAR(cycles, axis.before, 1.5);
 }
 
-TEST(FaultRamp, KeepsItsRateWhenTheConfigurationChangesMeanwhile) {
+TEST(FaultRamp, KeepsItsRateIfTheConfigurationChanges) {
   Faulted axis(with_ramp());
   for (const double other_per_s : {1.0, 0.0}) {
     AxisConfig other = with_ramp();
@@ -78,9 +78,9 @@ TEST(FaultRamp, MayBeSlow) {
   EXPECT_FALSE(is_safe(Faulted(slow).stage.command));
 }
 
-TEST(FaultRamp, IsNotTakenWithoutTheKey) { EXPECT_TRUE(is_safe(Faulted(piezo_axis()).stage.command)); }
+TEST(FaultRamp, IsNotUsedByDefault) { EXPECT_TRUE(is_safe(Faulted(piezo_axis()).stage.command)); }
 
-TEST(FaultRamp, IsNotTakenBeforeTheAmplifierIsEnabled) {
+TEST(FaultRamp, IsNotUsedBeforeTheAmplifierIsEnabled) {
   IdealStage stage(with_ramp());
   const auto charged = [](AxisInput& in) {
     in.health.amplifier_enabled = false;
@@ -97,7 +97,7 @@ TEST(FaultRamp, IsNotTakenBeforeTheAmplifierIsEnabled) {
   EXPECT_TRUE(is_safe(stage.command));
 }
 
-TEST(FaultRamp, IsNotTakenAfterAFaultOfAmplifierBusOrComputer) {
+TEST(FaultRamp, IsNotUsedAfterAFaultOfAmplifierBusOrComputer) {
   shows("S-050");
   const auto is_dropped = [](const std::function<void(AxisInput&)>& cause) {
     return is_safe(Faulted(with_ramp(), cause).stage.command);
@@ -111,7 +111,7 @@ TEST(FaultRamp, IsNotTakenAfterAFaultOfAmplifierBusOrComputer) {
   EXPECT_TRUE(is_dropped([](AxisInput& in) { in.dt_s = 0.011; }));
 }
 
-TEST(FaultRamp, EndsAtOnceWhereAmplifierOrBusDoNotObeyAnyMore) {
+TEST(FaultRamp, EndsAtOnceIfAmplifierOrBusFails) {
   shows("S-051");
   const auto end = [](const std::function<void(controller::NodeHealth&)>& trouble) {
     Faulted axis(with_ramp());
@@ -132,7 +132,7 @@ TEST(FaultRamp, EndsAtOnceWhereAmplifierOrBusDoNotObeyAnyMore) {
   EXPECT_TRUE(end([](controller::NodeHealth& health) { health.status_age_s = 1.001; }));
 }
 
-TEST(FaultRamp, EndsAtOnceWithASecondFaultThatTakesTheDriveOutOfHand) {
+TEST(FaultRamp, EndsAtOnceIfASecondFaultMakesTheDriveUncontrollable) {
   Faulted axis(with_ramp());
   axis.stage.axis.trip(Cause::saturated, axis.stage.time_s);
   EXPECT_FALSE(is_safe(axis.stage.cycle()));
@@ -141,7 +141,7 @@ TEST(FaultRamp, EndsAtOnceWithASecondFaultThatTakesTheDriveOutOfHand) {
   EXPECT_EQ(to_string(axis.stage.axis.fault().cause), "sensor silent") << "the first cause stays";
 }
 
-TEST(FaultRamp, EndsWhereTheOutputDoesNotFollowIt) {
+TEST(FaultRamp, EndsIfTheOutputDoesNotFollowIt) {
   shows("S-051");
   AxisConfig slow = with_ramp();
   slow.fault_ramp_per_s = 100.0;
@@ -174,7 +174,7 @@ TEST(FaultRamp, EndsWithTheFrameOfAnotherController) {
   EXPECT_EQ(to_string(rig.axis().fault().cause), "sensor status");
 }
 
-TEST(FaultRamp, DoesNotGoOnAfterItHasEnded) {
+TEST(FaultRamp, DoesNotContinueAfterItHasEnded) {
   Faulted axis(with_ramp());
   axis.stage.cycle([](AxisInput& in) { in.health.bus_passive = true; });
   EXPECT_TRUE(is_safe(axis.stage.cycle()));
@@ -204,7 +204,7 @@ double largest_step(double saturated_s) {
 
 // The loop is detected as unstable after 121 cycles; the drive is limited for too long at the same time,
 // earlier or later.
-TEST(FaultRamp, TakesOneStepInTheCycleOfTheFaultAlsoWhereItHasASecondCause) {
+TEST(FaultRamp, MakesOneStepPerCycleEvenWithTwoCauses) {
   constexpr double of_the_gate = 0.1;
   for (int cycles = 110; cycles < 130; ++cycles)
     EXPECT_LE(largest_step(1e-3 * cycles - 0.5e-3), of_the_gate + 1e-9);
@@ -242,7 +242,7 @@ double swings_to_um(double fault_ramp_per_s) {
   return lowest_um;
 }
 
-TEST(FaultRamp, StopsAStageWithoutABlow) {
+TEST(FaultRamp, StopsAStageGently) {
   shows("S-052");
   EXPECT_LT(swings_to_um(0.0), -4.0) << "the amplifier falls at its own slew";
   EXPECT_GT(swings_to_um(500.0), -1.0);

@@ -74,7 +74,7 @@ const std::vector<Injection> injections{
     {Trouble::law_not_finite, "S-037", Cause::model_left_range, 5.0},
 };
 
-TEST(Injections, AreOfEveryTrouble) {
+TEST(Injections, CoverEveryTrouble) {
   for (std::size_t i = 0; i < trouble_count; ++i)
     EXPECT_TRUE(std::ranges::any_of(injections, [&](const Injection& one) {
       return one.trouble == static_cast<Trouble>(i);
@@ -121,7 +121,7 @@ class Fault : public testing::TestWithParam<Injection> {
   can::Time begun{};
 };
 
-TEST_P(Fault, IsDecidedInTimeAndTheSafeCommandFollowsWithinACycle) {
+TEST_P(Fault, IsDecidedInTimeAndFollowedByTheSafeCommand) {
   shows(std::string("S-043, S-045, ") + GetParam().promise);
   ASSERT_NO_FATAL_FAILURE(track());
   inject();
@@ -142,7 +142,7 @@ TEST_P(Fault, IsDecidedInTimeAndTheSafeCommandFollowsWithinACycle) {
   EXPECT_EQ(rig.monitor().violations(), 0u) << rig.monitor().found().front();
 }
 
-TEST_P(Fault, IsLatchedUntilItIsClearedAndThenTheAxisTracksAgain) {
+TEST_P(Fault, IsLatchedUntilCleared) {
   shows("S-001, S-002, S-003");
   ASSERT_NO_FATAL_FAILURE(track());
   EXPECT_EQ(rig.ask(Kind::clear), "there is no fault to clear");
@@ -173,7 +173,7 @@ INSTANTIATE_TEST_SUITE_P(OfAnAmplifierWithARelay, Fault, testing::ValuesIn(with_
 /// Troubles of up to three cycles, which must not fault the axis.
 class ShortTrouble : public testing::TestWithParam<Trouble> {};
 
-TEST_P(ShortTrouble, OfThreeCyclesIsBridged) {
+TEST_P(ShortTrouble, IsBridgedForThreeCycles) {
   shows("S-042, S-092");
   FaultRig rig(one_axis());
   rig.start();
@@ -196,7 +196,7 @@ INSTANTIATE_TEST_SUITE_P(, ShortTrouble,
                                          Trouble::bus_passive),
                          [](const auto& test) { return std::string(to_string(test.param)); });
 
-TEST(NodeFault, OfAFailedSetUpIsFollowedByAnotherSetUpAfterClear) {
+TEST(NodeFault, RepeatsTheSetUpAfterClear) {
   shows("S-028");
   config::Config config = one_axis();
   can::AxisWire& wire = config.axes[0].wire;
@@ -216,7 +216,7 @@ TEST(NodeFault, OfAFailedSetUpIsFollowedByAnotherSetUpAfterClear) {
   EXPECT_EQ(rig.monitor().violations(), 0u);
 }
 
-TEST(CommandFault, OfACommandThatDoesNotFitItsSignalIsFollowedByTheSafeCommand) {
+TEST(CommandFault, SendsTheSafeCommandIfADriveDoesNotFitItsSignal) {
   shows("S-038");
   config::Config config = one_axis();
   for (can::Message& message : config.database.messages)
@@ -235,7 +235,7 @@ TEST(CommandFault, OfACommandThatDoesNotFitItsSignalIsFollowedByTheSafeCommand) 
 }
 
 /// The controller has reset its nodes by then. Their silence must not become the cause.
-TEST(InterfaceDownFault, IsDecidedWhereTheInterfaceIsUpAgainBeforeTheNextStep) {
+TEST(InterfaceDownFault, IsDecidedEvenIfTheInterfaceIsSoonUpAgain) {
   shows("S-011");
   FaultRig rig(one_axis());
   rig.start();
@@ -248,7 +248,7 @@ TEST(InterfaceDownFault, IsDecidedWhereTheInterfaceIsUpAgainBeforeTheNextStep) {
 }
 
 /// The foreign heartbeat arrives just after a step, and the sample of the next step is lost.
-TEST(AnotherControllerFault, IsFollowedByTheSafeCommandWithinTwoCyclesWhereTheNextSampleIsLost) {
+TEST(AnotherControllerFault, SendsTheSafeCommandEvenIfTheNextSampleIsLost) {
   shows("S-044");
   FaultRig rig(one_axis());
   rig.start();
@@ -263,7 +263,7 @@ TEST(AnotherControllerFault, IsFollowedByTheSafeCommandWithinTwoCyclesWhereTheNe
   EXPECT_LE(safe_ms, safe_between_steps_ms);
 }
 
-TEST(FollowingErrorFault, DoesNotOccurWithinTheConfiguredLag) {
+TEST(FollowingErrorFault, DoesNotOccurWithinTheLag) {
   shows("S-034");
   for (const bool allowed : {true, false}) {
     config::Config config = one_axis();

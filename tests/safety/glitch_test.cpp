@@ -46,7 +46,7 @@ Outcome outcome_of(double offset_um, can::Duration lasts, can::Duration begins) 
   return outcome;
 }
 
-TEST(Glitch, IsAJumpHoweverLongItLastsAndTheDriveDoesNotFollowIt) {
+TEST(Glitch, IsAJumpThatTheDriveDoesNotFollow) {
   shows("S-010, S-018");
   for (const double offset_um : {8.0, -8.0, 6.0})
     for (const int begins_ms : {1710, 1850, 1980, 2110}) {
@@ -56,7 +56,7 @@ TEST(Glitch, IsAJumpHoweverLongItLastsAndTheDriveDoesNotFollowIt) {
     }
 }
 
-TEST(Glitch, OfAsManyCyclesAsMayBeMissingIsBridged) {
+TEST(Glitch, IsBridgedForTheAllowedMissingCycles) {
   shows("S-010");
   const Outcome outcome = outcome_of(8.0, milliseconds(3), milliseconds(1710));
   EXPECT_EQ(to_string(outcome.cause), "none");

@@ -173,7 +173,7 @@ can::Frame babble(int function, int node, int length) {
           .length = static_cast<std::uint8_t>(length)};
 }
 
-TEST(OldCommand, IsNotAppliedMoreThanTwoCyclesAfterItsSyncBehindABabblingNode) {
+TEST(OldCommand, IsNotAppliedMoreThanTwoCyclesAfterItsSync) {
   shows("S-049");
   std::size_t refused = 0;
   const bool holds = rc::check([&] {

@@ -31,7 +31,7 @@ double reach(const controller::AxisConfig& axis, double age_s, int cycles_to_nex
 }
 
 // The output creeps to the command.
-TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondWhatTheAmplifierPutsOut) {
+TEST(OutputDiffers, IsTheCauseBeforeTheDriveIsFarBeyondTheOutput) {
   shows("S-032");
   config::Config config = one_axis();
   config.axes[0].twin.plant.amplifier.slew_per_s = 1.0;
@@ -53,7 +53,7 @@ void with_interlock(AxisInput& in, double closes_s) {
   if (in.time_s < closes_s) in.health.amplifier_output = 0.0;
 }
 
-TEST(OutputDiffers, HoldsTheRampSoThatAnInterlockThatClosesMakesASmallStep) {
+TEST(OutputDiffers, HoldsTheRampWhileAnInterlockIsOpen) {
   shows("S-008");
   IdealStage stage;
   constexpr double closes_s = 0.4;
@@ -68,7 +68,7 @@ TEST(OutputDiffers, HoldsTheRampSoThatAnInterlockThatClosesMakesASmallStep) {
   EXPECT_EQ(stage.axis.state(), AxisState::tracking);
 }
 
-TEST(OutputDiffers, IsTheCauseWhereThePositionStandsStillBehindIt) {
+TEST(OutputDiffers, IsTheCauseIfThePositionDoesNotMove) {
   IdealStage stage;
   stage.axis.start(false);
   for (int i = 0; i < 1000 && stage.axis.state() != AxisState::faulted; ++i)
@@ -107,7 +107,7 @@ int patience_cycles(IdealStage& stage) {
   return cycles;
 }
 
-TEST(OutputDiffers, IsTheCauseAfterMoreThanFiftyMillisecondsOrHalfASecondInARamp) {
+TEST(OutputDiffers, IsTheCauseAfter50MillisecondsOrHalfASecondInARamp) {
   IdealStage tracking, ramping;
   ASSERT_TRUE(tracking.tracks());
   for (int i = 0; i < 300; ++i) tracking.cycle();
@@ -118,7 +118,7 @@ TEST(OutputDiffers, IsTheCauseAfterMoreThanFiftyMillisecondsOrHalfASecondInARamp
 }
 
 // The last status is from before the start; the next one has not arrived.
-TEST(OutputDiffers, IsForgottenAtTheNextStart) {
+TEST(OutputDiffers, IsClearedAtTheNextStart) {
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 300; ++i) stage.cycle();
@@ -145,7 +145,7 @@ AxisInput reported(double output, double status_age_s = 0.0) {
 }
 
 // Steps of 80 V through a lag of 1 to 1000 ms, with an amplifier that is configured for this lag.
-TEST(OutputDiffers, IsNotSaidOfAnAmplifierThatIsAsSlowAsItIsConfigured) {
+TEST(OutputDiffers, AcceptsAmplifierWithConfiguredLag) {
   for (const double lag_s : {1e-3, 0.03, 0.1, 0.3, 1.0}) {
     OutputCheck check(100.0, lag_s);
     check.restart(10.0);

@@ -52,13 +52,13 @@ void expect_within(double drive, const AxisConfig& config, const std::function<d
   EXPECT_LE(highest, drive);
 }
 
-TEST(PositionContradictsDrive, IsFoundOfAReversedOrMirroredSensorWithinFivePercentOfTheRange) {
+TEST(PositionContradictsDrive, DetectsAReversedSensorWithinFivePercentOfTheRange) {
   shows("S-033");
   expect_within(5.0, slowly_wiped(), [](double um) { return -um; });
   expect_within(5.0, slowly_wiped(), [](double um) { return 30.8 - um; });
 }
 
-TEST(PositionContradictsDrive, IsFoundOfHalfTheGainOrNoneWithinAQuarterOfTheRange) {
+TEST(PositionContradictsDrive, DetectsALowGainWithinAQuarterOfTheRange) {
   shows("S-033");
   expect_within(25.0, slowly_wiped(), [](double um) { return 0.5 * um; });
   expect_within(25.0, slowly_wiped(), [](double um) { return 0.1 * um; });
@@ -67,7 +67,7 @@ TEST(PositionContradictsDrive, IsFoundOfHalfTheGainOrNoneWithinAQuarterOfTheRang
 }
 
 // 2 V per cycle: the delays correspond to more than a quarter of the range.
-TEST(PositionContradictsDrive, IsFoundWithinTwentyFiveCyclesOfARampThatIsFastForItsRate) {
+TEST(PositionContradictsDrive, DetectsAWrongSensorWithin25CyclesOfAFastRamp) {
   AxisConfig config = slowly_wiped();
   config.wipe_slew_per_s = 2000.0;
   expect_within(12.0, config, [](double um) { return -um; });
@@ -76,13 +76,13 @@ TEST(PositionContradictsDrive, IsFoundWithinTwentyFiveCyclesOfARampThatIsFastFor
 }
 
 // 13.35 um is the position at half of the range, and 25 V more are 75 V; 19.7 um is the position at 70 V.
-TEST(PositionContradictsDrive, IsFoundAQuarterOfTheRangeBeyondWhereAnAmplifierEnds) {
+TEST(PositionContradictsDrive, DetectsAnEndStopWithinAQuarterOfTheRange) {
   expect_within(75.0, slowly_wiped(), [](double um) { return std::min(um, 13.35); });
   expect_within(95.0, slowly_wiped(), [](double um) { return std::min(um, 19.7); });
 }
 
 // A delay of ten milliseconds that is not configured, in a ramp of five ranges per second.
-TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
+TEST(PositionContradictsDrive, AcceptsSensorWithUnstatedDelay) {
   shows("S-009");
   std::deque<double> under_way(10, 0.0);
   EXPECT_EQ(highest_drive(slowly_wiped(),
@@ -96,7 +96,7 @@ TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsLate) {
 
 // The drive moves by up to half a range before the sample shows it, and as much after each turn, where the
 // ramp does not wait.
-TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsAsLateAsItIsStated) {
+TEST(PositionContradictsDrive, AcceptsSensorWithStatedDelay) {
   shows("S-009");
   for (const int delay_ms : {1, 3, 10, 30, 100})
     for (const double dwell_s : {0.0, 0.1}) {
@@ -118,7 +118,7 @@ TEST(PositionContradictsDrive, IsNotSaidOfASensorThatIsAsLateAsItIsStated) {
     }
 }
 
-TEST(PositionContradictsDrive, IsFoundAtALaterStartToo) {
+TEST(PositionContradictsDrive, IsDetectedAtALaterStart) {
   IdealStage stage(slowly_wiped());
   ASSERT_TRUE(stage.tracks());
   for (int i = 0; i < 300; ++i) stage.cycle();
@@ -133,7 +133,7 @@ TEST(PositionContradictsDrive, IsFoundAtALaterStartToo) {
 }
 
 // The load discharges from 40 V until the relay closes; the position falls during or before this time.
-TEST(PositionContradictsDrive, IsNotSaidOfAStageThatFallsBeforeItIsEnabled) {
+TEST(PositionContradictsDrive, AcceptsStageThatFallsBeforeItIsEnabled) {
   for (const double um_per_volt : {0.3, 0.0}) {
     IdealStage stage(slowly_wiped());
     stage.axis.start(false);
@@ -152,7 +152,7 @@ TEST(PositionContradictsDrive, IsNotSaidOfAStageThatFallsBeforeItIsEnabled) {
 
 // The trial of the watchdog ramps from 20 V to the safe drive. Then the output falls to 0 V, where the next
 // ramp begins.
-TEST(PositionContradictsDrive, IsNotSaidOfTheRampBehindTheTrialOfAWatchdog) {
+TEST(PositionContradictsDrive, AcceptsRampAfterWatchdogVerification) {
   AxisConfig config = slowly_wiped();
   config.verify_watchdog = true;
   config.gate.safe_drive = 60.0;
@@ -177,7 +177,7 @@ TEST(PositionContradictsDrive, IsNotSaidOfTheRampBehindTheTrialOfAWatchdog) {
 
 // A straight line predicts the direction and the order of magnitude: enough to detect a reversed or a stuck
 // sensor.
-TEST(PositionContradictsDrive, IsFoundByAStraightLineToo) {
+TEST(PositionContradictsDrive, IsDetectedWithALinearModel) {
   AxisConfig config = slowly_wiped();
   config.law.model = model::straight_line("V", "um", {0.0, 100.0}, {0.0, 30.0});
   const auto shown = [&](double share) { return [share](double um) { return share * um; }; };
@@ -216,7 +216,7 @@ config::Config drawn(std::mt19937_64& random) {
 }
 
 // The second start begins while the stage rings, immediately after a fault has let it fall.
-TEST(StartUp, OfAHundredHonestStagesThatAreNotAsTheyAreConfiguredHasNoFault) {
+TEST(StartUp, AcceptsAHundredInaccuratelyConfiguredStages) {
   shows("S-009");
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     std::mt19937_64 random(seed);
@@ -236,7 +236,7 @@ TEST(StartUp, OfAHundredHonestStagesThatAreNotAsTheyAreConfiguredHasNoFault) {
   }
 }
 
-TEST(StartUp, OfTheSameStagesWithAReversedSensorEndsBeforeAnEighthOfTheRange) {
+TEST(StartUp, DetectsAReversedSensorWithinAnEighthOfTheRange) {
   double furthest = 0.0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     std::mt19937_64 random(seed);
@@ -270,7 +270,7 @@ Cause cause_of(twin::Fault kind, double value) {
   return rig.axis().fault().cause;
 }
 
-TEST(StartUp, EndsWithAFaultWhereTheTwinsSensorOrAmplifierIsWrong) {
+TEST(StartUp, FaultsIfTheSensorOrAmplifierIsWrong) {
   shows("S-072");
   using twin::Fault;
   EXPECT_EQ(cause_of(Fault::sensor_gain, -1.0), Cause::position_contradicts) << "reversed";

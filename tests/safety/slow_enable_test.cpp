@@ -35,7 +35,7 @@ config::Config with(const Way& way) {
 
 class SlowEnable : public testing::TestWithParam<Way> {};
 
-TEST_P(SlowEnable, MakesNoStepAtTheStageAndLeavesTheMemoryWiped) {
+TEST_P(SlowEnable, MakesNoStepAndWipesTheMemory) {
   shows("S-055, S-121");
   FaultRig rig(with(GetParam()));
   const auto drive = [&] {
@@ -81,7 +81,7 @@ INSTANTIATE_TEST_SUITE_P(, SlowEnable,
                          });
 
 /// The amplifier does not report whether it is enabled.
-TEST(SilentEnable, IsWaitedForAsLongAsTheConfigurationSays) {
+TEST(SilentEnable, IsAssumedAfterTheConfiguredDelay) {
   shows("S-056");
   config::Config config = with({.delay_ms = 100, .soft_start_ms = 0});
   config.axes[0].control.enable_delay = milliseconds(150);
@@ -95,7 +95,7 @@ TEST(SilentEnable, IsWaitedForAsLongAsTheConfigurationSays) {
   EXPECT_GT(rig.axis().report().drive, 0.0);
 }
 
-TEST(TooSlowEnable, IsNoneWhereTheConfigurationKnowsTheDelay) {
+TEST(TooSlowEnable, IsToleratedIfTheDelayIsConfigured) {
   shows("S-122");
   config::Config config = with({.delay_ms = 600, .soft_start_ms = 200});
   config.axes[0].control.enable_delay = milliseconds(500);
@@ -104,7 +104,7 @@ TEST(TooSlowEnable, IsNoneWhereTheConfigurationKnowsTheDelay) {
   EXPECT_TRUE(rig.tracks()) << to_string(rig.axis().fault().cause);
 }
 
-TEST(TooSlowEnable, BeyondHalfASecondIsAFault) {
+TEST(TooSlowEnable, IsAFaultBeyondHalfASecond) {
   shows("S-031, S-122");
   FaultRig rig(with({.delay_ms = 600, .soft_start_ms = 0}));
   rig.start();
@@ -119,7 +119,7 @@ TEST(TooSlowEnable, BeyondHalfASecondIsAFault) {
 /// accepts the next Enable, so a ramp that continued would cause a step of the stage.
 class BouncingRelay : public testing::TestWithParam<controller::MemorySource> {};
 
-TEST_P(BouncingRelay, IsAFaultWithinTwoCyclesInEveryPhaseOfTheStart) {
+TEST_P(BouncingRelay, FaultsWithinTwoCyclesInEveryPhaseOfTheStart) {
   shows("S-031, S-122");
   for (int phase_ms = 1; phase_ms < 500; phase_ms += 25) {
     SCOPED_TRACE(phase_ms);

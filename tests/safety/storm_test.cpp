@@ -8,7 +8,7 @@
 namespace hystcan::support::storm_test {
 namespace {
 
-TEST(Storm, OfTenMinutesIsDetectedWithoutAnUnsafeFrameOrAStuckAxis) {
+TEST(Storm, CausesNoUnsafeFrameAndNoStuckAxis) {
   shows("S-065, S-067, S-068, S-069");
   const StormResult result = run_storm({.seed = 1, .virtual_s = 600.0, .warm_up_s = 120.0});
   print(result);

@@ -222,7 +222,7 @@ void track(FaultRig& rig) {
   ASSERT_EQ(rig.axis().state(), AxisState::tracking) << to_string(rig.axis().fault().cause);
 }
 
-TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
+TEST_P(TwinFault, CausesTheDocumentedReaction) {
   shows("S-070");
   const Row& row = GetParam().row;
   FaultRig rig(config_for(GetParam()));
@@ -245,7 +245,7 @@ TEST_P(TwinFault, LeadsToTheDocumentedReaction) {
   expect_safe_wire(rig, row);
 }
 
-TEST_P(TwinFault, IsOverWhenItEndsAndTheAxisTracksAgainOnceCleared) {
+TEST_P(TwinFault, HasNoEffectAfterItsEnd) {
   shows("S-071");
   const Row& row = GetParam().row;
   FaultRig rig(config_for(GetParam()));
@@ -288,7 +288,7 @@ bool describes(const std::string& line, const Row& row) {
   });
 }
 
-TEST(TwinFaultTable, InTheDocumentHasEveryKindAndEveryTestedReaction) {
+TEST(TwinFaultTable, DocumentsEveryKindAndTestedReaction) {
   std::ifstream document(HYSTCAN_SOURCE_DIR "/docs/twin.md");
   std::vector<std::string> lines;
   for (std::string line; std::getline(document, line);) lines.push_back(line);
@@ -304,7 +304,7 @@ TEST(TwinFaultTable, InTheDocumentHasEveryKindAndEveryTestedReaction) {
         << row;
 }
 
-TEST(TwinFaultTable, InTheTestsHasEveryKind) {
+TEST(TwinFaultTable, IsTestedForEveryKind) {
   for (std::size_t i = 0; i < twin::fault_count; ++i)
     EXPECT_NE(std::ranges::find(rows, static_cast<Fault>(i), &Row::kind), rows.end())
         << to_string(static_cast<Fault>(i));

@@ -89,7 +89,7 @@ TEST(StartUp, TracksWhenOneNodeStartsAfterTheOther) {
   }
 }
 
-TEST(SeveralTwins, GiveTheSameResultToTheBitAsOneTwinOfBothAxes) {
+TEST(SeveralTwins, GiveTheSameBitsAsOneTwinOfBothAxes) {
   StartSequence one;
   one.start_twin(twin_config(shipped()));
   StartSequence two;
@@ -114,7 +114,7 @@ class NodeReboot : public testing::TestWithParam<Node> {};
 
 /// A reboot removes objects written by SDO and a latched fault. The controller sets the node up before it
 /// drives it.
-TEST_P(NodeReboot, LeavesTheNodeAsAtItsFirstStartAndItIsSetUpAgain) {
+TEST_P(NodeReboot, ResetsTheNodeAndRepeatsItsSetUp) {
   constexpr can::SdoObject object{.index = 0x2001, .subindex = 1};
   config::Config config = one_axis();
   const std::vector<can::SdoWrite> setup{{.object = object, .content = {.value = 7, .bytes = 2}}};

@@ -90,7 +90,7 @@ TEST_F(WireMonitorTest, CatchesADriveOutOfRange) {
   expect_only(Violation::drive_out_of_range);
 }
 
-TEST_F(WireMonitorTest, CatchesAStepThatIsTooFast) {
+TEST_F(WireMonitorTest, CatchesAStepAboveTheSlewLimit) {
   shows("S-066");
   drive_up();
   cycle(72.0, true);
@@ -106,7 +106,7 @@ TEST_F(WireMonitorTest, AllowsAFullStepForEachCycleWithoutACommand) {
   EXPECT_EQ(monitor.violations(), 0u);
 }
 
-TEST_F(WireMonitorTest, CatchesAStartThatIsNotAtTheOutputOfTheAmplifier) {
+TEST_F(WireMonitorTest, CatchesAStartAwayFromTheAmplifierOutput) {
   cycle(0.0, false);
   status(0.0, can::AmpState::ready);
   for (int i = 0; i < 5; ++i) cycle(0.0, false);
@@ -130,7 +130,7 @@ TEST_F(WireMonitorTest, CatchesAnEnabledCommandAfterAFault) {
   expect_only(Violation::enabled_while_faulted);
 }
 
-TEST_F(WireMonitorTest, CatchesAnEnabledCommandAfterAFaultThatItsCallerReports) {
+TEST_F(WireMonitorTest, CatchesAnEnabledCommandAfterAReportedFault) {
   drive_up();
   monitor.report_fault(now);
   cycle(50.0, true);
