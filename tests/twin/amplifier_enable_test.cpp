@@ -77,7 +77,7 @@ TEST(AmplifierRelay, ConnectsTheOutputAfterItsDelayFromTheFirstCommand) {
   EXPECT_EQ(bench.state(), AmpState::enabled);
 }
 
-TEST(AmplifierRelay, DoesNotCloseWhereTheAmplifierIsSwitchedOffMeanwhile) {
+TEST(AmplifierRelay, DoesNotCloseIfTheAmplifierIsSwitchedOff) {
   shows("S-125");
   EnableBench bench({.enable_delay = milliseconds(10)});
   bench.drive(50.0, 9);
@@ -91,7 +91,7 @@ TEST(AmplifierRelay, DoesNotCloseWhereTheAmplifierIsSwitchedOffMeanwhile) {
   EXPECT_EQ(bench.state(), AmpState::enabled);
 }
 
-TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsHaveStoppedMeanwhile) {
+TEST(AmplifierRelay, DoesNotDriveIfTheCommandsHaveStopped) {
   shows("S-126");
   EnableBench bench({.enable_delay = milliseconds(25)});
   bench.drive(50.0, 1);
@@ -101,7 +101,7 @@ TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsHaveStoppedMeanwhile) {
   EXPECT_EQ(bench.state(), AmpState::enabled) << "it begins again";
 }
 
-TEST(AmplifierRelay, DoesNotDriveWhereTheCommandsStopAsItCloses) {
+TEST(AmplifierRelay, DoesNotDriveIfTheCommandsStopAsItCloses) {
   shows("S-126");
   EnableBench bench({.enable_delay = milliseconds(20)});
   bench.drive(50.0, 1);
@@ -118,7 +118,7 @@ TEST(AmplifierRelay, ReportsAtOnceThatItHasClosed) {
   EXPECT_EQ(bench.status_->state, AmpState::enabled);
 }
 
-TEST(AmplifierRelay, LetsTheSetpointWaitForASync) {
+TEST(AmplifierRelay, AppliesTheSetpointAtTheNextSync) {
   shows("S-123");
   EnableBench bench({.enable_delay = milliseconds(10)});
   bench.drive(50.0, 1);
@@ -129,7 +129,7 @@ TEST(AmplifierRelay, LetsTheSetpointWaitForASync) {
   EXPECT_NEAR(bench.output(), 50.0, 1e-3);
 }
 
-TEST(AmplifierRelay, TakesTheLastSetpointThatCameBeforeTheSync) {
+TEST(AmplifierRelay, UsesTheLastSetpointBeforeTheSync) {
   shows("S-123");
   EnableBench bench({.enable_delay = microseconds(1200)});
   bench.drive(50.0, 1);
@@ -143,7 +143,7 @@ TEST(AmplifierRelay, TakesTheLastSetpointThatCameBeforeTheSync) {
   EXPECT_NEAR(bench.output(), 30.0, 1e-3);
 }
 
-TEST(AmplifierRelay, LetsTheSetpointActAtOnceWhereItActsOnReceipt) {
+TEST(AmplifierRelay, AppliesTheSetpointAtOnceIfAppliedOnReceipt) {
   EnableBench bench({.enable_delay = milliseconds(10), .apply = node::Apply::receipt});
   bench.drive(50.0, 1);
   bench.run(milliseconds(12));
@@ -153,7 +153,7 @@ TEST(AmplifierRelay, LetsTheSetpointActAtOnceWhereItActsOnReceipt) {
 
 // ---- the soft start
 
-TEST(AmplifierSoftStart, GoesEvenlyToItsSetpointAndIsThenEnabled) {
+TEST(AmplifierSoftStart, RampsToItsSetpointAndIsThenEnabled) {
   shows("S-124");
   EnableBench bench({.soft_start = milliseconds(100)});
   bench.drive(50.0, 50);
@@ -165,7 +165,7 @@ TEST(AmplifierSoftStart, GoesEvenlyToItsSetpointAndIsThenEnabled) {
   EXPECT_NEAR(bench.drive_now(), 50.0, 1e-3);
 }
 
-TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtItsEnd) {
+TEST(AmplifierSoftStart, EndsWithASyncAtItsEnd) {
   shows("S-124");
   EnableBench bench({.soft_start = milliseconds(20), .command_timeout = milliseconds(200)});
   bench.cycle();
@@ -183,7 +183,7 @@ TEST(AmplifierSoftStart, CountsTheSyncAtItsEndForTheNextStatus) {
   EXPECT_EQ(bench.heard_[0x181], before + 1);
 }
 
-TEST(AmplifierSoftStart, EndsAtTheSafeDriveWhereTheCommandsStop) {
+TEST(AmplifierSoftStart, EndsAtTheSafeDriveIfTheCommandsStop) {
   EnableBench bench({.soft_start = milliseconds(100)});
   bench.drive(50.0, 50);
   for (int i = 0; i < 25; ++i) bench.cycle();
@@ -193,14 +193,14 @@ TEST(AmplifierSoftStart, EndsAtTheSafeDriveWhereTheCommandsStop) {
   EXPECT_NEAR(bench.drive_now(), 25.0, 1.0) << "it begins again";
 }
 
-TEST(AmplifierSoftStart, EndsAtTheSyncThatComesAtTheTimeoutOfTheCommands) {
+TEST(AmplifierSoftStart, EndsWithASyncAtTheCommandTimeout) {
   EnableBench bench({.soft_start = milliseconds(100)});
   bench.cycle();
   bench.sync_that_arrives_at(bench.enable(50.0) + milliseconds(20));
   EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
 }
 
-TEST(AmplifierSoftStart, EndsWhereTheAmplifierIsSwitchedOff) {
+TEST(AmplifierSoftStart, EndsIfTheAmplifierIsSwitchedOff) {
   shows("S-125");
   EnableBench bench({.soft_start = milliseconds(100)});
   bench.drive(50.0, 50);
@@ -213,7 +213,7 @@ TEST(AmplifierSoftStart, EndsWhereTheAmplifierIsSwitchedOff) {
 
 // The output has fallen for 21.7 ms from 50 V, the last 1.7 of them unseen by any SYNC. 0.5 V are the frames
 // and the soft start.
-TEST(AmplifierSoftStart, BeginsWhereTheOutputIs) {
+TEST(AmplifierSoftStart, BeginsAtThePresentOutput) {
   EnableBench bench({.soft_start = milliseconds(100), .command_timeout = milliseconds(200), .slow = true});
   bench.drive(50.0, 200);
   ASSERT_EQ(bench.state(), AmpState::enabled);

@@ -54,7 +54,7 @@ TEST(AmplifierWithACapacitor, SlewsAsFastAsItsCurrentChargesIt) {
   EXPECT_NEAR(after.output, 0.14 / 1.5e-6 * 1e-4, 1e-12);
 }
 
-TEST(AmplifierWithACapacitor, KeepsItsSlewLimitWhereItsCurrentIsSufficient) {
+TEST(AmplifierWithACapacitor, KeepsItsSlewLimitIfItsCurrentIsSufficient) {
   const Amplifier::Config config{.slew_per_s = 1000.0, .current_limit_A = 1.0, .load_uF = 1.0};
   EXPECT_DOUBLE_EQ(Amplifier(config, 0.01)({.output = 0.0, .target = 100.0}).output, 10.0);
 }
@@ -80,7 +80,7 @@ TEST(AmplifierWithACoil, NeverReachesATargetBeyondItsVoltage) {
   }
 }
 
-TEST(AmplifierWithACoil, WithoutResistanceIsSlewLimitedByItsVoltage) {
+TEST(AmplifierWithACoil, IsSlewLimitedByItsVoltageWithoutResistance) {
   Amplifier::Config ideal = coil();
   ideal.load_ohm = 0.0;
   EXPECT_NEAR(Amplifier(ideal, 1e-3)({.output = 0.0, .target = 4.0}).output, 1.0, 1e-12);
@@ -109,7 +109,7 @@ TEST(AmplifierWithACoil, KeepsEveryLimitAndReachesItsEndMonotonically) {
   }));
 }
 
-TEST(AmplifierWithACoil, ConvergesToItsTargetOrToWhatItsVoltageAllows) {
+TEST(AmplifierWithACoil, ConvergesToItsTargetOrItsVoltageLimit) {
   EXPECT_TRUE(rc::check("after 40 of the slowest time constant and the slew", [] {
     const AnyCoil coil;
     const double slowest_s = std::max(1e-3 * coil.config.load_mH / coil.config.load_ohm,
@@ -135,7 +135,7 @@ TEST(Amplifier, RampsNoFasterThanConfigured) {
   EXPECT_EQ(after.course, Amplifier::Course::ramp);
 }
 
-TEST(Amplifier, IsDischargedByItsLoadWhileSwitchedOffWhateverItsTarget) {
+TEST(Amplifier, IsDischargedByItsLoadWhileSwitchedOff) {
   const Amplifier::State off{.output = 80.0, .target = 60.0, .course = Amplifier::Course::off};
   const Amplifier::Config bled{.load_uF = 1.5, .load_ohm = 1e5};  // 150 ms
   EXPECT_NEAR(Amplifier(bled, 0.3)(off).output, 80.0 * std::exp(-2.0), 1e-12);

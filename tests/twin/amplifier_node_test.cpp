@@ -84,7 +84,7 @@ TEST_F(AmplifierOnBus, AnswersForItsObjectsUnlessNmtHasStoppedIt) {
   EXPECT_TRUE(answers());
 }
 
-TEST_F(AmplifierOnBus, IsSilentAndOffOnceAnotherNodeHasItsNumber) {
+TEST_F(AmplifierOnBus, IsSilentAndOffIfAnotherNodeHasItsNumber) {
   shows("S-155");
   start_nodes();
   drive(50.0, 5);
@@ -126,7 +126,7 @@ TEST_F(AmplifierOnBus, TripsBelowItsRange) {
 }
 
 /// The command that names this SYNC, sent after `later` further ones.
-TEST_F(AmplifierOnBus, ObeysTheCommandOfTheLastSyncAndOfTheOneBeforeAcrossTheWrapOfTheCounter) {
+TEST_F(AmplifierOnBus, ObeysCommandsOfTheLastTwoSyncs) {
   shows("S-115");
   start_nodes();
   for (int i = 0; i < 500; ++i) {
@@ -184,7 +184,7 @@ TEST_F(AmplifierOnBus, ObeysNoCommandAfterAResetBeforeASync) {
   }
 }
 
-TEST_F(AmplifierOnBus, ObeysNoCommandAfterAResetThatNamesASyncBeforeIt) {
+TEST_F(AmplifierOnBus, IgnoresCommandsAfterAResetForAnEarlierSync) {
   shows("S-119");
   start_nodes();
   sync();  // 1
@@ -283,7 +283,7 @@ TEST_F(AmplifierOnBus, TripsAtItsTimeoutAfterTheLastCommand) {
   EXPECT_LT(after, milliseconds(20) + microseconds(500)) << "three frames on the wire";
 }
 
-TEST_F(AmplifierOnBus, DoesNotTripWhileACommandComesWithinTheTimeout) {
+TEST_F(AmplifierOnBus, DoesNotTripWhileCommandsArriveWithinTheTimeout) {
   shows("S-127");
   start_nodes();
   for (int i = 0; i < 20; ++i) {
@@ -295,7 +295,7 @@ TEST_F(AmplifierOnBus, DoesNotTripWhileACommandComesWithinTheTimeout) {
   EXPECT_TRUE(emergency_frames_.empty());
 }
 
-TEST_F(AmplifierOnBus, DoesNotTripWhereItIsSwitchedOffInTime) {
+TEST_F(AmplifierOnBus, DoesNotTripIfItIsSwitchedOffInTime) {
   shows("S-128");
   start_nodes();
   drive(50.0, 5);
@@ -306,7 +306,7 @@ TEST_F(AmplifierOnBus, DoesNotTripWhereItIsSwitchedOffInTime) {
   EXPECT_EQ(status_->state, AmpState::ready);
 }
 
-TEST_F(AmplifierOnBus, ReportsTheTimeoutOfCommandsAsAnEmergencyWithAGenericError) {
+TEST_F(AmplifierOnBus, ReportsACommandTimeoutAsAGenericEmergency) {
   shows("S-129");
   start_nodes();
   drive(50.0, 5);
@@ -317,7 +317,7 @@ TEST_F(AmplifierOnBus, ReportsTheTimeoutOfCommandsAsAnEmergencyWithAGenericError
   EXPECT_EQ(emergency->error_register, 0x01);
 }
 
-TEST_F(AmplifierOnBus, ReportsASetpointOutOfRangeAsAnEmergencyOfTheDataSet) {
+TEST_F(AmplifierOnBus, ReportsASetpointOutOfRangeAsADataSetEmergency) {
   shows("S-130");
   start_nodes();
   drive(121.0, 1);
@@ -327,7 +327,7 @@ TEST_F(AmplifierOnBus, ReportsASetpointOutOfRangeAsAnEmergencyOfTheDataSet) {
 
 // ---- a cause within the amplifier
 
-TEST_F(AmplifierOnBus, ReportsACauseWithinAsAnEmergencyOfTheHardwareAndIsSafe) {
+TEST_F(AmplifierOnBus, ReportsAnInternalCauseAsAHardwareEmergency) {
   shows("S-131");
   start_nodes();
   drive(50.0, 5);
@@ -340,7 +340,7 @@ TEST_F(AmplifierOnBus, ReportsACauseWithinAsAnEmergencyOfTheHardwareAndIsSafe) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
-TEST_F(AmplifierOnBus, KeepsAnEarlierFaultBesideACauseWithin) {
+TEST_F(AmplifierOnBus, KeepsAnEarlierFaultBesideAnInternalCause) {
   start_nodes();
   drive(50.0, 5);
   run(milliseconds(50));
@@ -348,7 +348,7 @@ TEST_F(AmplifierOnBus, KeepsAnEarlierFaultBesideACauseWithin) {
   EXPECT_EQ(amplifier().fault(), can::amp_fault::command_timeout | node::internal_fault);
 }
 
-TEST_F(AmplifierOnBus, ClearsAFaultOnlyAfterTheCauseWithinHasEnded) {
+TEST_F(AmplifierOnBus, ClearsAFaultOnlyAfterItsInternalCauseHasEnded) {
   shows("S-137");
   start_nodes();
   amplifier().begin_internal_fault();
@@ -362,7 +362,7 @@ TEST_F(AmplifierOnBus, ClearsAFaultOnlyAfterTheCauseWithinHasEnded) {
   EXPECT_EQ(status_->fault, 0);
 }
 
-TEST_F(AmplifierOnBus, ReportsACauseWithinThatBeganBeforeTheStartOnceItIsStarted) {
+TEST_F(AmplifierOnBus, ReportsAnEarlierInternalCauseAfterItsStart) {
   shows("S-140");
   amplifier().begin_internal_fault();
   run(milliseconds(1));
@@ -372,7 +372,7 @@ TEST_F(AmplifierOnBus, ReportsACauseWithinThatBeganBeforeTheStartOnceItIsStarted
   EXPECT_EQ(status_->fault, node::internal_fault);
 }
 
-TEST_F(AmplifierOnBus, ForgetsAFaultAtAResetUnlessItsCauseStillExists) {
+TEST_F(AmplifierOnBus, ClearsAFaultAtAResetUnlessItsCausePersists) {
   shows("S-100");
   start_nodes();
   drive(50.0, 5);

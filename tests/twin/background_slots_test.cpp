@@ -48,7 +48,7 @@ class BackgroundSlots : public testing::Test, public TwinBench {
 
 using Found = std::map<unsigned, int>;
 
-TEST_F(BackgroundSlots, OfANodeHaveItsHeartbeatWhenItIsDueAndElseItsStatus) {
+TEST_F(BackgroundSlots, ContainADueHeartbeatOrElseAStatus) {
   shows("S-102");
   start_nodes();
   cycles(8);
@@ -72,7 +72,7 @@ TEST_F(BackgroundSlots, DoNotHoldBackTheStatusOfAChangedState) {
   EXPECT_EQ(slots_of(status), (Found{{0, 1}})) << "enabled";
 }
 
-TEST_F(BackgroundSlots, AreNotWaitedForWithoutASync) {
+TEST_F(BackgroundSlots, AreIgnoredWithoutASync) {
   shows("S-103");
   start_nodes();
   cycles(150);

@@ -112,7 +112,7 @@ TEST(LoadStep, RingsAboutTheDisplacementAndStaysThere) {
   EXPECT_NEAR(plant.position_um() - before_um, -2.0, 1e-9);
 }
 
-TEST(LimitedOutput, GoesToItsLimitAndNoFurtherUntilTheNextTargetAfterwards) {
+TEST(LimitedOutput, StaysAtItsLimitUntilTheNextTarget) {
   Plant plant(piezo_stage(), can::Time{});
   plant.set_target(40.0);
   plant.advance_to(at_s(0.1));
@@ -138,7 +138,7 @@ TEST(GainDisturbance, ScalesTheTravelFromTheStart) {
   EXPECT_NEAR(plant.position_um(), 0.9 * support::piezo_model().ascending.value(50.0), 1e-9);
 }
 
-TEST(Disturbance, IsRefusedWhereItIsNotPhysical) {
+TEST(Disturbance, IsRefusedIfItIsNotPhysical) {
   Plant plant(piezo_stage(), can::Time{});
   EXPECT_THROW(plant.disturb({.resonance = 0.0}), std::invalid_argument);
   EXPECT_THROW(plant.disturb({.load_um = std::nan("")}), std::invalid_argument);

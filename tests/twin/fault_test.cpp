@@ -86,7 +86,7 @@ TEST_F(FaultyConnectionTest, PassesEveryFrameUnchangedWithoutAFault) {
   EXPECT_EQ(after(sample()), sample());
 }
 
-TEST_F(FaultyConnectionTest, FlipsOneBitOfTheCrcAndNothingElse) {
+TEST_F(FaultyConnectionTest, FlipsOnlyOneBitOfTheCrc) {
   connection_.begin(Fault::wrong_crc, 0.0);
   can::Frame expected = sample();
   expected.data[7] ^= 0x10;
@@ -365,7 +365,7 @@ TEST(FaultAtRunTime, BeginsNowCanBeReplacedAndCanBeRemoved) {
   EXPECT_TRUE(faults.active().empty());
 }
 
-TEST(FaultAtRunTime, IsRefusedWithTheReasonWhereItIsImpossible) {
+TEST(FaultAtRunTime, IsRefusedWithTheReasonIfImpossible) {
   TwinRun run(one_axis());
   const auto refusal_of = [&](const FaultSpec& asked) -> std::string {
     return support::refusal_of<std::invalid_argument>([&] { run.twin.faults().inject(asked); });
@@ -385,7 +385,7 @@ TEST(FaultAtRunTime, IsRefusedWithTheReasonWhereItIsImpossible) {
   EXPECT_TRUE(run.twin.faults().active().empty());
 }
 
-TEST(FaultAtRunTime, IsRefusedWhereTheConfiguredFramesLackItsField) {
+TEST(FaultAtRunTime, IsRefusedIfTheFramesHaveNoSuchField) {
   can::AxisWire wire = one_axis().axes[0].wire;
   can::MessageMap plain{.message = "LabSample", .signals = {{"position", "Pos"}}};
   plain.integrity = can::Integrity::none;

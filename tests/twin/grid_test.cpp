@@ -67,7 +67,7 @@ std::vector<double> positions(const Plant::Config& config, const std::vector<Com
 }
 
 // Equal to the bit; 1e-9 um would be sufficient.
-TEST(Plant, HasTheSamePositionHoweverOftenItIsRead) {
+TEST(Plant, IsNotChangedByReading) {
   EXPECT_TRUE(rc::check("looks", [] {
     const bool even = *rc::gen::arbitrary<bool>(), noisy = *rc::gen::arbitrary<bool>();
     const std::vector<Command> commands = any_commands();
@@ -84,7 +84,7 @@ TEST(Plant, HasTheSamePositionHoweverOftenItIsRead) {
 }
 
 // A command that repeats the present target splits no sub-step; it is only a look.
-TEST(Plant, IsNotMovedByACommandThatChangesNothing) {
+TEST(Plant, IgnoresARepeatedTarget) {
   Plant once(piezo_stage(), can::Time{}), again(piezo_stage(), can::Time{});
   once.set_target(50.0);
   again.set_target(50.0);

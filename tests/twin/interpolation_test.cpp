@@ -133,7 +133,7 @@ TEST(PlantWithAMovingTarget, MissesNoTurningPointOfItsOutput) {
   }
 }
 
-TEST(PlantWithAMovingTarget, EndsTheWayAtTheTargetAndHoldsIt) {
+TEST(PlantWithAMovingTarget, EndsAtTheTargetAndHoldsIt) {
   Plant plant(linear_stage(), can::Time{});
   plant.move_target(40.0, milliseconds(1));
   plant.advance_to(can::Time{} + milliseconds(10));
@@ -142,7 +142,7 @@ TEST(PlantWithAMovingTarget, EndsTheWayAtTheTargetAndHoldsIt) {
   EXPECT_DOUBLE_EQ(plant.drive(), 40.0);
 }
 
-TEST(PlantWithAMovingTarget, LeavesTheWayWhereATargetIsSet) {
+TEST(PlantWithAMovingTarget, DropsTheMotionWhenATargetIsSet) {
   Plant plant(linear_stage(), can::Time{});
   plant.move_target(100.0, milliseconds(1));
   plant.advance_to(can::Time{} + microseconds(500));
@@ -207,7 +207,7 @@ TEST_F(InterpolatingAmplifier, HoldsTheSetpointWhenASyncIsLost) {
 }
 
 // The way to 10 V is cut short at 4.5 V or so; the way to 20 V begins there.
-TEST_F(InterpolatingAmplifier, GoesOnFromWhereItIsAtASyncThatComesEarly) {
+TEST_F(InterpolatingAmplifier, ContinuesFromItsOutputAtAnEarlySync) {
   shows("S-086");
   next_cycle(10.0);
   bench_.sync();
@@ -222,7 +222,7 @@ TEST_F(InterpolatingAmplifier, GoesOnFromWhereItIsAtASyncThatComesEarly) {
   EXPECT_NEAR(output(), 20.0, 1e-9);
 }
 
-TEST_F(InterpolatingAmplifier, GoesToTheSafeDriveAtOnceWhenItsWatchdogTrips) {
+TEST_F(InterpolatingAmplifier, JumpsToTheSafeDriveWhenItsWatchdogTrips) {
   shows("S-088");
   bench_.drive(50.0, 5);
   bench_.run(milliseconds(20));

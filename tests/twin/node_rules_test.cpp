@@ -65,7 +65,7 @@ class NodeRules : public testing::Test, protected TwinBench {
 
 // ---- NMT
 
-TEST_F(NodeRules, NmtToNodeZeroReachesEveryNodeAndNmtToAnotherNumberNone) {
+TEST_F(NodeRules, NmtToNodeZeroReachesEveryNode) {
   nmt(NmtCommand::start, 3);
   EXPECT_EQ(amplifier().state(), AmpState::off);
   EXPECT_EQ(sensor().state(), can::NmtState::pre_operational);
@@ -85,7 +85,7 @@ TEST_F(NodeRules, AnUnknownNmtCommandChangesNothing) {
   EXPECT_TRUE(sent_by_amplifier().empty());
 }
 
-TEST_F(NodeRules, ASecondNmtStartForgetsNoCounter) {
+TEST_F(NodeRules, ASecondNmtStartKeepsTheCounters) {
   shows("S-099");
   start_nodes();
   sync();
@@ -98,7 +98,7 @@ TEST_F(NodeRules, ASecondNmtStartForgetsNoCounter) {
   EXPECT_EQ(amplifier().node().checker().rejected(can::Rejection::repeated_counter), 1u);
 }
 
-TEST_F(NodeRules, ASensorTakesNoSecondSampleAtTheSameSync) {
+TEST_F(NodeRules, ASensorSendsOneSamplePerSync) {
   shows("S-148");
   start_nodes();
   cycle();
@@ -110,7 +110,7 @@ TEST_F(NodeRules, ASensorTakesNoSecondSampleAtTheSameSync) {
   EXPECT_EQ(heard_[0x182], before + 1);
 }
 
-TEST_F(NodeRules, ASyncThatAnAmplifierReceivesTwiceKeepsTheSetpointAndCountsTwiceForTheStatus) {
+TEST_F(NodeRules, ARepeatedSyncCountsOnlyForTheStatus) {
   shows("S-114");
   start_nodes();
   drive(50.0, 1);
@@ -206,7 +206,7 @@ TEST_F(NodeRules, AnAmplifierSendsOnlyTheBootUpAtAResetOfTheNode) {
   EXPECT_NEAR(output(), 0.0, 1e-3);
 }
 
-TEST_F(NodeRules, AnAmplifierThatIsSwitchedOffReportsItAndThenThatItsOutputRests) {
+TEST_F(NodeRules, AnAmplifierReportsSwitchingOffAndThenItsRest) {
   shows("S-084");
   start_nodes();
   drive(50.0, 5);
@@ -286,7 +286,7 @@ class AgeOfACommand : public NodeRules {
   double setpoint_ = 10.0;
 };
 
-TEST_F(AgeOfACommand, IsTwoCyclesAtMostHoweverLongNoOtherSyncCame) {
+TEST_F(AgeOfACommand, IsAtMostTwoCyclesEvenWithoutSyncs) {
   shows("S-116");
   sync_at(0, 7);
   EXPECT_TRUE(takes_command_at(300, 7));
@@ -299,7 +299,7 @@ TEST_F(AgeOfACommand, IsTwoCyclesAtMostHoweverLongNoOtherSyncCame) {
   EXPECT_TRUE(takes_command_at(521'200, 10));
 }
 
-TEST_F(AgeOfACommand, ThatNamesASyncThatWasNeverReceivedIsTooGreatButItSwitchesOff) {
+TEST_F(AgeOfACommand, IsTooGreatIfItsSyncWasNeverReceived) {
   sync_at(0, 7);
   sync_at(1000, 9);
   EXPECT_FALSE(takes_command_at(1300, 8)) << "SYNC 8 was lost";
@@ -336,7 +336,7 @@ TEST_F(AgeOfACommand, IsTwoCyclesToTheNanosecond) {
   }
 }
 
-TEST_F(AgeOfACommand, CountsFromTheSyncThatItNamesAlsoBehindTheNextOne) {
+TEST_F(AgeOfACommand, CountsFromItsSyncEvenAfterTheNextOne) {
   sync_at(0, 239);
   sync_at(1'500, 240);  // late by half a cycle
   EXPECT_TRUE(takes_command_at(1'800, 239));
@@ -346,14 +346,14 @@ TEST_F(AgeOfACommand, CountsFromTheSyncThatItNamesAlsoBehindTheNextOne) {
   EXPECT_TRUE(takes_command_at(13'300, 1)) << "the late SYNC is its own";
 }
 
-TEST_F(AgeOfACommand, CountsFromTheLastCopyOfASyncThatCameTwice) {
+TEST_F(AgeOfACommand, CountsFromTheLastCopyOfARepeatedSync) {
   sync_at(0, 7);
   sync_at(1'500, 7);
   EXPECT_TRUE(takes_command_at(3'300, 7));
   EXPECT_FALSE(takes_command_at(4'300, 6)) << "the SYNC before it never came";
 }
 
-TEST_F(AgeOfACommand, DoesNotMatterToOneThatSwitchesOff) {
+TEST_F(AgeOfACommand, IsIrrelevantIfItSwitchesOff) {
   shows("S-117");
   sync_at(0, 7);
   EXPECT_TRUE(takes_command_at(300, 7));
@@ -386,7 +386,7 @@ TEST(FramesWithoutASyncCounter, AreNeverStale) {
   EXPECT_EQ(bench.twin_.axes().front()->amplifier.state(), AmpState::enabled) << "before the first SYNC";
 }
 
-TEST_F(NodeRules, TheSetpointOfACommandWithoutEnableIsNotUsed) {
+TEST_F(NodeRules, TheSetpointOfACommandWithoutEnableIsIgnored) {
   shows("S-112");
   start_nodes();
   sync();
@@ -398,7 +398,7 @@ TEST_F(NodeRules, TheSetpointOfACommandWithoutEnableIsNotUsed) {
 
 // ---- faults
 
-TEST_F(NodeRules, TheEmergencyGoesOutBeforeTheStatusOfAFault) {
+TEST_F(NodeRules, TheEmergencyIsSentBeforeTheStatusOfAFault) {
   shows("S-132");
   start_nodes();
   drive(50.0, 3);
@@ -457,7 +457,7 @@ TEST_F(NodeRules, ClearFaultWithoutAFaultChangesNothing) {
   EXPECT_TRUE(sent_by_amplifier().empty());
 }
 
-TEST_F(NodeRules, ClearFaultWhileTheCauseLastsIsNotAnswered) {
+TEST_F(NodeRules, ClearFaultWhileTheCausePersistsIsIgnored) {
   shows("S-137");
   start_nodes();
   amplifier().begin_internal_fault();
@@ -469,7 +469,7 @@ TEST_F(NodeRules, ClearFaultWhileTheCauseLastsIsNotAnswered) {
   EXPECT_EQ(amplifier().state(), AmpState::fault);
 }
 
-TEST_F(NodeRules, TheWatchdogDoesNotTripAnAmplifierThatIsReady) {
+TEST_F(NodeRules, TheWatchdogDoesNotTripAReadyAmplifier) {
   shows("S-128");
   start_nodes();
   sync();

@@ -46,7 +46,7 @@ TEST_F(TwinOnBus, AppliesASetpointAtTheNextSync) {
   EXPECT_NEAR(output(), 50.0, 1e-3);
 }
 
-TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndExecutesNone) {
+TEST_F(TwinOnBus, CountsAndIgnoresDamagedCommands) {
   shows("S-078, S-111");
   start_nodes();
   sync();
@@ -67,7 +67,7 @@ TEST_F(TwinOnBus, CountsDamagedCommandsByCauseAndExecutesNone) {
   EXPECT_EQ(status_->state, AmpState::ready);
 }
 
-TEST_F(TwinOnBus, IsSafeWhereNmtStopsIt) {
+TEST_F(TwinOnBus, IsSafeIfStoppedByNmt) {
   shows("S-084");
   start_nodes();
   drive(50.0, 20);

@@ -11,7 +11,7 @@ using std::chrono::milliseconds;
 
 Plant::Config config() { return piezo_stage(); }
 
-TEST(Plant, RestsWhereItStarts) {
+TEST(Plant, RestsAtItsStart) {
   Plant plant(config(), can::Time{});
   plant.advance_to(can::Time{} + milliseconds(100));
   EXPECT_NEAR(plant.position_um(), 0.0, 1e-14);
@@ -43,7 +43,7 @@ TEST(Plant, LimitsItsTargetToTheAmplifiersRange) {
   EXPECT_NEAR(plant.drive(), 120.0, 1e-9);
 }
 
-TEST(Plant, IgnoresATimeThatHasPassed) {
+TEST(Plant, IgnoresATimeInThePast) {
   Plant plant(config(), can::Time{});
   plant.set_target(50.0);
   plant.advance_to(can::Time{} + milliseconds(2));

@@ -64,7 +64,7 @@ TEST(SensorBandwidth, IsNotChangedByAReading) {
   }
 }
 
-TEST(SensorDelay, ReadsThePositionOfOneDelayAgo) {
+TEST(SensorDelay, ReadsThePositionOneDelayEarlier) {
   for (const int delay_us : {1, 49, 50, 51, 100, 333, 1000}) {
     Sensor sensor({.delay = microseconds(delay_us)}, 1, start, substep);
     const auto ramp = [](double t_s) { return 1000.0 * t_s; };
@@ -95,7 +95,7 @@ TEST(SensorDelay, IsTheSameAfterARest) {
   EXPECT_NEAR(sensor.measure(grid(1'000'003), 6.0).position_um, 4.0, 1e-12);
 }
 
-TEST(SensorCharacteristic, HasASineErrorThatIsZeroAtBothEnds) {
+TEST(SensorCharacteristic, HasASineErrorWithZeroEnds) {
   Sensor sensor({.nonlinearity_percent = 0.2, .range_min_um = -5.0, .range_max_um = 35.0}, 1);
   const auto error_um = [&](double x) { return sensor.measure(start, x).position_um - x; };
   EXPECT_NEAR(error_um(-5.0), 0.0, 1e-14);
@@ -141,7 +141,7 @@ TEST(SensorNoise, HasTheSpreadOfItsDensityAndTheCorrelationOfItsBandwidth) {
   EXPECT_NEAR(products / squares, rho, 5 / std::sqrt(40'000.0));
 }
 
-TEST(SensorNoise, FromADensityIsTheSameAtTheSameTime) {
+TEST(SensorNoise, IsConstantWithinTheSameTime) {
   Sensor sensor({.noise_density_um_per_rtHz = 1e-4, .bandwidth_Hz = 100.0}, 1);
   const double first = sensor.measure(start, 5.0).position_um;
   EXPECT_NE(first, 5.0);

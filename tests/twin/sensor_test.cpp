@@ -15,7 +15,7 @@ TEST(Sensor, QuantisesToItsResolution) {
   EXPECT_EQ(sensor.measure(start, -1.20).position_um, -1.25);
 }
 
-TEST(Sensor, WithoutNoiseAndResolutionMeasuresThePositionItself) {
+TEST(Sensor, MeasuresThePositionExactlyByDefault) {
   Sensor sensor({}, 1);
   EXPECT_EQ(sensor.measure(start, 1.23456789).position_um, 1.23456789);
 }

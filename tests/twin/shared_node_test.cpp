@@ -99,7 +99,7 @@ TEST(SharedSensor, HasOneClockForAllItsAxes) {
   EXPECT_NEAR(bench.heard_[0x182], 10, 1);
 }
 
-TEST(SharedNodes, StayTogetherWhereATwinHasOnlySomeOfTheAxes) {
+TEST(SharedNodes, MustBelongToOneTwin) {
   EXPECT_THROW(with_axes(two_axes(), {"x"}), std::invalid_argument);
   EXPECT_EQ(with_axes(two_axes(), {"x", "y"}).axes.size(), 2u);
 }
@@ -117,7 +117,7 @@ TEST_F(SharedNode, KeepsItsErrorRegisterUntilNoAxisIsFaulted) {
 
 // ---- what each axis has for itself
 
-TEST_F(SharedNode, AnOldCommandFrameSwitchesOffTheAxisWithoutEnableAndIsIgnoredByTheOther) {
+TEST_F(SharedNode, AnOldCommandFrameCanOnlySwitchOff) {
   drive(60.0, 20.0);
   sync();
   run(milliseconds(3));
@@ -128,7 +128,7 @@ TEST_F(SharedNode, AnOldCommandFrameSwitchesOffTheAxisWithoutEnableAndIsIgnoredB
   EXPECT_EQ(amplifier(y).state(), AmpState::ready);
 }
 
-TEST_F(SharedNode, TripsTheWatchdogOfEachAxisWhereTheCommandStaysAway) {
+TEST_F(SharedNode, TripsTheWatchdogOfEachAxisWithoutCommands) {
   drive(60.0, 20.0);
   heard_.clear();
   run(milliseconds(40));
@@ -153,7 +153,7 @@ TEST(SharedAmplifier, HasAWatchdogForEachAxis) {
   EXPECT_EQ(bench.amplifier(y).state(), AmpState::fault);
 }
 
-TEST_F(SharedNode, AFaultOfOneAxisLeavesTheOther) {
+TEST_F(SharedNode, AFaultOfOneAxisDoesNotAffectTheOther) {
   drive(60.0, 20.0);
   drive(60.0, 500.0, 1);  // beyond the range of y
   EXPECT_EQ(statuses_[y]->fault, can::amp_fault::setpoint_out_of_range);
@@ -167,13 +167,13 @@ TEST_F(SharedNode, AFaultOfOneAxisLeavesTheOther) {
   EXPECT_EQ(amplifier(y).state(), AmpState::ready);
 }
 
-TEST_F(SharedNode, AnAxisThatIsNotEnabledLeavesTheOther) {
+TEST_F(SharedNode, ADisabledAxisDoesNotAffectTheOther) {
   drive({can::AmpCommand{.setpoint = 50.0, .enable = true}, can::AmpCommand{}}, 10);
   EXPECT_EQ(amplifier(x).state(), AmpState::enabled);
   EXPECT_EQ(amplifier(y).state(), AmpState::ready);
 }
 
-TEST(SharedSensor, HasOtherNoiseForEachAxis) {
+TEST(SharedSensor, HasIndependentNoiseForEachAxis) {
   Config config = two_axes();
   for (WiredAxisConfig& axis : config.axes) axis.axis.sensor.noise_um_rms = 0.1;
   SharedBench bench(config);
@@ -184,7 +184,7 @@ TEST(SharedSensor, HasOtherNoiseForEachAxis) {
 
 // ---- faults
 
-TEST_F(SharedNode, AFaultOfTheNodeIsOneFaultWhicheverAxisNamesIt) {
+TEST_F(SharedNode, AFaultOfTheNodeIsOneFaultForBothAxes) {
   inject(Fault::no_reply, "x", Node::sensor);
   inject(Fault::no_reply, "y", Node::sensor);
   EXPECT_EQ(twin_.faults().active().size(), 1u);
@@ -194,7 +194,7 @@ TEST_F(SharedNode, AFaultOfTheNodeIsOneFaultWhicheverAxisNamesIt) {
   EXPECT_EQ(heard_[0x182], 10);
 }
 
-TEST_F(SharedNode, ANodeThatLosesItsSupplyLosesBothAxesAndBootsUpOnce) {
+TEST_F(SharedNode, ASupplyLossAffectsBothAxesAndBootsUpOnce) {
   drive(60.0, 20.0);
   inject(Fault::node_reboot, "x", Node::amplifier);
   EXPECT_EQ(amplifier(x).state(), AmpState::off);
@@ -207,7 +207,7 @@ TEST_F(SharedNode, ANodeThatLosesItsSupplyLosesBothAxesAndBootsUpOnce) {
   EXPECT_EQ(heard_[0x181], 0) << "no status before NMT start";
 }
 
-TEST_F(SharedNode, AWrongValueOfOneAxisLeavesThatOfTheOtherInAFrameThatIsAccepted) {
+TEST_F(SharedNode, AWrongValueOfOneAxisKeepsThatOfTheOther) {
   drive(60.0, 20.0);
   inject(Fault::frozen_value, "y", Node::sensor);
   inject(Fault::sensor_bad_status, "y", Node::sensor);
@@ -233,7 +233,7 @@ TEST_F(SharedNode, TheSameFaultOfBothAxesHasAValueForEach) {
   EXPECT_NEAR(samples_[y]->position_um, axis(y).plant.position_um() - 5.0, 0.05);
 }
 
-TEST_F(SharedNode, ReportsAFaultThatItsSignalDoesNotHoldByTheLargestNumberOfTheSignal) {
+TEST_F(SharedNode, SaturatesAFaultTooLargeForItsSignal) {
   drive(60.0, 20.0);
   inject(Fault::amplifier_trip, "y", Node::amplifier);
   run(milliseconds(1));

@@ -18,7 +18,7 @@ using shared_node_test::x;
 using shared_node_test::y;
 using std::chrono::milliseconds;
 
-TEST(SharedAmplifier, SendsTwoStatusesWhereEachAxisHasItsOwn) {
+TEST(SharedAmplifier, SendsTwoStatusesIfEachAxisHasItsOwn) {
   Config config = two_axes();
   config.axes[1].wire.frames->status->message = "StatusOfY";
   SharedBench bench(config);
@@ -32,7 +32,7 @@ TEST(SharedAmplifier, SendsTwoStatusesWhereEachAxisHasItsOwn) {
 }
 
 // 0x181 in a base frame and in an extended one.
-TEST(SharedAmplifier, SendsTwoStatusesWhereTheirIdentifiersDifferInTheirKindAlone) {
+TEST(SharedAmplifier, SendsTwoStatusesIfOnlyTheIdentifierKindDiffers) {
   Config config = two_axes();
   config.axes[1].wire.frames->status->message = "StatusOfYExtended";
   SharedBench bench(config);
@@ -47,7 +47,7 @@ TEST(SharedAmplifier, SendsTwoStatusesWhereTheirIdentifiersDifferInTheirKindAlon
   EXPECT_EQ(heard[y], 1);
 }
 
-TEST(SharedAmplifier, SendsOneStatusWhereTheRelaysOfBothAxesCloseAtOneTime) {
+TEST(SharedAmplifier, SendsOneStatusIfBothRelaysCloseTogether) {
   Config config = two_axes();
   for (WiredAxisConfig& axis : config.axes) axis.axis.enable_delay = milliseconds(5);
   SharedBench bench(config);
@@ -58,7 +58,7 @@ TEST(SharedAmplifier, SendsOneStatusWhereTheRelaysOfBothAxesCloseAtOneTime) {
   EXPECT_EQ(bench.heard_[0x181], 1);
 }
 
-TEST(SharedAmplifier, SendsAStatusThatHasNoSignalForTheFault) {
+TEST(SharedAmplifier, SendsAStatusWithoutAFaultSignal) {
   Config config = two_axes();
   config.axes[1].wire.frames->status->message = "StatusOfY";
   config.axes[1].wire.frames->status->signals.erase("fault");
@@ -70,7 +70,7 @@ TEST(SharedAmplifier, SendsAStatusThatHasNoSignalForTheFault) {
 }
 
 // 16 bits of 0.01 V hold 327.67 V. A status with a wrong output would be worse than none.
-TEST(SharedAmplifier, SendsNoStatusWhereTheOutputOfAnAxisDoesNotFitItsSignal) {
+TEST(SharedAmplifier, SendsNoStatusIfAnOutputDoesNotFitItsSignal) {
   for (const std::size_t axis : {x, y}) {
     Config config = two_axes();
     config.axes[axis].axis.plant.amplifier.drive_max = 400.0;
@@ -96,17 +96,17 @@ std::optional<can::AmpStatus> status_of_internal_fault(const char* message) {
   return bench.statuses_[y];
 }
 
-TEST(SharedAmplifier, ReportsAFaultAsItIsInASignalOf32Bits) {
+TEST(SharedAmplifier, ReportsAFaultUnchangedInASignalOf32Bits) {
   EXPECT_EQ(status_of_internal_fault("StatusOfY")->fault, node::internal_fault);
 }
 
-TEST(SharedAmplifier, SendsTheStatusWhereTheSignalOfTheFaultHoldsNoMoreThanZero) {
+TEST(SharedAmplifier, SendsTheStatusIfItsFaultSignalHoldsOnlyZero) {
   const auto status = status_of_internal_fault("StatusOfYWithoutFault");
   EXPECT_EQ(status->state, AmpState::fault);
   EXPECT_EQ(status->fault, 0);
 }
 
-TEST(SharedAmplifier, SendsTheStatusOfTheAxesThatHaveOne) {
+TEST(SharedAmplifier, SendsOnlyTheConfiguredStatuses) {
   Config config = two_axes();
   config.axes[0].wire.frames->status.reset();
   SharedBench bench(config);
@@ -148,7 +148,7 @@ TEST(SharedAmplifier, SendsTheStatusesOfItsAxesWithTheSameSync) {
         << i;
 }
 
-TEST(SharedAmplifier, SendsOneStatusInASlotThatOfTheAxisThatHasWaitedLonger) {
+TEST(SharedAmplifier, SendsOneStatusPerSlotInTurn) {
   shows("S-102");
   std::vector<std::uint32_t> order;
   for (const auto& one : statuses_by_cycle(4, 200)) {

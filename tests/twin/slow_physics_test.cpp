@@ -67,7 +67,7 @@ TEST(CreepOfTheModel, FollowsItsLagsAfterAStep) {
   }
 }
 
-TEST(Creep, OfZeroPerDecadeIsNone) {
+TEST(Creep, IsAbsentForZeroPerDecade) {
   Plant::Config config = piezo_stage();
   Plant plain(config, can::Time{});
   config.creep = {.per_decade = 0.0};
@@ -95,7 +95,7 @@ double half_a_day_later_um(bool watched) {
 }
 
 // 9e8 single sub-steps would take minutes, but a twin has to answer its first SYNC in time.
-TEST(SlowPhysics, NeedsLittleComputingTimeWhileNothingElseMoves) {
+TEST(SlowPhysics, NeedsLittleComputingTimeAtRest) {
   EXPECT_EQ(half_a_day_later_um(true), half_a_day_later_um(false)) << "to the bit";
 }
 

@@ -65,7 +65,7 @@ class Tripped : private TwinBench {
   can::Time tripped_;
 };
 
-TEST(Watchdog, GoesToTheSafeDriveAtOnceByDefault) {
+TEST(Watchdog, JumpsToTheSafeDriveByDefault) {
   EXPECT_EQ(AxisConfig{}.watchdog_action, node::WatchdogAction::safe);
   EXPECT_NEAR(Tripped(node::WatchdogAction::safe).output_after(milliseconds(10)), 10.0, 1e-3);
 }
@@ -91,7 +91,7 @@ TEST(Watchdog, SwitchesOffAndLeavesTheOutputToItsLoad) {
 
 class EveryWatchdogAction : public testing::TestWithParam<node::WatchdogAction> {};
 
-TEST_P(EveryWatchdogAction, IsReportedLatchedAndClearedInTheSameWay) {
+TEST_P(EveryWatchdogAction, IsReportedLatchedAndClearedEqually) {
   Tripped drive(GetParam());
   EXPECT_EQ(drive.status_->fault, can::amp_fault::command_timeout);
   EXPECT_EQ(drive.emergencies_, std::vector<int>{0x8130});
@@ -111,7 +111,7 @@ TEST_P(EveryWatchdogAction, IsOverriddenByNmt) {
   EXPECT_NEAR(Tripped(GetParam()).output_after_nmt(can::NmtCommand::stop), 10.0, 1e-3);
 }
 
-TEST_P(EveryWatchdogAction, IsNotTakenForASetpointOutOfRange) {
+TEST_P(EveryWatchdogAction, IsNotUsedForASetpointOutOfRange) {
   TwinBench bench(with(GetParam()));
   bench.start_nodes();
   bench.drive(60.0, 5);
@@ -123,7 +123,7 @@ TEST_P(EveryWatchdogAction, IsNotTakenForASetpointOutOfRange) {
 INSTANTIATE_TEST_SUITE_P(Twin, EveryWatchdogAction, testing::ValuesIn(every<node::WatchdogAction>()),
                          [](const auto& test) { return std::string(word_of(test.param)); });
 
-TEST(Apply, OnReceiptTakesEffectAtOnceWithoutASync) {
+TEST(Apply, OnReceiptTakesEffectWithoutASync) {
   Config config = one_axis();
   config.axes.front().axis.apply = node::Apply::receipt;
   TwinBench bench(config);
