@@ -17,7 +17,7 @@ struct GrowingFile : testing::Test {
   std::filesystem::path path = folder / "rows.csv";
 };
 
-TEST_F(GrowingFile, HoldsLinesOfEachSizeInTheirOrder) {
+TEST_F(GrowingFile, ContainsLinesOfEachSizeInOrder) {
   AppendFile file(path, AppendFile::Existing::refuse);
   std::string all;
   for (const std::size_t bytes : {1U, 65'535U, 2U, 65'536U, 3U, 65'537U, 1U, 300'000U, 40'000U, 40'000U}) {

@@ -31,7 +31,7 @@ TEST_F(RegularFile, IsReadWholeUpToTheSizeLimit) {
   EXPECT_EQ(refusal_of(file, text.size() - 1), "it has more than 199999 bytes");
 }
 
-TEST_F(RegularFile, TakesTheMemoryOfItsBytes) {
+TEST_F(RegularFile, NeedsOnlyTheMemoryOfItsBytes) {
   const std::string text(70'000, 'a');
   std::ofstream(file) << text;
   EXPECT_LE(read_regular_file(file, 1'000'000).capacity(), text.size() + 1);

@@ -91,7 +91,7 @@ TEST_F(CardOutputTest, NamesTheKeyOfAnUnavailableChannel) {
   }
 }
 
-TEST_F(CardOutputTest, SwitchesOffBehindTheSafeDrive) {
+TEST_F(CardOutputTest, SwitchesOffAfterTheSafeDrive) {
   CardOutput output(config, drives, card);
   output.switch_on();
   EXPECT_FALSE(card.lines[0]) << "active low";

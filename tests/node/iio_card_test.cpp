@@ -104,7 +104,7 @@ TEST_F(IioCardTest, LimitsAnOutputByTheRawValuesThatTheDriverStates) {
 
 TEST_F(IioCardTest, ReadsTheVoltsOfARawValue) { EXPECT_DOUBLE_EQ(*input()->read(), 1.25); }
 
-TEST_F(IioCardTest, TakesTheRangeOfAnInputFromItsBits) {
+TEST_F(IioCardTest, DerivesTheRangeOfAnInputFromItsBits) {
   const auto in = input();
   EXPECT_DOUBLE_EQ(in->range().lo, -10.24);
   EXPECT_NEAR(in->range().hi, 10.24, 1e-3);

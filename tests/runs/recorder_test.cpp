@@ -26,7 +26,7 @@ namespace {
 using std::chrono::milliseconds;
 using Recording = ScratchRuns;
 
-TEST_F(Recording, HoldsEveryCycleWithAllThatDescribesIt) {
+TEST_F(Recording, ContainsEveryCycleWithItsDescription) {
   std::filesystem::path run;
   {
     Recorder recorder = make();

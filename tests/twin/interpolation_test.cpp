@@ -102,7 +102,7 @@ TEST(MovingTarget, LetsTheOutputTurnOnceAtTheTimeThatItStates) {
   }));
 }
 
-TEST(MovingTarget, IsFollowedByTheAmplifiersStepAlsoWithinTheLag) {
+TEST(MovingTarget, IsFollowedByTheAmplifiersStepWithinTheLag) {
   const Amplifier::Config config{.slew_per_s = 1e6, .bandwidth_Hz = 1000.0};
   const Amplifier::State start{.output = 5.0, .target = 6.0, .rate_per_s = -2000.0};
   const Amplifier::State after = Amplifier(config, 7e-4)(start);

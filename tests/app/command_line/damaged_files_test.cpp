@@ -211,7 +211,7 @@ void holds_for_one(const Command& command) {
   RC_ASSERT(files_in(folder.path()) == before);
 }
 
-TEST(DamagedFile, IsUsedOrRefusedInOneLineAndLeavesNothingBehind) {
+TEST(DamagedFile, IsUsedOrRefusedInOneLineAndLeavesNoFiles) {
   for (const Command& command : commands) {
     std::string said;
     const CopiedStage folder;

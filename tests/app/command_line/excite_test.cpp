@@ -149,7 +149,7 @@ TEST_F(Excite, ProposesASecondRateAndAnUnseenRecord) {
   EXPECT_NE(program.err().find("record.unseen.csv"), std::string::npos) << program.err();
 }
 
-TEST_F(Excite, TakesAHundredPeriodsOfTheResonanceForALoop) {
+TEST_F(Excite, UsesAHundredPeriodsOfTheResonanceForALoop) {
   shipped.edit("piezo.toml", "resonance_Hz           = 500.0", "resonance_Hz           = 25.0");
   shipped.edit("piezo.toml", "ki_per_s           = 409.0", "ki_per_s           = 4.0");
   Process program(rehearsal({"--levels", "0", "--cycles", "1"}));

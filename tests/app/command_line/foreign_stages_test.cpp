@@ -107,7 +107,7 @@ TEST_F(Cli, InitKeepsItsPromiseOnAPreisachPlaneOfTheRecord) {
   EXPECT_GE(std::stod(promise[2]), came_um);
 }
 
-TEST_F(Cli, InitTakesCurvesOrderAndCreepOfTheModel) {
+TEST_F(Cli, InitUsesCurvesOrderAndCreepOfTheModel) {
   Words words{HYSTCAN_PROGRAM, "init", path("stage"), "--record", records + "creep30_loops.csv"};
   words.insert(words.end(), of_creep30.begin(), of_creep30.end());
   words.insert(words.end(), {"--order", "3", "--creep", "0.03", "--curves", "polynomial", "--yes"});

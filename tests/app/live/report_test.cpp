@@ -30,7 +30,7 @@ class Report : public Cli {
   }
 };
 
-TEST_F(Report, HoldsAPageAndTheNumbers) {
+TEST_F(Report, ContainsAPageAndTheNumbers) {
   write_record();
   Process process = identify();
   ASSERT_EQ(process.wait(), done) << process.err();

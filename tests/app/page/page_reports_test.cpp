@@ -66,7 +66,7 @@ config::Config loaded(const support::ShippedCopy& files, const std::string& text
   return config::load(files / "piezo.toml");
 }
 
-TEST(ConfigSave, AppendsANewSegmentBehindTheLastOneOfItsAxis) {
+TEST(ConfigSave, AppendsANewSegmentAfterTheLastOneOfItsAxis) {
   const support::ShippedCopy files;
   const std::vector<config::Change> unsaved = segment_changes(2, {{"kind", "'sine'"},
                                                                   {"low_um", "5"},

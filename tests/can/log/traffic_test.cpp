@@ -158,7 +158,7 @@ TEST(Traffic, CountsAnUnknownIdentifierWithoutAMessage) {
   EXPECT_EQ(traffic.messages().at({true, 0x080}).count, 1U);
 }
 
-TEST(Traffic, TakesTheStateOfTheBusFromErrorFrames) {
+TEST(Traffic, ReadsTheStateOfTheBusFromErrorFrames) {
   Traffic traffic(shipped());
   EXPECT_FALSE(traffic.state());
   traffic.add(error(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_PASSIVE, 128, 3));

@@ -27,7 +27,7 @@ TEST_F(SocketCanInterface, ContinuesAfterItWasDown) {
   EXPECT_EQ(states, (std::vector{BusState::down, BusState::active}));
 }
 
-TEST_F(SocketCanInterface, IsDownAfterAFailedSendToo) {
+TEST_F(SocketCanInterface, IsDownAfterAFailedSend) {
   const auto bus = open("vcan9", {});
   ASSERT_TRUE(shell("ip link set vcan9 down"));
   EXPECT_FALSE(bus->send({.id = 0x201, .length = 8}));
@@ -51,7 +51,7 @@ TEST_F(SocketCanInterface, ContinuesAfterItWasDeletedAndCreatedAgain) {
   EXPECT_EQ(heard[0].data[0], 0x22);
 }
 
-TEST_F(SocketCanInterface, GetsItsFiltersAgainIfTheInterfaceIsANewOne) {
+TEST_F(SocketCanInterface, RestoresItsFiltersOnANewInterface) {
   const auto bus = open("vcan9", {{0x181}});
   const int index = query_interface("vcan9")->index;
   ASSERT_TRUE(shell("ip link del vcan9"));

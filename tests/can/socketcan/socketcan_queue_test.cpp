@@ -88,7 +88,7 @@ TEST_F(SocketCanControllerQueue, NeverSendsARefusedFrameLaterIfItIsFull) {
   sends_what_it_accepted_then_the_latest(2, 3);
 }
 
-TEST_F(SocketCanControllerQueue, HoldsOnlyTheFramesOfTheSendBufferIfItIsLong) {
+TEST_F(SocketCanControllerQueue, ContainsOnlyTheFramesOfTheSendBufferIfItIsLong) {
   sends_what_it_accepted_then_the_latest(1000, 9);
 }
 

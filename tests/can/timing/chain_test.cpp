@@ -32,7 +32,7 @@ void add_others(std::vector<ChainSource>& sources, std::uint32_t first, int coun
     sources.push_back(source(ChainRole::heartbeat, first + static_cast<std::uint32_t>(i), 8, 100ms));
 }
 
-TEST(Chain, TakesTheTimeOfItsFramesAndTheTurnaroundIfItIsAlone) {
+TEST(Chain, LastsForItsFramesAndTheTurnaroundIfItIsAlone) {
   const auto sources = chain(0x181, 0x201);
   ChainTiming slow = timing;
   slow.turnaround = 70us;
@@ -89,7 +89,7 @@ TEST(Chain, WithASharedSampleIncludesEachCommand) {
   EXPECT_EQ(chain_response(sources, sources[3], timing), 335us + 135us);
 }
 
-TEST(Chain, WaitsForNoHeartbeatThatItsControllerQueuesBehindTheCommands) {
+TEST(Chain, DoesNotWaitForHeartbeatsQueuedAfterTheCommands) {
   auto sources = chain(0x181, 0x201);
   sources.push_back(source(ChainRole::controller_heartbeat, 0x77F, 1, 100ms));
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us);

@@ -152,7 +152,7 @@ TEST(TomlEdit, ChangesOnlyTheIntendedLinesOfAShippedConfiguration) {
   }
 }
 
-TEST(TomlEdit, ReplacesTheCommentBehindAValue) {
+TEST(TomlEdit, ReplacesTheCommentAfterAValue) {
   TomlEdit edit("[a]\nx = 1.0   # assumed\ny = 2 # two\nz = 3\n", "file.toml");
   edit.set_comment("a.x", "measured");
   edit.set_comment("a.z", "nothing to replace");

@@ -306,7 +306,7 @@ TEST(LabCsvColumns, MayBeginWithAnIndexWithoutAName) {
   EXPECT_EQ(load(",t,V,x\n0,0.5,1,2\n1,0.6,2,3\n").dataset.time_s, (std::vector<double>{0.5, 0.6}));
 }
 
-TEST(LabCsvColumns, HaveAUnitBehindABlank) {
+TEST(LabCsvColumns, MayHaveAUnitAfterASpace) {
   EXPECT_EQ(load("Zeit ms;Kanal A;Weg nm\n0;1,5;2\n10;2,5;3\n", {.columns = "1,2,3"}).dataset.time_s,
             (std::vector<double>{0.0, 0.01}));
 }

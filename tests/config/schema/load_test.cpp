@@ -288,7 +288,7 @@ TEST(Load, LeavesUnconfiguredEffectsOutOfThePlant) {
 constexpr const char* creep_table = "[creep]\nper_decade = 0.02\nfrom_s = 0.01\nto_s = 3.0\n[hysteresis]";
 constexpr model::OutputCreep::Config creep_of_table{.per_decade = 0.02, .from_s = 0.01, .to_s = 3.0};
 
-TEST(Load, TakesTheCreepOfAModelFileForControllerAndTwin) {
+TEST(Load, UsesTheCreepOfAModelFileForControllerAndTwin) {
   const support::ShippedCopy shipped;
   shipped.edit("piezo.model.toml", "[hysteresis]", creep_table);
   const Config of_model = load(shipped / "piezo.toml");

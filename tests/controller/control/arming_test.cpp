@@ -131,7 +131,7 @@ TEST(ArmedDrive, IsPartOfTheModelsMemory) {
 }
 
 /// The turning point at 20 V is passed before the amplifier is enabled.
-TEST(ArmedDrive, IsPartOfTheModelsMemoryAlsoWhileItFollowsTheOutput) {
+TEST(ArmedDrive, IsPartOfTheMemoryWhileItFollowsTheOutput) {
   RaisedStage raised(12.0);
   const auto output = [&](double drive) {
     raised.stage.cycle([=](AxisInput& in) {

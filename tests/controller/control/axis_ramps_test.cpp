@@ -108,7 +108,7 @@ TEST(AxisRamps, RestAtEachThresholdForTheConfiguredTime) {
   EXPECT_EQ(at_the_lower, 8);
 }
 
-TEST(AxisRamps, RestForTheWholeTimeAlsoAfterAnInterruptedStart) {
+TEST(AxisRamps, RestForTheWholeTimeAfterAnInterruptedStart) {
   AxisConfig config = support::piezo_axis();
   config.wipe_dwell_s = 0.1;
   IdealStage stage(config);

@@ -64,7 +64,7 @@ TEST(AxisAfterAStall, IsSlewedNoFurtherThanInOneCycle) {
   EXPECT_EQ(stage.axis.report().limits & limit::slew, limit::slew);
 }
 
-TEST(AxisAfterAStall, TakesALiveSetpointFromThePresentReference) {
+TEST(AxisAfterAStall, StartsALiveSetpointFromThePresentReference) {
   IdealStage stage(with_ramp());
   ASSERT_TRUE(stage.tracks());
   while (stage.axis.report().reference_um < 15.0) stage.cycle();

@@ -184,7 +184,7 @@ TEST(RampCheck, AllowsThirtyPercentOfGainError) {
   }
 }
 
-TEST(RampCheck, JudgesTheSizeFourteenPercentBehindTheFirstEight) {
+TEST(RampCheck, JudgesTheSizeFourteenPercentAfterTheFirstEight) {
   EXPECT_EQ(Ramp().rests(0.0).contradicts_at(half_volt, 100.0, 0.5), 23.5) << "beyond 22 V for three cycles";
   EXPECT_EQ(Ramp(strict(), 100.0).rests(30.0).contradicts_at(-half_volt, 0.0, 0.5), 76.5);
 }
@@ -198,7 +198,7 @@ TEST(RampCheck, JudgesTheSizeOfAFastRampEverySixCycles) {
   EXPECT_EQ(Ramp().rests(0.0).contradicts_at(5.0, 100.0, 0.5), 70.0) << "6, 6 and 3 cycles";
 }
 
-TEST(RampCheck, JudgesTheSizeAgainBehindATurn) {
+TEST(RampCheck, JudgesTheSizeAgainAfterATurn) {
   EXPECT_EQ(Ramp().rests(0.0).follows_to(40.0, half_volt).contradicts_at(-half_volt, 0.0, 0.5), 16.0);
 }
 
@@ -287,7 +287,7 @@ TEST(RampCheck, CountsOnlySamples) {
   EXPECT_FALSE(ramp.agrees(half_volt, -5.0));
 }
 
-TEST(RampCheck, CountsFromZeroBehindATurnAlsoWithoutItsSample) {
+TEST(RampCheck, RestartsItsCountAfterATurnEvenWithoutASample) {
   for (const bool with_sample : {true, false}) {
     Ramp ramp;
     ramp.rests(0.0).follows_to(4.0, half_volt);

@@ -295,7 +295,7 @@ TEST(Notch, PassesNothingOfItsFrequencyAtAnyCycleTime) {
   }
 }
 
-TEST(Notch, AllowsAntiWindupOfASaturationBehindIt) {
+TEST(Notch, AllowsAntiWindupOfASaturationAfterIt) {
   ControlLaw::Config notched = config(Structure::inverse_pi, {.kp = 0.1, .ki_per_s = 100.0});
   notched.notch = {.frequency_Hz = 100.0, .depth = 0.1, .width = 0.5};
   ControlLaw law(notched);

@@ -170,7 +170,7 @@ TEST(Trajectory, DoesNotChangeWithinThePreview) {
 }
 
 // As a streaming client does it: each goal before the last one's preview is over.
-TEST(Trajectory, TakesAGoalInEveryCycleWithoutAJump) {
+TEST(Trajectory, AcceptsAGoalInEveryCycleWithoutAJump) {
   Trajectory trajectory(smooth_segments(), true, {},
                         {.motion = {.slew_um_per_s = 3000.0, .acceleration_um_per_s2 = 3e5}});
   trajectory.start_from(3.0);

@@ -238,7 +238,7 @@ TEST(SecondOrderFit, FindsTheModeDespiteMissingRows) {
   EXPECT_NEAR(fit.cycle_s, cycle_s, 1e-12);
 }
 
-TEST(SecondOrderFit, TakesTimesWithTheJitterOfABus) {
+TEST(SecondOrderFit, AcceptsTimesWithTheJitterOfABus) {
   Dataset jittery = measured({210.0, 0.06, 0.35e-3}, step_train(60), 400);
   for (std::size_t row = 0; row < jittery.size(); ++row)
     jittery.time_s[row] += 0.04 * cycle_s * std::sin(1.7 * static_cast<double>(row * row));
