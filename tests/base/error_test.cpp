@@ -1,4 +1,4 @@
-// The text of an error comes from its parts.
+// The text of an error is composed of its parts.
 #include "base/error.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// No text of a library reaches the user.
+// The user never sees the text of a library.
 #include "base/error.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The log on a pipe whose reader reads late, or never.
+// The log on a pipe whose reader is late or never reads.
 #include "base/log_sink.h"
 
 #include <fcntl.h>
@@ -36,7 +36,7 @@ class Pipe {
   int writer() const { return ends_[1]; }
   void close_reader() { close_end(0); }
   void close_writer() { close_end(1); }
-  /// Reads until the text ends with `last`, or to the end, which comes when the writer is closed.
+  /// Reads until the text ends with `last`, or to the end, after the writer has closed.
   std::string read_up_to(std::string_view last) const {
     std::string text;
     std::array<char, 4096> chunk{};
@@ -67,7 +67,7 @@ std::shared_ptr<spdlog::logger> logger_on(int descriptor) {
   return logger;
 }
 
-/// What is in a file after flush() and after the end of the sink.
+/// Returns the content of a file after flush() and after the end of the sink.
 struct LoggedFile {
   LoggedFile() {
     const support::ScratchFolder folder;
@@ -99,8 +99,7 @@ TEST(LogSink, WritesLinesInTheirOrder) {
   EXPECT_EQ(file.ended, file.expected + "the last one\n") << "its end writes the rest";
 }
 
-/// The lines "line 0", "line 1", ... that arrived, and those that are reported as lost, must be all that were
-/// logged.
+/// The lines "line 0", "line 1", ... that arrived, and the lines reported as lost, must be all logged lines.
 std::size_t lines_accounted_for(const std::string& text) {
   std::size_t next = 0;
   for (const std::string& line : lines_of(text)) {

@@ -1,4 +1,4 @@
-// An output file is complete or absent, and nothing remains beside it.
+// An output file is complete or absent, and no other file remains.
 #include "base/output_file.h"
 
 #include <gtest/gtest.h>

@@ -113,7 +113,7 @@ TEST_F(BusLogging, LogsWhyAnInterfaceThatIsUpAgainIsUnused) {
 TEST_F(BusLogging, WritesOneLinePerSecondForAStateThatAlternates) {
   shows("S-171");
   Lines all;
-  for (int sample = 0; sample < 100; ++sample) {  // 1/64 s, which a double holds exactly
+  for (int sample = 0; sample < 100; ++sample) {  // 1/64 s, exact in a double
     bus.now = sample % 2 == 0 ? BusState::warning : BusState::active;
     for (const std::string& line : written_at(sample / 64.0)) all.push_back(line);
   }

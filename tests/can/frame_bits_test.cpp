@@ -55,8 +55,8 @@ unsigned written_out(const Frame& frame) {
   return static_cast<unsigned>(wire.size());
 }
 
-/// The oracle of CAN FD: the bits before, in and after the data phase, or as if there were one. The contents
-/// of stuff count and CRC do not matter: their stuff bits stand at fixed places, before them and after each
+/// The oracle of CAN FD: the bits before, in and after the data phase, even if there is none. The contents of
+/// stuff count and CRC do not matter: their stuff bits have fixed positions, before them and after each
 /// fourth bit.
 FrameBits fd_written_out(const Frame& frame) {
   std::string head = "0";
@@ -69,7 +69,7 @@ FrameBits fd_written_out(const Frame& frame) {
   std::string rest = (switches ? "1" : "0") +
                      std::string((frame.fd_flags & fd_error_state) != 0 ? "1" : "0") + bits(code, 4);
   for (const std::uint8_t byte : frame.payload()) rest += bits(byte, 8);
-  // A stuff bit after the last bit would stand where the first fixed one does.
+  // A stuff bit after the last bit would be at the position of the first fixed one.
   const auto both = stuffed(head + rest.substr(0, rest.size() - 1)).size() + 1;
   const auto before = stuffed(head).size() + 1;  // BRS
   std::string checked = std::string(4, '0') + std::string(length <= 16 ? 17 : 21, '0');
@@ -122,8 +122,8 @@ TEST(FdFrameBits, AreAllNominalWithoutBitRateSwitch) {
   EXPECT_EQ(frame_bits(frame).total(), 17U + 5U + 96U + 4U + 17U + 6U + 1U + 12U);
 }
 
-/// 0x2AA has no five equal bits: 17 bits, ESI and length code 5, data 8 x 20, stuff count 4, CRC 21, fixed
-/// stuff bits 7, delimiter 1, and 12 bits.
+/// 0x2AA has no five equal bits in a row: 17 bits, ESI and length code 5, data 8 x 20, stuff count 4, CRC 21,
+/// fixed stuff bits 7, delimiter 1, and 12 bits.
 TEST(FdFrameBits, PassAtTheirOwnBitRateInTheDataPhase) {
   Frame frame{.id = 0x2AA, .kind = FrameKind::fd, .length = 20, .fd_flags = fd_bit_rate_switch};
   frame.data.fill(0x55);
@@ -186,7 +186,8 @@ TEST(FrameBits, GrowWithTheLengthCodeOfAnFdFrame) {
   EXPECT_GE(frame_bits(frame).total(), at_64);
 }
 
-// Identifier, then of a standard frame RTR; of an extended one SRR and IDE, the rest of the identifier, RTR.
+// The identifier, then RTR in a standard frame; SRR and IDE, the rest of the identifier and RTR in an
+// extended frame.
 TEST(ArbitrationKey, HasTheBitsOfTheArbitrationFieldInTheirOrder) {
   EXPECT_EQ(arbitration_key(0x123, false), 0b00100100011'0'00000000000000000000U);
   EXPECT_EQ(arbitration_key(0x123, false, true), 0b00100100011'1'00000000000000000000U);

@@ -1,5 +1,5 @@
-// Every document: its shell blocks parse, its command lines are accepted, and its tables are those of the
-// program or the script; scripts/site checks its links. HYSTCAN_WRITE_TABLES=1 in the environment writes
+// Every document: its shell blocks parse, its command lines are accepted, and its tables match the program or
+// the script; scripts/site checks the links. If HYSTCAN_WRITE_TABLES=1 is in the environment, the test writes
 // these tables.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -32,13 +32,13 @@ namespace fs = std::filesystem;
 const fs::path source = HYSTCAN_SOURCE_DIR;
 
 struct Block {
-  int line;  ///< of the opening fence
+  int line;  ///< line of the opening fence
   std::string language, text;
 };
 
 struct Document {
-  std::string name;   ///< below the source folder
-  std::string prose;  ///< without blocks; every line stays at its place
+  std::string name;   ///< path below the source folder
+  std::string prose;  ///< text without blocks; every line keeps its place
   std::vector<Block> blocks;
 };
 
@@ -80,8 +80,8 @@ int line_of(const std::string& text, std::ptrdiff_t at) {
   return 1 + static_cast<int>(std::count(text.begin(), text.begin() + at, '\n'));
 }
 
-/// The simple commands of a shell script, as lists of words. Expansions stay as they are written,
-/// redirections go.
+/// Returns the simple commands of a shell script, as lists of words. Expansions stay as written; redirections
+/// are removed.
 std::vector<std::vector<std::string>> commands_of(const std::string& script) {
   std::vector<std::vector<std::string>> commands(1);
   std::string word;
@@ -123,8 +123,8 @@ std::vector<std::vector<std::string>> commands_of(const std::string& script) {
   return commands;
 }
 
-/// What follows the program's name, also behind `sudo`, `taskset` or a variable; empty if it is another
-/// command. A variable of the shell stands for a number.
+/// Returns the words after the program's name, also after `sudo`, `taskset` or a variable; empty if it is
+/// another command. A shell variable counts as a number.
 std::vector<std::string> arguments_of_hystcan(const std::vector<std::string>& command) {
   static const std::set<std::string> others{"cp", "ln", "ls", "install", "cmake", "setcap", "ldd", "apt-get"};
   if (command.empty() || others.contains(command.front())) return {};
@@ -138,7 +138,7 @@ std::vector<std::string> arguments_of_hystcan(const std::vector<std::string>& co
   return {};
 }
 
-/// The program's command line, which ends before a command runs.
+/// Parses the program's command line and ends before the command runs.
 class CommandLine {
  public:
   CommandLine() {
@@ -151,12 +151,12 @@ class CommandLine {
 
   const CLI::App& tree() const { return cli_; }
 
-  /// Returns what is wrong, or nothing. An excerpt may leave out what the command needs.
+  /// Returns the problem, or an empty text. An excerpt may omit required options.
   std::string refusal(std::vector<std::string> arguments, bool is_excerpt) {
     std::ranges::reverse(arguments);
     try {
       cli_.parse(std::move(arguments));
-    } catch (const CLI::Success&) {  // --help and --version too
+    } catch (const CLI::Success&) {  // includes --help and --version
     } catch (const CLI::ParseError& error) {
       const bool is_unknown = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
       if (!is_excerpt || is_unknown) return error.what();
@@ -169,7 +169,7 @@ class CommandLine {
   CLI::App cli_;
 };
 
-/// The shell blocks, and the lines behind a prompt in blocks that show what answers.
+/// Returns the shell blocks, and the lines after a prompt in blocks that show output.
 std::vector<Block> scripts_of(const Document& document) {
   std::vector<Block> scripts;
   for (const Block& block : document.blocks) {
@@ -193,7 +193,7 @@ TEST(Documents, HaveShellBlocksThatParse) {
   }
 }
 
-// A formatter that takes a block for prose leaves its fence in the middle of a line.
+// A formatter that treats a block as prose leaves its fence in the middle of a line.
 TEST(Documents, HaveFencesOnlyAtTheStartOfALine) {
   for (const auto& [name, document] : documents())
     if (const auto at = document.prose.find("```"); at != std::string::npos)
@@ -236,7 +236,7 @@ std::string row(const std::string& what, const std::string& meaning) {
   return fmt::format("| `{}` | {} |\n", what, std::regex_replace(meaning, std::regex("\\|"), "\\|"));
 }
 
-/// The options of a command, then its subcommands and theirs.
+/// Returns the options of a command, then its subcommands and their options.
 std::string rows_of(const CLI::App& command, const std::string& before) {
   std::string rows;
   for (const CLI::Option* option :
@@ -298,7 +298,7 @@ TEST(CommandsDocuments, HaveTheTablesOfTheProgram) {
         << command->get_name();
 }
 
-/// The document has this part between the two texts; it gets it if the environment asks for that.
+/// Expects this part between the two texts of the document, or writes it if the environment requests this.
 void expect_part(const fs::path& file, const std::string& head, const std::string& tail,
                  const std::string& part) {
   std::string text = support::read_file(file);
@@ -332,7 +332,7 @@ TEST(ControlSocketDocument, HasTheTableOfTheCommands) {
 class AnswerMembers {
  public:
   struct Row {
-    std::string path;  ///< of the struct within the answer: `axes[]`
+    std::string path;  ///< prefix of the struct within the answer: `axes[]`
     std::vector<std::string> members{};
   };
 
@@ -391,7 +391,7 @@ TEST(ControlSocketDocument, HasTheTableOfTheAnswers) {
   expect_part(source / "docs/control_socket.md", "<!-- answers -->\n", "<!-- end -->", table);
 }
 
-/// The first groups of all matches.
+/// Returns the first groups of all matches.
 std::set<std::string> matches(const fs::path& file, const char* pattern) {
   const std::string text = support::read_file(file);
   const std::regex form(pattern);
@@ -433,9 +433,9 @@ TEST(Clients, ReadOnlyMembersOfTheAnswers) {
   read.merge(matches(web / "status_view.js", R"(\b(?:controller|recording|axis)\??\.(\w+))"));
   EXPECT_GT(read.size(), 15U);
   EXPECT_TRUE(std::ranges::includes(known, read)) << fmt::format("{}", fmt::join(read, " "));
-  // The words of the view with an underscore are members of the status, or what the page's server adds.
+  // The words with an underscore in the view are members of the status, or added by the page's server.
   known.merge(matches(source / "docs/page_protocol.md", "`(\\w+)`"));
-  known.insert("peak_um");  // of the shown time
+  known.insert("peak_um");  // from the shown time
   const auto words = matches(web / "status_view.js", "\\b([a-z]+(?:_[a-z]+)+)\\b");
   EXPECT_TRUE(std::ranges::includes(known, words)) << fmt::format("{}", fmt::join(words, " "));
 }

@@ -1,5 +1,5 @@
-// The pages of docs/troubleshooting/: the commands under "With the twin" run as they stand, and the log has
-// the lines that the page quotes. tests/documents/symptoms_test compares the pictures of these runs.
+// The pages of docs/troubleshooting/: the commands under "With the twin" run as written, and the log contains
+// the quoted lines. tests/documents/symptoms_test compares the pictures of these runs.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ std::string page_of(const std::string& name) {
   return support::read_file(documents / "troubleshooting" / (name + ".md"));
 }
 
-/// The first block under a heading, or nothing.
+/// Returns the first block under a heading, or an empty text.
 std::string block_under(const std::string& page, const std::string& heading) {
   const auto section = page.find("\n## " + heading + "\n");
   if (section == std::string::npos) return {};
@@ -37,7 +37,7 @@ std::string block_under(const std::string& page, const std::string& heading) {
   return text.substr(begin, text.find("\n```", begin) + 1 - begin);
 }
 
-/// What the commands of a page print on both streams, in a folder with the shipped configurations.
+/// Returns the output of the commands of a page on both streams, in a folder with the shipped configurations.
 std::string printed_by(const std::string& name) {
   const support::ScratchFolder folder;
   for (const auto& entry : fs::directory_iterator(HYSTCAN_SOURCE_DIR "/config"))
@@ -65,7 +65,7 @@ std::vector<std::string> all_pages() {
 
 class Symptom : public testing::TestWithParam<std::string> {};
 
-// A line of the log that is longer than the page goes on behind an indent.
+// A line of the log that is longer than the page continues after an indent.
 TEST_P(Symptom, QuotesTheOutputOfItsRunInOrder) {
   const std::string page = page_of(GetParam());
   const std::string quoted =
@@ -96,7 +96,8 @@ INSTANTIATE_TEST_SUITE_P(, Symptom, testing::ValuesIn(all_pages()), [](const aut
   return std::regex_replace(test.param, std::regex("-"), "_");
 });
 
-// No simulated bus makes the bus-off of this computer, so the lines come from those who write them.
+// No simulated bus can produce the bus-off of this computer, so the lines are taken from the code that writes
+// them.
 TEST(SymptomPages, QuoteTheLinesOfABusOff) {
   std::string lines;
   can::BusHealthLog log("can0", [&](auto, const std::string& line) { lines += line + "\n"; });

@@ -1,8 +1,8 @@
 // For any bytes as lines of the control socket, each line has at most one answer: `ok`, or an error with its
 // reason. Nothing is thrown. The control thread never answers here.
 //
-// A `set` or `reload` reads the whole configuration again, which takes most of the time: an input has some of
-// them at most, and the configuration is a small one.
+// A `set` or `reload` reads the whole configuration again, which takes most of the time: an input contains
+// only a few of them, and the configuration is small.
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
 #include <sstream>

@@ -1,4 +1,5 @@
-// For any bytes, a CSV of cycles is refused with its place, or read: axes, summary and columns agree.
+// For any bytes, a CSV of cycles is either refused with its place, or read with consistent axes, summary and
+// columns.
 #include <string>
 #include <vector>
 
@@ -18,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       fuzz::demand(columns[1].size() == columns[0].size());
       rows += columns[0].size();
     }
-    fuzz::demand(rows <= run.info().rows);  // a row without a time lies in no span
+    fuzz::demand(rows <= run.info().rows);  // a row without a time is outside every span
   });
   return 0;
 }

@@ -1,6 +1,6 @@
 // For any bytes as a lab's CSV and any of these layouts, load_dataset either refuses the file with its place,
-// or returns columns of equal length with numbers that a fit can square and with time that increases. A
-// refused column names no place.
+// or returns columns of equal length with numbers that a fit can square and with increasing time. The refusal
+// of a column names no place.
 #include <cmath>
 #include <vector>
 

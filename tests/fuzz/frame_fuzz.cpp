@@ -1,6 +1,5 @@
-// The input is a DBC, a byte 0, then the bytes of a frame; without a byte 0 the whole input is both the
-// DBC and the frame. Every message of the DBC is decoded from these bytes, and its signals are encoded
-// again.
+// The input is a DBC, a byte 0, then the bytes of a frame; without a byte 0 the whole input is both the DBC
+// and the frame. Every message of the DBC is decoded from these bytes, and its signals are encoded again.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -18,7 +17,8 @@ namespace {
 using namespace hystcan::can;
 using hystcan::fuzz::demand;
 
-/// Whether a double distinguishes neighbouring physical values of this signal, with a margin for rounding.
+/// Returns true if a double distinguishes neighbouring physical values of this signal, with a margin for
+/// rounding.
 bool is_exact(const Signal& signal) {
   if (signal.value_type != ValueType::integer || signal.scale == 0.0 || signal.length > 48) return false;
   const double scale = std::abs(signal.scale);

@@ -1,5 +1,5 @@
 // For any bytes, load_memory and load_creep_memory either refuse them with their place, or return a state
-// from which the model goes on.
+// from which the model continues.
 #include <cmath>
 
 #include "config/files/memory_file.h"

@@ -1,4 +1,4 @@
-// For any bytes, load_any_model either refuses them with their place, or returns a model that goes from
+// For any bytes, load_any_model either refuses them with their place, or returns a model that moves from
 // threshold to threshold and back by its inverse.
 #include <cmath>
 #include <variant>

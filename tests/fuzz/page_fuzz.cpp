@@ -1,6 +1,6 @@
-// For any bytes as messages of a client of the page, each message has at most one answer at once: `ok`, or an
-// error with its reason. Nothing is thrown, and without the token nothing is asked of the control socket.
-// There is no controller here.
+// For any bytes as messages of a client of the page, each message has at most one immediate answer: `ok`, or
+// an error with its reason. Nothing is thrown, and without the token no request is sent to the control
+// socket. There is no controller here.
 #include <spdlog/spdlog.h>
 
 #include <boost/asio/io_context.hpp>
@@ -43,7 +43,7 @@ void read_as_a_trigger(const std::string& line) {
     app::Trigger trigger(request, greeting);
     fuzz::demand(trigger.axis() < 2);
     app::RowHistory history(greeting.columns.size(), 100);
-    for (double value : {0.0, 1.0, -1.0, 20.0}) {  // the sanitizers see a column that is not there
+    for (double value : {0.0, 1.0, -1.0, 20.0}) {  // the sanitizers detect a missing column
       const std::vector<double> row(history.columns(), value);
       history.put(row);
       trigger.put(row, history);

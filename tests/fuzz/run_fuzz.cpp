@@ -1,5 +1,5 @@
-// For any bytes as run.json of a run's folder, the run is refused with the file's name, or read, and what was
-// read is written and read again.
+// For any bytes as run.json of a run's folder, the run is either refused with the file's name, or read,
+// written and read again.
 #include <nlohmann/json.hpp>
 #include <string>
 

@@ -1,5 +1,5 @@
-// For any bytes as a configuration, with the changes that its last lines ask for, TomlEdit either refuses
-// with a reason and changes nothing, or the text has the value and is TOML as before.
+// For any bytes as a configuration, with the changes in its last lines, TomlEdit either refuses with a reason
+// and changes nothing, or the text contains the value and is still TOML.
 #include <sstream>
 #include <string>
 
@@ -12,7 +12,7 @@ using namespace hystcan;
 
 namespace {
 
-/// True if it was done.
+/// Returns true if the change was made.
 template <class Change>
 bool changed_or_refused(config::TomlEdit& edit, Change change) {
   const std::string before = edit.text();
@@ -26,7 +26,7 @@ bool changed_or_refused(config::TomlEdit& edit, Change change) {
   }
 }
 
-/// Absent is what commenting out has nothing to do for; what stands in one line with others is refused.
+/// Commenting out an absent key changes nothing; a key that shares its line with others is refused.
 bool is_there(const config::TomlEdit& edit, const std::string& path) {
   config::TomlEdit again(edit.text(), "text");
   return !changed_or_refused(again, [&] { again.comment_out(path); }) || again.text() != edit.text();

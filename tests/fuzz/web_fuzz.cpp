@@ -1,6 +1,6 @@
-// For any bytes of clients over TCP, as HTTP and, behind an upgrade, as frames of a WebSocket, the server
-// closes or answers each connection, and answers the next one as ever. An input is several connections; each
-// begins with a byte that says which of both it is and one for its length.
+// For any bytes of clients over TCP, as HTTP and, after an upgrade, as WebSocket frames, the server closes or
+// answers each connection, and still answers the next one. An input contains several connections; each begins
+// with a byte for its kind and a byte for its length.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <spdlog/spdlog.h>
@@ -39,7 +39,7 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Sends and returns what has come until the server has nothing more to do.
+  /// Sends the input and returns the received data once the server has nothing more to do.
   std::string say(std::string_view bytes) const {
     static_cast<void>(::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL));
     std::string answer;
@@ -61,7 +61,7 @@ constexpr std::string_view upgrade =
     "GET /socket HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n";
 
-/// One server for all inputs, as in a page that runs for weeks.
+/// One server for all inputs, like a page that runs for weeks.
 struct Page {
   boost::asio::io_context context;
   std::function<std::filesystem::path()> nowhere = [] { return "/nonexistent/control.sock"; };

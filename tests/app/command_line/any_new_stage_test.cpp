@@ -1,6 +1,5 @@
-// `hystcan init` on stages for which it was not built (any_stage.h), from their own records: what it promises
-// of its loops, and what comes with the stage itself in the place of the twin. The delay of every other
-// sensor is stated.
+// `hystcan init` on unknown stages (any_stage.h), from their own records: the promised errors of its loops,
+// and the errors on the stage itself in place of the twin. The sensor delay is stated for every second stage.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +20,7 @@
 namespace hystcan::any_stage_test {
 namespace {
 
-/// A loop that `init` has proposed: its true error, in um.
+/// A loop proposed by `init`, with its true error in um.
 struct Promised {
   std::string of;
   double promised = 0.0, least = 0.0, most = 0.0;
@@ -35,7 +34,7 @@ struct Promised {
   }
 };
 
-/// The promises of a text, in their order.
+/// Returns the promises in a text, in order.
 std::vector<Promised> promised(const std::string& text) {
   static const std::regex line(
       R"(promise x: ([0-9.e+-]+) um RMS true \(90 %: ([0-9.e+-]+) to ([0-9.e+-]+)\), [0-9.e+-]+ % of stroke; )");
@@ -49,7 +48,7 @@ std::vector<Promised> promised(const std::string& text) {
   return rows;
 }
 
-constexpr double least_kept = 0.66, widest_median = 2.5;  // of few stages
+constexpr double least_kept = 0.66, widest_median = 2.5;  // for a small number of stages
 
 class AnyNewStage : public Cli {
  protected:
@@ -63,14 +62,15 @@ class AnyNewStage : public Cli {
     ASSERT_EQ(excited.wait(), done) << excited.err();
   }
 
-  /// The cautious loop and, where there is one, the fast one, on the stage itself. Empty: refused.
+  /// Runs the cautious loop, and the fast one if it exists, on the stage itself. Empty: the stage was
+  /// refused.
   std::vector<Promised> rows(unsigned seed) const {
     Draw draw(seed);
     const Stage stage = drawn(draw);
     for (const char* made : {"loops.csv", "step.csv", "stage"}) std::filesystem::remove_all(shipped / made);
     config::TomlEdit edit = config::TomlEdit::of_file(shipped / "soft_stage.toml");
     edit.set("axis[0].twin.model", "\"any.plant.toml\"");
-    edit.set("axis[0].control.position_min_um", "-40.0");  // nobody knows the memory of the first run
+    edit.set("axis[0].control.position_min_um", "-40.0");  // the memory of the first run is unknown
     write("any.plant.toml", hysteresis(seed, draw));
     write("any.toml", configured(std::move(edit), stage, draw));
     excite("loops.csv", {});

@@ -15,7 +15,8 @@
 namespace hystcan::any_stage_test {
 namespace {
 
-/// All digits, with a point, as TOML has floats: a curve that is rounded to 1e-6 may cross the other one.
+/// Prints all digits with a decimal point, as TOML requires for floats: a curve rounded to 1e-6 may cross the
+/// other one.
 std::string number(double value) { return fmt::format("{:#}", value); }
 
 constexpr double lowest_V = -20.0, range_V = 140.0, stroke_um = 100.0;
@@ -36,7 +37,8 @@ std::string model_of(const char* kind, const std::string& keys) {
          "\"\ninput_unit = \"V\"\noutput_unit = \"um\"\ninput_min = -20.0\ninput_max = 120.0\n" + keys;
 }
 
-/// A density that falls with the coercive drive and is tilted over the middle one, each relay 10 % off.
+/// The density decreases with the coercive drive and is tilted over the middle drive; each relay is up to 10
+/// % off.
 std::string preisach(Draw& draw) {
   constexpr int levels = 28;
   constexpr double side = range_V / levels;
@@ -69,14 +71,14 @@ std::string prandtl_ishlinskii(Draw& draw) {
   }
   weights = scaled(weights, stroke_um * (1.0 - reversible) / sum);
   const double gain = stroke_um * reversible / range_V;
-  double lowest = gain * lowest_V;  // arrived at from above
+  double lowest = gain * lowest_V;  // reached from above
   for (std::size_t i = 0; i < plays; ++i) lowest += weights[i] * (lowest_V + thresholds[i]);
   return model_of("prandtl-ishlinskii", "offset = " + number(-lowest) + "\ngain = " + number(gain) +
                                             "\nthresholds = " + list(thresholds) +
                                             "weights = " + list(weights));
 }
 
-/// Parabolas of the drive from 0 to 1, a s^2 + b s + c, with a bump of the third order.
+/// Parabolas of the drive from 0 to 1, a s^2 + b s + c, with a third-order bump.
 std::string recursive_memory(Draw& draw) {
   const auto chebyshev = [](double a, double b, double c, double bump) {
     return std::vector<double>{c + b / 2.0 + 3.0 * a / 8.0, b / 2.0 + a / 2.0, a / 8.0, bump};

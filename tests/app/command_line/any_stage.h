@@ -1,5 +1,5 @@
-// Stages drawn at random about the soft stage, whose hysteresis is of another kind than the controller's
-// model. What is stated of each is up to 8 % off.
+// Stages drawn at random, similar to the soft stage but with another kind of hysteresis than the controller's
+// model. The stated values of each stage are up to 8 % off.
 //
 //   cycle rate 500, 1000, 1500 Hz; mode 0.1 to 2.5 times as high, damping 0.01 to 0.1; amplifier 300 to 3000
 //   Hz; sensor without a delay, or up to 0.6 ms; noise 0.5 to 5 nm; creep up to 3 % a decade
@@ -20,7 +20,7 @@ struct Stage {
   std::string text() const;
 };
 
-/// Between 0 and 1, the same on every machine.
+/// Draws numbers between 0 and 1, equal on every machine.
 class Draw {
  public:
   explicit Draw(unsigned seed) : random_(seed) {}
@@ -34,17 +34,18 @@ class Draw {
 
 Stage drawn(Draw& draw);
 
-/// A model file of 100 um at -20 to 120 V: of the kinds Preisach, Prandtl-Ishlinskii and recursive-memory in
-/// turn.
+/// Returns a model file of 100 um at -20 to 120 V. Its kind alternates between Preisach, Prandtl-Ishlinskii
+/// and recursive-memory.
 std::string hysteresis(unsigned kind, Draw& draw);
 
-/// 1 to `usual`, or to 200 in a long run, or HYSTCAN_STAGE alone, to look at one that failed.
+/// 1 to `usual`, 1 to 200 in a long run, or only HYSTCAN_STAGE, to examine a failed stage.
 struct Seeds {
   unsigned first, last;
 };
 Seeds seeds(unsigned usual);
 
-/// The soft stage with these dynamics; configured so are those of `draw`, and a cautious integral loop.
+/// Returns the soft stage with these dynamics, configured with the values of `draw` and a cautious integral
+/// loop.
 std::string configured(config::TomlEdit edit, const Stage& stage, Draw& draw);
 
 struct Errors {
@@ -52,12 +53,12 @@ struct Errors {
   bool faulted = true;
 };
 
-/// The reference of `config` on a stage whose mode is `resonance` times as high.
+/// Runs the reference of `config` on a stage with `resonance` times its mode frequency.
 Errors errors_of(const config::Config& config, twin::Config stage, double resonance = 1.0);
-/// With the mode as it is, or 10 % lower or higher.
+/// Tries the mode at its frequency, and 10 % lower and higher.
 bool faults(const config::Config& config, const twin::Config& stage);
 
-/// Prints median, 90 % and the worst of a figure.
+/// Prints the median, the 90 % quantile and the maximum of a figure.
 void print_shares(const char* what, std::vector<double> values);
 
 }  // namespace hystcan::any_stage_test

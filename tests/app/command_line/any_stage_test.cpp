@@ -1,4 +1,4 @@
-// `hystcan tune` on stages for which it was not made (any_stage.h). Their sensor's delay is not stated.
+// `hystcan tune` on unknown stages (any_stage.h), without a stated sensor delay.
 #include "tests/app/command_line/any_stage.h"
 
 #include <gtest/gtest.h>
@@ -20,13 +20,13 @@ struct Row {
   Stage stage;
   std::string refusal;
   Errors before, after;
-  bool faulted_before = false, faults_after = false;  ///< with the mode as it is, 10 % lower or higher
+  bool faulted_before = false, faults_after = false;  ///< with the mode as it is, or 10 % lower or higher
   bool stable = false;                                ///< at every corner
-  double promised_um = 0.0;                           ///< the true error
+  double promised_um = 0.0;                           ///< true error
 
   double better() const { return after.samples_um / before.samples_um; }
   double truly_better() const { return after.true_um / before.true_um; }
-  /// How far the promise is from what came, as a factor.
+  /// Ratio between promised and true error, at least 1.
   double miss() const { return std::max(after.true_um / promised_um, promised_um / after.true_um); }
 };
 
@@ -106,8 +106,8 @@ TEST_F(AnyStage, GetsALoopAtLeastAsGoodAndKeepsItsPromise) {
     std::printf("  %.2f  %s: true error %.4f um, promised %.4f, before %.4f\n", rows[i].miss(),
                 rows[i].stage.text().c_str(), rows[i].after.true_um, rows[i].promised_um,
                 rows[i].before.true_um);
-  // A mode near a whole multiple of the rate rings between the samples, which do not show it; where the mode
-  // is slow, the record does not show whether the sensor has a delay.
+  // A mode near a multiple of the rate rings between the samples, which do not show it. If the mode is slow,
+  // the record does not show whether the sensor has a delay.
   EXPECT_LE(missed, static_cast<std::ptrdiff_t>(rows.size() / 20));
 }
 

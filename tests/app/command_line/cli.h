@@ -1,4 +1,4 @@
-// Runs the program in a temporary folder that holds a copy of the shipped configuration.
+// Runs the program in a temporary folder with a copy of the shipped configuration.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -78,8 +78,8 @@ TEST_F(Cli, CheckPrintsTheAllowedRangeOfKAndItsEndsAreAccepted) {
   }
 }
 
-// UTF-16, and CR alone as the end of a line, are what they are, not a mistake in the first line; the byte
-// order mark of UTF-8 is no mistake.
+// UTF-16, and CR alone as line end, are named as such instead of a mistake in the first line. The byte order
+// mark of UTF-8 is accepted.
 TEST_F(Cli, NamesTheEncodingOfAFileThatItCannotRead) {
   const std::string log = "(1700000000.000000) vcan0 080#\n(1700000000.001000) vcan0 080#\n";
   const std::string cycles = "cycle,time_s,axis,state,position_um\n1,0.001,x,tracking,1.5\n";
@@ -111,7 +111,7 @@ TEST_F(Cli, NamesTheEncodingOfAFileThatItCannotRead) {
   }
 }
 
-// To a file it goes as it is, as with ls.
+// A file receives the raw text, as with ls.
 TEST_F(Cli, PrintsNoControlCharacterOfARunToATerminal) {
   std::filesystem::create_directory(shipped / "run_1");
   write("run_1/cycles_0001.csv",
@@ -226,7 +226,8 @@ TEST_F(Cli, ControllerWritesNoFileBeforeTheBusIsOpen) {
   EXPECT_EQ(read("run.csv"), "precious");
 }
 
-/// What a user looks for without a bus: the log, the file of cycles and the exit status of a real run.
+/// The expected output of a user without a bus: the log, the file of cycles and the exit status of a real
+/// run.
 TEST_F(Cli, RehearsalWithTwinFaultsIsRepeatable) {
   shipped.edit("piezo.toml", "[[axis]]",
                "[[twin.fault]]\nkind = \"no_reply\"\naxis = \"x\"\nat_s = 1.0\nduration_s = 0.1\n\n[[axis]]");
@@ -254,7 +255,7 @@ TEST_F(Cli, ControllerContinuesIfItsFileReachesTheSizeLimit) {
   EXPECT_NE(program.err().find("File too large"), std::string::npos) << program.err();
 }
 
-/// Virtual time would pass without end, and nobody would see it.
+/// Otherwise virtual time would pass forever, unnoticed.
 TEST_F(Cli, RehearsalEndsWithTheReasonIfNoAxisStarts) {
   shipped.edit("soft_stage.toml", "[[axis]]",
                "[[twin.fault]]\nkind = \"no_reply\"\naxis = \"x\"\nat_s = 0.0\nduration_s = 1e6\n\n[[axis]]");

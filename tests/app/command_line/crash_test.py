@@ -31,17 +31,17 @@ import tempfile
 from collections import Counter, defaultdict
 
 SKIPPED = 77
-HANG_S = 300  # ends one run of a program that hangs; a run under strace takes seconds
-SCRATCH = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # a sync takes no time there
+HANG_S = 300  # ends a single run of a program that hangs; a run under strace takes seconds
+SCRATCH = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # syncs take no time there
 SYNCS = {"fsync", "fdatasync", "close"}
 BY_DESCRIPTOR = {"write", "writev", "pwrite64", "sendfile", "copy_file_range", "ftruncate", "fchmod"} | SYNCS
 BY_PATH = {"openat", "rename", "renameat", "renameat2", "link", "linkat", "unlink", "unlinkat", "mkdir", "mkdirat", "rmdir",
            "chmod", "fchmodat"}
 BETWEEN = ["part", "begun", "no run yet", "absent"]
 WORDS = {"EIO": "Input/output error", "ENOSPC": "No space left on device|is the disk full",
-         "EFBIG": "File too large|Input/output error|is the disk full"}  # of a copy that is cut
+         "EFBIG": "File too large|Input/output error|is the disk full"}  # if a copy is cut
 WHOLE_SVG = rb"(?s)<\?xml.*</svg>\s*"
-WHOLE_REPORT = WHOLE_SVG + rb"|(?s:<!.*</html>\n)"  # the page says which pictures could not be drawn
+WHOLE_REPORT = WHOLE_SVG + rb"|(?s:<!.*</html>\n)"  # the page names the pictures that could not be drawn
 TEMPORARY = re.compile(r"\.[A-Za-z0-9]{6}$")
 
 
@@ -141,7 +141,7 @@ def content_of(path):
     try:
         with h5py.File(path) as file:
             file.visititems(add)
-    except Exception as error:  # whatever a damaged file makes of the library
+    except Exception as error:  # exceptions of the library on a damaged file
         return b"damaged: " + str(error).encode()
     return b"\n".join(parts)
 
@@ -212,14 +212,14 @@ class Trial:
             if largest_file is not None:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
 
-        # Python ignores SIGXFSZ; so does the child then, and its write fails instead.
+        # Python ignores SIGXFSZ, and so does the child: its write fails instead.
         done = subprocess.run(words, cwd=self.folder, capture_output=True, text=True, preexec_fn=limit, restore_signals=False,
                               errors="replace", stdin=subprocess.DEVNULL, timeout=HANG_S)
         self.status, self.out, self.err = done.returncode, done.stdout, done.stderr
         self.files, self.temporaries = contents(self.folder), temporaries(self.folder)
 
     def injected(self):
-        if not self.log.exists():  # the limit of a file's size is not injected
+        if not self.log.exists():  # a file size limit is not injected
             return []
         return [line for line in self.log.read_text(errors="replace").splitlines() if "(INJECTED)" in line]
 
@@ -263,7 +263,7 @@ class Test:
         if run and killed and run not in trial.files:
             return "no run yet"
         if run == name and now is not None and is_json(now):
-            return "begun"  # without an end
+            return "begun"  # without an end time
         return "half"
 
     @staticmethod
@@ -291,20 +291,20 @@ class Test:
         if self.case.warns and trial.status == 0 and trial.out != self.out:
             self.complain(fault, f"the drive differs: {trial.out}")
         if trial.status == 0 and whole:
-            return  # a call that nothing depends on
-        goes_on = self.case.warns or path.endswith((".svg", ".png"))  # a picture is no reason to fail
+            return  # nothing depends on this call
+        goes_on = self.case.warns or path.endswith((".svg", ".png"))  # a missing picture is not a failure
         if trial.status not in ([0, 1] if goes_on else [1]):
             self.complain(fault, f"exit status {trial.status}: {trial.err[-300:]}")
         name = TEMPORARY.sub("", os.path.basename(path))
         names = {os.path.basename(each) for each in self.changed} | {part for each in self.changed for part in each.split("/")}
-        names |= {TEMPORARY.sub("", os.path.basename(each)) for line in trial.injected()  # of another thread
+        names |= {TEMPORARY.sub("", os.path.basename(each)) for line in trial.injected()  # in another thread
                   for each in re.findall(r'[<"]([^<>"]+)[>"]', line)}
         if not any(each in trial.err for each in names | {name}) or not re.search(WORDS[error], trial.err):
             self.complain(fault, f"no message with file and reason: {trial.err[-300:]!r}")
 
     @staticmethod
     def is_in(folder, line):
-        name = re.match(r"\d+ +(?:<\.\.\. )?(\w+)", line)[1]  # "resumed" where another thread came between
+        name = re.match(r"\d+ +(?:<\.\.\. )?(\w+)", line)[1]  # "resumed" if another thread ran in between
         descriptor = re.search(r"\(\d+<([^>]*)>", line) if name in BY_DESCRIPTOR else None
         return str(folder) in (descriptor[1] if descriptor else line) or (name in BY_PATH and '("/' not in line)
 
@@ -313,7 +313,7 @@ class Test:
         trial = Trial(self, ["-e", f"inject={call.name}:error={call.error()}:when={call.ordinal}"])
         strays = self.judge(trial, fault, file, killed=False)
         elsewhere = [line for line in trial.injected() if not self.is_in(trial.folder, line)]
-        if not elsewhere:  # of several threads, each has an n-th call
+        if not elsewhere:  # each of several threads has an n-th call
             self.judge_words(trial, fault, call.error(), call.path)
         strays = [name for name in strays if not self.has(name, self.case.left) and not call.name.startswith("unlink")]
         if strays:
@@ -326,7 +326,7 @@ class Test:
         if trial.status != -signal.SIGKILL:
             if trial.status not in [0, 1] or not self.case.left:
                 self.complain(fault, f"exit status {trial.status}: {trial.err[-300:]}")
-            return  # it hit Python, which the command runs
+            return  # the signal hit Python, which the command runs
         self.judge(trial, fault, file, killed=True)
         self.seen[file]["kills"] += 1
         again = subprocess.run([str(word) for word in self.case.again or self.case.command], cwd=trial.folder,

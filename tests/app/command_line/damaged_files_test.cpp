@@ -1,6 +1,6 @@
-// Whatever is wrong in a file that a command reads, a byte, a line or a number: the command works, or it ends
-// with status 2 and one line that says why, and leaves no file behind. Under a sanitizer this also looks at
-// memory.
+// Damage of a byte, a line or a number in any file that a command reads: the command works, or it exits with
+// status 2, one line with the reason and no file left behind. Under a sanitizer, this also checks the memory
+// accesses.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -22,12 +22,12 @@ using Words = std::vector<std::string>;
 
 struct Command {
   Words words;
-  Words files;                       ///< of which one is damaged
-  std::set<int> unrefused = {done};  ///< the statuses where nothing is refused
+  Words files;                       ///< one of these is damaged
+  std::set<int> unrefused = {done};  ///< exit statuses if nothing is refused
 };
 
-/// They read the files of stage() and write beside them. There is no interface hystcan-none: status 1, as
-/// where a rehearsal ends with a fault.
+/// The commands read the files of stage() and write beside them. The interface hystcan-none does not exist:
+/// status 1, as for a rehearsal that ends with a fault.
 const std::vector<Command> commands{
     {{"check", "piezo.toml"}, {"piezo.toml", "piezo.model.toml", "piezo.plant.toml", "hystcan.dbc"}},
     {{"check", "galfenol.toml"}, {"galfenol.toml", "galfenol.model.toml", "galfenol.dbc"}},
@@ -149,7 +149,7 @@ std::string with_another_line(const std::string& text) {
   return text.substr(0, end) + line + text.substr(end);
 }
 
-/// Nothing where the text has no number.
+/// Returns an empty text if the text contains no number.
 std::string with_another_number(const std::string& text) {
   const auto is_part = [](char c) {
     return std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '_';

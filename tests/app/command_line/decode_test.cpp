@@ -88,8 +88,8 @@ TEST_F(Decode, KeepsTheFlagsOfFdFrames) {
   }
 }
 
-// PGN 65260 has 17 bytes, too many for one frame. The log announces it to all nodes, and has it once in a
-// frame.
+// PGN 65260 has 17 bytes, too many for one frame. The log contains its announcement to all nodes, and once
+// the message in a single frame.
 TEST_F(Decode, ReportsEachUndecodedMessageOnceAndDecodesTheRest) {
   write("truck.dbc", R"(VERSION ""
 BU_: A
@@ -104,7 +104,7 @@ SIG_VALTYPE_ 256 Float16 : 1;
   const std::string log =
       "(1.000000) can0 100#003C0500\n(2.000000) can0 100#003C0600\n"
       "(3.000000) can0 18ECFF00#20110003FFECFE00\n(4.000000) can0 18ECFF00#20110003FFECFE00\n"
-      "(5.000000) can0 18ECFF00#20110003FFEBFE00\n"  // another parameter group, no message of the database
+      "(5.000000) can0 18ECFF00#20110003FFEBFE00\n"  // another parameter group, not in the database
       "(6.000000) can0 18FEEC00#4142434445464748\n";
   Process program = run(log, {"--csv"}, "truck.dbc");
   EXPECT_EQ(program.wait(), done) << program.err();

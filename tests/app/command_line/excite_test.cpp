@@ -49,7 +49,7 @@ TEST_F(Excite, WritesSignalAxisAndUnitsIntoTheFile) {
       << read("record.csv").substr(0, 200);
 }
 
-/// Mean output at an input on the rising, or on the falling branch.
+/// Mean output at an input on the rising or the falling branch.
 double mean_output(const Dataset& record, double input, double way) {
   double sum = 0.0;
   int count = 0;
@@ -64,11 +64,11 @@ double mean_output(const Dataset& record, double input, double way) {
 
 TEST_F(Excite, MajorLoopShowsTheTwinsHysteresisWithoutALagOfTheDataset) {
   const Dataset record = rehearsed({"--period", "5", "--levels", "0"});
-  // In piezo.plant.toml the descending curve is about 4.5 um above the ascending one in the middle.
+  // In piezo.plant.toml, the descending curve is about 4.5 um above the ascending curve in the middle.
   const double width_um = mean_output(record, 50.0, -1.0) - mean_output(record, 50.0, 1.0);
   EXPECT_GT(width_um, 3.0);
   EXPECT_LT(width_um, 6.0);
-  // Half the speed changes only the effect of a lag. One cycle, each way:
+  // Half the speed changes only the effect of a lag, in each direction by one cycle:
   //   1 ms * 40 V/s * 0.3 um/V = 0.012 um
   const Dataset slower = rehearsed({"--period", "10", "--levels", "0"});
   EXPECT_NEAR(mean_output(slower, 50.0, -1.0) - mean_output(slower, 50.0, 1.0), width_um, 0.03);
@@ -206,7 +206,7 @@ TEST_F(Excite, FailsBeforeAnyMotionIfItCannotWrite) {
             "hystcan: " + path("no/l.csv") + ": cannot be written: No such file or directory\n");
 }
 
-// 30.8 um - x: within the limits of the position.
+// 30.8 um - x stays within the position limits.
 TEST_F(Excite, RefusesAMirroredSensorAtTheFirstSmallLoop) {
   shipped.edit("piezo.toml", "[axis.twin]",
                "[axis.twin]\nsensor.gain_error_percent = -200.0\nsensor.offset_um = 30.8");

@@ -1,4 +1,4 @@
-// `hystcan init` with records of stages that have another kind of hysteresis than the model (../stages).
+// `hystcan init` with records of stages whose hysteresis differs in kind from the model (../stages).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,15 +33,15 @@ const Words of_creep30{"--drive-min", "-20",      "--drive-max", "120",         
 
 struct ForeignStage {
   const char* name;
-  double stroke_um;  ///< of the truth
+  double stroke_um;  ///< true value
   Words facts;
 };
 void PrintTo(const ForeignStage& stage, std::ostream* stream) { *stream << stage.name; }
 
 class InitOfForeignStages : public Cli, public testing::WithParamInterface<ForeignStage> {};
 
-// Both records begin wiped, at the lowest drive: no row is on the curve of an empty memory. Where that curve
-// was free it began 32 and 162 um below the stage, and the twin of the rehearsal with it.
+// Both records begin with wiped memory at the lowest drive: no row shows the curve of an empty memory. A free
+// curve began 32 and 162 um below the stage, and so did the twin of the rehearsal.
 TEST_P(InitOfForeignStages, EndsWithAPlausibleCurveAndStroke) {
   Words words{HYSTCAN_PROGRAM, "init", path("stage"), "--record", records + GetParam().name + "_loops.csv",
               "--yes"};
@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(, InitOfForeignStages,
                                          ForeignStage{"creep30", 27.7, of_creep30}),
                          [](const auto& test) { return test.param.name; });
 
-// quant60.plant.toml was fitted to the record without hystcan; the rest of the stage is as README.txt states.
+// quant60.plant.toml was fitted to the record without hystcan; README.txt states the rest of the stage.
 TEST_F(Cli, InitKeepsItsPromiseOnAPreisachPlaneOfTheRecord) {
   Words words{HYSTCAN_PROGRAM, "init", path("stage"), "--record", records + "quant60_loops.csv", "--yes"};
   words.insert(words.end(), of_quant60.begin(), of_quant60.end());

@@ -18,7 +18,7 @@ namespace {
 
 using namespace identification;
 
-// In percent of the output's span, which is 30 um.
+// Percent of the output span, 30 um.
 constexpr double percent_of_stroke = 100.0 / 30.0;
 
 class Identify : public Cli {
@@ -53,7 +53,7 @@ class Identify : public Cli {
   /// Expects exit status 2, one line, and no file.
   void expect_refused(Process program, const std::string& words) const {
     EXPECT_EQ(program.wait(), bad_input) << program.err();
-    std::string said;  // beside what is only assumed
+    std::string said;  // beside assumed values
     std::istringstream lines(program.err());
     for (std::string line; std::getline(lines, line);)
       if (line.find(", assuming ") == std::string::npos) said += line + "\n";
@@ -156,7 +156,7 @@ TEST_F(Identify, WritesTheMemoryAtTheStartOfTheDataset) {
               found["rms_percent"].get<double>(), 1e-3);
 }
 
-// An even model at a negative input has the same memory as at the positive one.
+// An even model has the same memory at a negative input as at the positive one.
 TEST_F(Identify, WritesTheMemoryOfADatasetThatBeginsAtANegativeInput) {
   model::HysteresisParameters even = support::piezo_model();
   even.symmetry = model::Symmetry::even;
@@ -257,7 +257,7 @@ TEST_F(Identify, StopsAtCtrlCWithTheBestModelSoFar) {
   EXPECT_EQ(check.wait(), done) << check.err();
 }
 
-/// A triangle of 50 Hz at 2 kHz, behind a mode of 300 Hz and a delay.
+/// Triangle of 50 Hz at 2 kHz, after a mode of 300 Hz and a delay.
 Dataset fast_record() {
   const model::Hysteresis model(support::piezo_model());
   Dataset record{"V", "um", {}, {}, {}};
@@ -302,7 +302,7 @@ TEST_F(Identify, WritesTheDynamicsThatValidateAndSimulateUse) {
   int row = 0;
   for (std::string given; std::getline(moved, line) && std::getline(record, given); ++row) {
     double x = 0.0, y = 0.0;
-    if (row < 100) continue;  // from another memory until the drive has visited both ends
+    if (row < 100) continue;  // from another memory until the drive has reached both ends
     if (std::sscanf(line.c_str(), "%*f,%*f,%lf", &x) == 1 &&
         std::sscanf(given.c_str(), "%*f,%*f,%lf", &y) == 1)
       worst = std::max(worst, std::abs(x - y));

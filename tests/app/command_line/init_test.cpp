@@ -1,4 +1,4 @@
-// `hystcan init`, run as a user runs it.
+// `hystcan init`, run as by a user.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ using Words = std::vector<std::string>;
 
 class Init : public Cli {
  protected:
-  /// Records of a shipped stage, rehearsed.
+  /// Rehearsed records of a shipped stage.
   void excite(const char* config, const char* output, const Words& more = {}) const {
     Words words{HYSTCAN_PROGRAM, "excite",   path(config), "--rehearse",
                 "--overwrite",   "--output", path(output)};
@@ -64,7 +64,7 @@ class Init : public Cli {
   std::string out, err;
 };
 
-/// A shipped stage whose loop was tuned by hand.
+/// A shipped stage with a manually tuned loop.
 struct ByHand {
   const char* name;
   std::string config() const { return std::string(name) + ".toml"; }
@@ -75,7 +75,7 @@ void PrintTo(const ByHand& by_hand, std::ostream* stream) { *stream << by_hand.n
 
 class InitBesideHandWork : public Init, public testing::WithParamInterface<ByHand> {};
 
-/// Both from the same records, and on the same true actuator.
+/// Both use the same records and the same true actuator.
 TEST_P(InitBesideHandWork, TracksWithinOnePointThreeTimesItsError) {
   const ByHand& hand = GetParam();
   excite(hand.config().c_str(), "loops.csv");
@@ -99,7 +99,7 @@ TEST_P(InitBesideHandWork, TracksWithinOnePointThreeTimesItsError) {
   EXPECT_LE(ours, 1.3 * theirs);
 }
 
-/// The stage with the lowest mode; in a long run the other one, too.
+/// The stage with the lowest mode; a long run also tries the other one.
 std::vector<ByHand> tuned_by_hand() {
   std::vector<ByHand> result{{"soft_stage"}};
   if (support::long_run()) result.push_back({"piezo"});
@@ -204,7 +204,7 @@ TEST_F(Init, PrintsTheExcitationsIfThereIsNoRecord) {
   EXPECT_NE(err.find("nothing is overwritten"), std::string::npos) << err;
 }
 
-/// What the sensor reads at the safe drive, and whether that was stated.
+/// The sensor reading at the safe drive, and whether it was stated.
 struct Zero {
   const char* name;
   double um;
@@ -220,7 +220,7 @@ TEST_P(InitOfABipolarStage, CompletesAStageFromItsOwnRecords) {
               "--stroke",    "60",          "--resonance", "310",         "--yes"};
   if (stated) words.insert(words.end(), {"--sensor-at-safe", std::to_string(um)});
   ASSERT_EQ(init(words), done) << err;
-  if (!stated) {  // the stage is another one than the configuration says
+  if (!stated) {  // the true stage differs from the configuration
     shipped.edit("stage/x.first.plant.toml", "ascending    = [19.928571428571431",
                  "ascending    = [" + std::to_string(19.928571428571431 + um));
     shipped.edit("stage/x.first.plant.toml", "descending   = [24.053571428571431",
@@ -235,7 +235,7 @@ TEST_P(InitOfABipolarStage, CompletesAStageFromItsOwnRecords) {
   EXPECT_LT(percent(path("stage/stage.fast.toml")), 0.3);
 }
 
-/// A zero that is not stated; in a long run others, too.
+/// An unstated zero; a long run also tries others.
 std::vector<Zero> zeros() {
   std::vector<Zero> result{{"TwelveUmOff", 12.0, false}};
   if (support::long_run())

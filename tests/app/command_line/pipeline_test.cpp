@@ -52,7 +52,7 @@ TEST(Pipeline, PassesEachBlockOnceAndInOrder) {
   for (int i = 0; i < many; ++i) ASSERT_EQ(written[static_cast<std::size_t>(i)], 2 * (i + 1));
 }
 
-/// While it lives, the system has no room for the stack of a new thread.
+/// While this object exists, the system cannot allocate the stack of a new thread.
 class NoFurtherThread {
  public:
   NoFurtherThread() {

@@ -1,4 +1,4 @@
-// `hystcan plot` as a process, over the CSVs of the demo.
+// `hystcan plot` as a process, with the CSV files of the demo.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -144,7 +144,7 @@ TEST_F(Plot, ShowsFormulasInNamesAsText) {
   EXPECT_NE(svg.find(">own-$x_1^2$: RMS "), std::string::npos);
 }
 
-// A run of another user: its axis and its file are named as they like.
+// A run from another user may have any axis and file names.
 TEST_F(Plot, DrawsTheNamesOfRunsAndAxesAsText) {
   const std::string rows = support::read_file(csv("pi"));
   const Words names{"x';system(\"touch EXECUTED\");#",

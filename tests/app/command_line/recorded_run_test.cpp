@@ -1,4 +1,4 @@
-// `hystcan identify` and `hystcan validate` over recorded runs.
+// `hystcan identify` and `hystcan validate` with recorded runs.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -26,7 +26,7 @@ class RecordedRuns : public runs::ScratchRuns {
     return Process(words);
   }
 
-  /// A pass of both references of the shipped stage, from power-on.
+  /// One pass of both references of the shipped stage, from power-on.
   std::string closed_loop() {
     runs::Recorder recorder = make();
     const std::string run = recorder.start().string();
@@ -115,8 +115,8 @@ TEST_F(RecordedRuns, CanBeCombinedWithCsvFiles) {
   EXPECT_LT(found["rms_percent"].get<double>(), 0.2);
 }
 
-// Half a second of the staircase, 27 to 72 V of 0 to 100 V. The old model's curves are 3 % off: it misses the
-// excitation by 0.51 %, a model of the staircase alone by 20 % and more.
+// Half a second of the staircase, 27 to 72 V of 0 to 100 V. The curves of the old model are 3 % off: its
+// error on the excitation is 0.51 %; the error of a model from the staircase alone is at least 20 %.
 TEST_F(RecordedRuns, ImproveAnOldModelEvenIfTheirRangeIsSmall) {
   const std::string old = HYSTCAN_SOURCE_DIR "/config/piezo.model.toml";
   const json found = identified({closed_loop(), "--axis", "x", "--from", "2.5", "--start", old});

@@ -1,4 +1,4 @@
-// The rows of a CSV that `simulate` has written.
+// The rows of a CSV written by `simulate`.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -38,7 +38,7 @@ TEST(PlotRows, KeepsThePeaksOfALongSignalInOrder) {
 
 class FiguresOfARun : public runs::ScratchRuns {
  protected:
-  /// The figures of a run whose drive rises by 0.25 in each cycle.
+  /// The figures of a run whose drive rises by 0.25 per cycle.
   RunFigures figures() {
     runs::Recorder recorder = make();
     const std::filesystem::path run = recorder.start();
@@ -52,7 +52,7 @@ TEST_F(FiguresOfARun, ShiftTheDriveByTheConfiguredDelays) {
   const double delay_s = config.axes[0].control.delays.to_sample_s(1e-3);
   const RunFigures of = figures();
   EXPECT_EQ(of.drive_delay_s, delay_s);
-  EXPECT_NEAR(of.drive_delay_s, 1.64e-3, 0.01e-3);  // two cycles would be 0.36 ms too much
+  EXPECT_NEAR(of.drive_delay_s, 1.64e-3, 0.01e-3);  // two cycles would be 0.36 ms too long
   const std::vector<PlotRow> rows = of.rows.rows();
   for (std::size_t i = 4; i < rows.size(); ++i)
     EXPECT_NEAR(rows[i].drive, 250.0 * (rows[i].time_s - delay_s), 1e-9);
@@ -90,7 +90,7 @@ TEST_F(FiguresOfARun, HaveTheStepResponseOfTheController) {
   EXPECT_EQ(of.step->settling_s(), 0.0);
 }
 
-/// The controller counts the levels of a segment anew after the transition to it.
+/// The controller restarts its count of the levels of a segment after the transition to the segment.
 TEST_F(FiguresOfARun, ExcludeTransitionsFromTheStepResponse) {
   runs::Recorder recorder = make();
   const std::filesystem::path run = recorder.start();
@@ -140,7 +140,7 @@ TEST(RunTable, IsMarkdownOrLatex) {
   EXPECT_NE(latex.find("run\\_1 & x & 100"), std::string::npos) << latex;
 }
 
-/// A run folder of somebody else has names that no configuration accepts.
+/// A foreign run folder has names that no configuration accepts.
 TEST_F(FiguresOfARun, PutNamesAsPlainTextIntoEveryTable) {
   RunFigures run = figures();
   const auto row = [&](const char* axis, const char* format) {

@@ -39,7 +39,7 @@ class SimulateCreep : public Cli {
     EXPECT_NE(program.err().find(message), std::string::npos) << program.err();
     EXPECT_FALSE(std::filesystem::exists(shipped / "refused.csv"));
   }
-  /// A decaying oscillation whose rows come at uneven times, the longest of them 2 s after the row before.
+  /// A decaying oscillation with rows at uneven times; the longest interval is 2 s.
   void write_record(const char* name, int rows) const {
     std::ofstream out(shipped / name);
     out.precision(17);
@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(Of, CreepOfEveryKind, testing::ValuesIn(every_kind(recu
 TEST_P(CreepOfEveryKind, ContinuesFromASavedMemoryAsInOneRun) {
   write_record("in.csv", 400);
   const std::string record = read("in.csv"), header = "time_s,input\n";
-  for (const int rows : {51, 250}) {  // 51: the next one comes after 2 s
+  for (const int rows : {51, 250}) {  // 51: the next row is 2 s later
     std::size_t cut = 0;
     for (int i = 0; i < 1 + rows; ++i) cut = record.find('\n', cut) + 1;
     write("first.csv", record.substr(0, cut));
@@ -101,7 +101,7 @@ TEST_F(SimulateCreep, IsAppliedBeforeTheMode) {
   write("in.csv", text);
   expect_done("in.csv", "crept.csv");
   expect_done("in.csv", "moved.csv", {"--dynamics"});
-  // 10 ms are 20 periods of the mode: each row is the creeping output of the row before.
+  // 10 ms are 20 periods of the mode: each row equals the creeping output of the previous row.
   const auto crept = rows_of(read("crept.csv")), moved = rows_of(read("moved.csv"));
   for (std::size_t i = 1; i < 200; ++i) EXPECT_NEAR(moved[i].output, crept[i - 1].output, 1e-6) << i;
 }
@@ -220,7 +220,7 @@ TEST_F(ValidateCreep, BeginsWithTheCreepOfTheMemory) {
   write("first.csv", "time_s,input\n0,0\n3,80\n3.01,20\n");
   expect_done("first.csv", "first_out.csv", {"--save-memory", path("moved.toml")});
   std::string memory = read("moved.toml");
-  memory.erase(memory.find("time_s"));  // the creep is then that of the next row, as validate takes it
+  memory.erase(memory.find("time_s"));  // the creep is then that of the next row, as in validate
   write("at_first_row.toml", memory);
   expect_done("in.csv", "record.csv", {"--memory", path("at_first_row.toml"), "--overwrite"});
   EXPECT_LT(json_of({"--memory", path("moved.toml")})["max_percent"].get<double>(), 1e-9);

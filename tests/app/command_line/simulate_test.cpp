@@ -184,7 +184,7 @@ TEST_F(Simulate, NeedsConstantMemoryForAMillionRowsAndShowsProgress) {
   ASSERT_EQ(many.wait(), done) << many.err();
   EXPECT_EQ(many.err().find('%'), std::string::npos) << "a bar where there is no terminal";
   EXPECT_NE(many.err().find("1000000 rows"), std::string::npos) << many.err();
-  // If the program kept one number of each row, it would need 8000 kB.
+  // If the program kept one number per row, it would need 8000 kB.
   EXPECT_LT(many.peak_resident_kB(), few.peak_resident_kB() + 4000);
 
   std::string on_terminal;
@@ -213,7 +213,7 @@ TEST_F(Simulate, ErasesItsBarBeforeItReportsAnError) {
   ASSERT_EQ(program.wait(), bad_input) << program.err();
   const std::string screen = program.out();
   EXPECT_NE(screen.find("hystcan: "), std::string::npos) << screen;
-  const auto bar = screen.rfind('%');  // none if the machine is fast
+  const auto bar = screen.rfind('%');  // none on a fast machine
   const bool erased = bar == std::string::npos || screen.find("\r\033[Khystcan: ", bar) != std::string::npos;
   EXPECT_TRUE(erased) << screen;
 }
@@ -245,7 +245,7 @@ TEST_F(Simulate, LeavesNoFileIfItIsStoppedOrTheDiskIsFull) {
   };
   write_record("in.csv", 1000);
   const auto before = files();
-  // The input never ends, so that a signal must end the program.
+  // The input never ends, so that a signal must stop the program.
   Process endless({"sh", "-c",
                    "{ echo input; exec yes 1; } | " HYSTCAN_PROGRAM " simulate " + path("piezo.model.toml") +
                        " --input /dev/stdin --output " + path("out.csv") + " & until ls " + path("out.csv") +
@@ -290,7 +290,7 @@ TEST_F(Simulate, ReadsAndWritesTheSameRowsInHdf5AsInCsv) {
   ASSERT_EQ(run("piezo.model.toml", "in.csv", "out.csv").wait(), done);
   Process to_hdf5 = run("piezo.model.toml", "in.csv", "out.h5");
   ASSERT_EQ(to_hdf5.wait(), done) << to_hdf5.err();
-  // Its column `input` is what was read, so the same comes out again.
+  // Its column `input` contains the values that were read: the output is the same again.
   Process from_hdf5 = run("piezo.model.toml", "out.h5", "again.csv");
   ASSERT_EQ(from_hdf5.wait(), done) << from_hdf5.err();
   EXPECT_EQ(read("again.csv"), read("out.csv"));

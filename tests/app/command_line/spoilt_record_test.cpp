@@ -1,4 +1,4 @@
-// `hystcan identify`, `hystcan validate` and `hystcan init` with records that are not to be believed.
+// `hystcan identify`, `hystcan validate` and `hystcan init` with damaged records.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>

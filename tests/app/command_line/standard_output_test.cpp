@@ -1,4 +1,4 @@
-// Standard output that takes nothing: a full disk, a closed stream, a pipe whose reader has left.
+// Standard output that cannot be written: a full disk, a closed stream, a pipe whose reader has ended.
 #include <gtest/gtest.h>
 
 #include <boost/asio/io_context.hpp>
@@ -46,8 +46,8 @@ class StandardOutput : public Cli {
     EXPECT_EQ(err_.find(line), err_.rfind("standard output") - 9) << arguments << err_;
   }
 
-  /// Each command that computes prints its result as text and as JSON. Which form has no reader, and which is
-  /// closed, changes with the command.
+  /// Each computing command prints its result as text and as JSON. The form without a reader and the form
+  /// with a closed stream change with the command.
   std::vector<std::string> half_of_results(std::size_t first) const {
     std::vector<std::string> half;
     for (std::size_t i = 0; i + 1 < results.size(); i += 2) half.push_back(results[i + (first + i / 2) % 2]);

@@ -1,4 +1,4 @@
-// Help, completion and man pages: made from the tree of commands.
+// Help, completion and man pages, generated from the tree of commands.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -35,7 +35,7 @@ std::set<std::string> matches(const std::string& text, const std::regex& pattern
   return found;
 }
 
-/// All commands below `hystcan`, also those below `ctl`.
+/// All commands of `hystcan` and of `hystcan ctl`.
 std::vector<Words> all_commands() {
   std::vector<Words> commands;
   const auto names_in = [](const std::string& help) {
@@ -69,7 +69,7 @@ TEST(Terminal, EveryHelpHasAnExampleWithOptionsThatExist) {
   }
 }
 
-/// What bash offers after these words.
+/// Returns the completions of bash after these words.
 std::string completed(const std::string& words) {
   const std::string script = "source <(" HYSTCAN_PROGRAM " completion bash); COMP_WORDS=(" + words +
                              "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _hystcan; echo \"${COMPREPLY[*]}\"";

@@ -1,4 +1,4 @@
-// What `hystcan tune` writes: whole configurations, tables, pictures.
+// The output of `hystcan tune`: whole configurations, tables, pictures.
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -40,7 +40,7 @@ class TuneFiles : public Cli {
     Process check({HYSTCAN_PROGRAM, "check", path(config)});
     EXPECT_EQ(check.wait(), done) << config << ": " << check.err();
   }
-  /// Of the first axis with inverse+pi in the demo.
+  /// For the first axis with inverse+pi in the demo.
   json demonstrated(const char* config) const {
     Process demo({HYSTCAN_PROGRAM, "demo", "--config", path(config), "--output", path("demo"), "--json"});
     EXPECT_EQ(demo.wait(), done) << demo.err();
@@ -58,7 +58,7 @@ TEST_F(TuneFiles, WritesAConfigurationThatRunsAtOnceAndTracksAsPredicted) {
   EXPECT_NEAR(demonstrated("new.toml")["rms_percent"], found["proposed"]["predicted_rms_percent"], 0.02);
 }
 
-// By hand, a notch and a ki of 200 gave 0.11 and 0.30; a ki of 15 alone gives 0.70 and 3.96.
+// A manual setting with a notch and a ki of 200 gave 0.11 and 0.30; a ki of 15 alone gives 0.70 and 3.96.
 TEST_F(TuneFiles, TracksATriangleOnTheSoftStageAsWellAsASettingByHand) {
   shipped.edit("soft_stage.toml", "ki_per_s           = 214.0", "ki_per_s           = 15.0");
   shipped.edit("soft_stage.toml", "depth        = 0.04", "depth        = 1.0");  // nothing is filtered
@@ -69,12 +69,12 @@ TEST_F(TuneFiles, TracksATriangleOnTheSoftStageAsWellAsASettingByHand) {
   EXPECT_LE(triangle_rms_percent("new.toml"), 0.30) << "20 Hz";
 }
 
-// At 10 Hz docs/tracking.md says what is missing.
+// docs/tracking.md describes the remaining error at 10 Hz.
 TEST_F(TuneFiles, TracksATriangleOfTwentyHertzOnTheGalfenolStage) {
   shipped.edit("galfenol.toml", "frequency_Hz = 5.0", "frequency_Hz = 20.0");
   const json found = written("galfenol.toml");
   EXPECT_FALSE(found["proposed"]["notch"].is_null());
-  constexpr double travel_um = 100.0;  // of which the triangle covers 80 %
+  constexpr double travel_um = 100.0;  // the triangle covers 80 % of it
   EXPECT_LE(100.0 * demonstrated("new.toml")["segments"][0]["rms_um"].get<double>() / travel_um, 0.30);
 }
 
@@ -103,7 +103,7 @@ TEST_F(TuneFiles, ChangesOnlyTheLinesOfTheProposalInTheConfiguration) {
 
 TEST_F(TuneFiles, CommentsANotchOutThatTheProposalDoesNotHave) {
   shipped.edit("piezo.toml", "ki_per_s           = 409.0",
-               "ki_per_s           = 100.0");  // stable with that notch
+               "ki_per_s           = 100.0");  // stable with this notch
   shipped.edit("piezo.toml", "[axis.control.in_position]",
                "[axis.control.notch]   # mine\nfrequency_Hz = 60.0\ndepth = 0.1\nwidth = "
                "1.0\n\n[axis.control.in_position]");

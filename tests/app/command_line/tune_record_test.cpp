@@ -1,4 +1,4 @@
-// `hystcan tune --record`: the dynamics from a record of small steps, and what it refuses.
+// `hystcan tune --record`: the dynamics from a record of small steps, and its refusals.
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -18,7 +18,7 @@ using nlohmann::json;
 
 constexpr double pi = std::numbers::pi;
 
-/// A record of a stage with another mode than the configured one.
+/// A record of a stage whose mode differs from the configured one.
 class TuneRecord : public Cli {
  protected:
   void SetUp() override { write_steps("steps.csv", 0.002); }
@@ -103,7 +103,8 @@ TEST_F(TuneRecord, AttributesAPureDelayToTheSensor) {
       << program.out();
 }
 
-// Half of it is stated to be the sensor's. A lag that looks like the rest in the record is a little longer.
+// Half of the delay is stated as the sensor's. A lag that resembles the rest in the record is slightly
+// longer.
 TEST_F(TuneRecord, AttributesTheRestOfTheDelayToTheAmplifier) {
   shipped.edit("piezo.toml", "[axis.control.delays]\n", "[axis.control.delays]\nsensor_delay_us = 200.0\n");
   const json delays = found_in("steps.csv", {"--cautious"})["candidates"].back()["delays"];
@@ -123,7 +124,7 @@ TEST_F(TuneRecord, AcceptsMissingRows) {
   EXPECT_NEAR(found["natural_frequency_Hz"]["value"], 180.0, 0.5);
 }
 
-// Far below the mode the present loop is an integrator, ki / s, whatever the rate of the record is.
+// Far below the mode, the present loop is an integrator, ki / s, at any rate of the record.
 TEST_F(TuneRecord, TabulatesTheLoopAtTheRateOfTheCycles) {
   write_steps("fast.csv", 0.002, 2.0, 2000.0);
   const double ki_per_s = found_in("fast.csv", {"--response", path("r.csv")})["present"]["ki_per_s"];

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Present gains that are slower than what tune finds.
+/// Present gains that are slower than the gains of tune.
 class Tune : public Cli {
  protected:
   void SetUp() override {
@@ -34,7 +34,7 @@ class Tune : public Cli {
     EXPECT_EQ(program.wait(), done) << program.err();
     return json::parse(program.out());
   }
-  /// The answer for the stage of SetUp(), which is found once for all tests.
+  /// The answer for the stage of SetUp(), computed once for all tests.
   const json& tuned_once() const {
     static const json found = tuned();
     return found;
@@ -68,7 +68,7 @@ TEST_F(Tune, FindsTheTwinsModeFromAFewSmallSteps) {
   EXPECT_EQ(found["rows"], 2400) << "five steps up and down and half a one before and after, 0.4 s each";
 }
 
-// Each rule holds, and the rule that limits the gains holds with equality.
+// Each rule holds, and the limiting rule holds with equality.
 TEST_F(Tune, ProposesCautiousGainsThatKeepTheRequestedMargins) {
   double ki_before = 1e9;
   for (const auto& [phase_deg, gain_dB] :
@@ -77,7 +77,7 @@ TEST_F(Tune, ProposesCautiousGainsThatKeepTheRequestedMargins) {
                                        "--gain-margin", std::to_string(gain_dB)}),
                                 "cautious");
     EXPECT_TRUE(cautious["margins"]["stable"]);
-    // Tolerance: the grid of frequencies, and the three digits of the gains.
+    // Tolerance: the frequency grid, and the three digits of the gains.
     EXPECT_GE(cautious["margins"]["phase_margin_deg"], phase_deg - 0.5);
     EXPECT_GE(cautious["margins"]["gain_margin_dB"], gain_dB - 0.1);
     EXPECT_NEAR(20.0 * std::log10(cautious["worst_margins"]["peak_beyond_180"].get<double>()), -gain_dB, 0.2)
@@ -87,7 +87,7 @@ TEST_F(Tune, ProposesCautiousGainsThatKeepTheRequestedMargins) {
   }
 }
 
-// Tolerance: the rule is met on the frequencies of the search.
+// Tolerance: the rule holds at the frequencies of the search.
 TEST_F(Tune, DesignsKeepTheSensitivityPeakAtAllCorners) {
   for (const double most : {1.4, 1.7}) {
     const json found = tuned({"--peak-sensitivity", std::to_string(most)});
@@ -118,7 +118,7 @@ TEST_F(Tune, JudgesThePresentGainsByTheSameLoop) {
   const json& present = tuned_once()["present"];
   EXPECT_EQ(present["kp"], 0.05);
   EXPECT_EQ(present["ki_per_s"], 120.0);
-  // tests/controller/analysis/margins_test.cpp has the margins of the twin's true mode.
+  // tests/controller/analysis/margins_test.cpp tests the margins of the twin's true mode.
   EXPECT_NEAR(present["margins"]["phase_margin_deg"], 85.5, 1.0);
   EXPECT_NEAR(present["margins"]["gain_margin_dB"], 14.9, 1.0);
   EXPECT_LE(present["worst_margins"]["gain_margin_dB"], present["margins"]["gain_margin_dB"]);
@@ -136,8 +136,8 @@ TEST_F(Tune, CountsAConfiguredNotchAndLowPassInThePresentLoop) {
   EXPECT_LT(present["margins"]["peak_beyond_180"], 0.7 * plain["margins"]["peak_beyond_180"].get<double>());
 }
 
-// It is stable on the plant that the configuration states, but not on the one that is found. An unstable loop
-// is neither rehearsed nor proposed.
+// The present loop is stable on the configured plant, but not on the identified one. An unstable loop is
+// neither rehearsed nor proposed.
 TEST_F(Tune, ReportsThatThePresentLoopIsUnstable) {
   shipped.edit("piezo.toml", "kp                 = 0.05", "kp                 = 0.5");
   shipped.edit("piezo.toml", "resonance_Hz           = 500.0", "resonance_Hz           = 2000.0");
@@ -166,8 +166,7 @@ TEST_F(Tune, WritesThePresentValueOfEachKeyIntoTheFragment) {
 }
 
 TEST_F(Tune, MeasuresTheChosenAxis) {
-  // Two modes at equal distances below and above half the cycle rate look the same, so the stage is softer
-  // here.
+  // Two modes at equal distances below and above half the cycle rate look the same, so this stage is softer.
   const std::string shipped_text = support::read_file(shipped / "piezo.toml");
   std::ofstream(shipped / "piezo.toml")
       << std::regex_replace(shipped_text, std::regex("(resonance_Hz +)= 500\\.0"), "$1= 310.0");
@@ -213,7 +212,7 @@ TEST_F(Tune, ProposesNothingFromAnInconclusiveExperiment) {
   EXPECT_FALSE(written());
 }
 
-// A step of 20 V moves the sample by more than position_jump_um: that sample counts as lost.
+// A step of 20 V moves the sample by more than position_jump_um: this sample counts as lost.
 TEST_F(Tune, AcceptsARecordWithLostSamples) {
   Process program({HYSTCAN_PROGRAM, "tune", path("p733.toml"), "--rehearse", "--output", path("tuning.toml"),
                    "--amplitude", "10", "--json"});
@@ -225,7 +224,7 @@ TEST_F(Tune, AcceptsARecordWithLostSamples) {
 
 TEST_F(Tune, ReducesTheAmplitudeIfTheTwinIsNearALimit) {
   shipped.edit("piezo.toml", "position_jump_um   = 5.0", "position_jump_um   = 0.3");
-  shipped.edit("piezo.toml", "frequency_Hz = 10.0", "frequency_Hz = 2.0");  // slow enough for that
+  shipped.edit("piezo.toml", "frequency_Hz = 10.0", "frequency_Hz = 2.0");  // slow enough for this limit
   shipped.edit("piezo.toml", "cycles       = 10.0", "cycles       = 2.0");
   shipped.edit("piezo.toml", "rise_s       = 0.03", "rise_s       = 0.3");
   shipped.edit("piezo.toml", "transition_s = 0.1", "transition_s = 1.0");

@@ -1,4 +1,4 @@
-// The command line that cannot be used: one line that names the command, the option and what it expects.
+// Invalid command lines: one line names the command, the option and the expected value.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -65,7 +65,7 @@ std::vector<Words> all_commands() {
   return commands;
 }
 
-/// The options of a command whose type in its help is one of `types`.
+/// The options of a command whose type in the help is one of `types`.
 Words options(const Words& command, const std::string& types) {
   const std::string help = run(with(command, {"--help"})).out;
   const std::regex option("\n  (--[a-z-]+) (" + types + ")");

@@ -42,7 +42,7 @@ Client::Client(const std::filesystem::path& socket) : socket_(connected_to(socke
 void Client::send(std::string_view bytes) const {
   while (!bytes.empty()) {
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent <= 0) return;  // the other side has disconnected; the answer shows it
+    if (sent <= 0) return;  // the other side has disconnected; the answer shows this
     bytes.remove_prefix(static_cast<std::size_t>(sent));
   }
 }
@@ -103,7 +103,7 @@ void ControlBench::run() {
   while (!ending_) {
     rehearsal_.run_for(milliseconds(10));
     asked_to_stop_ = rehearsal_.controller().asked_to_stop();
-    std::this_thread::sleep_for(milliseconds(1));  // the others want to run too
+    std::this_thread::sleep_for(milliseconds(1));  // other threads need the processor
   }
 }
 

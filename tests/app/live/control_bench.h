@@ -1,6 +1,6 @@
 // A running controller for tests: the shipped two-axis stage in virtual time, which a thread advances, its
-// control service, and clients that are plain Unix sockets. Tests check answers and cycle records; the wall
-// clock only ends a test that hangs. Between two steps of a test any virtual time may pass.
+// control service, and clients with plain Unix sockets. Tests check answers and cycle records; the wall clock
+// only ends a test that hangs. Any virtual time may pass between two steps of a test.
 #pragma once
 
 #include <atomic>
@@ -26,7 +26,7 @@ namespace hystcan::app {
 /// Returns a connection to the Unix socket.
 int connected_to(const std::filesystem::path& file);
 
-/// One connection that sends and receives lines.
+/// A connection that sends and receives lines.
 class Client {
  public:
   explicit Client(const std::filesystem::path& socket);
@@ -39,7 +39,7 @@ class Client {
   Client& operator=(Client&&) = delete;
 
   void send(std::string_view bytes) const;
-  /// One answer; null if the other side has disconnected.
+  /// Returns one answer; null if the other side has disconnected.
   nlohmann::json read();
   nlohmann::json ask(const nlohmann::json& command) {
     send(command.dump() + "\n");
@@ -53,7 +53,7 @@ class Client {
   std::string unread_;
 };
 
-/// The values of one cycle that the tests check.
+/// The checked values of one cycle.
 struct Step {
   std::uint64_t cycle = 0;
   controller::AxisState state = controller::AxisState::offline;
@@ -74,12 +74,12 @@ class ControlBench {
   std::filesystem::path socket() const { return files_ / "control.sock"; }
   const support::ShippedCopy& files() const { return files_; }
   ControlService& service() { return *service_; }
-  /// Ends the run, then the service, as in the program.
+  /// Ends the run, then the service, as the program does.
   void end_service();
 
-  /// Waits until the axis is in this state; returns false if it never is.
+  /// Waits until the axis is in this state; returns false after a timeout.
   bool axis_is(std::size_t axis, controller::AxisState state) const;
-  /// All cycles of an axis so far.
+  /// Returns all cycles of an axis so far.
   std::vector<Step> steps(std::size_t axis) const;
   std::size_t step_count(std::size_t axis) const;
   bool asked_to_stop() const { return asked_to_stop_; }
@@ -100,11 +100,11 @@ class ControlBench {
   std::thread thread_;
 };
 
-/// Makes axis x follow its triangle for a day of virtual time. The shipped one lasts a second, which may pass
-/// between two steps of a test.
+/// Makes axis x follow its triangle for a day of virtual time. The shipped triangle lasts a second, which may
+/// pass between two steps of a test.
 void never_rest(const support::ShippedCopy& files);
 
-/// The largest change of the drive from one cycle to the next while tracking, from step `first` on.
+/// Returns the largest change of the drive from one cycle to the next while tracking, from step `first` on.
 double largest_drive_step(const std::vector<Step>& steps, std::size_t first);
 
 bool says(const nlohmann::json& answer, std::string_view text);

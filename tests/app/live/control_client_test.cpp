@@ -1,4 +1,4 @@
-// The client of `hystcan ctl`, and the age of what `status` shows.
+// The client of `hystcan ctl`, and the age of the status that it shows.
 #include "app/live/control_client.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ std::errc failure_of(const std::filesystem::path& file, milliseconds limit = sup
   }
 }
 
-/// A socket whose process does not answer: it listens, and does nothing else.
+/// A socket whose process only listens and never answers.
 class SilentSocket {
  public:
   explicit SilentSocket(const std::filesystem::path& file, int queue) {

@@ -40,7 +40,7 @@ std::set<std::string> changes(const json& answer) {
   return texts;
 }
 
-// Numbers differ from run to run; the document promises keys, refusals and changes.
+// Numbers differ between runs; the document promises keys, refusals and changes.
 TEST(ControlSocketDocument, GivesTheAnswersThatTheControllerSends) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, controller::AxisState::tracking));

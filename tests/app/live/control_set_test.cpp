@@ -1,4 +1,4 @@
-// Changes of the configuration of a running controller: single settings, and reading the file again.
+// Configuration changes of a running controller: single settings, and a reload of the file.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ void rest_at(Client& client, double position_um) {
   ASSERT_TRUE(is_ok(client.ask({{"do", "wait"}, {"axis", "x"}})));
 }
 
-/// Waits until the bench has run `cycles` more.
+/// Waits until the bench has run for `cycles` more cycles.
 void pass(const ControlBench& bench, std::size_t cycles) {
   const std::size_t until = bench.step_count(0) + cycles;
   ASSERT_TRUE(support::eventually([&] { return bench.step_count(0) >= until; }));
@@ -65,7 +65,7 @@ TEST(Undo, RevertsSetsInReverseOrder) {
   const json undo{{"do", "undo"}};
   EXPECT_TRUE(says(client.ask(undo), "there is no set to reverse"));
   client.ask(set("kp", 0.2));
-  client.ask(set("kp", 0.2));  // changes nothing, so nothing is to be taken back
+  client.ask(set("kp", 0.2));  // changes nothing, so there is nothing to undo
   client.ask(set("notch", {{"frequency_Hz", 400.0}, {"depth", 0.1}, {"width", 0.5}}));
   client.ask(set("kp", 0.3));
   EXPECT_EQ(changes(client.ask(undo)), Texts{"axis[0].control.kp 0.3 0.2"});
@@ -89,9 +89,9 @@ TEST(Settings, AreThoseInForceAndListUnsavedChanges) {
   EXPECT_TRUE(client.ask({{"do", "settings"}}).at("unsaved").empty());
 }
 
-// The integral must compensate the change of the gain. Without that, the drive would step by 0.45 um per um
-// of the error that the model's 3 % leaves without an integral: 2 V per um. How large that error is depends
-// on when the axis was sent to rest, which this test does not decide. At 0.05 um the step is 0.1 V.
+// The integral must compensate the change of the gain. Otherwise, the drive would step by 0.45 um per um of
+// the error that the model's 3 % leaves without an integral: 2 V per um. The size of this error depends on
+// the time of the go_to, which this test does not control. At 0.05 um the step is 0.1 V.
 TEST(Set, OfAGainIsBumpless) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
@@ -112,7 +112,8 @@ TEST(Set, OfAGainIsBumpless) {
   EXPECT_LT(largest_drive_step(bench.steps(0), first), 0.02);
 }
 
-// With structure pi, the integral must give the whole position, 24 um that the feed-forward gave before.
+// With structure pi, the integral must provide the whole position, 24 um, which was previously provided by
+// the feed-forward.
 TEST(Set, OfStructureNotchAndDelaysIsBumpless) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
@@ -148,7 +149,7 @@ TEST(Set, RefusesInvalidValuesWithKeyAndExpectation) {
   refused("kp", json(), "expected for example 1.5, true or \"text\"");
   refused("kpp", 0.1, "axis[0].control.kpp: unknown key kpp (did you mean kp?)");
   refused("structure", "pid", "structure is \"pid\", expected one of");
-  refused("notch.depth", 0.1, "missing key frequency_Hz");  // one key of a table that is not there
+  refused("notch.depth", 0.1, "missing key frequency_Hz");  // one key of an absent table
   refused("setpoint[0].low_um", -50.0, "the setpoint reaches -50 um");
   refused("setpoint[9].low_um", 5.0, "unknown key");
   refused("delays.resonance_Hz", 0, "resonance_Hz is 0, expected a number > 0");
@@ -167,7 +168,7 @@ TEST(Set, RefusesAnotherModelWithoutARestart) {
   EXPECT_TRUE(says(answer, "nothing was changed; a restart is needed: axis[0].control.model")) << answer;
 }
 
-/// The files keep their times and sizes, and have nothing that can be read.
+/// The files keep their times and sizes, but have no readable content.
 void spoil_unnoticed(const support::ShippedCopy& files) {
   for (const auto& file : std::filesystem::directory_iterator(files.folder())) {
     const auto written = file.last_write_time();
@@ -195,7 +196,7 @@ TEST(LiveConfig, ChangesASettingWithoutReadingAFile) {
   EXPECT_THROW(live.with("x", "kp", "0.3"), Error) << "a file that has changed is read";
 }
 
-// One axis refused the file because its drive was outside the new range; the other axis has applied it.
+// One axis refused the file because its drive was outside the new range; the other axis applied it.
 TEST(LiveConfig, SendsAllSettingsAgainAfterOneAxisRefused) {
   const support::ShippedCopy files;
   const std::filesystem::path file = files / "piezo.toml";
@@ -307,7 +308,7 @@ TEST(Reload, HappensWhenTheFileIsWrittenOrReplaced) {
 TEST(Reload, HappensOnASignal) {
   ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
-  // Reading the file again discards the overrides, so the test sees it without a change of the file.
+  // Reloading the file discards the overrides, so the test detects the reload without a change of the file.
   Client client = bench.client();
   ASSERT_TRUE(is_ok(client.ask(set("setpoint[0].high_um", 28.5))));
   pass(bench, 2500);
@@ -316,7 +317,7 @@ TEST(Reload, HappensOnASignal) {
   }));
   bench.service().reload();
   EXPECT_TRUE(support::eventually([&] {
-    const std::vector<Step> steps = bench.steps(0);  // 2.5 s of them are more than one pass
+    const std::vector<Step> steps = bench.steps(0);  // 2.5 s of cycles are more than one pass
     return std::all_of(steps.end() - 2500, steps.end(),
                        [](const Step& step) { return step.reference_um < 27.5; });
   }));

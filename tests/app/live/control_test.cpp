@@ -1,5 +1,5 @@
 // The control socket of a running controller: every command with its answer, lines in any pieces, and the
-// right to write.
+// writer's role.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -71,7 +71,7 @@ TEST(ControlSocket, MovesAStageToAPositionAndBackToItsReference) {
   })) << "the triangle's upper end";
 }
 
-// At the second wait the board still shows the earlier arrival. The record that answers this wait must be
+// At the second wait, the board still shows the earlier arrival. The record that answers this wait must be
 // newer than the go_to.
 TEST(ControlSocket, AnswersNoWaitFromAnEarlierPosition) {
   const ControlBench bench;
@@ -213,7 +213,8 @@ TEST(ControlSocket, ClosesTheConnectionAtALineWithoutEnd) {
   EXPECT_FALSE(bench.client().ask(command("enable", "z")).is_null()) << "others are served";
 }
 
-// Code that recurses over a command must not run out of stack; otherwise a writer could crash the controller.
+// Code that recurses over a command must not exhaust the stack; otherwise a writer could crash the
+// controller.
 TEST(ControlSocket, SurvivesNestingAndKeysOfAnyDepth) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
@@ -277,7 +278,7 @@ TEST(ControlSocket, RefusesASecondControllerAndReplacesTheFileOfADeadOne) {
 
   bench.end_service();
   EXPECT_FALSE(std::filesystem::exists(bench.socket()));
-  {  // bound, and never to be listened at again
+  {  // bound, but no longer listening
     boost::asio::local::stream_protocol::acceptor killed(context, bench.socket().string());
   }
   ASSERT_TRUE(std::filesystem::exists(bench.socket()));

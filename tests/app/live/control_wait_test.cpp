@@ -1,4 +1,4 @@
-// How a wait over the control socket ends.
+// The ends of a wait over the control socket.
 #include <gtest/gtest.h>
 
 #include "tests/app/live/control_bench.h"
@@ -100,7 +100,7 @@ TEST(Wait, ReleasesTheWriterRoleIfItsClientIsKilled) {
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client killed = bench.client();
   ASSERT_TRUE(is_ok(killed.ask(set("kp", 0.06))));
-  killed.send(wait_for_x.dump() + "\n");  // without end
+  killed.send(wait_for_x.dump() + "\n");  // without an end
   killed.hang_up();
   Client next = bench.client();
   EXPECT_TRUE(support::eventually([&] { return is_ok(next.ask(set("kp", 0.07))); }));

@@ -1,4 +1,4 @@
-// What `hystcan doctor` finds of the cards of analogue axes.
+// The findings of `hystcan doctor` about the cards of analogue axes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 using app::Finding;
 using app::Verdict;
 
-/// Axis x of the shipped stage on the simulated card; a root without processes.
+/// Axis x of the shipped stage on the simulated card; the root contains no processes.
 class AnalogueAxis : public testing::Test {
  protected:
   AnalogueAxis() {
@@ -84,7 +84,7 @@ TEST_F(AnalogueAxis, IsBadWithoutAPosition) {
 }
 
 TEST_F(AnalogueAxis, IsDoubtfulWithoutItsWholeStroke) {
-  settings.push_back({"axis[0].analogue.position_zero_um", "-22.0"});  // the setpoint goes to 27 um
+  settings.push_back({"axis[0].analogue.position_zero_um", "-22.0"});  // the setpoint reaches 27 um
   EXPECT_EQ(of("x input").verdict, Verdict::doubtful);
   EXPECT_NE(of("x input").figure.find("are -71.98 to 27.98 um, and the stroke is"), std::string::npos)
       << of("x input").figure;

@@ -119,7 +119,7 @@ TEST_F(Cli, DoctorGivesACureForEveryProblem) {
 TEST_F(Cli, DoctorReportsARefusedPriorityAndItsCure) {
   shipped.edit("piezo.toml", "rate_Hz = 1000.0",
                "rate_Hz = 1000.0\nrealtime.priority = 60\nrealtime.cpus = [1023]");
-  // Nothing is refused to root; without its capabilities it is a user as any other.
+  // Root is never refused; without its capabilities, it is an ordinary user.
   std::vector<std::string> command{HYSTCAN_PROGRAM, "doctor", path("piezo.toml")};
   if (geteuid() == 0) command.insert(command.begin(), {"setpriv", "--bounding-set=-all"});
   Process program(command);

@@ -1,4 +1,4 @@
-// The lines of the log about emergencies, also of a node that sends one in every cycle.
+// The log lines about emergencies, including those of a node that sends one in every cycle.
 #include "app/live/state_log.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ class EventLogOfAnAxis : public testing::Test {
           .node = 1, .emergency = {.code = *code, .error_register = 1, .manufacturer = {}}, .times = times};
     log.add("x", record);
   }
-  /// An emergency in each cycle of 1 ms, from 1 s on.
+  /// One emergency per cycle of 1 ms, from 1 s on.
   void flood(int cycles) {
     for (int i = 0; i < cycles; ++i) add(1.0 + 1e-3 * i, 0x5000);
   }

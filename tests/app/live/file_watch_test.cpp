@@ -1,4 +1,4 @@
-// Which changes of a file are reported.
+// The reported changes of a watched file.
 #include "app/live/file_watch.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ class FileIsWatched : public testing::Test {
     return folder_ / name;
   }
   static void write(const std::filesystem::path& file) { std::ofstream(file) << "a = 2\n"; }
-  /// As `ln --symbolic --force` does.
+  /// Equals `ln --symbolic --force`.
   void lead(const char* link, const std::filesystem::path& target) const {
     std::filesystem::create_symlink(target, folder_ / "link.new");
     std::filesystem::rename(folder_ / "link.new", folder_ / link);

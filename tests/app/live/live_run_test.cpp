@@ -1,5 +1,5 @@
-// The ways out of a live run: whatever ends it, every axis ends at its safe drive. The stage is in virtual
-// time, which a timer of the run's event loop advances: no test depends on how fast the machine is.
+// The ends of a live run: after any of them, every axis is at its safe drive. The stage runs in virtual time,
+// which a timer of the run's event loop advances: no test depends on the speed of the machine.
 #include "app/live/live_run.h"
 
 #include <fcntl.h>
@@ -53,7 +53,7 @@ class LiveStage : public testing::Test {
     return true;
   }
   double output_V(std::size_t axis) { return rehearsal_.twin().axes()[axis]->plant.drive(); }
-  /// Both amplifiers had a fault before the run.
+  /// Both amplifiers have latched a fault before the run.
   void latch_faults() {
     rehearsal_.run_for(milliseconds(500));
     for (const auto& axis : rehearsal_.twin().axes()) {
@@ -82,7 +82,7 @@ class LiveStage : public testing::Test {
     return until([] { return false; });
   }
   void run(const LiveRun& run) { run_live(loop_, controller(), bus_log_, run); }
-  /// What a clean end leaves: each axis has ramped down and is off, and the last command says so.
+  /// Expects a clean end: each axis has ramped down and is off, and the last command is safe.
   void expect_ramped_down() {
     EXPECT_LT(turns_, most_turns);
     EXPECT_EQ(stops_, 1);
@@ -261,8 +261,8 @@ TEST_F(LiveStage, LogsTheHealthOfTheBus) {
 
 bool tell() { return write(STDERR_FILENO, "x", 1) == 1; }
 
-/// The exit status of `work` in a process with a terminal of its own, which closes once the process has
-/// written a byte to standard error; -1 unless it writes another one there afterwards.
+/// Returns the exit status of `work` in a process with its own terminal, which closes after the process has
+/// written a byte to standard error; -1 unless the process then writes another byte.
 int status_on_terminal(const std::function<int()>& work) {
   int terminal = -1;
   int told[2] = {-1, -1};
@@ -290,7 +290,7 @@ std::ptrdiff_t open_files() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
 }
 
-/// 42: the terminal has hung up afterwards, and not before.
+/// Returns 42 if the terminal has hung up afterwards, but not before.
 int hangs_up() {
   if (terminal_hung_up()) return 1;
   const std::ptrdiff_t files = open_files();
@@ -300,7 +300,7 @@ int hangs_up() {
   return terminal_hung_up() ? 42 : 43;
 }
 
-// In a process of their own, since the first call finds out what the terminal is.
+// The tests run in separate processes, because the first call detects the terminal.
 class TerminalHungUp : public testing::Test {
  protected:
   void SetUp() override {
@@ -342,7 +342,7 @@ TEST_F(TerminalHungUp, IsFalseWithoutATerminal) {
 class StageOnATerminal : public LiveStage {
  public:
   void TestBody() override {}
-  /// 42: it ramps down at the hang-up, and what is printed then is no error.
+  /// Returns 42 if the stage ramps down at the hang-up, and later output causes no error.
   int run_until_it_hangs_up() {
     on_turn_ = [this, told = false]() mutable {
       if (!told && all_are(AxisState::tracking)) told = tell();

@@ -1,4 +1,4 @@
-// More connections to the control socket than it serves: a `stop` always gets through.
+// More connections to the control socket than it serves: a `stop` is always executed.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -59,7 +59,7 @@ TEST_F(ManyConnections, DoNotDropTheWriter) {
   EXPECT_TRUE(is_ok(writer.ask({{"do", "go_to"}, {"axis", "x"}, {"position_um", 11.0}})));
 }
 
-/// Answers every command at once, but `wait` never.
+/// Answers every command at once, except `wait`, which it never answers.
 class WaitsForever final : public CommandHandler {
  public:
   WaitsForever() : CommandHandler(Server::controller) {}
@@ -99,7 +99,7 @@ struct WaitingConnections : testing::Test {
     sent.set_value();
     return asking.read();
   }
-  /// Every place is taken by a connection that waits for an answer.
+  /// Every place is occupied by a connection that waits for an answer.
   void SetUp() override {
     for (std::size_t i = 0; i < places; ++i) {
       clients.push_back(client());
@@ -119,7 +119,7 @@ TEST_F(WaitingConnections, DisconnectTheAdditionalOneIfItIsSilent) {
   EXPECT_TRUE(is_ok(ask_at_once(stop))) << "the next one has its chance";
 }
 
-/// Allows no further file descriptor.
+/// Allows no further file descriptors.
 class FullTable {
  public:
   FullTable() {
@@ -150,7 +150,7 @@ TEST(FileDescriptors, DoNotBlockTheServiceIfTheyAreExhausted) {
         << "handlers; a busy thread calls thousands, and a slow machine calls fewer";
   }
   client.send("{\"do\": \"status\"}\n");
-  std::size_t handlers = 0;  // waiting for the client, accepting it, its line, its answer
+  std::size_t handlers = 0;  // these are: waiting for the client, accepting it, its line, its answer
   while (handlers < 4) handlers += context.run_one();
   EXPECT_TRUE(is_ok(client.read()));
 }

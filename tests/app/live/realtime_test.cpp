@@ -9,14 +9,14 @@
 namespace hystcan::app::realtime_test {
 namespace {
 
-/// Whether it lies in the heap that grows by brk(), which is that of the first thread of a process.
+/// Returns true if the address is in the heap that grows by brk(), the heap of the first thread of a process.
 bool another_thread_allocates_in_the_first_heap() {
   const void* memory = nullptr;
   std::thread([&] { memory = std::malloc(100); }).join();
   return memory < sbrk(0);
 }
 
-/// The heap is that of the whole process: each case has one.
+/// The heap belongs to the whole process: each case has its own process.
 TEST(Heap, IsOneForAllThreadsIfShared) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(_exit(another_thread_allocates_in_the_first_heap() ? 1 : 0), testing::ExitedWithCode(0), "");

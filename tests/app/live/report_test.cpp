@@ -59,7 +59,8 @@ TEST_F(Report, KeepsTheEarlierReportIfTheDiskIsFull) {
   write_record();
   std::filesystem::create_directory(shipped / "report");
   write("report/report.html", "earlier");
-  // The process's limit on file size replaces a full disk: 8 kB are enough for the model, not for the record.
+  // The file size limit of the process replaces a full disk: 8 kB suffice for the model, but not for the
+  // record.
   Process process({"sh", "-c",
                    "trap '' XFSZ; ulimit -f 16; exec " HYSTCAN_PROGRAM " identify " + path("data.csv") +
                        " --order 3 --output " + path("found.toml") + " --report " + path("report")});

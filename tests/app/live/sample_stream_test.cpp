@@ -1,4 +1,4 @@
-// The stream beside the control socket, as a program sees it that knows docs/control_socket.md alone.
+// The stream beside the control socket, as received by a program that follows only docs/control_socket.md.
 #include "app/live/sample_stream.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ class Listener {
     std::uint32_t lost = 0;
     bool ended = false;
   };
-  /// The stream has closed the connection; what it sent before may still be unread.
+  /// Returns true if the stream has closed the connection; earlier data may still be unread.
   bool is_closed() const {
     pollfd state{.fd = socket_, .events = POLLRDHUP, .revents = 0};
     return ::poll(&state, 1, 0) == 1;
@@ -94,7 +94,7 @@ class SampleStreamTest : public testing::Test {
   void wait_for_a_listener() const {
     ASSERT_TRUE(support::eventually([&] { return board_.is_listening(); }));
   }
-  /// Does the work on the stream's thread, which takes no batch before the end of it.
+  /// Does the work on the stream's thread, which handles no batch before the work ends.
   void between_batches(const std::function<void()>& work) {
     std::promise<void> done;
     boost::asio::post(context_, [&] {
@@ -150,7 +150,7 @@ TEST_F(SampleStreamTest, EndsWhileABatchIsDue) {
   wait_for_a_listener();
   std::promise<void> ended;
   boost::asio::post(context_, [&] {
-    // The next look at the timers finds the batch due, and puts it behind the end of the stream. A longer
+    // The next check of the timers finds the batch due, and queues it after the end of the stream. A longer
     // sleep has the same effect.
     std::this_thread::sleep_for(milliseconds(50));
     boost::asio::post(context_, [&] {
@@ -218,7 +218,7 @@ TEST(ControllerStream, GivesTheCyclesOfEachAxisBesideTheControlSocket) {
                     reference = column("reference_um"), position = column("position_um");
   double last = 0.0;
   int rows = 0;
-  // A busy machine may lose rows: before and after those of a batch that reports lost ones.
+  // A busy machine may lose rows before and after the rows of a batch that reports lost ones.
   for (std::uint32_t lost_before = 0; rows < 500;) {
     const Listener::Batch batch = listener.batch();
     ASSERT_FALSE(batch.ended);

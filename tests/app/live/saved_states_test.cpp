@@ -1,4 +1,4 @@
-// The memory of an axis is saved over a clean stop.
+// A clean stop saves the memory of an axis.
 #include "app/live/saved_states.h"
 
 #include <gtest/gtest.h>
@@ -21,13 +21,13 @@ namespace {
 using controller::AxisState;
 using std::chrono::milliseconds;
 
-/// The shipped stage after a clean stop of axis x; `record` takes every cycle record of the run.
+/// The shipped stage after a clean stop of axis x; `record` receives every cycle record of the run.
 class StoppedStage {
  public:
   explicit StoppedStage(const char* start_up = "wipe") {
     const std::string folder = "state_dir = \"" + files.folder().string() + "\"\n";
     files.edit("piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 1000.0\n" + folder);
-    // The twin starts with another memory each time, to which a fast loop would be too fast.
+    // The twin starts with another memory each time; for this mismatch, the shipped loop would be too fast.
     files.edit("piezo.toml", "ki_per_s           = 409.0", "ki_per_s           = 120.0");
     files.edit("piezo.toml", "wipe_slew_V_per_s", "start_up = \"wipe\"\nwipe_slew_V_per_s");
     set_start_up(start_up);

@@ -15,7 +15,7 @@
 namespace hystcan::app::socket_place_test {
 namespace {
 
-/// Takes the variables away that name a folder, as in a shell without a login.
+/// Removes the variables that name a folder, as in a shell without a login.
 class NoRuntimeVariables {
  public:
   NoRuntimeVariables() {
@@ -49,7 +49,7 @@ struct SocketPlace : testing::Test {
     std::filesystem::create_directory(places.runtime);
     std::filesystem::create_directory(places.temporary);
   }
-  /// A folder with this mode, whatever the umask.
+  /// Creates a folder with this mode, for any umask.
   static void make(const std::filesystem::path& path, mode_t mode) {
     ASSERT_EQ(mkdir(path.c_str(), 0700), 0);
     ASSERT_EQ(chmod(path.c_str(), mode), 0);

@@ -1,4 +1,4 @@
-// The lines of the log that say what happens to the axes.
+// The log lines about the states of the axes.
 #include "app/live/state_log.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The twin's side of its control socket: the examples of docs/twin.md, the commands that it refuses, and one
+// The twin's side of its control socket: the examples of docs/twin.md, the refused commands, and one
 // conversation over a real socket. The twin runs in virtual time, which each test advances.
 #include "app/live/twin_command_handler.h"
 
@@ -61,7 +61,7 @@ std::set<std::string> keys(const json& object) {
   return names;
 }
 
-// Numbers differ from run to run; the document promises keys and texts.
+// Numbers differ between runs; the document promises keys and texts.
 TEST_F(TwinCommandHandlerTest, GivesTheAnswersOfTheDocument) {
   std::ifstream document(HYSTCAN_SOURCE_DIR "/docs/twin.md");
   std::set<std::string> commands;

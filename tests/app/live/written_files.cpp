@@ -1,6 +1,6 @@
 // written_files WHAT FILE [...]: writes the files of a live run as `controller` and `page` do, but in virtual
-// time, in one thread and with a fixed date, so that each run makes the same calls. crash_test.py lets them
-// fail.
+// time, in one thread and with a fixed date, so that each run makes the same calls. crash_test.py makes these
+// calls fail.
 //
 //   run CONFIG [SECONDS]    saved states are removed and written, a run is recorded; the axes stop cleanly
 //   fault CONFIG [SECONDS]  the twin loses its power: each axis writes a black box
@@ -9,7 +9,7 @@
 //
 // SECONDS after the fixed date.
 //
-// Prints a digest of all drives that were commanded.
+// Prints a digest of all commanded drives.
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>

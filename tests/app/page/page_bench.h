@@ -1,4 +1,4 @@
-// The page's server for tests, with a running controller in virtual time behind it.
+// The page's server for tests, with a running controller in virtual time.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ inline const std::string token_text = "00112233445566778899aabbccddeeff";
 
 class PageServer : public testing::Test {
  protected:
-  /// `start_again`: of a demo. `config`: the page's file; the controller runs with piezo.toml.
+  /// `start_again`: for a demo. `config`: the page's file; the controller runs with piezo.toml.
   explicit PageServer(std::function<void()> start_again = {}, const char* config = "piezo.toml") {
     PageOptions options{.config = bench_.files() / config,
                         .start_command = "hystcan controller piezo.toml",
@@ -49,7 +49,8 @@ class PageServer : public testing::Test {
     EXPECT_FALSE(next_stream(*peer, "controller", true).is_null());
     return peer;
   }
-  /// The next message on a stream that is there, or is not; null if the connection ends before.
+  /// Returns the next message about a stream that exists, or does not exist; null if the connection ends
+  /// before.
   static nlohmann::json next_stream(WebPeer& peer, const char* name, bool is_there) {
     nlohmann::json stream;
     do stream = peer.next("stream");
@@ -65,7 +66,7 @@ class PageServer : public testing::Test {
   int status_of(const std::string& first_line, const std::string& lines = "Host: localhost\r\n") {
     return WebPeer(server_->port()).request(first_line, lines);
   }
-  /// The answer to `save` or `undo_save` with the digest of what it shows.
+  /// Returns the answer to `save` or `undo_save` with the digest of the shown text.
   static nlohmann::json confirm(WebPeer& peer, const char* what) {
     return peer.ask({{"do", what}, {"digest", peer.ask({{"do", what}}).at("digest")}});
   }

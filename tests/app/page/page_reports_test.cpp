@@ -1,4 +1,4 @@
-// What the page says besides rows: the difference to the file, the bus, metrics.
+// The reports of the page besides rows: the difference to the file, the bus, metrics.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -60,7 +60,7 @@ std::vector<config::Change> segment_changes(
   return changes;
 }
 
-/// The configuration with the shipped file replaced by this text.
+/// The configuration, with the shipped file replaced by this text.
 config::Config loaded(const support::ShippedCopy& files, const std::string& text) {
   std::ofstream(files / "piezo.toml") << text;
   return config::load(files / "piezo.toml");
@@ -90,7 +90,7 @@ TEST(ConfigSave, PutsTheLinesOfARemovedSegmentIntoComments) {
   EXPECT_EQ(loaded(files, save.text).axes[0].control.setpoint.size(), 1u);
 }
 
-/// piezo.toml, whose axis x has its setpoints in one line.
+/// piezo.toml with all setpoints of axis x in one line.
 void write_inline_setpoints(const support::ShippedCopy& files) {
   std::string text = support::read_file(files / "piezo.toml");
   const auto first = text.find("[[axis.control.setpoint]]"), end = text.find("[axis.twin]");
@@ -224,7 +224,7 @@ TEST(Metrics, UseOnlyFeaturesOfTheOlderFormat) {
   EXPECT_NE(text.find("# TYPE hystcan_cycles_total counter\n"), std::string::npos);
 }
 
-// Prometheus's own promtool tries the rules themselves (scripts/check alerts).
+// Prometheus's own promtool tests the rules themselves (scripts/check alerts).
 TEST(Metrics, ContainAllNamesOfTheAlertsAndTheDashboard) {
   const StatusAnswer status{.axes = {{.name = "x"}}};
   const std::string text = metrics_text(false, status, 0.1, no_bus, no_times, no_times, {});

@@ -1,4 +1,4 @@
-// What a page asks for, and what it is answered; what waits for what.
+// The requests of a page and their answers, and the order of waiting requests.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -65,7 +65,7 @@ TEST_F(PageServer, DelaysTheAnswerToAWrongTokenByASecond) {
   const json second = peer->next("answer");
   EXPECT_EQ(second.at("id"), 2);
   EXPECT_TRUE(says(second, "still being checked"));
-  // Five a second: the server's timers are due in their order, however late its thread is.
+  // Five per second: the server's timers expire in order, even if its thread is late.
   int states = 0;
   json message;
   do {
@@ -178,7 +178,7 @@ TEST_F(PageOfAnotherFile, NeitherSavesNorShowsTheLoop) {
 
 class Requests : public testing::Test {
  protected:
-  /// Work that notes its name and is done when finish() says so.
+  /// Work that records its name and is done when finish() is called.
   RequestQueue::Work work(const std::string& name) {
     return [this, name](const RequestQueue::Done& done) {
       began_ += name;

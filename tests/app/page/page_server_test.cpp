@@ -1,5 +1,5 @@
-// The page's server as a browser, or a stranger, sees it: a running controller in virtual time behind it, and
-// plain sockets before it. The wall clock only ends a test that hangs.
+// The page's server from the side of a browser or a stranger: a running controller in virtual time, and plain
+// sockets as clients. The wall clock only ends a test that hangs.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -21,8 +21,8 @@ namespace {
 
 using nlohmann::json;
 
-/// The next known status of the controller. It is unknown while a busy machine delays the controller's
-/// answer.
+/// Returns the next known status of the controller. The status is unknown while a busy machine delays the
+/// controller's answer.
 json next_controller(WebPeer& peer) {
   json controller;
   do controller = peer.next("status").at("controller");
@@ -65,7 +65,7 @@ TEST_F(PageServer, SendsEveryCycleOfTheController) {
   EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", 1000}}));
   peer->next_rows(1);
   double last = 0.0;
-  // A busy machine may lose rows: before and after those of a message that reports lost ones.
+  // A busy machine may lose rows before and after the rows of a message that reports lost ones.
   for (std::uint32_t messages = 0, lost_before = 0; messages < 20; ++messages) {
     const WebPeer::Message message = peer->next_rows(1);
     ASSERT_EQ(message.head.size(), 4u);
@@ -87,7 +87,7 @@ TEST_F(PageServer, ReportsTheControllerAndTheMissingTwin) {
   const auto peer = page();
   json twin;
   do twin = next_stream(*peer, "twin", false);
-  while (twin.at("reason") == "");  // before the server has looked for it
+  while (twin.at("reason") == "");  // before the server has looked for the twin
   EXPECT_NE(twin.at("reason").get<std::string>().find("No such file"), std::string::npos) << twin;
   json state;
   do state = next_controller(*peer).at("axes")[0].at("state");
@@ -212,7 +212,7 @@ TEST_F(PageServer, DisconnectsAClientThatDoesNotRead) {
   EXPECT_EQ(page_counters.at("cut_off"), 1);
 }
 
-/// Of the control socket; the kernel lists what is accepted with the path.
+/// Counts the connections of the control socket; the kernel lists accepted connections with its path.
 std::size_t connections_to(const std::filesystem::path& socket) {
   constexpr const char* connected = " 03 ";
   std::ifstream list("/proc/net/unix");
@@ -239,7 +239,7 @@ TEST_F(PageServer, AnswersCommandsWhileAnotherPageDoesNotReadItsRows) {
 
 TEST_F(PageServer, AnswersARequestForSettingsDuringWhichTheRoleChanges) {
   const auto reader = page(), one = writer(), other = writer();
-  for (int i = 0; i < 12; ++i) {  // no more of one page may wait
+  for (int i = 0; i < 12; ++i) {  // one page may have no more waiting requests
     reader->send_frame(json{{"id", i}, {"do", "settings"}}.dump());
     EXPECT_TRUE((i % 2 == 0 ? one : other)->is_ok({{"do", "take_writer"}, {"force", true}}));
   }
@@ -333,7 +333,7 @@ TEST_F(PageServer, AcceptsAViewOfTenToAThousandRowsPerSecond) {
 TEST_F(PageServer, RefusesRequestsBeyondTheShareOfAPage) {
   const auto peer = page();
   EXPECT_TRUE(peer->is_ok({{"do", "view"}, {"rate_Hz", 10}}));
-  std::string all;  // sent as one: no answer is ready before the server has the last request
+  std::string all;  // sent in one piece: no answer is ready before the server has the last request
   for (int id = 100; id < 140; ++id)
     all += WebPeer::frame(json{{"id", id}, {"do", "bode"}, {"axis", "x"}}.dump());
   EXPECT_TRUE(peer->send(all));
@@ -344,7 +344,7 @@ TEST_F(PageServer, RefusesRequestsBeyondTheShareOfAPage) {
   EXPECT_GT(refused, 0);
 }
 
-// A process that is stopped, or a loop that no longer gets a processor.
+// A stopped process, or a loop that receives no processor time.
 TEST_F(PageServer, ReportsAnUnknownStateIfTheControllerIsSilent) {
   const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_un address{};

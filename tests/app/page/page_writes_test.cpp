@@ -1,4 +1,5 @@
-// What a page changes: settings, segments, the file, the rehearsal of a demo; and the events that tell of it.
+// The changes made by a page: settings, segments, the file, the rehearsal of a demo; and the events that
+// report them.
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ringbuffer_sink.h>
 #include <spdlog/spdlog.h>
@@ -17,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The next event with these words; null if the connection ends before.
+/// Returns the next event with this text; null if the connection ends before.
 json event_with(WebPeer& peer, const std::string& words) {
   json event;
   do event = peer.next("event");
@@ -55,7 +56,7 @@ TEST_F(PageServer, ReportsASettingChangedByAnotherProgram) {
   EXPECT_EQ(event.at("to"), "0.3");
 }
 
-/// A machine that stands still for some seconds loses the stream, not the controller.
+/// A machine that stalls for some seconds loses the stream, not the controller.
 TEST_F(PageServer, ReportsASettingChangedWhileTheStreamWasLost) {
   boost::asio::io_context context;
   PageClients clients;
@@ -210,7 +211,7 @@ TEST_F(PageOfADemo, ReportsWhyItDoesNotStart) {
   EXPECT_TRUE(says(writer()->ask({{"do", "start"}}), "kp is \"much\""));
 }
 
-/// Keeps the lines of the log.
+/// Stores the lines of the log.
 class CapturedLog {
  protected:
   CapturedLog() { spdlog::set_default_logger(std::make_shared<spdlog::logger>("", lines_)); }

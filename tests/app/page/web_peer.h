@@ -1,4 +1,5 @@
-// A client of the page's server: HTTP and WebSocket over a plain socket, as docs/page_protocol.md has them.
+// A client of the page's server: HTTP and WebSocket over a plain socket, as described in
+// docs/page_protocol.md.
 #pragma once
 
 #include <cstddef>
@@ -20,36 +21,36 @@ class WebPeer {
 
   /// Returns false if the server has closed the connection.
   bool send(std::string_view bytes) const;
-  /// The status of the answer to these lines; 0 if the server closes the connection instead.
+  /// Returns the status of the answer to these lines; 0 if the server closes the connection instead.
   int request(const std::string& first_line, const std::string& further_lines = "Host: localhost\r\n");
   std::string body();
-  /// The status of the upgrade: 101 if it is done.
+  /// Returns the status of the upgrade: 101 after success.
   int upgrade(const std::string& further_lines = "Host: localhost\r\n");
 
   static std::string frame(std::string_view payload, unsigned char opcode = 1);
   bool send_frame(std::string_view payload, unsigned char opcode = 1) const {
     return send(frame(payload, opcode));
   }
-  /// Sends the message, a hundred at a time, until the server has closed the connection; returns false if it
-  /// does not.
+  /// Sends the message repeatedly, a hundred times per step, until the server closes the connection; returns
+  /// false if it does not.
   bool is_cut_off_by(std::string_view payload) const;
   struct Message {
     nlohmann::json text{};  ///< null for rows
     std::vector<std::uint32_t> head{};
     std::vector<double> rows{};
   };
-  /// Empty if the server has closed the connection.
+  /// Returns an empty value if the server has closed the connection.
   std::optional<Message> read();
-  /// The next text message of this type; null if the connection ends before.
+  /// Returns the next text message of this type; null if the connection ends before.
   nlohmann::json next(const std::string& type);
-  /// The next rows of this kind; empty if the connection ends before.
+  /// Returns the next rows of this kind; empty if the connection ends before.
   Message next_rows(std::uint32_t kind);
   /// Sends a request and reads until its answer.
   nlohmann::json ask(nlohmann::json request);
   bool is_ok(const nlohmann::json& request) { return ask(request).value("ok", false); }
   /// Reads until the server has closed the connection.
   void read_to_the_end();
-  /// Reads what has arrived, for a later read(): the server cuts off a client that does not read.
+  /// Reads all data that has arrived, for a later read(): the server disconnects a client that does not read.
   void drain();
 
  private:

@@ -1,4 +1,4 @@
-// What `hystcan init` asks about an analogue amplifier, and what it writes.
+// The questions of `hystcan init` about an analogue amplifier, and the written files.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 namespace hystcan::app::analogue_questions_test {
 namespace {
 
-/// Everything is stated but what the tests ask for.
+/// Everything is stated except the values that the tests enter.
 InitOptions stated() {
   InitOptions options;
   options.axes = {"x", "y"};

@@ -1,4 +1,4 @@
-// The rehearsal of a stage that has just been made.
+// The rehearsal of a newly created stage.
 #include "app/stage/axis_completion.h"
 
 #include <gtest/gtest.h>

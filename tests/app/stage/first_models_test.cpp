@@ -73,7 +73,8 @@ TEST(MismatchOfCreep, StaysWithinTheRangeOfIdentify) {
   EXPECT_NO_THROW(model::OutputCreep{*other});
 }
 
-// Records that begin wiped at the lowest drive leave the curve free; it is chosen so (ascending_choice.h).
+// Records that begin wiped at the lowest drive do not determine the curve; it is chosen as in
+// ascending_choice.h.
 TEST(MismatchOfACurveFromTheLowerPoint, KeepsTheVirginCurveOnTheAscendingBranch) {
   model::HysteresisParameters given = usual_loop(stage());
   given = identification::with_ascending_from_lower(given, 1e-6);

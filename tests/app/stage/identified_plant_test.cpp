@@ -1,4 +1,4 @@
-// Records of known chains: the chain is found, not what it looks like behind a pure delay.
+// Records of known chains: the actual chain is found, not an equivalent one with a pure delay.
 #include "app/stage/identified_plant.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double cycle_s = 1e-3;
 
-/// Steps of 1 about 0, with a little noise.
+/// Steps of 1 around 0, with little noise.
 identification::Dataset record_of(const controller::Delays& chain) {
   const controller::PlantRecursion::Config plant = controller::held_plant(chain, cycle_s);
   auto state = controller::PlantRecursion::at_rest(-1.0);

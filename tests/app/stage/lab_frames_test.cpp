@@ -15,7 +15,7 @@ namespace {
 using Signals = std::map<std::string, std::string, std::less<>>;
 using Stated = std::map<std::string, std::vector<std::string>>;
 
-/// Axes of 0 to 100 V whose frames are those of a DBC.
+/// Axes of 0 to 100 V with the frames of a DBC.
 class LabFrames : public testing::Test {
  protected:
   void take_shipped(const char* name) { dbc_ = std::filesystem::path(HYSTCAN_SOURCE_DIR) / "config" / name; }

@@ -1,4 +1,4 @@
-// Names of strangers as names of files.
+// Foreign names as file names.
 #include "app/stage/pictures.h"
 
 #include <gtest/gtest.h>

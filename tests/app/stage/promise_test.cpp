@@ -1,4 +1,4 @@
-// What a loop promises, and which rate would be better.
+// The promise of a loop, and the proposal of a better rate.
 #include "app/stage/promise.h"
 
 #include <gtest/gtest.h>

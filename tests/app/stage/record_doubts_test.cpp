@@ -1,4 +1,4 @@
-// Twenty spoilt records, made from one clean record, and what is said of each.
+// Twenty damaged records, made from one clean record, and the message about each.
 #include "app/stage/record_doubts.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ Dataset clean() {
 struct Spoilt {
   const char* name;
   std::function<void(Dataset&)> spoil;
-  std::vector<std::string> said;  ///< parts of the only sentence; empty: nothing is said
+  std::vector<std::string> said;  ///< parts of the only sentence; empty: no message
   std::size_t left_out = 0;
 };
 

@@ -1,4 +1,4 @@
-// A DBC beyond the limits of can/dbc/database.h is refused with its place, before it costs time and memory.
+// A DBC beyond the limits of can/dbc/database.h is refused with its place, before it costs time or memory.
 #include "can/dbc/database.h"
 
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ TEST(DbcLimits, ApplyToListsInOneSection) {
             "65537 items of an attribute, expected at most 65536");
 }
 
-// Each of these needed gigabytes with a file of 400 kB.
+// Each of these files of 400 kB used to need gigabytes.
 TEST(DbcLimits, ApplyToCopiesOfASectionToManyObjects) {
   const std::string expected =
       "found a section that applies to too many objects, expected at most 67108864 bytes of copies in the "

@@ -1,4 +1,4 @@
-// Names of more than 32 characters: shortened in the file, whole in an attribute.
+// Names of more than 32 characters: shortened in the file, complete in an attribute.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,4 +1,4 @@
-// What the reader of DBC files says of a text that it refuses.
+// Returns the message of the DBC reader about a refused text.
 #pragma once
 
 #include <string>

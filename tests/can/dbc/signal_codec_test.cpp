@@ -32,7 +32,7 @@ Signal setpoint() {
   return signal;
 }
 
-/// The oracle: the place of bit `n` (0 = least significant) of a signal, found one bit at a time.
+/// The oracle: the position of bit `n` (0 = least significant) of a signal, found one bit at a time.
 struct BitPlace {
   unsigned byte;
   unsigned bit;

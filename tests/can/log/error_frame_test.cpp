@@ -10,7 +10,7 @@ namespace {
 
 using Payload = std::array<std::uint8_t, 8>;
 
-// The values are those of linux/can/error.h, which are ABI.
+// The values are from linux/can/error.h and part of the ABI.
 ErrorReport report_of(std::uint32_t classes, Payload payload = {}) {
   Frame frame{.id = classes, .kind = FrameKind::error, .length = 8};
   std::copy(payload.begin(), payload.end(), frame.data.begin());

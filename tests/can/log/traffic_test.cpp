@@ -32,7 +32,7 @@ LoggedFrame sync(microseconds time, std::uint8_t counter) {
 }
 
 LoggedFrame command() {
-  LoggedFrame logged;  // the frame of docs/protocol/frames.md: 201#4E61BC00010703D9
+  LoggedFrame logged;  // the frame in docs/protocol/frames.md: 201#4E61BC00010703D9
   logged.frame = {.id = 0x201, .extended = false, .kind = FrameKind::data, .length = 8, .data = {}};
   const std::uint8_t bytes[] = {0x4E, 0x61, 0xBC, 0x00, 0x01, 0x07, 0x03, 0xD9};
   std::copy(std::begin(bytes), std::end(bytes), logged.frame.data.begin());
@@ -77,7 +77,7 @@ TEST(Traffic, CountsEveryRejectionByItsCause) {
   Traffic traffic(shipped());
   LoggedFrame frame = command();
   traffic.add(frame);
-  traffic.add(frame);  // the counter is the same again
+  traffic.add(frame);  // the counter has its first value again
   frame.frame.data[0] ^= 1;
   traffic.add(frame);
   frame.frame.length = 7;
@@ -106,8 +106,8 @@ TEST(Traffic, ChecksKindAndLengthOfAnUnprotectedMessage) {
   EXPECT_EQ(rejected(traffic, 0x080, Rejection::wrong_kind), 1U);
 }
 
-// The lab's command of docs/protocol/own_frames.md, 18EF1001#4F133F2D. Counter and CRC have their own names
-// and places; only the configuration knows the polynomial and the data id of the CRC.
+// The lab's command in docs/protocol/own_frames.md, 18EF1001#4F133F2D. Counter and CRC have their own names
+// and places; only the configuration defines the polynomial and the data id of the CRC.
 TEST(Traffic, ChecksAConfiguredMessageWithAnExtendedIdentifier) {
   const Database lab = load_dbc(HYSTCAN_SOURCE_DIR "/config/lab_amplifier.dbc");
   const MessageMap map{.message = "AmpSet",
@@ -130,7 +130,7 @@ TEST(Traffic, ChecksAConfiguredMessageWithAnExtendedIdentifier) {
     EXPECT_EQ(counted.rejected[static_cast<std::size_t>(cause)], 1U) << to_string(cause);
 }
 
-/// The SYNC message has ten bytes here, which are 12 on the wire.
+/// The SYNC message has ten bytes here, 12 on the wire.
 TEST(Traffic, ExpectsALongMessageAsFdFrameWithALengthOfCanFd) {
   for (const bool configured : {false, true}) {
     Database database = shipped();

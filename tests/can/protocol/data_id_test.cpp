@@ -1,4 +1,5 @@
-// What the CRC of a message covers before its payload, against a CRC that is computed one bit at a time.
+// The bytes that the CRC of a message covers before its payload, compared with a CRC computed one bit at a
+// time.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ std::uint8_t shifted_crc(const Bytes& bytes, unsigned polynomial) {
   return static_cast<std::uint8_t>(reg ^ 0xFFU);
 }
 
-/// A signal of whole bytes in a message of eight.
+/// A signal of whole bytes in an eight-byte message.
 SignalCodec bytes_at(unsigned index, unsigned count) {
   const Database database =
       parse_dbc(fmt::format("BO_ 1 M: 8 Vector__XXX\n SG_ S : {}|{}@1+ (1,0) [0|0] \"\" Vector__XXX\n",
@@ -41,7 +42,8 @@ constexpr Frame frame_with(std::uint32_t id, bool extended) {
   return frame;
 }
 
-/// The CRC in the last byte of this frame, and the one of these bytes and the first seven of the payload.
+/// Expects that the CRC in the last byte of this frame equals the CRC of these bytes and the first seven of
+/// the payload.
 void expect_covered(const Frame& frame, DataId data_id, Bytes covered) {
   for (std::uint8_t byte = 0x31; byte < 0x38; ++byte) covered.push_back(byte);
   const auto sealed = [&](Crc polynomial) {
@@ -53,7 +55,7 @@ void expect_covered(const Frame& frame, DataId data_id, Bytes covered) {
   EXPECT_EQ(sealed(Crc::autosar_8h2f), shifted_crc(covered, 0x2F));
 }
 
-/// Of all pairs of bits in a frame of this length, CRC included: those that leave it valid if both are wrong.
+/// Counts the pairs of bits in a frame of this length, CRC included, that leave it valid if both are wrong.
 unsigned missed_pairs(Crc polynomial, std::uint8_t length) {
   const Protection protection{.crc = bytes_at(0, bytes_of(polynomial)), .polynomial = polynomial};
   Frame frame{.id = 0x1A5, .kind = FrameKind::fd, .length = length};

@@ -1,4 +1,4 @@
-// The reference node refers to sections of docs/protocol/*.md that exist.
+// The reference node cites only sections of docs/protocol/*.md that exist.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -17,7 +17,7 @@ std::string text_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The first group of each match.
+/// Returns the first group of each match.
 std::vector<std::string> matches(const std::string& text, const char* pattern) {
   const std::regex regex(pattern, std::regex::ECMAScript | std::regex::multiline);
   std::vector<std::string> found;

@@ -127,7 +127,7 @@ TEST(E2eChecker, RejectsEverySingleBitErrorAndEveryBurstOfUpToEightBits) {
     for (unsigned pattern = 1; pattern < 256; pattern += 2) {  // the burst starts at `first`
       Frame frame = good;
       for (unsigned bit = 0; bit < 8 && first + bit < 64; ++bit) {
-        const unsigned place = first + bit;  // in wire order: the most significant bit of a byte comes first
+        const unsigned place = first + bit;  // in wire order: the most significant bit of a byte first
         if ((pattern >> bit & 1U) != 0)
           frame.data[place / 8] ^= static_cast<std::uint8_t>(0x80U >> place % 8);
       }

@@ -156,8 +156,8 @@ TEST(Layout, ReadsARoleWithoutASignalAsItsAbsentValue) {
   EXPECT_TRUE(decode(*frame)->enable);
 }
 
-/// The setpoint has 16 to 32 bits in either byte order, any place, any unit that converts, and a message
-/// with or without counter and CRC. The decoded value equals the encoded value to half a resolution.
+/// The setpoint has 16 to 32 bits in either byte order, any position, any convertible unit, and a message
+/// with or without counter and CRC. The decoded value equals the encoded value within half a resolution.
 TEST(Layout, DecodesWhatItEncodesForAnySignalDefinition) {
   const bool holds = rc::check([] {
     const auto length = *rc::gen::inRange<std::uint16_t>(16, 33);
@@ -209,7 +209,7 @@ TEST(Layout, DecodesWhatItEncodesForAnySignalDefinition) {
       const auto command = decode(*frame);
       RC_ASSERT(command.has_value());
       RC_ASSERT(std::abs(command->setpoint - setpoint) <= 0.5000001 * resolution);
-      const auto again = encode({.setpoint = command->setpoint});  // a decoded value does not change any more
+      const auto again = encode({.setpoint = command->setpoint});  // a decoded value no longer changes
       RC_ASSERT(again.has_value());
       RC_ASSERT(decode(*again)->setpoint == command->setpoint);
     }

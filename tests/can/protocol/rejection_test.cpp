@@ -1,4 +1,4 @@
-// What the receiver of a protected message counts and says, and the lengths that it expects.
+// The counts and texts of the receiver of a protected message, and the lengths that it expects.
 #include <gtest/gtest.h>
 
 #include <utility>

@@ -1,4 +1,4 @@
-// Expedited SDO and emergencies, byte for byte. The setup of a node with a server that answers, refuses,
+// Expedited SDO and emergencies, byte for byte. The set-up of a node with a server that answers, refuses,
 // loses a value or is silent.
 #include "can/protocol/sdo.h"
 
@@ -205,7 +205,7 @@ TEST(SdoSetup, GivesTheReasonWhyTheNodeRefuses) {
             "object 0x2001:05: refused by the node with 0x06090031: value of the parameter too high");
 }
 
-/// Runs the setup of one object of one byte, 9, against a node that answers each read with these bytes.
+/// Runs the set-up of one object of one byte, 9, with a node that answers each read with these bytes.
 SdoSetup set_up_with(const Bytes& answer_to_read) {
   SdoSetup setup{1, {{.object = object, .content = {.value = 9, .bytes = 1}}}};
   run(setup, 100, [&](const Frame& request) {

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 
 constexpr std::uint32_t bitrate = 1'000'000;
 constexpr Duration bit = 1us;
-constexpr unsigned error_at_once_bits = 1 + 6 + 8 + 3;  ///< bit in error, flags, delimiter, interframe space
+constexpr unsigned error_at_once_bits = 1 + 6 + 8 + 3;  ///< erroneous bit, flags, delimiter, interframe space
 
 Time at(Duration since_start) { return Time{since_start}; }
 
@@ -112,7 +112,7 @@ TEST_F(SimBusFaults, MakeALoneTransmitterErrorPassiveButNotBusOff) {
   EXPECT_EQ(lone.bus->state(), BusState::warning);
 }
 
-/// The frame begins, and an error at each bit is set on within its data phase: 18 bits at 1 us are past BRS.
+/// The frame begins, and each bit is wrong from its data phase on: 18 bits at 1 us are after BRS.
 TEST(SimBusWithDataPhase, EndsItAtAnErrorAndSendsTheErrorFrameAtTheNominalBitRate) {
   VirtualClock clock;
   SimBus wire(clock, {.nominal_bit_per_s = 1'000'000, .data_bit_per_s = 5'000'000},
@@ -209,7 +209,7 @@ TEST_F(SimBusFaults, MakeTheDestroyedFrameArbitrateAgain) {
   EXPECT_EQ(a.bus->counters().arbitration_lost, 1U);
 }
 
-/// Drives `node` to bus-off by errors that all nodes see. Returns the time of bus-off.
+/// Drives `node` to bus-off by errors visible to all nodes. Returns the time of bus-off.
 Time force_off(VirtualClock& clock, SimBus& wire, Listener& node) {
   wire.set_bit_error(1.0);
   node.bus->send(frame_of(0x100));
@@ -264,8 +264,8 @@ TEST_F(SimBusFaults, EndBusOffLaterWhileTheBusHasTraffic) {
   run_for(1ms);
   a.bus->restart();
   const Time asked = clock.now();
-  // Ten frames follow each other; each counts as one sequence at its end. The other 118 follow in the
-  // silence.
+  // Ten frames follow each other; each counts as one sequence at its end. The other 118 sequences follow in
+  // the silence.
   for (int i = 0; i < 8; ++i) b.bus->send(frame_of(0x200));
   for (int i = 0; i < 2; ++i) c.bus->send(frame_of(0x201));
   const Time back = asked + 8 * time_of(frame_of(0x200)) + 2 * time_of(frame_of(0x201)) + 118 * 11 * bit;

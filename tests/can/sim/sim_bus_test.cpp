@@ -164,7 +164,7 @@ TEST_F(SimBusNode, SendsTheMostUrgentFrameFirstInTheOrderByPriority) {
   EXPECT_EQ(ear.ids(), (std::vector<std::uint32_t>{3, 3, 2, 4, 5, 7}));
 }
 
-/// The destroyed frame is in the queue again: a more urgent frame that was sent meanwhile goes before it.
+/// The destroyed frame is in the queue again: a more urgent frame that was sent in the meantime precedes it.
 TEST_F(SimBusNode, RepeatsADestroyedFrameByItsPriorityInTheOrderByPriority) {
   Listener ear(wire);
   const auto node = wire.attach(TransmitOrder::by_priority);

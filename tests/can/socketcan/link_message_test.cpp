@@ -61,8 +61,8 @@ std::optional<Interface> parsed(const Octets& bytes) {
   return parse_link_message(std::as_bytes(std::span(bytes)));
 }
 
-// A passive controller at 500 kbit/s. The numbers are those of linux/if_link.h and linux/can/netlink.h,
-// which are ABI.
+// A passive controller at 500 kbit/s. The numbers are from linux/if_link.h and linux/can/netlink.h, part of
+// the ABI.
 const Octets controller = new_link(joined({
     attribute(4, words({72})),         // IFLA_MTU
     attribute(13, words({10})),        // IFLA_TXQLEN

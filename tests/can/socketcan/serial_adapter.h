@@ -1,6 +1,6 @@
-// A CAN adapter for tests. The kernel's driver for serial adapters (slcan, Lawicel's ASCII protocol) has
-// one end of a pseudo-terminal and the test has the other. For the kernel it is a real adapter: it has a
-// bit rate, can go bus-off, can be too busy for further frames, and can be unplugged.
+// A CAN adapter for tests. The kernel's driver for serial adapters (slcan, Lawicel's ASCII protocol) has one
+// end of a pseudo-terminal and the test has the other. The kernel treats it as a real adapter: it has a bit
+// rate, can reach bus-off, can be too busy for further frames, and can be unplugged.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ class SerialAdapter {
   /// The frames that the driver has sent, for example `t201112`.
   std::vector<std::string> frames() const;
 
-  /// The adapter takes no more frames from the driver, as if no other node acknowledged its frames.
+  /// Makes the adapter accept no more frames from the driver, as if no other node acknowledged its frames.
   void stall() { set_stalled(true); }
   void resume() { set_stalled(false); }
 

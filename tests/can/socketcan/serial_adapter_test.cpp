@@ -1,4 +1,4 @@
-// Cases that no virtual interface and no emulated card has: the driver itself goes bus-off, stalls or
+// Cases that neither virtual interfaces nor emulated cards have: the driver itself reaches bus-off, stalls or
 // disappears.
 #include "tests/can/socketcan/serial_adapter.h"
 

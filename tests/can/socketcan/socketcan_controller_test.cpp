@@ -1,5 +1,5 @@
-// The SJA1000 controllers of the guest, if it has them. For the driver they are real, and they share one
-// wire.
+// The SJA1000 controllers of the guest, if it has them. The driver treats them as real ones, and they share
+// one wire.
 #include "tests/can/socketcan/socketcan_fixture.h"
 
 namespace hystcan::can::socketcan_controller_test {

@@ -67,7 +67,7 @@ struct OnVcan : testing::Test {
   std::vector<Time> stamps;
   std::vector<BusState> states;
 };
-/// The test's own interface, which it may take down or delete and which takes FD frames.
+/// The test's own interface, which may be set down or deleted and which accepts FD frames.
 struct SocketCanInterface : OnVcan {
   void SetUp() override {
     OnVcan::SetUp();

@@ -1,4 +1,4 @@
-// The interface goes down, comes up, disappears and comes back with the same name.
+// The interface is set down and up, deleted and created again with the same name.
 #include "tests/can/socketcan/socketcan_fixture.h"
 #include "tests/support/refusal.h"
 #include "tests/support/shows.h"

@@ -1,6 +1,6 @@
-// A slow wire. The emulated cards send at once and refuse nothing. A token bucket instead of can0's queue
-// lets one frame pass and then almost none, like a bus on which no node acknowledges. The kernel itself
-// refuses the frames that do not fit.
+// A slow wire. The emulated cards send at once and refuse nothing. A token bucket in place of can0's queue
+// passes one frame and then almost none, like a bus on which no node acknowledges. The kernel itself refuses
+// the frames that do not fit.
 #include <cerrno>
 #include <string>
 
@@ -11,7 +11,7 @@
 namespace hystcan::can::socketcan_queue_test {
 namespace {
 
-constexpr int frame_bytes = 16;  // the kernel counts so many for any frame
+constexpr int frame_bytes = 16;  // the kernel's size of any frame
 
 struct SocketCanControllerQueue : testing::Test {
   void SetUp() override {
@@ -22,7 +22,7 @@ struct SocketCanControllerQueue : testing::Test {
   }
   void TearDown() override { shell("tc qdisc del dev can0 root"); }
 
-  /// Lets one frame pass in 640 ms; `frames` more may wait.
+  /// Passes one frame in 640 ms; `frames` more may wait.
   static void dam(int waiting_frames) {
     ASSERT_TRUE(shell("tc qdisc replace dev can0 root tbf rate 200bit burst 20 limit " +
                       std::to_string(waiting_frames * frame_bytes)));

@@ -1,4 +1,4 @@
-// The bound of the chain on sets that are small enough to count by hand. At 1 Mbit/s a bit takes 1 us; a
+// The bound of the chain on sets that are small enough for a manual count. At 1 Mbit/s a bit takes 1 us; a
 // frame of 8 bytes has 135 bits and a frame of 1 byte has 65 bits.
 #include "can/timing/chain.h"
 #include "can/timing/schedulability.h"
@@ -112,8 +112,8 @@ TEST(Chain, IncludesTheFrameOfASlotOnceAfterSync) {
   EXPECT_EQ(chain_response(sources, sources[2], slots), 335us + 135us);
 }
 
-// A cycle has 335 us of links and 135 us of a slot. Of 380 us it leaves 90 us over, the next one without a
-// slot 45.
+// A cycle has 335 us of links and 135 us of a slot. With 380 us, 90 us remain, and 45 us after the next one
+// without a slot.
 TEST(Chain, IncludesSuccessiveSlotsThatOverrunTheCycle) {
   ChainTiming quick = timing;
   quick.cycle = 380us;
@@ -149,7 +149,7 @@ TEST(Chain, WaitsTwiceForAFrameThatMayBeLeftOver) {
 TEST(Chain, WaitsForTheCycleBeforeIfAHeartbeatMayBeLeftInTheQueue) {
   auto sources = chain(0x181, 0x201);
   add_others(sources, 0x700, 14);
-  // 335 us and 14 frames are 2225 us: the second SYNC may wait, and none of these frames comes again by then.
+  // 335 us and 14 frames are 2225 us: the second SYNC may wait, and none of these frames recurs by then.
   EXPECT_EQ(chain_response(sources, sources[0], timing), 2225us + 65us - 2000us);
   EXPECT_EQ(chain_response(sources, sources[2], timing), 335us + 3 * 135us)
       << "three blocking frames take more than the frames that are left over";

@@ -103,7 +103,7 @@ TEST(Schedulability, AddsTheJitterOfTheFrameAndOfOtherFrames) {
   frames[0].jitter = 600us;
   const Schedule schedule = analyse(frames, {125'000});
   EXPECT_EQ(schedule.frames[0].response, 2600us);
-  // A comes at 0 and again, without jitter, at 2.5 - 0.6 ms, just before B can begin at 2 ms.
+  // A is queued at 0 and again, without jitter, at 2.5 - 0.6 ms, just before B can begin at 2 ms.
   EXPECT_EQ(schedule.frames[1].response, 4ms);
 }
 
@@ -142,7 +142,7 @@ TEST(Schedulability, RefusesInvalidFrameSets) {
   EXPECT_THROW(analyse(papers_table(), {125'000}, 0ms), std::invalid_argument);
 }
 
-/// A node that sends one frame of the set periodically from its phase, each instance late by up to its
+/// A node that sends one frame of the set periodically from its phase; each instance is late by up to its
 /// jitter.
 Frame frame_of(const PeriodicFrame& set) {
   return {.id = set.id,
@@ -191,7 +191,7 @@ class Sender {
   Duration longest_{};
 };
 
-/// The byte that gives the longest frame if the whole payload consists of it.
+/// Returns the byte that gives the longest frame if the whole payload consists of it.
 std::uint8_t worst_fill(const PeriodicFrame& of) {
   unsigned longest = 0;
   unsigned worst = 0;
@@ -205,7 +205,8 @@ std::uint8_t worst_fill(const PeriodicFrame& of) {
   return static_cast<std::uint8_t>(worst);
 }
 
-/// The longest observed response of each frame within `length`, up to the end of the interframe space.
+/// Returns the longest observed response of each frame within `length`, up to the end of the interframe
+/// space.
 std::vector<Duration> observe(const std::vector<PeriodicFrame>& frames, const BitRates& rates,
                               Duration length, const std::vector<Duration>& phases, std::uint64_t seed) {
   VirtualClock clock;
@@ -267,8 +268,8 @@ TEST(SchedulabilityBound, IsNeverExceededByTheSimulatedBus) {
   }));
 }
 
-/// The instant at which all frames are queued is the critical instant of the frame of lowest priority,
-/// which no frame blocks. The difference to the bound is the stuff bits that no content needs.
+/// If all frames are queued at the same instant, it is the critical instant of the frame of lowest priority,
+/// which no frame blocks. The difference to the bound is the number of unnecessary stuff bits.
 TEST(SchedulabilityBound, IsAlmostReachedFromTheCriticalInstant) {
   std::mt19937_64 random(11);
   double least = 1.0;

@@ -1,4 +1,4 @@
-// Changes in the text of a TOML file: what changes, what stays, and what has no place.
+// Changes in the text of a TOML file: the changed and the unchanged text, and values without a place.
 #include "config/document/toml_edit.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ std::string edited(const std::string& text, const std::string& path, const std::
   return edit.text();
 }
 
-/// The message of the Error, or "none".
+/// Returns the message of the Error, or "none".
 std::string refusal_of(const std::string& text, const std::string& path, const std::string& value = "1.0") {
   TomlEdit edit(text, "f.toml");
   try {
@@ -122,7 +122,7 @@ TEST(TomlEdit, CommentsAKeyAndAnInlineTableOut) {
   EXPECT_THROW(within.comment_out("a.n.x"), Error);
 }
 
-// What `tune --write` does, on each shipped configuration with axes.
+// The changes of `tune --write`, on each shipped configuration with axes.
 TEST(TomlEdit, ChangesOnlyTheIntendedLinesOfAShippedConfiguration) {
   const support::ShippedCopy shipped;
   for (const char* name : {"piezo.toml", "p733.toml", "galfenol.toml"}) {

@@ -1,4 +1,4 @@
-// Texts that toml++ must not see, because it would exhaust its stack or read beyond what is defined.
+// Texts that toml++ must not receive, because it would exhaust its stack or read beyond defined memory.
 #include "config/document/toml_text.h"
 
 #include <gtest/gtest.h>
@@ -130,8 +130,8 @@ TEST(TomlComment, IsValidForAnyText) {
   EXPECT_TRUE(parse_toml(comment + "a = 1\n", "text").contains("a"));
 }
 
-// A configuration shows its strings to the library a second time, in its echo.
-// settings() reads the configuration again from what a Writer has printed of it.
+// The echo of a configuration passes its strings to the library a second time: settings() reads the
+// configuration again from the output of a Writer.
 TEST_F(HostileFile, MayContainADeepKeyInAString) {
   const std::string deep = "s\\\" " + repeated("a.", 60'000) + "a = \\\"";
   shipped.edit("piezo.toml", "[controller]\n", "[controller]\nstate_dir = \"" + deep + "\"\n");

@@ -1,4 +1,4 @@
-// What a Writer prints, a Reader reads back.
+// A Reader reads back the output of a Writer.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>

@@ -35,7 +35,7 @@ TEST(Actuator, ReturnsTheInputsForItsOutputs) {
 
 TEST(Actuator, CountsSaturatedAndNotIncreasingRows) {
   ActuatorMemory memory = actuator(model::linear_model()).memory();
-  // It falls towards L_0, which lies higher: a defect of the virgin curve.
+  // The branch falls towards the higher point L_0: a defect of the virgin curve.
   EXPECT_EQ(memory.simulate(std::vector{5.0, 3.0}, {}).tally.not_increasing, 1u);
   EXPECT_EQ(memory.simulate(std::vector{120.0}, {}).tally.saturated, 1u);
   const Pass back = memory.inverse(std::vector{25.0, -3.0}, {}, 1.0);

@@ -1,4 +1,4 @@
-// A record in a random dress (head, separator, decimal sign, units, clock, line ends, damage) is read to the
+// A record in a random format (head, separator, decimal sign, units, clock, line ends, damage) is read to the
 // digit, or refused in one line. It is never read wrongly.
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ class Dress {
 
   struct Unit {
     const char* word;
-    int digits;  ///< behind the decimal sign of the whole steps; below zero: zeros
+    int digits;  ///< number of digits after the decimal sign in whole steps; negative: zeros
   };
 
   void choose() {
@@ -75,7 +75,7 @@ class Dress {
     by_number_ = form_ >= 3 || chance(40);
   }
 
-  /// Times of day, which count from the first row; some pass midnight.
+  /// Times of day, counted from the first row; some pass midnight.
   void wear_clock() {
     clock_10ms_ = pick<int>({4'320'000, day_10ms - 10});
     for (Row& row : rows_) row.t_10ms -= first_10ms_;
@@ -180,7 +180,7 @@ class Dress {
   std::mt19937 random_;
   std::vector<Row> rows_;
   int first_10ms_ = 0;
-  std::optional<int> clock_10ms_;  ///< of the first row; none: the time has a unit
+  std::optional<int> clock_10ms_;  ///< time of the first row; none: the time has a unit
   std::string separator_, line_end_, text_;
   bool quotes_ = false, has_comma_ = false, thousands_ = false, extra_column_ = false, by_number_ = false;
   Unit time_{}, drive_{}, position_{};
@@ -193,7 +193,7 @@ double um_of(const std::string& unit) {
   return unit == "nm" ? 1e-3 : unit == "mm" ? 1e3 : unit == "um" ? 1.0 : 0.0;
 }
 
-/// Every row that was read is one of the record, in the order of the record.
+/// Every row that was read is a row of the record, in the order of the record.
 bool is_part_of(const identification::Dataset& dataset, const std::vector<Row>& rows) {
   std::size_t at = 0;
   for (std::size_t i = 0; i < dataset.size(); ++i) {

@@ -1,4 +1,4 @@
-// Datasets as laboratories write them.
+// Datasets in the formats of laboratories.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -42,7 +42,7 @@ struct Format {
 
 class LabCsv : public testing::TestWithParam<Format> {};
 
-// Every file holds the rows (0, 1.5, 2.25), (0.001, -1, 3), (0.002, 0, 4).
+// Every file contains the rows (0, 1.5, 2.25), (0.001, -1, 3), (0.002, 0, 4).
 TEST_P(LabCsv, IsReadWithItsUnits) {
   const DatasetFile loaded = load(GetParam().text);
   const std::vector<double> time_s{0.0, 0.001, 0.002}, input{1.5, -1.0, 0.0}, output{2.25, 3.0, 4.0};

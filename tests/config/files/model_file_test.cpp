@@ -183,7 +183,7 @@ TEST(ModelText, PreservesAnInputMapToTheBit) {
   EXPECT_EQ(found.input_map->knots(), knots);
 }
 
-/// What is said of a model of splines with these lines.
+/// Returns the refusal of a model of splines with these lines.
 std::string refusal_of_splines(const std::string& lines) {
   const auto file = written(R"(
 [hysteresis]

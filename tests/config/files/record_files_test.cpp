@@ -1,5 +1,5 @@
-// One record of 600 rows as many instruments write it: each file gives its figure, or one sentence that
-// helps.
+// One record of 600 rows in the formats of many instruments: each file gives its stroke, or one helpful
+// sentence.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace {
 struct RecordFile {
   const char* name;
   DatasetLayout layout{};
-  const char* refusal = "";  ///< empty: the figure
+  const char* refusal = "";  ///< empty: the file gives the stroke
   std::size_t rows = 600;
 
   friend void PrintTo(const RecordFile& file, std::ostream* out) { *out << file.name; }
@@ -247,7 +247,7 @@ TEST(RecordNotes, NameUnknownUnits) {
   EXPECT_EQ(notes("t (s),U (V),x (mV)", {.output_scale = 0.5}), Notes{}) << "um per V";
 }
 
-// The sanitizers see a look behind the text.
+// The sanitizers detect an access beyond the text.
 TEST(ClockTime, HasNoDateOfDigitsAlone) { EXPECT_FALSE(clock_time("123456789 1:02:03")); }
 
 }  // namespace

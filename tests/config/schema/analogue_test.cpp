@@ -68,7 +68,7 @@ std::string refusal_with(const std::vector<Setting>& changes) {
   return support::refusal_of([&] { load(piezo, on_a_card(changes)); });
 }
 
-/// Of both axes.
+/// Sets this key of both axes.
 std::vector<Setting> of_both(const std::string& key, const std::string& value) {
   return {{"axis[0].analogue." + key, value}, of_y(key, value)};
 }

@@ -25,8 +25,9 @@ TEST(BusPlan, FitsTheShippedStageAndMatchesAManualCount) {
   const BusPlan plan = plan_bus(shipped("piezo.toml"));
   EXPECT_EQ(plan.frames.size(), 14U);
   EXPECT_EQ(plan.emergencies.size(), 4U);
-  // Behind a full cycle, 655 with turnaround, that had both amplifiers' statuses, 270, all five heartbeats,
-  // 325, and one of the controller's axis statuses, 135; the controller's in its queue before this SYNC.
+  // The SYNC follows a full cycle (655 with turnaround) with both amplifiers' statuses (270), all five
+  // heartbeats (325) and one of the controller's axis statuses (135); the controller's frames precede this
+  // SYNC in its queue.
   EXPECT_EQ(planned(plan, "Sync").response, 655us + 270us + 325us + 135us + 65us - 1000us);
   // SYNC, sample, command: 65 + 135 + 135; turnaround 50; the other axis's sample and command 270; both
   // statuses 270; a heartbeat of 65 bits before each of the three.
@@ -40,7 +41,7 @@ TEST(BusPlan, FitsTheShippedStageAndMatchesAManualCount) {
   EXPECT_LT(plan.load, 2.0 / 3.0);
 }
 
-// Any node's frame may be on the bus when a sample or a command is queued: here two live setpoints of 135
+// A frame of any node may be on the bus when a sample or a command is queued: here two live setpoints of 135
 // bits instead of two heartbeats of 65.
 TEST(BusPlan, CountsTheLiveSetpointsOfOtherNodes) {
   Config config = shipped("piezo.toml");
@@ -55,7 +56,7 @@ TEST(BusPlan, CountsTheLiveSetpointsOfOtherNodes) {
   EXPECT_FALSE(plan_bus(config).commands_in_time()) << "two axes leave no room for them at 1 Mbit/s";
 }
 
-// The statuses of all axes take turns, one per cycle: more axes do not give more of them in a cycle.
+// The statuses of all axes take turns, one per cycle: more axes do not cause more statuses in a cycle.
 TEST(BusPlan, DelaysNoCommandByTheControllersStatuses) {
   Config config = shipped("piezo.toml");
   const can::Duration with = *plan_bus(config).last_command;
@@ -120,7 +121,7 @@ TEST(Wiring, MatchesAManualCountForSharedFrames) {
   };
   // SYNC 65, turnaround 50; sample and status of 10 bytes in frames of 12, 32 + 154 / 5; two heartbeats, 130.
   EXPECT_EQ(last_command(2, 2500.0), 65us + 50us + 2 * 62'800ns + 130us);
-  // Of 28 bytes in frames of 32: 32 + 359 / 5.
+  // 28 bytes in frames of 32: 32 + 359 / 5.
   EXPECT_EQ(last_command(8, 2000.0), 65us + 50us + 2 * 103'800ns + 130us);
 }
 

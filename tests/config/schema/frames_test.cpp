@@ -1,4 +1,4 @@
-// A lab's own frames in the configuration: errors with their place, and the functions that are lost.
+// A lab's own frames in the configuration: errors with their place, and missing functions.
 #include "config/schema/frames.h"
 
 #include <fmt/format.h>
@@ -23,8 +23,8 @@ struct BadFrames {
   const char* in;
   const char* what;
   const char* with;
-  const char* at;       ///< the text of the line that the error must point to
-  const char* message;  ///< must be in the error
+  const char* at;       ///< text of the line that the error must name
+  const char* message;  ///< text that the error must contain
 
   friend void PrintTo(const BadFrames& frames, std::ostream* out) { *out << frames.name; }
 };
@@ -212,8 +212,8 @@ TEST(SetUp, ReadsTimeoutAndAttemptsAndRefusesInvalidValues) {
   }
 }
 
-/// lab_amplifier.toml, where AmpSet has this length and its CRC, at the end, so many bits; `polynomial`
-/// replaces the line of the file.
+/// lab_amplifier.toml with AmpSet of this length and a CRC of so many bits at its end; `polynomial` replaces
+/// the line of the file.
 Config with_longer_command(unsigned length, unsigned crc_bits, const std::string& polynomial) {
   const support::ShippedCopy shipped;
   shipped.edit("lab_amplifier.dbc", "AmpSet: 4", fmt::format("AmpSet: {}", length));

@@ -1,9 +1,9 @@
-// The key tables of docs/configuration/*.md are those of the program. They stand between
+// The key tables of docs/configuration/*.md match the program. They are between the lines
 //
 //   <!-- keys: [axis.control] from kp to ki_per_s -->      or without `from ... to ...`: the whole table
 //   <!-- end -->
 //
-// HYSTCAN_WRITE_KEY_TABLES=1 in the environment makes the test write them.
+// If HYSTCAN_WRITE_KEY_TABLES=1 is in the environment, the test writes them.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ std::string default_text(std::string_view key, const T& value) {
     return value.empty() ? "none" : fmt::format("`\"{}\"`", std::filesystem::path(value).string());
 }
 
-/// Sets what makes further keys appear.
+/// Sets the values that make further keys appear.
 template <class T>
 void open_further_keys(std::string_view key, T& value) {
   if constexpr (std::is_same_v<T, bool>) value = value && key != "both_directions";
@@ -81,7 +81,7 @@ void open_further_keys(std::string_view key, T& value) {
     if (value.empty()) value = "named";
 }
 
-/// Notes all keys, with their defaults as they stand in the structs.
+/// Records all keys, with the defaults of the structs.
 class Describer {
  public:
   Describer(Tables& tables, std::string name, bool is_list)
@@ -128,7 +128,7 @@ class Describer {
         Describer described(of_kind, join(key), true);
         visit(described, segment);
         std::vector<Row>& rows = of_kind.at(sub.header_);
-        const auto own = rows.begin() + 2;  // behind the kind and the transition
+        const auto own = rows.begin() + 2;  // after the kind and the transition
         tables_[sub.header_].assign(rows.begin(), own);
         tables_[fmt::format("{} kind = \"{}\"", sub.header_, kind)].assign(own, rows.end());
       }
@@ -170,7 +170,7 @@ Tables all_tables() {
   return tables;
 }
 
-/// "[axis.control] from kp to ki_per_s", of a line of the document.
+/// Parses "[axis.control] from kp to ki_per_s" in a line of the document.
 struct Block {
   explicit Block(const std::string& line)
       : header(line.substr(begin.size(), line.rfind(end) - begin.size())) {
@@ -184,7 +184,7 @@ struct Block {
   std::string header, first, last;
 };
 
-/// Takes the rows of the block out of the tables.
+/// Removes the rows of the block from the tables.
 std::string text_of(const Block& block, Tables& tables) {
   std::string text = "| key | unit | range | default | meaning |\n|---|---|---|---|---|\n";
   std::vector<Row>& rows = tables[block.header];
@@ -202,7 +202,7 @@ std::string text_of(const Block& block, Tables& tables) {
   return text;
 }
 
-/// The document with the tables of the program.
+/// Returns the document with the tables of the program.
 std::string with_tables(const std::string& document, Tables& tables) {
   std::istringstream lines(document);
   std::string text, line;
@@ -216,7 +216,7 @@ std::string with_tables(const std::string& document, Tables& tables) {
   return text;
 }
 
-/// Removes the rows that another table has too: the documents show them there alone.
+/// Removes the rows that another table also contains: the documents show them only there.
 void remove_repeated(Tables& tables, const std::string& header, const std::string& other) {
   const std::vector<Row>& shown = tables.at(other);
   std::erase_if(tables.at(header),

@@ -58,7 +58,7 @@ TEST(LawKeys, TwoFeedForwardsAreRefused) {
   EXPECT_NE(refusal.find("plant_inverse and second_order are both true"), std::string::npos) << refusal;
 }
 
-// 2^53 + 1 and the largest integer have no double that is equal to them.
+// No double equals 2^53 + 1 or the largest integer.
 TEST(LawKeys, AnIntegerIsReadAsTheNearestNumber) {
   const auto read = [](const char* text) {
     return load(HYSTCAN_SOURCE_DIR "/config/piezo.toml", {{"axis[0].control.following_error_um", text}})

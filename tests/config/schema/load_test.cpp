@@ -52,7 +52,7 @@ TEST(Load, TakesAMissingModeAndLagFromTheModelFiles) {
   EXPECT_EQ(delays.damping_ratio, 0.03);
   EXPECT_NEAR(delays.amplifier_bandwidth_Hz, 1.0 / (2.0 * std::numbers::pi * 150e-6), 1e-9);
   EXPECT_EQ(config.axes[0].twin.plant.mode.natural_frequency_Hz, 700.0);
-  EXPECT_EQ(config.axes[0].twin.plant.mode.damping_ratio, 0.05);  // the file says so
+  EXPECT_EQ(config.axes[0].twin.plant.mode.damping_ratio, 0.05);  // as stated in the file
   EXPECT_EQ(config.axes[0].twin.plant.amplifier.bandwidth_Hz, 1500.0);
   EXPECT_EQ(config.axes[1].control.delays.resonance_Hz, 500.0);
 }
@@ -73,7 +73,7 @@ struct BadInput {
   const char* file;
   const char* what;
   const char* with;
-  const char* message;  ///< must be in the error, which must begin with the file's place
+  const char* message;  ///< text that the error must contain, after the place of the file
 
   friend void PrintTo(const BadInput& input, std::ostream* out) { *out << input.name; }
 };
@@ -284,7 +284,7 @@ TEST(Load, LeavesUnconfiguredEffectsOutOfThePlant) {
   }
 }
 
-/// What a model file says of creep.
+/// The [creep] table of a model file.
 constexpr const char* creep_table = "[creep]\nper_decade = 0.02\nfrom_s = 0.01\nto_s = 3.0\n[hysteresis]";
 constexpr model::OutputCreep::Config creep_of_table{.per_decade = 0.02, .from_s = 0.01, .to_s = 3.0};
 

@@ -16,7 +16,7 @@ namespace {
 
 void write(const std::filesystem::path& file, const std::string& text) { std::ofstream(file) << text; }
 
-/// The message of load_setpoint's error without the folder.
+/// Returns the message of load_setpoint's error without the folder.
 std::string refusal(const std::string& text) {
   const support::ShippedCopy folder;
   write(folder / "r.csv", text);
@@ -52,7 +52,7 @@ TEST(SetpointFile, IsRefusedWithItsLine) {
   EXPECT_EQ(refusal("time_s,x\n0,1\n"), "r.csv:1:1: no column position_um, expected it among time_s, x");
 }
 
-/// The shipped piezo stage with these lines in the place of x's triangle.
+/// Returns the shipped piezo stage with these lines in place of x's triangle.
 Config with_setpoint(const support::ShippedCopy& shipped, const std::string& lines) {
   shipped.edit("piezo.toml", "kind         = \"triangle\"",
                lines + "\n[[axis.control.setpoint]]\nkind = \"triangle\"");
@@ -135,7 +135,7 @@ TEST(SetpointKeys, MakeARaster) {
             controller::ScanRole::slow);
 }
 
-/// The refusal of the shipped scan with this edit.
+/// Returns the refusal of the shipped scan with this edit.
 std::string refusal_of_scan(const std::string& what, const std::string& with) {
   const support::ShippedCopy shipped;
   shipped.edit("raster.toml", what, with);
@@ -160,7 +160,7 @@ TEST(Scan, IsRefusedIfItsAxesBeginAtDifferentTimes) {
             "the reference repeats, expected the same as that of axis x, with which it scans");
 }
 
-// 25 um, from the far end, along the smooth step at 380 um/s take 0.123 s.
+// 25 um, from the far end, along the smooth step at 380 um/s last 0.123 s.
 TEST(Scan, IsRefusedIfItsTransitionIsTooShort) {
   const std::string file = HYSTCAN_SOURCE_DIR "/config/raster.toml";
   std::vector<Setting> settings{{"axis[1].control.reference_slew_um_per_s", "380"},

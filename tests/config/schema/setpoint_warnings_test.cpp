@@ -74,7 +74,7 @@ TEST(SetpointWarnings, NameAReferenceBeyondTheReachOfTheModel) {
   EXPECT_TRUE(warns({{"axis[0].control.setpoint[0].high_um", "33.0"}}, "to 33 um, but the model reaches"));
 }
 
-// 24 um at 20 Hz are 960 um/s; the flattest branch needs 1 V for each 0.22 um.
+// 24 um at 20 Hz are 960 um/s; the flattest branch needs 1 V for every 0.22 um.
 TEST(SetpointWarnings, NameADriveThatMustChangeFasterThanItsSlew) {
   const std::vector<Setting> fast{{"axis[0].control.setpoint[0].frequency_Hz", "20.0"},
                                   {"axis[0].control.slew_V_per_s", "3000.0"}};
@@ -82,7 +82,7 @@ TEST(SetpointWarnings, NameADriveThatMustChangeFasterThanItsSlew) {
   EXPECT_FALSE(warns({fast[0]}, "slew_V_per_s"));
 }
 
-// Compensating the mode, a corner takes a pulse that the speed of the triangle alone does not show.
+// To compensate the mode, a corner needs a pulse that is not visible from the speed of the triangle alone.
 TEST(SetpointWarnings, NameACornerTooSharpForThePlantInverse) {
   const auto of_sharp_corners = [](const char* plant_inverse) {
     return warnings("fd_stage.toml", {{"axis[0].control.setpoint[0].turnaround_percent", "0.0"},

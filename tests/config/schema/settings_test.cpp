@@ -204,7 +204,7 @@ TEST(Echo, MarksKeysThatTheFileLeavesOutButNoTables) {
   EXPECT_NE(text.find("\n[record]\n"), std::string::npos) << text;
 }
 
-/// The text of the shipped file after `change` to the configuration.
+/// Returns the text of the shipped file after `change` was applied to the configuration.
 template <class Change>
 std::string edited(const Change& change) {
   const Config before = load(shipped);

@@ -1,4 +1,4 @@
-// Axes that share messages: what is accepted, and errors with their place.
+// Axes that share messages: accepted configurations, and errors with their place.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -19,7 +19,7 @@ struct Edit {
   const char* with;
 };
 
-/// The error after these edits of fd_stage.toml.
+/// Returns the error after these edits of fd_stage.toml.
 std::string error_after(std::initializer_list<Edit> edits) {
   const support::ShippedCopy shipped;
   for (const Edit& edit : edits) shipped.edit(file, edit.what, edit.with);
