@@ -50,7 +50,7 @@ class BlackBoxes : public testing::Test {
     std::ranges::sort(names);
     return names;
   }
-  /// Without comments and header.
+  /// Returns the rows without comments and header.
   std::vector<std::string> rows(const std::string& name) const {
     std::ifstream stream(folder / name);
     std::vector<std::string> result;
@@ -58,7 +58,7 @@ class BlackBoxes : public testing::Test {
       if (line[0] != '#' && !line.starts_with("cycle,")) result.push_back(line);
     return result;
   }
-  /// The field of the row in that column.
+  /// Returns the field of the row in that column.
   static std::string cell(const std::string& row, std::string_view column) {
     std::string header;
     append_cycle_header(header);

@@ -51,7 +51,7 @@ class OneAxis : public testing::Test {
   void echo_sync(std::uint8_t counter) { frame.on_echo(can::sync_frame(counter), sync, queue); }
   double last() const { return decoded("X", queue.frames.back()).setpoint; }
 
-  support::Outbox queue;  ///< What the interface has taken; the test sends the echoes.
+  support::Outbox queue;  ///< frames accepted by the interface; the test sends the echoes
   CommandFrame frame{layout("X")};
   std::uint8_t sync = 0;
 };

@@ -105,7 +105,7 @@ TEST(SdoOfAnotherNode, IsCountedByServiceAndOnlyWritesChangeTheNode) {
   const can::Frame write = can::sdo_request(8, {.service = can::SdoService::write, .object = object});
   const can::Frame read = can::sdo_request(8, {.service = can::SdoService::read, .object = object});
   can::Frame next_segment = read;
-  next_segment.data[0] = 0x60;  // of a read that has begun
+  next_segment.data[0] = 0x60;  // of a read in progress
   EXPECT_TRUE(node.on_foreign_sdo(write));
   EXPECT_TRUE(node.on_foreign_sdo(write));
   EXPECT_FALSE(node.on_foreign_sdo(read));

@@ -1,4 +1,4 @@
-// Requests there and answers back, between two threads.
+// Requests and their answers between two threads.
 #include "controller/requests.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ std::unique_ptr<Request> numbered(std::size_t number) {
   return request;
 }
 
-/// A control thread that answers one request each time it looks, as the controller does in each cycle.
+/// A control thread that answers one request in each poll, as the controller does in each cycle.
 class ControlThread {
  public:
   explicit ControlThread(RequestLink& link)
@@ -50,7 +50,7 @@ class ControlThread {
   std::thread thread_;
 };
 
-// Bursts of any length, answers taken whenever: none is lost, none comes twice, all come in order.
+// Bursts of any length, with answers taken at any time: none is lost or duplicated, and all arrive in order.
 RC_GTEST_PROP(RequestLink, AnswersEveryRequestOnceAndInOrder, ()) {
   const auto bursts = *rc::gen::container<std::vector<std::size_t>>(rc::gen::inRange<std::size_t>(1, 100));
   RequestLink link;
@@ -69,7 +69,7 @@ RC_GTEST_PROP(RequestLink, AnswersEveryRequestOnceAndInOrder, ()) {
   };
   for (const std::size_t burst : bursts) {
     for (std::size_t i = 0; i < burst; ++i) {
-      while (!link.ask(numbered(asked)))  // as many are unanswered as there is room for
+      while (!link.ask(numbered(asked)))  // the number of unanswered requests equals the capacity
         if (!take()) std::this_thread::yield();
       ++asked;
       RC_ASSERT(asked - answered <= capacity);
@@ -91,7 +91,7 @@ TEST(RequestLink, RefusesRequestsBeyondItsCapacity) {
   EXPECT_TRUE(link.ask(numbered(capacity)));
 }
 
-// Under the address sanitizer a leak here is an error.
+// The address sanitizer reports a leak as an error.
 TEST(RequestLink, FreesUnreadAnswers) {
   RequestLink link;
   for (std::size_t i = 0; i < 10; ++i) ASSERT_TRUE(link.ask(numbered(i)));

@@ -33,7 +33,7 @@ TEST(TelemetryThread, PassesEveryRecordOnInOrder) {
 TEST(TelemetryThread, DropsAndCountsRecordsWhileTheConsumerIsStuck) {
   std::latch release(1);
   std::size_t consumed = 0;
-  constexpr std::size_t pushed = 100'000;  // more than the ring holds
+  constexpr std::size_t pushed = 100'000;  // exceeds the ring's capacity
   std::uint64_t dropped = 0;
   {
     TelemetryThread telemetry([&](const CycleRecord&) {

@@ -79,7 +79,7 @@ TEST(TimeStatistics, AcceptTimesOutsideTheHistogram) {
   statistics.add(std::chrono::hours(1));
   EXPECT_EQ(statistics.quantile_us(0.99), 3.6e9) << "beyond the last class the maximum is reported";
   TimeStatistics before;
-  before.add(nanoseconds(-100));  // a timestamp of another clock that was stepped
+  before.add(nanoseconds(-100));  // a timestamp of another clock after a step of that clock
   EXPECT_EQ(before.quantile_us(0.99), 0.0);
   EXPECT_EQ(before.summary().mean_us, -0.1);
 }

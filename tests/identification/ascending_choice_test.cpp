@@ -1,4 +1,4 @@
-// The ascending curve that no sample shows.
+// The ascending curve without samples.
 #include "identification/ascending_choice.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ HysteresisParameters far_below(double k_span) {
   p.k_ascending = p.k_descending = k_span / range.span();
   std::vector<double> a = p.ascending.coefficients();
   a.resize(std::max<std::size_t>(a.size(), 2));
-  a[0] -= 2.0;  // 4 um lower at the lower threshold, nothing at the upper one
+  a[0] -= 2.0;  // 4 um lower at the lower threshold, unchanged at the upper one
   a[1] += 2.0;
   p.ascending = p.ascending.with(a);
   return p;

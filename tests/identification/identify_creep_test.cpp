@@ -25,8 +25,8 @@ using model::OutputCreep;
 constexpr double step_s = 2e-5;
 constexpr std::size_t late = 12;  // steps: a delay of 0.24 ms
 
-/// Ten cycles of an actuator that was at rest at the lower threshold: over the range, then nested. One row in
-/// each `stride` steps.
+/// Ten cycles of an actuator that rested at the lower threshold: over the range, then nested, with one row
+/// per `stride` steps.
 Dataset decaying_sines(double rate_Hz, std::size_t stride, const OutputCreep& creep, double zero,
                        std::uint64_t seed) {
   const Hysteresis truth(model::piezo_model());
@@ -55,7 +55,8 @@ std::vector<Dataset> two_rates(const OutputCreep& creep) {
   return {decaying_sines(2.0, 25, creep, 0.0, 1), decaying_sines(20.0, 5, creep, 1.5, 2)};
 }
 
-// Some relaxor ceramics creep that much. The range of creep ends where half of the output would come at once.
+// Some relaxor ceramics creep by this amount. The range of creep ends at the value for which half of the
+// output would be immediate.
 TEST(IdentifyCreep, FindsFifteenPercentPerDecadeWithItsRange) {
   const Identified found = identify(two_rates(OutputCreep({.per_decade = 0.15})), {});
   ASSERT_TRUE(found.creep);
@@ -64,7 +65,7 @@ TEST(IdentifyCreep, FindsFifteenPercentPerDecadeWithItsRange) {
   EXPECT_LE(found.creep_range->hi, most_creep_per_decade);
 }
 
-// Without a gain of its own, the faster session looks as if the slower one crept.
+// Without a separate gain, the faster session looks as if the slower one crept.
 TEST(IdentifyCreep, ReportsAnAlternativeIfASessionGainExplainsAsMuch) {
   std::vector<Dataset> sessions = two_rates(OutputCreep());
   for (double& x : sessions[0].output) x *= 1.01;
@@ -113,7 +114,7 @@ TEST(IdentifyCreep, UsesTheGivenCreepForASingleRecord) {
   EXPECT_LT(found.overall.rms, 1.1e-3 * found.output_span);
 }
 
-// A session whose sensor shows 2 % more than that of the others.
+// One session has a sensor gain 2 % above the others.
 TEST(IdentifyCreep, ShowsTheDeviatingRecordByLeavingItOut) {
   std::vector<Dataset> datasets = two_rates(OutputCreep());
   datasets.push_back(decaying_sines(5.0, 10, OutputCreep(), 0.0, 4));
@@ -126,7 +127,7 @@ TEST(IdentifyCreep, ShowsTheDeviatingRecordByLeavingItOut) {
   EXPECT_GT(found.left_out[2].rms(), 1.3 * found.left_out[0].rms());
 }
 
-/// Twenty plays with a bent output, at rest at first, along straight lines between turning points.
+/// Twenty plays with a bent output, initially at rest, along straight lines between turning points.
 Dataset plays_along(const std::vector<double>& turns, double speed_per_s, double row_s, double zero,
                     std::uint64_t seed) {
   model::PrandtlIshlinskiiParameters parameters{"V", "um", {0.0, 100.0}, 0.0, 0.2, {}, {}};
@@ -155,7 +156,7 @@ Dataset plays_along(const std::vector<double>& turns, double speed_per_s, double
   return with_noise(dataset, 2e-4 * span_of(dataset.output), seed);
 }
 
-// No model of this kind is exact, and neither session has seen all of the other's turning points.
+// No model of this kind is exact, and neither session contains all turning points of the other one.
 TEST(IdentifyCreep, FindsCreepInEitherOrderOfTwoRecords) {
   const Dataset slow = plays_along({0, 97, 5, 92, 10, 87, 15, 82, 20, 77, 25, 72, 30, 67, 35, 62, 40, 57},
                                    250.0, 2e-3, -0.2, 7);

@@ -150,7 +150,7 @@ TEST_F(PiezoStage, IsFittedByThirtyPlaysWithAnErrorOfAboutOnePercent) {
 }
 
 // Curves of a higher order include those of a lower order. Their error is therefore not larger, even if many
-// branches are almost at the limit of going the wrong way.
+// branches are close to decreasing.
 TEST_F(LongPiezoStage, AHigherOrderHasASmallerError) {
   if (!load({"piezo_stage_rising_20hz"})) GTEST_SKIP() << no_dataset();
   const auto rms = [&](int order) {
@@ -241,7 +241,7 @@ TEST_F(PiezoStage, ASlowerSessionIsPredictedWithAKnownDelay) {
 
 class Iron : public MeasuredDataset {};
 
-// Nearly all of the output happens within 0.1 % of the inputs.
+// Nearly all of the output change occurs within 0.1 % of the inputs.
 TEST_F(Iron, IsFittedBySplinesWithAnInputMap) {
   if (!load({"iron_bh_sample6_virgin_major"})) GTEST_SKIP() << no_dataset();
   const Identified found = identify(datasets, {});

@@ -23,7 +23,7 @@ Dataset at(double offset_um, std::uint64_t seed = 1) {
   return record;
 }
 
-/// Of outputs near `offset`, as they are stored.
+/// Resolution of outputs near `offset`, as stored.
 double resolution(double offset) { return std::abs(offset) * std::numeric_limits<double>::epsilon(); }
 
 TEST(IdentifyOffset, ChangesNothingUpToABillionStrokes) {

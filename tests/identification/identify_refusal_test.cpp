@@ -1,4 +1,4 @@
-// Datasets and options from which nothing can be identified are refused with a reason.
+// Unsuitable datasets and options are refused with a reason.
 #include <gtest/gtest.h>
 
 #include <algorithm>

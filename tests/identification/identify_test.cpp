@@ -165,7 +165,7 @@ TEST(Identify, FindsADelayToATenthOfASample) {
   EXPECT_NEAR(found.delay_s, 1.7e-3, 1e-4);
 }
 
-// Two sessions of one stage: another zero, another history, other rates.
+// Two sessions of one stage, with different zeros, histories and rates.
 std::vector<Dataset> sessions_of(const Hysteresis& truth, double delay_s, double zero) {
   const model::Interval range = truth.input_range();
   std::vector<Dataset> datasets;
@@ -204,7 +204,7 @@ TEST(Identify, HasNoOffsetsWithACommonZero) {
   options.shape = CurveShape::polynomial(3);
   const Identified found = identify(sessions_of(Hysteresis(piezo_model()), 0.0, 3.0), options);
   EXPECT_EQ(found.offsets, (std::vector<double>{0.0, 0.0, 0.0}));
-  EXPECT_GT(rms_percent(found), 1.0);  // the curves cannot make up for it
+  EXPECT_GT(rms_percent(found), 1.0);  // the curves cannot compensate this
 }
 
 TEST(Identify, FindsADriftOfTheZero) {
@@ -237,7 +237,7 @@ TEST(Identify, ReportsAWideDelayRangeForASingleRate) {
   EXPECT_GT(one.delay_range->hi_s - one.delay_range->lo_s, all.delay_range->hi_s - all.delay_range->lo_s);
 }
 
-// Steep in the middle, flat at both ends, as a magnetic material that saturates.
+// Steep in the middle and flat at both ends, like a saturating magnetic material.
 Hysteresis saturating_truth() {
   const model::Interval range{-100.0, 100.0};
   const std::vector<double> knots{-100.0, -60.0, -30.0, -20.0, -8.0, 0.0, 8.0, 20.0, 30.0, 60.0, 100.0};

@@ -1,4 +1,4 @@
-// What a model leaves of its records, over the distance that the input travels.
+// The residual of a model on its records, over the distance travelled by the input.
 #include "identification/misfit.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 TEST(Misfit, ShowsAWaveOverTheTravelInItsOctave) {
   const model::Hysteresis truth(model::piezo_model());
-  const double wave_um = 0.2, per_V = 0.1;  // a wave each 10 V
+  const double wave_um = 0.2, per_V = 0.1;  // one wave per 10 V
   model::HysteresisState state = truth.at_lower_threshold();
   Dataset record{"V", "um", {}, {}, {}};
   double travelled = 0.0, last = 0.0;

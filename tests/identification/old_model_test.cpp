@@ -27,7 +27,7 @@ Dataset small_loops() {
                     noise_um, 1);
 }
 
-/// Of the loops of the whole range, RMS in um.
+/// RMS in um over the loops of the whole range.
 double miss_of(const Identified& identified) {
   const Dataset all = record_of(piezo(), 75.0);
   return ErrorNorms::of(predict(model::Hysteresis(identified.parameters), all, Lag{},
@@ -53,7 +53,7 @@ TEST(IdentifyFrom, CountsTheOldModelInNoFigure) {
   EXPECT_LT(found.output_span, 10.0) << "um: that of the small loops";
 }
 
-// 10 ms from sample to sample.
+// 10 ms between samples.
 TEST(IdentifyFrom, KeepsTheDelayThatItsSamplesDoNotShow) {
   constexpr std::size_t thinned = 10, late = 5;
   const Dataset fine = record_of(piezo(), 400.0);

@@ -1,4 +1,4 @@
-// Rows that no stage makes are found in spoilt records, and in no good one.
+// Rows that no stage can produce are found in damaged records, and in no good record.
 #include "identification/suspect_rows.h"
 
 #include <gtest/gtest.h>

@@ -30,7 +30,7 @@ NormalEquations system_of(const Dataset& dataset, model::Interval thresholds, co
   return systems.front();
 }
 
-// Roughly monotone, with a loop and noise. A valid model hardly ever gives such a dataset.
+// Roughly monotone, with a loop and noise. Valid models rarely give such a dataset.
 Dataset random_dataset(std::mt19937_64& random) {
   std::uniform_real_distribution<double> share(0.0, 1.0);
   std::normal_distribution<double> normal;

@@ -9,7 +9,7 @@
 namespace hystcan::metrics::step_response_test {
 namespace {
 
-/// Rests at 10 um, steps to 20 um at 0.1 s; the stage answers with a mode of 20 Hz.
+/// Rests at 10 um, steps to 20 um at 0.1 s; the stage responds with a mode of 20 Hz.
 struct Answer {
   double damping = 0.2;
   double radians(double t_s) const { return 2.0 * M_PI * 20.0 * (t_s - 0.1); }
@@ -92,7 +92,7 @@ TEST(StepResponse, HasRiseOvershootAndSettlingForARecord) {
   EXPECT_NEAR(*step->settling_s(), 8.08 / omega, 2e-3);
 }
 
-/// The controller follows the cycles, `plot` and the page have the record.
+/// The controller follows the cycles; `plot` and the page use the record.
 TEST(StepResponse, IsEqualCycleByCycleAndFromARecord) {
   const Answer answer;
   for (const double tolerance_um : {0.0, 0.3}) {
@@ -112,7 +112,7 @@ TEST(StepResponse, IsEqualCycleByCycleAndFromARecord) {
   }
 }
 
-/// Rests at 2 um, goes to 3, in 30 cycles to 7, back to 5, and after a transition at 15.
+/// Rests at 2 um, steps to 3, moves to 7 in 30 cycles, steps back to 5, and is at 15 after a transition.
 struct Staircase {
   std::vector<double> time_s, reference_um;
   Staircase() {

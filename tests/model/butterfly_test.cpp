@@ -28,14 +28,14 @@ HysteresisParameters with_map(HysteresisParameters p, const std::vector<double>&
   return p;
 }
 
-/// A random model with a valley anywhere but at the upper end.
+/// A random model with a valley anywhere except at the upper end.
 HysteresisParameters draw() {
   const double valley = *number(-1.2, 0.8);
   return with_map(RandomModel::draw(),
                   coefficients(*rc::gen::element(1e-3, 1.0, 50.0), valley, *number(0.0, 0.3)));
 }
 
-/// m goes from -1 to 1, without hysteresis at both ends; at zero input it is 0.3 or -0.3.
+/// m varies from -1 to 1, without hysteresis at both ends; at zero input it is 0.3 or -0.3.
 HysteresisParameters magnetisation() {
   const Interval range{-100.0, 100.0};
   return {.input_unit = "V",

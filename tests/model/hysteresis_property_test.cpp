@@ -60,7 +60,7 @@ TEST(HysteresisProperty, ReturnsToTheSameStateAfterAClosedExcursion) {
     for (const double v : random_walk(model.input_range(), 20)) model.advance(state, v);
     RC_PRE(state.input > model.input_range().lo && state.input < model.input_range().hi);
     const HysteresisState before = state;
-    // Goes back and returns, but never past the start of the present branch.
+    // Moves back and returns, but never past the start of the present branch.
     const double start = state.branches.back().start_input;
     for (const double v : random_walk({std::min(start, state.input), std::max(start, state.input)}, 10))
       if (v != start) model.advance(state, v);

@@ -19,7 +19,7 @@ namespace {
 constexpr double rounding_um = 1e-13;  // a few ulps of 20 um
 
 // f_A = 0.2 v, f_D = 1.5 + 0.185 v, k = 0: g is linear. Every branch is a straight line from its start to its
-// target, so that the whole table can be drawn by hand.
+// target, so that the whole table can be calculated manually.
 TEST(Hysteresis, AgreesWithAManualTableForStraightLines) {
   const Hysteresis model(linear_model(0.0));
   HysteresisState state = model.virgin(0.0);
@@ -44,7 +44,7 @@ TEST(Hysteresis, AgreesWithAManualTableForStraightLines) {
   }
 }
 
-// Eq. 4 evaluated by hand, k = 0.05:
+// Manual evaluation of eq. 4, k = 0.05:
 //   g(s; S) = (e^{0.05 s} - 1) / (e^{0.05 S} - 1)
 TEST(Hysteresis, FollowsThePrintedEquationForStraightLines) {
   const Hysteresis model(linear_model(0.05));
@@ -178,7 +178,7 @@ TEST(Hysteresis, StaysIncreasingInTinyLoops) {
   }
 }
 
-// A controller that holds a point makes steps of ulps in both directions for a whole weekend.
+// A controller that holds a position makes steps of ulps in both directions for a whole weekend.
 template <class Model>
 void stays_finite_in_steps_of_ulps(const Model& model) {
   HysteresisState state = model.at_lower_threshold();
@@ -238,7 +238,7 @@ TEST(Inverse, KeepsThePresentInputForALowerOutputOnTheVirginCurve) {
   EXPECT_LE(reach.lo, reach.hi);
 }
 
-// The virgin curve does not pass through L_0, so that a loop between them is wide even if it is short.
+// The virgin curve does not pass through L_0, so that even a short loop between them is wide.
 TEST(Hysteresis, TargetsTheLowerPointFromTheVirginCurve) {
   const Hysteresis model(linear_model(0.0));
   HysteresisState state = model.virgin(0.0);
@@ -301,8 +301,8 @@ TEST(Hysteresis, RefusesAnInvalidInitialInputOrCapacity) {
   EXPECT_EQ(model.virgin(100.0).direction(), Direction::descending);
 }
 
-// Here the printed quotient is a quotient of infinities: the inner loop leaves its turning point and is on
-// the outer curve immediately.
+// Here the printed quotient is a quotient of infinities: the inner loop leaves its turning point and jumps to
+// the outer curve.
 TEST(Hysteresis, StaysExactIfThePrintedQuotientOverflows) {
   HysteresisParameters parameters = piezo_model();
   const std::vector<double> ascending = parameters.ascending.coefficients();

@@ -1,4 +1,4 @@
-// A model with an input map h whose curves are linear in h is the model without one of the input h(v).
+// A model with an input map h and curves linear in h equals the model without a map for the input h(v).
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 

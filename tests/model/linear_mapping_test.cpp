@@ -57,9 +57,9 @@ TEST(LinearMapping, RoundTripIsExact) {
   }));
 }
 
-// The recursive model corrects this defect (paper, introduction): where the loop narrows faster than the
-// reference curve rises, a mapped inner branch leaves the loop around it. A sufficiently large k keeps it
-// inside.
+// The recursive model corrects this defect (paper, introduction): if the loop narrows faster than the
+// reference curve rises, a mapped inner branch leaves the surrounding loop. A sufficiently large k prevents
+// this.
 TEST(LinearMapping, LeavesALoopThatTheRecursiveModelStaysIn) {
   // f_A = v, f_D = f_A + 0.1 (1 - v) + 0.15 v (1 - v)^2 on [0, 1]
   const Interval range{0.0, 1.0};

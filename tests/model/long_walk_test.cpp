@@ -1,5 +1,5 @@
-// The properties of the model over walks as long as a weekend: 100 000 steps; a million setpoints in the long
-// run.
+// The properties of the model over walks as long as a weekend: 100 000 steps, or a million setpoints in the
+// long run.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -72,8 +72,8 @@ TEST(LongWalk, InvertsEverySetpointAndRemembersTheReturnedInputs) {
   EXPECT_LE(not_increasing, setpoints / 1000);
 }
 
-// The scan checks two reversals on a grid of 200; loops can be nested deeper and lie between its points.
-// At the limit, slopes of about -1e-5 of the mean slope therefore remain, in one step of ten thousand.
+// The scan checks two reversals on a grid of 200; loops can be nested deeper and between the grid points. At
+// the limit, slopes of about -1e-5 of the mean slope therefore remain, in one step of ten thousand.
 TEST(LongWalk, StaysWithinTheGridErrorOfTheScanAtTheLimitOfK) {
   int steps = 0, flagged = 0;
   EXPECT_TRUE(rc::check("slopes at every reversal", [&] {

@@ -80,7 +80,7 @@ inline rc::Gen<double> number(double lo, double hi) {
 ///
 /// The gap is small enough that f_D increases, too; its width parameter is at most 0.25.
 struct RandomModel {
-  /// Every third one has splines.
+  /// Every third model has splines.
   static HysteresisParameters draw() {
     const HysteresisParameters drawn = draw_unchecked();
     return within_validity(*rc::gen::inRange(0, 3) == 0 ? with_splines(drawn) : drawn);
@@ -184,8 +184,8 @@ inline std::vector<double> random_walk(const Interval& range, int length) {
   return walk;
 }
 
-/// The same for a hundred thousand steps, with a separate generator, because rapidcheck stores every number
-/// that it draws. Half of the steps go back into the open loop, so that loops are nested.
+/// The same for a hundred thousand steps, with a separate generator, because rapidcheck stores every drawn
+/// number. Half of the steps move back into the open loop, so that loops are nested.
 inline std::vector<double> long_walk(const Interval& range, int length, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> share(0.0, 1.0);

@@ -1,9 +1,9 @@
 // The model as printed in the paper, in long double and without optimisation.
 //
-// The oracle stores the whole input history. Every evaluation selects the turning points that are still
-// remembered (outermost extremes first; a later extreme wipes out an earlier one) and computes their outputs
-// from the outermost inwards. It computes every curve f_{n+1} from f_n with the printed quotient (eqs. 1
-// to 4; the descending curves as mirror images).
+// The oracle stores the whole input history. Every evaluation selects the remembered turning points
+// (outermost extremes first; a later extreme wipes out an earlier one) and computes their outputs from the
+// outermost inwards. It computes every curve f_{n+1} from f_n with the printed quotient (eqs. 1 to 4; the
+// descending curves as mirror images).
 #pragma once
 
 #include <cmath>
@@ -72,7 +72,8 @@ class Oracle {
       sum += (t[i + d + 1] - v) / (t[i + d + 1] - t[i + 1]) * b_spline(t, i + 1, degree - 1, v);
     return sum;
   }
-  // Beyond the knots on the tangents: their slopes are those of the first and the last two coefficients.
+  // Beyond the knots, the curve follows the tangents: their slopes are those of the first and the last two
+  // coefficients.
   static long double of_splines(const ReferenceCurve& curve, long double v) {
     const std::vector<double>&knots = curve.knots(), &c = curve.coefficients();
     const std::size_t n = c.size();

@@ -44,7 +44,7 @@ OutputCreep::Config draw_config() {
   const double from_s = std::pow(10.0, *number(-4.0, 1.0));
   return {.per_decade = *number(-0.1, 0.1),
           .from_s = from_s,
-          .to_s = from_s * std::pow(10.0, *number(0.0, 3.0))};  // 7 lags of 0.05 leave 0.65 at once
+          .to_s = from_s * std::pow(10.0, *number(0.0, 3.0))};  // 7 lags of 0.05: 0.65 are immediate
 }
 
 TEST(OutputCreep, InverseThenOutputIsTheIdentity) {
@@ -53,7 +53,7 @@ TEST(OutputCreep, InverseThenOutputIsTheIdentity) {
     OutputCreep::State state = creep.settled(*number(-50.0, 50.0));
     creep.advance(state, *number(-50.0, 50.0), std::pow(10.0, *number(-5.0, 2.0)));
     const double x = *number(-50.0, 50.0);
-    const double tolerance = 1e-12 * 50.0;  // of the numbers' size
+    const double tolerance = 1e-12 * 50.0;  // relative to the size of the numbers
     RC_ASSERT(std::abs(creep.output(state, creep.inverse(state, x)) - x) <= tolerance);
     RC_ASSERT(std::abs(creep.inverse(state, creep.output(state, x)) - x) <= tolerance);
   }));
@@ -102,12 +102,12 @@ TEST(OutputCreep, DoesNotDependOnTheSizeOfTheStepsWhileTheOutputIsHeld) {
   }
 }
 
-// The lags make a comb in log t, of which a decade shifts two teeth. Only its ends are missing:
+// The lags form a comb in log t; a decade shifts it by two teeth. Only its ends are missing:
 //
 //   x(10 t) - x(t) = w h [2 - e^{-sqrt(10) t / from} - e^{-10 t / from} - (1 - e^{-sqrt(10) t / to}) - (1 -
 //   e^{-t / to})]
 //
-// From t = from_s on, and until t = to_s / 100, each end takes 2.1 % of the two.
+// From t = from_s on, and until t = to_s / 100, the ends contribute up to 2.1 % each.
 TEST(OutputCreep, IncreasesByPerDecadeInEachDecadeOfItsSpan) {
   const OutputCreep creep({.per_decade = 0.02, .from_s = 1e-3, .to_s = 10.0});
   const double h = 30.0;
@@ -159,7 +159,7 @@ TEST(OutputCreep, HasTheAmplitudeOfASimulatedSine) {
       if (n >= rows * (periods - 1)) sum += creep.output(state, h) * std::polar(1.0, -omega * n * dt_s);
       creep.advance(state, h, dt_s);
     }
-    // A drive that is held is late by half a row, 8e-4 rad; the transient has decayed to 3e-4 of the weight.
+    // A held drive is late by half a row, 8e-4 rad; the transient has decayed to 3e-4 of the weight.
     EXPECT_NEAR(2.0 * std::abs(sum) / rows, creep.amplitude_at(frequency_Hz), 1e-4) << frequency_Hz;
   }
   EXPECT_DOUBLE_EQ(creep.amplitude_at(0.0), 1.0);
@@ -201,8 +201,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "least 0.5"}),
     [](const auto& test) { return test.param.name; });
 
-// Times and wanted outputs. 0.2 to 0.8 of the range lies within reach whatever the creep is: with n w = 0.06
-// it takes 0.15 to 0.85 of the range of h.
+// Times and wanted outputs. 0.2 to 0.8 of the range is within reach for any creep: with n w = 0.06 it
+// requires 0.15 to 0.85 of the range of h.
 struct Course {
   std::vector<double> time_s, x;
 

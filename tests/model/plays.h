@@ -8,7 +8,7 @@
 
 namespace hystcan::model {
 
-// Up to 12 plays, with thresholds up to 1.2 of the range. The slopes W_i lie between 0.05 and 1 of their
+// Up to 12 plays, with thresholds up to 1.2 of the range. The slopes W_i are between 0.05 and 1 of their
 // scale in random order, so that half of the weights are negative.
 inline PrandtlIshlinskiiParameters random_plays() {
   const auto plays = *rc::gen::inRange(0, 13);

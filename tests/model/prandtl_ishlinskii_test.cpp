@@ -35,7 +35,7 @@ std::string refusal_of(double input, const std::vector<double>& plays) {
       [&] { PrandtlIshlinskii(stage()).restore(input, plays); });
 }
 
-// Computed by hand: each play stays until the input drags it.
+// Manual calculation: each play rests until the input drags it.
 TEST(PrandtlIshlinskii, IsTheSumOfItsPlays) {
   const PrandtlIshlinskii model(stage());
   PlayState state = model.virgin(0.0);
@@ -53,7 +53,7 @@ TEST(PrandtlIshlinskii, StartsWithEveryPlayCentred) {
   EXPECT_EQ(model.virgin(40.0).input, 40.0);
 }
 
-// Because v + r is rounded, a play can start to move an ulp beside v. An inverse that goes to the present
+// Because v + r is rounded, a play can start to move an ulp away from v. An inverse that moves to the present
 // output would multiply this error by 10 = W_0 / W_1.
 TEST(PrandtlIshlinskii, InvertsThePresentOutputToTheBitWithAPlayAtItsEdge) {
   const PrandtlIshlinskii model({"V", "um", {-1.0, 1.0}, 0.0, 1.0, {0.3}, {-0.9}});
@@ -184,7 +184,7 @@ TEST(PrandtlIshlinskii, RefusesToRestoreAMemoryOfAnotherModel) {
   EXPECT_EQ(refusal_of(50.0, {45.0, 35.0, 19.5}), "plays[2] = 19.5, expected within 15 of 35");
 }
 
-// Each play is within its threshold of the input, but no input leaves two plays so far apart.
+// Each play is within its threshold of the input, but no input separates two plays by this much.
 TEST(PrandtlIshlinskii, RefusesToRestorePlaysThatAreNotNested) {
   EXPECT_EQ(refusal_of(50.0, {55.0, 36.0, 50.0}), "plays[1] = 36, expected within 10 of 55");
 }

@@ -34,7 +34,7 @@ inline bool same_bits(const PlayState& a, const PlayState& b) {
          std::ranges::equal(a.plays, b.plays, [](double x, double y) { return same_bits(x, y); });
 }
 
-/// The text after `key = `; empty if there is no such line.
+/// Returns the text after `key = `; empty if there is no such line.
 inline std::string value_of(const std::string& text, const std::string& key) {
   const auto start = text.find("\n" + key + " = ");
   if (start == std::string::npos) return "";

@@ -1,4 +1,4 @@
-// The loop over the converters of a simulated card, in virtual time; and what their bits cost
+// The loop through the converters of a simulated card, in virtual time, and the effect of their resolution
 // (docs/analogue.md).
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ class Spread {
   double count_ = 0.0, sum_ = 0.0, squares_ = 0.0;
 };
 
-/// Controller, nodes on the card, and the stage behind it.
+/// Controller, nodes on the card, and the stage.
 class AnalogueLoop {
  public:
   explicit AnalogueLoop(const config::Config& config)
@@ -68,7 +68,7 @@ class AnalogueLoop {
         controller_(controller_config(config), config.database, clock_, attach_,
                     [this](const controller::CycleRecord& record) { take(record.report); }) {
     station_.axes().front()->sensor.on_sample([this](can::Time, const can::SensorSample&) {
-      true_um_ = card_->plant("x").position_um();  // when the sample is taken
+      true_um_ = card_->plant("x").position_um();  // at the time of the sample
     });
     station_.station().start([] {});
     controller_.start();

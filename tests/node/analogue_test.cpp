@@ -161,7 +161,7 @@ TEST_F(CardOutputTest, WritesTheSafeDriveAfterADriveDuringATakeover) {
   EXPECT_FALSE(output.works());
 }
 
-/// One axis on the fake card, and a tester that keeps what its nodes send.
+/// One axis on the fake card, and a tester that stores the frames of its nodes.
 struct StationBench : twin::NodeTester {
   explicit StationBench(can::Duration delay = {}) : enable_delay(delay) {
     tester_->on_frame([this](const can::Frame& frame, can::Time) {
@@ -208,7 +208,7 @@ struct StationBench : twin::NodeTester {
   can::Encoder<can::AmpCommand> encode{twin::without_limits(*database.find("XAmpCommand"))};
   can::Decoder<can::AmpStatus> decode_status{*database.find("XAmpStatus")};
   can::Decoder<can::SensorSample> decode_sample{*database.find("XSensorSample")};
-  std::map<std::uint32_t, std::vector<int>> emergencies;  ///< by node
+  std::map<std::uint32_t, std::vector<int>> emergencies;  ///< per node
   std::vector<std::uint32_t> received;
   std::optional<can::SensorSample> sample;
   std::optional<can::AmpStatus> status;
@@ -270,7 +270,7 @@ TEST(AnalogueStation, ReportsARailOfTheSensor) {
   EXPECT_EQ(bench.emergencies[2], (std::vector<int>{0x5000}));
 }
 
-/// A number that processes share.
+/// A number shared by processes.
 class SharedCount {
  public:
   bool add() const { return ++*place_ != 0; }

@@ -1,4 +1,4 @@
-// Names of cards, and whether a card has what an axis needs.
+// Names of cards, and the check that a card provides the needs of an axis.
 #include "node/analogue/axis_check.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A card in memory, whose conversions a test lets fail.
+// A card in memory; a test can make its conversions fail.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ struct FakeCard final : Card {
   std::map<unsigned, double> outputs_V;
   std::map<unsigned, double> inputs_V;
   std::map<unsigned, bool> lines;
-  std::vector<std::string> order;  ///< of the conversions and of what was written to lines
+  std::vector<std::string> order;  ///< order of the conversions and of the writes to lines
   bool fails = false;
 
   std::unique_ptr<VoltageOutput> output(const CardChannel& place) override {

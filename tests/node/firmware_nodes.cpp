@@ -90,7 +90,7 @@ hystcan_node_config Caller::node_config(std::uint8_t number, const twin::CommonC
       .send = [](void* context, const hystcan_frame* frame) { static_cast<Caller*>(context)->send(*frame); }};
 }
 
-/// An amplifier node, and the outputs of its axes as the twin's plants.
+/// An amplifier node with the outputs of its axes as the twin's plants.
 class Amplifier final : public Caller {
  public:
   Amplifier(const twin::CommonConfig& common, const twin::WiredAxisConfig& first,
@@ -112,7 +112,7 @@ class Amplifier final : public Caller {
     node_.config = &config_;
   }
 
-  /// Returns its number in the node.
+  /// Returns the number of the axis in the node.
   unsigned add(const twin::WiredAxisConfig& config, const can::Database& database, twin::Plant& plant) {
     const Tables command(database, *can::message_map<can::AmpCommand>(config.wire), config.wire.drive_unit);
     Axis axis{.config = config.axis,
@@ -211,7 +211,7 @@ class Amplifier final : public Caller {
   hystcan_amplifier node_{};
 };
 
-/// A sensor node, and the sensors of its axes as those of the twin.
+/// A sensor node with the sensors of its axes as those of the twin.
 class Sensor final : public Caller {
  public:
   Sensor(const twin::CommonConfig& common, const twin::WiredAxisConfig& first, const can::Database& database,

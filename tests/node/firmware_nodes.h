@@ -1,5 +1,5 @@
-// The nodes of node/firmware on a simulated bus, with the tables of a configuration of the twin, and with the
-// twin's devices behind them.
+// The nodes of node/firmware on a simulated bus, with the tables of a twin's configuration and the twin's
+// devices.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace hystcan::firmware {
 
-/// A node, whatever it is, as its caller: passes it the frames and calls it when it is due.
+/// The caller of a node of any kind: passes it the frames and calls it at its due time.
 class Caller {
  public:
   Caller(can::Scheduler& scheduler, std::unique_ptr<can::Bus> bus);
@@ -32,7 +32,7 @@ class Caller {
   can::Scheduler& scheduler() { return scheduler_; }
   void arm();
   void send(const hystcan_frame& frame);
-  /// `objects`: room for as many as the twin keeps.
+  /// `objects`: capacity, equal to that of the twin.
   hystcan_node_config node_config(std::uint8_t number, const twin::CommonConfig& common);
 
  private:
@@ -53,13 +53,13 @@ class Sensor;
 /// All nodes of a twin.
 class Nodes {
  public:
-  /// As twin::Twin.
+  /// Equals twin::Twin.
   Nodes(const twin::Config& config, const can::Database& database, can::Scheduler& scheduler,
         const can::Attach& attach);
   ~Nodes();
 
   void start();
-  /// As of node::AmplifierChannel. `axis` counts through the configuration.
+  /// Equals node::AmplifierChannel. `axis` counts through the configuration.
   void set_internal_fault(std::size_t axis, bool lasts);
   void set_relay_open(std::size_t axis, bool is_open);
 

@@ -1,4 +1,4 @@
-// Converters behind IIO: the library reads a folder in the place of /sys.
+// Converters accessed through IIO: the library reads a folder in place of /sys.
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/mount.h>
@@ -20,7 +20,7 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file) << text << '\n';
 }
 
-/// From now on this process has an empty /sys of its own; false: the system does not allow it.
+/// Gives this process an empty /sys of its own; returns false if the system does not allow this.
 bool hide_sys() {
   const std::string uid = std::to_string(getuid()), gid = std::to_string(getgid());
   if (unshare(CLONE_NEWNS) != 0) {
@@ -33,7 +33,7 @@ bool hide_sys() {
          mount("none", "/sys", "tmpfs", MS_NOSUID, nullptr) == 0;
 }
 
-/// An output chip that does not state its limits, as ad5791, and an input chip with a buffer, as ads8688.
+/// An output chip that does not state its limits, like ad5791, and an input chip with a buffer, like ads8688.
 struct IioCardTest : testing::Test {
   void SetUp() override {
     static const bool is_hidden = hide_sys();
@@ -70,7 +70,7 @@ struct IioCardTest : testing::Test {
   static std::string content(const std::string& name) {
     std::string text;
     std::ifstream(devices / name) >> text;
-    return text.c_str();  // the library writes the NUL too
+    return text.c_str();  // the library also writes the NUL
   }
   static std::unique_ptr<VoltageOutput> output() {
     return open_card("iio:ad5791")->output({.channel = 0, .range = "-10..10 V"});

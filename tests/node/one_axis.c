@@ -7,7 +7,7 @@
 
 enum { OBJECTS = 4 };
 
-// Registers, of which the drivers are left out.
+// Registers; the drivers are omitted.
 #define DAC (*(volatile int32_t*)0x40007408)
 #define ADC ((volatile int32_t*)0x4001204C)
 #define CAN_MAILBOX (*(volatile uint32_t*)0x40006580)

@@ -26,8 +26,8 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// No frame arrives between two whole microseconds: a timer never expires at the time of a frame, where the
-/// order of the two is that of the scheduler.
+/// No frame arrives between two whole microseconds: otherwise a timer could expire at the time of a frame, in
+/// the order of the scheduler.
 constexpr nanoseconds heartbeat{20'000'057}, timeout{8'000'313}, relay{5'000'171}, slow_relay{25'000'171};
 
 struct Received {
@@ -41,7 +41,7 @@ std::string text_of(const Received& received) {
                      fmt::join(received.frame.payload(), ""));
 }
 
-/// A bus with a tester, and a listener that keeps what it receives.
+/// A bus with a tester, and a listener that stores the received frames.
 struct Side {
   Side(can::VirtualClock& clock, can::BitRates rates) : bus(clock, rates) {}
   void listen() {
@@ -57,7 +57,7 @@ struct Side {
   can::SimBus bus;
   std::unique_ptr<can::Bus> tester;
   std::unique_ptr<can::Bus> listener;
-  std::vector<Received> frames;  ///< of the present cycle
+  std::vector<Received> frames;  ///< in the present cycle
 };
 
 struct Stand {
@@ -71,7 +71,7 @@ Stand shipped(const char* file) {
   return {config.database, config.bus.rates(), twin_config(config)};
 }
 
-/// Two axes of one node, each with a status of its own.
+/// Two axes of one node, each with a separate status.
 Stand with_two_statuses() {
   Stand made{can::parse_dbc(twin::shared_node_test::shared_dbc, "shared.dbc"),
              {1'000'000, 5'000'000},
@@ -80,7 +80,7 @@ Stand with_two_statuses() {
   return made;
 }
 
-/// Standard frames, a lab's own, and two kinds of CAN FD, with nodes of all kinds.
+/// Standard frames, a lab's own frames, and two kinds of CAN FD, with nodes of all kinds.
 Stand stand(unsigned number) {
   static const std::array stands{shipped("piezo.toml"), shipped("lab_amplifier.toml"),
                                  shipped("fd_stage.toml"), with_two_statuses()};
@@ -107,12 +107,12 @@ Stand stand(unsigned number) {
   return made;
 }
 
-/// How many frames there were, and how many of some kinds.
+/// The number of all frames, and of some kinds.
 using Counts = std::map<std::string, int>;
 
 class Comparison {
  public:
-  /// `firmware` is a changed configuration for the nodes of the firmware.
+  /// `firmware` is a modified configuration for the nodes of the firmware.
   Comparison(std::uint64_t seed, const Stand& stand, const twin::Config& firmware)
       : twin_side_(clock_, stand.rates),
         firmware_side_(clock_, stand.rates),
@@ -129,7 +129,7 @@ class Comparison {
     clock_.run_until(can::Time{} + std::chrono::ceil<milliseconds>(clock_.now().time_since_epoch()));
   }
 
-  /// Returns the first difference, or nothing. `counts`: frames of the twin's nodes.
+  /// Returns the first difference, if any. `counts`: frames of the twin's nodes.
   std::optional<std::string> run(int cycles, Counts& counts) {
     for (int i = 0; i < cycles; ++i) {
       step();
@@ -222,7 +222,7 @@ TEST(SameFrames, AreSentByTheFirmwareAndByTheTwin) {
   for (const auto& [kind, count] : counts) RecordProperty(kind, count);
 }
 
-// What the comparison is worth: it finds an error of a microsecond or of one.
+// The sensitivity of the comparison: it detects an error of a microsecond or of one.
 TEST(SameFrames, DifferIfANodeIsWrong) {
   using Change = std::function<void(twin::Config&, twin::AxisConfig&)>;
   const std::map<std::string, Change> changes{

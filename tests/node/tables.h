@@ -13,7 +13,7 @@
 
 namespace hystcan::firmware {
 
-inline constexpr double micro = 1e6;  ///< the firmware's unit of values
+inline constexpr double micro = 1e6;  ///< unit of the firmware's values
 
 class Tables {
  public:
@@ -47,14 +47,15 @@ class Tables {
   hystcan_field drive(const char* role) const { return quantity(role, drive_unit_); }
   hystcan_field position(const char* role) const { return quantity(role, "um"); }
 
-  /// A value of the firmware as the twin reads it, to the bit.
+  /// Returns a value of the firmware as the twin reads it, to the bit.
   double to_physical(const char* role, const std::string& unit, std::int32_t value) const {
     const can::Signal& signal = *find(role);
     const hystcan_field table = quantity(role, unit);
     const double raw = static_cast<double>((std::int64_t{value} - table.offset) / table.scale);
     return step(signal, unit).to_ours(raw * signal.scale + signal.offset);
   }
-  /// The value of the nearest raw number, or the largest or smallest one where the signal cannot carry it.
+  /// Returns the value of the nearest raw number, or the largest or smallest one if the signal cannot carry
+  /// it.
   std::int32_t to_value(const char* role, const std::string& unit, double physical) const {
     const can::Signal& signal = *find(role);
     const can::SignalCodec codec(signal);
@@ -67,11 +68,11 @@ class Tables {
   }
 
  private:
-  /// Without a unit of the drive nothing is converted.
+  /// Converts nothing if the drive has no unit.
   can::DecimalStep step(const can::Signal& signal, const std::string& unit) const {
     return drive_unit_.empty() ? can::DecimalStep{} : can::decimal_step(signal.unit, unit).value();
   }
-  /// Null if the message has no signal for this role.
+  /// Returns null if the message has no signal for this role.
   const can::Signal* find(const char* role) const {
     const auto named = map_.signals.find(role);
     return named == map_.signals.end() ? nullptr : &can::find_signal(message_, named->second);
@@ -80,7 +81,7 @@ class Tables {
     const can::Signal* const signal = find(role);
     return signal == nullptr ? hystcan_field{} : field_of(*signal, step(*signal, unit).to_ours(micro));
   }
-  /// `unit`: one unit of the DBC in that of the firmware.
+  /// `unit`: one unit of the DBC in the unit of the firmware.
   static hystcan_field field_of(const can::Signal& signal, double unit) {
     const can::SignalCodec codec(signal);
     const auto limited = [](double value) {

@@ -105,7 +105,7 @@ can::Frame Traffic::command_frame(Command& command) {
   for (std::size_t axis = 0; axis < command.axes.size(); ++axis) {
     can::AmpCommand made = axis_command(command, axis);
     made.sync_counter = named;
-    // What a signal cannot carry stays 0: the limits are those of the sender's DBC.
+    // A value that does not fit the signal stays 0: the limits are those of the sender's DBC.
     static_cast<void>(command.axes[axis].put(made, frame));
   }
   command.protector.seal(frame);
@@ -163,7 +163,7 @@ void Traffic::add_sdo(std::vector<Item>& items) {
   items.push_back({within(0.0, 0.9), chance(0.05) ? damaged(frame) : frame});
 }
 
-/// Frames of others: heartbeats of unknown states and lengths, bursts that hold back what follows.
+/// Frames of other nodes: heartbeats of unknown states and lengths, and bursts that delay later frames.
 void Traffic::add_noise(std::vector<Item>& items) {
   if (chance(0.01)) {
     can::Frame frame = can::heartbeat_frame(any_node(), can::NmtState{0x42});
@@ -176,7 +176,7 @@ void Traffic::add_noise(std::vector<Item>& items) {
   for (unsigned i = pick(9); i > 0; --i) items.push_back({at, {.id = id, .length = 8}});
 }
 
-/// A bit, the length, or the kind of the frame is another one.
+/// Changes a bit, the length, or the kind of the frame.
 can::Frame Traffic::damaged(can::Frame frame) {
   switch (pick(5)) {
     case 0:

@@ -1,5 +1,5 @@
 // Random traffic for the nodes of a twin: SYNCs and commands of a controller that are lost, late, repeated or
-// damaged, NMT, SDO, frames of others, silence.
+// damaged, NMT, SDO, frames of other nodes, silence.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@ namespace hystcan::firmware {
 class Traffic {
  public:
   struct Item {
-    can::Duration at;  ///< from the begin of the cycle, a whole number of microseconds
+    can::Duration at;  ///< from the start of the cycle, in whole microseconds
     can::Frame frame;
   };
 
   Traffic(std::uint64_t seed, const twin::Config& config, const can::Database& database);
 
-  /// What is sent in the next cycle, in the order of time.
+  /// Returns the frames of the next cycle, in order of time.
   std::vector<Item> next_cycle();
 
-  /// True with this probability.
+  /// Returns true with this probability.
   bool chance(double probability) { return uniform() < probability; }
-  /// 0 to `count` - 1.
+  /// Returns 0 to `count` - 1.
   unsigned pick(unsigned count) { return static_cast<unsigned>(uniform() * count); }
 
  private:
-  /// What is sent during some cycles.
+  /// The traffic during some cycles.
   enum class Mode : std::uint8_t {
     drive,
     switch_off,
@@ -67,7 +67,7 @@ class Traffic {
   can::Duration cycle_;
   std::vector<std::uint8_t> nodes_;
   std::vector<Command> commands_;
-  std::deque<Item> later_;  ///< `at` counts from the begin of the present cycle
+  std::deque<Item> later_;  ///< `at` counts from the start of the present cycle
   Mode mode_ = Mode::drive;
   unsigned cycles_left_ = 0;
   std::uint8_t sync_ = 0;

@@ -1,13 +1,13 @@
-// oracle_frames SEED SECONDS FILE: every frame of a run in virtual time, for oracle.py. The settings, the
-// reference, the troubles (tests/support/fault_rig.h) and the damage are drawn from the seed.
+// oracle_frames SEED SECONDS FILE: writes every frame of a run in virtual time, for oracle.py. The settings,
+// the reference, the troubles (tests/support/fault_rig.h) and the damage are drawn from the seed.
 //
-// FILE gets records of 24 bytes, little-endian: time in ns (i64), identifier (u32), kind (u8: 0 data,
-// 1 remote, 2 FD; + 16: 29 bits; 128: a remark), length (u8), two bytes 0, the payload's first eight bytes. A
-// remark has one of `Remark` in the place of the identifier. FILE.json gets the settings, and which frames
-// the controller has rejected.
+// FILE contains records of 24 bytes, little-endian: time in ns (i64), identifier (u32), kind (u8: 0 data, 1
+// remote, 2 FD; + 16: 29 bits; 128: a remark), length (u8), two bytes 0, the payload's first eight bytes. A
+// remark has a value of `Remark` in place of the identifier. FILE.json contains the settings and the frames
+// that the controller has rejected.
 //
-// With an odd seed a tester adds damaged samples and statuses, and the bus is sound: so the counts can be
-// predicted.
+// With an odd seed, a tester adds damaged samples and statuses, and the bus has no errors: the counts can
+// therefore be predicted.
 
 #include <algorithm>
 #include <fstream>
@@ -135,7 +135,7 @@ class Run {
     if (is_ours && damages_now_ && random_.uniform() < 0.01) rig_.send(damaged(frame));
   }
 
-  /// Mostly no longer intact; sometimes a frame that repeats its counter, seldom one that passes.
+  /// Usually no longer intact; sometimes a frame that repeats its counter, rarely a valid one.
   can::Frame damaged(can::Frame frame) {
     const double how = random_.uniform();
     if (how < 0.1) frame.kind = can::FrameKind::remote;
@@ -145,7 +145,7 @@ class Run {
       for (std::size_t flips = 1 + random_.below(12); flips > 0; --flips)
         frame.data[random_.below(8)] ^= static_cast<std::uint8_t>(1U << random_.below(8));
     }
-    return frame;  // else the same frame once more
+    return frame;  // otherwise the same frame again
   }
 
   Trouble drawn_trouble() {
@@ -166,7 +166,7 @@ class Run {
     rig_.run_for(can::Duration(std::llround(1e6 * std::pow(2000.0, random_.uniform()))));
     rig_.end(trouble);
     rig_.run_for(std::chrono::milliseconds(80));
-    damages_now_ = false;  // else it would not come back
+    damages_now_ = false;  // otherwise it would not return
     for (int attempt = 0; attempt < 4 && rig_.axis().state() != AxisState::tracking; ++attempt) {
       if (rig_.axis().state() == AxisState::faulted) {
         remark(Remark::clear);

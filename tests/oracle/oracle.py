@@ -11,12 +11,12 @@ import numpy
 
 FRAME = numpy.dtype([("time_ns", "<i8"), ("id", "<u4"), ("kind", "u1"), ("length", "u1"), ("unused", "V2"), ("data", "u1", 8)])
 DATA, REMOTE, FD, EXTENDED, REMARK = 0, 1, 2, 16, 128
-CLEAR, FOREIGN_SYNC, BUS_IS_GONE = 1, 2, 3  # remarks of whoever wrote the log
+CLEAR, FOREIGN_SYNC, BUS_IS_GONE = 1, 2, 3  # remarks of the program that wrote the log
 NMT, SYNC, SENSOR_EMCY, AMP_EMCY = 0x000, 0x080, 0x082, 0x081
 SAMPLE, STATUS, COMMAND, AXIS_STATUS = 0x182, 0x181, 0x201, 0x281
 HEARTBEATS = {"amplifier": 0x701, "sensor": 0x702, "controller": 0x77F}
 LSB = 1e-6  # of setpoint, position and output (frames.md)
-FRAME_S = 0.135e-3  # eight bytes with all stuff bits at 1 Mbit/s: so long a SYNC may wait for the wire
+FRAME_S = 0.135e-3  # eight bytes with all stuff bits at 1 Mbit/s: the longest wait of a SYNC for the wire
 FAULTED, OPERATIONAL = 5, 0x05
 
 
@@ -57,7 +57,7 @@ def accepted(frames, identifier, restarts=()):
         counts.append(int((left & is_bad).sum()))
         left &= ~is_bad
     index, these = index[left], these[left]
-    # The frame before it with the same counter was accepted, or itself repeats one that was.
+    # The previous frame with the same counter was accepted, or repeats an accepted one.
     repeats = numpy.zeros(len(these), bool)
     repeats[1:] = counter_of(these)[1:] == counter_of(these)[:-1]
     repeats[numpy.searchsorted(index, [at for at in restarts if len(index) and at < index[-1]])] = False
@@ -110,7 +110,7 @@ class Judge:
     def syncs_count(self):
         """SYNCs run 1 to 240, one after the other, half a cycle apart at least, less the frame that is on the wire."""
         syncs = self.data_frames(SYNC, 1)
-        for mark in self.remarks[FOREIGN_SYNC]:  # another node's: the next one that is out of turn
+        for mark in self.remarks[FOREIGN_SYNC]:  # for another node: the next one out of turn
             after = syncs[syncs > mark][:4]
             last = syncs[syncs < mark][-1]
             for sync in after:
@@ -190,7 +190,7 @@ class Judge:
         places += [boot_ups(frames, "amplifier"), boot_ups(frames, "sensor")]
         reports = self.data_frames(AXIS_STATUS)
         places.append(reports[self.byte(reports, 4) == FAULTED])
-        # The SYNC that ends the n + 1st cycle in a row without a sample.
+        # The SYNC that ends the (n + 1)th consecutive cycle without a sample.
         n = facts["missing_samples"]
         has = numpy.zeros(len(self.syncs) + 1, bool)
         has[last[in_time]] = True
@@ -221,7 +221,7 @@ class Judge:
                 which = numpy.flatnonzero((self.commands > self.syncs[first]) & (self.commands < end))
                 wrong = self.enable[which]
                 ramp = self.facts["fault_ramp_per_s"]
-                if ramp and len(which) > 1:  # towards the safe drive, no faster than the ramp, and enabled no more at its end
+                if ramp and len(which) > 1:  # towards the safe drive, no faster than the ramp, and disabled at its end
                     drive = abs(self.drive[which] - self.facts["safe_drive"])
                     steps = numpy.diff(drive)
                     most = ramp * (numpy.diff(self.time_s[self.syncs[self.named[which]]]) + 2 * FRAME_S) + 2 * LSB

@@ -1,4 +1,4 @@
-// Identifies a model from a measured loop, and asks it for the drive that reaches a position.
+// Identifies a model from a measured loop, and computes the drive for a position.
 #include <hystcan/identification/identify.h>
 
 #include <cmath>

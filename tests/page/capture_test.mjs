@@ -1,4 +1,4 @@
-// Captures and what leaves the page as a file.
+// Captures, and the files saved by the page.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
@@ -9,7 +9,7 @@ const pre_s = 0.5;
 const post_s = 0.25;
 const rate_Hz = 1000;
 const { page } = await startDemoWithPage();
-// The history has what is before the trigger.
+// The history contains the rows before the trigger.
 await page.waitForFunction((time_s) => window.hystcanPage.latest(0).time_s > time_s, 2 * pre_s);
 
 async function download(button) {
@@ -44,7 +44,7 @@ test('A capture on a level has its time before and after the trigger, each cycle
   const level_um = 8;
   await page.locator('#capture-level').fill(String(level_um));
   await page.getByLabel('Edge').selectOption('rising');
-  // A machine that is busy for a second loses rows of the stream: the next capture may have them all.
+  // A machine that is busy for a second loses rows of the stream: the next capture may contain all of them.
   const position = await until('a capture of every cycle', async () => {
     const { rows, column } = await nextCapture();
     const time = column('time_s');

@@ -1,4 +1,4 @@
-// What people did is in the events of every page: who, which key, from what to what.
+// Actions of people are events on every page: person, key, old and new value.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
@@ -53,7 +53,7 @@ test('Going to a position, and a recording, are events', async () => {
 });
 
 test('A setting that another program changes is an event', async () => {
-  await page.click('#take-control'); // gives the right to write back
+  await page.click('#take-control'); // releases the writer's role
   await until('the role is free', async () => (await page.textContent('#take-control')) === 'Take control');
   const set = await ctl(demo.socket, 'set', 'x', 'kp', '0.02');
   assert.equal(set.status, 0, set.output);

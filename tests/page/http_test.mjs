@@ -1,4 +1,4 @@
-// What the server says by plain HTTP, without a browser.
+// The answers of the server by plain HTTP, without a browser.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import http from 'node:http';

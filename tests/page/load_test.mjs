@@ -1,4 +1,4 @@
-// The page loads, shows the loop, and asks no other server.
+// The page loads, shows the loop, and accesses no other server.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 

@@ -1,4 +1,4 @@
-// What holds for every width and scheme, and for those who do not see the page.
+// Properties of every width and colour scheme, and for users of a screen reader.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 

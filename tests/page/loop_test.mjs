@@ -12,7 +12,7 @@ await until('the delay and the reference curves', () => page.evaluate(() => wind
 await page.selectOption('#window-seconds', '1');
 await until('two seconds of the triangle', () => page.evaluate(() => window.hystcanPage.latest(0).shape_time_s > 2));
 const points = (delay_s) => page.evaluate((delay) => window.hystcanPage.loopPoints(0, delay), delay_s);
-// A machine that is busy for a second loses rows of the stream: a later second has them all.
+// A machine that is busy for a second loses rows of the stream: a later second contains all of them.
 await until('a second of every cycle', async () => {
   await page.click('#pause');
   const isWhole = (await points()).drive.length >= 0.99 * rate_Hz;

@@ -1,11 +1,11 @@
-// The page says when it does not know, and comes back by itself when its server does.
+// The page shows unknown states as unknown, and reconnects when its server returns.
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
 
 import { seesTracking, startDemo, startDemoWithPage, until } from './support.mjs';
 
 let { demo, page } = await startDemoWithPage();
-after(() => demo.stop()); // it is another one by then
+after(() => demo.stop()); // a different page by then
 
 const connection = () => page.textContent('#connection');
 const rows = () => page.evaluate(() => window.hystcanPage.rows(0));

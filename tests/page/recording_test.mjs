@@ -1,4 +1,4 @@
-// The Record button: a run on disk, begun and ended from the page.
+// The Record button: a run on disk, started and ended from the page.
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -18,7 +18,7 @@ test('Nothing is recorded, and no page without control can begin', async () => {
 test('Record writes a run beside the controller and tells where', async () => {
   await takeControl(page, demo);
   await page.click('#record');
-  // A busy machine may lose rows, which the words then count.
+  // A busy machine may lose rows; the text then counts them.
   const hasRows = /^recording \S+run_\S+: [\d,]+ rows, [\d.]*[1-9] MB(, [\d,]+ lost)?$/;
   await until('rows on the disk', async () => hasRows.test(await words()));
   const run = /recording (\S+):/.exec(await words())[1];

@@ -1,4 +1,4 @@
-// Save and Undo save: what the file gets, what is kept beside it, and the way back.
+// Save and Undo save: the saved file, the kept copy, and the way back.
 import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readFileSync, rmdirSync } from 'node:fs';
 import { test } from 'node:test';

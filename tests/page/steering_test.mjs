@@ -1,4 +1,4 @@
-// Who may write, and what a change does.
+// The writer's role, and the effect of a change.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';

@@ -19,7 +19,8 @@ test('A captured step has its size, its band and its settling time', async () =>
   await page.getByLabel('Before').fill('0.1');
   await page.getByLabel('After').fill('0.4');
   const row = (name) => page.locator('#step-rows tr', { hasText: name }).locator('td').textContent();
-  // A machine that is busy for a second loses rows of the stream: the next capture may have the whole step.
+  // A machine that is busy for a second loses rows of the stream: the next capture may contain the whole
+  // step.
   await until('the figures of a step', async () => {
     await page.getByRole('tab', { name: 'Capture' }).click();
     await captureNext(page);

@@ -1,4 +1,5 @@
-// Stop: by the button, by the keys, with and without the token; and what Esc does instead in fields and dialogs.
+// Stop: by the button, by the keys, with and without the token; and the other effect of Esc in fields and
+// dialogs.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 
@@ -14,7 +15,7 @@ async function started(t) {
   const demo = await startDemo();
   t.after(() => demo.stop());
   const page = await openPage(browser, demo);
-  t.after(() => page.close()); // it would go on looking for its server
+  t.after(() => page.close()); // it would continue to look for its server
   await seesTheLoopRun(page);
   await until('the page says that an axis is driven', () => isDriven(page));
   return { demo, page };

@@ -11,8 +11,8 @@ import { fileURLToPath } from 'node:url';
 export const repository = join(dirname(fileURLToPath(import.meta.url)), '../..');
 const { chromium } = createRequire(join(process.env.HYSTCAN_NPM, 'package.json'))('playwright-core');
 
-// Ends a test that hangs: the only limit in host time beside the TIMEOUT of ctest. Every wait has it, and nothing else in a
-// test depends on how fast the machine is.
+// Ends a test that hangs: the only limit in host time besides the TIMEOUT of ctest. Every wait uses it, and
+// nothing else in a test depends on the speed of the machine.
 const patience_ms = 120_000;
 
 /** Waits until `condition()` is truthy and returns its value; throws an error with the name of the condition after `patience_ms`. */
@@ -47,7 +47,7 @@ process.on('exit', () => running.forEach((child) => child.kill('SIGKILL')));
 export async function startDemo({ config, port = 0, options = [] } = {}) {
   const words = ['demo', '--page', `127.0.0.1:${port}`, ...options];
   if (config) words.push('--config', config);
-  const folder = scratchFolder();  // a demo that is killed leaves its files there
+  const folder = scratchFolder();  // a killed demo leaves its files there
   const environment = { ...process.env, TMPDIR: folder };
   const child = spawn(process.env.HYSTCAN, words, { cwd: folder, env: environment, stdio: ['ignore', 'pipe', 'pipe'] });
   running.add(child);
@@ -142,7 +142,7 @@ export async function takeControl(page, demo) {
   await role.click();
   await until('control is taken', async () => {
     if (await token.isVisible()) {
-      // Again if a busy machine has delayed the answer, or has parted page and server.
+      // Repeats this if a busy machine has delayed the answer, or has separated page and server.
       await token.fill(demo.token);
       await token.press('Enter');
       await until('an answer', async () =>

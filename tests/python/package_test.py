@@ -185,7 +185,7 @@ class Identification(Scratch):
         command = json.loads(self.hystcan("validate", "model.toml", "record.csv", "--json"))
         report = hystcan.validate(found.model, t, u, y)
         self.assertEqual(report.pop("predicted").size, t.size)
-        self.assertEqual(command.pop("findings"), [])  # of the file: arrays are taken as they are
+        self.assertEqual(command.pop("findings"), [])  # of the file: arrays are used unchanged
         self.assertEqual(report, command)
 
     def test_several_records_are_one_model(self):
@@ -217,7 +217,7 @@ class Rehearsals(Scratch):
         self.hystcan("demo", "--output", "demo")
         demo = hystcan.Run.open(self.folder / "demo/inverse+pi.csv").read(["reference_um", "position_um"], axis="x")
         ours = hystcan.Rehearsal(STAGE).run()["x"]
-        rows = min(demo["time_s"].size, ours["time_s"].size) - 20  # at its end the demo holds, the rehearsal repeats
+        rows = min(demo["time_s"].size, ours["time_s"].size) - 20  # at the end, the demo holds and the rehearsal repeats
         self.assertGreater(rows, 2000)
         numpy.testing.assert_allclose(ours["position_um"][:rows], demo["position_um"][:rows], atol=1e-6)
 
@@ -383,7 +383,7 @@ u = 50 - 50 * (1 - t / 100) * numpy.cos(7 * t)
 begins = threading.Event()
 threading.Thread(target=lambda: (begins.set(), {call}), daemon=True).start()
 begins.wait()
-time.sleep(0.5)  # the call lasts longer; on a slow machine the end is nearer to its begin
+time.sleep(0.5)  # the call takes time; on a slow machine the end is closer to its start
 """)
             self.assertEqual((ended.returncode, ended.stderr), (0, ""))
 

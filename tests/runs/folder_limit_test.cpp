@@ -9,7 +9,7 @@ namespace {
 
 class FolderLimit : public ScratchRuns {
  protected:
-  /// A run of 1 MB and a little.
+  /// A run of slightly more than 1 MB.
   std::filesystem::path add(const std::string& name, bool faulted = false) {
     const std::filesystem::path run = config.record.folder / name;
     std::filesystem::create_directories(run);

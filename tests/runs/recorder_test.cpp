@@ -53,7 +53,7 @@ TEST_F(Recording, ContainsEveryCycleWithItsDescription) {
               text_of(std::filesystem::path(HYSTCAN_SOURCE_DIR) / "config" / file));
 }
 
-// The thread of the control link adds; a page or a command starts and stops.
+// The thread of the control link adds records; a page or a command starts and stops.
 TEST_F(Recording, BeginsAndEndsWhileRowsArrive) {
   Recorder recorder = make();
   std::atomic<bool> is_over = false;
@@ -102,7 +102,7 @@ TEST_F(Recording, BeginsTheNextPartWhenOneIsFull) {
   const std::filesystem::path run = recorder.start();
   for (std::uint64_t cycle = 1; cycle <= 3000; ++cycle) {
     recorder.add(tracked(cycle));
-    if (cycle % 1000 != 0) continue;  // 200 kB: more than a part, which is closed when it is written
+    if (cycle % 1000 != 0) continue;  // 200 kB: more than a part, which is closed after it is written
     ASSERT_TRUE(support::eventually([&] { return parts_of(run).size() > cycle / 1000; })) << cycle;
   }
   recorder.finish();
@@ -149,8 +149,7 @@ TEST_F(Recording, RefusesASecondRunAndCanBeginAgainAfterTheEnd) {
   EXPECT_NE(recorder.start(), first);
 }
 
-/// The limit of a process on the size of its files acts as a full disk does: a write fails in the middle of a
-/// row.
+/// The file size limit of a process acts like a full disk: a write fails in the middle of a row.
 bool is_closed(const std::filesystem::path& file) {
   std::error_code ignored;
   for (const auto& open : std::filesystem::directory_iterator("/proc/self/fd"))
@@ -205,7 +204,7 @@ TEST_F(Recording, LeavesNoFolderIfItCannotBegin) {
   }
 }
 
-/// Records until it is killed, and tells through the pipe how many bytes the recorder says are written.
+/// Records until it is killed, and reports the number of written bytes through the pipe.
 [[noreturn]] void record_forever(Recorder& recorder, int pipe,
                                  const std::function<controller::CycleRecord(std::uint64_t)>& next) {
   recorder.start();
@@ -219,8 +218,7 @@ TEST_F(Recording, LeavesNoFolderIfItCannotBegin) {
   }
 }
 
-/// Twenty times at a random moment. How much time it loses is a matter of the guest
-/// (tests/hil/recording_test.cpp).
+/// Twenty times at a random moment. tests/hil/recording_test.cpp tests the lost time in the guest.
 TEST_F(Recording, KeepsWrittenRowsAfterAKill) {
   std::mt19937 random(20261123);
   std::uniform_int_distribution<int> moment_ms(0, 600);

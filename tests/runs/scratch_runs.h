@@ -1,4 +1,4 @@
-// A folder for runs that vanishes with the test, and records to put into them.
+// A folder for runs that is removed after the test, and records to store in them.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// The site of scripts/site in a browser that reaches no other host: site_test.mjs FOLDER, by tests/page/run.
+// The site of scripts/site in a browser without access to other hosts: site_test.mjs FOLDER, by
+// tests/page/run.
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
@@ -21,7 +22,7 @@ after(async () => {
   server.kill();
 });
 
-// What is not on this machine goes to a proxy that does not exist.
+// Requests to other machines are sent to a proxy that does not exist.
 const open = (options) => openPage(browser, site, { proxy: { server: 'http://127.0.0.1:1', bypass: '127.0.0.1' }, ...options });
 
 for (const [word, found] of [['rings', 'troubleshooting/rings'], ['backlash', 'troubleshooting/backlash'],
@@ -29,12 +30,13 @@ for (const [word, found] of [['rings', 'troubleshooting/rings'], ['backlash', 't
   ['oscilloscope', 'first_day'], ['DAQ card', 'analogue']])
   test(`The search for "${word}" finds ${found}`, async () => {
     const page = await open();
-    // Typed, not clicked: a click waits for two frames of an element at rest, and a busy browser may draw none.
+    // The text is typed, not clicked: a click waits for two frames of a resting element, and a busy browser
+    // may draw none.
     const input = page.locator('.md-search__input');
     await input.pressSequentially(word);
     await until(`a result in ${found}`, async () => {
       if (await page.locator(`.md-search-result__link[href*="docs/${found}"]`).count()) return true;
-      await input.press('End'); // the search reads the input at a key, and was perhaps not ready for the word
+      await input.press('End'); // the search reads the input at a key; it may have missed the word
       return false;
     });
     assert.deepEqual(page.problems, []);
@@ -80,7 +82,7 @@ for (const colorScheme of ['light', 'dark'])
 
 test('Every page sets its formulas, fits a narrow screen and asks no other host', async () => {
   const page = await open({ viewport: { width: 400, height: 700 } });
-  // The index of the search takes most of the time of a page, and is not looked at here.
+  // Loading the search index takes most of the time of a page, and is not examined here.
   await page.route('**/search_index.json', (route) => route.fulfill({ json: { config: { lang: ['en'] }, docs: [] } }));
   const links = await page.locator('.md-nav--primary a.md-nav__link').evaluateAll((all) => all.map((link) => link.href));
   const pages = [...new Set(links.map((link) => link.split('#')[0]))];

@@ -11,7 +11,7 @@ using can::AmpState;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-/// Commands may stop for 20 ms. The output can rise or fall by 1 V in a millisecond where `slow`.
+/// Commands may stop for 20 ms. If `slow`, the output can rise or fall by 1 V per millisecond.
 struct Way {
   can::Duration enable_delay{};
   can::Duration soft_start{};
@@ -31,7 +31,7 @@ Config with(const Way& way) {
   return config;
 }
 
-/// The nodes are operational.
+/// Makes the nodes operational.
 struct EnableBench : TwinBench {
   explicit EnableBench(const Way& way) : TwinBench(with(way)) {
     listener->on_frame(
@@ -39,13 +39,13 @@ struct EnableBench : TwinBench {
     start_nodes();
   }
   AmpState state() { return twin_.axes().front()->amplifier.state(); }
-  /// The output now. This makes the present the plant's time.
+  /// Returns the present output; advances the plant to the present time.
   double drive_now() {
     Plant& plant = twin_.axes().front()->plant;
     plant.advance_to(clock_.now());
     return plant.drive();
   }
-  /// Returns when the command arrives.
+  /// Returns the arrival time of the command.
   can::Time enable(double setpoint) {
     command(setpoint, true);
     run(milliseconds(1));
@@ -211,8 +211,8 @@ TEST(AmplifierSoftStart, EndsIfTheAmplifierIsSwitchedOff) {
   EXPECT_NEAR(bench.drive_now(), 0.0, 1e-3);
 }
 
-// The output has fallen for 21.7 ms from 50 V, the last 1.7 of them unseen by any SYNC. 0.5 V are the frames
-// and the soft start.
+// The output has fallen for 21.7 ms from 50 V, the last 1.7 ms after the last SYNC. 0.5 V are due to the
+// frames and the soft start.
 TEST(AmplifierSoftStart, BeginsAtThePresentOutput) {
   EnableBench bench({.soft_start = milliseconds(100), .command_timeout = milliseconds(200), .slow = true});
   bench.drive(50.0, 200);
@@ -227,10 +227,10 @@ TEST(AmplifierSoftStart, BeginsAtThePresentOutput) {
   EXPECT_NEAR(bench.output(), 28.3, 0.5);
 }
 
-// The target is 30 V at the SYNC, 60 ms after Enable. 0.5 V are the frame and the bandwidth.
+// The target is 30 V at the SYNC, 60 ms after Enable. 0.5 V are due to the frame and the bandwidth.
 TEST(AmplifierSoftStart, MovesTheTargetAtTheArrivalOfTheSync) {
   EnableBench bench({.soft_start = milliseconds(100), .command_timeout = milliseconds(200), .slow = true});
-  bench.tester_->send(can::nmt_frame({can::NmtCommand::stop, 2}));  // else the sensor looks at the stage
+  bench.tester_->send(can::nmt_frame({can::NmtCommand::stop, 2}));  // otherwise the sensor reads the stage
   bench.drive(50.0, 1);
   bench.run(milliseconds(60));
   bench.sync();

@@ -27,7 +27,7 @@ Amplifier::Config coil() {
 double uniform(double lo, double hi) { return lo + (hi - lo) * 1e-6 * *rc::gen::inRange(0, 1'000'001); }
 
 /// A voltage-limited coil of any size: the lag is steeper or flatter than the load, and the target is within
-/// reach or not. It starts within reach.
+/// reach or not. The output starts within reach.
 struct AnyCoil {
   Amplifier::Config config = coil();
   Amplifier::State state;
@@ -64,7 +64,7 @@ TEST(AmplifierWithACoil, RisesAsAnExponentialWhileItsVoltageIsLimited) {
   EXPECT_NEAR(after.output, 5.0 * (1.0 - std::exp(-0.003 / 0.005)), 1e-12);
 }
 
-// The lag begins where 10 - 2 i = 0.01 omega (4 - i), here at i = 3.968 A.
+// The lag begins at 10 - 2 i = 0.01 omega (4 - i), here at i = 3.968 A.
 TEST(AmplifierWithACoil, ContinuesWithItsLagOnceItsVoltageIsSufficient) {
   const double omega = two_pi * 1000.0;
   const double i_x = (0.01 * omega * 4.0 - 10.0) / (0.01 * omega - 2.0);

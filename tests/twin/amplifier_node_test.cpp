@@ -1,5 +1,5 @@
-// The amplifier's node at its bounds, observed at the bus: which frames it receives and obeys, when its
-// watchdog acts, and what it reports.
+// The amplifier's node at its bounds, observed at the bus: the frames that it receives and obeys, the action
+// of its watchdog, and its reports.
 #include <gtest/gtest.h>
 
 #include <span>
@@ -38,7 +38,7 @@ class AmplifierOnBus : public testing::Test, protected TwinBench {
     tester_->send(can::nmt_frame({command, 1}));
     run(milliseconds(1));
   }
-  /// Whether the node answers an SDO request.
+  /// Returns true if the node answers an SDO request.
   bool answers() {
     sdo_responses_ = 0;
     tester_->send(can::sdo_request(
@@ -125,7 +125,7 @@ TEST_F(AmplifierOnBus, TripsBelowItsRange) {
   EXPECT_EQ(status_->fault, can::amp_fault::setpoint_out_of_range);
 }
 
-/// The command that names this SYNC, sent after `later` further ones.
+/// Sends the command for this SYNC after `later` further SYNCs.
 TEST_F(AmplifierOnBus, ObeysCommandsOfTheLastTwoSyncs) {
   shows("S-115");
   start_nodes();
@@ -199,7 +199,7 @@ TEST_F(AmplifierOnBus, IgnoresCommandsAfterAResetForAnEarlierSync) {
   EXPECT_EQ(amplifier().state(), AmpState::ready) << "1 ms behind the SYNC";
 }
 
-/// Frames that have neither Enable nor a status.
+/// Frames without Enable and status.
 Config bare_frames() {
   Config config = one_axis();
   config.axes.front().wire.frames =
@@ -222,7 +222,7 @@ TEST(AmplifierWithBareFrames, IsEnabledByACommandAloneAndSendsNoStatus) {
   EXPECT_EQ(bench.heard_[0x181], 0);
 }
 
-// Falls at 1000 V/s for 21.7 ms; 0.5 V are the frames and the bandwidth.
+// Falls at 1000 V/s for 21.7 ms; 0.5 V are due to the frames and the bandwidth.
 TEST(AmplifierStatus, HasTheOutputAtItsOwnTime) {
   shows("S-144");
   Config config = one_axis();
@@ -241,7 +241,8 @@ TEST(AmplifierStatus, HasTheOutputAtItsOwnTime) {
   EXPECT_NEAR(bench.status_->output, 28.3, 0.5);
 }
 
-// The output follows at 1000 V/s from the arrival of the command; 0.5 V are the frame and the bandwidth.
+// The output follows at 1000 V/s from the arrival of the command; 0.5 V are due to the frame and the
+// bandwidth.
 TEST(AmplifierOnReceipt, TurnsItsOutputAtTheArrivalOfTheCommand) {
   Config config = one_axis();
   config.axes.front().axis.apply = node::Apply::receipt;
@@ -254,7 +255,7 @@ TEST(AmplifierOnReceipt, TurnsItsOutputAtTheArrivalOfTheCommand) {
     bench.run(milliseconds(15));
   }
   bench.sync();
-  bench.run(microseconds(1700));  // the sensor has looked at the stage at the SYNC
+  bench.run(microseconds(1700));  // the sensor has read the stage at the SYNC
   bench.command(20.0, true);
   EXPECT_NEAR(bench.output(), 45.0, 0.5) << "5 ms later";
 }
@@ -270,12 +271,12 @@ TEST_F(AmplifierOnBus, IsReadyAtTheSafeDriveWithoutEnable) {
 
 // ---- the watchdog
 
-/// From the last command's arrival to the emergency on the wire.
+/// Time from the last command's arrival to the emergency on the wire.
 TEST_F(AmplifierOnBus, TripsAtItsTimeoutAfterTheLastCommand) {
   shows("S-127");
   start_nodes();
   drive(50.0, 30);
-  const can::Time last = clock_.now() - milliseconds(1);  // the last command was sent then
+  const can::Time last = clock_.now() - milliseconds(1);  // time of the last command
   run(milliseconds(40));
   ASSERT_EQ(emergency_frames_.size(), 1u);
   const auto after = tripped_ - last;
@@ -325,7 +326,7 @@ TEST_F(AmplifierOnBus, ReportsASetpointOutOfRangeAsADataSetEmergency) {
   EXPECT_EQ(can::parse_emergency(emergency_frames_.front())->code, 0x6300);
 }
 
-// ---- a cause within the amplifier
+// ---- an internal cause
 
 TEST_F(AmplifierOnBus, ReportsAnInternalCauseAsAHardwareEmergency) {
   shows("S-131");

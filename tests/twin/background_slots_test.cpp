@@ -31,7 +31,7 @@ class BackgroundSlots : public testing::Test, public TwinBench {
       if (frame.id != can::sync_id) frames_.emplace_back(counter_ % slots, frame.id);
     });
   }
-  /// SYNCs, one a millisecond, and nothing else.
+  /// Sends only SYNCs, one per millisecond.
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();
   }
@@ -43,7 +43,7 @@ class BackgroundSlots : public testing::Test, public TwinBench {
   }
 
   std::unique_ptr<can::Bus> witness_;
-  std::vector<std::pair<unsigned, std::uint32_t>> frames_;  ///< the slot and what came in it
+  std::vector<std::pair<unsigned, std::uint32_t>> frames_;  ///< slot, and number of frames in it
 };
 
 using Found = std::map<unsigned, int>;

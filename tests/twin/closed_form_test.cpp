@@ -44,7 +44,7 @@ double largest_error_um(Plant& plant, double from_s, double length_s, Expected e
 }
 
 // A load that is added at rest makes the mode oscillate freely about its new position. Frequency, decay and
-// phase are checked over 50 periods. They are exact for any time between grid points, except for the rounding
+// phase are checked over 50 periods. They are exact at any time between grid points, except for the rounding
 // of 2000 steps.
 TEST(FreeOscillation, FollowsItsClosedForm) {
   Plant plant(linear_stage(), can::Time{});
@@ -82,7 +82,7 @@ TEST(FreeOscillation, ContinuesAtTheShiftedResonanceOfBothModes) {
             1e-11);
 }
 
-// The drive counts as linear within a sub-step, so the error is of second order in the sub-step. For a step
+// The drive is taken as linear within a sub-step, so the error is of second order in the sub-step. For a step
 // of 15 um it is at most 0.081 um with the sub-step of 50 us.
 TEST(StepResponse, FollowsItsClosedFormToSecondOrderInTheSubstep) {
   const auto error_um = [](int substep_us) {

@@ -1,4 +1,4 @@
-// The twin's faults observed at the bus: literal frames, times of begin and end, refusals.
+// The twin's faults observed at the bus: literal frames, start and end times, refusals.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ FaultSpec spec(Fault kind, can::Duration begins, can::Duration lasts) {
 
 // ---- a connection
 
-/// Sample of sync 7 at 12.345678 um, counter 3: docs/protocol/frames.md has the layout.
+/// Sample of sync 7 at 12.345678 um, counter 3; the layout is in docs/protocol/frames.md.
 can::Frame sample(std::uint8_t counter = 3) {
   can::Frame frame{.id = 0x182, .length = 8};
   frame.data = {0x4E, 0x61, 0xBC, 0x00, 7, 0, counter, 0};
@@ -113,7 +113,7 @@ TEST_F(FaultyConnectionTest, FreezesTheCounterAndKeepsTheCrcRight) {
 TEST_F(FaultyConnectionTest, SendsAnImpossiblePosition) {
   connection_.begin(Fault::out_of_range, 1000.0);
   EXPECT_EQ(read(after(sample()))->position_um, 1000.0);
-  connection_.begin(Fault::out_of_range, 1e9);  // beyond the signal's range: sends its greatest value
+  connection_.begin(Fault::out_of_range, 1e9);  // beyond the signal's range: sends its largest value
   EXPECT_GT(read(after(sample()))->position_um, 1000.0);
 }
 
@@ -199,7 +199,7 @@ TEST_F(FaultyConnectionTest, LosesTheGivenShareOfFramesWhileErrorPassive) {
     far_end_->send(can::sync_frame(1));
     run(milliseconds(1));
   }
-  // Binomial: 300 missed frames, standard deviation 14.5; the tolerance is five of these.
+  // Binomial: 300 missed frames, standard deviation 14.5; the tolerance is five standard deviations.
   EXPECT_NEAR(frames - obeyed_, 300, 73);
 }
 
@@ -294,7 +294,7 @@ TEST(FaultSchedule, DriftsLinearlyAndStaysThere) {
   plant.set_target(80.0);
   const double before_um = position_at(milliseconds(900)) - rest_um;
   ASSERT_GT(before_um, 10.0);
-  // The staircase of 1 ms is behind by half a step on average; the ringing of the mode is smaller.
+  // The staircase of 1 ms is late by half a step on average; the ringing of the mode is smaller.
   EXPECT_NEAR(position_at(seconds(2)) - rest_um, 0.95 * before_um, 1e-4 * before_um);
   EXPECT_NEAR(position_at(seconds(4)) - rest_um, 0.9 * before_um, 1e-6 * before_um);
   EXPECT_TRUE(run.twin.faults().active().empty());

@@ -1,4 +1,4 @@
-// Sub-steps lie on a fixed grid: the motion of a plant depends only on its commands and their times.
+// Sub-steps are on a fixed grid: the motion of a plant depends only on its commands and their times.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -45,7 +45,7 @@ std::vector<Command> any_commands() {
   return commands;
 }
 
-/// The position at each command and 5 ms after the last one.
+/// Returns the position at each command and 5 ms after the last one.
 template <class Look>
 std::vector<double> positions(const Plant::Config& config, const std::vector<Command>& commands, bool noisy,
                               Look look) {
@@ -66,7 +66,7 @@ std::vector<double> positions(const Plant::Config& config, const std::vector<Com
   return all;
 }
 
-// Equal to the bit; 1e-9 um would be sufficient.
+// Equality to the bit; 1e-9 um would be sufficient.
 TEST(Plant, IsNotChangedByReading) {
   EXPECT_TRUE(rc::check("looks", [] {
     const bool even = *rc::gen::arbitrary<bool>(), noisy = *rc::gen::arbitrary<bool>();
@@ -83,7 +83,7 @@ TEST(Plant, IsNotChangedByReading) {
   }));
 }
 
-// A command that repeats the present target splits no sub-step; it is only a look.
+// A command that repeats the present target splits no sub-step and only reads the plant.
 TEST(Plant, IgnoresARepeatedTarget) {
   Plant once(piezo_stage(), can::Time{}), again(piezo_stage(), can::Time{});
   once.set_target(50.0);
@@ -118,7 +118,7 @@ double rms_error_um(int substep_ns) {
   return std::sqrt(sum / cycles);
 }
 
-// Second order: half the sub-step gives a quarter of the error. docs/theory/twin.md has the figures.
+// Second order: half the sub-step gives a quarter of the error. The figures are in docs/theory/twin.md.
 TEST(Plant, ConvergesToSecondOrderInTheSubstep) {
   const double at_50_us = rms_error_um(50'000), at_25_us = rms_error_um(25'000);
   RecordProperty("um_at_50_us", std::to_string(at_50_us));

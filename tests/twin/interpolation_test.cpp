@@ -1,5 +1,5 @@
-// An amplifier that moves straight to its setpoint within a cycle: the closed form against a fine numerical
-// integration, the turning points of the plant, and the node at its SYNCs.
+// An amplifier that moves linearly to its setpoint within a cycle: the closed form, compared with a fine
+// numerical integration, the turning points of the plant, and the node at its SYNCs.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -45,7 +45,7 @@ double rate_of(const DriveLimits& limits, double output, double target) {
   return std::clamp(limits.omega * (target - output), least, most);
 }
 
-/// By the midpoint rule.
+/// Integrates by the midpoint rule.
 double integrated(const DriveLimits& limits, const Amplifier::State& start, double time_s) {
   constexpr int steps = 20'000;
   const double dt_s = time_s / steps;
@@ -113,8 +113,8 @@ TEST(MovingTarget, IsFollowedByTheAmplifiersStepWithinTheLag) {
   EXPECT_DOUBLE_EQ(after.target, 6.0 - 2000.0 * 7e-4);
 }
 
-// The output still rises for some 100 us after the target has turned. A plant with sub-steps of 1 ms that
-// turned only at their ends would keep another memory.
+// The output still rises for some 100 us after the turn of the target. A plant with sub-steps of 1 ms that
+// turned only at their ends would store another memory.
 TEST(PlantWithAMovingTarget, MissesNoTurningPointOfItsOutput) {
   const auto stage = [](can::Duration substep) {
     Plant::Config config = piezo_stage();
@@ -177,7 +177,7 @@ class InterpolatingAmplifier : public testing::Test {
   TwinBench bench_{interpolating()};
 };
 
-// 0.6 V: the time of the SYNC's frame.
+// 0.6 V: the duration of the SYNC frame.
 TEST_F(InterpolatingAmplifier, MovesStraightToTheSetpointFromSyncToSync) {
   shows("S-085");
   next_cycle(10.0);
@@ -206,7 +206,7 @@ TEST_F(InterpolatingAmplifier, HoldsTheSetpointWhenASyncIsLost) {
   EXPECT_NEAR(output(), 10.0, 1e-9);
 }
 
-// The way to 10 V is cut short at 4.5 V or so; the way to 20 V begins there.
+// The motion to 10 V is interrupted at about 4.5 V; the motion to 20 V begins there.
 TEST_F(InterpolatingAmplifier, ContinuesFromItsOutputAtAnEarlySync) {
   shows("S-086");
   next_cycle(10.0);

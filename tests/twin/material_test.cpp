@@ -108,7 +108,7 @@ TEST(Butterfly, IsDrivenThroughBothWingsByThePlant) {
   EXPECT_GT(plant.position_um(), 10.0);
 }
 
-// The memory holds 4000 nested turning points: on the way out, the output passes each of them again.
+// The memory contains 4000 nested turning points: on the way out, the output passes each of them again.
 TEST(Material, RemembersThousandsOfNestedLoops) {
   Material material(support::piezo_model(), 0.0, 4096);
   std::vector<double> drives, outputs;

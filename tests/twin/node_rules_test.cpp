@@ -1,5 +1,5 @@
-// What docs/protocol/nodes.md says of an amplifier node and of a sensor node at the edges of their states, in
-// the order of that page, observed at the bus.
+// The rules of docs/protocol/nodes.md for amplifier and sensor nodes at the edges of their states, in the
+// order of that page, observed at the bus.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ class NodeRules : public testing::Test, protected TwinBench {
     tester_->send(*encode_command_(command));
     run(milliseconds(1));
   }
-  /// The watchdog has tripped.
+  /// Makes the watchdog trip.
   void trip() {
     start_nodes();
     drive(50.0, 5);
@@ -51,7 +51,7 @@ class NodeRules : public testing::Test, protected TwinBench {
     run(milliseconds(1));
     ASSERT_TRUE(amplifier().node().objects().object(object));
   }
-  /// The identifiers of the amplifier's frames since the last clear().
+  /// Returns the identifiers of the amplifier's frames since the last clear().
   std::vector<std::uint32_t> sent_by_amplifier() const {
     std::vector<std::uint32_t> ids;
     for (const can::Frame& frame : frames_)
@@ -262,8 +262,8 @@ Config without_a_watchdog() {
   return config;
 }
 
-/// Frames that are sent at these times, in microseconds. A cycle is 1 ms. On the wire the SYNC takes 0.06 ms,
-/// a command 0.12 ms.
+/// Frames sent at these times, in microseconds. A cycle is 1 ms. On the wire, the SYNC takes 0.06 ms and a
+/// command 0.12 ms.
 class AgeOfACommand : public NodeRules {
  protected:
   AgeOfACommand() : NodeRules(without_a_watchdog()) {
@@ -340,7 +340,7 @@ TEST_F(AgeOfACommand, CountsFromItsSyncEvenAfterTheNextOne) {
   sync_at(0, 239);
   sync_at(1'500, 240);  // late by half a cycle
   EXPECT_TRUE(takes_command_at(1'800, 239));
-  sync_at(10'000, 240);  // a new controller, by chance with this counter
+  sync_at(10'000, 240);  // a new controller that happens to have this counter
   sync_at(11'500, 1);
   EXPECT_FALSE(takes_command_at(12'000, 240));
   EXPECT_TRUE(takes_command_at(13'300, 1)) << "the late SYNC is its own";

@@ -1,4 +1,4 @@
-// The twin's two nodes observed at the bus: every test uses frames alone.
+// The twin's two nodes observed at the bus: every test uses only frames.
 #include <gtest/gtest.h>
 
 #include "tests/support/shows.h"

@@ -1,5 +1,5 @@
-// Two axes that one amplifier node and one sensor node serve, in the same CAN FD frames, for tests that use
-// frames alone.
+// Two axes served by one amplifier node and one sensor node, in the same CAN FD frames, for tests that use
+// only frames.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace hystcan::twin::shared_node_test {
 
-/// Both axes are in each frame, or y has a status of its own.
+/// Both axes are in each frame, or y has a separate status.
 inline constexpr const char* shared_dbc = R"(
 BO_ 513 Command: 16 Vector__XXX
  SG_ Crc : 0|16@1+ (1,0) [0|0] "" X
@@ -129,7 +129,7 @@ class SharedBench : public NodeTester {
     protector_.seal(frame);
     tester_->send(frame);
   }
-  /// SYNC and command, once a millisecond, and enough time to arrive.
+  /// Sends SYNC and command once a millisecond, with enough time to arrive.
   void drive(std::array<can::AmpCommand, 2> commands, int cycles) {
     for (int i = 0; i < cycles; ++i) {
       sync();

@@ -1,4 +1,4 @@
-// Two axes in one CAN FD frame: what their nodes share, and what each axis has for itself.
+// Two axes in one CAN FD frame: the shared and the separate functions of their nodes.
 #include <gtest/gtest.h>
 
 #include "can/protocol/sdo.h"
@@ -16,7 +16,7 @@ class SharedNode : public testing::Test, protected SharedBench {
   SharedNode() { start_nodes(); }
 };
 
-// ---- what the axes share
+// ---- shared by the axes
 
 TEST(SharedNodes, BootUpOnceAndSendOneHeartbeatEach) {
   SharedBench bench;
@@ -115,7 +115,7 @@ TEST_F(SharedNode, KeepsItsErrorRegisterUntilNoAxisIsFaulted) {
   EXPECT_EQ(emergency_.error_register, 0x00);
 }
 
-// ---- what each axis has for itself
+// ---- separate for each axis
 
 TEST_F(SharedNode, AnOldCommandFrameCanOnlySwitchOff) {
   drive(60.0, 20.0);

@@ -1,4 +1,4 @@
-// The status of an amplifier whose axes share it, or have one each.
+// The status of an amplifier whose axes share a status, or have separate ones.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -69,7 +69,7 @@ TEST(SharedAmplifier, SendsAStatusWithoutAFaultSignal) {
   EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
 }
 
-// 16 bits of 0.01 V hold 327.67 V. A status with a wrong output would be worse than none.
+// 16 bits of 0.01 V cover 327.67 V. A status with a wrong output would be worse than none.
 TEST(SharedAmplifier, SendsNoStatusIfAnOutputDoesNotFitItsSignal) {
   for (const std::size_t axis : {x, y}) {
     Config config = two_axes();
@@ -85,7 +85,7 @@ TEST(SharedAmplifier, SendsNoStatusIfAnOutputDoesNotFitItsSignal) {
   }
 }
 
-/// What the amplifier of y sends in this message after an internal fault.
+/// Returns the status of y in this message after an internal fault.
 std::optional<can::AmpStatus> status_of_internal_fault(const char* message) {
   Config config = two_axes();
   config.axes[1].wire.frames->status->message = message;
@@ -121,7 +121,7 @@ TEST(SharedAmplifier, SendsOnlyTheConfiguredStatuses) {
   EXPECT_EQ(bench.statuses_[y]->state, AmpState::fault);
 }
 
-/// The identifiers of the statuses of each cycle.
+/// Returns the identifiers of the statuses of each cycle.
 std::vector<std::vector<std::uint32_t>> statuses_by_cycle(unsigned background_slots, int cycles) {
   Config config = two_axes();
   config.background_slots = background_slots;

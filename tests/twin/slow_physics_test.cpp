@@ -39,7 +39,7 @@ TEST(Creep, FollowsItsOperatorsAfterAStep) {
   }
 }
 
-/// The creep of a model file: h comes at once but for n w of it, which comes with the lags.
+/// The creep of a model file: h is immediate except for n w of it, which follows with the lags.
 Plant::Config stage_with_creeping_model() {
   Plant::Config config = linear_stage();
   config.hysteresis_creep = {.per_decade = 0.02, .from_s = 0.01, .to_s = 1.0};
@@ -79,7 +79,7 @@ TEST(Creep, IsAbsentForZeroPerDecade) {
   EXPECT_EQ(plain.position_um(), crept.position_um());
 }
 
-/// Rests for half a day under a temperature with a period of a day. Its position is read every 0.7 s for the
+/// Rests for half a day at a temperature with a period of a day. The position is read every 0.7 s during the
 /// first minutes, or not at all.
 double half_a_day_later_um(bool watched) {
   Plant::Config config = creeping_stage();
@@ -94,7 +94,7 @@ double half_a_day_later_um(bool watched) {
   return plant.position_um();
 }
 
-// 9e8 single sub-steps would take minutes, but a twin has to answer its first SYNC in time.
+// 9e8 single sub-steps would take minutes, but a twin must answer its first SYNC in time.
 TEST(SlowPhysics, NeedsLittleComputingTimeAtRest) {
   EXPECT_EQ(half_a_day_later_um(true), half_a_day_later_um(false)) << "to the bit";
 }

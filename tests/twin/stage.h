@@ -1,4 +1,4 @@
-// Plants for tests: the piezo axis, and one whose closed form is known.
+// Plants for tests: the piezo axis, and one with a known closed form.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The twin on a simulated bus, for tests that use frames alone.
+// The twin on a simulated bus, for tests that use only frames.
 #pragma once
 
 #include <map>
@@ -27,13 +27,13 @@ inline Config one_axis() {
   return config;
 }
 
-/// A sender that keeps no limits of the DBC.
+/// A sender that ignores the limits of the DBC.
 inline can::Message without_limits(can::Message message) {
   for (can::Signal& signal : message.signals) signal.minimum = signal.maximum = 0.0;
   return message;
 }
 
-/// A bus, and a tester that sends on it in the place of the controller.
+/// A bus, and a tester that sends on it in place of the controller.
 class NodeTester {
  public:
   explicit NodeTester(const can::BitRates& rates = {1'000'000}) : bus_(clock_, rates) {}
@@ -57,7 +57,7 @@ class NodeTester {
   std::uint8_t counter_ = 0;
 };
 
-/// A bus with the twin, and a tester that keeps the received frames. The nodes have booted up.
+/// A bus with the twin, and a tester that stores the received frames. The nodes have booted up.
 class TwinBench : public NodeTester {
  public:
   explicit TwinBench(const Config& config = one_axis())
@@ -79,7 +79,7 @@ class TwinBench : public NodeTester {
     tester_->send(*encode_command_(
         {.setpoint = setpoint, .enable = enable, .clear_fault = clear_fault, .sync_counter = counter_}));
   }
-  /// SYNC and command, once a millisecond.
+  /// Sends SYNC and command, once a millisecond.
   void drive(double setpoint, int cycles) {
     for (int i = 0; i < cycles; ++i) {
       sync();

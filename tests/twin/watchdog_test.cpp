@@ -10,7 +10,7 @@
 
 namespace hystcan::twin {
 
-/// gtest finds it by the namespace of node::WatchdogAction.
+/// gtest finds this function by the namespace of node::WatchdogAction.
 inline void PrintTo(node::WatchdogAction action, std::ostream* out) { *out << word_of(action); }
 
 }  // namespace hystcan::twin
@@ -33,7 +33,7 @@ Config with(node::WatchdogAction action) {
   return config;
 }
 
-/// Is driven to 60 V, then trips. The output is read 5 ms later.
+/// Drives to 60 V, then trips. The output is read 5 ms later.
 class Tripped : private TwinBench {
  public:
   explicit Tripped(node::WatchdogAction action) : TwinBench(with(action)) {
@@ -42,7 +42,7 @@ class Tripped : private TwinBench {
     while (status_->state != AmpState::fault) run(microseconds(10));
     tripped_ = clock_.now();
   }
-  /// The output this time after the trip.
+  /// Returns the output at this time after the trip.
   double output_after(can::Duration duration) {
     clock_.run_until(tripped_ + duration - milliseconds(5));
     return output();

@@ -1,4 +1,4 @@
-// The feed-forward against the chain between the samples.
+// The feed-forward, compared with the chain between the samples.
 #include "controller/analysis/feed_forward_design.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ LoopConfig stage(double resonance_Hz, double damping_ratio, bool interpolated) {
 
 Triangle triangle() { return {.low_um = 0.0, .high_um = 24.0, .frequency_Hz = frequency_Hz, .cycles = 1e3}; }
 
-/// RMS between the samples, um, of the stage that is driven by the weighted reference, over its 20th period.
+/// RMS error between the samples, um, of the stage driven by the weighted reference, over its 20th period.
 double true_error_um(const LoopConfig& loop, const FeedForwardWeights& weights) {
   constexpr int fine = 100;
   constexpr double dt_s = cycle_s / fine;

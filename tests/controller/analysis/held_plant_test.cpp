@@ -1,4 +1,4 @@
-// The sampled plant against the twin's physics, stepped finely.
+// The sampled plant, compared with the twin's physics in fine steps.
 #include "controller/analysis/linear_loop.h"
 
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@ Delays delays_of(double delay_us) {
           .damping_ratio = 0.1};
 }
 
-/// Amplifier, mode and sensor by small steps of Heun's method; the samples of a sine of setpoints after
-/// `cycles`.
+/// Integrates amplifier, mode and sensor in small steps of Heun's method; returns the samples of a sine of
+/// setpoints after `cycles`.
 double sampled_after(const Delays& delays, double theta, int cycles) {
   constexpr int fine = 2000;
   const double dt_s = cycle_s / fine, omega = two_pi * delays.resonance_Hz, zeta = delays.damping_ratio;
@@ -35,7 +35,7 @@ double sampled_after(const Delays& delays, double theta, int cycles) {
   };
   double v = 0.0, x = 0.0, rate = 0.0, y = 0.0;
   for (int i = 0; i < cycles * fine; ++i) {
-    const double u = setpoint((i + 0.5) * dt_s - late_s);  // within a step the setpoint does not jump
+    const double u = setpoint((i + 0.5) * dt_s - late_s);  // the setpoint does not jump within a step
     const double v_mid = v + 0.5 * dt_s * amplifier * (u - v);
     const double x_mid = x + 0.5 * dt_s * rate;
     const double rate_mid = rate + 0.5 * dt_s * (omega * omega * (v - x) - 2.0 * zeta * omega * rate);

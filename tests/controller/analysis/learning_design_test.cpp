@@ -1,4 +1,4 @@
-// The filter of the learning: its condition of convergence, and what it then does in virtual cycles.
+// The filter of the learning: its condition of convergence, and its effect in virtual cycles.
 #include "controller/analysis/learning_design.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ Learning::Config learning(double resonance_percent) {
   return {.correction_max_um = 5.0, .resonance_percent = resonance_percent};
 }
 
-/// |1 - forget - rate H T| of the designed taps for a plant whose resonance is `factor` times the stated one.
+/// |1 - forget - rate H T| of the designed taps for a plant with `factor` times the stated resonance.
 double growth(const LearningDesign& design, const Learning::Config& config, LoopConfig loop, double factor,
               double theta) {
   const double ahead = std::round(chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s / loop.cycle_s);
@@ -66,8 +66,8 @@ TEST(LearningDesign, ConvergesAtEveryHarmonicForEveryResonanceInItsInterval) {
       }
 }
 
-// Without feed-forward the correction acts through PI alone, T = L / (1 + L); without PI through the
-// feed-forward alone.
+// Without feed-forward, the correction acts only through PI, T = L / (1 + L); without PI, only through the
+// feed-forward.
 TEST(LearningDesign, ConvergesForEveryStructure) {
   for (const Structure structure : all_structures) {
     LoopConfig loop = stage(500.0, 0.05);

@@ -33,7 +33,7 @@ LoopConfig with(LoopConfig config, const PiGains& gains) {
   return config;
 }
 
-// The steps of the search's grid and the three digits of the gains allow a little more than the rule.
+// The grid steps of the search and the three digits of the gains allow slightly more than the rule.
 constexpr double grid_tolerance = 0.03;
 
 TEST(SensitivityRule, HoldsAtEveryCornerForRandomPlants) {
@@ -125,7 +125,7 @@ TEST(Designs, MultiplyTheIntegralOfASoftStageByANotchOrALowPass) {
   }
 }
 
-// The best deep notch of this stage allows 1.50 times the integral, a shallow one 1.57 times.
+// The best deep notch of this stage allows 1.50 times the integral gain, a shallow one 1.57 times.
 TEST(Designs, HaveADeepAndAShallowNotchForADampedMode) {
   const LoopConfig galfenol = stage(300.0, 0.06);
   const auto settings = designs(galfenol, around(galfenol.delays, 0.0), {});
@@ -159,7 +159,7 @@ TEST(CautiousRule, HoldsForRandomPlantsAndStaysStableForEveryDelay) {
     const PiGains gains = largest_gains(config, around(config.delays, 0.0), CautiousRule{});
     const Margins margins = margins_of(LinearLoop(config), gains);
     EXPECT_TRUE(margins.stable);
-    EXPECT_GE(margins.phase_margin_deg, 59.5);  // tolerance for the steps of the grid
+    EXPECT_GE(margins.phase_margin_deg, 59.5);  // tolerance for the grid steps
     EXPECT_GE(margins.gain_margin, 1.99);
   }
   LoopConfig soft = stage(120.0, 0.02);
@@ -170,7 +170,7 @@ TEST(CautiousRule, HoldsForRandomPlantsAndStaysStableForEveryDelay) {
   }
 }
 
-// Its samples show such a mode on the other side of half the rate, with a phase that rises.
+// The samples show such a mode on the other side of half the rate, with a rising phase.
 TEST(CautiousRule, HoldsIfTheModeMayBeOnBothSidesOfHalfTheRate) {
   LoopConfig config = stage(525.0, 0.0625);
   config.delays.amplifier_bandwidth_Hz = 460.0;

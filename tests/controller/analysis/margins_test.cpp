@@ -67,8 +67,7 @@ TEST(Margins, AreTrivialWithoutGains) {
   EXPECT_EQ(margins.bandwidth_Hz, 0.0);
 }
 
-// With every part: the loop of the judgement is the loop of the law (controller/control/law.h), cycle by
-// cycle.
+// With all parts, the analysed loop equals the loop of the law (controller/control/law.h) in every cycle.
 TEST(Margins, AgreeWithTheLawInTheTimeDomain) {
   for (const LoopConfig& config : simulated::loops()) {
     SCOPED_TRACE(simulated::name_of(config));

@@ -41,7 +41,7 @@ class FinePlant {
  public:
   explicit FinePlant(const LoopConfig& config) : config_(config) {}
 
-  /// Moves one cycle on with this demand.
+  /// Advances by one cycle with this demand.
   void step(double demand) {
     late_.push_back(demand);
     const auto& d = config_.delays;
@@ -76,7 +76,7 @@ class FinePlant {
   }
 
   LoopConfig config_;
-  std::deque<double> late_ = std::deque<double>(8, 0.0);  ///< the last setpoints, newest at the end
+  std::deque<double> late_ = std::deque<double>(8, 0.0);  ///< last setpoints, newest at the end
   double drive_ = 0.0, velocity_ = 0.0, position_ = 0.0, sensed_ = 0.0;
 };
 

@@ -1,4 +1,4 @@
-// The floor against known figures, and against a least-squares fit in the time domain.
+// The floor, compared with known figures and with a least-squares fit in the time domain.
 #include "controller/analysis/feed_forward_design.h"
 
 #include <gtest/gtest.h>
@@ -36,8 +36,8 @@ TEST(TrackingFloor, MatchesTheDocumentedValuesForATriangle) {
   EXPECT_NEAR(triangle_percent(50.0, true), 0.43, 0.05 * 0.43);
 }
 
-/// The position of the last of many periods at every fine step, with a setpoint of 1 in the first cycle of
-/// each period.
+/// Returns the position of the last of many periods at every fine step, with a setpoint of 1 in the first
+/// cycle of each period.
 Eigen::VectorXd response_to_one_setpoint(const Delays& delays, int cycles, int per_cycle) {
   const double dt_s = cycle_s / per_cycle;
   const double lag = std::exp(-2.0 * std::numbers::pi * delays.amplifier_bandwidth_Hz * dt_s);
@@ -62,7 +62,7 @@ Eigen::VectorXd response_to_one_setpoint(const Delays& delays, int cycles, int p
   return position;
 }
 
-// Steps of 5 us, straight inputs within them: 1 % of the floor.
+// Steps of 5 us with linear inputs: 1 % of the floor.
 TEST(TrackingFloor, IsTheLeastErrorOfAllSequencesOfSetpoints) {
   constexpr int cycles = 20, per_cycle = 200;
   for (const bool interpolated : {false, true}) {

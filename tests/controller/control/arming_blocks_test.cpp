@@ -1,5 +1,5 @@
-// What an axis lacks before it is driven: the order of it, its bounds, and what is named together. Then the
-// report of it.
+// The missing conditions of an axis before it is driven: their order, their bounds, and the ones that are
+// reported together. Then the report.
 #include <gtest/gtest.h>
 
 #include <limits>

@@ -1,4 +1,4 @@
-// How an axis is armed: its first drive, the delay of the amplifier, and the trial of the amplifier's
+// The arming of an axis: its first drive, the delay of the amplifier, and the verification of the amplifier's
 // watchdog, which withholds commands.
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ AxisConfig above_zero() {
   return config;
 }
 
-/// The drive in the cycle after the one in which the axis is armed with this output.
+/// Returns the drive in the cycle after the axis was armed with this output.
 double first_drive(const AxisConfig& config, double output, bool enabled) {
   IdealStage stage(config);
   stage.axis.start(false);
@@ -62,8 +62,7 @@ TEST(ArmedDrive, FollowsAReadingThatDiffersByMore) {
   EXPECT_EQ(stage.cycle(with_output(60.0, false)).drive, 60.0);
 }
 
-/// An amplifier whose output falls while its relay is open: what it commands when the relay closes is no
-/// step.
+/// An amplifier whose output falls while its relay is open: the drive causes no step when the relay closes.
 TEST(ArmedDrive, FollowsAnOutputThatFallsBeforeTheAmplifierIsEnabled) {
   IdealStage stage;
   double output = 60.0;
@@ -97,7 +96,7 @@ TEST(ArmedDrive, IsNotFollowedOnceTheAmplifierIsEnabled) {
   EXPECT_EQ(stage.cycle(with_output(30.0, true)).drive, 60.0);
 }
 
-/// The actuator is at 60 V, also while the axis waits; the setpoint is a position, without feedback.
+/// The actuator is at 60 V, even while the axis waits; the setpoint is a position, without feedback.
 struct RaisedStage {
   IdealStage stage;
 
@@ -123,14 +122,14 @@ struct RaisedStage {
   }
 };
 
-/// The fall from 60 V is on a branch that begins there.
+/// The fall from 60 V follows a branch that begins there.
 TEST(ArmedDrive, IsPartOfTheModelsMemory) {
   RaisedStage raised(5.0);
   raised.track();
   EXPECT_NEAR(raised.stage.memory().output, 5.0, 1e-6);
 }
 
-/// The turning point at 20 V is passed before the amplifier is enabled.
+/// The turning point at 20 V occurs before the amplifier is enabled.
 TEST(ArmedDrive, IsPartOfTheMemoryWhileItFollowsTheOutput) {
   RaisedStage raised(12.0);
   const auto output = [&](double drive) {
@@ -174,7 +173,7 @@ Disturbance exact(bool enabled) {
   };
 }
 
-/// The cycles in which the axis waits for its amplifier, from the cycle after the one that armed it.
+/// Counts the cycles in which the axis waits for its amplifier, from the cycle after the arming.
 int cycles_until_connected(IdealStage& stage) {
   int cycles = 0;
   for (stage.cycle(exact(true)); stage.axis.report().arming_blocks == ArmingBlock::enabled;

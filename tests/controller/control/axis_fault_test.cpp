@@ -1,5 +1,5 @@
-// The faults of an axis: each leads to the safe command in the deciding cycle, and the axis stays faulted
-// until it is cleared.
+// The faults of an axis: each causes the safe command in the deciding cycle, and the axis stays faulted until
+// it is cleared.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -142,7 +142,7 @@ TEST(AxisFault, IsSafeAtOnceDuringTheRampOfAStop) {
   EXPECT_EQ(stage.axis.state(), AxisState::faulted);
 }
 
-/// In open loop the drive rises by 10 V/s while the position stands still. The gate is symmetrical.
+/// In open loop the drive rises by 10 V/s while the position does not change. The gate is symmetrical.
 TEST(AxisFault, ComparesAFrozenPositionWithTheWholeDriveRange) {
   AxisConfig config = support::excited_piezo(
       Excitation::Hysteresis{.low = 0.0, .high = 90.0, .slew_per_s = 10.0, .rest_s = 0.0});

@@ -1,5 +1,4 @@
-// Live setpoints: which positions an axis takes and when, and that its reference has no jump. Then the
-// restored memory.
+// Live setpoints: the accepted positions and times, and a reference without jumps. Then the restored memory.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +11,7 @@
 namespace hystcan::controller::axis_live_setpoint_test {
 namespace {
 
-/// The model reaches 1.5 um, coming down to 0 V, and 30 um at 100 V.
+/// The model reaches 1.5 um at 0 V from above, and 30 um at 100 V.
 IdealStage tracking_stage(const AxisConfig& config = support::piezo_axis()) {
   IdealStage stage(config);
   EXPECT_TRUE(stage.tracks());
@@ -66,7 +65,7 @@ TEST(AxisLiveSetpoint, IsRefusedInOpenLoop) {
   EXPECT_EQ(stage.axis.resume(), Refusal::not_tracking);
 }
 
-/// The largest change of the reference from cycle to cycle.
+/// Returns the largest change of the reference from cycle to cycle.
 double largest_step_um(IdealStage& stage, int cycles) {
   double largest_um = 0.0;
   for (int i = 0; i < cycles; ++i) {

@@ -1,4 +1,4 @@
-// The ramps of a start-up and of a stop: how far they go, how fast they are, and how long they rest.
+// The ramps of a start-up and of a stop: their range, their slew and their rests.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double rounding = 1e-9;
 
-/// The drives of each cycle until the axis is in this state.
+/// Returns the drives of each cycle until the axis is in this state.
 std::vector<double> drives_until(IdealStage& stage, AxisState state) {
   std::vector<double> drives;
   while (stage.axis.state() != state && drives.size() < 5000) drives.push_back(stage.cycle().drive);
@@ -29,8 +29,8 @@ TEST(AxisRamps, ReachBothThresholdsAtStartUp) {
   EXPECT_EQ(stage.command.drive, 0.0);
 }
 
-// A model that was identified with a lower threshold beyond the drive is the better one inside it. The upper
-// threshold alone wipes out what the actuator remembers.
+// A model identified with a lower threshold beyond the drive is more accurate within the drive range. The
+// upper threshold alone wipes out the actuator's memory.
 TEST(AxisRamps, WipeTheMemoryByTheUpperThresholdAlone) {
   AxisConfig config = support::piezo_axis();
   const model::Hysteresis actuator(config.law.model);
@@ -45,7 +45,7 @@ TEST(AxisRamps, WipeTheMemoryByTheUpperThresholdAlone) {
   EXPECT_EQ(stage.highest_drive, 100.0);
 }
 
-/// The thresholds of the model, 0 and 100 V, are both outside of the gate.
+/// The thresholds of the model, 0 and 100 V, are both outside the gate.
 AxisConfig narrow_gate() {
   AxisConfig config = support::piezo_axis();
   config.gate = {.drive_min = 10.0, .drive_max = 80.0, .slew_per_s = 20'000.0, .safe_drive = 10.0};

@@ -25,7 +25,7 @@ AxisConfig tracking_axis() {
   return config;
 }
 
-/// Another valid version of the configuration.
+/// Returns another valid version of the configuration.
 rc::Gen<AxisConfig> any_tuning() {
   return rc::gen::apply(
       [](std::size_t structure, int kp, int ki, int options) {
@@ -103,7 +103,7 @@ TEST(AxisRetune, ContinuesThePresentMotionWithLimitedAcceleration) {
   EXPECT_EQ(stage.axis.report().reference_um, 20.0);
 }
 
-// Half of 20 000 V/s at 0.285 um/V; a thousandth of 28.5 um, of which a mode of 500 Hz lags behind.
+// Half of 20 000 V/s at 0.285 um/V; a thousandth of 28.5 um, the lag of a mode of 500 Hz.
 TEST(TransitionLimits, AreByDefaultThoseOfTheDrivesSlewAndTheMode) {
   const AxisConfig axis = support::piezo_axis();
   const ReferenceLimits limits = default_transition_limits(axis.gate, axis.law.model, axis.delays);
@@ -204,7 +204,7 @@ TEST(AxisRetune, StartsLearning) {
   EXPECT_NE(stage.axis.closed_loop()->learning(), nullptr);
 }
 
-/// Faults within 200 cycles: none as it was configured at first, this one once it is retuned.
+/// Expects no fault within 200 cycles with the first configuration, and this fault after the retune.
 void expect_fault_only_after_retune(const AxisConfig& first, const AxisConfig& later, Cause cause,
                                     bool tracks, const std::function<void(AxisInput&)>& disturb) {
   for (const bool retuned : {false, true}) {
@@ -218,7 +218,7 @@ void expect_fault_only_after_retune(const AxisConfig& first, const AxisConfig& l
   }
 }
 
-// With a mode of 1 Hz the stage may ring by more than the whole ramp at its corners.
+// With a mode of 1 Hz, the stage may ring by more than the whole ramp at its corners.
 TEST(AxisRetune, ChangesTheRampCheckOfTheNextStart) {
   AxisConfig first = tracking_axis(), later = first;
   first.supervision.position_min_um = later.supervision.position_min_um = -40.0;
@@ -227,7 +227,7 @@ TEST(AxisRetune, ChangesTheRampCheckOfTheNextStart) {
                                  [](AxisInput& in) { in.position_um = -*in.position_um; });
 }
 
-// Five percent of the drive's range.
+// Five percent of the drive range.
 TEST(AxisRetune, ChangesTheToleranceOfTheOutputCheck) {
   AxisConfig first = support::piezo_axis();
   AxisConfig later = first;
@@ -270,8 +270,9 @@ TEST(AxisRetune, IsRefusedInOpenLoop) {
   EXPECT_EQ(stage.axis.retune(tuning), Refusal::open_loop);
 }
 
-/// Feed-forward alone, and a stage without delay: at rest only a wrong memory causes an error. While it is
-/// not enabled the amplifier rests at `safe_drive`, between the thresholds, so that no memory is wiped out.
+/// Feed-forward alone, and a stage without delay: at rest only a wrong memory causes an error. While the
+/// amplifier is not enabled, it rests at `safe_drive`, between the thresholds, so that no memory is wiped
+/// out.
 AxisConfig feed_forward_axis(MemorySource start_up, double safe_drive = 25.0) {
   AxisConfig config = support::piezo_axis();
   config.gate.safe_drive = safe_drive;
@@ -284,7 +285,7 @@ AxisConfig feed_forward_axis(MemorySource start_up, double safe_drive = 25.0) {
   return config;
 }
 
-/// The largest error at the end of each hold.
+/// Returns the largest error at the end of each hold.
 double error_at_rest_um(IdealStage& stage) {
   double largest_um = 0.0;
   for (int cycle = 1; cycle <= 700; ++cycle) {
@@ -295,7 +296,7 @@ double error_at_rest_um(IdealStage& stage) {
   return largest_um;
 }
 
-/// An actuator that was at its lower threshold and was then driven to 40 V.
+/// An actuator driven from its lower threshold to 40 V.
 model::HysteresisState risen_stage(const model::Hysteresis& actuator) {
   model::HysteresisState memory = actuator.at_lower_threshold();
   actuator.advance(memory, 40.0);

@@ -1,4 +1,4 @@
-// What an axis does where SYNCs were left out: everything that moves by itself has waited for them.
+// The reaction of an axis to missed SYNCs: every motion of its own has waited for them.
 #include <gtest/gtest.h>
 
 #include "tests/controller/control/ideal_stage.h"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr double rounding = 1e-9;
 
-/// One step after a stall: five cycles after the last one, in four of which the references have waited.
+/// One step after a stall: five cycles after the last step, with four cycles in which the references waited.
 constexpr double waited_s = 4 * cycle_s;
 void after_a_stall(AxisInput& in) {
   in.time_s += waited_s;
@@ -22,7 +22,7 @@ void some_time_after_a_stall(AxisInput& in) {
   in.waited_s = waited_s;
 }
 
-/// From 10 to 20 um at 100 um/s.
+/// A ramp from 10 to 20 um at 100 um/s.
 AxisConfig with_ramp() {
   AxisConfig config = support::piezo_axis();
   config.setpoint = {
@@ -75,7 +75,7 @@ TEST(AxisAfterAStall, StartsALiveSetpointFromThePresentReference) {
   EXPECT_NEAR(stage.axis.report().reference_um - before_um, 100.0 * cycle_s, rounding);
 }
 
-/// By an axis that learns a hold in periods of 20 cycles.
+/// An axis that learns a hold in periods of 20 cycles.
 std::uint32_t periods_learnt(bool stalls_in_each_period) {
   AxisConfig config = support::piezo_axis();
   config.learning.emplace(Learning::Config{.correction_max_um = 1.0});

@@ -108,7 +108,7 @@ TEST(Axis, DoesNotUseAJumpedSample) {
   EXPECT_EQ(stage.axis.state(), AxisState::tracking);
 }
 
-// The drive rests, so the model says that the position has not moved.
+// The drive rests, so the model predicts no motion of the position.
 TEST(Axis, RejectsASecondJumpIfItsDriveHasRested) {
   IdealStage stage;
   ASSERT_TRUE(stage.tracks());

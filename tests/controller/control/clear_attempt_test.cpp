@@ -1,4 +1,4 @@
-// The attempt to clear the amplifier's fault: how long it lasts, and which start of an axis makes it.
+// The attempt to clear the amplifier's fault: its duration, and the starts that make it.
 #include <gtest/gtest.h>
 
 #include "controller/control/arming.h"

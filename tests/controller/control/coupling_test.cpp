@@ -22,13 +22,13 @@ AxisConfig axis_of(bool fed_forward, std::size_t other) {
   config.following_error.error_um = 20.0;
   config.law.pi = {.kp = 0.0, .ki_per_s = 20.0};
   config.setpoint = {{.shape = Sine{.low_um = 5.0, .high_um = 25.0, .frequency_Hz = 5.0, .cycles = 100.0}}};
-  if (other == 0)  // the standing axis
+  if (other == 0)  // the resting axis
     config.setpoint = {{.shape = Hold{.level_um = 12.0, .duration_s = 10.0}}};
   if (fed_forward) config.couplings = {{.from = "other", .um_per_um = crosstalk, .index = other}};
   return config;
 }
 
-/// RMS error of the standing axis while the other one sweeps.
+/// RMS error of the resting axis while the other axis sweeps.
 double error_of_the_standing_axis_um(bool fed_forward) {
   std::array<AxisConfig, 2> configs{axis_of(false, 1), axis_of(fed_forward, 0)};
   std::array<std::unique_ptr<Axis>, 2> axes;
@@ -72,7 +72,7 @@ double error_of_the_standing_axis_um(bool fed_forward) {
   return std::sqrt(squares / counted);
 }
 
-// The sweep of 20 um moves the standing axis by 0.6 um. The hysteresis of the standing axis is inverted
+// The sweep of 20 um moves the resting axis by 0.6 um. The hysteresis of the resting axis is inverted
 // exactly, so the error with feed-forward is of second order in the crosstalk: a hundredth of it is allowed.
 TEST(Coupling, FeedForwardCompensatesTheMotionOfTheOtherAxis) {
   const double without_um = error_of_the_standing_axis_um(false);

@@ -1,4 +1,4 @@
-// The inverse with the creep of the model, on an actuator that is hysteresis and creep exactly.
+// The inverse with the creep of the model, on an actuator with exactly this hysteresis and creep.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ ControlLaw::Config config(Structure structure,
   return {.structure = structure, .model = support::piezo_model(), .creep = creep, .pi = pi};
 }
 
-/// An actuator that creeps by 3 % a decade, and its law. Both have stood at the lower threshold.
+/// An actuator that creeps by 3 % per decade, and its law. Both have rested at the lower threshold.
 class Loop {
  public:
   explicit Loop(const ControlLaw::Config& config) : law(config) {
@@ -31,7 +31,7 @@ class Loop {
 
   double position_um() const { return creep_.output(creep_state_, memory_.output); }
 
-  /// One cycle after the drive was held for dt_s. `drive_max`: of the gate.
+  /// Advances by one cycle after the drive was held for dt_s. `drive_max`: limit of the gate.
   ControlLaw::Demand cycle(double reference_um, double drive_max = 100.0) {
     creep_.advance(creep_state_, memory_.output, dt_s);
     law.elapse(dt_s);
@@ -45,7 +45,7 @@ class Loop {
     law.commit(drive);
     return demand;
   }
-  /// The drive of a cycle without elapsed time and without a new sample.
+  /// Returns the drive of a cycle without elapsed time and without a new sample.
   double repeated(double reference_um) {
     return law
         .propose({.reference_um = reference_um,
@@ -66,7 +66,7 @@ class Loop {
   model::OutputCreep::State creep_state_ = creep_.settled(memory_.output);
 };
 
-/// After a step of 80 % of the stroke: how far the position moves in 10 s.
+/// Returns the motion of the position in 10 s after a step of 80 % of the stroke.
 double drift_um(const ControlLaw::Config& config) {
   Loop loop(config);
   loop.cycle(27.0);
@@ -88,7 +88,7 @@ TEST(CreepCompensation, IsNecessaryToHoldAStep) {
   EXPECT_GT(drift_um(config(Structure::inverse, std::nullopt)), 2.0);
 }
 
-// The difference of two inverses that are exact: rounding alone.
+// Two exact inverses differ only by rounding.
 TEST(CreepCompensation, PredictsThePositionForAnyReference) {
   Loop loop(config(Structure::inverse));
   for (int i = 0; i < 5000; ++i) {
@@ -120,8 +120,8 @@ TEST_P(CreepingStructure, IsBumplessAtARetune) {
   EXPECT_NEAR(loop.repeated(20.0), loop.drive, 1e-6);
 }
 
-// I = limit - F for a limit that the creep moves: from the first cycle in which the reference is within reach
-// again, the integral asks for nothing that is not there.
+// I = limit - F for a limit that moves with the creep: from the first cycle in which the reference is within
+// reach again, the integral demands no unreachable position.
 TEST(CreepCompensation, DoesNotWindUpAtALimitThatCreeps) {
   Loop loop(config(Structure::pi, three_percent, {.kp = 0.0, .ki_per_s = 100.0}));
   for (int i = 0; i < 2000; ++i) {
@@ -132,7 +132,7 @@ TEST(CreepCompensation, DoesNotWindUpAtALimitThatCreeps) {
   EXPECT_LT(loop.cycle(loop.position_um() - 0.5, 60.0).drive, 60.0);
 }
 
-// The model's weight is zero: the same drive to the bit.
+// The creep of the model has zero weight: the drive is equal to the bit.
 TEST(CreepCompensation, ChangesNoBitIfTheModelHasNoCreep) {
   Loop none(config(Structure::inverse_pi, std::nullopt));
   Loop zero(config(Structure::inverse_pi, model::OutputCreep::Config{.per_decade = 0.0}));
@@ -157,7 +157,7 @@ AxisConfig creeping_piezo() {
   return config;
 }
 
-/// What the integral makes up for when tracking begins: position and model differ by it.
+/// Returns the correction of the integral when tracking begins: the difference between position and model.
 double offset_after_wipe_um(const AxisConfig& config, const AxisConfig& actuator) {
   IdealStage stage(actuator, model::Hysteresis(actuator.law.model).at_lower_threshold());
   stage.axis = Axis(config);
@@ -165,13 +165,13 @@ double offset_after_wipe_um(const AxisConfig& config, const AxisConfig& actuator
   return stage.axis.report().integral_um;
 }
 
-// With 10 ms at each threshold, most of the creep of the wipe is still to come when tracking begins.
+// With 10 ms at each threshold, most of the creep after the wipe is still outstanding when tracking begins.
 TEST(CreepCompensation, IncludesTheCreepOfTheWipe) {
   EXPECT_NEAR(offset_after_wipe_um(creeping_piezo(), creeping_piezo()), 0.0, 1e-9);
   EXPECT_GT(std::abs(offset_after_wipe_um(support::piezo_axis(), creeping_piezo())), 0.3);
 }
 
-// The creep of what it tracked before is over: the actuator has stood at the safe drive for long.
+// The creep of the earlier motion has decayed: the actuator rested at the safe drive for a long time.
 TEST(CreepCompensation, IncludesTheRestBeforeTheNextStart) {
   IdealStage stage(creeping_piezo(), model::Hysteresis(creeping_piezo().law.model).at_lower_threshold());
   ASSERT_TRUE(stage.tracks());
@@ -183,8 +183,8 @@ TEST(CreepCompensation, IncludesTheRestBeforeTheNextStart) {
   EXPECT_NEAR(stage.axis.report().integral_um, 0.0, 1e-9);
 }
 
-// The references wait, the creep does not. The error is that of a cycle, 3 nm; with the time of the
-// references it is 25 nm.
+// The references wait, but the creep does not. The error is that of a cycle, 3 nm; with the time of the
+// references it would be 25 nm.
 TEST(CreepCompensation, ContinuesWhileTheReferencesWait) {
   AxisConfig config = creeping_piezo();
   config.law.structure = Structure::inverse;

@@ -40,7 +40,7 @@ Complex notch_response(double frequency_Hz) {
   return (c.b0 + back * (c.b1 + back * c.b2)) / (1.0 + back * (c.a1 + back * c.a2));
 }
 
-/// The response to a complex sine reference that is fed forward; 1 is perfect tracking.
+/// Returns the response to a complex sine reference with feed-forward; 1 is perfect tracking.
 Complex compensator(const Moments& moments, double frequency_Hz) {
   const auto sine = [&](double ahead_s) { return std::exp(Complex(0.0, omega(frequency_Hz) * ahead_s)); };
   return {second_order_preview(moments, cycle_s, [&](double t_s) { return sine(t_s).real(); }),
@@ -63,7 +63,7 @@ TEST(Delays, MomentsAreTheFirstTwoOfTheChainsExactResponse) {
       const Complex log_gain = std::log(chain(f, delays));
       const double w = omega(f);
       EXPECT_NEAR(-log_gain.imag() / w, moments.mean_s, 1e-3 * moments.mean_s) << f;
-      // The next term of the real part is of the order w^4 / resonance^4.
+      // The next term of the real part is of order w^4 / resonance^4.
       EXPECT_NEAR(-2.0 * log_gain.real() / (w * w), moments.variance_s2,
                   1e-3 * std::abs(moments.variance_s2));
     }
@@ -84,7 +84,8 @@ TEST(Delays, MomentsOfTheNotchMatchTheDiscreteFilter) {
   }
 }
 
-// Without compensation of the variance |error| is var w^2 / 2, with it O(w^3): the quotient falls with w.
+// Without compensation of the variance, |error| is var w^2 / 2, with it O(w^3): the quotient decreases with
+// w.
 TEST(Delays, SecondOrderLeavesAnErrorOfThirdOrder) {
   const Moments both = piezo.moments(cycle_s);
   const Moments mean_only{.mean_s = both.mean_s};

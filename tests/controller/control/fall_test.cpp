@@ -1,5 +1,5 @@
-// The states of a fault, and what leads from one to another. What ends the ramp is in
-// tests/safety/fault_ramp_test.cpp, input by input.
+// The states of a fault and their transitions. tests/safety/fault_ramp_test.cpp tests every input that ends
+// the ramp.
 #include "controller/control/fall.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The following error at its bound, and the cycles in which its slope is not known.
+// The following error at its bound, and the cycles with an unknown slope of the reference.
 #include "controller/control/following_error.h"
 
 #include <gtest/gtest.h>

@@ -14,7 +14,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double dt_s = 1e-3;
 
-/// The safe drive is no bound: a drive that falls back to it differs from one that is limited.
+/// The safe drive is not a bound: a fallback to it differs from a limited drive.
 constexpr Gate::Config gate{.drive_min = -20.0, .drive_max = 120.0, .slew_per_s = 1000.0, .safe_drive = 5.0};
 
 TEST(Gate, PassesADriveInRangeAndWithinTheSlewLimit) {

@@ -1,4 +1,4 @@
-// A driven axis for the supervisor: the health of its nodes, its samples, and limits to judge them by.
+// A driven axis for the supervisor: healthy nodes, samples, and limits for the checks.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 
 namespace hystcan::controller {
 
-inline constexpr double exact_cycle_s = 1.0 / 1024.0;  // sums of it are exact
+inline constexpr double exact_cycle_s = 1.0 / 1024.0;  // its sums are exact
 
 inline constexpr NodeHealth all_is_well{.sensor_alive = true,
                                         .sensor_operational = true,
@@ -37,7 +37,7 @@ inline Supervisor::Config basic_limits() {
           .drive_range = 100.0};
 }
 
-/// The first cycle, counted from 1, in which `step` returns a cause; 0: none of ten thousand cycles.
+/// Returns the first cycle, counted from 1, in which `step` returns a cause; 0: none in ten thousand cycles.
 template <class Step>
 int cycles_until_cause(Step step) {
   for (int cycle = 1; cycle <= 10'000; ++cycle)

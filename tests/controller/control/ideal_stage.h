@@ -57,7 +57,7 @@ class IdealStage {
     return reaches(AxisState::tracking);
   }
 
-  /// Time passes without a cycle.
+  /// Advances the time without a cycle.
   void hold(double for_s) { creep_.advance(creep_state_, memory_.output, for_s); }
 
   const model::HysteresisState& memory() const { return memory_; }

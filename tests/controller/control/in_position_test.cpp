@@ -17,7 +17,7 @@ class Judge {
   Arrival resting(std::optional<double> error_um, double reference_um = 15.0) {
     return step(reference_um, true, error_um);
   }
-  /// After a cycle of this length.
+  /// Judges after a cycle of this length.
   Arrival resting_after(double dt_s, double error_um) {
     const Trajectory::Point reference{.value_um = 0.0, .at_rest = true};
     return InPosition::step(config_, state_, reference, -error_um, dt_s);
@@ -127,7 +127,7 @@ TEST(InPosition, JudgesNoErrorWithoutASample) {
   EXPECT_EQ(blind.resting_for(101, std::nullopt), Arrival::failed);
 }
 
-/// A stage that is always 5 nm short of its reference: transition for 50 ms, then a hold of 1 s.
+/// A stage that is always 5 nm below its reference: a transition of 50 ms, then a hold of 1 s.
 Arrival arrival_at(double t_s, const std::optional<InPosition::Config>& in_position) {
   AxisConfig axis = support::piezo_axis();
   axis.repeat = false;

@@ -17,7 +17,7 @@ ControlLaw law(Structure structure, PiGains pi = {.kp = 0.0, .ki_per_s = 100.0})
   return result;
 }
 
-/// One cycle in which the requested drive is applied.
+/// Runs one cycle and applies the requested drive.
 double step(ControlLaw& law, double reference_um, double previewed_um, std::optional<double> position_um) {
   const ControlLaw::Demand demand = law.propose(
       {.reference_um = reference_um, .previewed_um = previewed_um, .position_um = position_um, .dt_s = dt_s});
@@ -25,8 +25,8 @@ double step(ControlLaw& law, double reference_um, double previewed_um, std::opti
   return demand.drive;
 }
 
-// After five cycles without one the error is that of the pause. Over 6 ms it would move the integral by 0.6
-// of itself.
+// After five missed cycles, the error is that of the pause. Over 6 ms it would change the integral by 0.6
+// times the error.
 TEST(ControlLaw, DoesNotIntegrateMissedCycles) {
   ControlLaw paused = law(Structure::inverse_pi), steady = law(Structure::inverse_pi);
   const auto after = [](ControlLaw& of, double elapsed_s) {

@@ -1,5 +1,5 @@
-// Learning beside a naive one, written from its description: the whole history instead of windows, and lists
-// of errors instead of sums. Plans, errors and what disturbs a run are drawn.
+// Learning compared with a naive implementation of its description: the whole history instead of windows, and
+// lists of errors instead of sums. Plans, errors and disturbances are drawn at random.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -80,8 +80,8 @@ class NaiveLearning {
   struct Segment {
     std::vector<double> correction_um{};
     long last_cycle = -1;
-    std::vector<double> window_um{}, period_um{};  ///< errors of a run without a gap; of the present period
-    bool is_known = false;                         ///< the error without learning
+    std::vector<double> window_um{}, period_um{};  ///< errors of the present period, in a run without a gap
+    bool is_known = false;                         ///< error without learning
     double first_rms_um = 0.0, first_largest_um = 0.0;
     int grown = 0, resting = 0, failed = 0;
   };
@@ -97,7 +97,7 @@ class NaiveLearning {
   void disturb() {
     for (Segment& segment : segments_) segment.window_um.clear(), segment.period_um.clear();
   }
-  /// How many phases the time lies behind the beginning of its period.
+  /// Returns the number of phases from the start of the period to the time.
   double phases_at(const Trajectory::Point& point) const {
     const Learning::Plan& plan = config_.plans[point.segment];
     const auto count = static_cast<double>(plan.phases);
@@ -193,7 +193,7 @@ class NaiveLearning {
   Output now_, ahead_;
 };
 
-/// What is drawn of one run.
+/// The random values of one run.
 class Draw {
  public:
   explicit Draw(unsigned seed) : random_(seed) {}
@@ -217,7 +217,7 @@ class Draw {
       if (happens(0.3)) plan.period_s = (static_cast<double>(plan.phases) + between(-0.4, 0.4)) * cycle_s;
       if (happens(0.3)) plan.judged = whole(1, 60);
       plan.duration_s = between(1.0, 1.5);
-      if (i == 1 && happens(0.5)) continue;  // it does not repeat
+      if (i == 1 && happens(0.5)) continue;  // a shape that does not repeat
       for (std::size_t k = 2 * whole(0, 3) + 1; k > 0; --k) plan.taps.push_back(between(-0.2, 0.4));
       plan.taps[plan.taps.size() / 2] = 1.0;
     }
@@ -245,7 +245,7 @@ void expect_equal(const Learning& learning, const NaiveLearning& naive, std::siz
   }
 }
 
-/// A run of some seconds: segments one after the other, errors that the correction makes smaller or larger.
+/// A run of some seconds: consecutive segments, with errors that the correction reduces or increases.
 void expect_agreement(unsigned seed, int& diverged, int& rested) {
   Draw draw(seed);
   const Learning::Config config = draw.config();

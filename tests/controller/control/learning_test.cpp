@@ -1,4 +1,4 @@
-// Learning with a stage that answers at once: what it learns from, when it rests, and how it ends.
+// Learning on a stage that responds at once: the errors that it uses, its pauses, and its end.
 #include "controller/control/learning.h"
 
 #include <gtest/gtest.h>
@@ -17,18 +17,18 @@ namespace {
 constexpr std::size_t phases = 20;
 constexpr double cycle_s = 1e-3;
 
-/// A period of 20 cycles, a filter of one tap: the error of a phase corrects that phase.
+/// A period of 20 cycles and a filter of one tap: the error of a phase corrects this phase.
 Learning::Config simple() {
   Learning::Config config{.rate = 0.5, .forget_percent = 0.0, .correction_max_um = 1.0};
   config.plans = {{.phases = phases, .cycle_s = cycle_s, .taps = {1.0}, .duration_s = 1e3}};
   return config;
 }
 
-/// A stage that stands where the corrected reference is, plus a disturbance that repeats.
+/// A stage at the corrected reference plus a disturbance that repeats.
 struct Bench {
   explicit Bench(const Learning::Config& config) : learning(config) {}
   Learning learning;
-  std::size_t cycle = 1000;  // away from the beginning of the segment
+  std::size_t cycle = 1000;  // away from the start of the segment
   double gain = 1.0;
   double correction_um = 0.0, error_um = 0.0, largest_step_um = 0.0;
   std::function<double(std::size_t)> disturbance = [](std::size_t phase) {
@@ -85,7 +85,7 @@ TEST(Learning, RemovesARepeatedErrorOfAFractionalPeriod) {
 
 TEST(Learning, RevertsTheCorrectionIfItDiverges) {
   Bench run(simple());
-  run.gain = -1.0;  // every correction makes it worse
+  run.gain = -1.0;  // every correction increases the error
   run.rms_of_periods(40);
   EXPECT_EQ(run.learning.report().state, LearningState::diverged);
   EXPECT_NEAR(run.correction_um, 0.0, 1e-9);
@@ -139,7 +139,7 @@ TEST(Learning, FrozenCorrectsButDoesNotLearn) {
   EXPECT_EQ(run.learning.report().state, LearningState::frozen);
 }
 
-/// Of segments that repeat after so many cycles.
+/// Returns a learning with segments that repeat after so many cycles.
 Learning of_segments(const std::vector<std::size_t>& cycles) {
   Learning::Config config = simple();
   config.plans.clear();
@@ -165,7 +165,7 @@ TEST(Learning, RestoresNoCorrectionBeyondItsBound) {
   EXPECT_EQ(learning.table(), (std::vector<std::vector<double>>{{1.0, -1.0}}));
 }
 
-// What it has learnt takes the whole error away, and there was none without it.
+// The learnt correction removes the whole error, and there was no error without it.
 TEST(Learning, KeepsACorrectionThatRemovesTheWholeError) {
   Learning learning = of_segments({2});
   EXPECT_TRUE(learning.restore({{0.1, 0.2}}));
@@ -218,7 +218,7 @@ TEST(Learning, IsLearningEvenWithoutSegments) {
   EXPECT_EQ(of_segments({}).report().state, LearningState::learning);
 }
 
-// An error of four times the largest one is the last that is none.
+// The limit is four times the largest error.
 TEST(Learning, IgnoresErrorsAboveFourTimesTheLargest) {
   for (const double error_um : {0.4, std::nextafter(0.4, 1.0)}) {
     Bench run(simple());

@@ -1,4 +1,4 @@
-// Lost samples: how many the supervisor bridges, and which cause it reports.
+// Lost samples: the number that the supervisor bridges, and the reported cause.
 #include <gtest/gtest.h>
 
 #include "controller/control/supervisor.h"
@@ -16,7 +16,8 @@ AxisInput late() {
   return input;
 }
 
-/// Loses `losses` samples in a row, then receives `good` ones, for ever. The cycle that trips; 0: none.
+/// Loses `losses` samples in a row, then receives `good` samples, repeatedly. Returns the cycle that trips;
+/// 0: none.
 int cycles_until_lost(int losses, int good) {
   Supervisor supervisor(basic_limits());
   return cycles_until_cause([&](int cycle) {
@@ -80,7 +81,7 @@ TEST(LostSamples, AreMissingIfHalfOfThemWereLate) {
   EXPECT_EQ(supervisor.judge(sample({})).cause, Cause::sample_missing);
 }
 
-// A computer that is too slow leaves SYNCs out, and its twin answers none in time.
+// A computer that is too slow misses SYNCs, and its twin answers none in time.
 TEST(LostSamples, AreACycleOverrunIfMostOfTheirCyclesAreTooLong) {
   for (const bool mostly_long : {true, false}) {
     Supervisor supervisor(basic_limits());

@@ -1,4 +1,4 @@
-// What is an unstable loop and what is not, with T = 1 um at 1 kHz.
+// Stable and unstable loops, with T = 1 um at 1 kHz.
 #include "controller/control/oscillation.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using Signal = std::function<double(int)>;
 
 double sine(double frequency_Hz, int n) { return std::sin(2.0 * std::numbers::pi * frequency_Hz * 1e-3 * n); }
 
-/// The cycle in which the loop is found unstable.
+/// Returns the cycle in which the loop is found unstable.
 std::optional<int> unstable_at(const Signal& reference_um, const Signal& error_um, int cycles = 20'000,
                                double amplitude_um = 1.0) {
   Oscillation oscillation(amplitude_um);
@@ -34,8 +34,7 @@ constexpr double far_um = 4.0;  // following_error_um and position_jump_um are a
 /// 24 um at 10 Hz: the reference of the shipped piezo stage.
 double triangle(int n) { return 3.0 + 24.0 * std::abs((n % 100) / 50.0 - 1.0); }
 
-// Growth by 2 each half-period takes two more of them, from the swing that is large enough to the turn after
-// it.
+// Growth by 2 per half-period takes two more half-periods, from the sufficient swing to the turn after it.
 TEST(Oscillation, IsFoundEarlyIfItGrows) {
   for (const double frequency_Hz : {37.0, 110.0, 180.0, 222.2, 333.3})
     for (const double growth_per_half_period : {1.002, 1.02, 1.1, 1.5, 2.0})
@@ -98,7 +97,7 @@ TEST(Oscillation, IsNotFoundInKnocks) {
   EXPECT_FALSE(unstable_at(at_rest, knocks));
 }
 
-/// The error of a reference that drives a mode without any feedback.
+/// Returns the error of a reference that drives a mode without feedback.
 Signal error_of_mode(const Signal& reference_um, double frequency_Hz, double damping) {
   double y_um = 0.0, velocity = 0.0;
   return [=](int n) mutable {

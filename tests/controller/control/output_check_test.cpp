@@ -1,5 +1,5 @@
-// The check of the amplifier's output: the last output that agrees and the first one that differs, how long
-// a drive counts, and what a start resets. tests/safety/output_check_test.cpp has the check in an axis.
+// The check of the amplifier's output: the last matching and the first differing output, the time for which a
+// drive counts, and the reset at a start. tests/safety/output_check_test.cpp tests the check in an axis.
 #include <gtest/gtest.h>
 
 #include "controller/control/output_check.h"
@@ -18,7 +18,7 @@ AxisInput status(double output, double age_s = 0.0, double of_cycle_s = cycle_s)
   return input;
 }
 
-/// Whether this output agrees in the cycle after one with a drive of 20 and an old status.
+/// Returns true if this output agrees in the cycle after a drive of 20 with an old status.
 bool agrees(double output, double drive, double slew_per_s, double lag_s = 0.0, double age_s = 0.0) {
   OutputCheck check(range, lag_s);
   check.restart(20.0);
@@ -56,7 +56,7 @@ TEST(OutputCheck, AllowsFiveLagsAndTheStatusAgeOfTheSlew) {
   EXPECT_FALSE(agrees(59.999, 80.0, aged_per_s, 0.0, 0.01));
 }
 
-/// For how many cycles the drive of before counts after a step of it.
+/// Returns the number of cycles for which the previous drive counts after a step.
 int cycles_counted(double lag_s, double of_cycle_s) {
   OutputCheck check(range, lag_s);
   check.restart(20.0);
@@ -98,7 +98,7 @@ TEST(OutputCheck, KeepsAVerdictForASpanWhileOutputsAreReported) {
   EXPECT_EQ(differs.differs_for_s(), 0.0);
 }
 
-// Its age is counted in cycles, and rounded.
+// The age is counted in cycles and rounded.
 TEST(OutputCheck, AcceptsAStatusAsNewIfAgedByUnderHalfACycle) {
   for (const double aged_cycles : {0.499, 0.5}) {
     OutputCheck check(range, 0.0);

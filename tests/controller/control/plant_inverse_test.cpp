@@ -54,7 +54,7 @@ TEST(PlantInverse, FollowsARampWithoutAnError) {
       EXPECT_NEAR(inverse.feed_forward(t_s + ahead_s, cycle_s, ramp), ramp(t_s + ahead_s), 1e-9);
       const double y = inverse.expected(t_s + ahead_s, cycle_s, ramp);
       if (n < 300) continue;  // the state begins at rest
-      // The samples of held setpoints see their staircase always at the same place.
+      // The samples of held setpoints are always at the same phase of the staircase.
       EXPECT_NEAR(y, ramp(t_s - loop.delays.sensor_s()), interpolated ? 1e-4 : 0.02 * um_per_s * cycle_s);
     }
   }
@@ -76,7 +76,7 @@ TEST(PlantInverse, LooksUpTwoValuesInACycle) {
   EXPECT_EQ(looked_up, 2 * 9);
 }
 
-// After a gap the values between are not those of the cycles before.
+// After a gap, the values in between are not those of the previous cycles.
 TEST(PlantInverse, LooksUpAllValuesAgainAfterMissedCycles) {
   const PlantInverse::Config config = design_plant_inverse(stage(false));
   PlantInverse with_a_gap(config), fresh(config);
@@ -86,7 +86,7 @@ TEST(PlantInverse, LooksUpAllValuesAgainAfterMissedCycles) {
                    fresh.feed_forward(60 * cycle_s, cycle_s, reference));
 }
 
-// Else the work of a late cycle makes the next one late too.
+// Otherwise the work of a late cycle would delay the next one too.
 TEST(PlantInverse, LooksUpAtMostTwoWindowsAfterALateSync) {
   const PlantInverse::Config config = design_plant_inverse(stage(false));
   PlantInverse late(config), even(config);
@@ -103,12 +103,12 @@ TEST(PlantInverse, LooksUpAtMostTwoWindowsAfterALateSync) {
     const double found = late.expected(at_s, cycle_s, reference);
     if (n < 150) continue;
     EXPECT_LE(looked_up, 2 * 9) << n;
-    const double way_um = 40.0 * 0.45 * cycle_s;  // in the time by which it was late
+    const double way_um = 40.0 * 0.45 * cycle_s;  // during its lateness
     EXPECT_NEAR(found, expected, n == 150 ? 2.0 * way_um : 1.5 * way_um) << n;
   }
 }
 
-// A loop that is retuned while it moves begins with almost the state that it would have.
+// A loop that is retuned in motion begins with almost the state of a continuous run.
 TEST(PlantInverse, BeginsInMotionAsIfItHadRun) {
   const PlantInverse::Config config = design_plant_inverse(stage(false));
   const auto triangle = [](double t_s) {
@@ -124,7 +124,7 @@ TEST(PlantInverse, BeginsInMotionAsIfItHadRun) {
   }
 }
 
-// Two axes of 4 kHz that begin in the same cycle have less than 100 us each.
+// Two axes at 4 kHz that begin in the same cycle have less than 100 us each.
 TEST(PlantInverse, BeginsAtTheRestOfTheReferenceInFewLookUps) {
   const PlantInverse::Config config = design_plant_inverse(stage(false));
   int looked_up = 0;

@@ -1,6 +1,6 @@
 // The check of the start-up's ramps and the course of the model, mostly on a stage without hysteresis: the
-// last position that agrees and the first one that contradicts, from when a ramp is judged, and what else a
-// position may do. tests/safety/ramp_check_test.cpp has the check in an axis.
+// last matching and the first contradicting position, the start of the judgement, and the allowances.
+// tests/safety/ramp_check_test.cpp tests the check in an axis.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double cycle_s = 1e-3, half_volt = 0.5, um_per_volt = 0.3;
 
-/// Nothing but the ramp itself: no allowance for noise, the ramp's corners or the stage at rest.
+/// Only the ramp itself: no allowance for noise, the ramp's corners or the stage at rest.
 RampCheck::Config strict() {
   return {.drive_range = 100.0, .mode_rad_per_s = 1e9, .decay_s = 1e9, .doubt = 0.3};
 }
@@ -25,12 +25,12 @@ Delays delays(double lag_s) {
   return {.amplifier_bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s), .resonance_Hz = 1e9};
 }
 
-/// Of a stage without hysteresis.
+/// Returns the course of a stage without hysteresis.
 Course straight(const Delays& delays, double gain = um_per_volt) {
   return {model::straight_line("V", "um", {0.0, 100.0}, {0.0, 100.0 * gain}), delays};
 }
 
-/// The check sees what the test names, the mean over its two cycles.
+/// The check receives the value of the test as the mean over its two cycles.
 class Ramp {
  public:
   explicit Ramp(const RampCheck::Config& config = strict(), double begin = 0.0, double lag_s = 1e-9,
@@ -46,7 +46,7 @@ class Ramp {
     check_.rest(course_, drive_, input_);
     return *this;
   }
-  /// Whether the position agrees, or has not contradicted for long enough.
+  /// Returns true if the position agrees, or has not contradicted for long enough.
   bool agrees(double volt, double seen_um) {
     show(seen_um);
     return step(volt);
@@ -55,24 +55,24 @@ class Ramp {
     input_.position_um.reset();
     return step(volt);
   }
-  /// The position moves with the model until the drive is there.
+  /// Moves the position with the model until the drive is reached.
   Ramp& follows_to(double end, double volt) {
     while (std::abs(end - drive_) > 0.25 * std::abs(volt))
       EXPECT_TRUE(agrees(volt, seen_um_ + gain_ * volt)) << drive_;
     return *this;
   }
-  /// The drive of a ramp to `end` at which the position, which moves by a share of the model's, contradicts;
-  /// -1: nowhere.
+  /// Returns the drive of a ramp to `end` at which the position, moving by a share of the model's motion,
+  /// contradicts; -1: never.
   double contradicts_at(double volt, double end, double share) {
     while (std::abs(end - drive_) > 0.25 * std::abs(volt))
       if (!agrees(volt, seen_um_ + share * gain_ * volt)) return drive_;
     return -1.0;
   }
 
-  /// What the other axes add.
+  /// Sets the motion added by the other axes.
   void add(double um) { coupled_um_ += um; }
   void mark() { mark_ = course_.mark(), marked_um_ = seen_um_; }
-  /// How far the delayed position of the model rises in the next cycle beyond what it was at the mark.
+  /// Returns the rise of the model's delayed position in the next cycle, relative to the mark.
   double delayed_um(double volt) const {
     Course next = course_;
     next.step(drive_ + volt, cycle_s, cycle_s);
@@ -123,7 +123,7 @@ TEST(CourseTest, HasNoMemoryAfterARestart) {
   EXPECT_GT(fresh.mark()[0] - fresh.mark()[1], 1.0) << "from above and from below";
 }
 
-// A first-order lag of half a cycle, in which the drive is held, and of two more.
+// A first-order lag of half a cycle, in which the drive is held, and of two more cycles.
 TEST(CourseTest, HasADelayedPositionThatLagsByTheDelaysAndTwoCycles) {
   Course course = straight(delays(1e-9));
   course.restart(0.0);
@@ -145,7 +145,7 @@ TEST(CourseTest, HasAPureDelayAndThenALag) {
   }
 }
 
-// A drive of one cycle, whenever it comes.
+// A drive of one cycle, at any time.
 TEST(CourseTest, DelaysEachCycleByUpTo31OfThem) {
   Delays late = delays(1e-9);
   late.sensor_delay = std::chrono::milliseconds(31);
@@ -213,8 +213,8 @@ TEST(RampCheck, SubtractsThePositionThatTheOtherAxesAdd) {
 
 // ---- direction
 
-/// The cycles of a ramp after which the position contradicts that moves backwards by this share of what the
-/// delayed model moves, and by this many um; 0: it agrees with ten.
+/// Returns the number of ramp cycles after which a position contradicts that moves backwards by this share of
+/// the delayed model's motion, and by this many um; 0: it agrees for ten cycles.
 int cycles_until_it_contradicts(Ramp& ramp, double volt, double share, double beyond_um = 0.0) {
   const double sign = std::copysign(1.0, volt);
   for (int cycle = 1; cycle <= 10; ++cycle) {
@@ -235,7 +235,7 @@ TEST(RampCheck, AllowsAPositionToMoveBackwardsByAQuarterOfTheRamp) {
     }
 }
 
-// Behind the turn the delayed model rises for 12 cycles more while the drive falls.
+// After the turn, the delayed model rises for 12 more cycles while the drive falls.
 TEST(RampCheck, AllowsThirtyPercentMoreRiseAfterATurn) {
   for (const double share : {1.42, 1.44}) {
     Ramp ramp(strict(), 0.0, 0.02);
@@ -249,7 +249,7 @@ TEST(RampCheck, AllowsThirtyPercentMoreRiseAfterATurn) {
   }
 }
 
-// 30 ms that are stated, at 2 V in a cycle: the position rises for 20 cycles more while the drive falls.
+// 30 ms as configured, at 2 V per cycle: the position rises for 20 more cycles while the drive falls.
 TEST(RampCheck, AcceptsASlowSensorThatStillRisesAfterTheTurn) {
   constexpr double tau_s = 0.03;
   Course course(support::piezo_model(), {.sensor_bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * tau_s)});
@@ -300,7 +300,7 @@ TEST(RampCheck, RestartsItsCountAfterATurnEvenWithoutASample) {
 
 // ---- where the ramp begins
 
-// The load discharges: the position falls by 5 um while the drive does not move.
+// The load discharges: the position falls by 5 um while the drive does not change.
 TEST(RampCheck, BeginsWhenTheDriveFirstMoves) {
   Ramp ramp;
   ramp.rests(0.0);
@@ -321,7 +321,8 @@ TEST(RampCheck, DoesNotBeginAgainIfTheDriveWaits) {
 
 // ---- what the position may err by
 
-/// Whether a ramp lets the position be lower by this, besides a quarter of what the model moves.
+/// Returns true if a ramp allows the position to be lower by this amount, besides a quarter of the model's
+/// motion.
 void expect_error_um(const Ramp& rested, double error_um) {
   for (const double share : {0.999, 1.001}) {
     Ramp ramp = rested;
@@ -348,7 +349,7 @@ TEST(RampCheck, AllowsTheRangeOfThePositionAtRest) {
   expect_error_um(Ramp().rests(20.0).rests(20.5).rests(20.2), 0.5);
 }
 
-// A speed of 100 um/s at 1000 rad/s swings by 0.1 um.
+// A speed of 100 um/s at 1000 rad/s oscillates by 0.1 um.
 TEST(RampCheck, AllowsAsMuchAsTheFastestSpeedAtRestSwingsInTheMode) {
   RampCheck::Config config = strict();
   config.mode_rad_per_s = 1000.0;
@@ -356,7 +357,7 @@ TEST(RampCheck, AllowsAsMuchAsTheFastestSpeedAtRestSwingsInTheMode) {
   expect_error_um(Ramp(config).rests(20.0).rests(19.9), 0.2);
 }
 
-/// The range of 1 um at rest, which is forgotten from the third sample on, in the cycles of the ramp too.
+/// The range of 1 um at rest, which decays from the third sample on, even during the ramp.
 void expect_forgotten_in(const RampCheck::Config& config, double cycles) {
   Ramp ramp(config);
   ramp.rests(19.5).rests(20.5);

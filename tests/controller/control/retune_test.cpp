@@ -50,7 +50,7 @@ rc::Gen<ControlLaw::Config> any_config() {
       rc::gen::inRange(0, 5), rc::gen::inRange(0, 40), rc::gen::inRange(0, 200), rc::gen::inRange(0, 4));
 }
 
-// The effect of the change alone: the last cycle is repeated, without elapsed time and without a new sample.
+// Only the effect of the change: the last cycle is repeated, without elapsed time and without a new sample.
 RC_GTEST_PROP(Retune, DoesNotMoveTheDriveForAnyChange, ()) {
   const auto configs = *rc::gen::container<std::vector<ControlLaw::Config>>(6, any_config());
   ControlLaw law(configs[0]);
@@ -110,7 +110,7 @@ TEST(Retune, ARemainingOffsetWithoutFeedbackDecaysWithItsTimeConstant) {
   EXPECT_NEAR(law.predicted_um(), 12.0, 1e-9);
 }
 
-// The error of 1 um becomes 0.8 um behind the deadband.
+// The deadband reduces the error of 1 um to 0.8 um.
 TEST(Retune, TheIntegralTakesOverAChangeOfTheDeadband) {
   ControlLaw::Config changed = config(Structure::inverse_pi);
   ControlLaw law(changed);
@@ -183,7 +183,8 @@ TEST(Retune, ARemainingOffsetEndsAtATenMillionthOfAMicrometre) {
   }
 }
 
-// A notch may pass its transient on, but a change of the notch adds nothing: at rest the drive is constant.
+// A notch may still output its transient, but a change of the notch adds nothing: at rest the drive is
+// constant.
 TEST(Retune, ANotchIsInsertedChangedAndRemovedAtRestWithoutABump) {
   ControlLaw::Config changed = config(Structure::inverse_pi);
   ControlLaw law(changed);
@@ -235,7 +236,7 @@ TEST(Restart, BeginsWithANotchAtRest) {
 
 TEST(MeasurementFilter, CausesNoErrorOnARamp) {
   ControlLaw::Config filtered = config(Structure::inverse_pi);
-  filtered.measurement_filter_Hz = 20.0;  // 8 ms of lag: 0.8 um here if it filtered the position alone
+  filtered.measurement_filter_Hz = 20.0;  // 8 ms of lag: 0.8 um here if only the position were filtered
   ControlLaw law(filtered);
   support::restart_at_lower_threshold(law, 1.5);
   for (int n = 0; n < 200; ++n) {
@@ -275,7 +276,7 @@ TEST(Deadband, KeepsTheIntegralConstantWithinIt) {
   EXPECT_NEAR(law.integral_um(), 100.0 * 0.1 * dt_s, 1e-12);
 }
 
-// The sine runs on where the cycle time changes; the notch is designed anew for it.
+// The sine continues when the cycle time changes; the notch is designed again for the new cycle time.
 TEST(Notch, PassesNothingOfItsFrequencyAtAnyCycleTime) {
   ControlLaw::Config notched = config(Structure::inverse);
   notched.notch = {.frequency_Hz = 100.0, .depth = 0.0, .width = 0.5};

@@ -1,5 +1,5 @@
-// The states of the start-up, and what leads from one to another. What an axis makes of them is in
-// arming_test.cpp and axis_ramps_test.cpp.
+// The states of the start-up and their transitions. arming_test.cpp and axis_ramps_test.cpp test their effect
+// on an axis.
 #include "controller/control/start_up.h"
 
 #include <gtest/gtest.h>

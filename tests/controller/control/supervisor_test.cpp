@@ -1,5 +1,5 @@
-// Each test configures only the limits that it examines: the last value that is allowed, the first one that
-// is not, and what a good cycle in between resets. lost_samples_test.cpp has the bucket of lost samples.
+// Each test configures only the limits that it examines: the last allowed value, the first forbidden one, and
+// the reset by a good cycle in between. lost_samples_test.cpp tests the bucket of lost samples.
 #include "controller/control/supervisor.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ Supervisor::Config with_jump_of(double position_jump_um) {
   return judged;
 }
 
-/// Whether a stage at 5 um may be at `position_um` after so many cycles.
+/// Returns true if a stage at 5 um may be at `position_um` after so many cycles.
 bool is_accepted(double position_um, double cycles = 1.0) {
   Supervisor supervisor(with_jump_of(1.0));
   supervisor.judge(sample(5.0));
@@ -213,7 +213,7 @@ TEST(ModelLeftRange, IsNotCausedByOtherLimits) {
 
 // ---- a frozen position
 
-/// In each cycle: the position, then the drive. The cycle that trips; 0: none.
+/// Per cycle: the position, then the drive. Returns the cycle that trips; 0: none.
 template <class Position, class Drive>
 int cycles_until_frozen(unsigned frozen_cycles, Position position_um, Drive drive) {
   Supervisor::Config judged = basic_limits();

@@ -116,8 +116,8 @@ TEST(Windup, AnIntegralWithoutGainsIsConstantAtALimit) {
   EXPECT_EQ(law.integral_um(), before_um);
 }
 
-/// The integral after one cycle with this error in which the drive stays zero. The stage rests at zero, so
-/// that the whole demand is excess; the cycle lasts 1 s, so that the sums are exact.
+/// Returns the integral after one cycle with this error and zero drive. The stage rests at zero, so that the
+/// whole demand is excess; the cycle lasts 1 s, so that the sums are exact.
 double integral_um_without_drive(PiGains pi, double error_um, double previewed_um = 0.0) {
   ControlLaw law({.structure = Structure::inverse_pi, .model = support::model_from_zero(), .pi = pi});
   support::restart_at_lower_threshold(law, 0.0);
@@ -133,7 +133,7 @@ TEST(Windup, ADemandMissedByAMillionthOfAMicrometreCountsAsMet) {
     EXPECT_EQ(integral_um_without_drive({.kp = 0.0, .ki_per_s = 1.0}, missed_um), 0.0);
 }
 
-// F is the realised position itself: PI has caused the limit.
+// F equals the realised position: PI has caused the limit.
 TEST(Windup, AnIntegralIsReducedByAlphaTimesTheExcess) {
   for (const double ki_per_s : {0.5, 1.0, 100.0})
     for (const double error_um : {1.0, -1.0}) {
@@ -163,7 +163,7 @@ TEST(Windup, ACycleWithoutASampleDoesNotChangeTheIntegralAtALimit) {
   EXPECT_EQ(law.integral_um(), before_um);
 }
 
-// The offset of 4 um demands more than the drive gives, and the feed-forward does not.
+// The offset of 4 um demands more than the available drive, but the feed-forward does not.
 TEST(Windup, ALimitDoesNotChangeAnOffsetThatFadesWithoutFeedback) {
   ControlLaw::Config config{.structure = Structure::inverse_pi,
                             .model = support::model_from_zero(),
@@ -177,8 +177,8 @@ TEST(Windup, ALimitDoesNotChangeAnOffsetThatFadesWithoutFeedback) {
   EXPECT_DOUBLE_EQ(law.integral_um(), 4.0 * std::exp(-dt_s / ControlLaw::fade_s));
 }
 
-// Structure pi demands the whole stroke by the integral: 40 um is out of reach, 20 um is not. Without
-// anti-windup half a second at 60 / s and 10 um is 300 um of integral, which takes as long to remove.
+// With structure pi, the integral provides the whole stroke: 40 um is out of reach, 20 um is not. Without
+// anti-windup, half a second at 60 / s and 10 um is 300 um of integral, which needs the same time to decay.
 TEST(Windup, SaturationOfTheModelCausesNoMoreOvershootThanTheLinearLoop) {
   const PiGains pi{.kp = 0.2, .ki_per_s = 60.0};
   Loop linear(Structure::pi, pi, wide_open), saturated(Structure::pi, pi, wide_open);

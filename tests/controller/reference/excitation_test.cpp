@@ -10,7 +10,7 @@
 namespace hystcan::controller::excitation_test {
 namespace {
 
-/// The drive of every cycle, from before the beginning to after the end.
+/// Returns the drive of every cycle, from before the start to after the end.
 std::vector<double> sampled(const Excitation& excitation, double cycle_s = 1e-3) {
   std::vector<double> drives;
   for (double t_s = -10 * cycle_s; t_s < excitation.length_s() + 10 * cycle_s; t_s += cycle_s)
@@ -31,7 +31,7 @@ std::vector<double> reversals(const std::vector<double>& drives) {
   return found;
 }
 
-/// Odd numbers, so that no turning point falls on a cycle by chance.
+/// Odd numbers, so that no turning point coincides with a cycle.
 const Excitation::Hysteresis odd{
     .low = -3.7, .high = 91.3, .slew_per_s = 123.4, .rest_s = 0.002, .loops = 3, .levels = 4};
 

@@ -88,7 +88,7 @@ TEST(Trajectory, LengthensTransitionsUntilTheyKeepTheLimits) {
   Trajectory trajectory({{.shape = Hold{.level_um = 20.0, .duration_s = 1.0}, .transition_s = 0.1},
                          {.shape = Hold{.level_um = 10.0, .duration_s = 1.0}, .transition_s = 0.1}},
                         true, {.slew_um_per_s = 37.5});
-  trajectory.start_from(0.0);  // 1.875 * 20 um / 37.5 um/s = 1 s, then 0.5 s, and 0.5 s to begin again
+  trajectory.start_from(0.0);  // 1.875 * 20 um / 37.5 um/s = 1 s, then 0.5 s, and 0.5 s to restart
   EXPECT_DOUBLE_EQ(trajectory.length_s(), 1.0 + 1.0 + 0.5 + 1.0);
   EXPECT_TRUE(trajectory.at(0.999).in_transition);
   EXPECT_DOUBLE_EQ(trajectory.value_um(0.5), 10.0);
@@ -134,7 +134,7 @@ TEST(Trajectory, LeavesAFastMotionWithoutOvershootIfUnlimited) {
   }
 }
 
-// A corner of what is left is rounded over a 32nd of the preview.
+// A corner of the remaining motion is rounded over a 32nd of the preview.
 TEST(Trajectory, DoesNotChangeWithinThePreview) {
   const std::vector<Segment> segments{
       {.shape = Triangle{.low_um = 3.0, .high_um = 27.0, .frequency_Hz = 10.0, .cycles = 100.0},
@@ -169,7 +169,7 @@ TEST(Trajectory, DoesNotChangeWithinThePreview) {
   }
 }
 
-// As a streaming client does it: each goal before the last one's preview is over.
+// Like a streaming client: each goal arrives before the end of the previous goal's preview.
 TEST(Trajectory, AcceptsAGoalInEveryCycleWithoutAJump) {
   Trajectory trajectory(smooth_segments(), true, {},
                         {.motion = {.slew_um_per_s = 3000.0, .acceleration_um_per_s2 = 3e5}});

@@ -1,4 +1,4 @@
-// The raster of a scan: what its two axes do, and where it says it is.
+// The raster of a scan: the motion of its two axes, and its reported place.
 #include "controller/reference/raster.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace hystcan::controller::raster_test {
 namespace {
 
-/// Lines of 50 ms, turnarounds of 10 ms: 4 lines and 2 to return.
+/// Lines of 50 ms, turnarounds of 10 ms: 4 lines and 2 for the return.
 Raster both_ways(ScanRole role) {
   return {.role = role,
           .low_um = 2.0,
@@ -149,7 +149,7 @@ TEST(ScanPlace, HasAPixelInEveryCycleWithoutATurnaround) {
   EXPECT_EQ(place_of(fast, 0.1 - 1e-4)->pixel, 0);
 }
 
-// The times of the cycles are sums: 0.4 + 0.6 need not be 1.
+// The cycle times are sums: 0.4 + 0.6 need not equal 1.
 TEST(ScanPlace, BeginsWithTheFirstCycleAfterTheTransition) {
   for (const double transition_s : {0.1, 0.2, 0.3, 0.7}) {
     Trajectory reference({{.shape = prepared(both_ways(ScanRole::fast)), .transition_s = transition_s}},

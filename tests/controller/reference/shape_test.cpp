@@ -1,4 +1,4 @@
-// The properties of all shapes, and those of each kind.
+// The properties of all shapes, and of each kind.
 #include "controller/reference/shape.h"
 
 #include <gtest/gtest.h>

@@ -42,7 +42,7 @@ TEST(Staircase, JumpsToEachLevelWithoutARise) {
   EXPECT_DOUBLE_EQ(value_um(stairs, 0.2), 20.0);
 }
 
-/// Joined while a triangle of 10 Hz runs. Its transition of 0.1 s is shorter than the limits allow for 25 um.
+/// Joins while a triangle of 10 Hz runs. Its transition of 0.1 s is too short for 25 um within the limits.
 struct Joined {
   static constexpr double at_s = 0.73, start_um = 2.0;
   static Trajectory made() {
@@ -70,7 +70,7 @@ TEST(TrajectoryThatJoins, StaysBetweenItsStartAndTheSegments) {
 
 TEST(TrajectoryThatJoins, FollowsTheSegmentsInTimeAfterItsTransition) {
   const Joined joined;
-  const double whole_s = 1.875 * 25.0 / 200.0;  // of the largest way, 2 um to 27 um
+  const double whole_s = 1.875 * 25.0 / 200.0;  // for the largest distance, 2 um to 27 um
   const double nearly_s = Joined::at_s + 0.99 * whole_s;
   EXPECT_TRUE(joined.trajectory.at(nearly_s).in_transition);
   EXPECT_NEAR(joined.trajectory.value_um(nearly_s), joined.alone.value_um(nearly_s), 1e-3);
@@ -145,7 +145,7 @@ TEST(TrajectoryThatJoins, DropsTheJoinWhenOtherSegmentsContinue) {
     EXPECT_EQ(joined.trajectory.value_um(t_s), fresh.value_um(t_s)) << t_s;
 }
 
-// Once it stayed at the start of its joining until the time of that, and then jumped into the segments.
+// An earlier version stayed at the start position until the join time, and then jumped into the segments.
 TEST(TrajectoryThatJoins, DropsTheJoinWhenTheSegmentsRestart) {
   Joined joined;
   joined.trajectory.join(0.0, Joined::start_um);
@@ -155,7 +155,7 @@ TEST(TrajectoryThatJoins, DropsTheJoinWhenTheSegmentsRestart) {
   }
 }
 
-// A sample of the first cycles is older than the reference, by the delay of its sensor.
+// A sample of the first cycles precedes the reference by the delay of its sensor.
 TEST(Trajectory, IsAtItsStartBeforeItBegins) {
   Trajectory trajectory = Joined::made();
   trajectory.join(0.0, 14.0);
@@ -168,7 +168,7 @@ TEST(Trajectory, StartsAtZeroByDefault) {
   EXPECT_TRUE(trajectory.at(0.499).in_transition);
 }
 
-/// Two holds of 1 s, each 0.5 s away from the other.
+/// Two holds of 1 s, with transitions of 0.5 s.
 Trajectory two_holds() {
   return {{{.shape = Hold{.level_um = 1, .duration_s = 1}, .transition_s = 0.5},
            {.shape = Hold{.level_um = 2, .duration_s = 1}, .transition_s = 0.5}},
@@ -182,7 +182,7 @@ TEST(Trajectory, HasTheLengthOfAPassAndTheStartOfEachSegment) {
   EXPECT_EQ(Trajectory({}, true).pass_s(), 0.0);
 }
 
-// The times of the cycles are sums and differences: 1e-9 s is their rounding.
+// The cycle times are sums and differences: their rounding is 1e-9 s.
 TEST(Trajectory, IsInThePartThatBeginsWithinTheRoundingOfATime) {
   const Trajectory trajectory = two_holds();
   const auto is = [&](double t_s, std::size_t segment, bool in_transition) {

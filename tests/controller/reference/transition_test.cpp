@@ -16,7 +16,7 @@ struct Peaks {
   double acceleration = 0.0;
 };
 
-/// By looking at very many points.
+/// Evaluates very many points.
 Peaks seen(const Transition& way) {
   Peaks peaks;
   constexpr int points = 4000;
@@ -66,7 +66,7 @@ TEST(Transition, KeepsTheRequestedDurationIfTheLimitsAllowLess) {
         0.1);
 }
 
-// A jump of the acceleration is a jump of the feed-forward.
+// A jump of the acceleration causes a jump of the feed-forward.
 TEST(Transition, KeepsTheInitialAccelerationIfTheLimitsAllowIt) {
   const ReferenceLimits limits{.acceleration_um_per_s2 = 2e4};
   for (const double acceleration : {1e4, -1e4, 1.9e4}) {
@@ -80,8 +80,8 @@ TEST(Transition, KeepsTheInitialAccelerationIfTheLimitsAllowIt) {
   }
 }
 
-// Their accelerations are (1 - s) (1 + s^2), which has no other zero, and (1 - s) (10 - s) (20 - s) / 200,
-// whose others lie behind the end.
+// Their accelerations are (1 - s) (1 + s^2), without another zero, and (1 - s) (10 - s) (20 - s) / 200, with
+// its other zeros after the end.
 TEST(Transition, HasItsPeaksAtTheStartIfItOnlySlowsDown) {
   const Transition without({.velocity_um_per_s = -7.0 / 12.0, .acceleration_um_per_s2 = 1.0}, -13.0 / 60.0,
                            1.0);
@@ -104,7 +104,7 @@ TEST(TransitionProperty, ReportsItsPeaksExactly) {
     RC_ASSERT(peaks.slew <= way.peak_slew_um_per_s() * (1.0 + 1e-9));
     RC_ASSERT(peaks.slew >= way.peak_slew_um_per_s() * (1.0 - 1e-4));
     RC_ASSERT(peaks.acceleration <= way.peak_acceleration_um_per_s2() * (1.0 + 1e-9));
-    RC_ASSERT(peaks.acceleration >= way.peak_acceleration_um_per_s2() * (1.0 - 1e-2));  // at an end, steep
+    RC_ASSERT(peaks.acceleration >= way.peak_acceleration_um_per_s2() * (1.0 - 1e-2));  // at a steep end
   }));
 }
 
@@ -125,8 +125,8 @@ TEST(TransitionProperty, KeepsTheLimitsFromEveryMotionWithinThem) {
     const Motion end = way.at(way.duration_s() * (1.0 - 1e-9));
     RC_ASSERT(std::abs(end.value_um - goal_um) <= 1e-6);
     RC_ASSERT(std::abs(end.velocity_um_per_s) <= 1e-6 * limits.slew_um_per_s);
-    // No longer than braking to a stand and then going, three times over: it does not merely avoid the
-    // question.
+    // At most three times the duration of a stop followed by a motion from rest: the transition is not
+    // arbitrarily slow.
     const double speed = std::abs(from.velocity_um_per_s);
     const double braking_s = 1.875 * speed / limits.acceleration_um_per_s2;
     const double distance_um = std::abs(goal_um - from.value_um) + speed * braking_s;
@@ -167,7 +167,7 @@ TEST(TransitionProperty, StopsFromEveryMotionWithinTheLimits) {
     const Motion end = way.at(way.duration_s() * (1.0 - 1e-9));
     RC_ASSERT(std::abs(end.value_um - way.end_um()) <= 1e-6);
     RC_ASSERT(std::abs(end.velocity_um_per_s) <= 1e-6 * limits.slew_um_per_s);
-    // What is still getting faster takes longer: at most the square again of what it has.
+    // A motion that is still accelerating takes longer: at most the square of its values more.
     const double braking_s = 1.5 * limits.slew_um_per_s / limits.acceleration_um_per_s2;
     RC_ASSERT(way.duration_s() <= 2.0 * braking_s);
   }));

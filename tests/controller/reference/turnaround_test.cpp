@@ -1,4 +1,5 @@
-// Turnarounds against their definition: the corner averaged with a weight that spares one mode.
+// Turnarounds, compared with their definition: the corner averaged with a weight that does not excite one
+// mode.
 #include "controller/reference/motion.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double mode_s = 2e-3;
 
-/// What is left of the ringing of an undamped mode, as a share of that of a sharp corner: |P(2 pi / T_m)|.
+/// The remaining ringing of an undamped mode, as a share of that of a sharp corner: |P(2 pi / T_m)|.
 double ringing(const Turnaround& turnaround, double period_s = mode_s) {
   constexpr int points = 100'000;
   const double step_s = turnaround.length_s() / points;
@@ -37,7 +38,7 @@ TEST(Turnaround, LeavesAFifthOfTheRingingAtHalfAPeriod) {
       << "one pulse leaves this";
 }
 
-// A resonance that is 10 % off leaves at most a tenth where the turnaround is a period or longer.
+// A resonance 10 % off causes at most a tenth of the ringing if the turnaround is a period or longer.
 TEST(Turnaround, ToleratesAResonanceTenPercentOff) {
   for (const double periods : {0.7, 1.0, 1.5, 2.5, 4.0})
     for (const double off : {0.9, 1.1})
@@ -65,7 +66,7 @@ TEST(Turnaround, IsASharpCornerIfItHasNoLength) {
   EXPECT_EQ(Turnaround(0.0, mode_s).length_s(), 0.0);
 }
 
-/// A way without a gap: its steps, and those of its velocity, follow from the stated peaks.
+/// A continuous path: its steps, and those of its velocity, follow from the stated peaks.
 void is_smooth(const Sawtooth& wave, double low_um, double high_um) {
   constexpr int points = 4000;
   const double step_s = 1.3 * wave.period_s() / points;
@@ -87,7 +88,7 @@ RC_GTEST_PROP(Sawtooth, IsContinuousInValueAndVelocityAndStaysWithinItsEnds, ())
   const double high_um = low_um + *rc::gen::inRange(1, 100);
   const double period_s = 1e-3 * *rc::gen::inRange(10, 2000);
   const double rise_share = 0.01 * *rc::gen::inRange(20, 81);
-  const double share = 0.01 * *rc::gen::inRange(1, 21);  // of one turnaround
+  const double share = 0.01 * *rc::gen::inRange(1, 21);  // for one turnaround
   const double mode = 1e-4 * *rc::gen::inRange(0, 100);
   is_smooth({low_um, high_um, period_s, rise_share, Turnaround(share * period_s, mode)}, low_um, high_um);
 }

@@ -25,7 +25,7 @@ using Numbers = std::vector<double>;
 
 constexpr model::Interval range{0.0, 100.0};
 
-// Swings of changing height from 40 V: minor loops at many places. By the end they visit both thresholds.
+// Swings of varying height from 40 V: minor loops at many places. By the end they reach both thresholds.
 Numbers swings(int samples = 3000) {
   Numbers input;
   for (int n = 0; n < samples; ++n) {
@@ -169,7 +169,7 @@ TEST(PrandtlIshlinskiiFit, FindsTheInitialPlaysIfTheyAreFree) {
   EXPECT_GT(made.largest_error(fit_prandtl_ishlinskii(samples, 9)), 1e-3);
 }
 
-// Only 5000 samples are fitted, and hardly any of them is a turning point.
+// Only 5000 samples are fitted, and few of them are turning points.
 TEST(PrandtlIshlinskiiFit, UsesAllTurningPointsOfALongDataset) {
   const Case made(plays(), plays().virgin(swings().front()), swings(17'001));
   EXPECT_LT(made.largest_error(fit_prandtl_ishlinskii(made.samples(), 9)), 1e-12);

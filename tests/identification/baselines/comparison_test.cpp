@@ -125,7 +125,7 @@ TEST(Comparison, FitsNoModelToHeldOutSamples) {
     const double before = comparison().rows[i].held_out->rms;
     ASSERT_TRUE(made.rows[i].held_out.has_value());
     // | |e + shift| - shift | <= |e|
-    // The search may end at another place; the tolerance for this is a hundredth of the shift.
+    // The search may end at another point; the tolerance for this is a hundredth of the shift.
     EXPECT_NEAR(made.rows[i].held_out->rms, shift, before + 0.01 * shift) << made.rows[i].name;
   }
 }
@@ -173,7 +173,7 @@ TEST(Comparison, FoldsTheInputsOfAllModelsIfTheTruthIsEven) {
   const Identified found = identify(butterfly, order_3());
   ASSERT_EQ(found.parameters.symmetry, model::Symmetry::even);
   for (const ComparisonRow& row : compare(butterfly, found, [] { return true; }).rows)
-    EXPECT_LT(row.fit.rms, 0.05 * found.output_span) << row.name;  // without folding: 20 % and more
+    EXPECT_LT(row.fit.rms, 0.05 * found.output_span) << row.name;  // without folding: at least 20 %
 }
 
 TEST(Comparison, KeepsTheFinishedRowsWhenStopped) {

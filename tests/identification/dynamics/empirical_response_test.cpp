@@ -14,7 +14,7 @@ namespace {
 constexpr double cycle_s = 1e-3;
 const model::HeldMode mode({150.0, 0.1}, 0.4e-3, cycle_s);
 
-/// Steps up and down by 1 about 50, each of 200 rows; the mode's answer times 0.3, with noise.
+/// Steps up and down by 1 about 50, each of 200 rows; 0.3 times the response of the mode, with noise.
 Dataset stepped(double noise) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal(0.0, 1.0);
@@ -41,7 +41,7 @@ double largest_error(const Dataset& dataset, double highest_Hz) {
   return largest;
 }
 
-// The window of 512 rows cuts some of the ringing off.
+// The window of 512 rows cuts off part of the ringing.
 TEST(EmpiricalResponse, MatchesTheModeInAStepTrain) {
   EXPECT_GT(empirical_response(stepped(0.0)).size(), 200u);
   EXPECT_LT(largest_error(stepped(0.0), 300.0), 0.15);

@@ -26,8 +26,8 @@ model::Hysteresis hysteresis() {
                             .k_descending = 0.04});
 }
 
-/// A triangle whose amplitude grows and shrinks, at this many cycles per second, with noise of 0.1 % of the
-/// stroke.
+/// A triangle with growing and shrinking amplitude, at this many cycles per second, with noise of 0.1 % of
+/// the stroke.
 Dataset fast_record(double frequency_Hz, int cycles, std::uint64_t seed, double zero = 0.0) {
   const model::Hysteresis model = hysteresis();
   Dataset dataset{"V", "um", {}, {}, {}};
@@ -48,7 +48,7 @@ Dataset fast_record(double frequency_Hz, int cycles, std::uint64_t seed, double 
   return with_noise(dataset, 0.03, seed);
 }
 
-/// Of curves of a known order: faster.
+/// A known order of the curves makes the fit faster.
 IdentifyOptions of_order_3() {
   IdentifyOptions options;
   options.shape = CurveShape::polynomial(3);

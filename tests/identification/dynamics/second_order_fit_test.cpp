@@ -107,7 +107,7 @@ TEST_P(SecondOrderFitOf, IsExactForAChirpWithoutNoise) {
   expect_found(GetParam(), measured(GetParam(), chirp(5.0, 450.0, 800), 800), 1e-6);
 }
 
-// The fit does not know the rows before the cut. The drive rests for longer than the delay before the cut.
+// The fit does not receive the rows before the cut. The drive rests for longer than the delay before the cut.
 TEST(SecondOrderFit, AcceptsADatasetThatBeginsInMotion) {
   const Truth truth{130.0, 0.02, 0.4e-3};
   Dataset dataset = measured(truth, step_train(40), 600);
@@ -143,8 +143,8 @@ TEST(SecondOrderFit, CoversTheTruthAsOftenAsItsIntervalsState) {
   RecordProperty("gain", gain);
 }
 
-// There the samples depend on the square of the distance from half the rate: where the best frequency lies
-// nearly on it, the standard error says nothing, although the dataset does.
+// There the samples depend on the square of the distance from half the rate: if the best frequency is almost
+// equal to it, the standard error is meaningless, although the dataset determines the mode.
 TEST(SecondOrderFit, DeterminesAModeAtHalfTheSamplingRate) {
   const Truth truth{500.0, 0.05, 0.15e-3};
   const Dataset exact = measured(truth, step_train(150), 900);
@@ -203,7 +203,7 @@ TEST(SecondOrderFit, IsExactForAStepTrainBehindHysteresis) {
 TEST(SecondOrderFit, ReportsTheLagOfAnAmplifierAsDelay) {
   const int fine = 50, rows = 600;
   const model::SecondOrder mode({300.0, 0.05}, cycle_s / fine);
-  const double lag = -std::expm1(-2.0 * pi * 1500.0 * cycle_s / fine);  // of an input that is held
+  const double lag = -std::expm1(-2.0 * pi * 1500.0 * cycle_s / fine);  // for a held input
   const Drive drive = step_train(150);
   double amplifier = drive(0);
   model::SecondOrder::State state{drive(0), 0.0};

@@ -57,7 +57,7 @@ TEST(Levenberg, RefusesAnInvalidStart) {
   EXPECT_THROW(improve(decay(), Vector2d(1.0, -1.0), 50), std::invalid_argument);
 }
 
-// A valley that bends, in two of three unknowns.
+// A bent valley, in two of three unknowns.
 double bent(const VectorXd& x) {
   return 1.0 + std::pow(1.0 - x[0], 2) + 10.0 * std::pow(x[1] - x[0] * x[0], 2);
 }
