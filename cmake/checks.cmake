@@ -1,8 +1,9 @@
-# The checks of a change, `scripts/check NAME` as the test check.NAME of the configuration "check": scripts/check runs
-# them all in one ctest run. The configuration "check_long", of scripts/check --long, has those of a release, too. Each
-# check has half of the processors. The longest (COST_S) begins first, so that no processor waits at the end.
+# The checks of a change: `scripts/check NAME` is the test check.NAME of the configuration "check", and scripts/check
+# runs all of them in one ctest run. The configuration "check_long", for scripts/check --long, also has the checks of a
+# release. Each check uses half of the processors. The longest check (COST_S) begins first, so that no processor waits
+# at the end.
 
-# Gathers the test programs that have threads, for the thread sanitizer: add_dependencies(threads_tests PROGRAM).
+# Collects the test programs with threads for the thread sanitizer: add_dependencies(threads_tests PROGRAM).
 add_custom_target(threads_tests)
 
 cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)

@@ -1,6 +1,7 @@
-# Debian 12 packages; scripts/packages names them. Third-party headers come in as SYSTEM: their warnings are not ours.
+# Debian 12 packages; scripts/packages names them. Third-party headers are included as SYSTEM: their warnings are not
+# ours.
 find_package(Threads REQUIRED)
-# Eigen 3.4 and 5 each refuse a range of versions that has both.
+# Eigen 3.4 and Eigen 5 each refuse a version range that contains both.
 find_package(Eigen3 REQUIRED NO_MODULE)
 if(Eigen3_VERSION VERSION_LESS 3.4)
   message(FATAL_ERROR "Eigen ${Eigen3_VERSION} is too old: hystcan needs 3.4")

@@ -1,4 +1,4 @@
-# One INTERFACE target carries every flag that this project's own code is compiled with.
+# One INTERFACE target carries every flag for this project's own code.
 option(HYSTCAN_WERROR "Treat warnings as errors" OFF)
 set(HYSTCAN_SANITIZE "" CACHE STRING "Sanitizers to build with, e.g. address,undefined or thread")
 option(HYSTCAN_FUZZ "Build the fuzz targets with libFuzzer, and the rooms for it (needs clang)" OFF)
@@ -11,12 +11,12 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 set(CMAKE_CXX_EXTENSIONS OFF)
-set(CMAKE_POSITION_INDEPENDENT_CODE ON)  # the Python module is a shared library made of the same rooms
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)  # the Python module is a shared library of the same rooms
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  # What a compilation gives does not depend on where the tree lies, nor on LC_ALL, which debhelper sets. The sloppiness is
-  # what precompiled headers need.
+  # The result of a compilation does not depend on the folder of the tree, nor on LC_ALL, which debhelper sets.
+  # Precompiled headers need the sloppiness.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env --unset=LC_ALL CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
     CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
 endif()
@@ -30,7 +30,7 @@ set(own_flags -Wall -Wextra -Wpedantic -Wshadow -Wconversion
 if(NOT CMAKE_SYSTEM_PROCESSOR STREQUAL x86_64 OR CMAKE_CXX_FLAGS MATCHES "-m(arch|fma)")
   list(APPEND own_flags -ffp-contract=off)
 endif()
-# On arm64 GCC notes where C++17 passes a pair in other registers than GCC 9 did.
+# On arm64, GCC reports every pair that C++17 passes in other registers than GCC 9 did.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64 AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   list(APPEND own_flags -Wno-psabi)
 endif()
@@ -38,7 +38,7 @@ if(HYSTCAN_WERROR)
   list(APPEND own_flags -Werror)
 endif()
 target_compile_options(hystcan_flags INTERFACE "$<BUILD_INTERFACE:${own_flags}>")
-# GCC 12 sees overlapping copies in std::string's operator+ where there are none (GCC bug 105651).
+# GCC 12 reports overlapping copies in std::string's operator+ that do not exist (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   target_compile_options(hystcan_flags INTERFACE $<BUILD_INTERFACE:-Wno-restrict>)
 endif()
@@ -47,7 +47,7 @@ if(HYSTCAN_SANITIZE)
   add_compile_options(-fsanitize=${HYSTCAN_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${HYSTCAN_SANITIZE})
   if(HYSTCAN_SANITIZE MATCHES thread AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    add_compile_options(-Wno-tsan)  # Asio's fences, which the thread sanitizer does not follow; no data of ours hangs on them
+    add_compile_options(-Wno-tsan)  # the thread sanitizer does not follow Asio's fences; our data does not need them
   endif()
 endif()
 
@@ -55,7 +55,7 @@ if(HYSTCAN_COVERAGE)
   add_link_options(-fprofile-instr-generate)
 endif()
 
-# add_room(NAME SOURCES...): the static library hystcan_NAME of one room.
+# add_room(NAME SOURCES...): adds the static library hystcan_NAME of one room.
 function(add_room name)
   add_library(hystcan_${name} STATIC ${ARGN})
   target_link_libraries(hystcan_${name} PUBLIC hystcan_flags)
@@ -71,7 +71,7 @@ function(add_room name)
   endif()
 endfunction()
 
-# add_to_room(NAME SOURCES...): sources of a sub-folder of that room.
+# add_to_room(NAME SOURCES...): adds sources of a sub-folder of this room.
 function(add_to_room name)
   target_sources(hystcan_${name} PRIVATE ${ARGN})
 endfunction()

@@ -2,7 +2,7 @@
 set(HYSTCAN_PAGE AUTO CACHE STRING "Build the operator's page: ON needs npm, AUTO leaves the page out without npm, OFF")
 set_property(CACHE HYSTCAN_PAGE PROPERTY STRINGS AUTO ON OFF)
 set(HYSTCAN_PAGE_MODULES "" CACHE PATH "A folder node_modules that has uPlot: npm is not asked for it")
-if(HYSTCAN_PAGE)  # AUTO too
+if(HYSTCAN_PAGE)  # also for AUTO
   find_program(NPM npm)
 endif()
 if(HYSTCAN_PAGE AND NOT HYSTCAN_PAGE STREQUAL AUTO AND NOT NPM AND NOT HYSTCAN_PAGE_MODULES)
@@ -10,8 +10,8 @@ if(HYSTCAN_PAGE AND NOT HYSTCAN_PAGE STREQUAL AUTO AND NOT NPM AND NOT HYSTCAN_P
 endif()
 
 set(page_web ${PROJECT_SOURCE_DIR}/app/page/web)
-set(page_npm ${PROJECT_BINARY_DIR}/page)  # node_modules lies there
-set(page_list "")                         # "PATH|FILE": a browser asks for PATH
+set(page_npm ${PROJECT_BINARY_DIR}/page)  # contains node_modules
+set(page_list "")                         # "PATH|FILE": a browser requests PATH
 set(uplot "")
 set(page_missing "")
 
@@ -21,9 +21,9 @@ elseif(HYSTCAN_PAGE AND NPM)
   set(page_npm_ci ${NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline --fetch-retries=1
     --fetch-retry-mintimeout=2000)
   if(NOT HYSTCAN_TESTS OR HYSTCAN_SANITIZE)
-    list(APPEND page_npm_ci --omit=dev)  # what only the browser tests need
+    list(APPEND page_npm_ci --omit=dev)  # omits packages of the browser tests
   endif()
-  # At configure time: without network AUTO leaves the page out.
+  # At configure time: without a network, AUTO leaves the page out.
   file(MAKE_DIRECTORY ${page_npm})
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${page_web}/package-lock.json)
   file(READ ${page_web}/package-lock.json page_lock)
@@ -65,7 +65,7 @@ if(uplot)
   list(SORT page_list)
 endif()
 
-# The assembler copies the files (.incbin): that takes no time to compile.
+# The assembler copies the files (.incbin), which takes no compile time.
 set(page_symbols "")
 set(page_directives "")
 set(page_rows "")

@@ -1,4 +1,4 @@
-# What the machine needs that runs hystcan as a service: units of systemd, udev rules, the user.
+# Files for a machine that runs hystcan as a service: systemd units, udev rules, the user.
 set(units ${PROJECT_BINARY_DIR}/service)
 file(READ service/sandbox.conf sandbox)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS service/sandbox.conf)

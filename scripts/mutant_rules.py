@@ -15,13 +15,13 @@ SWAP = re.compile("|".join(re.escape(swap) for swap in sorted(SWAPS, key=len, re
 WORD = re.compile(r"(?<![\w:])(?:" + "|".join(WORDS) + r")(?![\w<])")
 NOT = re.compile(r"(?<![\w!])!(?=[\w(])")
 NUMBER = re.compile(r"(?<![\w.])(0x[0-9A-Fa-f]+|\d[\d']*(?:\.\d+)?(?:e[+-]?\d+)?)([uUlLfF]*)(?![\w.])")
-# A condition that another rule negates.
+# A condition negated by another rule.
 SIMPLE = re.compile(r"![\w.()*]+|(?:(?! && | \|\| | == | != ).)*(?: == | != )(?:(?! && | \|\| ).)*", re.DOTALL)
 IF = re.compile(r"\bif \(")
 CLAMP = re.compile(r"\bstd::clamp\(")
 QUESTION = re.compile(r" \? ")
 RETURN = re.compile(r"\breturn ([^;{}]*(?: [<>=!]=? | && | \|\| |==)[^;{}]*);")
-# An assignment or a call, where a statement may begin; a declaration has a name after its type and does not match.
+# An assignment or a call at the start of a statement; a declaration has a name after its type and does not match.
 STATEMENT = re.compile(r"(?:(?<=\n)[ ]+|(?<=\{ ))(?!return\b|if\b|for\b|while\b|switch\b|case\b|else\b)"
                        r"(?=(?:\+\+|--)?[\w:.\->]+(?:\[[^\]]*\])?(?:\(| = | [-+|&]= |\+\+|--|;))")
 UNREAD = re.compile(r'//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'|^#[^\n]*', re.MULTILINE)
@@ -43,12 +43,12 @@ class Mutant:
 
     @property
     def lines(self):
-        """The lines of the file that change, counted from 1."""
+        """Returns the changed lines of the file, counted from 1."""
         return range(self.text.count("\n", 0, self.begin) + 1, self.text.count("\n", 0, self.end) + 2)
 
     @property
     def key(self):
-        """File, changed lines before and after: names the mutant also where other lines have moved."""
+        """File, changed lines before and after: identifies the mutant even if other lines have moved."""
         first = self.text.rfind("\n", 0, self.begin) + 1
         last = self.text.find("\n", self.end)
         before = self.text[first:last]
@@ -57,7 +57,7 @@ class Mutant:
 
 
 def mutants_of(file, text):
-    """Every mutant of a source; of a header those of the functions that it defines in one line."""
+    """Yields every mutant of a source; for a header, those of its one-line functions."""
     code = UNREAD.sub(lambda found: " " * len(found[0]), text)
     found = {(begin, end, replacement) for rule in RULES for begin, end, replacement in rule(code)}
     mutants = [Mutant(file, text, *place) for place in sorted(found) if text[place[0]:place[1]] != place[2]]
@@ -67,7 +67,7 @@ def mutants_of(file, text):
 
 
 def end_of(code, begin, stop):
-    """Index of the first of the characters `stop` that is in no bracket opened after `begin`; None: there is none."""
+    """Returns the index of the first of the characters `stop` outside brackets opened after `begin`; None if missing."""
     depth = 0
     for index in range(begin, len(code)):
         if depth == 0 and code[index] in stop:
@@ -91,7 +91,7 @@ def dropped_negations(code):
 
 
 def changed_constants(code):
-    """A whole number by one, another one by a fifth."""
+    """Changes a whole number by one, another number by a fifth."""
     for found in NUMBER.finditer(code):
         number, suffix = found[1].replace("'", ""), found[2]
         if number.startswith("0x") or number.isdigit():
@@ -107,7 +107,7 @@ def changed_constants(code):
 
 
 def changed_conditions(code):
-    """An `if` whose condition is negated, and one that is never true."""
+    """Negates the condition of an `if`, and makes it always false."""
     for found in IF.finditer(code):
         end = end_of(code, found.end(), ")")
         begin = end_of(code, found.end(), ";)")

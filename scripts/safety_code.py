@@ -25,7 +25,8 @@ PROGRAMS = {
     "node/amplifier_node.cpp": TWIN,
     "node/amplifier_channel.cpp": TWIN,
 }
-# Besides it, for mutants: what carries its inputs and commands, and what else acts by itself or at a request.
+# Additional sources for mutants: the code that carries inputs and commands, and other code that acts by itself or on
+# request.
 NODE = ("hystcan_node_tests", "hystcan_controller_tests", "hystcan_safety_tests")
 REFERENCE = ("hystcan_control_tests",)
 MUTATED = PROGRAMS | {
@@ -45,12 +46,12 @@ MUTATED = PROGRAMS | {
 }
 
 
-# A comment, or a literal, in which "//" begins no comment.
+# A comment, or a literal in which "//" does not begin a comment.
 TOKEN = re.compile(r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])+'""", re.DOTALL)
 
 
 def digest_of(source):
-    """Returns a number that changes with the code of a source, but not with its comments and its layout."""
+    """Returns a digest that changes with the code of a source, but not with its comments and its layout."""
     text = (pathlib.Path(__file__).resolve().parent.parent / source).read_text("utf-8")
     return digest_of_text(text)
 

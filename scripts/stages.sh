@@ -23,7 +23,7 @@ stage() {
   echo "$name: $spent" >&2
 }
 
-# configure_tree BUILD_TREE COMMAND...: the stage `configure`, with what the machine lacks for it.
+# configure_tree BUILD_TREE COMMAND...: runs the stage `configure`, with replacements for missing parts of the machine.
 configure_tree() {
   local tree=$1
   shift
@@ -53,7 +53,7 @@ unwritable_folder() {
   [[ -w $folder ]] || echo "$folder"
 }
 
-# report_missing_page BUILD_TREE: says why the program is built without the operator's page, if it is.
+# report_missing_page BUILD_TREE: prints why the program is built without the operator's page, if so.
 report_missing_page() {
   sed -n 's/^HYSTCAN_PAGE_MISSING:INTERNAL=\(..*\)/page: \1/p' "$1/CMakeCache.txt" >&2
 }

@@ -1,11 +1,11 @@
-"""What may leave a controller, and which frames it accepts: a second implementation.
+"""The allowed output of a controller, and the frames that it accepts: a second implementation.
 
-Written from docs/safety.md, docs/protocol/*.md and docs/configuration/*.md alone; whoever changes it must not look into
-the sources of the controller. Where the two disagree, the documents decide.
+It was written only from docs/safety.md, docs/protocol/*.md and docs/configuration/*.md; never change it after a look at
+the sources of the controller. If the two disagree, the documents decide.
 
-judge(frames, facts) takes the frames of one axis (amplifier node 1, sensor node 2) as an array of FRAME in their order on
-the wire, and the settings; it returns what is wrong, as (rule, time in s, what) each. accepted(frames, ...) predicts which
-frames of a message a receiver accepts, and why it rejects the others.
+judge(frames, facts) receives the frames of one axis (amplifier node 1, sensor node 2) as an array of FRAME in the order of
+the wire, and the settings; it returns the violations, each as (rule, time in s, what). accepted(frames, ...) predicts
+the frames of a message that a receiver accepts, and its reasons to reject the others.
 """
 import numpy
 
@@ -48,7 +48,7 @@ def counter_of(frames):
 
 
 def accepted(frames, identifier, restarts=()):
-    """(mask over frames, rejections by cause) of a message: the checks of frames.md in their order."""
+    """(mask over frames, rejections by cause) of a message: the checks of frames.md in order."""
     index = numpy.flatnonzero((frames["id"] == identifier) & (frames["kind"] != REMARK))
     these, counts = frames[index], []
     left = numpy.ones(len(these), bool)
@@ -72,7 +72,7 @@ def boot_ups(frames, node):
 
 
 def before(index, places):
-    """For each place the number of the last one of `index` that is before it; -1: there is none."""
+    """Returns for each place the number of the last element of `index` before it; -1: none."""
     return numpy.searchsorted(index, places) - 1
 
 
@@ -102,13 +102,13 @@ class Judge:
             self.found.append((rule, float(self.time_s[index[k]]), "" if values is None else float(values[k])))
 
     def near(self, places, remark, within_s=5.0):
-        """Whether the remark was made in the seconds before each place."""
+        """Returns whether the remark occurs in the seconds before each place."""
         marks = self.remarks[remark]
         last = before(marks, places)
         return (last >= 0) & (self.time_s[places] - self.time_s[marks[last.clip(0)]] < within_s) if len(marks) else last >= 0
 
     def syncs_count(self):
-        """SYNCs run 1 to 240, one after the other, half a cycle apart at least, less the frame that is on the wire."""
+        """SYNCs count from 1 to 240 without a gap, at least half a cycle apart, less the frame on the wire."""
         syncs = self.data_frames(SYNC, 1)
         for mark in self.remarks[FOREIGN_SYNC]:  # for another node: the next one out of turn
             after = syncs[syncs > mark][:4]
@@ -137,7 +137,7 @@ class Judge:
         self.note("Enable and ClearFault", self.commands, these["data"][:, 4] & 3 == 3)
 
     def commands_answer_a_sync(self):
-        """Each names the last SYNC, and no SYNC has two."""
+        """Each command names the last SYNC, and no SYNC has two commands."""
         counter = self.syncs_count()
         named = before(self.syncs, self.commands)
         gone = self.near(self.commands, BUS_IS_GONE) | self.near(self.commands, FOREIGN_SYNC)
@@ -156,7 +156,7 @@ class Judge:
         self.note("slew", self.commands[1:], enable[1:] & enable[:-1] & (abs(numpy.diff(drive)) > most), numpy.diff(drive))
 
     def enable_is_allowed(self):
-        """Both nodes operational, the amplifier ready or enabled, two outputs that agree; from that output on."""
+        """Both nodes are operational, the amplifier is ready or enabled, two outputs agree; the drive begins there."""
         rising = self.commands[1:][self.enable[1:] & ~self.enable[:-1]]
         drive = self.drive[1:][self.enable[1:] & ~self.enable[:-1]]
         self.note("enabled from the first command on", self.commands[:1], self.enable[:1])
@@ -175,7 +175,7 @@ class Judge:
         self.note("enabled beside the output", rising, abs(drive - output[last]) > margin, drive)
 
     def faults(self):
-        """The places of what is a fault of an axis that is enabled, as the documents say."""
+        """Returns the places of the documented faults of an enabled axis."""
         frames, facts = self.frames, self.facts
         position = value_of(frames[self.samples])
         counter = self.byte(self.syncs, 0)
@@ -202,7 +202,7 @@ class Judge:
         return numpy.sort(numpy.concatenate(places + [numpy.array(missing, int)]))
 
     def safe_after_a_fault(self):
-        """Two cycles after the fault, the latest, no command is enabled until a clear; a ramp goes to the safe drive."""
+        """At most two cycles after the fault, no command is enabled until a clear; a ramp moves to the safe drive."""
         if not len(self.commands):
             return 0
         faults = self.faults()
@@ -245,7 +245,7 @@ class Judge:
 
 
 def judge(frames, facts):
-    """(violations, number of faults that were followed)."""
+    """Returns (violations, number of followed faults)."""
     it = Judge(frames, facts)
     it.commands_are_intact()
     it.commands_answer_a_sync()

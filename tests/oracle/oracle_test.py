@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The controller and the oracle (oracle.py) agree about each frame of runs at random.
+"""The controller and the oracle (oracle.py) agree about each frame of random runs.
 
 oracle_test.py ORACLE_FRAMES [--seeds 1-4] [--seconds 60] [--csv FILE]   runs; exit status 1 if they disagree
 oracle_test.py ORACLE_FRAMES --planted                                 wrong frames are planted in a log: all are found
@@ -40,7 +40,7 @@ def sealed(frame):
 
 
 def planted(program):
-    """Each of these frames is wrong in one way only."""
+    """Each of these frames has a single error."""
     frames, facts = run_of(program, 2, 20)
     commands = numpy.flatnonzero(frames["id"] == oracle.COMMAND)
     enabled = [at for at in commands if frames["data"][at, 4] & 1][1000:]

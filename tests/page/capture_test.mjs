@@ -24,14 +24,14 @@ async function arm(kind) {
   await page.getByLabel('After').fill(String(post_s));
 }
 
-/** Columns and rows of a CSV. */
+/** Returns the columns and rows of a CSV. */
 function parse(content) {
   const lines = content.toString().trim().split('\n');
   return { columns: lines[0].split(','), rows: lines.slice(1).map((line) => line.split(',')) };
 }
 const named = (columns, name) => columns.findIndex((column) => column.startsWith(`${name} [`) || column === name);
 
-/** The newest capture, with a function that gives a column of it. */
+/** Returns the newest capture, with a function for its columns. */
 async function nextCapture() {
   await captureNext(page);
   const { columns, rows } = parse((await download('#capture-list > li:first-child button')).content);

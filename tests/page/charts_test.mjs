@@ -9,7 +9,7 @@ const { page } = await startDemoWithPage();
 const rows = () => page.evaluate(() => window.hystcanPage.rows(0));
 const isPaused = () => page.evaluate(() => window.hystcanPage.paused);
 
-/** Where the charts draw: the box of the chart's sensitive area. */
+/** Returns the drawing area of the charts: the box of the sensitive area. */
 async function plotBox(chart) {
   return page.locator(`${chart} .u-over`).first().boundingBox();
 }
@@ -19,7 +19,7 @@ async function pause(wanted) {
   await until(`paused: ${wanted}`, async () => (await isPaused()) === wanted);
 }
 
-/** The picture, when two frames have it equal. */
+/** Returns the picture after two equal frames. */
 async function restingPicture(chart) {
   let last;
   return until(`${chart} rests`, async () => {
@@ -49,7 +49,7 @@ test('Space pauses and goes on', async () => {
   await until('it goes on', async () => !(await isPaused()));
 });
 
-/** Where the cursors are, from the line of the readout: "A 0.6 s, B 1.2 s, Δt 0.6 s, 1/Δt 1.6667 Hz". */
+/** Returns the cursors from the line of the readout: "A 0.6 s, B 1.2 s, Δt 0.6 s, 1/Δt 1.6667 Hz". */
 async function cursorTimes() {
   const text = (await page.textContent('#cursor-readout')).replaceAll('\u2212', '-');
   const number = '(-?[\\d.]+)';
@@ -57,7 +57,7 @@ async function cursorTimes() {
   return found && { a_s: Number(found[1]), b_s: Number(found[2]), apart_s: Number(found[3]), rate_Hz: Number(found[4]) };
 }
 
-/** Name with unit of each signal, and its values at A, at B and their difference. */
+/** Returns the name with unit of each signal, its values at A and at B, and their difference. */
 async function cursorValues() {
   const rows = await page.locator('#cursor-readout tbody tr').evaluateAll((all) =>
     all.map((row) => [...row.cells].map((cell) => cell.textContent.replaceAll('\u2212', '-'))));

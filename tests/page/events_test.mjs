@@ -8,7 +8,7 @@ const { demo, browser, page } = await startDemoWithPage({ config: copyOfConfig()
 const other = await openPage(browser, demo);
 await seesTracking(page);
 
-/** Waits for an event on this page and on the other one, which calls the first one by its number. */
+/** Waits for an event on this page and on the other one, which shows the number of the first page. */
 async function bothSee(words) {
   await until(`this page: ${words}`, async () => (await page.textContent('#events')).includes(`this page: ${words}`));
   const ofOther = await until(`page N: ${words}`, async () => {

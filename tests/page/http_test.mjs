@@ -13,7 +13,7 @@ before(async () => {
 });
 after(() => demo.stop());
 
-/** Status, headers and text of the answer to a request with these headers. */
+/** Returns status, headers and text of the answer to a request with these headers. */
 function ask(path, headers = {}) {
   return new Promise((done, fail) => {
     const request = http.request({ host: '127.0.0.1', port: demo.port, path, headers, agent: false });

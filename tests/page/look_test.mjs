@@ -7,7 +7,7 @@ import { openPage, seesTheLoopRun, startDemoWithPage, until } from './support.mj
 const { demo, browser } = await startDemoWithPage();
 
 const background = (page) => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
-/** Of 0..255, from "rgb(r, g, b)". */
+/** Returns values of 0..255 from "rgb(r, g, b)". */
 const brightness = (colour) => {
   const [r, g, b] = colour.match(/[\d.]+/g).map(Number);
   return 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -26,7 +26,7 @@ for (const width of [360, 400, 700, 1400])
     await page.context().close();
   });
 
-/** Waits until the help is between the bar and the end of the window: it follows the bar one frame later. */
+/** Waits until the help is between the bar and the end of the window: it follows the bar with a delay of one frame. */
 async function isBetweenBarAndEnd(page, height) {
   await until(`the help begins below the bar and ends within ${height} px`, async () => {
     const [bar, top, end] = await page.evaluate(() => {

@@ -20,7 +20,7 @@ await until('a second of every cycle', async () => {
   return isWhole;
 });
 
-/** The shipped stage; axis x follows the triangle of 10 Hz and nothing else. */
+/** The shipped stage; axis x only follows the triangle of 10 Hz. */
 function triangleAlone() {
   const config = copyOfConfig();
   const text = readFileSync(config, 'utf8');
@@ -30,7 +30,7 @@ function triangleAlone() {
   return config;
 }
 
-/** The drives at which the position passes the level, upwards and downwards. The first point may have no drive. */
+/** Returns the drives at which the position crosses the level, upwards and downwards. The first point may have no drive. */
 function crossings(position, drive) {
   const [up, down] = [[], []];
   for (let at = 1; at < position.length; ++at) {
@@ -45,7 +45,7 @@ function crossings(position, drive) {
 
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
-/** Of what the chart draws; with the delay 0 of drive and position in the same row. */
+/** Returns the crossings and the width of the drawn loop; with delay 0, drive and position are from the same row. */
 async function loop(delay_s) {
   const { position, drive } = await points(delay_s);
   const { up, down } = crossings(position, drive);
@@ -75,7 +75,7 @@ test('The legend says by how much earlier the drive is', async () => {
   assert.match(await page.textContent('#loop-chart figcaption'), /drive 1\.6 ms earlier, when it acted/);
 });
 
-/** What a path keeps of these points, in pixels: the very code of the page. */
+/** Returns the points that a path keeps, in pixels, by the code of the page. */
 function kept(points) {
   return page.evaluate(async (all) => {
     const { Thinning } = await import('/loop_chart.js');

@@ -21,7 +21,7 @@ async function setGain(value) {
   await until('the gain is in force', async () => (await page.textContent('#steering-axes')).includes(`${value} is active`));
 }
 
-/** A busy machine may cut the page off or answer too late; the page says so, and a user asks again. */
+/** A busy machine may disconnect the page or answer too late; the page shows this, and a user repeats the request. */
 const isCutOff = (refusal) => /no answer within|connection was lost|not connected/.test(refusal);
 
 async function open(button, words) {

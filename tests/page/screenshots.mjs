@@ -24,7 +24,7 @@ for (const colorScheme of ['light', 'dark'])
 await browser.close();
 await demo.stop();
 
-/** Sixteen steps of each colour make the PNG small, and are enough for lines and letters. */
+/** Sixteen steps per colour keep the PNG small and suffice for lines and letters. */
 async function withFewerColours(png) {
   const url = await blank.evaluate(async (source) => {
     const image = new Image();

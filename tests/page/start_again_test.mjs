@@ -10,7 +10,7 @@ const { demo, browser, page } = await startDemoWithPage({ config });
 
 const startAgain = () => page.locator('#start-again');
 
-/** The button is there when the page has no rows, which a busy machine may cause for a moment. */
+/** The button is shown while the page has no rows, which may briefly occur on a busy machine. */
 async function hasNothingToStart() {
   await until('no button', async () => (await startAgain().count()) === 0);
 }

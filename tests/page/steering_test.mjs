@@ -8,7 +8,7 @@ import { copyOfConfig, openPage, seesTheLoopRun, startDemoWithPage, takeControl,
 const config = copyOfConfig();
 const { demo, browser, page } = await startDemoWithPage({ config });
 
-/** The answer to one message on a WebSocket of its own, which has not given the token. */
+/** Returns the answer to one message on a separate WebSocket without the token. */
 function askWithoutToken(message) {
   return page.evaluate((text) => new Promise((done, fail) => {
     const socket = new WebSocket(`ws://${location.host}/socket`);
@@ -24,7 +24,7 @@ function askWithoutToken(message) {
   }), JSON.stringify({ id: 1, ...message }));
 }
 
-/** The value of a setting in force, as TOML. */
+/** Returns the value of a setting in force, as TOML. */
 async function valueInForce(key) {
   const { settings } = await askWithoutToken({ do: 'settings' });
   return settings.find((setting) => setting.key === key)?.value;

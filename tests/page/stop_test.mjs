@@ -24,7 +24,7 @@ async function started(t) {
 const state = (page) => page.textContent('#axis-0-state');
 const isDriven = async (page) => /tracking|ready|initialising/.test(await state(page));
 
-/** The axis is offline, or the controller has ended. A busy machine may show an axis that is driven as unknown. */
+/** Waits until the axis is offline or the controller has ended. A busy machine may show a driven axis as unknown. */
 async function standsStill(page) {
   await until('no axis is driven', async () => /offline|no controller/.test(await state(page)));
 }
@@ -35,10 +35,10 @@ async function giveToken(page, demo) {
   await page.press('#token', 'Enter');
 }
 
-/** The keys that stop everywhere. */
+/** The keys that stop in every element. */
 const pressStop = (page) => page.keyboard.press('Control+Shift+X');
 
-/** Presses Esc twice, again until both come within a second, which a slow machine may need. */
+/** Presses Esc twice, and repeats this until both arrive within a second; a slow machine may need it. */
 async function pressEscTwice(page) {
   await until('two Esc within a second', async () => {
     await page.keyboard.press('Escape');
@@ -47,7 +47,7 @@ async function pressEscTwice(page) {
   });
 }
 
-/** A field of the gain, focused, with the value in force replaced by another one. */
+/** Returns a focused gain field whose value in force was replaced by another value. */
 async function typeIntoGain(page) {
   const gain = page.getByRole('textbox', { name: /\bkp\b/i }).first();
   await until('the value in force', async () => (await gain.inputValue()) !== '');

@@ -25,14 +25,14 @@ export async function until(what, condition) {
   }
 }
 
-/** A folder that is removed at the end of the process, when the last program of it has ended. */
+/** Returns a folder that is removed at the end of the process, after its last program has ended. */
 export function scratchFolder() {
   const folder = mkdtempSync(join(tmpdir(), 'hystcan-page.'));
   process.on('exit', () => rmSync(folder, { recursive: true, force: true, maxRetries: 50, retryDelay: 100 }));
   return folder;
 }
 
-/** A copy of the shipped configuration files, which a test may change; returns the path of NAME. */
+/** Copies the shipped configuration files, which a test may change; returns the path of NAME. */
 export function copyOfConfig(name = 'piezo.toml') {
   const folder = scratchFolder();
   cpSync(join(repository, 'config'), folder, { recursive: true, filter: (file) => !/\.(cpp|h)$/.test(file) });
@@ -43,7 +43,7 @@ const names = { page: 'url', token: 'token', 'control socket': 'socket', 'twin s
 const running = new Set();
 process.on('exit', () => running.forEach((child) => child.kill('SIGKILL')));
 
-/** Starts `hystcan demo --page` and returns what it says: url, token, socket, twinSocket. */
+/** Starts `hystcan demo --page` and returns its url, token, socket and twinSocket. */
 export async function startDemo({ config, port = 0, options = [] } = {}) {
   const words = ['demo', '--page', `127.0.0.1:${port}`, ...options];
   if (config) words.push('--config', config);
@@ -92,8 +92,8 @@ export async function startBrowser() {
 }
 
 /**
- * Makes the page draw ten frames a second and ask for a hundred rows. The server cuts off a page that takes nothing for 5 s:
- * this one needs little of a busy machine, and its rows of ten seconds wait in the socket.
+ * Makes the page draw ten frames per second and request a hundred rows. The server disconnects a page that reads nothing
+ * for 5 s: this page needs few resources of a busy machine, and its rows of ten seconds wait in the socket.
  */
 function goEasy() {
   window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 100);
@@ -104,8 +104,8 @@ function goEasy() {
 }
 
 /**
- * Opens the page in a context of its own. `page.problems` gathers errors on the console, violations of the content
- * security policy and requests to other hosts. `isAtFullRate`: the page draws every frame and gets every row.
+ * Opens the page in a separate context. `page.problems` collects errors on the console, violations of the content
+ * security policy and requests to other hosts. `isAtFullRate`: the page draws every frame and receives every row.
  */
 export async function openPage(browser, demo, { isAtFullRate = false, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, ...options });
@@ -126,7 +126,7 @@ export async function openPage(browser, demo, { isAtFullRate = false, ...options
   return page;
 }
 
-/** The canvases of a chart as one text. */
+/** Returns the canvases of a chart as one text. */
 export async function pictureOf(page, chart) {
   return page.evaluate((selector) => {
     const place = document.querySelector(selector);
@@ -134,7 +134,7 @@ export async function pictureOf(page, chart) {
   }, chart);
 }
 
-/** Takes control, with the token if the page asks for it, from another page if need be. */
+/** Takes control, with the token if the page requests it, from another page if necessary. */
 export async function takeControl(page, demo) {
   const role = page.locator('#take-control');
   const token = page.locator('#token');
@@ -163,7 +163,7 @@ export async function seesTracking(page) {
   await until('the first axis tracks', async () => /tracking/.test(await page.textContent('#axis-0-state')));
 }
 
-/** Arms the trigger of the form and waits for a capture. The server disarms a page that it loses. */
+/** Arms the trigger of the form and waits for a capture. The server disarms a page when it loses the connection. */
 export async function captureNext(page) {
   const captures = () => page.evaluate(() => window.hystcanPage.captures);
   const before = await captures();
@@ -174,7 +174,7 @@ export async function captureNext(page) {
   });
 }
 
-/** What most scripts begin with: a demo, a browser and its page, which shows the loop. They end with the last test. */
+/** Starts a demo, a browser and its page with the loop, as most scripts need. They end after the last test. */
 export async function startDemoWithPage({ isAtFullRate = false, ...options } = {}) {
   const demo = await startDemo(options);
   const browser = await startBrowser();

@@ -1,4 +1,4 @@
-"""Every example in a docstring of the package gives what it says; every public class and function has a docstring."""
+"""Every example in a docstring of the package gives the stated result; every public class and function has a docstring."""
 import doctest
 import inspect
 import sys

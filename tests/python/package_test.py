@@ -1,4 +1,4 @@
-"""The package does what the command line does, and says what it refuses. package_test.py HYSTCAN"""
+"""The package gives the results of the command line, and names what it refuses. package_test.py HYSTCAN"""
 import copy
 import json
 import pathlib
@@ -305,7 +305,7 @@ class Runs(Scratch):
 
 
 class Commands(Scratch):
-    """A server of our own answers as docs/control_socket.md says."""
+    """A test server answers as documented in docs/control_socket.md."""
 
     def serve(self, *answers):
         listener = socket.socket(socket.AF_UNIX)
@@ -351,7 +351,7 @@ class Commands(Scratch):
 
 
 class Misuse(Scratch):
-    """What no one should do raises an exception; a notebook with a day of work in it goes on."""
+    """Misuse raises an exception; a notebook with a day of work continues."""
 
     def python(self, text):
         return subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)

@@ -1,4 +1,4 @@
-"""What `hystcan export --hdf5` makes is opened by h5py and numpy, also of a run that was killed.
+"""h5py and numpy open the files of `hystcan export --hdf5`, even from a killed run.
 
 hdf5_test.py HYSTCAN BENCH_RECORDER: BENCH_RECORDER records 8 axes at 4 kHz until it is killed.
 """
@@ -29,7 +29,7 @@ class Hdf5(unittest.TestCase):
         self.folder = pathlib.Path(scratch.name)
 
     def killed_run(self, seconds):
-        """Every row is of a whole cycle of eight axes, until the kill, which ends 40 ms of cycles or more."""
+        """Every row belongs to a whole cycle of eight axes, until the kill, after at least 40 ms of cycles."""
         folder = self.folder / str(seconds)
         recorder = subprocess.Popen([RECORDER, "3600", folder], stdout=subprocess.DEVNULL)
         while not any(csv.stat().st_size > 400_000 for csv in folder.glob("run_*/cycles_0001.csv")):

@@ -43,7 +43,7 @@ for (const [word, found] of [['rings', 'troubleshooting/rings'], ['backlash', 't
     await page.context().close();
   });
 
-/** Texts of the page whose contrast with what is behind them is below 4.5 (WCAG 2, level AA), with the contrast. */
+/** Returns the texts whose contrast with their background is below 4.5 (WCAG 2, level AA), with the contrast. */
 function faintTexts() {
   const channels = (colour) => (([r, g, b, a = 1]) => ({ r, g, b, a }))(colour.match(/[\d.]+/g).map(Number));
   const over = (top, below) => ({ a: 1, ...Object.fromEntries(['r', 'g', 'b'].map((c) => [c, top.a * top[c] + (1 - top.a) * below[c]])) });

@@ -1,18 +1,18 @@
 #!/usr/bin/python3
-"""No file is left half where the disk is full, or the program is killed, at any call that writes it.
+"""No incomplete file remains if the disk is full, or the program is killed, at any call that writes it.
 
 crash_test.py HYSTCAN WRITTEN_FILES CONFIG_FOLDER [--quick] [--only CASE] [--csv FILE]
 
 Each command runs once under strace, which lists its calls on files of the working folder: open, write, fsync, rename,
-close and so on. Then, for each call k, it runs again
+close and so on. Then, for each call k, it runs again:
 
-  failure   the call returns an error: EIO if it is a sync or a close, ENOSPC else
-  kill      SIGKILL arrives at the call, before it is done
-  full      a file may have so many bytes: the last write is cut, the next one fails (EFBIG)
+  failure   the call returns an error: EIO for a sync or a close, otherwise ENOSPC
+  kill      SIGKILL arrives at the call, before the call is executed
+  full      the size of a file is limited: the last write is cut, the next one fails (EFBIG)
 
-Afterwards each file has its old content or the new one, byte by byte; a file that grows (a log) has whole lines from
-its beginning, after a kill any part from there. A failure has exit status 1 and a message with file and reason, leaves
-no further file, and a running controller warns and drives the same. After a kill the next command copes.
+Afterwards each file has its old or its new content, byte by byte; a growing file (a log) contains whole lines from its
+start, or any part of them after a kill. A failure gives exit status 1 and a message with file and reason, and leaves no
+further file; a running controller warns and drives as without it. After a kill the next command works.
 """
 import argparse
 import concurrent.futures
@@ -46,9 +46,9 @@ TEMPORARY = re.compile(r"\.[A-Za-z0-9]{6}$")
 
 
 class Case:
-    """`grows`: patterns of files that grow; `warns`: a live run, which goes on; `again`: what copes with the rest of a kill,
-    the command itself if left out; `left`: patterns of files that may be absent, or remain, after a failure; `form`: of a
-    whole file that differs from run to run, a regular expression."""
+    """`grows`: patterns of growing files; `warns`: a live run, which continues; `again`: the command after a kill, by
+    default the same; `left`: patterns of files that may be absent, or remain, after a failure; `form`: a regular expression for a
+    whole file that differs between runs."""
 
     def __init__(self, name, command, *, before=(), grows=(), warns=False, again=None, left=(), form=b"", quick=True):
         self.name, self.command, self.before, self.grows = name, command, before, grows
@@ -128,7 +128,7 @@ def prepare(folder, config):
 
 
 def content_of(path):
-    """Of an HDF5 file what it says: its bytes have the times of its objects."""
+    """Returns the content of an HDF5 file: its bytes contain the times of its objects."""
     if path.suffix != ".h5":
         return path.read_bytes()
     import h5py  # pylint: disable=import-outside-toplevel
@@ -171,7 +171,7 @@ class Call:
 
 
 def calls_in(log, folder):
-    """The calls on files of the folder, in their order; the n-th of its name in its thread."""
+    """Returns the calls on files of the folder, in order; each is the n-th of its name in its thread."""
     counts, written, calls = Counter(), set(), []
     for line in log.read_text(errors="replace").splitlines():
         match = re.match(r"(\d+) +(\w+)\((.*)", line)
@@ -196,7 +196,7 @@ def calls_in(log, folder):
 
 
 class Trial:
-    """One run of a command in a folder of its own, with one fault."""
+    """One run of a command in a separate folder, with one fault."""
 
     def __init__(self, test, inject=(), largest_file=None):
         self.scratch = tempfile.TemporaryDirectory(prefix="crash-", dir=SCRATCH)
@@ -249,7 +249,7 @@ class Test:
         return any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
 
     def outcome(self, trial, name, killed):
-        """old, new, half, or one of BETWEEN, which a reader can tell from the whole."""
+        """Returns old, new, half, or one of BETWEEN, which a reader can distinguish from a whole file."""
         now, new = trial.files.get(name), self.new.get(name)
         if self.case.is_new(now, new):
             return "new"
@@ -271,7 +271,7 @@ class Test:
         return "/".join(name.split("/")[:2]) + "/run.json"
 
     def file_of(self, call, before):
-        """The file that a call is for: a temporary one is that of its final name, a folder that of the call before."""
+        """Returns the file of a call: for a temporary file the final one, for a folder that of the previous call."""
         name = TEMPORARY.sub("", call.path)
         name = name if name in self.new else call.path
         return name if name in self.new or name in self.old else before
@@ -369,7 +369,7 @@ class Test:
 
 
 def can_inject():
-    """None, or the reason why strace cannot be used here."""
+    """Returns None, or the reason why strace is unusable here."""
     if shutil.which("strace") is None:
         return "strace is not installed"
     words = ["strace", "-f", "-o", "/dev/null", "-e", "inject=chdir:error=EIO:when=1", "sh", "-c", "cd / || exit 9"]

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""python_node.py INTERFACE COUNT: a node that shares no code with hystcan. It waits for COUNT frames without a limit and
-then sends each of them back with its payload inverted, one by one. It prints the received frames as IDENTIFIER#PAYLOAD,
-those of CAN FD as IDENTIFIER##FLAGS PAYLOAD without the blank: 1 for the bit-rate switch, 2 for the error state."""
+"""python_node.py INTERFACE COUNT: a node without any code of hystcan. It waits for COUNT frames without a time limit
+and then returns each of them with inverted payload, one by one. It prints the received frames as IDENTIFIER#PAYLOAD, CAN
+FD frames as IDENTIFIER##FLAGS PAYLOAD without the space: 1 for the bit-rate switch, 2 for the error state."""
 import sys
 
 import can
