@@ -76,7 +76,7 @@ test('The axis, the state, the fault and the limits are words, as in the CSV of 
   }
 });
 
-test('What the live charts show can be exported too', async () => {
+test('The live charts can be exported', async () => {
   const { columns, rows } = parse((await download('#export-csv')).content);
   assert.ok(columns.includes('position_um [um]'), String(columns));
   assert.ok(rows.length > 100, `${rows.length} rows`);
@@ -90,6 +90,6 @@ test('The PNG is a picture of some size', async () => {
   assert.ok(content.length > 5000, `${content.length} bytes`);
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

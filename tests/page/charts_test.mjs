@@ -31,7 +31,7 @@ async function restingPicture(chart) {
   });
 }
 
-test('Pause stops the charts while data goes on', async () => {
+test('Pause stops the charts while data continues', async () => {
   await pause(true);
   const picture = await restingPicture('#tracking-chart');
   const before = await rows();
@@ -41,7 +41,7 @@ test('Pause stops the charts while data goes on', async () => {
   await until('another picture', async () => (await pictureOf(page, '#tracking-chart')) !== picture);
 });
 
-test('Space pauses and goes on', async () => {
+test('Space pauses and continues', async () => {
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.press('Space');
   await until('it is paused', isPaused);
@@ -151,7 +151,7 @@ test('+ and - choose a shorter and a longer time of running charts', async () =>
   assert.equal(await window_s(), before);
 });
 
-test('The window shows the last seconds that were chosen', async () => {
+test('The window shows the chosen number of seconds', async () => {
   const first = await pictureOf(page, '#tracking-chart');
   await page.selectOption('#window-seconds', '1');
   await until('another picture', async () => (await pictureOf(page, '#tracking-chart')) !== first);
@@ -166,6 +166,6 @@ test('The Bode plot goes up to the peak of a resonance', async () => {
   assert.deepEqual(ranges, [[-60, 36], [-20, 2]]);
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

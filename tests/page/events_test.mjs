@@ -29,7 +29,7 @@ test('Taking control is an event', async () => {
   await bothSee('takes control');
 });
 
-test('A setting is an event with its key, and from what to what', async () => {
+test('A setting is an event with its key, its old and its new value', async () => {
   await enter(/\bkp\b/, '0.0123');
   await bothSee('set axis[0].control.kp: 0 -> 0.0123');
 });
@@ -45,7 +45,7 @@ test('A refused setting is an event with the reason', async () => {
   await bothSee('x: set "kp" = -1: refused: ');
 });
 
-test('Going to a position, and a recording, are events', async () => {
+test('A go_to and a recording are events', async () => {
   await enter('Go to position of axis x, um', '12.5');
   await bothSee('x: go to 12.5 um');
   await page.click('#record');
@@ -61,7 +61,7 @@ test('A setting that another program changes is an event', async () => {
     /file or control socket: set axis\[0\]\.control\.kp: 0 -> 0\.02/.test(await page.textContent('#events')));
 });
 
-test('A page that comes later has these events too, in their order', async () => {
+test('A page that connects later shows these events in order', async () => {
   const late = await openPage(browser, demo);
   const lines = await until('the events', async () => {
     const all = await late.locator('#events li').allTextContents();
@@ -77,6 +77,6 @@ test('Stop is an event', async () => {
   await bothSee('stop');
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

@@ -7,7 +7,7 @@ import { ctl, seesTracking, startDemoWithPage, until } from './support.mjs';
 const { demo, page } = await startDemoWithPage();
 await seesTracking(page);
 
-test('A fault appears with the words and the remedy of the server', async () => {
+test('A fault appears with the text and the remedy of the server', async () => {
   const injected = await ctl(demo.twinSocket, 'inject', 'wrong_crc', '--axis', 'x', '--node', 'sensor');
   assert.equal(injected.status, 0, injected.output);
   await until('the axis is shown as faulted', async () => /faulted/i.test(await page.textContent('#axis-0-state')));

@@ -38,7 +38,7 @@ test('A busy address names the option that changes it', () => {
   }
 });
 
-test('The page comes with a content security policy that names no other host', async () => {
+test('The page has a content security policy without other hosts', async () => {
   const answer = await ask('/');
   assert.equal(answer.status, 200);
   assert.match(answer.headers['content-type'], /^text\/html/);
@@ -46,7 +46,7 @@ test('The page comes with a content security policy that names no other host', a
   assert.doesNotMatch(answer.headers['content-security-policy'], /unsafe|https?:|\*/);
 });
 
-test('The metrics are OpenMetrics text for who asks for it', async () => {
+test('The metrics are OpenMetrics text on request', async () => {
   const answer = await ask('/metrics', { Accept: 'application/openmetrics-text;version=1.0.0' });
   assert.equal(answer.status, 200);
   assert.match(answer.headers['content-type'], /^application\/openmetrics-text/);
@@ -54,7 +54,7 @@ test('The metrics are OpenMetrics text for who asks for it', async () => {
   assert.match(answer.text, /# EOF\n$/);
 });
 
-test('The demo refuses an address that other machines reach, and names what it has itself', () => {
+test('The demo refuses an address reachable by other machines, and names its own', () => {
   const { status, stderr } = spawnSync(process.env.HYSTCAN, ['demo', '--page', '0.0.0.0:0'], { encoding: 'utf8' });
   assert.equal(status, 2);
   assert.match(stderr, /--page 0\.0\.0\.0.*this machine only.*ssh -L 8080:localhost:8080.*hystcan page has --listen and --expose/s);

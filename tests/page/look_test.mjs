@@ -48,7 +48,7 @@ for (const width of [400, 1400])
     await page.context().close();
   });
 
-test('At 1400 x 900 loop, tracking, state and Stop are there without scrolling', async () => {
+test('At 1400 x 900 loop, tracking, state and Stop are visible without scrolling', async () => {
   const page = await openPage(browser, demo);
   await seesTheLoopRun(page);
   for (const id of ['loop-chart', 'tracking-chart', 'axis-0-state', 'stop']) {

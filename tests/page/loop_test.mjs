@@ -61,7 +61,7 @@ test('The loop is drawn with the drive that caused each position', async (t) => 
   assert.ok(drawn.width > 11 && drawn.width < 15, `${drawn.width} V`);
 });
 
-test('The loop is not wider than the reference curves of the model, and lies between them', async () => {
+test('The loop is between the reference curves of the model', async () => {
   const reference = await page.evaluate(() => window.hystcanPage.loopReference(0));
   const [up] = crossings(reference.ascending_um, reference.drive).up;
   const [down] = crossings(reference.descending_um, reference.drive).up;
@@ -96,11 +96,11 @@ test('A thinned path keeps the tip where it turns back', async () => {
   }
 });
 
-test('A thinned path leaves the noise of a stage at rest out', async () => {
+test('A thinned path omits the noise of a resting stage', async () => {
   const rest = Array.from({ length: 1000 }, (_, at) => [100 + 0.1 * Math.sin(at), 100 + 0.1 * Math.cos(3 * at)]);
   assert.ok((await kept(rest)).length <= 2);
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

@@ -10,7 +10,7 @@ after(() => demo.stop()); // a different page by then
 const connection = () => page.textContent('#connection');
 const rows = () => page.evaluate(() => window.hystcanPage.rows(0));
 
-test('A killed server is shown, and after its restart the rows go on', async () => {
+test('A killed server is shown, and the rows continue after its restart', async () => {
   const connected = await connection();
   await demo.stop('SIGKILL');
   await until('the page says that the connection is lost', async () => (await connection()) !== connected);
@@ -20,7 +20,7 @@ test('A killed server is shown, and after its restart the rows go on', async () 
   await until('more rows', async () => (await rows()) > before + 50);
 });
 
-test('A state that is no longer known is not shown as one', async () => {
+test('An unknown state is shown as unknown', async () => {
   const state = () => page.textContent('#axis-0-state');
   await seesTracking(page);
   demo.child.kill('SIGSTOP');

@@ -15,7 +15,7 @@ test('Nothing is recorded, and no page without control can begin', async () => {
   assert.ok(await page.locator('#record').isDisabled());
 });
 
-test('Record writes a run beside the controller and tells where', async () => {
+test('Record writes a run beside the controller and shows its path', async () => {
   await takeControl(page, demo);
   await page.click('#record');
   // A busy machine may lose rows; the text then counts them.

@@ -40,7 +40,7 @@ test('Before the first save there is nothing to undo', async () => {
   assert.ok(await page.locator('#undo-save').isDisabled());
 });
 
-test('A save that cannot keep the former file is refused and writes nothing', async () => {
+test('A save is refused if the former file cannot be kept', async () => {
   await setGain('0.0321');
   mkdirSync(kept()); // a folder in its place
   await open('#save', /kept as piezo\.toml\.before-save/);
@@ -51,7 +51,7 @@ test('A save that cannot keep the former file is refused and writes nothing', as
   await page.locator('#save-dialog').getByRole('button', { name: 'Close' }).click();
 });
 
-test('Save keeps the former file beside it and says where', async () => {
+test('Save keeps the former file beside it and shows its path', async () => {
   await open('#save', /kp.*0\.0321/);
   await write();
   await until('the answer', async () => /previous one is piezo\.toml\.before-save/.test(await page.textContent('#settings-answer')));
@@ -59,7 +59,7 @@ test('Save keeps the former file beside it and says where', async () => {
   assert.equal(readFileSync(kept(), 'utf8'), former);
 });
 
-test('Undo save shows the difference, restores the file and what is in force', async () => {
+test('Undo save shows the difference, and restores the file and the settings', async () => {
   const saved = text();
   await until('the button', () => page.locator('#undo-save').isEnabled());
   await open('#undo-save', /- kp\s+= 0\.0321/);
@@ -79,6 +79,6 @@ test('A second Undo save brings the saved file back', async () => {
   assert.ok(existsSync(config));
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

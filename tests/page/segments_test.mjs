@@ -46,7 +46,7 @@ test('A key of the added segment can be set', async () => {
   await until('the answer', async () => /0\.04 is active/.test(await card().textContent()));
 });
 
-test('Remove takes one segment out, also after a key of a later one was set', async () => {
+test('Remove removes one segment, even after a change of a later one', async () => {
   await card().getByRole('button', { name: 'Remove segment 1: triangle' }).click();
   await showsSegments(['1: staircase', '2: staircase']);
   const rise = card().getByRole('textbox', { name: 'Segment 2: staircase, rise_s' });
@@ -66,12 +66,12 @@ test('The last segment cannot be removed', async () => {
   assert.ok(await card().getByRole('button', { name: 'Remove segment 1' }).isDisabled());
 });
 
-test('Save puts the lines of removed segments into comments, and then the file has all that is in force', async () => {
+test('Save comments out removed segments, and the file then contains all settings in force', async () => {
   await save();
   assert.match(readFileSync(config, 'utf8'), /^# \[\[axis\.control\.setpoint\]\]/m);
 });
 
-test('Save writes an added segment too', async () => {
+test('Save writes an added segment', async () => {
   const headers = () => readFileSync(config, 'utf8').match(/^\[\[axis\.control\.setpoint\]\]/gm).length;
   const before = headers();
   await add().click();
@@ -87,6 +87,6 @@ test('The axis still tracks, and the reference curves are still drawn', async ()
   await second.context().close();
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

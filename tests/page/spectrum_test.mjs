@@ -7,7 +7,7 @@ import { spectrum } from '../../app/page/web/spectrum.js';
 
 const shared = JSON.parse(readFileSync(new URL('../metrics/spectrum.json', import.meta.url)));
 
-test('The density is that of the shared numbers', () => {
+test('The density matches the shared numbers', () => {
   const { density, frequency_Hz, segments } = spectrum(Float64Array.from(shared.values), shared.rate_Hz, shared.size);
   assert.equal(segments, shared.segments);
   assert.equal(density.length, shared.density.length);

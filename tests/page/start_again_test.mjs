@@ -23,7 +23,7 @@ async function stop() {
   await until('the axis is not driven', async () => !/tracking/.test(await page.textContent('#axis-0-state')));
 }
 
-test('While the rehearsal runs there is nothing to start', async () => {
+test('Start is unavailable while the rehearsal runs', async () => {
   await takeControl(page, demo);
   await hasNothingToStart();
 });
@@ -36,19 +36,19 @@ test('After Stop a click begins another rehearsal, and the page shows it', async
   assert.equal(await page.textContent('#stop-message'), '');
 });
 
-test('The first command after it is carried out', async () => {
+test('The first command after the start is executed', async () => {
   const position = page.getByRole('textbox', { name: 'Go to position of axis x, um' });
   await position.fill('12');
   await position.press('Enter');
   await until('the answer', async () => /goes to 12 um/.test(await page.textContent('#steering-axes')));
 });
 
-test('The control socket is that of the new rehearsal', async () => {
+test('The control socket belongs to the new rehearsal', async () => {
   const status = JSON.parse((await ctl(demo.socket, '--json', 'status')).output);
   assert.equal(status.ok, true);
 });
 
-test('The button and its answer stay while the page looks for the controller', async () => {
+test('The button and its answer remain while the page looks for the controller', async () => {
   const looks = () => page.locator('#events li', { hasText: 'no controller' }).count();
   const before = await looks();
   await stop();
@@ -59,7 +59,7 @@ test('The button and its answer stay while the page looks for the controller', a
   await seesTracking(page);
 });
 
-test('A configuration that is broken meanwhile is shown as the reason, and after its repair it starts', async () => {
+test('A damaged configuration is shown as the reason, and starts after its repair', async () => {
   await stop();
   const text = readFileSync(config, 'utf8');
   writeFileSync(config, text.replace(/^kp\s*=.*/m, 'kp = "much"'));
@@ -70,7 +70,7 @@ test('A configuration that is broken meanwhile is shown as the reason, and after
   await seesTracking(page);
 });
 
-test('What was changed in the file is shown after the start', async () => {
+test('Changes of the file are shown after the start', async () => {
   await stop();
   writeFileSync(config, readFileSync(config, 'utf8').replace(/^amplifier_bandwidth_Hz\s*=.*/m, 'amplifier_bandwidth_Hz = 500.0'));
   await startAgain().click();
@@ -78,7 +78,7 @@ test('What was changed in the file is shown after the start', async () => {
     /drive 1\.9 or 1\.6 ms earlier/.test(await page.textContent('#loop-chart figcaption')));
 });
 
-test('A page without the token is asked for it', async () => {
+test('A page without the token requests it', async () => {
   await stop();
   const other = await openPage(browser, demo);
   await until('the button', () => other.locator('#start-again').isVisible());
@@ -90,6 +90,6 @@ test('A page without the token is asked for it', async () => {
   await other.context().close();
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

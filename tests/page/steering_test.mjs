@@ -30,7 +30,7 @@ async function valueInForce(key) {
   return settings.find((setting) => setting.key === key)?.value;
 }
 
-test('What writes is disabled until control is taken', async () => {
+test('Controls that write are disabled until control is taken', async () => {
   assert.ok(await page.locator('#save').isDisabled());
   assert.ok(await page.locator('#undo').isDisabled());
 });
@@ -62,13 +62,13 @@ test('A value out of range is refused in the server\'s words', async () => {
 
 const body = () => page.textContent('#steering');
 
-test('A refusal goes away when the value in force is restored', async () => {
+test('A refusal disappears when the value in force is restored', async () => {
   await gain().press('Escape');
   await until('no refusal', async () => !/expected a number >= 0/.test(await body()));
   assert.equal(await gain().inputValue(), '0.0123');
 });
 
-test('A refusal goes away with the next success of the field', async () => {
+test('A refusal disappears with the next success of the field', async () => {
   await gain().fill('-1');
   await gain().press('Enter');
   await until('the refusal', async () => /expected a number >= 0/.test(await body()));
@@ -78,7 +78,7 @@ test('A refusal goes away with the next success of the field', async () => {
   assert.doesNotMatch(await body(), /expected a number >= 0/);
 });
 
-test('A decimal comma is refused in the page, with the number as it must be', async () => {
+test('A decimal comma is refused with the corrected number', async () => {
   await gain().fill('0,05');
   await gain().press('Enter');
   await until('the refusal', async () => /decimal point, not comma: 0\.05/.test(await body()));
@@ -100,7 +100,7 @@ test('A position that is out of range is refused with the limits in force', asyn
   await position.press('Escape');
 });
 
-test('What is not configured is off, without a unit', async () => {
+test('An unconfigured value is off, without a unit', async () => {
   assert.match(await body(), /Learning: off/);
   assert.match(await body(), /Notch: off/);
   const rate = page.getByRole('textbox', { name: 'learning.rate, axis x', includeHidden: true });
@@ -109,7 +109,7 @@ test('What is not configured is off, without a unit', async () => {
   assert.equal(await unit.evaluate((shown) => getComputedStyle(shown).visibility), 'hidden');
 });
 
-test('The configuration says what a field is for, its unit, range and words', async () => {
+test('The configuration defines the meaning, unit, range and words of a field', async () => {
   const label = (text) => page.locator('.axis-card').first().locator('label', { hasText: text }).first();
   assert.equal(await label('kp').getAttribute('title'), 'axis[0].control.kp; proportional gain; a number >= 0');
   const titles = await page.locator('#steering label[title]').evaluateAll((all) => all.map(({ title }) => title));
@@ -122,11 +122,11 @@ test('The configuration says what a field is for, its unit, range and words', as
   assert.equal(await jump.count(), 1);
 });
 
-test('A key that only a restart changes has no field', async () => {
+test('A key that needs a restart has no field', async () => {
   assert.equal(await page.locator('[data-key="axis[0].control.model"]').count(), 0);
 });
 
-test('A table that is off comes into force as a whole', async () => {
+test('An absent table takes effect as a whole', async () => {
   await page.getByText('Notch: off').first().click();
   const fill = (key, value) => page.getByRole('textbox', { name: `notch.${key}` }).first().fill(value);
   await fill('frequency_Hz', '300');
@@ -138,7 +138,7 @@ test('A table that is off comes into force as a whole', async () => {
   await until('it is off again', async () => (await valueInForce('axis[0].control.notch.depth')) === undefined);
 });
 
-test('Undo takes the change back', async () => {
+test('Undo reverts the change', async () => {
   const original = /^\s*kp\s*=\s*(\S+)/m.exec(readFileSync(config, 'utf8'))?.[1] ?? '0';
   for (const left of [1, 0]) {
     await page.click('#undo');
@@ -147,7 +147,7 @@ test('Undo takes the change back', async () => {
   await until('the old gain is in force', async () => Number(await valueInForce('axis[0].control.kp')) === Number(original));
 });
 
-test('A second page sees who writes, and can take over', async () => {
+test('A second page shows the writer, and can take over', async () => {
   const second = await openPage(browser, demo);
   await seesTheLoopRun(second);
   await until('the second page says that another one has control',
@@ -158,6 +158,6 @@ test('A second page sees who writes, and can take over', async () => {
   await second.context().close();
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

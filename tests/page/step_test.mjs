@@ -32,6 +32,6 @@ test('A captured step has its size, its band and its settling time', async () =>
   assert.ok(settled_ms > 0 && settled_ms < 400, `${settled_ms} ms`);
 });
 
-test('Nothing went wrong meanwhile', () => {
+test('The page reports no problems', () => {
   assert.deepEqual(page.problems, []);
 });

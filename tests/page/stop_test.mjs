@@ -66,7 +66,7 @@ test('Ctrl+Shift+X stops while a field is edited', async (t) => {
   await standsStill(page);
 });
 
-test('Ctrl+Shift+X stops while a dialog is open, and the page then says what happened', async (t) => {
+test('Ctrl+Shift+X stops while a dialog is open, and the page then shows this', async (t) => {
   const { demo, page } = await started(t);
   await takeControl(page, demo);
   await page.evaluate(() => document.activeElement?.blur());
@@ -99,7 +99,7 @@ test('Esc closes a dialog, and stops nothing', async (t) => {
   await until('the axis is still driven', () => isDriven(page)); // unknown for a moment on a busy machine
 });
 
-test('One Esc outside of fields and dialogs only says what a second one does', async (t) => {
+test('One Esc outside fields and dialogs only explains the second one', async (t) => {
   const { demo, page } = await started(t);
   await takeControl(page, demo);
   await page.evaluate(() => {
@@ -135,7 +135,7 @@ test('Esc twice within a second stops', async (t) => {
   await standsStill(page);
 });
 
-test('After Stop the page says what happened', async (t) => {
+test('After Stop the page shows what happened', async (t) => {
   const { demo, page } = await started(t);
   await page.click('#stop');
   await giveToken(page, demo);

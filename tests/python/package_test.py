@@ -59,7 +59,7 @@ class Models(Scratch):
         y = 15 + 12 * numpy.sin(numpy.arange(2000) * 0.02)
         numpy.testing.assert_allclose(model.simulate(model.inverse(y)), y, atol=1e-9)
 
-    def test_a_memory_goes_on_where_it_was(self):
+    def test_a_memory_continues_from_its_state(self):
         model = hystcan.Model.load(MODEL)
         _, u = oscillation(1000)
         memory = model.memory()
@@ -89,7 +89,7 @@ class Models(Scratch):
             y = model.simulate([120.0, 50.0])
         self.assertAlmostEqual(y[0], model.output_range()[1])
 
-    def test_what_is_no_signal_is_refused(self):
+    def test_an_invalid_signal_is_refused(self):
         model = hystcan.Model.load(MODEL)
         with self.assertRaisesRegex(ValueError, r"u\[1\] is nan, expected a finite number"):
             model.simulate([1.0, numpy.nan])
@@ -118,7 +118,7 @@ class Models(Scratch):
         y = 15 + 12 * numpy.sin(numpy.arange(t.size) * 0.02)
         numpy.testing.assert_allclose(model.simulate(model.inverse(y, t=t), t=t), y, rtol=0, atol=1e-9)
 
-    def test_creep_goes_on_from_a_memory_that_was_saved(self):
+    def test_creep_continues_from_a_saved_memory(self):
         model, t, u = self.creeping_model()
         whole, memory = model.simulate(u, t=t), model.memory()
         model.simulate(u[:300], memory, t=t[:300])
@@ -129,7 +129,7 @@ class Models(Scratch):
         self.assertEqual([again.step(*row) for row in zip(u[300:310], t[300:310])], list(whole[300:310]))
         numpy.testing.assert_array_equal(model.simulate(u[310:], again, t=t[310:]), whole[310:])
 
-    def test_creep_needs_times_that_increase(self):
+    def test_creep_needs_increasing_times(self):
         model, t, u = self.creeping_model()
         with self.assertRaisesRegex(ValueError, "stage.toml: has creep, expected the times t"):
             model.simulate(u)
@@ -164,14 +164,14 @@ class Models(Scratch):
         t = numpy.cumsum(numpy.where(numpy.arange(u.size) % 50 == 0, 2.0, 1e-3))
         return hystcan.Model.load(self.folder / "stage.toml"), t, u
 
-    def test_arrays_of_other_kinds_are_taken(self):
+    def test_arrays_of_other_kinds_are_accepted(self):
         model = hystcan.Model.load(MODEL)
         u = numpy.arange(20, dtype=numpy.int32)
         numpy.testing.assert_array_equal(model.simulate(u[::2]), model.simulate(u.astype(float)[::2].copy()))
 
 
 class Identification(Scratch):
-    def test_identify_finds_what_the_command_finds(self):
+    def test_identify_gives_the_model_of_the_command(self):
         t, u = oscillation(4000)
         y = hystcan.Model.load(MODEL).simulate(u)
         self.write("record.csv", "time_s,input,output", t, u, y)
@@ -195,7 +195,7 @@ class Identification(Scratch):
         found = hystcan.identify(t, u, [model.simulate(each) for each in u], order=4)
         self.assertEqual(len(found.report["records"]), 2)
 
-    def test_what_is_no_record_is_refused(self):
+    def test_an_invalid_record_is_refused(self):
         t, u = oscillation(100)
         with self.assertRaisesRegex(ValueError, "100, 100, 99 values"):
             hystcan.identify(t, u, u[1:])
@@ -213,7 +213,7 @@ class Identification(Scratch):
 
 
 class Rehearsals(Scratch):
-    def test_a_rehearsal_is_what_the_demo_does(self):
+    def test_a_rehearsal_equals_the_demo(self):
         self.hystcan("demo", "--output", "demo")
         demo = hystcan.Run.open(self.folder / "demo/inverse+pi.csv").read(["reference_um", "position_um"], axis="x")
         ours = hystcan.Rehearsal(STAGE).run()["x"]
@@ -243,7 +243,7 @@ class Rehearsals(Scratch):
         self.assertAlmostEqual(numpy.nanmax(x["reference_um"][tracked]), 14.0, places=2)
         self.assertLess(numpy.sqrt(numpy.nanmean(x["error_um"][tracked] ** 2)), 0.3)
 
-    def test_what_the_controller_refuses_is_refused(self):
+    def test_refusals_of_the_controller_are_raised(self):
         with self.assertRaisesRegex(hystcan.Error, "kp"):
             hystcan.Rehearsal(STAGE, settings={"axis[0].control.kp": -5})
         with self.assertRaisesRegex(hystcan.Error, "goes from 0 to 1e\\+09 um, expected"):
@@ -288,13 +288,13 @@ class Runs(Scratch):
                          [f"{1e3 * ours['rise_s']:.1f}", f"{ours['overshoot_percent']:.1f}",
                           f"{1e3 * ours['settling_s']:.1f}"])
 
-    def test_a_transition_is_no_step(self):
+    def test_a_transition_is_not_a_step(self):
         nan = float("nan")
         reference = [0.0] * 20 + [nan] * 5 + [9.0] * 20 + [10.0] * 20
         step = hystcan.step_response(range(65), reference, reference)
         self.assertEqual((step["from_um"], step["to_um"], step["begin_s"]), (9.0, 10.0, 45.0))
 
-    def test_what_it_does_not_have_is_refused(self):
+    def test_missing_signals_are_refused(self):
         run = hystcan.Run.open(self.folder / "c.csv")
         with self.assertRaisesRegex(hystcan.Error, "no signal speed"):
             run.read(["speed"])
@@ -345,7 +345,7 @@ class Commands(Scratch):
                 stage.enable("x")
         self.assertEqual(self.asked[-1], {"do": "stop"})
 
-    def test_nobody_listening_is_an_os_error(self):
+    def test_a_socket_without_a_listener_is_an_os_error(self):
         with self.assertRaises(OSError):
             hystcan.Client(self.folder / "none")
 
@@ -400,7 +400,7 @@ time.sleep(0.5)  # the call takes time; on a slow machine the end is closer to i
                     self.assertIn("another thread", str(refused))
                     refusals += 1
 
-    def test_lack_of_memory_and_a_file_that_cannot_be_written_are_what_python_calls_them(self):
+    def test_memory_and_file_errors_are_python_exceptions(self):
         many = numpy.broadcast_to(numpy.float32(1.0), (2**44,))
         with self.assertRaises(MemoryError):
             hystcan.Model.load(MODEL).simulate(many)

@@ -39,7 +39,7 @@ class Hdf5(unittest.TestCase):
         recorder.wait()
         return next(folder.glob("run_*"))
 
-    def test_killed_runs_open_in_h5py_with_every_row_that_the_csv_holds(self):
+    def test_killed_runs_open_in_h5py_with_every_row_of_the_csv(self):
         moments = random.Random(20261123)
         for _ in range(KILLS):
             run = self.killed_run(moments.uniform(0.0, 1.0))
@@ -55,7 +55,7 @@ class Hdf5(unittest.TestCase):
                     cycles = [int(row[names.index("cycle")]) for row in rows if row[names.index("axis")] == axis]
                     numpy.testing.assert_array_equal(numpy.asarray(file[f"{axis}/cycle"]), cycles)
 
-    def test_columns_are_those_of_the_csv_with_units_and_words(self):
+    def test_columns_match_the_csv_with_units_and_words(self):
         run = self.killed_run(0.1)
         hystcan("export", run, "--axis", "axis3", "--output", "a.h5", folder=self.folder)
         hystcan("export", run, "--axis", "axis3", "--output", "a.csv", folder=self.folder)

@@ -80,7 +80,7 @@ for (const colorScheme of ['light', 'dark'])
     await page.context().close();
   });
 
-test('Every page sets its formulas, fits a narrow screen and asks no other host', async () => {
+test('Every page renders its formulas, fits a narrow screen and contacts no other host', async () => {
   const page = await open({ viewport: { width: 400, height: 700 } });
   // Loading the search index takes most of the time of a page, and is not examined here.
   await page.route('**/search_index.json', (route) => route.fulfill({ json: { config: { lang: ['en'] }, docs: [] } }));
