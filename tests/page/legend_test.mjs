@@ -6,7 +6,7 @@ import { newestTogether, traceOfArrays } from '../../app/page/web/trace.js';
 
 const speed_um_per_s = 480;
 
-/** A position that rises, every 2 ms up to `end_s` of the page, in a stream whose clock is `shift_s` behind the page's. */
+/** Makes a rising position, every 2 ms up to `end_s` of the page, in a stream whose clock lags the page by `shift_s`. */
 function rising(end_s, shift_s = 0, phase_s = 0) {
   const time = Float64Array.from({ length: 200 }, (_, at) => end_s - shift_s - phase_s - 0.002 * (199 - at));
   return traceOfArrays(time, time.map((time_s) => speed_um_per_s * (time_s + shift_s)), shift_s);

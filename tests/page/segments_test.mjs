@@ -82,7 +82,7 @@ test('Save writes an added segment', async () => {
 
 test('The axis still tracks, and the reference curves are still drawn', async () => {
   await seesTracking(page);
-  const second = await openPage(browser, demo); // asks for the curves with the settings in force
+  const second = await openPage(browser, demo); // requests the curves with the settings in force
   await until('the curves', () => second.evaluate(() => window.hystcanPage?.loopReference?.(0)?.ok));
   await second.context().close();
 });

@@ -277,7 +277,7 @@ TEST_F(PageServer, AcceptsAtMost32ClientsWithTheToken) {
   for (int i = 0; i < 32; ++i) {
     all.push_back(writer());
     EXPECT_TRUE(all.back()->is_ok({{"do", "view"}, {"rate_Hz", 10}}));
-    for (const auto& peer : all) {  // the server cuts off a client that is silent or does not read
+    for (const auto& peer : all) {  // the server disconnects a client that is silent or does not read
       peer->send_frame("", pong);
       peer->drain();
     }

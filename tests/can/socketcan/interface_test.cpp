@@ -12,7 +12,7 @@
 namespace hystcan::can::interface_test {
 namespace {
 
-/// If the kernel has no CAN, the message says so first, because no interface can help then.
+/// If the kernel has no CAN, the message states this first, because then no interface can help.
 void expect_refused(const char* name, const std::string& what) {
   const std::string reason = support::refusal_of<RunError>([name] { require_can_interface(name); });
   EXPECT_TRUE(reason == what || reason.starts_with("this kernel has no CAN support (AF_CAN: ")) << reason;

@@ -11,7 +11,7 @@
 namespace hystcan::controller::arming_test {
 namespace {
 
-// ---- where the drive begins
+// ---- the first drive
 
 using Disturbance = std::function<void(AxisInput&)>;
 

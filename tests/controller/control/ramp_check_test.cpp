@@ -298,7 +298,7 @@ TEST(RampCheck, RestartsItsCountAfterATurnEvenWithoutASample) {
   }
 }
 
-// ---- where the ramp begins
+// ---- the start of the ramp
 
 // The load discharges: the position falls by 5 um while the drive does not change.
 TEST(RampCheck, BeginsWhenTheDriveFirstMoves) {
@@ -319,7 +319,7 @@ TEST(RampCheck, DoesNotBeginAgainIfTheDriveWaits) {
   }
 }
 
-// ---- what the position may err by
+// ---- allowances for the position
 
 /// Returns true if a ramp allows the position to be lower by this amount, besides a quarter of the model's
 /// motion.
