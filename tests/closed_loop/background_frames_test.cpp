@@ -132,7 +132,7 @@ TEST_F(Background, ReportsANewStateOutOfTurn) {
   EXPECT_EQ(at(1), Sent{"status of y"});
 }
 
-TEST_F(Background, SendsNoHeartbeatsThatWereMissed) {
+TEST_F(Background, DoesNotSendMissedHeartbeatsLater) {
   begin();
   EXPECT_EQ(at(350), (Sent{"status of x", "heartbeat"}));
   EXPECT_EQ(at(449), Sent{"status of y"});

@@ -219,7 +219,7 @@ TEST_F(BusLoss, IsFollowedByWaitingForTheHeartbeatsOfBothNodes) {
   EXPECT_FALSE(lone.wired.sensor.state({}));
 }
 
-TEST_F(BusLoss, LeavesNoStatusOfTheAmplifierAndNoCounterOfEitherNode) {
+TEST_F(BusLoss, ClearsTheAmplifierStatusAndBothCounters) {
   shows("S-080, S-169");
   support::LoneAxis lone = axis();
   can::Encoder<can::AmpStatus> encode(*can::find_layout<can::AmpStatus>(setup_.database, wire()));
@@ -345,7 +345,7 @@ TEST_F(Events, NameAnotherControllerOncePerFault) {
   EXPECT_FALSE(wired.take_event());
 }
 
-TEST(StopRequest, StopsTheAxesThatItDoesNotName) {
+TEST(StopRequest, StopsEveryAxis) {
   controller::RequestLink requests;
   rehearsal::Rehearsal rehearsal(support::shipped("piezo.toml"), support::ignore);
   rehearsal.controller().listen_to(requests);

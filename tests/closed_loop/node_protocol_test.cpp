@@ -366,7 +366,7 @@ TEST(RejectedFrames, AreCountedByMessageAndCause) {
 }
 
 /// The list of all frames that the kernel passes: other frames, however many, do not wake the control thread.
-TEST(ControllerFilters, AreTheFramesOfItsNodesAndThoseThatAnotherControllerSends) {
+TEST(ControllerFilters, PassFramesOfItsNodesAndOfAnotherController) {
   const rehearsal::Setup setup = one_axis();
   can::VirtualClock clock;
   can::SimBus bus(clock, {1'000'000});

@@ -162,7 +162,7 @@ TEST_F(AmplifierOnBus, AcceptsAnyCounterOfACommandAfterNmtStart) {
   EXPECT_EQ(status_->state, AmpState::enabled) << "the same counter again";
 }
 
-TEST_F(AmplifierOnBus, ObeysNoCommandBeforeItIsOperational) {
+TEST_F(AmplifierOnBus, IgnoresCommandsBeforeItIsOperational) {
   shows("S-111");
   sync();
   command(50.0, true);
@@ -171,7 +171,7 @@ TEST_F(AmplifierOnBus, ObeysNoCommandBeforeItIsOperational) {
   EXPECT_EQ(amplifier().setpoint(), 0.0);
 }
 
-TEST_F(AmplifierOnBus, ObeysNoCommandAfterAResetBeforeASync) {
+TEST_F(AmplifierOnBus, IgnoresCommandsAfterAResetBeforeASync) {
   shows("S-119");
   start_nodes();
   drive(10.0, 5);

@@ -191,7 +191,7 @@ TEST_F(Decode, RefusesABadLogWithFileAndLine) {
   EXPECT_EQ(binary.wait(), bad_input);
 }
 
-TEST_F(Decode, MonitorWithoutABusIsBadUsage) {
+TEST_F(Decode, MonitorNeedsABus) {
   Process program({HYSTCAN_PROGRAM, "monitor"});
   EXPECT_EQ(program.wait(), bad_input);
   EXPECT_NE(program.err().find("expected a configuration or --interface"), std::string::npos)

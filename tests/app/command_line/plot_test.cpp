@@ -186,7 +186,7 @@ TEST_F(Plot, DrawsTheNamesOfRunsAndAxesAsText) {
   EXPECT_FALSE(fs::exists("EXECUTED"));
 }
 
-TEST_F(Plot, LeavesNoHalfPictureOnAFullDisk) {
+TEST_F(Plot, LeavesNoIncompletePictureOnAFullDisk) {
   Process program({"sh", "-c",
                    "ulimit -f 8; " HYSTCAN_PROGRAM " plot " + csv("pi") +
                        " --axis x --kind spectrum --format svg,png --output " +

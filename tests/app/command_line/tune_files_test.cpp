@@ -101,7 +101,7 @@ TEST_F(TuneFiles, ChangesOnlyTheLinesOfTheProposalInTheConfiguration) {
   EXPECT_GT(found["proposed"]["ki_per_s"], 120.0);
 }
 
-TEST_F(TuneFiles, CommentsANotchOutThatTheProposalDoesNotHave) {
+TEST_F(TuneFiles, CommentsOutANotchMissingInTheProposal) {
   shipped.edit("piezo.toml", "ki_per_s           = 409.0",
                "ki_per_s           = 100.0");  // stable with this notch
   shipped.edit("piezo.toml", "[axis.control.in_position]",

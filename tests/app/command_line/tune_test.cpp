@@ -176,7 +176,7 @@ TEST_F(Tune, MeasuresTheChosenAxis) {
   EXPECT_EQ(found["steps"]["amplitude"], 0.5);
 }
 
-TEST_F(Tune, GivesNoMarginsForALoopWithoutIntegral) {
+TEST_F(Tune, OmitsTheMarginsOfALoopWithoutIntegral) {
   shipped.edit("piezo.toml", "ki_per_s           = 120.0", "ki_per_s           = 0.0");
   const json found = tuned();
   EXPECT_TRUE(found["present"]["margins"].is_null());

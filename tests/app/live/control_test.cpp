@@ -73,7 +73,7 @@ TEST(ControlSocket, MovesAStageToAPositionAndBackToItsReference) {
 
 // At the second wait, the board still shows the earlier arrival. The record that answers this wait must be
 // newer than the go_to.
-TEST(ControlSocket, AnswersNoWaitFromAnEarlierPosition) {
+TEST(ControlSocket, DoesNotAnswerAWaitFromAnEarlierPosition) {
   const ControlBench bench;
   ASSERT_TRUE(bench.axis_is(0, AxisState::tracking));
   Client client = bench.client();

@@ -45,7 +45,7 @@ TEST_F(Report, ContainsAPageAndTheNumbers) {
     EXPECT_NE(page.find(model), std::string::npos) << model;
 }
 
-TEST_F(Report, ChangesNoOtherFileOfItsFolder) {
+TEST_F(Report, DoesNotChangeOtherFilesOfItsFolder) {
   write_record();
   std::filesystem::create_directory(shipped / "report");
   write("report/notes.txt", "mine");

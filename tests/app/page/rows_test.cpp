@@ -67,7 +67,7 @@ TEST(RowDecimator, PrefersNumbersToNan) {
   EXPECT_TRUE(std::isnan(decimator.take()[1]));
 }
 
-TEST(RowDecimator, HidesNoChangeOfStateAndNoLimit) {
+TEST(RowDecimator, KeepsEveryChangeOfStateAndLimit) {
   RowDecimator decimator(greeting_with({"axis", "state", "limits"}), 4);
   for (const double limits : {1.0, 4.0, 0.0, 2.0}) decimator.put(std::array{0.0, 5.0, limits});
   EXPECT_EQ(decimator.take(), (std::vector<double>{0, 5, 1, 0, 5, 7}));

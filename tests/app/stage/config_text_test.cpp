@@ -49,7 +49,7 @@ class FirstConfiguration : public testing::TestWithParam<Stage> {
   const support::ScratchFolder folder;
 };
 
-TEST_P(FirstConfiguration, IsReadAndWarnsOfNothing) {
+TEST_P(FirstConfiguration, IsReadWithoutWarnings) {
   const config::Config config = config::load(folder / "stage.toml");
   EXPECT_EQ(config::setpoint_warnings(config), std::vector<std::string>());
   EXPECT_EQ(config::supervision_warnings(config), std::vector<std::string>());

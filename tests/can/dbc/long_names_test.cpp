@@ -60,7 +60,7 @@ TEST(DbcLongNames, FindMessagesAndSignalsAsShortNamesDo) {
   EXPECT_EQ(status->find(""), nullptr);
 }
 
-TEST(DbcLongNames, PrecedeShortOnesAndAnAmbiguousShortNameFindsNothing) {
+TEST(DbcLongNames, PrecedeShortNamesAndAmbiguousOnesFindNothing) {
   const std::string attributes =
       "BA_DEF_ BO_ \"SystemMessageLongSymbol\" STRING ;\n"
       "BA_ \"SystemMessageLongSymbol\" BO_ 1 \"B\";\nBA_ \"SystemMessageLongSymbol\" BO_ 2 \"C\";\n";

@@ -175,7 +175,7 @@ TEST(InterfaceDoubts, NameTheModesInWhichFramesAreLost) {
   EXPECT_EQ(find_doubts("can0", interface).size(), 2U);
 }
 
-TEST(InterfaceThatIsUpAgain, IsRefusedIfItIsNotAsItWasAtTheStart) {
+TEST(InterfaceThatIsUpAgain, IsRefusedIfItHasChangedSinceTheStart) {
   shows("S-005");
   const Interface before = sound();
   EXPECT_EQ(refusal_of(before, before), Refusal::none);
@@ -205,7 +205,7 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItIsListenOnly) {
             "interface can0 is listen-only; take it down and set: ip link set can0 type can listen-only off");
 }
 
-TEST(InterfaceMode, IsRefusedWithItsRemedyIfItsBitRateIsNotTheConfiguredOne) {
+TEST(InterfaceMode, IsRefusedWithItsRemedyIfItsBitRateDiffers) {
   shows("S-162");
   const auto refusal = [](const Interface& interface, std::uint32_t configured) -> std::string {
     return support::refusal_of<RunError>(
@@ -241,7 +241,7 @@ TEST(InterfaceMode, IsRefusedWithItsRemedyIfItHasNoFdAndAMessageNeedsFd) {
   EXPECT_EQ(refusal_of_fd("vcan0", virtual_one, {"AmpSet"}), "accepted");
 }
 
-TEST(InterfaceMode, IsRefusedWithItsRemedyIfItsDataBitRateIsNotTheConfiguredOne) {
+TEST(InterfaceMode, IsRefusedWithItsRemedyIfItsDataBitRateDiffers) {
   shows("S-162");
   const BitRates rates{.nominal_bit_per_s = 1'000'000, .data_bit_per_s = 5'000'000};
   Interface interface = sound();

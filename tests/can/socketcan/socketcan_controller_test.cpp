@@ -40,7 +40,7 @@ TEST_F(SocketCanController, IsRefusedForASendingNodeIfItIsListenOnly) {
   EXPECT_NO_THROW(require_able_to_send("can1", require_can_interface("can1")));
 }
 
-TEST_F(SocketCanController, IsNotUsedAgainUntilItIsAsItWasAtTheStart) {
+TEST_F(SocketCanController, IsUnusedUntilItHasItsInitialSettings) {
   SocketCanBus bus(context, "can1", {});
   ASSERT_TRUE(shell("ip link set can1 down && ip link set can1 up type can listen-only on"));
   run_until(context, [&] { return bus.refusal() == Refusal::listen_only; });
