@@ -1,6 +1,6 @@
 // The feed-forward that inverts the plant with its mode, and the resulting response of the plant.
 //
-//   u = V r:   u(t) = sum_k w_k r(t + mu + k T),  k = -4 .. 4         mu: mean delay of the chain, T: a cycle
+//   u = V r:   u(t) = sum_k w_k r(t + mu + k T),  k = -8 .. 8         mu: mean delay of the chain, T: a cycle
 //   y = G u    nominal plant, in the samples
 //
 // PI and learning compare the sample with y instead of r. The two differ at the corners of r, which no drive
@@ -24,7 +24,7 @@
 namespace hystcan::controller {
 
 /// Largest k: the number of cycles that the feed-forward weights on each side of the mean delay.
-inline constexpr int feed_forward_reach = 4;
+inline constexpr int feed_forward_reach = 8;
 /// The weights w_k of the feed-forward, k = -feed_forward_reach .. feed_forward_reach.
 using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 
