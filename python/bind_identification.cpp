@@ -26,7 +26,7 @@ Dataset dataset_of(const Array& t, const Array& u, const Array& y, const std::st
   for (const auto& [name, unit] :
        {std::pair("input_unit", input_unit), std::pair("output_unit", output_unit)})
     if (has_control_character(unit))
-      throw py::value_error(fmt::format("{} has a control character, expected text of one line", name));
+      throw py::value_error(fmt::format("{} contains a control character, expected one line of text", name));
   Dataset dataset{.input_unit = input_unit,
                   .output_unit = output_unit,
                   .time_s = vector_of(t, "t"),
@@ -34,9 +34,9 @@ Dataset dataset_of(const Array& t, const Array& u, const Array& y, const std::st
                   .output = vector_of(y, "y")};
   const std::size_t rows = dataset.time_s.size();
   if (dataset.input.size() != rows || dataset.output.size() != rows)
-    throw py::value_error(fmt::format("t, u, y have {}, {}, {} values, expected as many of each", rows,
-                                      dataset.input.size(), dataset.output.size()));
-  if (rows == 0) throw py::value_error("t, u, y are empty, expected values");
+    throw py::value_error(fmt::format("t, u, y have {}, {}, {} values, expected the same number of each",
+                                      rows, dataset.input.size(), dataset.output.size()));
+  if (rows == 0) throw py::value_error("t, u, y are empty, expected at least one value");
   for (std::size_t i = 1; i < rows; ++i)
     if (!(dataset.time_s[i] > dataset.time_s[i - 1]))
       throw py::value_error(fmt::format("t[{}] is {} after {}, expected an increasing time", i,
@@ -58,7 +58,7 @@ std::vector<Dataset> datasets_of(const py::object& t, const py::object& u, const
   const auto times = t.cast<py::sequence>(), inputs = u.cast<py::sequence>(),
              outputs = y.cast<py::sequence>();
   if (inputs.size() != times.size() || outputs.size() != times.size())
-    throw py::value_error(fmt::format("t, u, y are {}, {}, {} records, expected as many of each",
+    throw py::value_error(fmt::format("t, u, y have {}, {}, {} records, expected the same number of each",
                                       times.size(), inputs.size(), outputs.size()));
   std::vector<Dataset> datasets;
   for (std::size_t i = 0; i < times.size(); ++i)
@@ -153,14 +153,15 @@ py::dict validate(const config::Actuator& model, const Array& t, const Array& u,
 }  // namespace
 
 void bind_identification(py::module_& module) {
-  py::class_<Result> type(module, "Identified", "What identify() found.");
-  forbid_new(type, "an Identified comes from identify()");
-  type.def_readonly("model", &Result::model, "The model.")
+  py::class_<Result> type(module, "Identified", "Result of identify(): the model and its report.");
+  forbid_new(type, "Identified cannot be created directly: call identify()");
+  type.def_readonly("model", &Result::model, "The identified model.")
       .def_readonly(
           "report", &Result::report,
-          "Figures and findings, as `hystcan identify --json` prints them; errors in percent of the span.")
+          "Figures and findings, like the output of `hystcan identify --json`; errors are in percent of the "
+          "span.")
       .def("save", &save_result, py::arg("path"),
-           R"(Write the model file, which `Model.load` and a configuration take.
+           R"(Write the model file, which `Model.load` and a configuration can read.
 
 Raises OSError if the file cannot be written.
 )");
@@ -171,12 +172,14 @@ Raises OSError if the file cannot be written.
              py::arg("input_unit") = "V", py::arg("output_unit") = "um",
              R"(Identify a model from measured records and return it with its figures.
 
-t, u, y: time in seconds, input and output, each of shape (n,); or lists of such arrays, one for each record.
-order: of polynomial reference curves; chosen by hold-out if left out. curves: "auto", "polynomial" or "spline".
-symmetry: "none", "even" or "butterfly"; found if left out. thresholds: "observed" puts them at the ends of the inputs.
-delay_s: if known; else it is searched. Several records have a zero and a gain each, unless common_zero or
-common_gain; drift: the zero also drifts. dynamics: a mode and a delay behind the hysteresis; then delay_s is its delay.
-Raises ValueError for what is no record, Error if no model can be identified. Ctrl-C raises KeyboardInterrupt.
+t, u, y: time in seconds, input and output, each of shape (n,); for several records, a list of such arrays each.
+order: order of polynomial reference curves; default: chosen by hold-out. curves: "auto", "polynomial" or "spline".
+symmetry: "none", "even" or "butterfly"; default: identified. thresholds: "observed" uses the ends of the inputs.
+delay_s: known delay in seconds; default: identified. Each record has its own zero and gain, unless common_zero or
+common_gain is True. drift: True also fits a linear drift of the zero. dynamics: True also identifies a mode and a
+delay that follow the hysteresis; delay_s is then that delay.
+Raises ValueError if the arrays are not a record, and Error if no model can be identified. Ctrl-C raises
+KeyboardInterrupt.
 
 >>> import hystcan, numpy
 >>> t = numpy.arange(8000) * 1e-3
@@ -186,14 +189,15 @@ Raises ValueError for what is no record, Error if no model can be identified. Ct
 >>> found.report["rms_percent"] < 0.1
 True
 )");
-  module.def("validate", &validate, py::arg("model"), py::arg("t"), py::arg("u"), py::arg("y"), py::kw_only(),
-             py::arg("delay_s") = py::none(), py::arg("estimate_from_s") = py::none(),
-             py::arg("offset") = true,
-             R"(Predict a record with a model and return the errors, and the prediction in "predicted".
+  module.def(
+      "validate", &validate, py::arg("model"), py::arg("t"), py::arg("u"), py::arg("y"), py::kw_only(),
+      py::arg("delay_s") = py::none(), py::arg("estimate_from_s") = py::none(), py::arg("offset") = true,
+      R"(Predict a record with a model and return a dict: the errors, and the prediction in "predicted".
 
-t, u, y: as in identify, one record. delay_s: instead of the model's. estimate_from_s: initial memory and offset are
-estimated from that many seconds, which are then not judged; from all samples if left out.
-Raises ValueError for what is no record.
+t, u, y: one record, as in identify. delay_s: delay in seconds; default: that of the model. estimate_from_s: length
+in seconds of the beginning from which the initial memory and the offset are estimated, and which the errors exclude;
+default: all samples. offset: False estimates no offset.
+Raises ValueError if the arrays are not a record.
 
 >>> import hystcan, numpy
 >>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))

@@ -24,10 +24,10 @@ using config::Pass;
 void warn_of(const Pass& pass, const char* what, const Model& model) {
   std::string text;
   if (pass.tally.saturated > 0)
-    text = fmt::format("{} of {} {} are out of reach and limited", pass.tally.saturated, pass.outputs.size(),
-                       what);
+    text = fmt::format("{} of {} {} are out of range and were limited", pass.tally.saturated,
+                       pass.outputs.size(), what);
   if (pass.tally.not_increasing > 0)
-    text += fmt::format("{}{} of {} lie on a branch that does not increase", text.empty() ? "" : "; ",
+    text += fmt::format("{}{} of {} values are on a branch that does not increase", text.empty() ? "" : "; ",
                         pass.tally.not_increasing, pass.outputs.size());
   if (text.empty()) return;
   if (PyErr_WarnEx(PyExc_RuntimeWarning, fmt::format("{}: {}", model.name, text).c_str(), 2) != 0)
@@ -40,12 +40,14 @@ using Times = std::optional<Array>;
 /// allowed for a model without creep.
 std::span<const double> times_of(const Model& model, const Memory& memory, const Times& t, std::size_t size) {
   if (!t && model.lag.creep)
-    throw py::value_error(model.name +
-                          ": has creep, expected the times t; quasi_static() is the model without it");
+    throw py::value_error(
+        model.name +
+        ": the model has creep, expected the times t; or use quasi_static(), the model without creep");
   if (!t) return {};
   const auto times = column(*t, "t");
   if (times.size() != size)
-    throw py::value_error(fmt::format("t has {} values, expected {}, one for each row", times.size(), size));
+    throw py::value_error(
+        fmt::format("t has {} values, expected {}, one for each value", times.size(), size));
   std::optional<double> before_s = memory.time_s();
   for (std::size_t i = 0; i < size; ++i) {
     if (before_s && !(times[i] > *before_s))
@@ -61,7 +63,7 @@ template <class Work>
 py::array_t<double> run(const Model& model, Memory* memory, const Times& t, const char* what,
                         std::size_t size, Work work) {
   if (memory != nullptr && memory->model() != model.model)
-    throw py::value_error("the memory belongs to another model, expected one of this model");
+    throw py::value_error("the memory belongs to another model, expected a memory of this model");
   std::optional<Memory> fresh;
   Memory& state = memory != nullptr ? *memory : fresh.emplace(model.memory());
   const auto times = times_of(model, state, t, size);
@@ -84,7 +86,7 @@ py::array_t<double> inverse(const Model& model, const Array& y, Memory* memory, 
                             bool negative_drive) {
   const auto outputs = column(y, "y");
   if (negative_drive && !model.is_even())
-    throw py::value_error(model.name + ": symmetry is \"none\", expected \"even\" with negative_drive");
+    throw py::value_error(model.name + ": symmetry is \"none\", expected \"even\" for negative_drive");
   return run(model, memory, t, "outputs", outputs.size(), [&](Memory& state, std::span<const double> times) {
     return state.inverse(outputs, times, negative_drive ? -1.0 : 1.0);
   });
@@ -106,9 +108,9 @@ void save_memory(const Memory& memory, const std::filesystem::path& path) { writ
 
 void bind_memory(py::module_& module) {
   py::class_<Memory> type(module, "Memory",
-                          R"(The memory of an actuator: what its output depends on beside the input.
+                          R"(The memory of an actuator: the state that determines, with the input, its output.
 
-A copy is independent: try something on it, and go on from the original.
+A copy is independent: a trial on a copy does not change the original.
 
 >>> import hystcan
 >>> memory = hystcan.Model.load(hystcan.shipped("piezo.model.toml")).memory()
@@ -116,11 +118,11 @@ A copy is independent: try something on it, and go on from the original.
 >>> memory.turning_inputs
 array([80.])
 )");
-  forbid_new(type, "a Memory comes from Model.memory() or Model.load_memory()");
+  forbid_new(type, "Memory cannot be created directly: call Model.memory() or Model.load_memory()");
   type.def("step", &step_memory, py::arg("u"), py::arg("t") = py::none(),
            R"(Apply one input, in input units, and return the output, in output units.
 
-t: the time of the input in seconds, which a model with creep needs; it increases.
+t: time of the input in seconds, required for a model with creep; must increase from step to step.
 Raises ValueError if `u` or `t` is not finite. An input beyond the thresholds is limited to them.
 
 >>> import hystcan
@@ -133,14 +135,14 @@ True
       .def("__copy__", [](const Memory& memory) { return memory; })
       .def("__deepcopy__", [](const Memory& memory, const py::dict&) { return memory; })
       .def("save", &save_memory, py::arg("path"),
-           R"(Write the memory as TOML, from which it is restored to the bit.
+           R"(Write the memory as TOML; `Model.load_memory` restores it exactly.
 
 Raises OSError if the file cannot be written.
 )")
       .def_property_readonly("input", &Memory::input, "The present input, in input units.")
       .def_property_readonly("output", &Memory::output, "The present output, in output units.")
       .def_property_readonly("time_s", &Memory::time_s,
-                             "The time of the last input, if the model has creep; else None.")
+                             "Time of the last input in seconds if the model has creep; otherwise None.")
       .def_property_readonly(
           "turning_inputs", [](const Memory& memory) { return array_of(memory.turning_inputs()); },
           "Inputs at the remembered turning points, oldest first; shape (n,). Empty for play operators.");
@@ -163,8 +165,8 @@ True
   type.def_static("load", &Model::load, py::arg("path"), py::kw_only(), py::arg("beyond_limit") = false,
                   R"(Read a model file (TOML).
 
-beyond_limit: accept a model whose branches do not all increase, for study; it has no exact inverse.
-Raises Error, with the place in the file, if it is no model file.
+beyond_limit: True accepts a model with branches that do not increase, for study; it has no exact inverse.
+Raises Error, with the place in the file, if the file is not a valid model file.
 
 >>> import hystcan
 >>> hystcan.Model.load(hystcan.shipped("piezo.model.toml")).kind
@@ -172,13 +174,14 @@ Raises Error, with the place in the file, if it is no model file.
 )")
       .def("simulate", &simulate, py::arg("u"), py::arg("memory") = py::none(), py::kw_only(),
            py::arg("t") = py::none(),
-           R"(Return the outputs of the inputs u, shape (n,), in output units.
+           R"(Return the outputs for the inputs u, shape (n,), in output units.
 
-memory: where the actuator is at the beginning; it is advanced to the end. Without it, the actuator begins on the
-ascending reference curve at the lower threshold.
-t: the times of the inputs in seconds, which a model with creep needs. Each input is held until the next time. The creep
-begins settled at the first row, or as the memory has it.
-Raises ValueError if u is not one-dimensional or not finite, or if t does not increase. Warns if inputs lie beyond the thresholds.
+memory: initial state of the actuator, which is advanced to the last input; default: on the ascending reference curve
+at the lower threshold.
+t: times of the inputs in seconds, required for a model with creep. Each input is held until the next time. The creep
+starts settled at the first input, or from the state in `memory`.
+Raises ValueError if u is not one-dimensional or not finite, or if t does not increase. Warns if inputs exceed the
+thresholds.
 
 >>> import hystcan
 >>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
@@ -187,10 +190,11 @@ array([13.35, 17.85])
 )")
       .def("inverse", &inverse, py::arg("y"), py::arg("memory") = py::none(), py::kw_only(),
            py::arg("t") = py::none(), py::arg("negative_drive") = false,
-           R"(Return the inputs that give the outputs y, shape (n,), in input units.
+           R"(Return the inputs that produce the outputs y, shape (n,), in input units.
 
-memory, t: as in simulate. negative_drive: the negative one of the two inputs of an even model.
-Raises ValueError if y is not one-dimensional or not finite, or if t does not increase. Warns if outputs are out of reach.
+memory, t: as in simulate. negative_drive: True returns the negative of the two inputs of an even model.
+Raises ValueError if y is not one-dimensional or not finite, or if t does not increase. Warns if the model cannot reach
+an output.
 
 >>> import hystcan
 >>> model = hystcan.Model.load(hystcan.shipped("piezo.model.toml"))
@@ -203,7 +207,7 @@ array([10., 20., 15.])
             return pair_of(memory != nullptr ? memory->reachable() : model.memory().reachable());
           },
           py::arg("memory") = py::none(),
-          R"(Return the outputs (lowest, highest) within reach from this memory, at once.
+          R"(Return the lowest and highest output that one input can reach from this memory.
 
 >>> import hystcan
 >>> lowest, highest = hystcan.Model.load(hystcan.shipped("piezo.model.toml")).output_range()
@@ -221,27 +225,28 @@ array([10., 20., 15.])
             return memory;
           },
           py::arg("path"),
-          R"(Read a memory that was saved, by Memory.save or `hystcan simulate --save-memory`.
+          R"(Read a memory that Memory.save or `hystcan simulate --save-memory` has written.
 
-Raises Error, with the place in the file, also if the memory belongs to another model.
+Raises Error, with the place in the file, if the file is not valid or belongs to another model.
 )")
       .def("quasi_static", &Model::quasi_static,
-           "Return the hysteresis alone: a copy without creep and dynamics, which needs no times.")
-      .def_property_readonly("kind", &Model::kind, "As in the model file: \"recursive-memory\", ...")
+           "Return a copy with the hysteresis alone, without creep and dynamics; it needs no times.")
+      .def_property_readonly("kind", &Model::kind,
+                             "Kind of the model, as in the model file: \"recursive-memory\", ...")
       .def_property_readonly(
           "input_range", [](const Model& model) { return pair_of(model.input_range()); },
           "The thresholds (lower, upper), in input units.")
-      .def_readonly("input_unit", &Model::input_unit, "Of the model file: \"V\".")
-      .def_readonly("output_unit", &Model::output_unit, "Of the model file: \"um\".")
+      .def_readonly("input_unit", &Model::input_unit, "Unit of the input, as in the model file: \"V\".")
+      .def_readonly("output_unit", &Model::output_unit, "Unit of the output, as in the model file: \"um\".")
       .def_property_readonly(
           "delay_s", [](const Model& model) { return model.lag.delay_s; },
-          "Delay of the output that was identified with the model; else 0.")
+          "Delay of the output in seconds, if it was identified with the model; otherwise 0.")
       .def_property_readonly(
           "dynamics", [](const Model& model) { return python_of(app::json_of(model.lag.dynamics)); },
-          "The mode and the delay behind the hysteresis, [dynamics] of the model file: a dict, or None.")
+          "Mode and delay that follow the hysteresis, [dynamics] of the model file: a dict or None.")
       .def_property_readonly(
           "creep", [](const Model& model) { return python_of(app::json_of(model.lag.creep)); },
-          "The creep behind the hysteresis, [creep] of the model file: a dict, or None.")
+          "Creep that follows the hysteresis, [creep] of the model file: a dict or None.")
       .def("__repr__", [](const Model& model) {
         const model::Interval range = model.input_range();
         return fmt::format("<hystcan.Model {} {}, {:g} to {:g} {}>", model.name, model.kind(), range.lo,

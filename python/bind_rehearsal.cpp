@@ -51,11 +51,12 @@ config::Config configuration(const std::filesystem::path& file, const std::vecto
     const auto axis =
         std::ranges::find_if(config.axes, [&](const auto& each) { return each.wire.name == name; });
     if (axis == config.axes.end())
-      throw Error(file, fmt::format("no axis {}, which a reference is given for", name));
+      throw Error(file, fmt::format("a reference is given for the unknown axis {}", name),
+                  expect("one of {}", fmt::join(config::axis_names(config), ", ")));
     const controller::MotionBounds range = curve.bounds();
     const auto& supervision = axis->control.supervision;
     if (range.lowest_um < supervision.position_min_um || range.highest_um > supervision.position_max_um)
-      throw Error(fmt::format("the reference of {} goes from {:g} to {:g} um", name, range.lowest_um,
+      throw Error(fmt::format("the reference of axis {} ranges from {:g} to {:g} um", name, range.lowest_um,
                               range.highest_um),
                   expect("{:g} to {:g} um", supervision.position_min_um, supervision.position_max_um));
     axis->control.setpoint.assign(1, {.shape = controller::Table{.file = "reference", .curve = curve}});
@@ -105,7 +106,7 @@ class VirtualStage {
   /// Returns the columns of every cycle so far.
   py::dict signals(const std::optional<std::string>& axis) const {
     if (!axis && axes().size() != 1)
-      throw Error(fmt::format("there are {} axes", axes().size()),
+      throw Error(fmt::format("axis is missing, and the configuration has {} axes", axes().size()),
                   expect("one of {}", fmt::join(axes(), ", ")));
     const auto& columns = columns_[axis ? live_.axis_index(*axis) : 0];
     py::dict signals;
@@ -135,8 +136,9 @@ class VirtualStage {
   void set(const std::string& axis, const std::string& key, const std::string& toml_value) {
     app::LiveConfig::Prepared prepared = live_.with(axis, key, toml_value);
     if (!prepared.after_restart.empty())
-      throw Error(fmt::format("needs a restart: {}", describe(prepared.after_restart.front())),
-                  {.remedy = "give it in `settings` of a new Rehearsal"});
+      throw Error(fmt::format("this key cannot be changed while the rehearsal runs: {}",
+                              describe(prepared.after_restart.front())),
+                  {.remedy = "set it in `settings` of a new Rehearsal"});
     ask_all(std::move(prepared.requests));
     live_.accept(prepared);
   }
@@ -184,7 +186,9 @@ class VirtualStage {
         if (answer->refusal)
           refusals.push_back(fmt::format("{}: {}", axes().at(answer->axis), to_string(*answer->refusal)));
     }
-    if (open > 0) refusals.emplace_back("no answer: the controller is not running yet, or it has ended");
+    if (open > 0)
+      refusals.emplace_back(
+          "no answer from the controller within 1 s: it has not started yet, or it has ended");
     if (!refusals.empty()) throw Error(fmt::format("{}", fmt::join(refusals, "; ")));
   }
 
@@ -218,8 +222,11 @@ class Rehearsal {
   class Use {
    public:
     explicit Use(Rehearsal& of) : of_(of) {
-      if (of.stage_ == nullptr) throw py::type_error("Rehearsal.__init__ was not called");
-      if (of.is_in_use_.exchange(true)) throw std::runtime_error("another thread uses this Rehearsal");
+      if (of.stage_ == nullptr)
+        throw py::type_error(
+            "Rehearsal.__init__ was not called: call it first in the __init__ of the subclass");
+      if (of.is_in_use_.exchange(true))
+        throw std::runtime_error("another thread is using this Rehearsal: call it from one thread at a time");
     }
     ~Use() { of_.is_in_use_ = false; }
     Use(const Use&) = delete;
@@ -253,7 +260,7 @@ std::unique_ptr<Rehearsal> make(const std::filesystem::path& config,
 
 void step(VirtualStage& stage, double duration_s) {
   if (!(duration_s >= 0.0 && duration_s <= longest_s))
-    throw py::value_error("duration_s is out of range, expected 0 to 1e6");
+    throw py::value_error(fmt::format("duration_s is {}, expected 0 to 1e6 s", duration_s));
   const Unlocked unlocked;
   stage.run_until(stage.time_s() + duration_s);
 }
@@ -282,11 +289,12 @@ void ask(Rehearsal& rehearsal, Kind kind, const std::optional<std::string>& axis
 }  // namespace
 
 void bind_rehearsal(py::module_& module) {
-  py::class_<Rehearsal> bound(module, "Rehearsal",
-                              R"(Controller and twin of a configuration in virtual time, as in `hystcan demo`.
+  py::class_<Rehearsal> bound(
+      module, "Rehearsal",
+      R"(Run the controller and the twin of a configuration in virtual time, as `hystcan demo` does.
 
-The same nodes as in the two processes exchange the same frames. Time moves only in run() and step(), some hundred times
-faster than the clock; settings can be changed between two steps.
+The nodes are the same as in the two processes, and exchange the same frames. Time advances only in run() and step(), a
+few hundred times faster than real time. Settings can be changed between two steps.
 
 >>> import hystcan
 >>> stage = hystcan.Rehearsal(hystcan.shipped("piezo.toml"))
@@ -301,16 +309,17 @@ True
       .def(py::init(&make), py::arg("config"), py::kw_only(),
            py::arg("settings") = std::map<std::string, py::object>{},
            py::arg("reference") = std::map<std::string, std::pair<Array, Array>>{},
-           R"(settings: keys of the configuration with other values, {"axis[0].control.kp": 0.1}.
+           R"(settings: values that replace those of the configuration, by key: {"axis[0].control.kp": 0.1}.
 
-reference: for an axis, by its name, (t, y) to follow once instead of the configured reference: seconds and um, each of
-shape (n,), joined by a monotone cubic.
-Raises Error for a configuration that the controller refuses.
+reference: references that replace the configured ones, by axis name, each followed once: (t, y) in seconds and um, of
+shape (n,), interpolated by a monotone cubic.
+Raises Error if the configuration is not valid.
 )")
-      .def("run", &run_stage, py::arg("duration_s") = py::none(),
-           R"(Run for a time, or until every axis has finished its reference once, or one faults.
+      .def(
+          "run", &run_stage, py::arg("duration_s") = py::none(),
+          R"(Run for duration_s seconds; default: until every axis has finished its reference once, or one axis faults.
 
-Returns the signals of each axis so far: run()["x"]["position_um"].
+Returns the signals of each axis since the start: run()["x"]["position_um"].
 )")
       .def(
           "step", [](Rehearsal& stage, double duration_s) { step(*Rehearsal::Use(stage), duration_s); },
@@ -321,10 +330,10 @@ Returns the signals of each axis so far: run()["x"]["position_um"].
             return Rehearsal::Use(stage)->signals(axis);
           },
           py::arg("axis") = py::none(),
-          R"(Return the columns of every cycle so far, as arrays of shape (n,), by their names.
+          R"(Return the columns of all cycles since the start, as arrays of shape (n,), by their names.
 
-They are those of `controller --csv`, and true_position_um, the twin's position at the sample. A value that a cycle does
-not have is NaN. axis: may be left out if there is one.
+The columns are those of `controller --csv`, and true_position_um, the twin's position at the sample. A value that is
+missing in a cycle is NaN. axis: name, optional if the configuration has one axis.
 )")
       .def(
           app::row_of(app::Verb::set).word.data(),
@@ -334,7 +343,7 @@ not have is NaN. axis: may be left out if there is one.
           py::arg("axis"), py::arg("key"), py::arg("value"),
           R"(Change a key of [axis.control] between two cycles, as `hystcan ctl set` does.
 
-Raises Error if the key needs a restart, or if the value is refused.
+Raises Error if the key cannot be changed during a run, or if the value is not valid.
 )")
       .def(
           app::row_of(app::Verb::go_to).word.data(),
@@ -342,18 +351,18 @@ Raises Error if the key needs a restart, or if the value is refused.
             ask(stage, Kind::go_to, axis, position_um);
           },
           py::arg("axis"), py::arg("position_um"),
-          "Leave the reference and move to a position. Raises Error if refused.")
+          "Leave the reference and move to a position, in um. Raises Error if the controller refuses it.")
       .def(
           "status", [](Rehearsal& stage) { return Rehearsal::Use(stage)->status(); },
-          "State of each axis, in words: {\"x\": \"tracking\"}; a fault has its cause.")
+          "Return the state of each axis: {\"x\": \"tracking\"}; for a fault, with its cause.")
       .def_property_readonly(
           "axes", [](Rehearsal& stage) { return Rehearsal::Use(stage)->axes(); }, "Names of the axes.")
       .def_property_readonly(
           "time_s", [](Rehearsal& stage) { return Rehearsal::Use(stage)->time_s(); },
-          "Virtual time since the start.");
+          "Virtual time since the start, in seconds.");
   const std::pair<app::Verb, const char*> acts[]{
       {app::Verb::resume, "Follow the reference again."},
-      {app::Verb::enable, ""},
+      {app::Verb::enable, "Start the axis: from offline to tracking."},
       {app::Verb::disable, "Ramp to the safe drive and switch off."},
       {app::Verb::clear, "Clear the latched fault."}};
   for (const auto& [verb, meaning] : acts)

@@ -62,7 +62,7 @@ std::optional<py::dict> step_response(const Array& t, const Array& reference_um,
   };
   if (cycles.reference_um.size() != cycles.time_s.size() || cycles.position_um.size() != cycles.time_s.size())
     throw py::value_error(
-        fmt::format("t, reference_um, position_um have {}, {}, {} values, expected as many of each",
+        fmt::format("t, reference_um, position_um have {}, {}, {} values, expected the same number of each",
                     cycles.time_s.size(), cycles.reference_um.size(), cycles.position_um.size()));
   std::size_t begin = 0;
   const auto step = metrics::largest_step(cycles, tolerance_um, begin);
@@ -77,52 +77,56 @@ std::optional<py::dict> step_response(const Array& t, const Array& reference_um,
 
 void bind_run(py::module_& module) {
   py::class_<Run> type(module, "Run",
-                       R"(A recorded run: a folder that a controller has recorded, or a CSV of cycles.
+                       R"(A recorded run: a folder that a controller has recorded, or a CSV file of cycles.
 
-A run that was killed, or that is still being recorded, is read up to its last whole row.
+If the recording was interrupted or still goes on, the run is read up to its last complete row.
 )");
-  forbid_new(type, "a Run comes from Run.open()");
+  forbid_new(type, "Run cannot be created directly: call Run.open()");
   type.def_static(
           "open", [](const std::filesystem::path& path) { return Run(path); }, py::arg("path"),
-          py::call_guard<Unlocked>(), "Raises Error if it is no run.")
-      .def_property_readonly("name", &Run::name, "Of the folder or file.")
+          py::call_guard<Unlocked>(), "Open a run. Raises Error if the folder or file is not a recorded run.")
+      .def_property_readonly("name", &Run::name, "Name of the folder or file.")
       .def_property_readonly(
           "info", [](const Run& run) { return python_of(to_json(run.info())); },
-          "What run.json says: version, host, started, axes with their errors and faults, settings, ...")
+          "Contents of run.json: version, host, started, axes with their errors and faults, settings, ...")
       .def_property_readonly("axes", &axes_of_run, "Names of the axes.")
       .def(
           "units",
           [](const Run& run, const std::optional<std::string>& axis) {
             return of_each_signal(run, axis, [](const runs::Signal& signal) { return signal.unit; });
           },
-          py::arg("axis") = py::none(), "Unit of each signal, by its name; \"\": none.")
+          py::arg("axis") = py::none(),
+          "Return the unit of each signal, by its name; \"\" for a signal without a unit.")
       .def(
           "words",
           [](const Run& run, const std::optional<std::string>& axis) {
             return of_each_signal(run, axis, [](const runs::Signal& signal) { return signal.words; });
           },
           py::arg("axis") = py::none(),
-          "Words of each signal, by its name: state 4 is words()[\"state\"][4]. Empty for numbers.")
+          "Return the words of each signal, by its name: words()[\"state\"][4] is the word for state 4. "
+          "Empty for a "
+          "signal of numbers.")
       .def("read", &read, py::arg("signals") = py::none(), py::kw_only(), py::arg("axis") = py::none(),
            py::arg("from_s") = py::none(), py::arg("to_s") = py::none(),
            R"(Return time_s and these signals of an axis as arrays of shape (n,), by their names.
 
-signals: all if left out. axis: may be left out if the run has one. from_s, to_s: limits of time_s, included.
-A value that a cycle does not have is NaN.
-Raises Error for an unknown axis or signal, and for a row that is none, with its place.
+signals: names; default: all. axis: name, optional if the run has one axis. from_s, to_s: limits of time_s, inclusive.
+A value that is missing in a cycle is NaN.
+Raises Error for an unknown axis or signal, and, with its place, for a row that is not valid.
 )");
   module.def(
       "step_response", &step_response, py::arg("t"), py::arg("reference_um"), py::arg("position_um"),
       py::kw_only(), py::arg("tolerance_um") = 0.0,
-      R"(Return the figures of the largest step of the reference: those of the controller's report and of plot.
+      R"(Return the figures of the largest step of the reference, as in the controller's report and in `hystcan plot`.
 
-tolerance_um: of [axis.control.in_position]; 0: the band is 1 % of the step.
+tolerance_um: half-width of the settling band in um, as in [axis.control.in_position]; 0: the band is 1 % of the step.
 The dict has from_um, to_um, band_um, begin_s, rise_s (10 to 90 %), settling_s and overshoot_percent. rise_s and
-settling_s are None where the record ends first. A position that is NaN does not count: give this to a cycle whose
-sample_missing is 1, as the controller has not had its sample.
-A step goes from one level to the next, and at a level the reference rests for ten cycles or from the first one on. A
-reference that is NaN begins anew: give this to a transition to a segment, whose shape_time_s is 0, which is no step.
-Returns None without a step.
+settling_s are None if the record ends first. A position that is NaN is ignored: set it to NaN in cycles with
+sample_missing = 1, because the controller did not receive that sample.
+A step leads from one level to the next. At a level, the reference is constant for ten cycles, or from the first cycle
+on. A reference that is NaN separates two parts: set it to NaN in cycles with shape_time_s = 0, the transition to a
+segment, which is not a step.
+Returns None if there is no step.
 
 >>> import hystcan
 >>> step = hystcan.step_response(range(20), [0.0] * 5 + [2.0] * 15, [0.0] * 6 + [1.0, 2.1] + [2.0] * 12)

@@ -89,7 +89,7 @@ void bind_end_of_interpreter() {
 void bind_errors(py::module_& module) {
   static const py::exception<Error> error(module, "Error", PyExc_ValueError);
   module.attr("Error").attr("__doc__") =
-      "A file, a value or a dataset that hystcan refuses; the text is that of the command line.";
+      "Raised if a file, a value or a dataset is not valid. The text is the message of the command line.";
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);

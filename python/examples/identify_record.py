@@ -36,7 +36,7 @@ def main() -> None:
     parser.add_argument("--output", default="identified")
     options = parser.parse_args()
     if not options.synthetic and options.record is None:
-        parser.error("name a record, or --synthetic")
+        parser.error("RECORD.csv is missing, expected a record or --synthetic")
     t, u, y = synthetic() if options.synthetic else measured(options.record)
 
     found = hystcan.identify(t, u, y)

@@ -14,9 +14,9 @@ __all__ = ["Client", "Error", "Identified", "Memory", "Model", "Refused", "Rehea
 
 
 def shipped(name: str) -> pathlib.Path:
-    """Return the path of a file that comes with hystcan: a configuration, a model.
+    """Return the path of a configuration or model that comes with hystcan.
 
-    Raises FileNotFoundError if there is none of that name.
+    Raises FileNotFoundError if hystcan has no such file.
 
     >>> import hystcan
     >>> hystcan.shipped("piezo.toml").name
@@ -26,4 +26,4 @@ def shipped(name: str) -> pathlib.Path:
     for folder in (prefix / "share/hystcan", prefix / "config"):  # installed; in the source tree
         if (folder / name).is_file():
             return folder / name
-    raise FileNotFoundError(f"{name}: hystcan comes with no such file")
+    raise FileNotFoundError(f"{name}: not found among the files of hystcan; expected a name such as piezo.toml")

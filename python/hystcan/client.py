@@ -1,4 +1,4 @@
-"""Commands a running controller over its control socket (docs/control_socket.md)."""
+"""Client for the control socket of a running controller (docs/control_socket.md)."""
 from __future__ import annotations
 
 import json
@@ -11,7 +11,7 @@ from typing import Any
 
 
 class Refused(RuntimeError):
-    """The controller refused a command; the text is the reason."""
+    """Raised if the controller refuses a command; the text is the reason."""
 
 
 def _is_of_this_user(folder: str) -> bool:
@@ -28,14 +28,14 @@ def _default_socket(interface: str) -> pathlib.Path:
     for folder in (given, *of_user, "/run/hystcan"):
         if folder and os.path.exists(path := os.path.join(folder, f"hystcan-{interface}.sock")):
             return pathlib.Path(path)
-    raise FileNotFoundError(f"no control socket hystcan-{interface}.sock: check that the controller is running")
+    raise FileNotFoundError(f"control socket hystcan-{interface}.sock not found: check that the controller is running")
 
 
 class Client:
     """A connection to a running controller.
 
-    socket_path: as the controller logs it; found by the interface's name if left out. timeout_s: for each answer.
-    Raises OSError if no controller listens.
+    socket_path: path that the controller logs; default: found by the name of the interface. timeout_s: maximum wait
+    for each answer, in seconds. Raises OSError if no controller is running.
 
     In a `with` block, an exception stops the stage: every axis ramps to its safe drive and the controller ends. Without
     an exception the stage continues unchanged.
@@ -87,7 +87,7 @@ class Client:
     def command(self, do: str, **arguments: Any) -> dict[str, Any]:
         """Send a command of docs/control_socket.md and return the answer.
 
-        Raises Refused if the controller refuses it, TimeoutError if it does not answer.
+        Raises Refused if the controller refuses the command, TimeoutError if it does not answer.
         """
         line = json.dumps({"do": do, **{name: value for name, value in arguments.items() if value is not None}})
         self._socket.sendall(line.encode() + b"\n")
@@ -100,7 +100,7 @@ class Client:
         while b"\n" not in self._received:
             part = self._socket.recv(65_536)
             if not part:
-                raise ConnectionError("the controller has closed the connection")
+                raise ConnectionError("the controller closed the connection: it has ended, or the command was too long")
             self._received += part
         line, self._received = self._received.split(b"\n", 1)
         return line
@@ -110,18 +110,18 @@ class Client:
         return self.command("status")
 
     def axis(self, axis: str) -> dict[str, Any]:
-        """Return the newest cycle of one axis: state, position_um, drive, ... Raises KeyError if there is none."""
+        """Return the newest cycle of one axis: state, position_um, drive, ... Raises KeyError for an unknown axis."""
         for each in self.status()["axes"]:
             if each["name"] == axis:
                 return dict(each)
-        raise KeyError(axis)
+        raise KeyError(f"unknown axis {axis}")
 
     def settings(self) -> dict[str, Any]:
-        """Return the configuration in force."""
+        """Return the present configuration."""
         return self.command("settings")
 
     def enable(self, axis: str | None = None) -> None:
-        """Start the axis: from offline to tracking; all axes if none is named."""
+        """Start the axis: from offline to tracking. axis: name; default: all axes."""
         self.command("enable", axis=axis)
 
     def disable(self, axis: str | None = None) -> None:
@@ -133,11 +133,14 @@ class Client:
         self.command("clear", axis=axis)
 
     def go_to(self, axis: str, position_um: float) -> None:
-        """Leave the reference and move to a position."""
+        """Leave the reference and move to a position, in um."""
         self.command("go_to", axis=axis, position_um=position_um)
 
     def wait(self, axis: str, timeout_s: float = 30.0) -> float:
-        """Wait until the axis is in position after its last move; return the position in um. Needs in_position."""
+        """Wait until the axis is in position after its last move; return the position in um.
+
+        The axis needs the table [axis.control.in_position].
+        """
         self._socket.settimeout(timeout_s + self._timeout_s)
         try:
             return float(self.command("wait", axis=axis, timeout_s=timeout_s)["position_um"])
@@ -158,7 +161,7 @@ class Client:
         self.command("undo")
 
     def record(self, on: bool = True) -> pathlib.Path:
-        """Begin or end a run; return its folder."""
+        """Begin a recorded run, or end it if `on` is False; return its folder."""
         return pathlib.Path(self.command("record", on=on)["run"])
 
     def stop(self) -> None:

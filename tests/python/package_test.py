@@ -85,7 +85,7 @@ class Models(Scratch):
 
     def test_inputs_beyond_the_thresholds_are_limited_with_a_warning(self):
         model = hystcan.Model.load(MODEL)
-        with self.assertWarnsRegex(RuntimeWarning, "1 of 2 inputs are out of reach"):
+        with self.assertWarnsRegex(RuntimeWarning, "1 of 2 inputs are out of range"):
             y = model.simulate([120.0, 50.0])
         self.assertAlmostEqual(y[0], model.output_range()[1])
 
@@ -208,7 +208,7 @@ class Identification(Scratch):
 
     def test_a_unit_with_a_control_character_is_refused(self):
         t = numpy.arange(100.0)
-        with self.assertRaisesRegex(ValueError, "input_unit has a control character"):
+        with self.assertRaisesRegex(ValueError, "input_unit contains a control character"):
             hystcan.identify(t, t, t, input_unit="V\n[creep]")
 
 
@@ -246,7 +246,7 @@ class Rehearsals(Scratch):
     def test_refusals_of_the_controller_are_raised(self):
         with self.assertRaisesRegex(hystcan.Error, "kp"):
             hystcan.Rehearsal(STAGE, settings={"axis[0].control.kp": -5})
-        with self.assertRaisesRegex(hystcan.Error, "goes from 0 to 1e\\+09 um, expected"):
+        with self.assertRaisesRegex(hystcan.Error, "ranges from 0 to 1e\\+09 um, expected"):
             hystcan.Rehearsal(STAGE, reference={"x": ([0, 1], [0, 1e9])})
         with self.assertRaisesRegex(hystcan.Error, "no axis z"):
             hystcan.Rehearsal(STAGE, reference={"z": ([0, 1], [1, 2])})
