@@ -18,7 +18,7 @@ try:
     import h5py  # type: ignore[import]
     import numpy
 except ImportError:
-    sys.exit("h5py is missing; install python3-h5py, or use CSV")
+    sys.exit("the Python module h5py is missing; install python3-h5py, or use CSV")
 
 CHUNK_ROWS = 65536
 
@@ -70,7 +70,7 @@ def write(path):
         getattr(writer, kind)(*values)
         if kind == "end":
             return
-    raise EOFError("the rows ended too early")
+    raise EOFError("the rows ended before the message \"end\"")
 
 
 def numbers_of(file, name):
@@ -88,7 +88,7 @@ def read(path, column, rows):
     datasets = [numbers_of(file, name) for name in (column, "time_s") if name == column or name in file]
     count = len(datasets[0])
     if len(datasets[-1]) != count:
-        raise ValueError(f"time_s has {len(datasets[-1])} values and {column} has {count}, expected as many")
+        raise ValueError(f"time_s has {len(datasets[-1])} values and {column} has {count}, expected the same number")
     unit = str(datasets[0].attrs.get("unit", "")).encode()
     out = sys.stdout.buffer
     out.write(numpy.array([count, len(datasets) - 1, len(unit)], "f8").tobytes() + unit)

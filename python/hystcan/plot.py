@@ -18,7 +18,7 @@ try:
     import numpy
     from matplotlib.figure import Figure  # type: ignore[import]
 except ImportError:
-    sys.exit("matplotlib is missing; install python3-matplotlib")
+    sys.exit("the Python module matplotlib is missing; install python3-matplotlib")
 
 LOOK = {
     "font.family": "sans-serif", "font.sans-serif": ["DejaVu Sans"], "font.size": 9, "legend.fontsize": 8,

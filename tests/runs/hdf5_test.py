@@ -108,7 +108,7 @@ class Hdf5(unittest.TestCase):
                       self.refused_export({"HYSTCAN_PYTHON": "/nonexistent"}))
 
     def test_without_h5py_the_package_is_named_and_csv_is_exported(self):
-        self.assertIn("h5py is missing; install python3-h5py, or use CSV\n",
+        self.assertIn("the Python module h5py is missing; install python3-h5py, or use CSV\n",
                       self.refused_export({"HYSTCAN_PYTHON": str(self.folder / "no_h5py")}))
 
     def test_a_full_disk_leaves_no_file(self):

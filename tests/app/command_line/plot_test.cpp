@@ -111,7 +111,7 @@ TEST_F(Plot, WritesItsDataIfPythonIsMissing) {
                   "no pictures: /nonexistent cannot be started: No such file or directory; "
                   "install python3-matplotlib; their data (.csv) are complete"),
         std::pair(path("no-matplotlib"),
-                  "no pictures: matplotlib is missing; install python3-matplotlib; "
+                  "no pictures: the Python module matplotlib is missing; install python3-matplotlib; "
                   "their data (.csv) are complete")}) {
     write("plots/pi-x-loops.svg", "earlier");
     Process program({"env", "HYSTCAN_PYTHON=" + interpreter, HYSTCAN_PROGRAM, "plot", csv("pi"), "--axis",
