@@ -19,8 +19,8 @@ SensorNode::SensorNode(const can::AxisWire& first, const SampleClock& clock, con
       clock_(scheduler.make_timer([this] { on_clock(); })),
       protector_(can::find_layout<can::SensorSample>(database, first)->protection()) {
   if (sample_clock_.sampling == Sampling::free && !(period_ns_ >= 1.0 && period_ns_ < 1e12))
-    throw std::invalid_argument("the sensor samples at " + std::to_string(sample_clock_.rate_Hz) +
-                                " Hz by its own clock, expected a rate > 0");
+    throw std::invalid_argument("the free-running sensor has a sample rate of " +
+                                std::to_string(sample_clock_.rate_Hz) + " Hz, expected a rate > 0");
   line().on_frame([this](const can::Frame& frame, can::Time received) {
     if (frame.id != can::sync_id)
       handle(frame);
@@ -32,7 +32,7 @@ SensorNode::SensorNode(const can::AxisWire& first, const SampleClock& clock, con
 void SensorNode::add(SensorChannel& channel, const SampleClock& clock) {
   if (clock != sample_clock_)
     throw std::invalid_argument("the axes of sensor node " + std::to_string(number()) +
-                                " sample by different clocks, expected one for all of them");
+                                " have different sample clocks, expected the same for all axes");
   channels_.push_back(&channel);
 }
 

@@ -130,14 +130,14 @@ node::VoltageRange SimulatedCard::range_of(unsigned bits, const node::CardChanne
   if (place.range == "0..10 V") return range(0.0, 10.0);
   throw node::ChannelError(
       "range", Error(card_name, fmt::format("channel {} has no range \"{}\"", place.channel, place.range),
-                     {.remedy = "it has -10..10 V, 0..10 V"}));
+                     {.remedy = "available ranges: -10..10 V, 0..10 V"}));
 }
 
 SimulatedCard::Stage& SimulatedCard::stage_driven_by(const node::CardChannel& place) {
   for (const auto& stage : stages_)
     if (is_at(stage->wired.config.drive_output, place)) return *stage;
   throw Error(card_name, fmt::format("no axis has channel {} as its output", place.channel),
-              {.remedy = "name this card as device of the axis, not of the channel"});
+              {.remedy = "set this card as the device of the axis, not of the channel"});
 }
 
 node::VoltageRange SimulatedCard::check_output(const node::CardChannel& place) {
@@ -170,7 +170,7 @@ std::unique_ptr<node::VoltageInput> SimulatedCard::input(const node::CardChannel
       });
   }
   throw Error(card_name, fmt::format("no axis has channel {} as an input", place.channel),
-              {.remedy = "name this card as device of the axis, not of the channel"});
+              {.remedy = "set this card as the device of the axis, not of the channel"});
 }
 
 std::unique_ptr<node::LineOutput> SimulatedCard::line_output(const node::CardChannel&) {

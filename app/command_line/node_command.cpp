@@ -59,7 +59,8 @@ std::string fixed(double value, int decimals) {
 
 void warn_of_stroke(const node::WiredAnalogueAxis& axis, const node::VoltageRange& input) {
   const std::string warning = node::stroke_warning(axis.config, axis.positions, input);
-  if (!warning.empty()) spdlog::warn("{}: {}", axis.wire.name, warning);
+  if (!warning.empty())
+    spdlog::warn("{}: {}; choose a larger range of position_input", axis.wire.name, warning);
 }
 
 /// Reads the values of an axis for --read. Writes nothing to the card.
@@ -149,11 +150,12 @@ std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices, node::
   const auto begun = std::chrono::steady_clock::now();
   if (!trial.abandon())
     throw RunError(
-        "the guard cannot write the safe drives: the card refuses them, or another program uses it");
+        "the guard cannot write the safe drives: the card rejects them, or another program uses the card; "
+        "check the card, and stop the other program");
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begun;
   auto guard = std::make_unique<node::Guard>(make_safe, patience);
   for (const auto& one : devices) one->output.obey(guard->takeovers());
-  spdlog::info("guard (process {}): tried, safe within {:.1f} ms", guard->process(), took.count());
+  spdlog::info("guard process {}: test passed, safe within {:.1f} ms", guard->process(), took.count());
   return guard;
 }
 
@@ -181,7 +183,8 @@ class GuardBeat {
   void beat() {
     guard_.beat();
     if (const unsigned known = std::exchange(known_, guard_.takeovers()); known != known_)
-      spdlog::warn("the node did not run: its guard has made the outputs safe");
+      spdlog::warn(
+          "the node was delayed, and its guard set the outputs to the safe drives; see `hystcan doctor`");
     timer_->expire_at(scheduler_.now() + period_);
   }
 
@@ -210,7 +213,8 @@ int run_node(const NodeArguments& options) {
   const config::Config config = config::load(options.config);
   const AnalogueAxes axes = analogue_axes(config);
   if (axes.empty())
-    throw Error(config.file, "no axis has the table [axis.analogue]", expect("the card of at least one"));
+    throw Error(config.file, "no axis has the table [axis.analogue]",
+                {.remedy = "add the table, with the DAQ card, to at least one axis"});
   if (options.reads) return show_readings(config, axes);
   const std::string interface = options.interface.empty() ? config.bus.interface : options.interface;
   LiveLoop loop(interface);
@@ -247,8 +251,8 @@ int run_node(const NodeArguments& options) {
   const auto lost_output = print_patiently(closing_text(station.station(), amplifiers_of(station)));
   refuse_if_taken(station.station(), interface);
   if (guard_died)
-    throw RunError("the guard process has died or was stopped: the outputs are safe; start the node again");
-  if (!guard->abandon()) throw RunError("the card refuses the safe drives: switch the amplifiers off");
+    throw RunError("the guard process ended, and the outputs have their safe drives; restart the node");
+  if (!guard->abandon()) throw RunError("the card rejects the safe drives; switch the amplifiers off");
   if (lost_output) throw RunError(*lost_output);
   return done;
 }
@@ -258,12 +262,12 @@ int run_node(const NodeArguments& options) {
 void add_node(CLI::App& cli, int& status) {
   auto options = std::make_shared<NodeArguments>();
   CLI::App* command =
-      cli.add_subcommand("node", "Make a DAQ card the amplifier node and the sensor node of analogue axes");
+      cli.add_subcommand("node", "Run the amplifier and sensor nodes of analogue axes on a DAQ card");
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   add_checked(*command, "--interface", options->interface, interface_name(),
               "CAN interface; default: as configured");
   command->add_flag("--read", options->reads,
-                    "show volts and physical values five times a second; write nothing");
+                    "print volts and physical values five times a second; write nothing to the card");
   command->callback([options, &status] { status = run_node(*options); });
 }
 

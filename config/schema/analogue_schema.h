@@ -16,8 +16,8 @@ void visit(V& v, node::CardChannel& place) {
   v.optional("device", place.device, any, {"the card with the channel", "that of the axis"});
   v.optional("subdevice", place.subdevice, subdevice_range, {"number of the subdevice of comedi"});
   v.required("channel", place.channel, channel_range, {"number of the channel"});
-  v.optional("range", place.range, any, {"range of the converter: `0..10 V`", "the first of the channel"});
-  v.optional("reference", place.reference, any, {"against what the voltage is measured"});
+  v.optional("range", place.range, any, {"range of the converter: `0..10 V`", "first range of the channel"});
+  v.optional("reference", place.reference, any, {"reference of the voltage measurement"});
 }
 
 template <class V>

@@ -102,10 +102,13 @@ class AnalogueCheck : Checked {
       const std::string card = identity_of(device);
       if (device.kind == node::CardKind::simulated && !is_line(purpose) && card != identity_of(device_))
         fail(place.device,
-             "device is \"{}\", expected it as the device of the axis: it has the channels of such axes",
+             "device is \"{}\", expected the device of the axis, or a real card: a simulated card has "
+             "channels "
+             "only for axes whose own device it is",
              place.device);
       if (device.kind == node::CardKind::iio && is_line(purpose))
-        fail(member, "IIO has no digital lines, expected a device that has lines, or no such key");
+        fail(member,
+             "IIO devices have no digital lines, expected a device with digital lines; or remove this key");
       uses.push_back({card, purpose, &place, active, member});
     };
     add(Purpose::output, analogue_.drive_output, analogue_.drive_output);
@@ -123,7 +126,7 @@ class AnalogueCheck : Checked {
   void check_range_text(const ChannelUse& use) const {
     const std::string& range = use.place->range;
     if (!range.empty() && !node::parsed_range(range))
-      fail(range, "range is \"{}\", expected one as 0..10 V", in_one_line(shortened(range)));
+      fail(range, "range is \"{}\", expected a range like 0..10 V", in_one_line(shortened(range)));
   }
 
   void check_shared(const ChannelUse& use, const ChannelUse& other) const {
@@ -132,7 +135,7 @@ class AnalogueCheck : Checked {
       fail(use.member, "{} {} of subdevice {} is already in use by {}, expected another one",
            noun_of(use.purpose), use.place->channel, use.place->subdevice, theirs);
     if (*use.active != *other.active)
-      fail(*use.active, "active is \"{}\", expected \"{}\" as at {}, which has the same line",
+      fail(*use.active, "active is \"{}\", expected \"{}\" as in {}, which uses the same line",
            word_of(*use.active), word_of(*other.active), theirs);
   }
 
@@ -146,7 +149,8 @@ class AnalogueCheck : Checked {
            2.0 * cycle_ms());
     const double tried_ms = 1e3 * controller::watchdog_timeout_s;
     if (axis_.control.verify_watchdog && timeout_ms >= tried_ms)
-      fail(timeout, "command_timeout_ms is {:g}, expected less than {:g}: verify_watchdog waits no longer",
+      fail(timeout,
+           "command_timeout_ms is {:g}, expected less than {:g}, the longest wait of verify_watchdog",
            timeout_ms, tried_ms);
   }
 
@@ -165,7 +169,7 @@ class AnalogueCheck : Checked {
         std::max(0.0, control_ms + 1e3 * axis_.control.supervision.enable_timeout_s - 2.0 * cycle_ms());
     if (reports_state(axis_.wire) && delay_ms > longest_ms)
       fail(delay,
-           "enable_delay_ms is {:g}, expected at most {:g}: the controller waits no longer; raise "
+           "enable_delay_ms is {:g}, expected at most {:g}, the longest wait of the controller; raise "
            "enable_delay_ms of [axis.control]",
            delay_ms, longest_ms);
   }

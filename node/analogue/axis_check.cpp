@@ -37,10 +37,11 @@ void check_drives(const AnalogueConfig& config, const DriveRange& drives, const 
   for (const double drive : {drives.min, drives.max, drives.safe}) {
     const double volts = config.volts_per_drive * drive + 0.0;  // + 0.0 turns -0.0 into 0.0
     if (!contains({output.lo, output.hi}, {volts, volts}))
-      throw ChannelError("volts_per_drive",
-                         Error(fmt::format("a drive of {:g} needs {:g} V, and the output has {} V", drive,
-                                           volts, text_of(output)),
-                               {.remedy = "choose another range, or limit the drive in [axis.control]"}));
+      throw ChannelError(
+          "volts_per_drive",
+          Error(fmt::format("a drive of {:g} needs {:g} V, but the range of the output is {} V", drive, volts,
+                            text_of(output)),
+                {.remedy = "choose a larger range of drive_output, or limit the drive in [axis.control]"}));
   }
 }
 
@@ -50,14 +51,15 @@ void check_positions(const AnalogueConfig& config, const PositionRange& position
   const auto fail = [&](const std::string& what) {
     throw ChannelError(
         key_of_input(config),
-        Error(fmt::format("the input's {} V are {} um, and {}", text_of(input), text_of(sensor), what),
-              {.remedy = "correct position_um_per_V and position_zero_um, or choose another "
-                         "range"}));
+        Error(
+            fmt::format("the input range {} V measures {} um, but {}", text_of(input), text_of(sensor), what),
+            {.remedy = "correct position_um_per_V and position_zero_um, or choose another range of "
+                       "position_input"}));
   };
   if (sensor.hi < positions.limits.lo || sensor.lo > positions.limits.hi)
-    fail(fmt::format("the axis may be at {} um", text_of(positions.limits)));
+    fail(fmt::format("position_min_um and position_max_um allow {} um", text_of(positions.limits)));
   if (!contains(sensor, positions.setpoint))
-    fail(fmt::format("the setpoint goes from {} um", text_of(positions.setpoint)));
+    fail(fmt::format("the setpoints range from {} um", text_of(positions.setpoint)));
 }
 
 std::string stroke_warning(const AnalogueConfig& config, const PositionRange& positions,
@@ -65,7 +67,9 @@ std::string stroke_warning(const AnalogueConfig& config, const PositionRange& po
   const Span sensor = measured(config, input);
   if (contains(sensor, positions.stroke)) return {};
   return fmt::format(
-      "the input's {} V are {} um, and the stroke is {} um: a start-up that wipes ends with `sensor status`",
+      "the input range {} V measures {} um, but the stroke is {} um; a start-up that wipes will end with "
+      "the fault "
+      "`sensor status`",
       text_of(input), text_of(sensor), text_of(positions.stroke));
 }
 

@@ -136,15 +136,18 @@ class ComediCard final : public Card {
   [[noreturn]] void fail_to_open(int error) const {
     if (error == EACCES || error == EPERM)
       throw Error(
-          file_, "no permission",
-          {.remedy = "add the user to the group of the file, then log in again: sudo adduser USER iocard"});
-    if (error == EBUSY) throw Error(file_, "another program has the device", {.remedy = "end it"});
+          file_, "no permission to open the device",
+          {.remedy = "add the user to the group of the file (sudo adduser USER iocard), then log in again"});
+    if (error == EBUSY)
+      throw Error(file_, "another program is using the device", {.remedy = "stop that program"});
     if (error == ENOENT || error == ENXIO || error == ENODEV || error == ENOTDIR)
-      throw Error(file_, "there is no such card",
-                  {.remedy = "load its driver, or name another one (ls /dev/comedi*)"});
+      throw Error(file_, "card not found",
+                  {.remedy = "load its driver, or set device to another file (ls /dev/comedi*)"});
     if (error == ENOTTY || error == EISDIR || error == EINVAL)
-      throw Error(file_, "it is no comedi device", {.remedy = "name one (ls /dev/comedi*)"});
-    throw Error(file_, comedi_strerror(comedi_errno()), {.remedy = "name another card (ls /dev/comedi*)"});
+      throw Error(file_, "not a comedi device",
+                  {.remedy = "set device to a comedi device file (ls /dev/comedi*)"});
+    throw Error(file_, comedi_strerror(comedi_errno()),
+                {.remedy = "set device to another card (ls /dev/comedi*)"});
   }
 
   /// Lists the subdevices of these types, for example "1, 3".
@@ -161,10 +164,9 @@ class ComediCard final : public Card {
                                  std::initializer_list<int> types) const {
     const std::string others = subdevices(types);
     throw ChannelError(
-        "subdevice",
-        Error(file_, fmt::format("subdevice {} has no {}", place.subdevice, kind),
-              {.remedy = others.empty() ? std::string("the card has none: name another card")
-                                        : fmt::format("name a subdevice that has: {}", others)}));
+        "subdevice", Error(file_, fmt::format("subdevice {} has no {}", place.subdevice, kind),
+                           {.remedy = others.empty() ? fmt::format("set device to a card with {}", kind)
+                                                     : fmt::format("set subdevice to one of: {}", others)}));
   }
 
   /// Refuses an output that another process drives: locks one byte of the device file for each channel. A
@@ -172,10 +174,11 @@ class ComediCard final : public Card {
   void own(const CardChannel& place) const {
     const auto byte = static_cast<off_t>(place.subdevice) * 65'536 + place.channel;
     if (!lock_byte(comedi_fileno(device_.get()), byte))
-      throw ChannelError("channel", Error(file_,
-                                          fmt::format("another process drives channel {} of subdevice {}",
-                                                      place.channel, place.subdevice),
-                                          {.remedy = "end it"}));
+      throw ChannelError("channel",
+                         Error(file_,
+                               fmt::format("another process already drives channel {} of subdevice {}",
+                                           place.channel, place.subdevice),
+                               {.remedy = "stop that process (`hystcan doctor` lists running nodes)"}));
   }
 
   void check_channel(const CardChannel& place, std::string_view key, std::string_view kind) const {
@@ -183,7 +186,7 @@ class ComediCard final : public Card {
     if (channels <= 0 || place.channel >= static_cast<unsigned>(channels))
       throw ChannelError(
           key, Error(file_, fmt::format("subdevice {} has no {} {}", place.subdevice, key, place.channel),
-                     {.remedy = fmt::format("it has {} {}, from 0", std::max(channels, 0), kind)}));
+                     {.remedy = fmt::format("it has {} {}, numbered from 0", std::max(channels, 0), kind)}));
   }
 
   void check_line(const CardChannel& place, int only, std::string_view kind) const {
@@ -196,11 +199,11 @@ class ComediCard final : public Card {
     comedi_t* const device = device_.get();
     if (comedi_get_subdevice_type(device, place.subdevice) == COMEDI_SUBD_DIO &&
         comedi_dio_config(device, place.subdevice, place.channel, direction) < 0)
-      throw ChannelError(
-          "line", Error(file_,
-                        fmt::format("line {} of subdevice {} cannot be an {}", place.channel, place.subdevice,
-                                    direction == COMEDI_OUTPUT ? "output" : "input"),
-                        {.remedy = "name another line"}));
+      throw ChannelError("line",
+                         Error(file_,
+                               fmt::format("line {} of subdevice {} cannot be used as an {}", place.channel,
+                                           place.subdevice, direction == COMEDI_OUTPUT ? "output" : "input"),
+                               {.remedy = "choose another line"}));
   }
 
   Converter converter(const CardChannel& place, int type, std::string_view kind) const {
@@ -231,11 +234,12 @@ class ComediCard final : public Card {
       throw ChannelError("channel", Error(file_,
                                           fmt::format("channel {} of subdevice {} has no range in volts",
                                                       place.channel, place.subdevice),
-                                          {.remedy = "name another channel"}));
-    throw ChannelError("range", Error(file_,
-                                      fmt::format("channel {} of subdevice {} has no range \"{}\"",
-                                                  place.channel, place.subdevice, place.range),
-                                      {.remedy = fmt::format("it has {}", fmt::join(names, ", "))}));
+                                          {.remedy = "choose another channel"}));
+    throw ChannelError("range",
+                       Error(file_,
+                             fmt::format("channel {} of subdevice {} has no range \"{}\"", place.channel,
+                                         place.subdevice, place.range),
+                             {.remedy = fmt::format("available ranges: {}", fmt::join(names, ", "))}));
   }
 
   std::string file_;

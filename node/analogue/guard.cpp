@@ -37,7 +37,7 @@ void hurry() {
 /// A guard that does not run for this time is killed.
 constexpr std::chrono::seconds unresponsive{1};
 
-[[noreturn]] void fail() { throw RunError("no guard process", std::strerror(errno)); }
+[[noreturn]] void fail() { throw RunError("cannot start the guard process", std::strerror(errno)); }
 
 Guard::Duration now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
@@ -101,7 +101,7 @@ Guard::Guard(const std::function<bool()>& make_safe, Duration patience)
   ssize_t count = -1;
   do count = recv(socket_, &byte, 1, 0);
   while (count < 0 && errno == EINTR);
-  if (count != 1) throw RunError("no guard process", "it has ended");
+  if (count != 1) throw RunError("cannot start the guard process", "the process ended before it was ready");
 }
 
 void Guard::beat() noexcept {

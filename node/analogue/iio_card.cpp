@@ -132,9 +132,9 @@ class IioCard final : public Card {
     if (context_) device_ = iio_context_find_device(context_.get(), name.c_str());
     if (device_ == nullptr)
       throw Error(
-          name_, "there is no such IIO device",
-          {.remedy = devices().empty() ? "load the driver of the chip (the device-tree overlay of a HAT)"
-                                       : fmt::format("this computer has {}", fmt::join(devices(), ", "))});
+          name_, "IIO device not found",
+          {.remedy = devices().empty() ? "load the driver of the chip (for a HAT: its device-tree overlay)"
+                                       : fmt::format("available devices: {}", fmt::join(devices(), ", "))});
   }
 
   std::unique_ptr<VoltageOutput> output(const CardChannel& place) override {
@@ -156,8 +156,8 @@ class IioCard final : public Card {
 
  private:
   [[noreturn]] void refuse_lines() const {
-    throw Error(name_, "IIO has no digital lines",
-                {.remedy = "leave the line out, or name a card that has lines as its device"});
+    throw Error(name_, "IIO devices have no digital lines",
+                {.remedy = "remove the line, or set its device to a card with digital lines"});
   }
 
   std::vector<std::string> devices() const {
@@ -170,8 +170,8 @@ class IioCard final : public Card {
 
   iio_channel* channel(const CardChannel& place, bool is_output) const {
     if (place.subdevice != 0)
-      throw ChannelError("subdevice",
-                         Error(name_, "an IIO device has no subdevices", {.remedy = "leave subdevice out"}));
+      throw ChannelError("subdevice", Error(name_, "an IIO device has no subdevices",
+                                            {.remedy = "remove the key subdevice"}));
     const std::string alone = fmt::format("voltage{}", place.channel);
     std::vector<std::string> names;
     for (unsigned i = 0; i < iio_device_get_channels_count(device_); ++i) {
@@ -184,11 +184,13 @@ class IioCard final : public Card {
       if (is_it) return one;
     }
     throw ChannelError(
-        "channel", Error(name_,
-                         fmt::format("there is no {} {}{}", is_output ? "output" : "input", alone,
-                                     place.reference == VoltageReference::differential ? "-N" : ""),
-                         {.remedy = names.empty() ? std::string("it has none: name another chip as device")
-                                                  : fmt::format("it has {}", fmt::join(names, ", "))}));
+        "channel",
+        Error(name_,
+              fmt::format("the device has no {} channel {}{}", is_output ? "output" : "input", alone,
+                          place.reference == VoltageReference::differential ? "-N" : ""),
+              {.remedy = names.empty()
+                             ? fmt::format("set device to a chip with {}s", is_output ? "output" : "input")
+                             : fmt::format("available channels: {}", fmt::join(names, ", "))}));
   }
 
   /// Refuses an output that another process drives: locks the sysfs attribute of the output. A child process
@@ -198,13 +200,13 @@ class IioCard final : public Card {
                                          iio_channel_attr_get_filename(output, "raw"));
     Descriptor raw(open(file.c_str(), O_WRONLY | O_CLOEXEC));
     if (raw.get() < 0 && (errno == EACCES || errno == EPERM))
-      throw Error(file, "no permission", {.remedy = "let udev give the file to the group of the cards"});
-    if (raw.get() < 0)
-      throw Error(file, std::strerror(errno), {.remedy = "load the driver of the chip again"});
+      throw Error(file, "no permission to write the file",
+                  {.remedy = "add a udev rule that gives the file to the group iocard, then log in again"});
+    if (raw.get() < 0) throw Error(file, std::strerror(errno), {.remedy = "reload the driver of the chip"});
     if (!lock_byte(raw.get(), 0))
       throw ChannelError("channel",
-                         Error(name_, fmt::format("another process drives channel {}", place.channel),
-                               {.remedy = "end it"}));
+                         Error(name_, fmt::format("another process already drives channel {}", place.channel),
+                               {.remedy = "stop that process (`hystcan doctor` lists running nodes)"}));
     return raw;
   }
 
@@ -236,13 +238,14 @@ class IioCard final : public Card {
     const IioScale present = present_scale(channel);
     if (!(present.step_V() > 0.0))
       throw ChannelError("channel",
-                         Error(name_, fmt::format("channel {} has no scale above 0", place.channel),
-                               {.remedy = "name a channel that converts volts"}));
+                         Error(name_, fmt::format("channel {} has no positive scale", place.channel),
+                               {.remedy = "choose a channel that converts volts"}));
     const auto raw = raw_range(channel);
     if (!raw && !parsed_range(place.range))
-      throw ChannelError("range",
-                         Error(name_, fmt::format("channel {} does not state its range", place.channel),
-                               {.remedy = "set range to the volts of its reference (example: \"0..10 V\")"}));
+      throw ChannelError(
+          "range",
+          Error(name_, fmt::format("the driver does not report the range of channel {}", place.channel),
+                {.remedy = "set range to the voltage range of the channel (example: \"0..10 V\")"}));
     if (!raw) return present;
     std::vector<std::string> names;
     for (const IioScale& one : scales(channel, present)) {
@@ -252,7 +255,7 @@ class IioCard final : public Card {
     }
     throw ChannelError("range",
                        Error(name_, fmt::format("channel {} has no range \"{}\"", place.channel, place.range),
-                             {.remedy = fmt::format("it has {}", fmt::join(names, ", "))}));
+                             {.remedy = fmt::format("available ranges: {}", fmt::join(names, ", "))}));
   }
 
   static IioScale present_scale(const iio_channel* channel) {
@@ -275,11 +278,12 @@ class IioCard final : public Card {
     const char* const file = iio_channel_attr_get_filename(channel, "scale");
     const std::string& first = ranges_.try_emplace(file == nullptr ? "" : file, range).first->second;
     if (first != range)
-      throw ChannelError("range",
-                         Error(name_,
-                               fmt::format("channel {} shares its range with another one, which has \"{}\"",
-                                           place.channel, first),
-                               {.remedy = "name the same range at both"}));
+      throw ChannelError(
+          "range",
+          Error(name_,
+                fmt::format("channel {} shares its range with another channel, which is set to \"{}\"",
+                            place.channel, first),
+                {.remedy = "set the same range for both channels"}));
     const auto is_set = [&] {
       const IioScale now = present_scale(channel);
       return now.volts(0.0) == scale.volts(0.0) && now.step_V() == scale.step_V();
@@ -289,10 +293,11 @@ class IioCard final : public Card {
                                       std::pair("scale", &scale.scale_mV)})
       if (!is_set()) iio_channel_attr_write(channel, name, value->c_str());
     if (!is_set())
-      throw ChannelError("range", Error(name_,
-                                        fmt::format("the driver refuses to set range \"{}\" of channel {}",
-                                                    range, place.channel),
-                                        {.remedy = "set it as root, or leave range out"}));
+      throw ChannelError(
+          "range",
+          Error(name_,
+                fmt::format("the driver rejects the range \"{}\" for channel {}", range, place.channel),
+                {.remedy = "make the scale of the channel in /sys writable, or remove the key range"}));
   }
 
   std::string name_;

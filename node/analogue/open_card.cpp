@@ -17,20 +17,21 @@ std::unique_ptr<Card> open_card(const std::string& device) {
 #ifdef HYSTCAN_COMEDI
       return open_comedi_card(named.name);
 #else
-      throw Error(device, "this program was built without libcomedi",
-                  {.remedy = "install libcomedi-dev and build again"});
+      throw Error(device, "this hystcan was built without libcomedi",
+                  {.remedy = "install libcomedi-dev and rebuild hystcan"});
 #endif
     case CardKind::iio:
 #ifdef HYSTCAN_IIO
       return open_iio_card(named.name);
 #else
-      throw Error(device, "this program was built without libiio",
-                  {.remedy = "install libiio-dev and build again"});
+      throw Error(device, "this hystcan was built without libiio",
+                  {.remedy = "install libiio-dev and rebuild hystcan"});
 #endif
     case CardKind::simulated:
       break;
   }
-  throw Error(device, "this is not a real card", {.remedy = "name one as comedi:/dev/comedi0 or iio:ad5791"});
+  throw Error(device, "not a real card",
+              {.remedy = "set device to a card (example: comedi:/dev/comedi0 or iio:ad5791)"});
 }
 
 }  // namespace hystcan::node

@@ -160,7 +160,7 @@ static int run(struct hystcan_amplifier* amplifier, struct hystcan_sensor* senso
     if (has_sensor) hystcan_sensor_on_time(sensor, now_us());
     if (has_amplifier) hystcan_amplifier_on_time(amplifier, now_us());
   }
-  fprintf(stderr, "node %d is on the bus twice\n",
+  fprintf(stderr, "another node on the bus also has the number %d: give each node its own number\n",
           amplifier->node.is_taken ? amplifier->config->node.number : sensor->config->node.number);
   return 1;
 }
@@ -190,7 +190,7 @@ int main(int argc, char** argv) {
   const int slots = argc == 7 ? number(argv[6], MOST_SLOTS) : 0;
   if (amplifier_id < 0 || sensor_id < 0 || amplifier_id == sensor_id || cycle_us <= 0 || slots < 0) {
     fprintf(stderr,
-            "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE CYCLE_US [fd [SLOTS]]    (node 0: without it)\n",
+            "usage: %s INTERFACE AMPLIFIER_NODE SENSOR_NODE CYCLE_US [fd [SLOTS]]    (node 0: none)\n",
             argv[0]);
     return 2;
   }

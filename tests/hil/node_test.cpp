@@ -107,7 +107,7 @@ class IcountAnalogueNode : public testing::Test {
   }
   pid_t guard() const {
     const std::string log = node_->err();
-    const std::string before = "guard (process ";
+    const std::string before = "guard process ";
     return std::stoi(log.substr(log.find(before) + before.size()));
   }
   /// Returns the number of frames that begin with `head`.
@@ -178,7 +178,7 @@ TEST_F(IcountAnalogueNode, IsSafeWithinFiveMillisecondsOfTheDeathOfItsGuard) {
   track();
   EXPECT_LT(ms_until_safe("guard killed", guard()), 5.0);
   EXPECT_EQ(node_->wait(), 1) << node_->err();
-  EXPECT_NE(node_->err().find("the guard process has died"), std::string::npos) << node_->err();
+  EXPECT_NE(node_->err().find("the guard process ended"), std::string::npos) << node_->err();
 }
 
 TEST_F(IcountAnalogueNode, IsSafeWhenItsWatchdogExpiresAfterTheDeathOfTheController) {
@@ -197,7 +197,7 @@ TEST_F(IcountAnalogueNode, IsMadeSafeByItsGuardWhileStopped) {
     std::this_thread::sleep_for(std::chrono::microseconds(100));
   }
   EXPECT_LT(afterwards_V, 0.001);
-  EXPECT_TRUE(node_->says("its guard has made the outputs safe")) << node_->err();
+  EXPECT_TRUE(node_->says("its guard set the outputs to the safe drives")) << node_->err();
 }
 
 TEST_F(IcountAnalogueNode, EndsWithSafeOutputsWhenItsGuardIsStopped) {
@@ -261,13 +261,13 @@ TEST_F(IcountAnalogueNode, RefusesUnavailableChannelsInOneLine) {
   EXPECT_NE(refusal(output, "drive_output = { subdevice = 1, channel = 9").find("it has 8 analogue outputs"),
             std::string::npos);
   EXPECT_NE(refusal(output, output + ", range = \"0..10 V\"")
-                .find("has no range \"0..10 V\"; it has -10..10 V, -5..5 V"),
+                .find("has no range \"0..10 V\"; available ranges: -10..10 V, -5..5 V"),
             std::string::npos);
   EXPECT_NE(refusal("volts_per_drive = 0.09", "volts_per_drive = 0.2").find("a drive of 100 needs 20 V"),
             std::string::npos);
   ASSERT_NO_FATAL_FAILURE(start_node());
   EXPECT_NE(refusal("volts_per_drive = 0.09", "volts_per_drive = 0.08")
-                .find("another process drives channel 0 of subdevice 1; end it"),
+                .find("another process already drives channel 0 of subdevice 1; stop that process"),
             std::string::npos);
 }
 

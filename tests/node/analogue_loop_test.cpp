@@ -132,9 +132,10 @@ TEST(SimulatedCard, RefusesAnUnavailableRangeOrNumberOfBits) {
   const auto refusal_of = [](const std::string& device, const std::string& range) {
     return support::refusal_of([&] { AnalogueLoop(on_a_card(device, range)); });
   };
-  EXPECT_EQ(refusal_of("simulated", "\"0..5 V\""),
-            "axis[0].analogue.drive_output.range: simulated: channel 0 has no range \"0..5 V\"; it has "
-            "-10..10 V, 0..10 V");
+  EXPECT_EQ(
+      refusal_of("simulated", "\"0..5 V\""),
+      "axis[0].analogue.drive_output.range: simulated: channel 0 has no range \"0..5 V\"; available ranges: "
+      "-10..10 V, 0..10 V");
   EXPECT_EQ(refusal_of("simulated:99", "\"0..10 V\""),
             "axis[0].analogue.device: device is \"simulated:99\", expected comedi:/dev/comedi0, iio:ad5791, "
             "simulated or simulated:BITS with 2 to 24 bits");

@@ -75,10 +75,10 @@ TEST_F(CardOutputTest, ReportsTheWrittenDriveWithoutAMonitor) {
 
 TEST_F(CardOutputTest, RefusesADriveBeyondTheRangeOfTheCard) {
   config.volts_per_drive = 0.2;
-  EXPECT_EQ(
-      support::refusal_of([&] { CardOutput(config, drives, card); }),
-      "a drive of 90 needs 18 V, and the output has -10 to 10 V; choose another range, or limit the drive in "
-      "[axis.control]");
+  EXPECT_EQ(support::refusal_of([&] { CardOutput(config, drives, card); }),
+            "a drive of 90 needs 18 V, but the range of the output is -10 to 10 V; choose a larger range of "
+            "drive_output, or limit the drive in "
+            "[axis.control]");
 }
 
 TEST_F(CardOutputTest, NamesTheKeyOfAnUnavailableChannel) {
@@ -356,7 +356,7 @@ TEST(OpenCard, RefusesAnUnknownKind) {
       "device is \"nidaq:0\", expected comedi:/dev/comedi0, iio:ad5791, simulated or simulated:BITS with "
       "2 to 24 bits");
   EXPECT_EQ(support::refusal_of([] { open_card("simulated"); }),
-            "simulated: this is not a real card; name one as comedi:/dev/comedi0 or iio:ad5791");
+            "simulated: not a real card; set device to a card (example: comedi:/dev/comedi0 or iio:ad5791)");
 }
 
 TEST(OpenCard, RefusesAMissingConverter) {
@@ -367,14 +367,15 @@ TEST(OpenCard, RefusesAMissingConverter) {
 TEST(OpenCard, RefusesAFileThatIsNotACard) {
   const std::string refusal = support::refusal_of([] { open_card("comedi:/dev/null"); });
   if (refusal.find("built without libcomedi") != std::string::npos) GTEST_SKIP() << refusal;
-  EXPECT_EQ(refusal, "/dev/null: it is no comedi device; name one (ls /dev/comedi*)");
+  EXPECT_EQ(refusal, "/dev/null: not a comedi device; set device to a comedi device file (ls /dev/comedi*)");
 }
 
 TEST(OpenCard, RefusesAMissingCard) {
   const std::string refusal = support::refusal_of([] { open_card("comedi:/dev/comedi99"); });
   if (refusal.find("built without libcomedi") != std::string::npos) GTEST_SKIP() << refusal;
-  EXPECT_EQ(refusal,
-            "/dev/comedi99: there is no such card; load its driver, or name another one (ls /dev/comedi*)");
+  EXPECT_EQ(
+      refusal,
+      "/dev/comedi99: card not found; load its driver, or set device to another file (ls /dev/comedi*)");
 }
 
 }  // namespace

@@ -121,8 +121,8 @@ TEST_F(AxisOnACard, HasDrivesThatItsOutputReaches) {
   EXPECT_EQ(drives_refusal(0.7 / 7.0, {0.0, 100.00000000001, 0.0}), "accepted") << "rounding";
   EXPECT_EQ(drives_refusal(-0.1, {0.0, 100.0, 0.0}, {-10.0, 0.0}), "accepted");
   EXPECT_EQ(drives_refusal(0.1, {0.0, 101.0, 0.0}),
-            "a drive of 101 needs 10.1 V, and the output has 0 to 10 V; choose another range, or limit the "
-            "drive in [axis.control]");
+            "a drive of 101 needs 10.1 V, but the range of the output is 0 to 10 V; choose a larger range of "
+            "drive_output, or limit the drive in [axis.control]");
 }
 
 TEST_F(AxisOnACard, HasNoSignOfAZeroInItsRefusals) {
@@ -131,9 +131,10 @@ TEST_F(AxisOnACard, HasNoSignOfAZeroInItsRefusals) {
 
 TEST_F(AxisOnACard, HasSetpointsThatItsSensorMeasures) {
   EXPECT_EQ(refusal_of_setpoint(1.0, 29.0), "accepted");
-  EXPECT_EQ(refusal_of_setpoint(0.0, 29.0),
-            "the input's 0 to 10 V are 0.3 to 29.7 um, and the setpoint goes from 0 to 29 um; correct "
-            "position_um_per_V and position_zero_um, or choose another range")
+  EXPECT_EQ(
+      refusal_of_setpoint(0.0, 29.0),
+      "the input range 0 to 10 V measures 0.3 to 29.7 um, but the setpoints range from 0 to 29 um; correct "
+      "position_um_per_V and position_zero_um, or choose another range of position_input")
       << "one bit from the end of the range is no position";
   config.position_um_per_V = -3.0;
   config.position_zero_um = 30.0;
@@ -143,7 +144,8 @@ TEST_F(AxisOnACard, HasSetpointsThatItsSensorMeasures) {
 
 TEST_F(AxisOnACard, HasAPositionThatItsSensorMeasures) {
   config.position_zero_um = 100.0;
-  EXPECT_NE(refusal_of_setpoint(110.0, 120.0).find("100.3 to 129.7 um, and the axis may be at -3 to 34 um"),
+  EXPECT_NE(refusal_of_setpoint(110.0, 120.0)
+                .find("100.3 to 129.7 um, but position_min_um and position_max_um allow -3 to 34 um"),
             std::string::npos)
       << refusal_of_setpoint(110.0, 120.0);
 }
@@ -164,7 +166,7 @@ TEST_F(AxisOnACard, NamesTheRangeIfThereIsOne) {
 
 TEST_F(AxisOnACard, IsWarnedOfAStrokeThatItsSensorDoesNotMeasure) {
   EXPECT_EQ(warning_of_stroke(1.0, 29.0), "");
-  EXPECT_NE(warning_of_stroke(0.0, 29.0).find("0.3 to 29.7 um, and the stroke is 0 to 29 um"),
+  EXPECT_NE(warning_of_stroke(0.0, 29.0).find("0.3 to 29.7 um, but the stroke is 0 to 29 um"),
             std::string::npos)
       << warning_of_stroke(0.0, 29.0);
 }

@@ -137,7 +137,9 @@ TEST_F(IioCardTest, ReportsAConversionThatFails) {
 
 TEST_F(IioCardTest, RefusesAnOutputThatAnotherOneDrives) {
   const auto first = output();
-  EXPECT_EQ(support::refusal_of([] { output(); }), "iio:ad5791: another process drives channel 0; end it");
+  EXPECT_EQ(support::refusal_of([] { output(); }),
+            "iio:ad5791: another process already drives channel 0; stop that process (`hystcan doctor` lists "
+            "running nodes)");
 }
 
 TEST_F(IioCardTest, IsCheckedWithoutAWriteBesideTheProcessThatDrivesIt) {
@@ -148,7 +150,7 @@ TEST_F(IioCardTest, IsCheckedWithoutAWriteBesideTheProcessThatDrivesIt) {
   EXPECT_NEAR(card->check_output({.channel = 0, .range = "-5..5 V"}).lo, -5.0, 1e-6);
   EXPECT_EQ(content("iio:device0/out_voltage0_scale"), "0.305175781");
   EXPECT_EQ(support::refusal_of([&] { card->check_output({.channel = 0, .range = "0..5 V"}); }),
-            "iio:ad5791: channel 0 has no range \"0..5 V\"; it has -10..10 V, -5..5 V");
+            "iio:ad5791: channel 0 has no range \"0..5 V\"; available ranges: -10..10 V, -5..5 V");
 }
 
 TEST_F(IioCardTest, CombinesADriveAndAPositionOfTwoChips) {
@@ -173,18 +175,22 @@ TEST_F(IioCardTest, NamesARemedyForEachMissingItem) {
     return [=](Card& card) { card.input({.channel = channel, .range = range}); };
   };
   EXPECT_EQ(refusal("iio:ad5792", in(0, "")),
-            "iio:ad5792: there is no such IIO device; this computer has ad5791, ads8688");
+            "iio:ad5792: IIO device not found; available devices: ad5791, ads8688");
   EXPECT_EQ(refusal("iio:ads8688", in(4, "")),
-            "iio:ads8688: there is no input voltage4; it has voltage0, voltage1, voltage2-voltage3");
+            "iio:ads8688: the device has no input channel voltage4; available channels: voltage0, voltage1, "
+            "voltage2-voltage3");
   EXPECT_EQ(refusal("iio:ads8688", in(0, "0..10 V")),
-            "iio:ads8688: channel 0 has no range \"0..10 V\"; it has -10.24..10.24 V, 0..20.48 V, "
+            "iio:ads8688: channel 0 has no range \"0..10 V\"; available ranges: -10.24..10.24 V, 0..20.48 V, "
             "-5.12..5.12 V, 0..10.24 V");
-  EXPECT_EQ(refusal("iio:ad5791", [](Card& card) { card.output({.channel = 0, .range = ""}); }),
-            "iio:ad5791: channel 0 does not state its range; set range to the volts of its reference "
-            "(example: \"0..10 V\")");
-  EXPECT_EQ(refusal("iio:ad5791", [](Card& card) { card.line_output({.channel = 0, .range = ""}); }),
-            "iio:ad5791: IIO has no digital lines; leave the line out, or name a card that has lines as its "
-            "device");
+  EXPECT_EQ(
+      refusal("iio:ad5791", [](Card& card) { card.output({.channel = 0, .range = ""}); }),
+      "iio:ad5791: the driver does not report the range of channel 0; set range to the voltage range of the "
+      "channel "
+      "(example: \"0..10 V\")");
+  EXPECT_EQ(
+      refusal("iio:ad5791", [](Card& card) { card.line_output({.channel = 0, .range = ""}); }),
+      "iio:ad5791: IIO devices have no digital lines; remove the line, or set its device to a card with "
+      "digital lines");
 }
 
 }  // namespace

@@ -88,14 +88,14 @@ TEST(Analogue, HasOneLevelOfASharedLine) {
   std::vector<Setting> changes = of_both("interlock_line.line", "2");
   changes.push_back(of_y("interlock_line.active", "\"low\""));
   EXPECT_EQ(refusal_with(changes),
-            "axis[1].analogue.interlock_line.active: active is \"low\", expected \"high\" as at "
-            "axis[0].analogue.interlock_line, which has the same line");
+            "axis[1].analogue.interlock_line.active: active is \"low\", expected \"high\" as in "
+            "axis[0].analogue.interlock_line, which uses the same line");
 }
 
 TEST(Analogue, NeedsAWatchdogThatTripsWithinItsVerification) {
   const std::vector<Setting> verified{{"axis[1].control.verify_watchdog", "true"},
                                       of_y("command_timeout_ms", "1000.0")};
-  EXPECT_NE(refusal_with(verified).find("expected less than 1000: verify_watchdog waits no longer"),
+  EXPECT_NE(refusal_with(verified).find("expected less than 1000, the longest wait of verify_watchdog"),
             std::string::npos)
       << refusal_with(verified);
 }
@@ -103,8 +103,8 @@ TEST(Analogue, NeedsAWatchdogThatTripsWithinItsVerification) {
 TEST(Analogue, WarnsOfAStrokeBeyondTheRangeOfItsSensor) {
   const auto warnings = stroke_warnings(load(piezo, on_a_card({of_y("position_input.range", "\"0..9 V\"")})));
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_TRUE(
-      warnings[0].starts_with("axis y: the input's 0 to 9 V are 0 to 27 um, and the stroke is 1.5 to "))
+  EXPECT_TRUE(warnings[0].starts_with(
+      "axis y: the input range 0 to 9 V measures 0 to 27 um, but the stroke is 1.5 to "))
       << warnings[0];
   EXPECT_TRUE(stroke_warnings(load(piezo, on_a_card())).empty()) << "only the card knows its range";
 }
@@ -147,25 +147,26 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"UnknownDeviceOfALine", of_y("enable_line", "{ line = 0, device = \"iio:\" }"),
                 "device is \"iio:\", expected"},
         Refusal{"LineOfAChip", of_y("enable_line", "{ line = 0, device = \"iio:ad5791\" }"),
-                "IIO has no digital lines, expected a device that has lines"},
+                "IIO devices have no digital lines, expected a device with digital lines"},
         Refusal{"SimulatedChannelOfARealAxis", of_y("position_input.device", "\"simulated\""),
-                "expected it as the device of the axis"},
+                "expected the device of the axis, or a real card"},
         Refusal{"OtherNameOfACard",
                 of_y("drive_output", "{ device = \"comedi:/dev//comedi0\", channel = 0 }"),
                 "is already in use by axis[0].analogue.drive_output"},
         Refusal{"RangeOfAnotherForm", of_y("drive_output.range", "\"0-10V\""),
-                "drive_output.range: range is \"0-10V\", expected one as 0..10 V"},
+                "drive_output.range: range is \"0-10V\", expected a range like 0..10 V"},
         Refusal{"RangeWithoutTheDrives", of_y("drive_output.range", "\"0..5 V\""),
-                "volts_per_drive: a drive of 100 needs 10 V, and the output has 0 to 5 V"},
+                "volts_per_drive: a drive of 100 needs 10 V, but the range of the output is 0 to 5 V"},
         Refusal{"RangeWithoutTheSetpoints", of_y("position_input.range", "\"0..5 V\""),
-                "position_input.range: the input's 0 to 5 V are 0 to 15 um, and the setpoint goes from "
+                "position_input.range: the input range 0 to 5 V measures 0 to 15 um, but the setpoints range "
+                "from "
                 "5 to 25 um"},
         Refusal{"RareStatus", of_y("status_every", "501"),
                 "status_every is 501: two periods take 1002 ms, expected at most 1000"},
         Refusal{"WatchdogWithinTwoCycles", of_y("command_timeout_ms", "1.9"),
                 "command_timeout_ms is 1.9, expected at least two cycles, 2"},
         Refusal{"RelayThatIsTooSlow", of_y("enable_delay_ms", "499"),
-                "enable_delay_ms is 499, expected at most 498: the controller waits no longer"},
+                "enable_delay_ms is 499, expected at most 498, the longest wait of the controller"},
         Refusal{"UnknownReference", of_y("drive_output.reference", "\"floating\""),
                 "reference is \"floating\""},
         Refusal{"UnknownKey", of_y("volts_per_um", "1.0"), "unknown key"}),
