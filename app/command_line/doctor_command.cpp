@@ -75,8 +75,9 @@ void add_doctor(CLI::App& cli, int& status) {
   command->add_option("CONFIG", options->config, "configuration (TOML)")->required();
   add_checked(*command, "--interface", options->interface, interface_name(),
               "CAN interface; default: as configured");
-  command->add_flag("--send", options->send,
-                    "measure the round trip on a real interface too: 200 empty frames with identifier 0x7FF");
+  command->add_flag(
+      "--send", options->send,
+      "also measure the round trip on a real interface, with 200 empty frames of identifier 0x7FF");
   command->add_flag("--json", options->json, "print the findings as JSON");
   command->callback([options, &status] { status = run_doctor(*options); });
 }

@@ -57,7 +57,7 @@ Sampling sample(node::CardInput& input) {
 Finding examine_output(const node::WiredAnalogueAxis& axis, const node::VoltageRange& range) {
   const double volts_per_drive = axis.config.volts_per_drive;
   return {axis.wire.name + " output", Verdict::good,
-          fmt::format("{} V, of which the drives need {} V; one bit is {:.3g} {}",
+          fmt::format("range {} V, of which the drives use {} V; resolution {:.3g} {}",
                       node::from_to(range.lo, range.hi),
                       node::from_to(volts_per_drive * axis.drives.min, volts_per_drive * axis.drives.max),
                       range.step / std::abs(volts_per_drive), axis.wire.drive_unit)};
@@ -66,13 +66,14 @@ Finding examine_output(const node::WiredAnalogueAxis& axis, const node::VoltageR
 Finding examine_input(const node::WiredAnalogueAxis& axis, const node::VoltageRange& range) {
   const node::AnalogueConfig& config = axis.config;
   const std::string warning = node::stroke_warning(config, axis.positions, range);
-  return judged(axis.wire.name + " input", warning.empty(),
-                !warning.empty()
-                    ? warning
-                    : fmt::format("{} V are {} um; one bit is {:.3g} nm", node::from_to(range.lo, range.hi),
-                                  node::from_to(config.position_um(range.lo), config.position_um(range.hi)),
-                                  1e3 * std::abs(config.position_um_per_V) * range.step),
-                "choose another range of position_input, or correct position_um_per_V and position_zero_um");
+  return judged(
+      axis.wire.name + " input", warning.empty(),
+      !warning.empty()
+          ? warning
+          : fmt::format("range {} V measures {} um; resolution {:.3g} nm", node::from_to(range.lo, range.hi),
+                        node::from_to(config.position_um(range.lo), config.position_um(range.hi)),
+                        1e3 * std::abs(config.position_um_per_V) * range.step),
+      "choose another range of position_input, or correct position_um_per_V and position_zero_um");
 }
 
 std::vector<Finding> examine_samples(const node::WiredAnalogueAxis& wired, node::CardInput& input,
@@ -91,7 +92,7 @@ std::vector<Finding> examine_samples(const node::WiredAnalogueAxis& wired, node:
       judged(axis + " sample", times.p99_us <= good_sample_share * period_us,
              fmt::format("mean {:.0f} us, p99 {:.0f} us, max {:.0f} us for {}", times.mean_us, times.p99_us,
                          times.max_us, counted(wired.config.position_input.average, "conversion")),
-             "lower average of position_input, use a faster card, or lower rate_Hz")};
+             "reduce average of position_input, use a faster card, or reduce rate_Hz")};
 }
 
 std::vector<Finding> examine_axis(const config::Config& config, const node::WiredAnalogueAxis& axis,
@@ -133,15 +134,16 @@ Finding examine_node(const std::filesystem::path& process) {
   return judged("node", scheduling.is_realtime() && !locked.starts_with("0 "),
                 fmt::format("process {}: {}, {} locked", process.filename().string(), to_string(scheduling),
                             locked.empty() ? "nothing" : locked),
-                "set priority and lock_memory in [controller.realtime], and start the node again");
+                "set priority and lock_memory in [controller.realtime], and restart the node");
 }
 
 Finding examine_future_node(const controller::Realtime& asked) {
-  return judged("node", asked.priority > 0 && asked.lock_memory,
-                fmt::format("is not running; will have {}, memory {}",
-                            asked.priority > 0 ? fmt::format("FIFO {}", asked.priority) : "no priority",
-                            asked.lock_memory ? "locked" : "not locked"),
-                "set priority and lock_memory in [controller.realtime]");
+  return judged(
+      "node", asked.priority > 0 && asked.lock_memory,
+      fmt::format("not running; will run with {}, memory {}",
+                  asked.priority > 0 ? fmt::format("FIFO {}", asked.priority) : "no real-time priority",
+                  asked.lock_memory ? "locked" : "not locked"),
+      "set priority and lock_memory in [controller.realtime]");
 }
 
 }  // namespace
@@ -152,7 +154,7 @@ std::vector<Finding> examine_analogue(const config::Config& config, const std::f
   std::vector<Finding> findings;
   std::ranges::transform(node_processes(root), std::back_inserter(findings), examine_node);
   if (!findings.empty()) {
-    findings.push_back({"cards", Verdict::good, "not tried: a node is running, which drives them"});
+    findings.push_back({"cards", Verdict::good, "not checked: the running node uses them"});
     return findings;
   }
   findings.push_back(examine_future_node(config.controller.realtime.value_or(controller::Realtime{})));

@@ -35,7 +35,7 @@ constexpr std::uint32_t test_id = 0x7FF;  ///< lowest priority; unused in CANope
 
 Finding examine_bit_rate(const config::Config& config, const std::string& name, const can::Interface& found) {
   const double wanted = config.bus.bitrate_bit_per_s;
-  if (!found.bitrate_bit_per_s) return {"bit rate", Verdict::good, "none: a virtual interface"};
+  if (!found.bitrate_bit_per_s) return {"bit rate", Verdict::good, "none (virtual interface)"};
   const double real = *found.bitrate_bit_per_s;
   std::string figure =
       fmt::format("{:g} kbit/s, sample point {:g} %", 1e-3 * real, 100.0 * found.sample_point.value_or(0.0));
@@ -48,17 +48,17 @@ Finding examine_bit_rate(const config::Config& config, const std::string& name, 
                         name, wanted)};
   const bool has_fd = !config::fd_messages(config).empty() && found.data_bitrate_bit_per_s.has_value();
   if (!has_fd || config.bus.data_bitrate_bit_per_s != 0) return {"bit rate", Verdict::good, figure};
-  return {"bit rate", Verdict::doubtful, figure + ", configured none",
-          fmt::format("frames of CAN FD go out without bit-rate switch, and many nodes do not answer them: "
+  return {"bit rate", Verdict::doubtful, figure + ", but the configuration has none for the data phase",
+          fmt::format("CAN FD frames are sent without bit-rate switch, and many nodes do not answer them; "
                       "set bus.data_bitrate_bit_per_s = {}",
                       *found.data_bitrate_bit_per_s)};
 }
 
 Finding examine_restart(const std::string& name, const can::Interface& found) {
-  if (!found.restart_ms) return {"restart-ms", Verdict::good, "none: never bus-off"};
+  if (!found.restart_ms) return {"restart-ms", Verdict::good, "none (never bus-off)"};
   return judged("restart-ms", *found.restart_ms > 0, std::to_string(*found.restart_ms),
-                fmt::format("bus-off lasts until the user ends it: ip link set {0} down; ip link set "
-                            "{0} up type can restart-ms 100",
+                fmt::format("the interface does not recover from bus-off by itself; ip link set {0} down; "
+                            "ip link set {0} up type can restart-ms 100",
                             name));
 }
 
@@ -85,7 +85,7 @@ Finding examine_errors(const std::string& name, const can::Interface& found) {
     if (std::max(transmit, receive) >= warning_count) finding.verdict = Verdict::doubtful;
   }
   if (found.bus_offs.value_or(0) > 0)
-    finding.figure += fmt::format(", {} bus-off so far", counted(*found.bus_offs, "time"));
+    finding.figure += fmt::format(", bus-off {} so far", counted(*found.bus_offs, "time"));
   if (found.bus_state && *found.bus_state > can::BusState::active) finding.verdict = Verdict::doubtful;
   if (found.bus_state && *found.bus_state >= can::BusState::bus_off) finding.verdict = Verdict::bad;
   if (found.loopback || found.one_shot) {
@@ -113,9 +113,9 @@ Finding examine_round_trip(const config::Config& config, const std::string& name
     pollfd readable{.fd = to.get(), .events = POLLIN, .revents = 0};
     if (error != 0 || ::poll(&readable, 1, 200) != 1 || batch.read(to.get()) < 1)
       return {"round trip", Verdict::bad,
-              fmt::format("frame {} of {} did not come back{}", i + 1, round_trips,
+              fmt::format("test frame {} of {} was not received{}", i + 1, round_trips,
                           error != 0 ? ": " + std::generic_category().message(error) : ""),
-              "no node acknowledges: check that a node is on the bus, wiring and bit rate"};
+              "no node acknowledges frames; check that a node is on the bus, the wiring and the bit rate"};
     times.add(std::chrono::steady_clock::now() - begun);
   }
   const controller::TimeSummary summary = times.summary();
@@ -123,7 +123,7 @@ Finding examine_round_trip(const config::Config& config, const std::string& name
   return judged("round trip", fast,
                 fmt::format("mean {:.0f} us, p99 {:.0f} us, max {:.0f} us", summary.mean_us, summary.p99_us,
                             summary.max_us),
-                "see wake-up, priority and kernel; on USB adapters a hub and power saving cost too");
+                "see the rows wake-up, priority and kernel; USB hubs and USB power saving also add delay");
 }
 
 /// Returns the frames of the configured messages that arrive during `format_listening`.
@@ -169,18 +169,18 @@ Finding examine_formats(const config::Config& config, std::span<const can::Frame
           format_of(can::wire_kind(message->length, message->fd), message->bit_rate_switch);
       if (is == expected) continue;
       const bool is_used = found->kind == can::FrameKind::fd && message->fd;
-      return {"frame format", Verdict::bad, fmt::format("{} comes as {}", message->name, is),
-              fmt::format("{} is to send {} as {} says (VFrameFormat, CANFD_BRS), with "
-                          "bus.data_bitrate_bit_per_s = {} in the configuration: {}",
+      return {"frame format", Verdict::bad, fmt::format("{} arrives as {}", message->name, is),
+              fmt::format("set {} to send {}, as defined in {} (VFrameFormat, CANFD_BRS) with "
+                          "bus.data_bitrate_bit_per_s = {}; {}",
                           message->sender.empty() ? "the node" : message->sender, expected,
                           config.bus.dbc.string(), config.bus.data_bitrate_bit_per_s,
                           is_used ? "many nodes do not answer frames without bit-rate switch"
-                                  : "frames of another format are not used")};
+                                  : "the controller ignores frames of another format")};
     }
   }
   return {"frame format", Verdict::good,
-          messages_heard == 0 ? "nothing heard"
-                              : fmt::format("{} as the DBC says", counted(messages_heard, "message"))};
+          messages_heard == 0 ? "no frames received"
+                              : fmt::format("{} as defined in the DBC", counted(messages_heard, "message"))};
 }
 
 std::vector<Finding> examine_interface(const config::Config& config, const std::string& interface,
@@ -198,11 +198,12 @@ std::vector<Finding> examine_interface(const config::Config& config, const std::
     if (send || can::is_virtual_interface(interface))
       findings.push_back(examine_round_trip(config, interface));
     else
-      findings.push_back({"round trip", Verdict::good, "not tried: --send puts frames on this bus"});
+      findings.push_back(
+          {"round trip", Verdict::good, "not measured; --send measures it with frames on this bus"});
     return findings;
   } catch (const RunError& error) {
     Finding finding = refused("interface", Verdict::bad, error);
-    if (finding.cure.empty()) finding.cure = "name another interface by --interface";
+    if (finding.cure.empty()) finding.cure = "choose another interface with --interface";
     return {finding};
   }
 }

@@ -35,7 +35,7 @@ Finding examine_clock(const std::filesystem::path& root) {
       source == "hpet" || source == "acpi_pm" || source == "jiffies" || source == "refined-jiffies";
   if (source.empty()) source = "not reported";
   return judged("clock source", !slow, slow ? source + ": each reading is a system call" : source,
-                "see in dmesg why the kernel does not use the faster clock (tsc marked unstable?)");
+                "find in dmesg why the kernel does not use a faster clock (example: tsc marked unstable)");
 }
 
 /// Returns the processors on which the control thread may run: the configured ones, otherwise all that are
@@ -56,7 +56,7 @@ Finding examine_governor(const std::vector<std::int64_t>& asked, const std::file
     if (std::string governor = first_line(folder_of(root, cpu) / "cpufreq/scaling_governor");
         !governor.empty())
       governors.insert(std::move(governor));
-  if (governors.empty()) return {"CPU governor", Verdict::good, "none: the system cannot set the frequency"};
+  if (governors.empty()) return {"CPU governor", Verdict::good, "none (the system cannot set the frequency)"};
   return judged("CPU governor", governors == std::set<std::string>{"performance"},
                 fmt::format("{}", fmt::join(governors, ", ")),
                 "cpupower frequency-set --governor performance");
@@ -81,7 +81,7 @@ Finding examine_idle_states(const std::vector<std::int64_t>& asked, double rate_
     deepest = std::max(deepest, deepest_idle_us(folder_of(root, cpu)));
   if (!deepest) return {"C-states", Verdict::good, "not reported"};
   const bool shallow = static_cast<double>(*deepest) <= idle_share * 1e6 / rate_Hz;
-  return judged("C-states", shallow, fmt::format("the deepest takes {} us to leave", *deepest),
+  return judged("C-states", shallow, fmt::format("longest exit latency {} us", *deepest),
                 "cpupower idle-set --disable-by-latency 10, or boot with processor.max_cstate=1");
 }
 
@@ -92,7 +92,7 @@ Finding examine_cpus(const std::vector<std::int64_t>& asked, const std::filesyst
   if (asked.empty())
     return judged("processors", isolated.empty(),
                   fmt::format("online {}, isolated {}, cpus not set", online, shown),
-                  "set cpus to isolated ones in [controller.realtime]");
+                  "set cpus in [controller.realtime] to isolated processors");
   const std::set<std::int64_t> there = parse_cpu_list(online);
   const std::set<std::int64_t> alone = parse_cpu_list(isolated);
   const auto all_in = [&](const std::set<std::int64_t>& set) {
@@ -100,9 +100,12 @@ Finding examine_cpus(const std::vector<std::int64_t>& asked, const std::filesyst
   };
   const std::string figure =
       fmt::format("cpus [{}], online {}, isolated {}", fmt::join(asked, ", "), online, shown);
-  if (!all_in(there)) return {"processors", Verdict::bad, figure, "set cpus to processors that are online"};
-  return judged("processors", all_in(alone), figure,
-                fmt::format("boot with isolcpus={}, so that nothing else runs there", fmt::join(asked, ",")));
+  if (!all_in(there))
+    return {"processors", Verdict::bad, figure,
+            "set cpus in [controller.realtime] to processors that are online"};
+  return judged(
+      "processors", all_in(alone), figure,
+      fmt::format("boot with isolcpus={}, so that no other process runs on them", fmt::join(asked, ",")));
 }
 
 }  // namespace

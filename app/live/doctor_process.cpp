@@ -45,7 +45,7 @@ Finding examine_memory(const controller::Realtime& asked) {
   if (const auto refusal = find_memory_lock_refusal())
     return refused("locked memory", asked.lock_memory ? Verdict::bad : Verdict::doubtful, *refusal);
   return judged("locked memory", asked.lock_memory,
-                asked.lock_memory ? "may be locked" : "may be locked but is not configured",
+                asked.lock_memory ? "can be locked" : "can be locked but is not configured",
                 "set lock_memory = true in [controller.realtime]");
 }
 
@@ -60,17 +60,18 @@ Finding examine_limits() {
   rlimit time{};
   getrlimit(RLIMIT_RTTIME, &time);
   const bool endless = time.rlim_cur == RLIM_INFINITY;
-  return judged("limits", endless,
-                fmt::format("rtprio {}, memlock {}, rttime {}", limit_text(RLIMIT_RTPRIO, 1, ""),
-                            limit_text(RLIMIT_MEMLOCK, 1024, " kB"), limit_text(RLIMIT_RTTIME, 1, " us")),
-                "ulimit -R unlimited (LimitRTTIME=infinity): a real-time thread is killed there");
+  return judged(
+      "limits", endless,
+      fmt::format("rtprio {}, memlock {}, rttime {}", limit_text(RLIMIT_RTPRIO, 1, ""),
+                  limit_text(RLIMIT_MEMLOCK, 1024, " kB"), limit_text(RLIMIT_RTTIME, 1, " us")),
+      "run ulimit -R unlimited (systemd: LimitRTTIME=infinity); the kernel kills a thread at rttime");
 }
 
 Finding examine_build() {
   const std::string type = HYSTCAN_BUILD_TYPE;
   const bool fast = type == "Release" || type == "RelWithDebInfo";
   return judged("build", fast, type.empty() ? "no build type" : type,
-                "cmake --preset release && cmake --build --preset release");
+                "rebuild with cmake --preset release && cmake --build --preset release");
 }
 
 controller::TimeStatistics measure_wake_up(can::Duration period, can::Duration duration) {
@@ -115,8 +116,8 @@ Finding examine_wake_up(const controller::CommonConfig& config, can::Duration du
   if (trips) figure += fmt::format(", more than wake_up_trip_us = {:.0f}", trip_us);
   Finding finding =
       judged("wake-up", !trips && summary.max_us <= good_wake_up_share * period_us, std::move(figure),
-             "give the control thread a priority and a processor of its own ([controller.realtime]), see the "
-             "findings above, end other programs, or lower rate_Hz");
+             "set priority and cpus in [controller.realtime], follow the advice above, stop other programs, "
+             "or reduce rate_Hz");
   if (trips || summary.max_us > bad_share_of_period * period_us) finding.verdict = Verdict::bad;
   return finding;
 }

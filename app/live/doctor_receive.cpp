@@ -81,7 +81,7 @@ Finding examine_receive_path(const controller::CommonConfig& config, const std::
   const std::filesystem::path network = root / "sys/class/net" / interface;
   std::error_code none;
   if (!std::filesystem::exists(network / "device", none))
-    return {"receive path", Verdict::good, "none: a virtual interface"};
+    return {"receive path", Verdict::good, "none (virtual interface)"};
   const bool is_threaded = first_line(network / "threaded") == "1";
   const std::vector<KernelThread> threads = threads_of(interface, root);
   std::vector<std::string> figures{is_threaded ? "threaded NAPI" : "NAPI in the soft interrupt"};
@@ -99,7 +99,8 @@ Finding examine_receive_path(const controller::CommonConfig& config, const std::
       cures.push_back(fmt::format("taskset -pc {} {}", irq->cpus, thread.pid));
   }
   if (!is_threaded)
-    cures.push_back(fmt::format("then chrt -f -p {} of its napi/{}-* threads", polling_priority, interface));
+    cures.push_back(
+        fmt::format("then chrt -f -p {} PID for each thread napi/{}-*", polling_priority, interface));
   return judged("receive path", cures.empty(), fmt::format("{}", fmt::join(figures, ", ")),
                 fmt::format("{}", fmt::join(cures, "; ")));
 }

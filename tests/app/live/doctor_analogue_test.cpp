@@ -57,8 +57,9 @@ class AnalogueAxis : public testing::Test {
 
 TEST_F(AnalogueAxis, HasTheRangesAndResolutionsOfItsCard) {
   EXPECT_EQ(of("x device").figure, "simulated:12");
-  EXPECT_EQ(of("x output").figure, "-10 to 10 V, of which the drives need 0 to 10 V; one bit is 0.0488 V");
-  EXPECT_EQ(of("x input").figure, "-10 to 10 V are -50 to 50 um; one bit is 24.4 nm");
+  EXPECT_EQ(of("x output").figure,
+            "range -10 to 10 V, of which the drives use 0 to 10 V; resolution 0.0488 V");
+  EXPECT_EQ(of("x input").figure, "range -10 to 10 V measures -50 to 50 um; resolution 24.4 nm");
 }
 
 TEST_F(AnalogueAxis, HasTheNoiseAndTheTimeOfASample) {
@@ -86,13 +87,14 @@ TEST_F(AnalogueAxis, IsBadWithoutAPosition) {
 TEST_F(AnalogueAxis, IsDoubtfulWithoutItsWholeStroke) {
   settings.push_back({"axis[0].analogue.position_zero_um", "-22.0"});  // the setpoint reaches 27 um
   EXPECT_EQ(of("x input").verdict, Verdict::doubtful);
-  EXPECT_NE(of("x input").figure.find("are -71.98 to 27.98 um, and the stroke is"), std::string::npos)
+  EXPECT_NE(of("x input").figure.find("measures -71.98 to 27.98 um, but the stroke is"), std::string::npos)
       << of("x input").figure;
 }
 
 TEST_F(AnalogueAxis, PrintsNoNegativeZero) {
   settings.push_back({"axis[0].analogue.volts_per_drive", "-0.1"});
-  EXPECT_EQ(of("x output").figure, "-10 to 10 V, of which the drives need 0 to -10 V; one bit is 0.0488 V");
+  EXPECT_EQ(of("x output").figure,
+            "range -10 to 10 V, of which the drives use 0 to -10 V; resolution 0.0488 V");
 }
 
 TEST(ARefusal, ShowsItsRemedyAsCure) {
@@ -106,7 +108,7 @@ TEST_F(AnalogueAxis, HasAFutureNodeOfTheConfiguredClass) {
   EXPECT_EQ(of("node").verdict, Verdict::doubtful);
   settings.push_back({"controller.realtime.priority", "45"});
   settings.push_back({"controller.realtime.lock_memory", "true"});
-  EXPECT_EQ(of("node").figure, "is not running; will have FIFO 45, memory locked");
+  EXPECT_EQ(of("node").figure, "not running; will run with FIFO 45, memory locked");
 }
 
 TEST_F(AnalogueAxis, IsNotOpenedWhileANodeRuns) {

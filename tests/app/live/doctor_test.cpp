@@ -185,21 +185,21 @@ TEST_F(ReceivePath, RecommendsThreadedNapi) {
   std::filesystem::remove_all(root / "proc/211");
   EXPECT_EQ(found().figure, "NAPI in the soft interrupt, irq/125-can0 FIFO 50 on 3");
   EXPECT_EQ(found().cure,
-            "echo 1 > /sys/class/net/can0/threaded; then chrt -f -p 80 of its napi/can0-* threads");
+            "echo 1 > /sys/class/net/can0/threaded; then chrt -f -p 80 PID for each thread napi/can0-*");
 }
 
 TEST_F(ReceivePath, HasNoThreadsOnAVirtualInterface) {
   std::filesystem::remove_all(root / "sys/class/net/can0/device");
-  EXPECT_EQ(found().figure, "none: a virtual interface");
+  EXPECT_EQ(found().figure, "none (virtual interface)");
 }
 
 TEST(FrameFormats, AreGoodIfNodesFollowTheDbc) {
   const config::Config config = config::load(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  EXPECT_EQ(app::examine_formats(config, {}).figure, "nothing heard");
+  EXPECT_EQ(app::examine_formats(config, {}).figure, "no frames received");
   const std::vector heard{frame_of(config, "XSensorSample"), frame_of(config, "XAmpStatus")};
   const Finding finding = app::examine_formats(config, heard);
   EXPECT_EQ(finding.verdict, Verdict::good);
-  EXPECT_EQ(finding.figure, "2 messages as the DBC says");
+  EXPECT_EQ(finding.figure, "2 messages as defined in the DBC");
 }
 
 TEST(FrameFormats, NameAMessageInAnotherFrameFormat) {
@@ -209,14 +209,14 @@ TEST(FrameFormats, NameAMessageInAnotherFrameFormat) {
   frame.kind = can::FrameKind::fd;
   const Finding finding = app::examine_formats(config, std::vector{frame});
   EXPECT_EQ(finding.verdict, Verdict::bad);
-  EXPECT_EQ(finding.figure, "XSensorSample comes as CAN FD without bit-rate switch");
-  EXPECT_TRUE(finding.cure.find("is to send CAN FD with bit-rate switch") != std::string::npos)
+  EXPECT_EQ(finding.figure, "XSensorSample arrives as CAN FD without bit-rate switch");
+  EXPECT_TRUE(finding.cure.find("to send CAN FD with bit-rate switch, as defined in") != std::string::npos)
       << finding.cure;
   frame.fd_flags = can::fd_bit_rate_switch;
   EXPECT_EQ(app::examine_formats(config, std::vector{frame}).verdict, Verdict::good);
   frame.kind = can::FrameKind::data;
   EXPECT_EQ(app::examine_formats(config, std::vector{frame}).figure,
-            "XSensorSample comes as a classical frame");
+            "XSensorSample arrives as a classical frame");
 }
 
 }  // namespace
