@@ -66,12 +66,13 @@ std::string error_text(const std::exception& error) {
   if (const auto* system = as<boost::system::system_error>(error)) return system->code().message();
   if (const auto* system = as<std::system_error>(error);  // thrown by std::thread
       system != nullptr && system->code() == std::errc::resource_unavailable_try_again)
-    return "no further thread can be started: raise the limit of processes (ulimit -u)";
+    return "cannot start another thread: raise the limit of processes (ulimit -u)";
   if (as<std::bad_alloc>(error) != nullptr || as<std::length_error>(error) != nullptr)
-    return "the memory does not suffice: the input is too large";
-  if (as<nlohmann::json::exception>(error) != nullptr) return "found a text that is not the expected JSON";
+    return "out of memory: the input is too large";
+  if (as<nlohmann::json::exception>(error) != nullptr)
+    return "invalid JSON, expected JSON as hystcan writes it";
   if (as<std::logic_error>(error) != nullptr && as<std::invalid_argument>(error) == nullptr)
-    return fmt::format("a mistake in hystcan itself ({}): please report it", error.what());
+    return fmt::format("a defect in hystcan ({}): please report it", error.what());
   return error.what();
 }
 

@@ -41,7 +41,7 @@ class DescriptorBuffer : public std::streambuf {
       if (received > 0) return take(received);
       if (received < 0 && errno == EAGAIN) return;  // the writer has not written yet
       if (received < 0 && errno != EINTR) input.refuse();
-      if (WaitClock::now() > deadline) input.refuse("it is a pipe to which nobody writes");
+      if (WaitClock::now() > deadline) input.refuse("it is a pipe without a writer");
       ::poll(nullptr, 0, pause_ms);
     }
   }

@@ -30,7 +30,7 @@ std::string_view colour_of(spdlog::level::level_enum level) {
 }
 
 std::string note_of(std::size_t dropped) {
-  return fmt::format("[hystcan] [warning] {} of this log lost: nobody read it in time\n",
+  return fmt::format("[hystcan] [warning] {} of this log lost: the reader of the log is too slow\n",
                      counted(dropped, "line"));
 }
 

@@ -77,7 +77,7 @@ void OutputFile::commit() {
 }
 
 const std::filesystem::path& OutputFile::written() const {
-  if (written_.empty()) throw Error(path_, "is no file", expect("one"));
+  if (written_.empty()) throw Error(path_, "is not a file");
   return written_;
 }
 
@@ -120,7 +120,7 @@ void create_folder(const std::filesystem::path& folder) {
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input) {
   std::error_code ignored;
   if (std::filesystem::equivalent(output, input, ignored))
-    throw Error(output, "is an input too", expect("another file as output"));
+    throw Error(output, "is also an input", expect("another file as output"));
 }
 
 void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::filesystem::path& input) {

@@ -37,7 +37,7 @@ TEST(ErrorText, AnErrorOfTheSystemIsItsReason) {
 }
 
 TEST(ErrorText, MissingMemoryIsReported) {
-  const std::string expected = "the memory does not suffice: the input is too large";
+  const std::string expected = "out of memory: the input is too large";
   EXPECT_EQ(text_of_thrown([] { throw std::bad_alloc(); }), expected);
   EXPECT_EQ(text_of_thrown([] { std::string().reserve(std::string().max_size() + 1); }), expected);
 }
@@ -46,17 +46,16 @@ TEST(ErrorText, AThreadThatCannotBeStartedNamesTheLimit) {
   EXPECT_EQ(text_of_thrown([] {
               throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
             }),
-            "no further thread can be started: raise the limit of processes (ulimit -u)");
+            "cannot start another thread: raise the limit of processes (ulimit -u)");
 }
 
 TEST(ErrorText, AnInternalErrorIsMarkedAsSuch) {
-  EXPECT_TRUE(
-      text_of_thrown([] { (void)std::vector<int>().at(1); }).starts_with("a mistake in hystcan itself ("));
+  EXPECT_TRUE(text_of_thrown([] { (void)std::vector<int>().at(1); }).starts_with("a defect in hystcan ("));
 }
 
 TEST(ErrorText, InvalidJsonIsReported) {
   EXPECT_EQ(text_of_thrown([] { nlohmann::json().get<std::string>(); }),
-            "found a text that is not the expected JSON");
+            "invalid JSON, expected JSON as hystcan writes it");
 }
 
 TEST(ErrorText, AnErrorOfTheProjectKeepsItsText) {

@@ -64,7 +64,7 @@ TEST_F(InputStream, WaitsForTheWriterOfAFifo) {
 TEST_F(InputStream, RefusesAFifoWithoutAWriter) {
   make_fifo();
   EXPECT_EQ(refusal_of(file),
-            file.string() + ": cannot be read: it is a pipe to which nobody writes, expected a text");
+            file.string() + ": cannot be read: it is a pipe without a writer, expected a text");
 }
 
 TEST_F(InputStream, RefusesAFolderAndAnAbsentFile) {

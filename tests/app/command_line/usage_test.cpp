@@ -235,7 +235,7 @@ TEST_F(Limits, RefuseAnOutputThatIsAnInput) {
     for (const std::string& input : inputs) {
       const std::string before = read(input.c_str());
       const std::string message = refusal_of(with(words, {path(input.c_str())}));
-      EXPECT_NE(message.find(input + ": is an input too, expected another file"), std::string::npos)
+      EXPECT_NE(message.find(input + ": is also an input, expected another file"), std::string::npos)
           << message;
       EXPECT_EQ(read(input.c_str()), before) << input;
     }

@@ -87,7 +87,7 @@ TEST_F(Report, NeverOverwritesItsInput) {
   Process process({HYSTCAN_PROGRAM, "identify", path("report/record.csv"), "--output", path("found.toml"),
                    "--report", path("report")});
   EXPECT_EQ(process.wait(), bad_input);
-  EXPECT_NE(process.err().find("is an input too"), std::string::npos) << process.err();
+  EXPECT_NE(process.err().find("is also an input"), std::string::npos) << process.err();
 }
 
 }  // namespace
