@@ -369,7 +369,7 @@ void check_branches(const HysteresisParameters& parameters) {
   throw BranchError(
       found->direction,
       message_of(found->direction == Direction::ascending ? "ascending" : "descending", " branch from ",
-                 found->start, " towards ", found->target, " ", units.input, " goes the wrong way ", where,
+                 found->start, " towards ", found->target, " ", units.input, " has a negative slope ", where,
                  " ", units.input, " (slope ", found->slope * parameters.stretch(found->input), " ",
                  units.slope, "), expected an increasing branch: ", remedy(parameters, found->direction)));
 }

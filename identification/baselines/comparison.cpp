@@ -180,7 +180,7 @@ class Comparing {
       result_.stopped = !go_on_();
     } catch (const Stopped&) {
       result_.stopped = true;
-      result_.no_hold_out = "stopped before it was made";
+      result_.no_hold_out = "stopped before the comparison";
     }
     return result_;
   }
@@ -227,9 +227,9 @@ class Comparing {
       for (std::size_t i = 0; i < unseen[r].size(); ++i)
         options.unseen[r][i] = options.unseen[r][i] || unseen[r][i];
     try {
-      if (!go_on_()) throw std::invalid_argument("stopped before it was made");
+      if (!go_on_()) throw std::invalid_argument("stopped before the comparison");
       Identified again = identify(datasets_, options);
-      if (again.stopped) throw std::invalid_argument("stopped before it was made");
+      if (again.stopped) throw std::invalid_argument("stopped before the comparison");
       return again;
     } catch (const std::invalid_argument& reason) {
       result_.no_hold_out = reason.what();

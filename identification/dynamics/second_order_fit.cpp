@@ -307,8 +307,8 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
   if (fit.delay_s.hi < 0.0)
     throw ModeNotShown(text_of(
         "the best mode has a delay of ", in_three_digits(fit.delay_s.value),
-        " s: one above half the rate looks so, or the input of a row is not the drive in force from that ",
-        "row's time on"));
+        " s, which is impossible: the mode is above half the sampling rate, or the input of a row is not ",
+        "the drive that is active from that row on"));
 }
 
 }  // namespace
