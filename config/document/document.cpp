@@ -215,7 +215,8 @@ std::string Reader::read_string(const toml::node& node, std::string_view key, In
   const auto value = node.value_exact<std::string>();
   if (!value) wrong_type(node, key, "a string", index);
   if (value->empty()) fail(key, "is empty, expected text", index);
-  if (has_control_character(*value)) fail(key, "has a control character, expected text of one line", index);
+  if (has_control_character(*value))
+    fail(key, "contains a control character, expected one line of text", index);
   return *value;
 }
 
@@ -294,7 +295,7 @@ void Writer::limit_or_inf(std::string_view key, const double& value, double in_i
   if (!std::isfinite(in_its_place) || layout_ == Layout::schema)
     line(key, value, text_of(key, value), false, about, {}, positive);
   else if (layout_ == Layout::plain)
-    keys_ += fmt::format("# {} = {:.6g}  # default, of transitions alone\n", key, in_its_place);
+    keys_ += fmt::format("# {} = {:.6g}  # default, applies only to transitions\n", key, in_its_place);
 }
 
 std::string Writer::number(double value, int digits) const {

@@ -17,7 +17,7 @@ void require_known_format(const toml::table& root, const std::string& name) {
   const toml::source_position at = node->source().begin;
   const Place place{name, at.line, at.column};
   if (!format || *format < 1)
-    throw Error(place, "format is not a format number", {.expected = std::to_string(newest_format)});
+    throw Error(place, "format is not a positive whole number", {.expected = std::to_string(newest_format)});
   if (*format > newest_format)
     throw Error(place, fmt::format("format is {}, written for a newer hystcan", *format),
                 expect("at most {}", newest_format));

@@ -59,7 +59,7 @@ class Scan {
   /// library skips white space after a backslash without checking the characters; in a number, it skips up to
   /// the end of the number.
   const char* add_string(std::string_view string) {
-    if (in_number_) return "a string that begins in a number";
+    if (in_number_) return "a string directly after a number";
     last_ = string.front();
     if (string.starts_with("\"\"\"") && !std::ranges::all_of(string, is_ascii))
       return "a multi-line string with a character outside ASCII";

@@ -186,16 +186,18 @@ class Choice {
       if (!column && meaning == 0 && layout_.rate_Hz) continue;
       if (column && !is_alone) require_once(columns()[*column].title);
       if (!column || !is_alone)
-        reader_.fail_at_header(
-            fmt::format("{} column is the {} among {}, expected time_s, input, output, or --columns "
-                        "{}INPUT,OUTPUT by names or numbers from 1 to {}",
-                        column ? "more than one" : "no", column_meanings[meaning], listed_columns(),
-                        layout_.rate_Hz && !times.first.first ? "" : "TIME,", columns().size()));
+        reader_.fail_at_header(fmt::format(
+            "{} among {} can be the {}, expected the names time_s, input, output, or --columns "
+            "{}INPUT,OUTPUT by names or numbers from 1 to {}",
+            column ? "more than one column" : "no column", listed_columns(), column_meanings[meaning],
+            layout_.rate_Hz && !times.first.first ? "" : "TIME,", columns().size()));
       take(meaning, *column);
     }
     if (takes_a_column_twice())
-      reader_.fail_at_header(fmt::format(
-          "one column fits two meanings among {}, expected --columns TIME,INPUT,OUTPUT", listed_columns()));
+      reader_.fail_at_header(
+          fmt::format("a column among {} can be more than one of time, input and output, expected --columns "
+                      "TIME,INPUT,OUTPUT",
+                      listed_columns()));
     if (times.second) take_output_time(*times.second);
   }
 
@@ -251,16 +253,18 @@ class Choice {
       reader_.fail_at_header(fmt::format("the unit of {} is not known, expected one of {}",
                                          shortened(time.title), listed_units(ColumnMeaning::time)));
     if (choice_.by_likeness && !layout_.rate_Hz && time.unit.empty() && counts_samples(lower_case(time.name)))
-      reader_.fail_at_header(fmt::format("{} counts the samples, expected --rate, the samples per second",
-                                         shortened(time.title)));
+      reader_.fail_at_header(
+          fmt::format("{} is a sample number, expected a time, or --rate with the samples per second",
+                      shortened(time.title)));
   }
 
   void require_no_time() const {
     for (std::size_t i = 1; i < units_.size(); ++i)
       if (const UnitWord* unit = find_unit(units_[i]);
           unit != nullptr && unit->meaning == ColumnMeaning::time)
-        reader_.fail_at_header(fmt::format("{} is a time in {}, expected the {}: --columns names it",
-                                           shortened(choice_.titles[i]), unit->symbol, column_meanings[i]));
+        reader_.fail_at_header(
+            fmt::format("{} is a time in {}, expected the {}: select its column with --columns",
+                        shortened(choice_.titles[i]), unit->symbol, column_meanings[i]));
   }
 
   void require_drive() const {
@@ -268,7 +272,7 @@ class Choice {
     if (unit != nullptr && unit->meaning == ColumnMeaning::output)
       reader_.fail_at_header(
           fmt::format("{} is a position in {}, expected the drive of the actuator in V or A as the input: "
-                      "--columns names it",
+                      "select its column with --columns",
                       shortened(choice_.titles[1]), unit->symbol));
   }
 

@@ -160,7 +160,8 @@ class RowLoader {
     const bool is_since_1970 = first >= 1.2e9 && first < 2.1e9;
     if (step > 1.0 && step == std::round(step) && !is_since_1970)
       fail(fmt::format(
-          "{} increases by {:g} and has no unit, expected one in its name (t_ms), or --rate, the rows per second",
+          "{} increases by {:g} and has no unit, expected one in its name (t_ms), or --rate, the rows per "
+          "second",
           columns_.titles[0], step));
     loaded_.notes.push_back(fmt::format("{} has no unit, s assumed", columns_.titles[0]));
   }
@@ -240,11 +241,11 @@ class RowLoader {
     const Error damage = reader_.damage_error();
     std::string remedy;
     if (layout_.has_interval_options && !loaded_.dataset.time_s.empty())
-      remedy = fmt::format("--to {} ends before it", loaded_.dataset.time_s.back());
+      remedy = fmt::format("--to {} ends before this row", loaded_.dataset.time_s.back());
     std::vector<double> row;
     while (remedy.empty() && layout_.has_interval_options && columns_.has_time && reader_.read(row))
       if (!reader_.is_damaged())
-        remedy = fmt::format("--from {} starts after it", seconds_ * (row[0] - origin_));
+        remedy = fmt::format("--from {} starts after this row", seconds_ * (row[0] - origin_));
     throw Error({}, damage, {.remedy = remedy});
   }
 

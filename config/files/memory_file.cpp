@@ -76,12 +76,12 @@ template <class Model>
 MemoryFile read(const Document& document, const Model& model) {
   MemoryFile memory = read(document);
   if (memory.kind != model.kind())
-    document.fail_at("memory.kind", fmt::format("kind is \"{}\", expected \"{}\" as of the model",
+    document.fail_at("memory.kind", fmt::format("kind is \"{}\", expected \"{}\", the kind of the model",
                                                 memory.kind, model.kind()));
   const std::string fingerprint = fmt::format("{:016x}", model.fingerprint());
   if (!memory.model.empty() && memory.model != fingerprint)
     document.fail_at("memory.model",
-                     fmt::format("model is \"{}\", expected \"{}\": the memory of another model",
+                     fmt::format("model is \"{}\", expected \"{}\": the memory belongs to another model",
                                  memory.model, fingerprint));
   return memory;
 }
@@ -125,7 +125,7 @@ SavedState load_state(const std::filesystem::path& file, const model::Hysteresis
   const Document document(file, largest_model_file);
   // [stop] is last and shows that the file is complete: a truncated number is still a valid number.
   if (!document.root().contains("stop"))
-    document.fail_at("", "missing table [stop], expected a whole file that a controller has saved");
+    document.fail_at("", "missing table [stop], expected a complete state file of a controller");
   if (document.has("memory.creep"))
     document.fail_at("memory.creep", "creep is not allowed in a state file, only in a memory file");
   MemoryFile raw = read(document, model);

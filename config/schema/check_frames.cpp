@@ -57,7 +57,7 @@ class FrameCheck : Checked {
     names.reserve(config.database.messages.size());
     for (const can::Message& message : config.database.messages) names.push_back(message.name);
     fail("message", "no message " + map_.message,
-         fmt::format("one for axis {}; the nearest it has: {}", axis_.wire.name,
+         fmt::format("one for axis {}; the most similar name is {}", axis_.wire.name,
                      closest(map_.message, names)));
   }
 
@@ -73,8 +73,9 @@ class FrameCheck : Checked {
       std::vector<std::string> names;
       names.reserve(message_->signals.size());
       for (const can::Signal& other : message_->signals) names.push_back(other.name);
-      fail(key, fmt::format("message {} has no signal {}", message_->name, name),
-           fmt::format("one for axis {}; the nearest it has: {}", axis_.wire.name, closest(name, names)));
+      fail(
+          key, fmt::format("message {} has no signal {}", message_->name, name),
+          fmt::format("one for axis {}; the most similar name is {}", axis_.wire.name, closest(name, names)));
     }
     if (can::bytes_needed(*signal) > message_->length)
       fail(key,
@@ -187,8 +188,9 @@ class FrameCheck : Checked {
     const std::string place = is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, field.role)
                                        : path_of(config, axis_.wire.drive_unit);
     document.fail_at(
-        place, fmt::format("signal {} of {} is in \"{}\" in {}, expected \"{}\" or a decimal part of it",
-                           signal.name, message_->name, signal.unit, config.bus.dbc.string(), ours));
+        place,
+        fmt::format("signal {} of {} has the unit \"{}\" in {}, expected \"{}\" or a decimal fraction of it",
+                    signal.name, message_->name, signal.unit, config.bus.dbc.string(), ours));
   }
 
   void check_drive_range(const can::Signal& signal, const can::SignalCodec& codec) const {

@@ -30,7 +30,7 @@ class InstrumentCheck : Checked {
       fail(amplifier_.current_limit_A, "load_uF is 0, expected the capacitance that current_limit_A charges");
     if (std::isfinite(amplifier_.voltage_limit_V) && amplifier_.load_mH == 0.0)
       fail(amplifier_.voltage_limit_V,
-           "load_mH is 0, expected the inductance of the coil, across which voltage_limit_V is");
+           "load_mH is 0, expected the inductance of the coil, to which voltage_limit_V applies");
   }
 
   void check_voltage() const {

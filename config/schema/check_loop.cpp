@@ -43,13 +43,14 @@ void check_loop(const Checked& checked, std::size_t index) {
   if (stable.ki_per_s > 0.0)
     checked.fail(pi.ki_per_s,
                  "the loop is unstable with {}, expected ki_per_s of at most {:g} for the plant in "
-                 "delays; `hystcan tune` finds gains with margin",
+                 "[axis.control.delays]; `hystcan tune` finds gains with margin",
                  gains_of(pi), stable.ki_per_s);
   if (stable.kp == 0.0)
-    checked.fail(axis.control.delays.damping_ratio,
-                 "the loop is unstable with {}, and no kp or ki_per_s above 0 is stable for "
-                 "the plant in delays, whose damping_ratio is {:g}, expected a larger one",
-                 gains_of(pi), axis.control.delays.damping_ratio);
+    checked.fail(
+        axis.control.delays.damping_ratio,
+        "the loop is unstable with {}, and no kp or ki_per_s above 0 is stable for "
+        "the plant in [axis.control.delays], whose damping_ratio is {:g}, expected a larger damping_ratio",
+        gains_of(pi), axis.control.delays.damping_ratio);
   checked.fail(pi.kp,
                "the loop is unstable with {}, expected kp of less than {:g} without ki_per_s "
                "for the plant in delays; `hystcan tune` finds gains with margin",
@@ -84,16 +85,17 @@ std::vector<Finding> findings_of_rate(const AxisConfig& axis, double rate_Hz) {
   if (!rings_at(axis, rate_Hz)) return {};
   const double resonance_Hz = axis.control.delays.resonance_Hz;
   return {
-      {true, fmt::format(
-                 "the mode of {:g} Hz is near {:g} times the cycle rate of {:g} Hz: setpoints that change "
-                 "once a cycle ring it, and the samples do not show that; `hystcan tune` finds a better rate",
-                 resonance_Hz, std::round(resonance_Hz / rate_Hz), rate_Hz)}};
+      {true,
+       fmt::format(
+           "the mode of {:g} Hz is near {:g} times the cycle rate of {:g} Hz: setpoints that change "
+           "once per cycle excite it, and the samples do not show this; `hystcan tune` finds a better rate",
+           resonance_Hz, std::round(resonance_Hz / rate_Hz), rate_Hz)}};
 }
 
 std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz) {
   const controller::JudgedLoop loop = judged_loop(axis, rate_Hz);
   if (const auto& [kp, ki_per_s] = axis.control.law.pi; kp == 0.0 && ki_per_s == 0.0)
-    return {{false, "kp and ki_per_s are 0: there is no loop to judge"}};
+    return {{false, "kp and ki_per_s are 0, so there is no feedback loop"}};
   std::vector<Finding> findings{{false, fmt::format("the loop is stable: {}; bandwidth {:.3g} Hz",
                                                     text_of(loop.margins), loop.margins.bandwidth_Hz)}};
   if (!loop.worst.stable)
@@ -144,8 +146,9 @@ std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rat
     if (!designs[i]) continue;
     const controller::LearningDesign& design = *designs[i];
     std::string line = fmt::format(
-        "setpoint[{}] is learnt up to {:.3g} Hz, with the resonance within {:g} %: to a tenth within {:.0f} "
-        "periods (slowest at {:.3g} Hz)",
+        "setpoint[{}] is learnt up to {:.3g} Hz if the resonance is within {:g} %: the error falls to a "
+        "tenth "
+        "within {:.0f} periods (slowest at {:.3g} Hz)",
         i, design.highest_Hz, design.resonance_percent, std::ceil(design.slowest_periods), design.slowest_Hz);
     if (design.periods > 1)
       line += fmt::format("; {} periods together, {} cycles", design.periods, design.plan.phases);

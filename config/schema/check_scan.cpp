@@ -41,7 +41,7 @@ class ScanAxis : Checked {
     if (least_s > first.transition_s * rounding)
       fail(first.transition_s,
            "transition_s is {:g}, expected at least {:.3g}: the reference limits "
-           "require this from the far end, and the axes of a scan start together",
+           "require this time from the farthest position, and the axes of a scan start together",
            first.transition_s, least_s);
   }
 
@@ -52,7 +52,7 @@ class ScanAxis : Checked {
     for (std::size_t i = 0; i < rasters_.size(); ++i) compare(rasters_[i], other, other.rasters_[i]);
     if (axis_.control.repeat != other.axis_.control.repeat)
       document.fail_at(
-          list(), fmt::format("the reference {}, expected the same as that of axis {}, with which it scans",
+          list(), fmt::format("the reference {}, expected the same as on axis {} of the same scan",
                               axis_.control.repeat ? "repeats" : "does not repeat", other.axis_.wire.name));
     if (axis_.control.repeat && !are_same(reference_.pass_s(), other.reference_.pass_s()))
       differ(list(), "seconds of a pass", reference_.pass_s(), other.reference_.pass_s(), other);
@@ -69,7 +69,7 @@ class ScanAxis : Checked {
   template <class Value>
   [[noreturn]] void differ(const std::string& path, std::string_view what, Value here, Value there,
                            const ScanAxis& other) const {
-    document.fail_at(path, fmt::format("{} is {}, expected {} as on axis {}, with which it scans", what, here,
+    document.fail_at(path, fmt::format("{} is {}, expected {} as on axis {} of the same scan", what, here,
                                        there, other.axis_.wire.name));
   }
   /// Returns the path of the list of segments.

@@ -25,10 +25,10 @@ void visit(V& v, BusConfig& bus) {
   v.required("dbc", bus.dbc, any, {"the CAN database"});
   v.optional("turnaround_us", bus.turnaround, not_negative,
              {"combined reaction time of sensor and controller, for the check below"});
-  v.optional(
-      "background_slots", bus.background_slots, {.lo = 0, .hi = can::sync_counter_max},
-      {"cycles in a round in which heartbeats and statuses have [slots](../protocol/cycle.md#background-slots); a "
-       "divisor of 240; 0: they are sent at any time"});
+  v.optional("background_slots", bus.background_slots, {.lo = 0, .hi = can::sync_counter_max},
+             {"cycles in a round in which heartbeats and statuses have "
+              "[slots](../protocol/cycle.md#background-slots); a "
+              "divisor of 240; 0: they are sent at any time"});
 }
 
 /// Keys of [controller.realtime].
@@ -185,7 +185,7 @@ void visit(V& v, controller::Delays& d) {
   v.optional("damping_ratio", d.damping_ratio, not_negative, {"damping ratio of that mode", "of the model"});
   v.optional("interpolated", d.interpolated, any,
              {"the amplifier ramps linearly to each setpoint within a cycle"});
-  v.optional("second_order", d.second_order, any, {"also compensates the second moment of the chain"});
+  v.optional("second_order", d.second_order, any, {"also compensates the second-order term of the delays"});
   v.optional("plant_inverse", d.plant_inverse, any,
              {"compensates the whole chain including its mode, also between the samples"});
   v.optional("sensor_delay_us", d.sensor_delay, {.lo = 0.0, .hi = 100'000.0},

@@ -26,7 +26,7 @@ TEST(Format, RefusesANewerFormatInOneSentence) {
 TEST(Format, RefusesAnInvalidFormatNumber) {
   for (const char* value : {"0", "-1", "1.0", "\"1\"", "[1]", "true"})
     EXPECT_EQ(refusal_of(std::string("format = ") + value + "\n"),
-              "stage.toml:1:10: format is not a format number, expected 1")
+              "stage.toml:1:10: format is not a positive whole number, expected 1")
         << value;
 }
 

@@ -67,10 +67,11 @@ INSTANTIATE_TEST_SUITE_P(
                "\"Time (ms)\",\"Drive (mV)\",\"Position (nm)\"\r\n0,1500,2.25\r\n1,-1000,3\r\n2,0,4\r\n",
                "time from Time (ms) in ms, input from Drive (mV) in mV, output from Position (nm) in nm", "V",
                "nm"},
-        Format{
-            "UnitsInWords", "Zeit in ms;Piezospannung in V;Istwert in \xC2\xB5m\n0;1,5;2,25\n1;-1;3\n2;0;4\n",
-            "time from Zeit in ms in ms, input from Piezospannung in V in V, output from Istwert in \xC2\xB5m in um",
-            "V", "um"},
+        Format{"UnitsInWords",
+               "Zeit in ms;Piezospannung in V;Istwert in \xC2\xB5m\n0;1,5;2,25\n1;-1;3\n2;0;4\n",
+               "time from Zeit in ms in ms, input from Piezospannung in V in V, output from Istwert in "
+               "\xC2\xB5m in um",
+               "V", "um"},
         Format{"UnitsBehindASlash", "t/ms,Ansteuerung/V,Sensorspannung/V\n0,1.5,2.25\n1,-1,3\n2,0,4\n",
                "time from t/ms in ms, input from Ansteuerung/V in V, output from Sensorspannung/V in V", "V",
                "V"},
@@ -135,7 +136,7 @@ TEST(LabCsvColumns, IgnoreAnAmbiguousRate) {
   for (const char* above :
        {"Abtastrate: 5.000 Hz\n", "Sample rate: 5,000 Hz\n", "Abtastrate: 5000 Hz\nsample rate: 1000 Hz\n",
         "Abtastrate: 0 Hz\n", "Abtastrate: -5 Hz\n"})
-    EXPECT_NE(refusal(above + std::string("Nr;V;x\n0;1;2\n1;3;4\n"), {}).find("expected --rate"),
+    EXPECT_NE(refusal(above + std::string("Nr;V;x\n0;1;2\n1;3;4\n"), {}).find("or --rate with"),
               std::string::npos)
         << above;
 }
@@ -182,7 +183,7 @@ TEST(LabCsvRefusal, NamesAnAmbiguousTime) {
   EXPECT_EQ(refusal("Zeit in Millisekunden;Spannung;Weg\n0;1;2\n1;3;4\n"),
             ":1:1: the unit of Zeit in Millisekunden is not known, expected one of s, ms, us, ns, min, h");
   EXPECT_EQ(refusal("Index,V,x\n0,1,2\n1,3,4\n"),
-            ":1:1: Index counts the samples, expected --rate, the samples per second");
+            ":1:1: Index is a sample number, expected a time, or --rate with the samples per second");
   EXPECT_EQ(load("Nr,V,x\n1,1,2\n11,3,4\n", {.rate_Hz = 1000.0}).dataset.time_s,
             (std::vector<double>{0.001, 0.011}));
 }
@@ -195,17 +196,20 @@ TEST(LabCsvRefusal, NamesALengthThatIsScaled) {
 TEST(LabCsvRefusal, ListsThePresentAndMissingColumns) {
   EXPECT_EQ(
       refusal("t,V1 (V),V2 (V),x\n0,1,2,3\n1,2,3,4\n"),
-      ":1:1: more than one column is the input among t, V1 (V), V2 (V), x, expected time_s, input, output, "
+      ":1:1: more than one column among t, V1 (V), V2 (V), x can be the input, expected the names time_s, "
+      "input, output, "
       "or --columns TIME,INPUT,OUTPUT by names or numbers from 1 to 4");
   EXPECT_EQ(refusal("t,V\n0,1\n1,2\n"),
             ":1:1: two columns of numbers, expected time, input and output: --output-from FILE reads the "
             "output from another file, and --rate a file without time");
   EXPECT_EQ(refusal("t,V,z\n0,1,2\n1,2,3\n"),
-            ":1:1: no column is the output among t, V, z, expected time_s, input, output, or --columns "
+            ":1:1: no column among t, V, z can be the output, expected the names time_s, input, output, or "
+            "--columns "
             "TIME,INPUT,OUTPUT by names or numbers from 1 to 3");
   EXPECT_EQ(
       refusal("0,1,2\n1,2,3\n"),
-      ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, 1 to 3");
+      ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, "
+      "1 to 3");
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,z"}),
             ":1:1: no column z, expected one of t, V, x, or a number from 1 to 3");
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,4"}),
@@ -262,7 +266,8 @@ TEST(LabCsvSigns, AreDecidedOnceForTheWholeFile) {
             "thousands separators");
   EXPECT_EQ(
       refusal("t,V,x\n0,0100,1,5,2,25\n0,0200,1,5,2,25\n", {.columns = "2,4,6"}),
-      ":2:3: decimal commas between commas, expected semicolons between the fields or quotes around the numbers");
+      ":2:3: decimal commas between commas, expected semicolons between the fields or quotes around the "
+      "numbers");
 }
 
 TEST(LabCsvHead, IsNotReadAsRows) {
@@ -323,14 +328,14 @@ TEST(LabCsvSigns, HaveApostrophesAndNarrowBlanksBetweenThousands) {
 
 TEST(LabCsvRefusal, NamesAnOutputThatIsATime) {
   EXPECT_EQ(refusal("Time,Drive,Time,Sensor\ns,V,s,V\n0,1,0,2\n1,2,1,3\n", {.columns = "1,2,3"}),
-            ":1:1: Time is a time in s, expected the output: --columns names it");
+            ":1:1: Time is a time in s, expected the output: select its column with --columns");
 }
 
 TEST(LabCsvRefusal, NamesAnInputThatIsAPosition) {
   EXPECT_EQ(
       refusal("Time (s),Setpoint (um),Position (um)\n0,1,2\n1,2,3\n"),
       ":1:1: Setpoint (um) is a position in um, expected the drive of the actuator in V or A as the input: "
-      "--columns names it");
+      "select its column with --columns");
 }
 
 TEST(LabCsvRefusal, NamesTheKindOfABinaryFile) {

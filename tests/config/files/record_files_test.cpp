@@ -63,7 +63,8 @@ INSTANTIATE_TEST_SUITE_P(
         RecordFile{
             "01_keysight_two_header_lines.csv",
             {},
-            ":1:1: more than one column is the input among x-axis, 1 [V], 2 [V], expected time_s, input, "
+            ":1:1: more than one column among x-axis, 1 [V], 2 [V] can be the input, expected the names "
+            "time_s, input, "
             "output, or --columns TIME,INPUT,OUTPUT by names or numbers from 1 to 3"},
         RecordFile{"01_keysight_two_header_lines.csv", scaled},
         RecordFile{"02_rigol_two_header_lines.csv", scaled},
@@ -90,10 +91,10 @@ INSTANTIATE_TEST_SUITE_P(
         RecordFile{"13_blanks_in_names.txt"}, RecordFile{"14_unit_words.csv"},
         RecordFile{"15_nan_at_the_ends.csv",
                    {},
-                   ":2:3: V is \"NaN\", expected a finite number; --from 0.01 starts after it"},
+                   ":2:3: V is \"NaN\", expected a finite number; --from 0.01 starts after this row"},
         RecordFile{"15_nan_at_the_ends.csv",
                    {.from_s = 0.01},
-                   ":600:16: x is \"NaN\", expected a finite number; --to 5.97 ends before it"},
+                   ":600:16: x is \"NaN\", expected a finite number; --to 5.97 ends before this row"},
         RecordFile{"15_nan_at_the_ends.csv", {.from_s = 0.01, .to_s = 5.97}, "", 597},
         RecordFile{"16_text_at_the_end.csv"}, RecordFile{"17_cut_in_the_last_row.csv", {}, "", 599},
         RecordFile{"19_time_restarts.csv",
@@ -175,13 +176,14 @@ INSTANTIATE_TEST_SUITE_P(
               return with_comma(fmt::format("{}\t{:.6f}\t{}\t{:.6f}\r\n", 10 * i, v, 10 * i, x));
             },
             {.columns = "1,2,4"}},
-        WornDress{"PicoScope: an overflow in the first row", "Time,Channel A,Channel B\n(ms),(V),(V)\n\n",
-                  [](int i, double time, double v, double x) {
-                    return fmt::format("{:.5f},{:.5f},{}\n", 1e3 * time, v,
-                                       i == 0 ? "\u221e" : fmt::format("{:.6f}", x));
-                  },
-                  by_number,
-                  ":4:17: Channel B is \"\u221e\", expected a finite number; --from 0.01 starts after it"},
+        WornDress{
+            "PicoScope: an overflow in the first row", "Time,Channel A,Channel B\n(ms),(V),(V)\n\n",
+            [](int i, double time, double v, double x) {
+              return fmt::format("{:.5f},{:.5f},{}\n", 1e3 * time, v,
+                                 i == 0 ? "\u221e" : fmt::format("{:.6f}", x));
+            },
+            by_number,
+            ":4:17: Channel B is \"\u221e\", expected a finite number; --from 0.01 starts after this row"},
         WornDress{"PI: a GCS array",
                   "# REM E-709\n# SAMPLE_TIME = 0.010000\n# NAME0 = Control Voltage\n# END_HEADER\n",
                   [](int, double, double v, double x) { return fmt::format("{:.6f} {:.6f} \n", v, x); },
@@ -211,19 +213,21 @@ INSTANTIATE_TEST_SUITE_P(
                     return fmt::format("{:.2f} {:.5f} {:.5f}\n", time, v, x);
                   }},
         WornDress{"means below a blank line", "t (s),u (V),x (um)\n", plain, {}, "", "\n600,50.1,15.2\n"},
-        WornDress{"a further number in the first row",
-                  "t (s),u (V),x (um)\n",
-                  [](int i, double time, double v, double x) {
-                    return fmt::format("{:.2f},{:.5f},{:.5f}{}\n", time, v, x, i == 0 ? ",5" : "");
-                  },
-                  {},
-                  ":2:1: the row has 4 fields, expected 3 as in the header; --from 0.01 starts after it"},
+        WornDress{
+            "a further number in the first row",
+            "t (s),u (V),x (um)\n",
+            [](int i, double time, double v, double x) {
+              return fmt::format("{:.2f},{:.5f},{:.5f}{}\n", time, v, x, i == 0 ? ",5" : "");
+            },
+            {},
+            ":2:1: the row has 4 fields, expected 3 as in the header; --from 0.01 starts after this row"},
         WornDress{
             "times in whole numbers without a unit",
             "time,drive,position\n",
             [](int i, double, double v, double x) { return counted_by(10 * i, v, x); },
             {},
-            ":3: time increases by 10 and has no unit, expected one in its name (t_ms), or --rate, the rows per second"},
+            ":3: time increases by 10 and has no unit, expected one in its name (t_ms), or --rate, the rows "
+            "per second"},
         WornDress{"times in whole numbers beside a rate",
                   "time,drive,position\n",
                   [](int i, double, double v, double x) { return counted_by(10 * i, v, x); },

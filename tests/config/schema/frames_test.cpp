@@ -47,9 +47,9 @@ TEST_P(InvalidFrames, AreRefusedAtTheirLine) {
 INSTANTIATE_TEST_SUITE_P(
     Frames, InvalidFrames,
     testing::Values(
-        BadFrames{
-            "NoSuchMessage", file, "\"AmpSet\"", "\"AmpSte\"", "message      = ",
-            "no message AmpSte in lab_amplifier.dbc, expected one for axis x; the nearest it has: AmpSet"},
+        BadFrames{"NoSuchMessage", file, "\"AmpSet\"", "\"AmpSte\"", "message      = ",
+                  "no message AmpSte in lab_amplifier.dbc, expected one for axis x; the most similar name is "
+                  "AmpSet"},
         BadFrames{
             "NoSuchSignal", file, "setpoint     = \"Volt\"", "setpoint     = \"volts\"", "setpoint     = ",
             "message AmpSet has no signal volts in lab_amplifier.dbc, expected one for axis x; the nearest "
@@ -77,7 +77,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadFrames{
             "AMultiplexedRole", "lab_amplifier.dbc", "SG_ On : 12|1@1+",
             "SG_ Page M : 14|2@1+ (1,0) [0|3] \"\"  Amp\n SG_ On m1 : 12|1@1+", "enable       = ",
-            "signal On of message AmpSet is multiplexed in lab_amplifier.dbc, expected a signal that is in every frame"},
+            "signal On of message AmpSet is multiplexed in lab_amplifier.dbc, expected a signal that is in "
+            "every frame"},
         BadFrames{"EnableInStepsOfTwo", "lab_amplifier.dbc", "SG_ On : 12|1@1+ (1,0) [0|1]",
                   "SG_ On : 12|1@1+ (2,0) [0|2]", "enable       = ",
                   "signal On of message AmpSet holds 0 to 2 in steps of 2 in lab_amplifier.dbc, "

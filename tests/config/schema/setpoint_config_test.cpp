@@ -145,19 +145,18 @@ std::string refusal_of_scan(const std::string& what, const std::string& with) {
 
 TEST(Scan, IsRefusedIfItsAxesHaveDifferentLines) {
   EXPECT_EQ(refusal_of_scan("lines              = 32", "lines = 64"),
-            "lines is 32, expected 64 as on axis x, with which it scans");
+            "lines is 32, expected 64 as on axis x of the same scan");
   EXPECT_EQ(refusal_of_scan("line_rate_Hz       = 20.0", "line_rate_Hz = 10.0"),
-            "line_rate_Hz is 20, expected 10 as on axis x, with which it scans");
+            "line_rate_Hz is 20, expected 10 as on axis x of the same scan");
   EXPECT_EQ(refusal_of_scan("turnaround_percent = 10.0", "turnaround_percent = 20.0"),
-            "turnaround_percent is 10, expected 20 as on axis x, with which it scans");
+            "turnaround_percent is 10, expected 20 as on axis x of the same scan");
 }
 
 TEST(Scan, IsRefusedIfItsAxesBeginAtDifferentTimes) {
-  EXPECT_EQ(
-      refusal_of_scan("transition_s       = 0.2", "transition_s = 0.3"),
-      "the time from the start to the scan in s is 0.2, expected 0.3 as on axis x, with which it scans");
+  EXPECT_EQ(refusal_of_scan("transition_s       = 0.2", "transition_s = 0.3"),
+            "the time from the start to the scan in s is 0.2, expected 0.3 as on axis x of the same scan");
   EXPECT_EQ(refusal_of_scan("repeat             = true", "repeat = false"),
-            "the reference repeats, expected the same as that of axis x, with which it scans");
+            "the reference repeats, expected the same as on axis x of the same scan");
 }
 
 // 25 um, from the far end, along the smooth step at 380 um/s last 0.123 s.
@@ -197,8 +196,9 @@ TEST(ReferenceLimits, AreDerivedFromDriveAndModeForTransitions) {
   EXPECT_EQ(x.transition_limits.acceleration_um_per_s2, expected.acceleration_um_per_s2);
   EXPECT_TRUE(std::isinf(x.reference_limits.slew_um_per_s)) << "shapes are what was asked for";
   const std::string text = echo(HYSTCAN_SOURCE_DIR "/config/piezo.toml");
-  for (const char* line : {"# reference_slew_um_per_s = 2850  # default, of transitions alone\n",
-                           "# reference_acceleration_um_per_s2 = 281284  # default, of transitions alone\n"})
+  for (const char* line :
+       {"# reference_slew_um_per_s = 2850  # default, applies only to transitions\n",
+        "# reference_acceleration_um_per_s2 = 281284  # default, applies only to transitions\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
 }
 

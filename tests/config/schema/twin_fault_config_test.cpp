@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
         InvalidKey{"UnknownAxis", FAULT("late", "axis = \"z\""), "axis is \"z\""},
         InvalidKey{"NoAxis", FAULT("late", ""), "missing key axis"},
         InvalidKey{"WrongNode", FAULT("out_of_range", "axis = \"x\"\nnode = \"amplifier\""),
-                   "acts on the sensor"},
+                   "affects the sensor"},
         InvalidKey{"NodeOfAStage", FAULT("load_step", "axis = \"x\"\nnode = \"sensor\""), "unknown key node"},
         InvalidKey{"ValueOutOfRange", FAULT("late", "axis = \"x\"\nvalue = 17"), "value is 17"},
         InvalidKey{"ValueOfAKindWithoutOne", FAULT("wrong_crc", "axis = \"x\"\nvalue = 1"),
@@ -123,7 +123,8 @@ TEST(FaultConfig, NeedsTheFieldThatTheFaultChanges) {
       "lab_amplifier.toml", "[[axis]]",
       "[[twin.fault]]\nkind = \"sensor_bad_status\"\naxis = \"x\"\nat_s = 1\nduration_s = 1\n[[axis]]");
   const std::string refusal = support::refusal_of([&] { load(files / "lab_amplifier.toml"); });
-  EXPECT_NE(refusal.find("SensPos has no status, expected one that has it"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("SensPos has no status, expected a message with this signal"), std::string::npos)
+      << refusal;
 }
 
 }  // namespace
