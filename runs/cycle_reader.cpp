@@ -113,7 +113,7 @@ double CycleReader::value(const Wanted& wanted) const {
     case Kind::cause:
       if (const auto found = std::ranges::find(wanted.words, text); found != wanted.words.end())
         value = static_cast<double>(found - wanted.words.begin());
-      expected = "a name of this version";
+      expected = "a name that this version of hystcan uses";
       break;
     case Kind::whole:
     case Kind::number:

@@ -55,7 +55,7 @@ std::optional<std::string> missing_field(Fault kind, Node node, const can::AxisW
       by_sensor ? can::message_map<can::SensorSample>(wire) : can::message_map<can::AmpStatus>(wire);
   const auto require = [&](bool has_it, std::string_view what) -> std::optional<std::string> {
     if (has_it) return std::nullopt;
-    return fmt::format("message {} has no {}, expected one that has it", map->message, what);
+    return fmt::format("message {} has no {}, expected a message with this signal", map->message, what);
   };
   switch (kind) {
     case late:
@@ -66,7 +66,7 @@ std::optional<std::string> missing_field(Fault kind, Node node, const can::AxisW
     case frozen_value:
     case frozen_counter:
     case wrong_crc:
-      if (!map) return "this amplifier sends no status, expected one that does";
+      if (!map) return "the amplifier sends no status, expected an amplifier with a status message";
       break;
     default:
       break;
@@ -130,7 +130,7 @@ std::optional<std::string> reason_against(const FaultSpec& spec, const can::Axis
   const bool wrong_node = (kind_traits.site == FaultSite::sensor && spec.node != Node::sensor) ||
                           (kind_traits.site == FaultSite::amplifier && spec.node != Node::amplifier);
   if (wrong_node)
-    return fmt::format("{} acts on the {}, expected that node", kind_traits.name,
+    return fmt::format("{} affects the {}, expected this node", kind_traits.name,
                        kind_traits.site == FaultSite::sensor ? "sensor" : "amplifier");
   if (!kind_traits.unit.empty() && !(spec.value >= kind_traits.lowest && spec.value <= kind_traits.highest))
     return fmt::format("{}: value is {:g} {}, expected {:g} to {:g}", kind_traits.name, spec.value,
@@ -138,10 +138,10 @@ std::optional<std::string> reason_against(const FaultSpec& spec, const can::Axis
   if ((spec.kind == late || spec.kind == emergency) && spec.value != std::round(spec.value))
     return fmt::format("{}: value is {:g}, expected a whole number", kind_traits.name, spec.value);
   if (spec.lasts < can::Duration::zero())
-    return fmt::format("{}: it lasts {:g} s, expected at least 0", kind_traits.name,
+    return fmt::format("{}: the duration is {:g} s, expected at least 0", kind_traits.name,
                        can::seconds(spec.lasts));
   if (spec.kind == parameter_drift && spec.lasts == can::Duration::zero())
-    return "parameter_drift: it lasts 0 s, expected the time in which it drifts";
+    return "parameter_drift: the duration is 0 s, expected the duration of the drift";
   const auto missing = missing_field(spec.kind, spec.node, wire);
   if (!missing) return std::nullopt;
   return fmt::format("{}: {}", kind_traits.name, *missing);

@@ -45,7 +45,8 @@ void FaultScheduler::list_random_faults() {
     }
   }
   if (random_faults_.empty())
-    throw std::invalid_argument("random faults: none of the kinds can act on this stage");
+    throw std::invalid_argument(
+        "random faults: none of the kinds is possible on this stage, expected another kind");
 }
 
 std::size_t FaultScheduler::axis_of(const FaultSpec& spec) const {

@@ -72,7 +72,7 @@ TEST_F(CyclesOfAFile, AreRefusedWithTheirLine) {
   EXPECT_EQ(refusal_of(header + "7,0.5,x,tracking,none,far,\n"),
             file + ":2:23: position_um is \"far\", expected a number");
   EXPECT_EQ(refusal_of(header + "7,0.5,x,flying,none,1,\n", "state"),
-            file + ":2:9: state is \"flying\", expected a name of this version");
+            file + ":2:9: state is \"flying\", expected a name that this version of hystcan uses");
   EXPECT_EQ(refusal_of("time_s,input,output\n"),
             file + ":1:1: no column cycle, expected a run's folder or a CSV of cycles");
   EXPECT_EQ(refusal_of(""), file + ":1:1: no header row, expected a CSV of cycles");

@@ -375,13 +375,13 @@ TEST(FaultAtRunTime, IsRefusedWithTheReasonIfImpossible) {
   EXPECT_EQ(refusal_of(other_axis), "there is no axis \"z\", expected an axis of this twin");
   FaultSpec wrong_node = spec(Fault::sensor_bad_status, {}, seconds(1));
   wrong_node.node = Node::amplifier;
-  EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status acts on the sensor, expected that node");
+  EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status affects the sensor, expected this node");
   EXPECT_EQ(refusal_of(spec(Fault::late, {}, seconds(1), 17.0)),
             "late: value is 17 cycles, expected 1 to 16");
   EXPECT_EQ(refusal_of(spec(Fault::late, {}, seconds(1), 1.5)),
             "late: value is 1.5, expected a whole number");
   EXPECT_EQ(refusal_of(spec(Fault::parameter_drift, {}, {})),
-            "parameter_drift: it lasts 0 s, expected the time in which it drifts");
+            "parameter_drift: the duration is 0 s, expected the duration of the drift");
   EXPECT_TRUE(run.twin.faults().active().empty());
 }
 
@@ -391,16 +391,16 @@ TEST(FaultAtRunTime, IsRefusedIfTheFramesHaveNoSuchField) {
   plain.integrity = can::Integrity::none;
   wire.frames.emplace(can::AxisFrames{.command = {.message = "LabCommand"}, .sample = plain});
   EXPECT_EQ(reason_against(spec(Fault::frozen_counter, {}, seconds(1)), wire),
-            "frozen_counter: message LabSample has no counter, expected one that has it");
+            "frozen_counter: message LabSample has no counter, expected a message with this signal");
   EXPECT_EQ(reason_against(spec(Fault::wrong_crc, {}, seconds(1)), wire),
-            "wrong_crc: message LabSample has no CRC, expected one that has it");
+            "wrong_crc: message LabSample has no CRC, expected a message with this signal");
   EXPECT_EQ(reason_against(spec(Fault::sensor_bad_status, {}, seconds(1)), wire),
-            "sensor_bad_status: message LabSample has no status, expected one that has it");
+            "sensor_bad_status: message LabSample has no status, expected a message with this signal");
   EXPECT_EQ(reason_against(spec(Fault::frozen_value, {}, seconds(1)), wire), std::nullopt);
   FaultSpec of_status = spec(Fault::frozen_value, {}, seconds(1));
   of_status.node = Node::amplifier;
   EXPECT_EQ(reason_against(of_status, wire),
-            "frozen_value: this amplifier sends no status, expected one that does");
+            "frozen_value: the amplifier sends no status, expected an amplifier with a status message");
 }
 
 TEST(FaultNames, AreParsedBackToTheirKind) {
