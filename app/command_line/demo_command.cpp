@@ -266,15 +266,13 @@ void add_demo(CLI::App& cli, int& status) {
   auto options = std::make_shared<DemoArguments>();
   CLI::App* command = cli.add_subcommand(
       "demo", "Run controller and twin on a simulated bus; compare open loop and closed loop");
-  command->add_option("--config", options->config,
-                      "configuration (TOML); the shipped piezo stage if left out");
+  command->add_option("--config", options->config, "configuration (TOML); default: the shipped piezo stage");
   command->add_option("--output", options->output, "folder for CSV and plot")->capture_default_str();
   command->add_flag("--all", options->all, "compare all five control structures");
   command->add_flag("--json", options->json, "print the table as JSON");
   command
-      ->add_option(
-          "--page", options->page,
-          "instead: run without end, paced in real time, and serve the operator's page at this address")
+      ->add_option("--page", options->page,
+                   "run in real time without end instead, and serve the operator's page at this address")
       ->expected(0, 1)
       ->default_str("127.0.0.1:8080");
   command->callback([options, &status] { status = run_demo(*options); });

@@ -219,7 +219,8 @@ int run_excite(const ExciteArguments& options) {
     file = std::make_unique<OutputFile>(options.output);
     excitation = resized(excitation, less, chosen.axes[0].control.gate.safe_drive);
     const model::Interval range = Excitation(excitation).range();
-    note("once more, {:.4g} to {:.4g} {}\n", range.lo, range.hi, chosen.axes[0].wire.drive_unit);
+    note("repeating the excitation with a smaller range, {:.4g} to {:.4g} {}\n", range.lo, range.hi,
+         chosen.axes[0].wire.drive_unit);
   }
   propose_further(options, chosen);
   return done;

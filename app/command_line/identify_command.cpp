@@ -99,12 +99,13 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
   const double slack = 0.01 * known.span();
   const bool covers = moved.lo <= known.lo + slack && moved.hi >= known.hi - slack;
   return fmt::format(
-      "the inputs go from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: {}what they do "
-      "not determine is that of {}{}",
+      "the inputs range from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: {}everything "
+      "that "
+      "the datasets do not determine is copied from {}{}",
       moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
-      covers ? "" : "what lies beyond the inputs and ",
+      covers ? "" : "everything beyond the inputs and ",
       file.string() + (old.creep ? "" : ", which has no creep"),
-      config::load_lag(file).dynamics ? ", but for its [dynamics], which are left out" : "");
+      config::load_lag(file).dynamics ? ", except [dynamics]" : "");
 }
 
 /// Returns the last part of a path, which may end in a slash.

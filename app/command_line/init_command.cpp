@@ -87,8 +87,8 @@ void add_facts(CLI::App& command, InitOptions& facts) {
       ->default_str("x")
       ->allow_extra_args(false);
   command.add_option("--card", facts.card,
-                     "card of an analogue amplifier and sensor: comedi:/dev/comedi0, iio:ad5791, simulated; "
-                     "can where they are nodes on CAN (can)");
+                     "can if amplifier and sensor are nodes on CAN (default), otherwise their analogue card: "
+                     "comedi:/dev/comedi0, iio:ad5791, simulated");
   add_checked(command, "--unit", facts.drive_unit, one_of({"V", "A"}), "unit of the drive: V or A");
   const auto number = [&](const char* name, std::vector<double>& values, const char* what) {
     add_checked(command, name, values, finite_number(), what)->allow_extra_args(false);

@@ -106,7 +106,9 @@ class Hdf5Rows final : public RowInput {
   void read(std::vector<double>& values) {
     if (!python_.read({reinterpret_cast<char*>(values.data()), values.size() * sizeof(double)})) fail();
   }
-  [[noreturn]] void fail() { throw Error(file_, python_.finish().value_or("ends too early")); }
+  [[noreturn]] void fail() {
+    throw Error(file_, python_.finish().value_or("ends before the last row, expected a complete file"));
+  }
   void require(bool is_right, const std::string& column, std::size_t i, double value,
                const char* expected) const {
     if (!is_right)

@@ -159,7 +159,9 @@ void add_tune(CLI::App& cli, int& status) {
       "tune", "Identify resonance, damping and delay with small open-loop steps, and propose PI gains");
   command->add_option("CONFIG", options->run.config, "configuration (TOML), which is not changed")
       ->required();
-  command->add_option("--output", options->output, "output file (TOML): part of a configuration")
+  command
+      ->add_option("--output", options->output,
+                   "output file (TOML) with the proposed keys of a configuration")
       ->capture_default_str();
   command->add_option("--write", options->written,
                       "new configuration (TOML) in the folder of CONFIG: a copy with the proposal");
@@ -176,7 +178,7 @@ void add_tune(CLI::App& cli, int& status) {
   add_checked(*command, "--centre", options->centre, finite_number(),
               "drive at the centre of the steps; default: the middle of drive_min and drive_max");
   add_checked(*command, "--amplitude", options->amplitude, positive_number(),
-              "drive units; 1 % of drive_max - drive_min");
+              "amplitude in drive units; default: 1 % of drive_max - drive_min");
   add_checked(*command, "--period", options->period_s, positive_number(), "seconds per step up and down")
       ->capture_default_str();
   add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),

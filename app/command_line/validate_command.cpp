@@ -94,14 +94,14 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
   if (options.memory.empty())
     print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
           options.no_offset ? "" : " and offset", outcome.estimated_from, counted(dataset.size(), "sample"),
-          rest ? ", which do not count for the errors" : "", outcome.start.offset, dataset.output_unit,
+          rest ? ", which the errors exclude" : "", outcome.start.offset, dataset.output_unit,
           outcome.lag.delay());
   if (outcome.lag.dynamics)
     print("with the mode of the model file: {:.5g} Hz, damping ratio {:.3g}\n",
           outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
   if (outcome.lag.creep) print("with {} of the model file\n", creep_text(*outcome.lag.creep));
   if (rest)
-    print("with these: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
+    print("with these samples: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
           outcome.all.max * percent);
   if (outcome.by_rate.size() > 1)
     for (const auto& of : outcome.by_rate)

@@ -121,7 +121,7 @@ void read_value(const nlohmann::json& from, T& to, const std::string& place) {
     to = from.get<std::string>();
   } else if constexpr (HasWords<T>) {
     const auto word = from.is_string() ? parse_word<T>(from.get<std::string>()) : std::nullopt;
-    require(word.has_value(), "a word that this version has");
+    require(word.has_value(), "a word that this version of hystcan uses");
     to = *word;
   } else if constexpr (is_optional<T>) {
     read_value(from, to.emplace(), place);

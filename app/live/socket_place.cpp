@@ -86,7 +86,7 @@ std::filesystem::path made_folder(const SocketPlaces& places) {
   mkdir(folder.c_str(), 0700);  // if this fails, the folder exists or the next line reports the reason
   if (const auto reason = reason_against(folder, places.user))
     throw RunError(folder, fmt::format("not usable for the control socket: {}", *reason),
-                   expect("a folder of user {} alone: set control_socket", places.user));
+                   expect("a folder to which only user {} can write: set control_socket", places.user));
   return folder;
 }
 

@@ -105,7 +105,7 @@ json TwinCommandHandler::inject(const json& command) {
   }
   if (command.contains("value")) {
     if (traits(spec.kind).unit.empty())
-      throw Error(fmt::format("{} takes no number", traits(spec.kind).name), expect("no value"));
+      throw Error(fmt::format("a value is not allowed for the fault {}", traits(spec.kind).name));
     spec.value = number_of(command, "value");
   }
   spec.lasts = duration_of(command);

@@ -148,8 +148,8 @@ void settle(std::string& unit, const std::string& asked, const UnitOf& of,
     note("hystcan: {}: {} is missing, assuming {}\n", file.string(), of.option, of.assumed);
   }
   if (has_control_character(unit))
-    throw Error(file, fmt::format("{} has a control character", asked.empty() ? of.name : of.option),
-                expect("text of one line"));
+    throw Error(file, fmt::format("{} contains a control character", asked.empty() ? of.name : of.option),
+                expect("one line of text"));
   unit = can::dbc::to_utf8(unit);
 }
 

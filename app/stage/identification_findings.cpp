@@ -81,7 +81,7 @@ class Findings {
     const Trends trend = trends(seen, predict(identified_, datasets_, i));
     if (datasets_.size() > 1 && std::abs(trend.gain) * percent_ > 0.1)
       say("{}its output range differs from the model's by {:+.2g} % of the span: the "
-          "remaining error is a gain",
+          "remaining error is a gain error",
           of_dataset(i), trend.gain * percent_);
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
       say("{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the assumed "

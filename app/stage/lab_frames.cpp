@@ -291,7 +291,7 @@ void add_role(StatedRoles& roles, const std::string& text) {
     if (role.own_option == nullptr) keys.push_back(role.key());
   if (key.size() == text.size() || std::ranges::count(keys, key) == 0)
     throw Error(fmt::format("--role: '{}'", text),
-                expect("MSG.SIG after one of: {}=", fmt::join(keys, "=, ")));
+                expect("KEY=MSG.SIG with one of these keys: {}", fmt::join(keys, ", ")));
   roles[key].push_back(text.substr(key.size() + 1));
 }
 

@@ -60,7 +60,7 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
 void judge_record(const std::filesystem::path& file, Dataset& dataset, bool accept) {
   for (const RecordDoubt& doubt : leave_out_suspects(file, dataset)) {
     if (!accept)
-      throw Error(doubt.fact + ", and the limits come from the record",
+      throw Error(doubt.fact + ", and the record sets the limits of the stage",
                   {.remedy = "record it again, or add --accept"});
     note("hystcan: {}\n", doubt.text());
   }

@@ -99,8 +99,8 @@ std::string cautious_line(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
   return line("cautious",
-              fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: the first loop for a bench; "
-                          "--cautious proposes it",
+              fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: recommended for the first run "
+                          "on a bench; --cautious proposes it",
                           cautious.rms_percent(), report.cautious_rule.phase_margin_deg,
                           decibel(report.cautious_rule.gain_margin)));
 }

@@ -40,7 +40,7 @@ test('The first command after the start is executed', async () => {
   const position = page.getByRole('textbox', { name: 'Go to position of axis x, um' });
   await position.fill('12');
   await position.press('Enter');
-  await until('the answer', async () => /goes to 12 um/.test(await page.textContent('#steering-axes')));
+  await until('the answer', async () => /moving to 12 um/.test(await page.textContent('#steering-axes')));
 });
 
 test('The control socket belongs to the new rehearsal', async () => {

@@ -117,8 +117,8 @@ export class CaptureView {
     this.#shown()
       .slice(shownAtOnce)
       .forEach((old) => (old.isShown = false));
-    if (!this.isRepeating) this.#tell('idle', `capture ${result.number} is here`);
-    else this.#tell('armed', `armed, capture ${result.number} is here`);
+    if (!this.isRepeating) this.#tell('idle', `capture ${result.number} received`);
+    else this.#tell('armed', `armed, capture ${result.number} received`);
     this.#listChanged();
   }
 

@@ -73,7 +73,7 @@ connection.on('open', () => {
 });
 connection.on('closed', () => {
   if (byId('connection').dataset.state === 'connected') events.note('warning', 'the page lost its server');
-  tellConnection('lost', 'not connected: trying again');
+  tellConnection('lost', 'not connected; reconnecting');
 });
 connection.on('hello', ({ program, config, source, exposed, page }) => {
   events.ownName = `page ${page}`;

@@ -114,7 +114,7 @@ export class Steering {
       const trouble = commaTrouble(position.value) || (isNone ? `"${position.value}" is not a number` : '');
       if (trouble) return tell(answer, { error: trouble });
       const result = await this.#command({ do: 'go_to', axis: name, position_um });
-      tell(answer, this.#withLimits(result, axis), `goes to ${position_um} um`);
+      tell(answer, this.#withLimits(result, axis), `moving to ${position_um} um`);
     };
     position.addEventListener('keydown', ({ key }) => key === 'Enter' && goTo());
     position.addEventListener('leave', () => {

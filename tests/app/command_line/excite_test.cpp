@@ -110,7 +110,8 @@ TEST_F(Excite, ReducesItsDefaultRangeAgainIfALimitTrips) {
   shipped.edit("piezo.toml", "position_max_um    = 34.0", "position_max_um    = 28.0");
   Process program(rehearsal());
   EXPECT_EQ(program.wait(), done) << program.err();
-  EXPECT_NE(program.err().find("once more, 0 to 60 V"), std::string::npos) << program.err();
+  EXPECT_NE(program.err().find("repeating the excitation with a smaller range, 0 to 60 V"), std::string::npos)
+      << program.err();
   const Dataset record = config::load_dataset(shipped / "record.csv").dataset;
   EXPECT_EQ(std::ranges::min(record.input), 0.0) << "three fifths about the safe drive";
   EXPECT_EQ(std::ranges::max(record.input), 60.0);

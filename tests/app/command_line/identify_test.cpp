@@ -188,7 +188,7 @@ TEST_F(Identify, RefusesInvalidOptions) {
   const std::string before = read("record.csv");
   Process overwriting = run({path("record.csv"), "--output", path("record.csv")});
   EXPECT_EQ(overwriting.wait(), bad_input);
-  EXPECT_NE(overwriting.err().find("record.csv: is an input too, expected another file"), std::string::npos)
+  EXPECT_NE(overwriting.err().find("record.csv: is also an input, expected another file"), std::string::npos)
       << overwriting.err();
   EXPECT_EQ(read("record.csv"), before);
   expect_refused(identify("record.csv", {"--initial-memory", path("found.toml")}), "is written twice");
@@ -209,10 +209,10 @@ TEST_F(Identify, RefusesADatasetWithAnotherUnitThanTheOption) {
 
 TEST_F(Identify, RefusesAUnitWithAControlCharacter) {
   write_record("esc.csv", piezo_record(10.0), "# input_unit = V\x1b[31m\n");
-  expect_refused(identify("esc.csv"), "esc.csv: input_unit has a control character");
+  expect_refused(identify("esc.csv"), "esc.csv: input_unit contains a control character");
   write_record("plain.csv", piezo_record(10.0));
   expect_refused(run({path("plain.csv"), "--output", path("found.toml"), "--output-unit", "um\n[creep]"}),
-                 "plain.csv: --output-unit has a control character");
+                 "plain.csv: --output-unit contains a control character");
 }
 
 TEST_F(Identify, ConvertsARecordInMicrometresToTheNanometresOfTheOldModel) {

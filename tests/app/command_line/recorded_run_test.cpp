@@ -125,9 +125,8 @@ TEST_F(RecordedRuns, ImproveAnOldModelEvenIfTheirRangeIsSmall) {
   EXPECT_LT(found["rms_percent"].get<double>(), 0.1);
   ASSERT_EQ(found["records"].size(), 1U);
   EXPECT_TRUE(found["findings"].back().get<std::string>().ends_with(
-      "what lies beyond the inputs and what they do not "
-      "determine is that of " +
-      old + ", which has no creep"))
+      "everything beyond the inputs and everything that the datasets do not determine is copied from " + old +
+      ", which has no creep"))
       << found["findings"];
 }
 

@@ -60,8 +60,9 @@ TEST(Answers, NameAMissingMember) {
 TEST(Answers, NameAMemberOfAnotherType) {
   json wrong = status;
   wrong["axes"][0]["state"] = "dancing";
-  EXPECT_EQ(support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(wrong); }),
-            "\"axes[0].state\" of the answer is \"dancing\", expected a word that this version has");
+  EXPECT_EQ(
+      support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(wrong); }),
+      "\"axes[0].state\" of the answer is \"dancing\", expected a word that this version of hystcan uses");
 }
 
 TEST(Answers, ThrowTheReasonOfARefusal) {

@@ -96,7 +96,7 @@ TEST_F(TokenFile, RefusesALinkOrAFolder) {
   EXPECT_TRUE(is_refused_for("cannot be read")) << refused();
   std::filesystem::remove(file_);
   std::filesystem::create_directory(file_);
-  EXPECT_TRUE(is_refused_for("is no file")) << refused();
+  EXPECT_TRUE(is_refused_for("is not a file")) << refused();
 }
 
 }  // namespace
