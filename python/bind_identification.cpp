@@ -115,16 +115,16 @@ Result identify(const py::object& t, const py::object& u, const py::object& y,
   options.common_gain = common_gain;
   options.drift = drift;
   std::optional<identification::Identified> identified;
-  std::vector<std::string> said;
+  std::vector<std::string> finding_texts;
   {
     const Unlocked unlocked;
     identified = dynamics ? identification::identify_dynamics(datasets, options)
                           : identification::identify(datasets, options);
-    said = app::findings(datasets, *identified);
+    finding_texts = app::findings(datasets, *identified);
   }
   return {config::Actuator::of(model::Hysteresis(identified->parameters), "identified", identified->lag()),
-          python_of(app::identification_json(*identified, said)),
-          app::identified_model_text(*identified, datasets, said)};
+          python_of(app::identification_json(*identified, finding_texts)),
+          app::identified_model_text(*identified, datasets, finding_texts)};
 }
 
 void save_result(const Result& result, const std::filesystem::path& path) { write_file(path, result.text); }

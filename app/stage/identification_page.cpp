@@ -42,7 +42,8 @@ std::string left_out_of(const IdentificationReport& report) {
   const std::vector<identification::LeftOut>& left_out = report.identified.left_out;
   if (left_out.empty()) return {};
   std::string part =
-      "<table>\n" + heading_row({"record left out", "predicted by the others RMS [%]", "moves [%] more"});
+      "<table>\n" +
+      heading_row({"record left out", "prediction from the other records, RMS [%]", "moves [%] more"});
   for (std::size_t i = 0; i < left_out.size(); ++i)
     if (const identification::LeftOut& of = left_out[i]; of.samples > 0.0)
       part += fmt::format("<tr><td>{}</td>", escaped(report.names[i])) +

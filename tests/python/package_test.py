@@ -131,7 +131,7 @@ class Models(Scratch):
 
     def test_creep_needs_increasing_times(self):
         model, t, u = self.creeping_model()
-        with self.assertRaisesRegex(ValueError, "stage.toml: has creep, expected the times t"):
+        with self.assertRaisesRegex(ValueError, "stage.toml: the model has creep, expected the times t"):
             model.simulate(u)
         with self.assertRaisesRegex(ValueError, "t has 499 values, expected 500"):
             model.inverse(u[:500], t=t[:499])
@@ -248,7 +248,7 @@ class Rehearsals(Scratch):
             hystcan.Rehearsal(STAGE, settings={"axis[0].control.kp": -5})
         with self.assertRaisesRegex(hystcan.Error, "ranges from 0 to 1e\\+09 um, expected"):
             hystcan.Rehearsal(STAGE, reference={"x": ([0, 1], [0, 1e9])})
-        with self.assertRaisesRegex(hystcan.Error, "no axis z"):
+        with self.assertRaisesRegex(hystcan.Error, "unknown axis z, expected one of x, y"):
             hystcan.Rehearsal(STAGE, reference={"z": ([0, 1], [1, 2])})
 
 
