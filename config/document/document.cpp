@@ -151,12 +151,12 @@ void Reader::limit_or_inf(std::string_view key, double& value, double /*in_its_p
 void Reader::finish() const {
   for (const auto& [key, node] : table_) {
     if (known_.contains(key.str())) continue;
-    const auto meant = meant_by(key.str(), {known_.begin(), known_.end()});
-    if (lacks_choice_ && !meant) continue;
-    throw Error(
-        document_.place_of(key.source()),
-        fmt::format("unknown key {}{}", key.str(), meant ? fmt::format(" (did you mean {}?)", *meant) : ""),
-        expect("one of {}", fmt::join(known_, ", ")));
+    const auto suggestion = meant_by(key.str(), {known_.begin(), known_.end()});
+    if (lacks_choice_ && !suggestion) continue;
+    throw Error(document_.place_of(key.source()),
+                fmt::format("unknown key {}{}", key.str(),
+                            suggestion ? fmt::format(" (did you mean {}?)", *suggestion) : ""),
+                expect("one of {}", fmt::join(known_, ", ")));
   }
   if (!missing_.empty())
     document_.fail_at(path_, fmt::format("missing key {}, expected in {}", missing_,

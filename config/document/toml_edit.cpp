@@ -141,9 +141,9 @@ std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
 
 /// Returns false for an inline table, a value and a table of dotted keys: they have no header.
 bool TomlEdit::has_header(const toml::node& node) const {
-  const std::string_view there = std::string_view(text_).substr(offset_of(node.source().begin));
-  if (const toml::table* table = node.as_table()) return !table->is_inline() && there.starts_with('[');
-  return node.is_array() && there.starts_with("[[") && node.as_array()->is_array_of_tables();
+  const std::string_view node_text = std::string_view(text_).substr(offset_of(node.source().begin));
+  if (const toml::table* table = node.as_table()) return !table->is_inline() && node_text.starts_with('[');
+  return node.is_array() && node_text.starts_with("[[") && node.as_array()->is_array_of_tables();
 }
 
 TomlEdit::Place TomlEdit::find(const std::string& path) const {
@@ -249,8 +249,8 @@ void TomlEdit::comment_out(const std::string& path) {
   }
   std::string text = text_;
   for (std::size_t line = last; line >= first; --line) {
-    const std::string_view there = line_at(line);
-    if (there.find_first_not_of(" \t\r") != std::string_view::npos) text.insert(line_start(line), "# ");
+    const std::string_view line_text = line_at(line);
+    if (line_text.find_first_not_of(" \t\r") != std::string_view::npos) text.insert(line_start(line), "# ");
   }
   take(std::move(text));
 }

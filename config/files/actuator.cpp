@@ -136,11 +136,12 @@ Actuator Actuator::load(const std::filesystem::path& file, bool beyond_limit) {
 }
 
 Actuator Actuator::quasi_static() const {
-  Actuator alone = *this;
-  alone.model = std::make_shared<const model::AnyModel>(*model);  // a new pointer: memories of the whole
-                                                                  // actuator do not match this one
-  alone.lag = {.delay_s = lag.delay_s};
-  return alone;
+  Actuator hysteresis_only = *this;
+  hysteresis_only.model =
+      std::make_shared<const model::AnyModel>(*model);  // a new pointer: memories of the whole
+                                                        // actuator do not match this one
+  hysteresis_only.lag = {.delay_s = lag.delay_s};
+  return hysteresis_only;
 }
 
 std::string Actuator::kind() const {

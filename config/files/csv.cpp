@@ -121,10 +121,10 @@ std::string shortened(std::string_view text) {
 
 std::string listed(const std::vector<std::string>& names) {
   constexpr std::size_t most = 20;
-  std::vector<std::string> some;
-  for (std::size_t i = 0; i < std::min(most, names.size()); ++i) some.push_back(shortened(names[i]));
+  std::vector<std::string> shown;
+  for (std::size_t i = 0; i < std::min(most, names.size()); ++i) shown.push_back(shortened(names[i]));
   const std::string more = names.size() > most ? fmt::format(" and {} more", names.size() - most) : "";
-  return fmt::format("{}{}", fmt::join(some, ", "), more);
+  return fmt::format("{}{}", fmt::join(shown, ", "), more);
 }
 
 std::vector<std::string> notes_of_end(bool is_cut, std::size_t zeros) {

@@ -38,9 +38,10 @@ std::vector<std::string> titles_of(const std::vector<CsvColumn>& columns) {
   return titles;
 }
 
-class Choice {
+class ColumnSelector {
  public:
-  Choice(const LabCsvReader& reader, const DatasetLayout& layout) : reader_(reader), layout_(layout) {}
+  ColumnSelector(const LabCsvReader& reader, const DatasetLayout& layout)
+      : reader_(reader), layout_(layout) {}
 
   DatasetColumns of_channel(ColumnMeaning channel) {
     std::vector<std::string> named = named_columns();
@@ -308,12 +309,12 @@ class Choice {
 }  // namespace
 
 DatasetColumns dataset_columns(const LabCsvReader& reader, const DatasetLayout& layout) {
-  return Choice(reader, layout).made();
+  return ColumnSelector(reader, layout).made();
 }
 
 DatasetColumns channel_columns(const LabCsvReader& reader, const DatasetLayout& layout,
                                ColumnMeaning channel) {
-  return Choice(reader, layout).of_channel(channel);
+  return ColumnSelector(reader, layout).of_channel(channel);
 }
 
 std::string taken_by_likeness(const LabCsvReader& reader, const DatasetColumns& columns) {

@@ -295,8 +295,8 @@ DatasetFile load_two_files(const std::filesystem::path& file, const DatasetLayou
   }
   dataset.output = std::move(other.dataset.output);
   dataset.output_unit = std::move(other.dataset.output_unit);
-  for (const std::string& said : other.notes)
-    loaded.notes.push_back(fmt::format("{}: {}", place.string(), said));
+  for (const std::string& note_text : other.notes)
+    loaded.notes.push_back(fmt::format("{}: {}", place.string(), note_text));
   return loaded;
 }
 

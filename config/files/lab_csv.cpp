@@ -55,10 +55,10 @@ void LabCsvReader::read_head_above() {
 
 /// Returns the first rows with settings to their left, as some instruments write them.
 std::vector<TextLine> LabCsvReader::settings_beside() {
-  constexpr std::size_t looked_at = 100;
+  constexpr std::size_t examined_lines = 100;
   std::vector<TextLine> beside;
   TextLine line = first_;
-  for (std::size_t n = 0; n < looked_at && text_.next_content(line); ++n) {
+  for (std::size_t n = 0; n < examined_lines && text_.next_content(line); ++n) {
     split_fields(line.text, shape_.separator, fields_);
     if (!shape_.numbers.front() && !fields_.front().empty() && !is_value(fields_.front()))
       beside.push_back(line);
@@ -132,10 +132,10 @@ void LabCsvReader::find_signs() {
 
 /// Refuses rows such as 0,0100,2,25: if commas separate, a decimal comma splits a number into two fields.
 void LabCsvReader::refuse_split_decimals() const {
-  constexpr std::size_t looked_at = 100;
+  constexpr std::size_t examined_lines = 100;
   std::vector<std::string_view> fields;
   TextLine line = first_;
-  for (std::size_t n = 0; n < looked_at && text_.next_content(line) && line.begin < end_; ++n) {
+  for (std::size_t n = 0; n < examined_lines && text_.next_content(line) && line.begin < end_; ++n) {
     split_fields(line.text, ',', fields);
     const bool is_twice = head_.has_names && fields.size() == 2 * head_.columns.size();
     const auto digits = std::ranges::find_if(fields, may_begin_a_decimal);

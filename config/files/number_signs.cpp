@@ -88,7 +88,7 @@ bool is_grouped(std::string_view digits, char sign) {
 /// The conclusions from one number about the signs of its file.
 struct Evidence {
   bool is_number = false;
-  std::optional<char> decimal{}, thousands{}, either{};
+  std::optional<char> decimal{}, thousands{}, ambiguous{};
 };
 
 Evidence evidence_of(const Parts& parts) {
@@ -105,7 +105,7 @@ Evidence evidence_of(const Parts& parts) {
   const char sign = points > 0 ? '.' : ',';
   const bool grouped = parts.exponent.empty() && is_grouped(digits, sign);
   if (points + commas > 1) return {.is_number = grouped, .thousands = sign};
-  if (grouped) return {.is_number = true, .either = sign};
+  if (grouped) return {.is_number = true, .ambiguous = sign};
   return {.is_number = true, .decimal = sign};
 }
 
@@ -115,7 +115,7 @@ void keep_first(std::optional<NumberPlace>& kept, const NumberPlace& place) {
 
 }  // namespace
 
-std::string NumberPlace::said() const { return fmt::format("{} ({}:{})", text, line, column); }
+std::string NumberPlace::described() const { return fmt::format("{} ({}:{})", text, line, column); }
 
 std::optional<double> NumberSigns::number(std::string_view text) const {
   text = unquoted(text);
@@ -163,44 +163,45 @@ void SignSurvey::add(std::string_view text, std::size_t line, std::size_t column
   Column& of = columns_[field];
   if (parts->digits.find_first_of(".,") == std::string::npos && parts->exponent.empty())
     (parts->digits.size() <= 3 ? of.has_small : of.has_large) = true;
-  if (!evidence.decimal && !evidence.thousands && !evidence.either) return;
+  if (!evidence.decimal && !evidence.thousands && !evidence.ambiguous) return;
   const NumberPlace place{line, column, shortened(unquoted(text))};
   if (evidence.decimal) keep_first(sides_[*evidence.decimal == ','].decimal, place);
   if (evidence.thousands) keep_first(sides_[*evidence.thousands == ','].thousands, place);
-  if (!evidence.either) return;
-  keep_first(sides_[*evidence.either == ','].either, place);
-  of.has_either[*evidence.either == ','] = true;
+  if (!evidence.ambiguous) return;
+  keep_first(sides_[*evidence.ambiguous == ','].ambiguous, place);
+  of.has_ambiguous[*evidence.ambiguous == ','] = true;
 }
 
 /// Returns true if each ambiguous number has whole numbers below 1000 in its column, and none above.
 bool SignSurvey::separates_thousands(std::size_t side) const {
   return std::ranges::all_of(columns_, [&](const auto& each) {
     const Column& column = each.second;
-    return !column.has_either[side] || (column.has_small && !column.has_large);
+    return !column.has_ambiguous[side] || (column.has_small && !column.has_large);
   });
 }
 
 std::optional<std::string> SignSurvey::contradiction() const {
   constexpr const char* advice = "expected one decimal sign and no thousands separators";
-  const auto both = [&](const NumberPlace& one, const NumberPlace& other) {
-    return fmt::format("{} and {} cannot be read with the same signs, {}", one.said(), other.said(), advice);
+  const auto conflict = [&](const NumberPlace& one, const NumberPlace& other) {
+    return fmt::format("{} and {} cannot be read with the same signs, {}", one.described(), other.described(),
+                       advice);
   };
   const auto& [point, comma] = sides_;
-  if (point.decimal && comma.decimal) return both(*point.decimal, *comma.decimal);
-  if (point.thousands && comma.thousands) return both(*point.thousands, *comma.thousands);
+  if (point.decimal && comma.decimal) return conflict(*point.decimal, *comma.decimal);
+  if (point.thousands && comma.thousands) return conflict(*point.thousands, *comma.thousands);
   for (std::size_t i = 0; i < 2; ++i) {
     const Side &side = sides_[i], &other = sides_[1 - i];
-    if (side.decimal && side.thousands) return both(*side.decimal, *side.thousands);
+    if (side.decimal && side.thousands) return conflict(*side.decimal, *side.thousands);
     const std::optional<NumberPlace>& decides = other.decimal ? other.decimal : side.thousands;
-    if (side.either && decides && !side.thousands && !separates_thousands(i))
-      return both(*side.either, *decides);
-    if (!side.either || side.decimal || side.thousands || other.decimal || other.thousands) continue;
-    if (other.either) return both(*point.either, *comma.either);
+    if (side.ambiguous && decides && !side.thousands && !separates_thousands(i))
+      return conflict(*side.ambiguous, *decides);
+    if (!side.ambiguous || side.decimal || side.thousands || other.decimal || other.thousands) continue;
+    if (other.ambiguous) return conflict(*point.ambiguous, *comma.ambiguous);
     const bool is_mixed = std::ranges::any_of(columns_, [&](const auto& each) {
-      return each.second.has_either[i] && each.second.has_small && !each.second.has_large;
+      return each.second.has_ambiguous[i] && each.second.has_small && !each.second.has_large;
     });
     if (is_mixed)
-      return fmt::format("{}: its {} can be decimal or separate thousands, {}", side.either->said(),
+      return fmt::format("{}: its {} can be decimal or separate thousands, {}", side.ambiguous->described(),
                          i == 0 ? "point" : "comma", advice);
   }
   return std::nullopt;
@@ -210,17 +211,17 @@ NumberSigns SignSurvey::found() const {
   const auto& [point, comma] = sides_;
   NumberSigns found;
   const bool is_comma =
-      comma.decimal || point.thousands || (comma.either && !point.decimal && !comma.thousands);
+      comma.decimal || point.thousands || (comma.ambiguous && !point.decimal && !comma.thousands);
   found.decimal = signs[is_comma];
   const Side &decimal = sides_[is_comma], &other = sides_[!is_comma];
-  if (other.thousands || other.either) found.thousands = signs[!is_comma];
+  if (other.thousands || other.ambiguous) found.thousands = signs[!is_comma];
   if (found.thousands != '\0')
-    found.note =
-        fmt::format("{}: the {} separates thousands",
-                    (other.thousands ? other.thousands : other.either)->said(), is_comma ? "point" : "comma");
-  else if (decimal.either && !decimal.decimal)
+    found.note = fmt::format("{}: the {} separates thousands",
+                             (other.thousands ? other.thousands : other.ambiguous)->described(),
+                             is_comma ? "point" : "comma");
+  else if (decimal.ambiguous && !decimal.decimal)
     found.note = fmt::format("{}: the {} is taken as the decimal sign, though it can separate thousands",
-                             decimal.either->said(), is_comma ? "comma" : "point");
+                             decimal.ambiguous->described(), is_comma ? "comma" : "point");
   return found;
 }
 

@@ -20,7 +20,7 @@ namespace hystcan::config {
 struct NumberPlace {
   std::size_t line = 0, column = 0;  ///< counted from 1
   std::string text{};
-  std::string said() const;  ///< "0,5 (3:1)"
+  std::string described() const;  ///< "0,5 (3:1)"
 };
 
 struct NumberSigns {
@@ -49,11 +49,11 @@ class SignSurvey {
 
  private:
   struct Side {
-    std::optional<NumberPlace> decimal{}, thousands{}, either{};  ///< the first number of each kind
+    std::optional<NumberPlace> decimal{}, thousands{}, ambiguous{};  ///< the first number of each kind
   };
   struct Column {
     bool has_small = false, has_large = false;  ///< a whole number of up to three digits, of more digits
-    bool has_either[2] = {false, false};
+    bool has_ambiguous[2] = {false, false};
   };
   bool separates_thousands(std::size_t side) const;
 

@@ -146,8 +146,8 @@ class FirstRow {
   void add_row(const TextLine& before) {
     const std::string_view setting = setting_of(fields_, shape_);
     if (setting.empty() && settings_ == rows_ && settings_ > 1)
-      forget();  // Yokogawa: the rows so far were
-                 // settings
+      reset_counts();  // Yokogawa: the rows so far were
+                       // settings
     if (rows_ == 0) before_row_ = damaged_.value_or(before);
     ++rows_;
     if (has_label(fields_, shape_)) ++labelled_;
@@ -157,11 +157,11 @@ class FirstRow {
 
   void add_names() {
     const bool is_of_head = labelled_ == rows_ || !has_names_;  // settings, or numbers without names
-    if (rows_ > 0 && is_of_head && rows_ * 10 < shape_.rows) forget();
+    if (rows_ > 0 && is_of_head && rows_ * 10 < shape_.rows) reset_counts();
     has_names_ = true;
   }
 
-  void forget() { rows_ = labelled_ = settings_ = 0; }
+  void reset_counts() { rows_ = labelled_ = settings_ = 0; }
 
   const RowShape& shape_;
   std::vector<std::string_view> fields_;

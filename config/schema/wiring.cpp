@@ -59,10 +59,11 @@ Config wired_as(Wiring wiring, std::size_t axes, const Config& config) {
     wired.bus.background_slots = slots;
     wired.controller.node = slots;
   }
-  const std::size_t apart = wiring == Wiring::fd_slots ? slots / 3 : 1;  // sensor, amplifier, controller
+  const std::size_t slot_spacing =
+      wiring == Wiring::fd_slots ? slots / 3 : 1;  // sensor, amplifier, controller
   // Returns node ids from 1, without the controller's.
   const auto node = [&](std::size_t place) {
-    const std::size_t number = apart * (place + 1);
+    const std::size_t number = slot_spacing * (place + 1);
     return static_cast<std::uint8_t>(number < wired.controller.node ? number : number + 1);
   };
   for (std::size_t i = 0; i < axes; ++i) {
