@@ -32,12 +32,12 @@ std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, d
 std::optional<double> repeatability_of(const Dataset& dataset, const std::vector<HalfCycle>& halves,
                                        double near) {
   double square = 0.0, count = 0.0;
-  const auto alike = [&](const HalfCycle& a, const HalfCycle& b) {
+  const auto have_same_ends = [&](const HalfCycle& a, const HalfCycle& b) {
     return std::abs(a.from - b.from) < near && std::abs(a.to - b.to) < near;
   };
   for (std::size_t j = 3; j + 1 < halves.size(); ++j) {
     const HalfCycle &now = halves[j], &before = halves[j - 2];
-    if (!alike(now, before) || !alike(halves[j - 1], halves[j - 3])) continue;
+    if (!have_same_ends(now, before) || !have_same_ends(halves[j - 1], halves[j - 3])) continue;
     for (int i = 1; i < 20; ++i) {
       const double input = now.from + (now.to - now.from) * i / 20.0;
       const auto a = output_at(dataset, now, input), b = output_at(dataset, before, input);

@@ -79,18 +79,18 @@ std::vector<std::size_t> turning_points(const Dataset& dataset, double least_swi
   std::vector<std::size_t> points;
   if (dataset.size() == 0) return points;
   std::size_t low = 0, high = 0;  // extremes since the last turning point
-  int way = 0;
+  int direction = 0;
   for (std::size_t i = 1; i < dataset.size(); ++i) {
     const double v = dataset.input[i];
     if (v < dataset.input[low]) low = i;
     if (v > dataset.input[high]) high = i;
-    if (way <= 0 && v - dataset.input[low] > least_swing) {
-      if (way < 0) points.push_back(low);
-      way = 1;
+    if (direction <= 0 && v - dataset.input[low] > least_swing) {
+      if (direction < 0) points.push_back(low);
+      direction = 1;
       high = low = i;
-    } else if (way >= 0 && dataset.input[high] - v > least_swing) {
-      if (way > 0) points.push_back(high);
-      way = -1;
+    } else if (direction >= 0 && dataset.input[high] - v > least_swing) {
+      if (direction > 0) points.push_back(high);
+      direction = -1;
       high = low = i;
     }
   }

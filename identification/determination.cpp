@@ -64,9 +64,9 @@ class Valley {
     if (number_ != &Trial::delay_s && trial.delay_s > 0.0) moved.push_back(delay_of(trial.delay_s));
     const Eigen::VectorXd start = numbers_of(moved, &Unknown::start);
     const auto cost = [&](const Eigen::VectorXd& x, double limit) {
-      const Trial there = moved_to(x, moved, trial);
-      if (there.delay_s < 0.0) return 10.0 * largest_rms_;
-      const Fitted fitted = fit_.fit(there, limit);
+      const Trial candidate = moved_to(x, moved, trial);
+      if (candidate.delay_s < 0.0) return 10.0 * largest_rms_;
+      const Fitted fitted = fit_.fit(candidate, limit);
       return fitted.valid ? fitted.rms : 10.0 * largest_rms_;
     };
     const Eigen::VectorXd steps = Eigen::VectorXd::Constant(start.size(), 0.2);
@@ -130,8 +130,8 @@ std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const
   if (trial.delay_s > 0.0) moved.push_back(delay_of(trial.delay_s));
   for (std::size_t i = 1; i < trial.memories.size(); ++i) moved.push_back(gain_of(i, trial.gain(i)));
   const auto cost = [&](const Eigen::VectorXd& x, double limit) {
-    const Trial there = moved_to(x, moved, trial);
-    const Fitted fitted = there.delay_s < 0.0 ? Fitted{} : fit.fit(there, limit);
+    const Trial candidate = moved_to(x, moved, trial);
+    const Fitted fitted = candidate.delay_s < 0.0 ? Fitted{} : fit.fit(candidate, limit);
     return fitted.valid ? fitted.rms : 10.0 * problem.output_span;
   };
   const Eigen::VectorXd start = numbers_of(moved, &Unknown::start);

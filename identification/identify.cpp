@@ -108,17 +108,17 @@ void check_common_inputs(const std::vector<Dataset>& datasets) {
   std::vector<model::Interval> ranges;
   ranges.reserve(datasets.size());
   for (const Dataset& dataset : datasets) ranges.push_back(range_of(dataset.input));
-  std::vector<std::size_t> apart(datasets.size() - 1);
-  std::iota(apart.begin(), apart.end(), 1);
+  std::vector<std::size_t> unconnected(datasets.size() - 1);
+  std::iota(unconnected.begin(), unconnected.end(), 1);
   model::Interval tied = ranges.front();
   for (bool grows = true; grows;)
-    grows = std::erase_if(apart, [&](std::size_t i) {
+    grows = std::erase_if(unconnected, [&](std::size_t i) {
               const bool common = std::min(ranges[i].hi, tied.hi) > std::max(ranges[i].lo, tied.lo);
               if (common) tied = {std::min(ranges[i].lo, tied.lo), std::max(ranges[i].hi, tied.hi)};
               return common;
             }) > 0;
-  if (apart.empty()) return;
-  const std::size_t i = apart.front();
+  if (unconnected.empty()) return;
+  const std::size_t i = unconnected.front();
   refuse("dataset ", i + 1, " has inputs from ", ranges[i].lo, " to ", ranges[i].hi, ", the others from ",
          tied.lo, " to ", tied.hi,
          ": without common inputs its zero is unknown; expected common inputs, or a common zero");
@@ -309,8 +309,9 @@ Identified better_of(const Identified& plain, Identified butterfly) {
 }
 
 Identified identify_near_zero(const std::vector<Dataset>& datasets, const IdentifyOptions& options) {
-  const IdentifyDatasets curves = [](const std::vector<Dataset>& given, const IdentifyOptions& asked) {
-    return Identification(given, asked).run();
+  const IdentifyDatasets curves = [](const std::vector<Dataset>& given,
+                                     const IdentifyOptions& curve_options) {
+    return Identification(given, curve_options).run();
   };
   if (options.output == ShapeOfOutput::butterfly) return identify_butterfly(datasets, options, curves);
   const bool may_be = options.output == ShapeOfOutput::automatic && !datasets.empty() &&

@@ -20,14 +20,14 @@ void NormalEquations::take_away(const NormalEquations& other, double share) {
   samples -= share * other.samples;
 }
 
-void NormalEquations::add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own) {
+void NormalEquations::add(const NormalEquations& other, Eigen::Index shared, Eigen::Index H_eliminated) {
   const Eigen::Index rest = other.g.size() - shared;
   H.topLeftCorner(shared, shared) += other.H.topLeftCorner(shared, shared);
-  H.block(0, own, shared, rest) += other.H.topRightCorner(shared, rest);
-  H.block(own, 0, rest, shared) += other.H.bottomLeftCorner(rest, shared);
-  H.block(own, own, rest, rest) += other.H.bottomRightCorner(rest, rest);
+  H.block(0, H_eliminated, shared, rest) += other.H.topRightCorner(shared, rest);
+  H.block(H_eliminated, 0, rest, shared) += other.H.bottomLeftCorner(rest, shared);
+  H.block(H_eliminated, H_eliminated, rest, rest) += other.H.bottomRightCorner(rest, rest);
   g.head(shared) += other.g.head(shared);
-  g.segment(own, rest) += other.g.tail(rest);
+  g.segment(H_eliminated, rest) += other.g.tail(rest);
   square += other.square;
   samples += other.samples;
 }
@@ -52,28 +52,30 @@ void NormalEquations::leave_out(const Eigen::VectorXd& direction) {
 
 // H11 theta + H12 z = g1,  H21 theta + H22 z = g2:  z = H22^-1 (g2 - H21 theta). If no sample determines a z,
 // it is zero.
-Eliminated::Eliminated(const NormalEquations& system, Eigen::Index kept) : rest_(kept) {
-  const Eigen::Index gone = system.g.size() - kept;
-  rest_.H = system.H.topLeftCorner(kept, kept);
-  rest_.g = system.g.head(kept);
+Eliminated::Eliminated(const NormalEquations& system, Eigen::Index remaining) : rest_(remaining) {
+  const Eigen::Index eliminated = system.g.size() - remaining;
+  rest_.H = system.H.topLeftCorner(remaining, remaining);
+  rest_.g = system.g.head(remaining);
   rest_.square = system.square;
   rest_.samples = system.samples;
-  if (gone == 0) return;
-  constexpr double none = 1e-12;
-  const Eigen::MatrixXd own = system.H.bottomRightCorner(gone, gone) +
-                              none * std::max(1.0, system.samples) * Eigen::MatrixXd::Identity(gone, gone);
-  const Eigen::LDLT<Eigen::MatrixXd> solver(own);
-  alone_ = solver.solve(system.g.tail(gone));
-  by_theta_ = solver.solve(system.H.bottomLeftCorner(gone, kept));
-  rest_.H.noalias() -= system.H.topRightCorner(kept, gone) * by_theta_;
-  rest_.g.noalias() -= system.H.topRightCorner(kept, gone) * alone_;
-  rest_.square -= system.g.tail(gone).dot(alone_);
+  if (eliminated == 0) return;
+  constexpr double negligible = 1e-12;
+  const Eigen::MatrixXd H_eliminated =
+      system.H.bottomRightCorner(eliminated, eliminated) +
+      negligible * std::max(1.0, system.samples) * Eigen::MatrixXd::Identity(eliminated, eliminated);
+  const Eigen::LDLT<Eigen::MatrixXd> solver(H_eliminated);
+  eliminated_at_zero_ = solver.solve(system.g.tail(eliminated));
+  by_theta_ = solver.solve(system.H.bottomLeftCorner(eliminated, remaining));
+  rest_.H.noalias() -= system.H.topRightCorner(remaining, eliminated) * by_theta_;
+  rest_.g.noalias() -= system.H.topRightCorner(remaining, eliminated) * eliminated_at_zero_;
+  rest_.square -= system.g.tail(eliminated).dot(eliminated_at_zero_);
 }
 
 Eigen::VectorXd Eliminated::completed(const Eigen::VectorXd& theta) const {
-  Eigen::VectorXd all(theta.size() + alone_.size());
+  Eigen::VectorXd all(theta.size() + eliminated_at_zero_.size());
   all.head(theta.size()) = theta;
-  if (alone_.size() > 0) all.tail(alone_.size()) = alone_ - by_theta_ * theta;
+  if (eliminated_at_zero_.size() > 0)
+    all.tail(eliminated_at_zero_.size()) = eliminated_at_zero_ - by_theta_ * theta;
   return all;
 }
 

@@ -34,8 +34,8 @@ struct NormalEquations {
 /// unknowns have their best values.
 class Eliminated {
  public:
-  /// `kept`: number of first unknowns that are kept.
-  Eliminated(const NormalEquations& system, Eigen::Index kept);
+  /// `remaining`: number of first unknowns, which remain.
+  Eliminated(const NormalEquations& system, Eigen::Index remaining);
 
   const NormalEquations& rest() const { return rest_; }
   /// Returns `theta`, followed by the best values of the eliminated unknowns.
@@ -43,8 +43,8 @@ class Eliminated {
 
  private:
   NormalEquations rest_;
-  Eigen::VectorXd alone_;     // the eliminated unknowns at theta = 0
-  Eigen::MatrixXd by_theta_;  // their change with theta
+  Eigen::VectorXd eliminated_at_zero_;  // the eliminated unknowns at theta = 0
+  Eigen::MatrixXd by_theta_;            // their change with theta
 };
 
 }  // namespace hystcan::identification

@@ -32,14 +32,14 @@ std::vector<double> turns_of(const model::Interval& range) {
 
 Dataset loops_of(const model::HysteresisParameters& old, const model::OutputCreep& creep,
                  const std::vector<Dataset>& datasets) {
-  double rows = 0.0, longest_s = 0.0, way = 0.0;
+  double rows = 0.0, longest_s = 0.0, travel = 0.0;
   for (const Dataset& dataset : datasets) {
     rows += static_cast<double>(dataset.size());
     longest_s = std::max(longest_s, dataset.time_s.back() - dataset.time_s.front());
   }
   const std::vector<double> turns = turns_of(old.input_range());
-  for (std::size_t i = 1; i < turns.size(); ++i) way += std::abs(turns[i] - turns[i - 1]);
-  const double step = way / std::max(least_rows, rows / rows_of_datasets_to_one);
+  for (std::size_t i = 1; i < turns.size(); ++i) travel += std::abs(turns[i] - turns[i - 1]);
+  const double step = travel / std::max(least_rows, rows / rows_of_datasets_to_one);
   Dataset made{.input_unit = old.input_unit, .output_unit = old.output_unit};
   const model::Hysteresis model(old);
   auto state = model.at_upper_threshold();

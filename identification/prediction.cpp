@@ -108,16 +108,16 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
 std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<double>& predicted) {
   const double range = span_of(dataset.input);
   struct Class {
-    double way = 0.0, lasts_s = 0.0, square = 0.0;
+    double travel = 0.0, lasts_s = 0.0, square = 0.0;
     std::size_t samples = 0;
   };
   std::map<int, Class> classes;
   for (const HalfCycle& half : half_cycles(dataset, 0.02 * range)) {
-    const double way = std::abs(half.to - half.from);
+    const double travel = std::abs(half.to - half.from);
     const double lasts_s = dataset.time_s[half.end - 1] - dataset.time_s[half.begin];
-    if (!(way > 0.05 * range) || !(lasts_s > 0.0)) continue;
-    Class& of = classes[static_cast<int>(std::floor(std::log2(way / lasts_s)))];
-    of.way += way;
+    if (!(travel > 0.05 * range) || !(lasts_s > 0.0)) continue;
+    Class& of = classes[static_cast<int>(std::floor(std::log2(travel / lasts_s)))];
+    of.travel += travel;
     of.lasts_s += lasts_s;
     of.samples += half.end - half.begin;
     for (std::size_t i = half.begin; i < half.end; ++i)
@@ -127,7 +127,7 @@ std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<
   errors.reserve(classes.size());
   for (const auto& [octave, of] : classes)
     errors.push_back(
-        {of.way / of.lasts_s, std::sqrt(of.square / static_cast<double>(of.samples)), of.samples});
+        {of.travel / of.lasts_s, std::sqrt(of.square / static_cast<double>(of.samples)), of.samples});
   return errors;
 }
 

@@ -38,7 +38,7 @@ NormalEquations sum_of(const std::vector<NormalEquations>& folds) {
 }
 
 // Returned if a k is so negative that nothing is finite.
-Fitted nowhere() {
+Fitted not_fitted() {
   Fitted fitted;
   fitted.rms = std::numeric_limits<double>::infinity();
   return fitted;
@@ -111,10 +111,10 @@ ValidCurves::Solution SeparableFit::solve(const NormalEquations& system, const T
 
 Fitted SeparableFit::fit(const Trial& trial, double limit) {
   const NormalEquations all = sum_of(systems(trial));
-  if (!all.is_finite()) return nowhere();
+  if (!all.is_finite()) return not_fitted();
   const Eliminated system(all, curve_unknowns());
   const ValidCurves::Solution solution = solve(system.rest(), trial, limit);
-  return solution.beyond_limit ? nowhere() : fitted(system, all.samples, solution, trial);
+  return solution.beyond_limit ? not_fitted() : fitted(system, all.samples, solution, trial);
 }
 
 Fitted SeparableFit::fitted(const Eliminated& system, double samples, const ValidCurves::Solution& solution,

@@ -94,11 +94,11 @@ std::function<std::vector<double>(int)> knot_places(const std::vector<Dataset>& 
                                                     model::Interval observed) {
   const std::vector<double> borders = quantiles(datasets, observed);
   std::vector<double> shares = output_ways(datasets, borders);
-  const double way = std::reduce(shares.begin(), shares.end());
+  const double total = std::reduce(shares.begin(), shares.end());
   const auto cells = static_cast<double>(shares.size());
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const double length = (borders[i + 1] - borders[i]) / observed.span();
-    shares[i] = (length + 3.0 * (way > 0.0 ? shares[i] / way : length) + 2.0 / cells) / 6.0;
+    shares[i] = (length + 3.0 * (total > 0.0 ? shares[i] / total : length) + 2.0 / cells) / 6.0;
   }
   return [borders, shares](int pieces) {
     std::vector<double> knots{borders.front()};
@@ -121,13 +121,13 @@ std::function<double(double)> mean_course(const Problem& problem, const Trial& t
   for (std::size_t i = 0; i < problem.excerpts.size(); ++i) {
     const Dataset sequence =
         problem.excerpts[i].delayed_by(trial.delay_s, model::OutputCreep(creep_of(trial.creep_per_decade)));
-    std::size_t way = 0;
+    std::size_t direction = 0;
     for (std::size_t j = 0; j < sequence.input.size(); ++j) {
       if (j > 0 && sequence.input[j] != sequence.input[j - 1])
-        way = sequence.input[j] > sequence.input[j - 1] ? 0 : 1;
+        direction = sequence.input[j] > sequence.input[j - 1] ? 0 : 1;
       if (sequence.fold[j] != Regression::left_out && sequence.weight[j] > 0.0)
-        samples[way].push_back({sequence.input[j], (sequence.output[j] - offsets[i]) / trial.gain(i),
-                                sequence.weight[j] * sequence.weight[j]});
+        samples[direction].push_back({sequence.input[j], (sequence.output[j] - offsets[i]) / trial.gain(i),
+                                      sequence.weight[j] * sequence.weight[j]});
     }
   }
   return [rising = pooled(std::move(samples[0])), falling = pooled(std::move(samples[1]))](double input) {

@@ -69,8 +69,8 @@ BaselineModel fit_preisach(const Samples& samples, std::size_t levels) {
   if (levels < 1) refuse(levels, " levels, expected at least 1");
   const model::Interval range = widened_range(samples);
   const std::size_t cells = levels * (levels + 1) / 2;
-  const auto column = [&](std::size_t j, const History& history, const Samples& some) {
-    return run(relays(range, cells, j), history, some,
+  const auto column = [&](std::size_t j, const History& history, const Samples& subset) {
+    return run(relays(range, cells, j), history, subset,
                [](const model::HysteresisState& state) { return state.output; });
   };
   WeightedOperators fit = fit_weights(samples, histories(samples, range), cells, column);

@@ -65,30 +65,30 @@ void look(const Samples& samples) {
 }
 
 std::vector<std::size_t> fitted_samples(const Samples& samples) {
-  constexpr std::size_t enough = 5000;
+  constexpr std::size_t most_fitted_samples = 5000;
   std::vector<std::size_t> weighted;
   for (std::size_t n = 0; n < samples.weight.size(); ++n)
     if (samples.weight[n] > 0.0) weighted.push_back(n);
-  const std::size_t count = std::min(enough, weighted.size());
-  std::vector<std::size_t> some;
-  for (std::size_t i = 0; i < count; ++i) some.push_back(weighted[i * weighted.size() / count]);
-  return some;
+  const std::size_t count = std::min(most_fitted_samples, weighted.size());
+  std::vector<std::size_t> selected;
+  for (std::size_t i = 0; i < count; ++i) selected.push_back(weighted[i * weighted.size() / count]);
+  return selected;
 }
 
 Samples reduced(const Samples& samples) {
   const std::vector<double>& v = samples.input;
   const auto turns = [&](std::size_t n) { return (v[n] - v[n - 1]) * (v[n + 1] - v[n]) <= 0.0; };
-  std::vector<bool> kept(v.size(), false);
-  for (const std::size_t n : fitted_samples(samples)) kept[n] = true;
-  Samples some{samples.prehistory, {}, {}, {}, samples.range, samples.go_on};
+  std::vector<bool> is_selected(v.size(), false);
+  for (const std::size_t n : fitted_samples(samples)) is_selected[n] = true;
+  Samples selected{samples.prehistory, {}, {}, {}, samples.range, samples.go_on};
   for (std::size_t n = 0; n < v.size(); ++n) {
-    const bool fitted = kept[n];
+    const bool fitted = is_selected[n];
     if (!fitted && n > 0 && (n + 1 == v.size() || !turns(n))) continue;
-    some.input.push_back(v[n]);
-    some.output.push_back(samples.output[n]);
-    some.weight.push_back(fitted ? samples.weight[n] : 0.0);
+    selected.input.push_back(v[n]);
+    selected.output.push_back(samples.output[n]);
+    selected.weight.push_back(fitted ? samples.weight[n] : 0.0);
   }
-  return some;
+  return selected;
 }
 
 model::Interval widened_range(const Samples& samples) {
@@ -105,9 +105,10 @@ std::vector<History> histories(const Samples& samples, const model::Interval& ra
 }
 
 Eigen::VectorXd at(const std::vector<std::size_t>& places, std::span<const double> values) {
-  Eigen::VectorXd some(static_cast<Eigen::Index>(places.size()));
-  for (Eigen::Index i = 0; i < some.size(); ++i) some[i] = values[places[static_cast<std::size_t>(i)]];
-  return some;
+  Eigen::VectorXd selected(static_cast<Eigen::Index>(places.size()));
+  for (Eigen::Index i = 0; i < selected.size(); ++i)
+    selected[i] = values[places[static_cast<std::size_t>(i)]];
+  return selected;
 }
 
 WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,

@@ -40,8 +40,8 @@ PrandtlIshlinskii operator_of(std::vector<double> thresholds, const model::Inter
 WeightedOperators fit_plays(const Samples& samples, const std::vector<double>& thresholds,
                             const std::vector<History>& histories) {
   const model::Interval range = widened_range(samples);
-  const auto column = [&](std::size_t j, const History& history, const Samples& some) {
-    return run(operator_of({thresholds[j]}, range), history, some,
+  const auto column = [&](std::size_t j, const History& history, const Samples& subset) {
+    return run(operator_of({thresholds[j]}, range), history, subset,
                [](const PlayState& state) { return state.plays.front(); });
   };
   return fit_weights(samples, histories, thresholds.size(), column);

@@ -32,14 +32,15 @@ constexpr Eigen::Index dynamics_unknowns = 3;
 using Outputs = std::vector<std::vector<double>>;  // outputs of each dataset
 
 /// Returns the part of the dataset in which the input moves most.
-Dataset liveliest(const Dataset& dataset) {
+Dataset fastest_part(const Dataset& dataset) {
   if (dataset.size() <= rows_for_the_start) return dataset;
-  std::vector<double> way(dataset.size(), 0.0);
-  for (std::size_t i = 1; i < way.size(); ++i)
-    way[i] = way[i - 1] + std::abs(dataset.input[i] - dataset.input[i - 1]);
+  std::vector<double> travel(dataset.size(), 0.0);
+  for (std::size_t i = 1; i < travel.size(); ++i)
+    travel[i] = travel[i - 1] + std::abs(dataset.input[i] - dataset.input[i - 1]);
   std::size_t first = 0;
-  for (std::size_t i = 0; i + rows_for_the_start < way.size(); i += rows_for_the_start / 10)
-    if (way[i + rows_for_the_start - 1] - way[i] > way[first + rows_for_the_start - 1] - way[first])
+  for (std::size_t i = 0; i + rows_for_the_start < travel.size(); i += rows_for_the_start / 10)
+    if (travel[i + rows_for_the_start - 1] - travel[i] >
+        travel[first + rows_for_the_start - 1] - travel[first])
       first = i;
   const auto part = [&](const std::vector<double>& column) {
     const auto begin = column.begin() + static_cast<std::ptrdiff_t>(first);
@@ -126,7 +127,7 @@ class JointDynamics {
       Dataset driven = datasets_[i];
       driven.input = outputs_[i];
       try {
-        const SecondOrderFit fit = fit_second_order(liveliest(driven));
+        const SecondOrderFit fit = fit_second_order(fastest_part(driven));
         if (!clearest || width(fit) < width(*clearest)) clearest = fit;
       } catch (const std::invalid_argument& error) {
         reason += text_of(reason.empty() ? "" : "; ", "dataset ", i + 1, ": ", error.what());

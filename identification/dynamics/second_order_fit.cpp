@@ -83,15 +83,15 @@ LocalMinimum descend(const Task& task, const Box& box, const Point& start, doubl
       damped.diagonal() = damped.diagonal() * (1.0 + damping) + Point::Constant(1e-300);
       const Point next = box.clamped(
           best.point + shortest_solution(damped, downhill, normal_tolerance).cwiseMax(-0.5).cwiseMin(0.5));
-      Projection there = task.project(next);
-      const double sum = there.residual.squaredNorm();
+      Projection candidate = task.project(next);
+      const double sum = candidate.residual.squaredNorm();
       if (!(sum < best.sum_of_squares)) {
         damping *= 10.0;
         continue;
       }
       moved = (next - best.point).cwiseAbs().maxCoeff();
       best = {next, sum};
-      at = std::move(there);
+      at = std::move(candidate);
       damping = std::max(damping / 30.0, 1e-12);
       break;
     }
@@ -170,12 +170,13 @@ std::vector<Point> similar_points(const Task& task, const Box& box, const Point&
     bool falling = false;
     Point before = point;
     for (const double delay : steps(point[2] - reach, point[2] + reach, spacing)) {
-      const Point there = box.clamped({std::log(frequency_Hz), point[1] + std::log(f / frequency_Hz), delay});
-      const double next = task.project(there).residual.squaredNorm();
+      const Point candidate =
+          box.clamped({std::log(frequency_Hz), point[1] + std::log(f / frequency_Hz), delay});
+      const double next = task.project(candidate).residual.squaredNorm();
       if (falling && next > sum) found.push_back(before);
       falling = next < sum;
       sum = next;
-      before = there;
+      before = candidate;
     }
   }
   return found;
@@ -215,9 +216,9 @@ SampledDataset only_driven(const Task& task, const Point& point, const Projectio
   return dataset;
 }
 
-/// Returns how far coordinate `which` can move from `point` in the direction of `longest`, and at most that
+/// Returns how far `coordinate` can move from `point` in the direction of `longest`, and at most that
 /// far, before no mode responds to the drive like the mode at `point`. Steps increase by a factor of two.
-double profile_reach(int which, double longest, const Task& response, Box box, const Point& point,
+double profile_reach(int coordinate, double longest, const Task& response, Box box, const Point& point,
                      double as_good) {
   constexpr int halvings = 8;
   constexpr double resolution = 1e-4;
@@ -225,9 +226,9 @@ double profile_reach(int which, double longest, const Task& response, Box box, c
   Point from = point;
   for (int halved = halvings; halved > 0; --halved) {
     const double way = std::ldexp(longest, -halved);
-    from[which] = point[which] + way;
+    from[coordinate] = point[coordinate] + way;
     from = searched.clamped(from);
-    box.lo[which] = box.hi[which] = from[which];
+    box.lo[coordinate] = box.hi[coordinate] = from[coordinate];
     const LocalMinimum best = descend(response, box, from, resolution);
     if (best.sum_of_squares > as_good) return way;
     from = best.point;
@@ -238,29 +239,29 @@ double profile_reach(int which, double longest, const Task& response, Box box, c
 // Near half the sampling rate, the samples depend only on the square of the distance of f from it. Their
 // sensitivity to f vanishes there, and the standard error is meaningless. A wide interval is therefore
 // searched in the response itself.
-model::Interval around(int which, const Box& box, const Task& response, const Point& point,
+model::Interval around(int coordinate, const Box& box, const Task& response, const Point& point,
                        const Confidence& confidence) {
   constexpr double wide = 0.01;
-  const double reach = two_sided_95 * confidence.standard_error[which];
-  if (reach < wide) return {point[which] - reach, point[which] + reach};
+  const double reach = two_sided_95 * confidence.standard_error[coordinate];
+  if (reach < wide) return {point[coordinate] - reach, point[coordinate] + reach};
   const Point widest = box.hi - box.lo;
-  const double longest = std::min(reach, widest[which]);
-  return {point[which] + profile_reach(which, -longest, response, box, point, confidence.as_good()),
-          point[which] + profile_reach(which, longest, response, box, point, confidence.as_good())};
+  const double longest = std::min(reach, widest[coordinate]);
+  return {point[coordinate] + profile_reach(coordinate, -longest, response, box, point, confidence.as_good()),
+          point[coordinate] + profile_reach(coordinate, longest, response, box, point, confidence.as_good())};
 }
 
 /// Returns the interval of log f, log zeta or d / T around the best minimum and all equally good minima.
-model::Interval interval_of(int which, const Box& box, const Task& response,
+model::Interval interval_of(int coordinate, const Box& box, const Task& response,
                             const std::vector<LocalMinimum>& found, const Confidence& confidence) {
-  model::Interval interval = around(which, box, response, found.front().point, confidence);
+  model::Interval interval = around(coordinate, box, response, found.front().point, confidence);
   const double as_good = found.front().sum_of_squares + confidence.as_good();
   for (const LocalMinimum& other : found) {
     if (other.sum_of_squares > as_good) continue;
-    interval.lo = std::min(interval.lo, other.point[which]);
-    interval.hi = std::max(interval.hi, other.point[which]);
+    interval.lo = std::min(interval.lo, other.point[coordinate]);
+    interval.hi = std::max(interval.hi, other.point[coordinate]);
   }
   // If the dataset does not determine the parameter, the interval is the whole searched range.
-  return {std::max(interval.lo, box.lo[which]), std::min(interval.hi, box.hi[which])};
+  return {std::max(interval.lo, box.lo[coordinate]), std::min(interval.hi, box.hi[coordinate])};
 }
 
 Estimate exponential(double log_value, double standard_error, const model::Interval& interval) {
@@ -323,7 +324,9 @@ SecondOrderFit fit_second_order(const Dataset& dataset) {
   const Confidence confidence = confidence_at(task, point, at);
   const Eigen::VectorXd& error = confidence.standard_error;
   const Task response(only_driven(task, point, at));
-  const auto interval = [&](int which) { return interval_of(which, box, response, found, confidence); };
+  const auto interval = [&](int coordinate) {
+    return interval_of(coordinate, box, response, found, confidence);
+  };
 
   const double rows = static_cast<double>(s.rows());
   const double slope = at.coefficients[gain], slope_error = error[3 + gain];

@@ -190,13 +190,13 @@ Inequalities normalised(const MatrixXd& g, const VectorXd& h) {
 // Returns the inequalities with dual[i] > 0: row i of G and h_i.
 Inequalities active(const Inequalities& all, const VectorXd& dual) {
   const Index count = (dual.array() > 0.0).count();
-  Inequalities some{MatrixXd(count, all.g.cols()), VectorXd(count)};
+  Inequalities selected{MatrixXd(count, all.g.cols()), VectorXd(count)};
   for (Index i = 0, place = 0; i < dual.size(); ++i) {
     if (!(dual[i] > 0.0)) continue;
-    some.g.row(place) = all.g.row(i);
-    some.h[place++] = all.h[i];
+    selected.g.row(place) = all.g.row(i);
+    selected.h[place++] = all.h[i];
   }
-  return some;
+  return selected;
 }
 
 // Solves  min |z|, G z >= h.  h is divided by the distance of the farthest inequality, so that |z| is of

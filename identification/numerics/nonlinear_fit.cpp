@@ -63,7 +63,7 @@ class Simplex {
  public:
   Simplex(const std::function<double(const Eigen::VectorXd&, double)>& function,
           const std::function<bool()>& go_on, int evaluations)
-      : function_(function), go_on_(go_on), left_(evaluations) {}
+      : function_(function), go_on_(go_on), evaluations_left_(evaluations) {}
 
   Minimum search(const Eigen::VectorXd& start, const Eigen::VectorXd& step, double tolerance) {
     const auto n = static_cast<double>(start.size());
@@ -77,7 +77,7 @@ class Simplex {
       corners_.push_back(evaluate(corner));
     }
     sort();
-    while (left_ > 0 && go_on_() && !agree(tolerance)) {
+    while (evaluations_left_ > 0 && go_on_() && !has_converged(tolerance)) {
       move();
       sort();
     }
@@ -86,14 +86,14 @@ class Simplex {
 
  private:
   Minimum evaluate(const Eigen::VectorXd& at, double limit = std::numeric_limits<double>::infinity()) {
-    --left_;
+    --evaluations_left_;
     const double value = function_(at, limit);
     return {at, std::isfinite(value) ? rounded(value) : std::numeric_limits<double>::infinity()};
   }
   void sort() {
     std::ranges::stable_sort(corners_, [](const Minimum& a, const Minimum& b) { return a.value < b.value; });
   }
-  bool agree(double tolerance) const {
+  bool has_converged(double tolerance) const {
     return corners_.back().value - corners_.front().value <= tolerance * std::abs(corners_.front().value);
   }
 
@@ -102,17 +102,17 @@ class Simplex {
     Eigen::VectorXd centre = Eigen::VectorXd::Zero(worst.x.size());
     for (std::size_t i = 0; i + 1 < corners_.size(); ++i) centre += corners_[i].x;
     centre /= static_cast<double>(corners_.size() - 1);
-    const Eigen::VectorXd way = centre - worst.x;
-    const Minimum reflected = evaluate(centre + way, worst.value);
+    const Eigen::VectorXd direction = centre - worst.x;
+    const Minimum reflected = evaluate(centre + direction, worst.value);
     if (reflected.value < corners_.front().value) {
-      const Minimum expanded = evaluate(centre + expand_ * way, reflected.value);
+      const Minimum expanded = evaluate(centre + expand_ * direction, reflected.value);
       worst = expanded.value < reflected.value ? expanded : reflected;
     } else if (reflected.value < corners_[corners_.size() - 2].value) {
       worst = reflected;
     } else {
       const bool outside = reflected.value < worst.value;
       const double limit = std::min(reflected.value, worst.value);
-      const Minimum contracted = evaluate(centre + (outside ? contract_ : -contract_) * way, limit);
+      const Minimum contracted = evaluate(centre + (outside ? contract_ : -contract_) * direction, limit);
       if (contracted.value < limit)
         worst = contracted;
       else
@@ -127,7 +127,7 @@ class Simplex {
 
   const std::function<double(const Eigen::VectorXd&, double)>& function_;
   const std::function<bool()>& go_on_;
-  int left_;
+  int evaluations_left_;
   double expand_ = 2.0, contract_ = 0.5, shrink_ = 0.5;
   std::vector<Minimum> corners_;
 };
