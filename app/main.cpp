@@ -50,10 +50,10 @@ int run(int argc, char** argv) {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) return print_line(app::usage_error(cli, error), bad_input);
-    std::ostringstream asked, ignored;
-    cli.exit(error, asked, ignored);  // --help, --version
+    std::ostringstream help_text, ignored;
+    cli.exit(error, help_text, ignored);  // --help, --version
     return print_for_reader([&] {
-      print(asked.str());
+      print(help_text.str());
       return done;
     });
   }

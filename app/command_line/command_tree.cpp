@@ -50,7 +50,8 @@ std::vector<std::string> options_of(const std::vector<const CLI::App*>& commands
 }
 
 std::string hint(std::string_view name, const std::vector<std::string>& candidates) {
-  if (const auto meant = config::meant_by(name, candidates)) return fmt::format("did you mean '{}'?", *meant);
+  if (const auto suggestion = config::meant_by(name, candidates))
+    return fmt::format("did you mean '{}'?", *suggestion);
   return fmt::format("expected one of {}", fmt::join(candidates, ", "));
 }
 
@@ -149,7 +150,8 @@ Examples examples() {
       {"decode", {"hystcan decode run.log --dbc config/hystcan.dbc"}},
       {"runs", {"hystcan runs hystcan-runs"}},
       {"export",
-       {"hystcan export hystcan-runs/run_20261123T092000.123Z --axis x --signals reference_um,position_um --from 10 --to 12",
+       {"hystcan export hystcan-runs/run_20261123T092000.123Z --axis x --signals reference_um,position_um "
+        "--from 10 --to 12",
         "hystcan export hystcan-runs/run_20261123T092000.123Z --hdf5"}},
       {"plot",
        {"hystcan plot hystcan-runs/run_20261123T092000.123Z --output plots",

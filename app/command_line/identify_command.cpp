@@ -46,7 +46,7 @@ struct IdentifyArguments {
   std::filesystem::path initial_memory;
   std::filesystem::path report;
   DatasetInput input;
-  identification::IdentifyOptions asked;  ///< except the options stored as text here
+  identification::IdentifyOptions identify_options;  ///< except the options stored as text here
   ModelWords model;
   bool dynamics = false;
   std::string symmetry = "auto";
@@ -57,13 +57,13 @@ struct IdentifyArguments {
   std::filesystem::path written;  ///< copy of the configuration that contains the new model
 };
 
-identification::IdentifyOptions asked_for(const IdentifyArguments& options, Progress& progress) {
-  identification::IdentifyOptions asked = options.asked;
-  options.model.apply_to(asked);
-  asked.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
-  asked.observed_thresholds = options.thresholds == "observed";
-  asked.go_on = counted_trials(progress);
-  return asked;
+identification::IdentifyOptions identify_options_of(const IdentifyArguments& options, Progress& progress) {
+  identification::IdentifyOptions identify_options = options.identify_options;
+  options.model.apply_to(identify_options);
+  identify_options.output = *parse_word<identification::ShapeOfOutput>(options.symmetry);
+  identify_options.observed_thresholds = options.thresholds == "observed";
+  identify_options.go_on = counted_trials(progress);
+  return identify_options;
 }
 
 Identified identify(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
@@ -72,10 +72,10 @@ Identified identify(const IdentifyArguments& options, const std::vector<Dataset>
   std::string names;
   for (const auto& file : options.data) names += (names.empty() ? "" : ", ") + file.string();
   return at_place(names, [&] {
-    const identification::IdentifyOptions asked = asked_for(options, progress);
-    if (old) return identification::identify_from(*old, datasets, asked);
-    return options.dynamics ? identification::identify_dynamics(datasets, asked)
-                            : identification::identify(datasets, asked);
+    const identification::IdentifyOptions identify_options = identify_options_of(options, progress);
+    if (old) return identification::identify_from(*old, datasets, identify_options);
+    return options.dynamics ? identification::identify_dynamics(datasets, identify_options)
+                            : identification::identify(datasets, identify_options);
   });
 }
 
@@ -114,10 +114,10 @@ std::string name_of(const std::filesystem::path& path) {
 }
 
 void report_model(const IdentifyArguments& options, const std::vector<Dataset>& datasets,
-                  const Identified& identified, const std::vector<std::string>& said) {
+                  const Identified& identified, const std::vector<std::string>& finding_texts) {
   std::vector<std::string> names;
   for (const auto& file : options.data) names.push_back(name_of(file));
-  if (const auto undrawn = write_report(options.report, {datasets, names, identified, said}))
+  if (const auto undrawn = write_report(options.report, {datasets, names, identified, finding_texts}))
     note("hystcan: {}: {}\n", options.report.string(), *undrawn);
 }
 
@@ -183,24 +183,24 @@ int run_identify(const IdentifyArguments& options) {
   }
   std::vector<Dataset> datasets = load_datasets(options.data, input);
   refuse_same_rows(options.data, datasets);
-  std::vector<std::string> said;
+  std::vector<std::string> finding_texts;
   for (std::size_t i = 0; i < datasets.size(); ++i)
     for (const RecordDoubt& doubt : leave_out_suspects(options.data[i], datasets[i]))
-      said.push_back(doubt.text());
+      finding_texts.push_back(doubt.text());
   stop_at_a_signal();
   const Identified identified = identify(options, datasets, old);
-  std::ranges::move(findings(datasets, identified), std::back_inserter(said));
-  if (old) said.push_back(finding_of_old(options.start, *old, datasets));
-  out.write(identified_model_text(identified, datasets, said));
+  std::ranges::move(findings(datasets, identified), std::back_inserter(finding_texts));
+  if (old) finding_texts.push_back(finding_of_old(options.start, *old, datasets));
+  out.write(identified_model_text(identified, datasets, finding_texts));
   out.commit();
   if (config) write_config(options, *config);
   if (!options.initial_memory.empty()) save_memory(options, datasets.front(), identified);
-  if (!options.report.empty()) report_model(options, datasets, identified, said);
+  if (!options.report.empty()) report_model(options, datasets, identified, finding_texts);
   const double percent = 100.0 / identified.output_span;
   if (options.json) {
-    print("{}\n", identification_json(identified, said).dump(2));
+    print("{}\n", identification_json(identified, finding_texts).dump(2));
   } else {
-    for (const std::string& finding : said) print("- {}\n", finding);
+    for (const std::string& finding : finding_texts) print("- {}\n", finding);
     print(
         "{}: {}, {} parameters, misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span "
         "{:.5g} {}\n",
@@ -230,16 +230,16 @@ void add_identify(CLI::App& cli, int& status) {
       "old model (TOML), recursive-memory, for everything that the datasets do not determine");
   command->add_flag("--overwrite", options->overwrite, "replace existing files");
   add_model_options(*command, options->model);
-  CLI::Option* delay = add_checked(*command, "--delay", options->asked.delay_s, not_negative_number(),
-                                   "known delay of the output, in seconds");
-  add_checked(*command, "--delay-max", options->asked.longest_delay_s, not_negative_number(),
+  CLI::Option* delay = add_checked(*command, "--delay", options->identify_options.delay_s,
+                                   not_negative_number(), "known delay of the output, in seconds");
+  add_checked(*command, "--delay-max", options->identify_options.longest_delay_s, not_negative_number(),
               "maximum delay in the search, in seconds")
       ->excludes(delay);
-  command->add_flag("--common-zero", options->asked.common_zero,
+  command->add_flag("--common-zero", options->identify_options.common_zero,
                     "all datasets have the same output zero; default: each has its own");
-  command->add_flag("--common-gain", options->asked.common_gain,
+  command->add_flag("--common-gain", options->identify_options.common_gain,
                     "all datasets have the same output gain; default: each can have its own");
-  command->add_flag("--drift", options->asked.drift, "the zero of each dataset drifts linearly");
+  command->add_flag("--drift", options->identify_options.drift, "the zero of each dataset drifts linearly");
   command
       ->add_flag("--dynamics", options->dynamics,
                  "also identify a mechanical mode and a delay, from fast, evenly sampled datasets")

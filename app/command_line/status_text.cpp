@@ -82,9 +82,9 @@ std::vector<std::string> status_lines(const StatusAnswer& status) {
 }
 
 std::vector<std::string> status_screen(const std::optional<StatusAnswer>& status,
-                                       const std::optional<BusReport>& bus, const std::string& trouble) {
+                                       const std::optional<BusReport>& bus, const std::string& error) {
   std::vector<std::string> lines;
-  if (!trouble.empty()) lines.push_back(trouble);
+  if (!error.empty()) lines.push_back(error);
   if (bus) lines.push_back(bus_text(*bus));
   if (!status) return lines;
   lines.push_back(timing_text(status->timing));

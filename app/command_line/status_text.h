@@ -17,8 +17,8 @@ std::string four_decimals(double value);
 std::vector<std::string> status_lines(const StatusAnswer& status);
 
 /// Like status_lines(), for a screen: adds timing, the last event of a node, and the interface, if given. If
-/// no answer arrived, `status` is nullopt and `trouble` is the reason.
+/// no answer arrived, `status` is nullopt and `error` is the reason.
 std::vector<std::string> status_screen(const std::optional<StatusAnswer>& status,
-                                       const std::optional<BusReport>& bus, const std::string& trouble);
+                                       const std::optional<BusReport>& bus, const std::string& error);
 
 }  // namespace hystcan::app

@@ -72,8 +72,8 @@ Excitation::Steps chosen_steps(const TuneArguments& options, const config::Confi
 }
 
 /// The requested files, opened before the axis moves.
-struct AskedFiles {
-  AskedFiles(const TuneArguments& options, const config::Config& loaded) {
+struct RequestedFiles {
+  RequestedFiles(const TuneArguments& options, const config::Config& loaded) {
     refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
     for (const auto& file : {options.output, options.table, options.picture})
       refuse_to_overwrite(file, options.record);
@@ -128,7 +128,7 @@ Measured measured_now(const TuneArguments& options, const config::Config& config
 
 int tune(const TuneArguments& options) {
   const config::Config loaded = config::load(options.run.config);
-  AskedFiles files(options, loaded);
+  RequestedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);  // with all axes, as on the bus
   TuningReport report = tuning_of(config);

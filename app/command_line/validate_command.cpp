@@ -41,19 +41,19 @@ struct ValidateArguments {
   bool json = false;
 };
 
-ValidationOptions asked_for(const ValidateArguments& options, const model::Hysteresis& model) {
+ValidationOptions validation_options_of(const ValidateArguments& options, const model::Hysteresis& model) {
   identification::Lag lag = config::load_lag(options.model);
   if (options.quasi_static) lag = {.delay_s = lag.delay_s};
   if (options.delay_s) lag.set_delay(*options.delay_s);
-  ValidationOptions asked{
+  ValidationOptions validation_options{
       .lag = lag, .estimate_s = options.estimate_s, .estimates_offset = !options.no_offset, .memory = {}};
-  if (options.memory.empty()) return asked;
-  asked.memory = config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
+  if (options.memory.empty()) return validation_options;
+  validation_options.memory = config::load_memory(options.memory, model, model::Hysteresis::default_capacity);
   if (!options.quasi_static)
-    asked.crept =
-        config::load_creep_memory(options.memory, model::OutputCreep(lag.creep), asked.memory->output);
-  if (asked.crept) asked.crept->time_s.reset();  // the first row sets the time
-  return asked;
+    validation_options.crept = config::load_creep_memory(options.memory, model::OutputCreep(lag.creep),
+                                                         validation_options.memory->output);
+  if (validation_options.crept) validation_options.crept->time_s.reset();  // the first row sets the time
+  return validation_options;
 }
 
 Validation predict(const ValidateArguments& options, const model::Hysteresis& model, const Dataset& dataset) {
@@ -61,7 +61,8 @@ Validation predict(const ValidateArguments& options, const model::Hysteresis& mo
       options.delay_s && *options.delay_s > lasts_s)
     throw Error(fmt::format("--delay is {} s", *options.delay_s),
                 expect("at most the length of {}, {:g} s", options.data.string(), lasts_s));
-  return at_place(options.data, [&] { return validate(model, dataset, asked_for(options, model)); });
+  return at_place(options.data,
+                  [&] { return validate(model, dataset, validation_options_of(options, model)); });
 }
 
 void write(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome) {
@@ -77,16 +78,16 @@ void write(const ValidateArguments& options, const Dataset& dataset, const Valid
 }
 
 void report_prediction(const ValidateArguments& options, const Dataset& dataset, const Validation& outcome,
-                       const std::vector<std::string>& said) {
+                       const std::vector<std::string>& finding_texts) {
   const double percent = 100.0 / outcome.output_span;
   const bool rest = outcome.has_rest();
   if (options.json) {
     nlohmann::json result = validation_json(outcome);
-    result["findings"] = said;
+    result["findings"] = finding_texts;
     print("{}\n", result.dump(2));
     return;
   }
-  for (const std::string& finding : said) print("- {}\n", finding);
+  for (const std::string& finding : finding_texts) print("- {}\n", finding);
   const ErrorNorms& judged = rest ? outcome.rest : outcome.all;
   print("{}: predicted with {:.3g} % RMS, {:.3g} % at most, of its output span {:.5g} {}\n",
         options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
@@ -120,11 +121,12 @@ int run_validate(const ValidateArguments& options) {
   input.input_unit = model.parameters().input_unit;
   input.model_output_unit = model.parameters().output_unit;
   Dataset dataset = load_datasets({options.data}, input).front();
-  std::vector<std::string> said;
-  for (const RecordDoubt& doubt : leave_out_suspects(options.data, dataset)) said.push_back(doubt.text());
+  std::vector<std::string> finding_texts;
+  for (const RecordDoubt& doubt : leave_out_suspects(options.data, dataset))
+    finding_texts.push_back(doubt.text());
   const Validation outcome = predict(options, model, dataset);
   if (!options.output.empty()) write(options, dataset, outcome);
-  report_prediction(options, dataset, outcome, said);
+  report_prediction(options, dataset, outcome, finding_texts);
   return done;
 }
 

@@ -64,18 +64,18 @@ std::vector<std::string> compare(std::span<const std::string> before, std::span<
   const auto old_rest = before.subspan(beginning), new_rest = after.subspan(beginning);
   const auto same_end = std::mismatch(old_rest.rbegin(), old_rest.rend(), new_rest.rbegin(), new_rest.rend());
   const auto end = static_cast<std::size_t>(same_end.first - old_rest.rbegin());
-  const auto gone = old_rest.first(old_rest.size() - end), come = new_rest.first(new_rest.size() - end);
+  const auto removed = old_rest.first(old_rest.size() - end), added = new_rest.first(new_rest.size() - end);
   std::vector<std::string> lines;
   const auto add = [&lines](const char* mark, std::span<const std::string> texts) {
     for (const std::string& text : texts) lines.push_back(mark + text);
   };
   add("  ", before.first(beginning));
-  if ((gone.size() + 1) * (come.size() + 1) <= most_cells) {
-    const std::vector<std::string> between = compare_by_subsequence(gone, come);
-    lines.insert(lines.end(), between.begin(), between.end());
+  if ((removed.size() + 1) * (added.size() + 1) <= most_cells) {
+    const std::vector<std::string> changes = compare_by_subsequence(removed, added);
+    lines.insert(lines.end(), changes.begin(), changes.end());
   } else {
-    add("- ", gone);
-    add("+ ", come);
+    add("- ", removed);
+    add("+ ", added);
   }
   add("  ", before.last(end));
   return lines;
@@ -158,16 +158,16 @@ std::string with_segments(const std::string& text, const std::string& name,
   const auto lists = changed_lists(config::parse_toml(text, name), unsaved);
   for (const auto& [list, segments] : lists) {
     const toml::table root = config::parse_toml(edited, name);
-    const toml::array& there = *root.at_path(list).as_array();
-    if (there[0].as_table()->is_inline()) {
-      edited = with_inline_segments(edited, name, list, there.size(), segments);
+    const toml::array& segment_array = *root.at_path(list).as_array();
+    if (segment_array[0].as_table()->is_inline()) {
+      edited = with_inline_segments(edited, name, list, segment_array.size(), segments);
       continue;
     }
     std::vector<std::string> lines = lines_of(edited);
     std::vector<std::string> added;
     for (const auto& [index, keys] : segments) {
       if (keys.empty()) {
-        comment_out(lines, there[index].source().begin.line, last_line_of(there[index]));
+        comment_out(lines, segment_array[index].source().begin.line, last_line_of(segment_array[index]));
       } else {
         added.insert(added.end(),
                      {"", fmt::format("[[axis.{}.{}]]", config::control_key, config::setpoint_key)});
@@ -175,8 +175,9 @@ std::string with_segments(const std::string& text, const std::string& name,
       }
     }
     if (!added.empty())
-      lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(last_line_of(there[there.size() - 1])),
-                   added.begin(), added.end());
+      lines.insert(
+          lines.begin() + static_cast<std::ptrdiff_t>(last_line_of(segment_array[segment_array.size() - 1])),
+          added.begin(), added.end());
     edited = fmt::format("{}{}", fmt::join(lines, "\n"), edited.ends_with('\n') ? "\n" : "");
   }
   return edited;

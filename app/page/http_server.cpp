@@ -205,13 +205,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     stream_.expires_after(longest_request);
     http::async_read(
         stream_, received_, *parser_,
-        [self = shared_from_this()](const error_code& error, std::size_t) { self->obey(error); });
+        [self = shared_from_this()](const error_code& error, std::size_t) { self->on_request(error); });
   }
 
   void close() { stream_.close(); }
 
  private:
-  void obey(const error_code& error) {
+  void on_request(const error_code& error) {
     if (error == http::error::header_limit)
       return respond({.status = 431, .body = "header too long\n"}, false);
     if (error == http::error::body_limit)
@@ -221,10 +221,10 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       return respond({.status = 400, .body = "not HTTP\n"}, false);
     if (error) return;
     const Request& request = parser_->get();
-    const HttpRequest asked = plain(request, stream_.socket());
+    const HttpRequest plain_request = plain(request, stream_.socket());
     if (!websocket::is_upgrade(request))
-      return respond(page_.answer(asked), request.keep_alive(), request.method() == http::verb::head);
-    const HttpResponse admitted = page_.admit(asked);
+      return respond(page_.answer(plain_request), request.keep_alive(), request.method() == http::verb::head);
+    const HttpResponse admitted = page_.admit(plain_request);
     if (admitted.status != 101) return respond(admitted, false);
     stream_.expires_never();
     const auto session = std::make_shared<WebSession>(stream_.release_socket(), page_, place_);

@@ -79,18 +79,18 @@ void PageRequests::receive(PageClient& client, std::string_view text) {
   if (client.sends_too_much() &&
       !(client.is_authorised && request.is_object() && request.value("do", json()) == "stop"))
     return client.web.cut_off();
-  Asked asked{client.number, nullptr};
-  if (!request.is_object()) return refuse(asked, "expected a JSON object");
-  if (const auto id = request.find("id"); id != request.end() && id->is_number()) asked.id = *id;
-  if (asked.id.is_null()) return refuse(asked, "\"id\" is missing, expected a number");
+  RequestId request_id{client.number, nullptr};
+  if (!request.is_object()) return refuse(request_id, "expected a JSON object");
+  if (const auto id = request.find("id"); id != request.end() && id->is_number()) request_id.id = *id;
+  if (request_id.id.is_null()) return refuse(request_id, "\"id\" is missing, expected a number");
   try {
-    obey(client, asked, request);
+    dispatch(client, request_id, request);
   } catch (const std::exception& error) {  // the request is invalid; nothing has changed
-    refuse(asked, error_text(error));
+    refuse(request_id, error_text(error));
   }
 }
 
-void PageRequests::obey(PageClient& client, const Asked& asked, const json& request) {
+void PageRequests::dispatch(PageClient& client, const RequestId& request_id, const json& request) {
   enum class Needs : std::uint8_t { nothing, token, role };
   static const std::map<std::string, std::pair<Request, Needs>> requests{
       {"token", {&PageRequests::token, Needs::nothing}},
@@ -109,47 +109,49 @@ void PageRequests::obey(PageClient& client, const Asked& asked, const json& requ
       {"undo_save", {&PageRequests::undo_save, Needs::role}}};
   const std::string what = text_of(request, "do");
   const auto found = requests.find(what);
-  if (found == requests.end()) return refuse(asked, fmt::format("\"{}\" is not a request", what));
+  if (found == requests.end()) return refuse(request_id, fmt::format("\"{}\" is not a request", what));
   const auto& [carry_out, needs] = found->second;
   if (needs != Needs::nothing && !client.is_authorised) {
     ++clients_.counters.refused;
-    return refuse(asked, no_token);
+    return refuse(request_id, no_token);
   }
-  if (needs == Needs::role && !role_.is_of(client)) return refuse(asked, no_role);
-  (this->*carry_out)(client, asked, request);
+  if (needs == Needs::role && !role_.is_of(client)) return refuse(request_id, no_role);
+  (this->*carry_out)(client, request_id, request);
 }
 
-void PageRequests::reply(const Asked& asked, json answer) {
+void PageRequests::reply(const RequestId& request_id, json answer) {
   answer["type"] = "answer";
-  answer["id"] = asked.id;
-  if (PageClient* client = clients_.with(asked.client)) client->send(answer);
+  answer["id"] = request_id.id;
+  if (PageClient* client = clients_.with(request_id.client)) client->send(answer);
 }
 
-void PageRequests::refuse(const Asked& asked, const std::string& reason) { reply(asked, refusal(reason)); }
+void PageRequests::refuse(const RequestId& request_id, const std::string& reason) {
+  reply(request_id, refusal(reason));
+}
 
-void PageRequests::token(PageClient& client, const Asked& asked, const json& request) {
-  if (client.waits_for_token) return refuse(asked, "the previous token is still being checked");
+void PageRequests::token(PageClient& client, const RequestId& request_id, const json& request) {
+  if (client.waits_for_token) return refuse(request_id, "the previous token is still being checked");
   if (access_.is_token(text_of(request, "token"))) {
     client.is_authorised = true;
-    reply(asked, {{"ok", true}});
+    reply(request_id, {{"ok", true}});
     return role_.show_to(client);
   }
   ++clients_.counters.refused;
   client.waits_for_token = true;
   const auto later = std::make_shared<boost::asio::steady_timer>(context_, answer_to_a_wrong_token);
-  later->async_wait([this, later, asked](const boost::system::error_code&) {
-    if (PageClient* waiting = clients_.with(asked.client)) waiting->waits_for_token = false;
-    refuse(asked, "the token is wrong; show it with hystcan page CONFIG --token");
+  later->async_wait([this, later, request_id](const boost::system::error_code&) {
+    if (PageClient* waiting = clients_.with(request_id.client)) waiting->waits_for_token = false;
+    refuse(request_id, "the token is wrong; show it with hystcan page CONFIG --token");
   });
 }
 
-void PageRequests::view(PageClient& client, const Asked& asked, const json& request) {
+void PageRequests::view(PageClient& client, const RequestId& request_id, const json& request) {
   const double rate = number_of(request, "rate_Hz");
   if (!(rate >= slowest_view_Hz && rate <= fastest_view_Hz))
-    return refuse(asked,
+    return refuse(request_id,
                   fmt::format("rate_Hz is {}, expected {} to {}", rate, slowest_view_Hz, fastest_view_Hz));
   client.rate = std::round(rate);
-  reply(asked, {{"ok", true}});
+  reply(request_id, {{"ok", true}});
 }
 
 /// Throws Error if the controller and the page use different files.
@@ -160,10 +162,10 @@ void PageRequests::require_the_same_file(const SettingsAnswer& settings) const {
                             settings.file, options_.config.string()));
 }
 
-void PageRequests::with_settings(const Asked& asked, std::function<void(const SettingsAnswer&)> work,
+void PageRequests::with_settings(const RequestId& request_id, std::function<void(const SettingsAnswer&)> work,
                                  bool needs_valid_file) {
   const bool waits =
-      queue_.add(asked.client, [=, this, work = std::move(work)](const RequestQueue::Done& done) {
+      queue_.add(request_id.client, [=, this, work = std::move(work)](const RequestQueue::Done& done) {
         role_.read_settings([=, this](const json& answer) {
           try {
             if (is_done(answer)) {
@@ -172,149 +174,151 @@ void PageRequests::with_settings(const Asked& asked, std::function<void(const Se
                        !needs_valid_file && !refused.file.empty()) {
               work({.file = refused.file});
             } else {
-              reply(asked, answer);
+              reply(request_id, answer);
             }
           } catch (const std::exception& error) {
-            refuse(asked, error_text(error));
+            refuse(request_id, error_text(error));
           }
           done();
         });
       });
   if (!waits)
-    refuse(asked,
+    refuse(request_id,
            fmt::format("{} requests of this page are already waiting", RequestQueue::most_of_a_client));
 }
 
-void PageRequests::settings(PageClient&, const Asked& asked, const json&) {
-  with_settings(asked, [this, asked](const SettingsAnswer& settings) {
+void PageRequests::settings(PageClient&, const RequestId& request_id, const json&) {
+  with_settings(request_id, [this, request_id](const SettingsAnswer& settings) {
     json answer = answer_json(settings);
     answer.erase("file");
     for (std::size_t i = 0; i < settings.settings.size(); ++i)
       answer["settings"][i]["unit"] = config::unit_of(settings.settings[i].path);
     answer["keys"] = keys_json(config::load_as_written(options_.config, {}, files_));
     answer["undo_save"] = std::filesystem::exists(kept_beside(options_.config));
-    reply(asked, std::move(answer));
+    reply(request_id, std::move(answer));
   });
 }
 
-void PageRequests::reply_of_axis(const Asked& asked, const json& request,
+void PageRequests::reply_of_axis(const RequestId& request_id, const json& request,
                                  json (*make)(const config::AxisConfig& axis, double cycle_s)) {
   const std::string axis = text_of(request, "axis");
-  with_settings(asked, [this, asked, axis, make](const SettingsAnswer& settings) {
+  with_settings(request_id, [this, request_id, axis, make](const SettingsAnswer& settings) {
     require_the_same_file(settings);
     const config::Config config = config::load(options_.config, overrides_of(settings.unsaved), files_);
     json made = make(config.axes[index_of_axis(config, axis)], 1.0 / config.controller.rate_Hz);
     made["ok"] = true;
-    reply(asked, std::move(made));
+    reply(request_id, std::move(made));
   });
 }
 
-void PageRequests::bode(PageClient&, const Asked& asked, const json& request) {
-  reply_of_axis(asked, request, bode_of);
+void PageRequests::bode(PageClient&, const RequestId& request_id, const json& request) {
+  reply_of_axis(request_id, request, bode_of);
 }
 
-void PageRequests::curves(PageClient&, const Asked& asked, const json& request) {
-  reply_of_axis(asked, request, reference_curves_of);
+void PageRequests::curves(PageClient&, const RequestId& request_id, const json& request) {
+  reply_of_axis(request_id, request, reference_curves_of);
 }
 
-void PageRequests::trigger(PageClient& client, const Asked& asked, const json& request) {
-  if (!controller_.is_there()) return refuse(asked, "the controller sends no cycles to capture");
+void PageRequests::trigger(PageClient& client, const RequestId& request_id, const json& request) {
+  if (!controller_.is_there()) return refuse(request_id, "the controller sends no cycles to capture");
   client.trigger.emplace(request, controller_.greeting());
-  reply(asked, {{"ok", true}});
+  reply(request_id, {{"ok", true}});
 }
 
-void PageRequests::untrigger(PageClient& client, const Asked& asked, const json&) {
+void PageRequests::untrigger(PageClient& client, const RequestId& request_id, const json&) {
   client.trigger.reset();
-  reply(asked, {{"ok", true}});
+  reply(request_id, {{"ok", true}});
 }
 
-void PageRequests::take_writer(PageClient& client, const Asked& asked, const json& request) {
+void PageRequests::take_writer(PageClient& client, const RequestId& request_id, const json& request) {
   const bool is_forced = request.contains("force") && request.at("force") == true;
   if (!role_.is_free() && !role_.is_of(client) && !is_forced)
-    return refuse(asked, "another page has the writer's role");
+    return refuse(request_id, "another page has the writer's role");
   role_.give_to(client.number);
-  reply(asked, {{"ok", true}});
+  reply(request_id, {{"ok", true}});
 }
 
-void PageRequests::release_writer(PageClient& client, const Asked& asked, const json&) {
+void PageRequests::release_writer(PageClient& client, const RequestId& request_id, const json&) {
   if (role_.is_of(client)) role_.give_to(0);
-  reply(asked, {{"ok", true}});
+  reply(request_id, {{"ok", true}});
 }
 
-void PageRequests::command(PageClient& client, const Asked& asked, const json& request) {
+void PageRequests::command(PageClient& client, const RequestId& request_id, const json& request) {
   const auto command = request.find("command");
   if (command == request.end() || !command->is_object())
-    return refuse(asked, "\"command\" is missing, expected a command of the control socket");
+    return refuse(request_id, "\"command\" is missing, expected a command of the control socket");
   const std::string what = text_of(*command, "do");
   const ControlCommand* row = find_command(*command, Server::controller);
   if (row == nullptr || row->page_place == 0)
-    return refuse(asked,
+    return refuse(request_id,
                   fmt::format("\"{}\" is not a command of the page, expected {}", what, page_commands()));
-  if (row->access != Access::ends && !role_.is_of(client)) return refuse(asked, no_role);
-  spdlog::info("page {}: {}", asked.client, command->dump(-1, ' ', true, json::error_handler_t::replace));
-  role_.command(asked.client, *command, [this, asked](const json& answer) {
+  if (row->access != Access::ends && !role_.is_of(client)) return refuse(request_id, no_role);
+  spdlog::info("page {}: {}", request_id.client,
+               command->dump(-1, ' ', true, json::error_handler_t::replace));
+  role_.command(request_id.client, *command, [this, request_id](const json& answer) {
     json body{{"ok", is_done(answer)}, {"answer", answer}};
     if (!is_done(answer)) body["error"] = read_object<RefusedAnswer>(answer).error;
-    reply(asked, std::move(body));
+    reply(request_id, std::move(body));
   });
 }
 
-void PageRequests::stop(PageClient&, const Asked& asked, const json&) {
-  spdlog::warn("page {}: stop", asked.client);
-  role_.command(asked.client, command_of(Verb::stop),
-                [this, asked](const json& answer) { reply(asked, answer); });
+void PageRequests::stop(PageClient&, const RequestId& request_id, const json&) {
+  spdlog::warn("page {}: stop", request_id.client);
+  role_.command(request_id.client, command_of(Verb::stop),
+                [this, request_id](const json& answer) { reply(request_id, answer); });
 }
 
-void PageRequests::start(PageClient&, const Asked& asked, const json&) {
+void PageRequests::start(PageClient&, const RequestId& request_id, const json&) {
   if (!options_.start_again)
-    return refuse(asked, fmt::format("only a demo can be started from its page; start the controller with {}",
-                                     options_.start_command));
+    return refuse(request_id,
+                  fmt::format("only a demo can be started from its page; start the controller with {}",
+                              options_.start_command));
   options_.start_again();
-  spdlog::info("page {}: start again", asked.client);
-  events_.add_act(asked.client, "info", "start again");
-  reply(asked, {{"ok", true}});
+  spdlog::info("page {}: start again", request_id.client);
+  events_.add_act(request_id.client, "info", "start again");
+  reply(request_id, {{"ok", true}});
 }
 
-void PageRequests::save(PageClient&, const Asked& asked, const json& request) {
-  reply_or_write(asked, request, [this](const SettingsAnswer& settings) {
+void PageRequests::save(PageClient&, const RequestId& request_id, const json& request) {
+  reply_or_write(request_id, request, [this](const SettingsAnswer& settings) {
     return save_of(options_.config, settings.unsaved);
   });
 }
 
-void PageRequests::undo_save(PageClient&, const Asked& asked, const json& request) {
+void PageRequests::undo_save(PageClient&, const RequestId& request_id, const json& request) {
   reply_or_write(
-      asked, request, [this](const SettingsAnswer&) { return undo_of(options_.config); }, false);
+      request_id, request, [this](const SettingsAnswer&) { return undo_of(options_.config); }, false);
 }
 
-void PageRequests::reply_or_write(const Asked& asked, const json& request,
+void PageRequests::reply_or_write(const RequestId& request_id, const json& request,
                                   std::function<ConfigSave(const SettingsAnswer&)> make,
                                   bool needs_valid_file) {
   const std::string digest = request.contains("digest") ? text_of(request, "digest") : "";
   with_settings(
-      asked,
-      [this, asked, digest, make = std::move(make)](const SettingsAnswer& settings) {
+      request_id,
+      [this, request_id, digest, make = std::move(make)](const SettingsAnswer& settings) {
         require_the_same_file(settings);
         const ConfigSave save = make(settings);
         json body{{"ok", true}, {"kept", kept_beside(options_.config).filename().string()}};
         if (digest.empty()) {
           body.update({{"diff", save.diff}, {"digest", save.digest}});
-          return reply(asked, std::move(body));
+          return reply(request_id, std::move(body));
         }
         if (digest != save.digest)
-          return refuse(asked,
+          return refuse(request_id,
                         "the file or the settings changed after the difference was shown; look at it again");
         write_save(options_.config, save);
         const std::string done =
             fmt::format("{} {}", save.undoes ? "undo save of" : "save", options_.config.filename().string());
-        spdlog::info("page {}: {}", asked.client, done);
-        events_.add_act(asked.client, "info", done);
-        if (!save.undoes) return reply(asked, std::move(body));
+        spdlog::info("page {}: {}", request_id.client, done);
+        events_.add_act(request_id.client, "info", done);
+        if (!save.undoes) return reply(request_id, std::move(body));
         // The controller applies the restored file; if it does not, `not_applied` is the reason.
-        role_.command(asked.client, command_of(Verb::reload),
-                      [this, asked, body = std::move(body)](const json& reloaded) mutable {
+        role_.command(request_id.client, command_of(Verb::reload),
+                      [this, request_id, body = std::move(body)](const json& reloaded) mutable {
                         if (!is_done(reloaded))
                           body["not_applied"] = read_object<RefusedAnswer>(reloaded).error;
-                        reply(asked, std::move(body));
+                        reply(request_id, std::move(body));
                       });
       },
       needs_valid_file);

@@ -30,40 +30,40 @@ class PageRequests {
   void leave(const PageClient& client) { queue_.leave(client.number); }
 
  private:
-  struct Asked {
+  struct RequestId {
     std::uint64_t client;
     nlohmann::json id;
   };
-  using Request = void (PageRequests::*)(PageClient&, const Asked&, const nlohmann::json&);
+  using Request = void (PageRequests::*)(PageClient&, const RequestId&, const nlohmann::json&);
 
-  void obey(PageClient& client, const Asked& asked, const nlohmann::json& request);
-  void reply(const Asked& asked, nlohmann::json answer);
-  void refuse(const Asked& asked, const std::string& reason);
+  void dispatch(PageClient& client, const RequestId& request_id, const nlohmann::json& request);
+  void reply(const RequestId& request_id, nlohmann::json answer);
+  void refuse(const RequestId& request_id, const std::string& reason);
 
-  void token(PageClient&, const Asked&, const nlohmann::json&);
-  void view(PageClient&, const Asked&, const nlohmann::json&);
-  void settings(PageClient&, const Asked&, const nlohmann::json&);
-  void bode(PageClient&, const Asked&, const nlohmann::json&);
-  void curves(PageClient&, const Asked&, const nlohmann::json&);
-  void trigger(PageClient&, const Asked&, const nlohmann::json&);
-  void untrigger(PageClient&, const Asked&, const nlohmann::json&);
-  void take_writer(PageClient&, const Asked&, const nlohmann::json&);
-  void release_writer(PageClient&, const Asked&, const nlohmann::json&);
-  void command(PageClient&, const Asked&, const nlohmann::json&);
-  void stop(PageClient&, const Asked&, const nlohmann::json&);
-  void start(PageClient&, const Asked&, const nlohmann::json&);
-  void save(PageClient&, const Asked&, const nlohmann::json&);
-  void undo_save(PageClient&, const Asked&, const nlohmann::json&);
+  void token(PageClient&, const RequestId&, const nlohmann::json&);
+  void view(PageClient&, const RequestId&, const nlohmann::json&);
+  void settings(PageClient&, const RequestId&, const nlohmann::json&);
+  void bode(PageClient&, const RequestId&, const nlohmann::json&);
+  void curves(PageClient&, const RequestId&, const nlohmann::json&);
+  void trigger(PageClient&, const RequestId&, const nlohmann::json&);
+  void untrigger(PageClient&, const RequestId&, const nlohmann::json&);
+  void take_writer(PageClient&, const RequestId&, const nlohmann::json&);
+  void release_writer(PageClient&, const RequestId&, const nlohmann::json&);
+  void command(PageClient&, const RequestId&, const nlohmann::json&);
+  void stop(PageClient&, const RequestId&, const nlohmann::json&);
+  void start(PageClient&, const RequestId&, const nlohmann::json&);
+  void save(PageClient&, const RequestId&, const nlohmann::json&);
+  void undo_save(PageClient&, const RequestId&, const nlohmann::json&);
 
   /// Calls `work` with the answer to `settings` when it is this client's turn. If the configuration file is
   /// invalid and `needs_valid_file` is false, this answer has only the member `file`.
-  void with_settings(const Asked& asked, std::function<void(const SettingsAnswer&)> work,
+  void with_settings(const RequestId& request_id, std::function<void(const SettingsAnswer&)> work,
                      bool needs_valid_file = true);
   /// Replies with the result of `make` for the axis with the settings in force.
-  void reply_of_axis(const Asked& asked, const nlohmann::json& request,
+  void reply_of_axis(const RequestId& request_id, const nlohmann::json& request,
                      nlohmann::json (*make)(const config::AxisConfig& axis, double cycle_s));
   /// Replies with the change of the file; makes the change if the request contains the digest of this change.
-  void reply_or_write(const Asked& asked, const nlohmann::json& request,
+  void reply_or_write(const RequestId& request_id, const nlohmann::json& request,
                       std::function<ConfigSave(const SettingsAnswer&)> make, bool needs_valid_file = true);
   void require_the_same_file(const SettingsAnswer& settings) const;
 

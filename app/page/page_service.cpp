@@ -126,20 +126,20 @@ void PageService::row_of_controller(std::span<const double> row) {
   }
 }
 
-void PageService::batch(PageStream& stream, std::uint32_t lost) {
+void PageService::batch(PageStream& stream, std::uint32_t lost_rows) {
   for (auto& [number, client] : clients_.all()) {
-    client.lost[stream.kind()] += lost;
+    client.lost[stream.kind()] += lost_rows;
     if (const RowBlock rows = stream.rows_at(client.rate)) send_rows(client, stream, rows);
   }
 }
 
 void PageService::send_rows(PageClient& client, const PageStream& stream, const RowBlock& rows) {
   const auto count = static_cast<std::uint32_t>(rows->size() / stream.history().columns());
-  std::uint32_t& lost = client.lost[stream.kind()];
-  if (client.web.send_rows({stream.kind(), count, lost, 0}, rows)) {
-    lost = 0;
+  std::uint32_t& lost_rows = client.lost[stream.kind()];
+  if (client.web.send_rows({stream.kind(), count, lost_rows, 0}, rows)) {
+    lost_rows = 0;
   } else {
-    lost += count;
+    lost_rows += count;
     clients_.counters.lost_rows += count;
   }
 }

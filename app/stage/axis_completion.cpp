@@ -36,11 +36,11 @@ using identification::Identified;
 
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
-  identification::IdentifyOptions asked = records.model;
-  asked.observed_thresholds = true;  // so that the start-up reaches both thresholds
-  asked.go_on = counted_trials(progress);
+  identification::IdentifyOptions identify_options = records.model;
+  identify_options.observed_thresholds = true;  // so that the start-up reaches both thresholds
+  identify_options.go_on = counted_trials(progress);
   return at_place(fmt::format("{}", fmt::join(records.names(), ", ")),
-                  [&] { return identification::identify(records.loops, asked); });
+                  [&] { return identification::identify(records.loops, identify_options); });
 }
 
 std::string validation_line(const model::HysteresisParameters& parameters, double delay_s,
@@ -237,11 +237,11 @@ Identified identify_axis(const std::filesystem::path& folder, const std::string&
                          const AxisRecords& records) {
   Identified found = identified_loops(records);
   throw_if_signalled();
-  const std::vector<std::string> said = findings(records.loops, found);
-  write_file(folder / model_name(axis), identified_model_text(found, records.loops, said));
+  const std::vector<std::string> finding_texts = findings(records.loops, found);
+  write_file(folder / model_name(axis), identified_model_text(found, records.loops, finding_texts));
   write_file(folder / plant_name(axis), plant_text(found, records));
   const auto undrawn =
-      write_report(folder / (axis + ".report"), {records.loops, records.names(), found, said});
+      write_report(folder / (axis + ".report"), {records.loops, records.names(), found, finding_texts});
   throw_if_signalled();
   const double percent = 100.0 / found.output_span;
   print_lines(

@@ -77,22 +77,22 @@ std::optional<Interval> positions_of(const config::Config& config, const twin::C
 }
 
 /// Extrapolates this loop to the drives at which the position would leave its limits.
-Interval drives_within(const Excitation::Hysteresis& loop, const Interval& seen,
+Interval drives_within(const Excitation::Hysteresis& loop, const Interval& measured,
                        const controller::Supervisor::Config& limits) {
-  const double per_um = (loop.high - loop.low) / seen.span();
-  return {loop.low - per_um * (seen.lo - limits.position_min_um),
-          loop.high + per_um * (limits.position_max_um - seen.hi)};
+  const double per_um = (loop.high - loop.low) / measured.span();
+  return {loop.low - per_um * (measured.lo - limits.position_min_um),
+          loop.high + per_um * (limits.position_max_um - measured.hi)};
 }
 
 /// Returns the part of `whole` that is predicted to keep the position within its limits; `nullopt` if all of
 /// `whole` keeps it there.
 std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hysteresis& whole,
                                                          const Excitation::Hysteresis& loop,
-                                                         const Interval& seen,
+                                                         const Interval& measured,
                                                          const controller::Supervisor::Config& limits) {
   // Curves bend: only a clear excess counts.
   constexpr double doubtful = 0.2, kept = 0.7;
-  const Interval fit = drives_within(loop, seen, limits);
+  const Interval fit = drives_within(loop, measured, limits);
   const double slack = doubtful * (whole.high - whole.low);
   if (fit.lo <= whole.low + slack && fit.hi >= whole.high - slack) return std::nullopt;
   Excitation::Hysteresis smaller = whole;
@@ -134,13 +134,14 @@ std::optional<std::string> excess_of(const config::Config& config, const twin::C
     return fmt::format("the position moves by {:.3g} um between samples, position_jump_um is {:g}", jump_um,
                        limits.position_jump_um);
   const double first_um = positions_um.front();
-  const Interval seen{std::ranges::min(positions_um), std::ranges::max(positions_um)};
-  const auto twice = [&](double um) { return first_um + amplitude_margin * (um - first_um); };
-  if (twice(seen.lo) < limits.position_min_um || twice(seen.hi) > limits.position_max_um)
+  const Interval measured{std::ranges::min(positions_um), std::ranges::max(positions_um)};
+  const auto extrapolated_um = [&](double um) { return first_um + amplitude_margin * (um - first_um); };
+  if (extrapolated_um(measured.lo) < limits.position_min_um ||
+      extrapolated_um(measured.hi) > limits.position_max_um)
     return fmt::format(
         "the position moves from {:.4g} to {:.4g} um, position_min_um and position_max_um "
         "are {:g} and {:g}",
-        seen.lo, seen.hi, limits.position_min_um, limits.position_max_um);
+        measured.lo, measured.hi, limits.position_min_um, limits.position_max_um);
   return std::nullopt;
 }
 
@@ -193,21 +194,21 @@ Excitation::Hysteresis tried_small_first(const config::Config& config, const twi
   const std::string& unit = config.axes[0].wire.drive_unit;
   for (const double share : {0.1, 0.3}) {
     const Excitation::Hysteresis part = part_of(whole, share, control.gate.safe_drive);
-    const auto seen = positions_of(config, twin, run, part);
-    if (!seen)
+    const auto measured = positions_of(config, twin, run, part);
+    if (!measured)
       throw RunError(fmt::format(
           "a drive of {:g} to {:g} {} already moves the position beyond position_min_um, position_max_um "
           "or position_jump_um; check these limits, and the sign, zero (`hystcan init --sensor-at-safe`) "
           "and unit of the sensor. Nothing is written",
           part.low, part.high, unit));
-    if (const auto smaller = part_within_limits(whole, part, *seen, control.supervision)) {
+    if (const auto smaller = part_within_limits(whole, part, *measured, control.supervision)) {
       const controller::Supervisor::Config& limits = control.supervision;
       note(
           "drive {:.4g} to {:.4g} {} instead of {:g} to {:g}: a larger range moves the position out of "
           "its limits, {:g} to {:g} um, because the sensor reads about {:.3g} um at {:g} {}. If that is "
           "its zero, set it: `hystcan init --sensor-at-safe`\n",
           smaller->low, smaller->high, unit, whole.low, whole.high, limits.position_min_um,
-          limits.position_max_um, 0.5 * (seen->lo + seen->hi), control.gate.safe_drive, unit);
+          limits.position_max_um, 0.5 * (measured->lo + measured->hi), control.gate.safe_drive, unit);
       return *smaller;
     }
   }

@@ -32,11 +32,11 @@ std::string table_of(const std::string& path) { return path.substr(0, path.rfind
 
 /// Returns a line for each table without any remaining key.
 std::string removals(const Values& before, const Values& after) {
-  std::set<std::string> gone;
-  for (const auto& [path, value] : before) gone.insert(table_of(path));
-  for (const auto& [path, value] : after) gone.erase(table_of(path));
+  std::set<std::string> removed_tables;
+  for (const auto& [path, value] : before) removed_tables.insert(table_of(path));
+  for (const auto& [path, value] : after) removed_tables.erase(table_of(path));
   std::string text;
-  for (const std::string& table : gone) text += fmt::format("# remove [{}]\n", table);
+  for (const std::string& table : removed_tables) text += fmt::format("# remove [{}]\n", table);
   return text;
 }
 
@@ -73,9 +73,9 @@ std::string control_fragment(const config::AxisConfig& before, const config::Axi
         const auto was = former.find(key.path);
         const auto note = std::ranges::find(notes, key.member, &Notes::value_type::first);
         if (note == notes.end() && was != former.end() && was->second == key.value) return std::nullopt;
-        const std::string behind = note == notes.end() ? std::string() : note->second;
-        if (was != former.end()) return "was " + was->second + behind;
-        return behind.substr(std::min(behind.find_first_not_of("; "), behind.size()));
+        const std::string suffix = note == notes.end() ? std::string() : note->second;
+        if (was != former.end()) return "was " + was->second + suffix;
+        return suffix.substr(std::min(suffix.find_first_not_of("; "), suffix.size()));
       });
   return text + removals(former, values_of(after));
 }

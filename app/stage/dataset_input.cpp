@@ -137,18 +137,19 @@ void keep_interval(Dataset& dataset, const runs::TimeSpan& span) {
   }
 }
 
-void settle(std::string& unit, const std::string& asked, const UnitOf& of,
+void settle(std::string& unit, const std::string& stated_unit, const UnitOf& of,
             const std::filesystem::path& file) {
-  if (!asked.empty()) {
-    require_unit(file, of.name, unit, asked);
-    unit = asked;
+  if (!stated_unit.empty()) {
+    require_unit(file, of.name, unit, stated_unit);
+    unit = stated_unit;
   }
   if (unit.empty()) {
     unit = of.assumed;
     note("hystcan: {}: {} is missing, assuming {}\n", file.string(), of.option, of.assumed);
   }
   if (has_control_character(unit))
-    throw Error(file, fmt::format("{} contains a control character", asked.empty() ? of.name : of.option),
+    throw Error(file,
+                fmt::format("{} contains a control character", stated_unit.empty() ? of.name : of.option),
                 expect("one line of text"));
   unit = can::dbc::to_utf8(unit);
 }
@@ -246,7 +247,7 @@ Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayo
   config::DatasetFile loaded = config::load_dataset(file, layout);
   if (!loaded.taken.empty())
     note("hystcan: {}: {} (--columns selects others)\n", file.string(), loaded.taken);
-  for (const std::string& said : loaded.notes) note("hystcan: {}: {}\n", file.string(), said);
+  for (const std::string& note_text : loaded.notes) note("hystcan: {}: {}\n", file.string(), note_text);
   return std::move(loaded.dataset);
 }
 

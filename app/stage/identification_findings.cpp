@@ -25,9 +25,10 @@ class Findings {
       report_trends(i);
     }
     if (identified_.parameters.symmetry == model::Symmetry::even)
-      say("the output hardly changes with the input's sign: the model is even, folded to |input|");
+      add_finding("the output hardly changes with the input's sign: the model is even, folded to |input|");
     if (identified_.parameters.output_map)
-      say("the output has a valley on each side of zero input: the model is a butterfly with an output "
+      add_finding(
+          "the output has a valley on each side of zero input: the model is a butterfly with an output "
           "map; a controller uses outputs from {:.5g} {} on",
           identified_.parameters.output_range().lo, datasets_.front().output_unit);
     report_zeros();
@@ -40,13 +41,13 @@ class Findings {
     report_order();
     report_k();
     report_thresholds();
-    if (identified_.stopped) say("the search was stopped early: this is the best model so far");
+    if (identified_.stopped) add_finding("the search was stopped early: this is the best model so far");
     return std::move(findings_);
   }
 
  private:
   template <class... Parts>
-  void say(fmt::format_string<Parts...> format, Parts&&... parts) {
+  void add_finding(fmt::format_string<Parts...> format, Parts&&... parts) {
     findings_.push_back(fmt::format(format, std::forward<Parts>(parts)...));
   }
   std::string of_dataset(std::size_t i) const {
@@ -59,20 +60,21 @@ class Findings {
 
   void describe(std::size_t i) {
     const Characterisation& is = identified_.datasets[i];
-    say("{}{} over {:.4g} s, {}, {:.0f} % of the samples on minor loops; {} sampling at {:.4g} Hz",
-        of_dataset(i), counted(is.samples, "sample"), is.duration_s, counted(is.cycles, "cycle"),
-        100.0 * is.minor_fraction, is.uniform ? "uniform" : "uneven", 1.0 / is.sample_time_s);
+    add_finding("{}{} over {:.4g} s, {}, {:.0f} % of the samples on minor loops; {} sampling at {:.4g} Hz",
+                of_dataset(i), counted(is.samples, "sample"), is.duration_s, counted(is.cycles, "cycle"),
+                100.0 * is.minor_fraction, is.uniform ? "uniform" : "uneven", 1.0 / is.sample_time_s);
     if (is.uniform && is.samples > 100)
-      say("{}noise from sample to sample about {:.2g} % of the output span{}", of_dataset(i),
-          is.noise * percent_,
-          is.repeatability
-              ? fmt::format("; repeated cycles differ by {:.2g} % RMS", *is.repeatability * percent_)
-              : "; no cycle is repeated, so the repeatability is unknown");
+      add_finding("{}noise from sample to sample about {:.2g} % of the output span{}", of_dataset(i),
+                  is.noise * percent_,
+                  is.repeatability
+                      ? fmt::format("; repeated cycles differ by {:.2g} % RMS", *is.repeatability * percent_)
+                      : "; no cycle is repeated, so the repeatability is unknown");
     if (is.rate_spread > 3.0)
-      say("{}the input is {:.0f} times faster in some half cycles than in others{}", of_dataset(i),
-          is.rate_spread, identified_.creep || identified_.dynamics ? "" : ": the model ignores the rate");
+      add_finding("{}the input is {:.0f} times faster in some half cycles than in others{}", of_dataset(i),
+                  is.rate_spread,
+                  identified_.creep || identified_.dynamics ? "" : ": the model ignores the rate");
     if (is.cycles < 2)
-      say("{}the dataset has no complete cycle: it shows only part of a loop", of_dataset(i));
+      add_finding("{}the dataset has no complete cycle: it shows only part of a loop", of_dataset(i));
   }
 
   void report_trends(std::size_t i) {
@@ -80,41 +82,47 @@ class Findings {
         identified_.parameters.symmetry == model::Symmetry::even ? folded(datasets_[i]) : datasets_[i];
     const Trends trend = trends(seen, predict(identified_, datasets_, i));
     if (datasets_.size() > 1 && std::abs(trend.gain) * percent_ > 0.1)
-      say("{}its output range differs from the model's by {:+.2g} % of the span: the "
+      add_finding(
+          "{}its output range differs from the model's by {:+.2g} % of the span: the "
           "remaining error is a gain error",
           of_dataset(i), trend.gain * percent_);
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
-      say("{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the assumed "
+      add_finding(
+          "{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the assumed "
           "initial memory is wrong)",
           of_dataset(i), trend.drift * percent_);
     if (std::abs(trend.rate) > identified_.misses[i].rms && std::abs(trend.rate) * percent_ > 0.1)
-      say("{}the residual depends on the input's speed, {:+.2g} % of span between fastest rise and fastest "
+      add_finding(
+          "{}the residual depends on the input's speed, {:+.2g} % of span between fastest rise and fastest "
           "fall: measure more slowly for a quasi-static model",
           of_dataset(i), trend.rate * percent_);
   }
 
   void report_steps() {
     for (const Step& step : identified_.search.steps)
-      say("{} was needed: error {:.3g} -> {:.3g} % RMS{}", to_string(step.quantity),
-          step.rms_before * percent_, step.rms_after * percent_,
-          step.held_out_after ? fmt::format(", {} {:.3g} -> {:.3g} %", held_out(),
-                                            *step.held_out_before * percent_, *step.held_out_after * percent_)
-                              : std::string());
+      add_finding("{} was needed: error {:.3g} -> {:.3g} % RMS{}", to_string(step.quantity),
+                  step.rms_before * percent_, step.rms_after * percent_,
+                  step.held_out_after
+                      ? fmt::format(", {} {:.3g} -> {:.3g} %", held_out(), *step.held_out_before * percent_,
+                                    *step.held_out_after * percent_)
+                      : std::string());
   }
 
   void report_zeros() {
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       if (identified_.offsets[i] != 0.0)
-        say("{}its zero differs by {:+.4g} {} from dataset 1: each dataset has its own zero "
+        add_finding(
+            "{}its zero differs by {:+.4g} {} from dataset 1: each dataset has its own zero "
             "(--common-zero: one for all)",
             of_dataset(i), identified_.offsets[i], datasets_.front().output_unit);
       if (identified_.gains[i] != 1.0)
-        say("{}its output moves {:.4g} times as far as in dataset 1 (amplifier, sensor); the model has "
+        add_finding(
+            "{}its output moves {:.4g} times as far as in dataset 1 (amplifier, sensor); the model has "
             "the gain of dataset 1 (--common-gain: one gain for all)",
             of_dataset(i), identified_.gains[i]);
       if (identified_.drifts[i] != 0.0)
-        say("{}its zero drifts by {:+.3g} {} from start to end", of_dataset(i), identified_.drifts[i],
-            datasets_.front().output_unit);
+        add_finding("{}its zero drifts by {:+.3g} {} from start to end", of_dataset(i), identified_.drifts[i],
+                    datasets_.front().output_unit);
     }
   }
 
@@ -122,7 +130,8 @@ class Findings {
     if (identified_.creep) {
       const model::OutputCreep::Config& creep = *identified_.creep;
       const model::OutputCreep response(creep);
-      say("the output creeps by {:.2g} % of its travel per decade of time, from {:.3g} to {:.3g} s{}: at "
+      add_finding(
+          "the output creeps by {:.2g} % of its travel per decade of time, from {:.3g} to {:.3g} s{}: at "
           "0.1 Hz it moves {:.2g} % more than at 10 Hz; stored as [creep] in the model file",
           100.0 * creep.per_decade, creep.from_s, creep.to_s,
           identified_.creep_range
@@ -137,7 +146,8 @@ class Findings {
     const auto error = [&](const SearchResult& result) {
       return percent_ * result.held_out.value_or(result.rms);
     };
-    say("with a creep of {:.2g} % per decade of time and a delay of {:.3g} s instead of {:.3g} s, the "
+    add_finding(
+        "with a creep of {:.2g} % per decade of time and a delay of {:.3g} s instead of {:.3g} s, the "
         "error of {} is {:.3g} % instead of {:.3g} %{}",
         100.0 * other.trial.creep_per_decade, other.trial.delay_s, identified_.delay_s, held_out(),
         error(other), error(identified_.search),
@@ -153,7 +163,8 @@ class Findings {
     std::string gains;
     for (std::size_t i = 1; i < datasets_.size(); ++i)
       gains += fmt::format("{}{:.5g} for dataset {}", i > 1 ? ", " : "", instead.gains[i], i + 1);
-    say("this creep may be a difference in gain between the sessions (amplifier, sensor): without creep, "
+    add_finding(
+        "this creep may be a difference in gain between the sessions (amplifier, sensor): without creep, "
         "a gain of {} fits as well, error {:.3g} instead of {:.3g} % RMS; record all rates in one "
         "session, or set --creep",
         gains, instead.rms * percent_, instead.rms_with_creep * percent_);
@@ -164,23 +175,24 @@ class Findings {
       const LeftOut& part = identified_.left_out[i];
       if (part.samples == 0.0) continue;
       const double more = 100.0 * (part.gain - 1.0);
-      say("{}the other records predict it with an error of {:.3g} % RMS{}", of_dataset(i),
-          part.rms() * percent_,
-          std::abs(more) > 0.2 ? fmt::format("; it moves {:.2g} % {} than predicted", std::abs(more),
-                                             more > 0.0 ? "more" : "less")
-                               : std::string());
+      add_finding("{}the other records predict it with an error of {:.3g} % RMS{}", of_dataset(i),
+                  part.rms() * percent_,
+                  std::abs(more) > 0.2 ? fmt::format("; it moves {:.2g} % {} than predicted", std::abs(more),
+                                                     more > 0.0 ? "more" : "less")
+                                       : std::string());
     }
   }
 
   void report_delay() {
     if (identified_.delay_s > 0.0)
-      say("the output follows the input after {:.3g} s; stored as delay_s in the model file",
-          identified_.delay_s);
+      add_finding("the output follows the input after {:.3g} s; stored as delay_s in the model file",
+                  identified_.delay_s);
     if (!identified_.delay_range) return;
     const DelayRange& range = *identified_.delay_range;
     if (range.hi_s <= 0.0) return;
     const double twice = range.at_twice_the_rate * percent_, five = range.at_five_times_the_rate * percent_;
-    say("delays from {:.3g} to {:.3g} s fit nearly as well, but their predictions differ by {:.2g} % of "
+    add_finding(
+        "delays from {:.3g} to {:.3g} s fit nearly as well, but their predictions differ by {:.2g} % of "
         "the span for inputs twice as fast, by {:.2g} % for inputs five times as fast{}",
         range.lo_s, range.hi_s, twice, five,
         datasets_.size() == 1 && five > 2.0 * identified_.overall.rms * percent_
@@ -192,7 +204,8 @@ class Findings {
   void report_dynamics() {
     if (!identified_.dynamics) return;
     const model::Dynamics& dynamics = *identified_.dynamics;
-    say("the hysteresis is followed by a mode at {:.5g} Hz with a damping ratio of {:.3g}, and by a "
+    add_finding(
+        "the hysteresis is followed by a mode at {:.5g} Hz with a damping ratio of {:.3g}, and by a "
         "delay of {:.4g} s; stored as [dynamics] in the model file",
         dynamics.mode.natural_frequency_Hz, dynamics.mode.damping_ratio, dynamics.delay_s);
   }
@@ -202,27 +215,31 @@ class Findings {
       const InitialMemory& memory = identified_.memories[i];
       switch (memory.kind) {
         case InitialMemory::Kind::virgin:
-          say("{}it starts on the ascending reference curve with an empty memory", of_dataset(i));
+          add_finding("{}it starts on the ascending reference curve with an empty memory", of_dataset(i));
           break;
         case InitialMemory::Kind::from_lower:
-          say("{}it starts as if the input had moved directly from the lower threshold", of_dataset(i));
+          add_finding("{}it starts as if the input had moved directly from the lower threshold",
+                      of_dataset(i));
           break;
         case InitialMemory::Kind::from_upper:
-          say("{}it starts as if the input had moved directly from the upper threshold", of_dataset(i));
+          add_finding("{}it starts as if the input had moved directly from the upper threshold",
+                      of_dataset(i));
           break;
         case InitialMemory::Kind::nested:
-          say("{}it starts after an unknown history, estimated as a decaying oscillation with bias "
+          add_finding(
+              "{}it starts after an unknown history, estimated as a decaying oscillation with bias "
               "{:+.2g} (0: demagnetised, above 0: mostly from below)",
               of_dataset(i), memory.bias);
       }
     }
     if (shows_ascending_curve(identified_.memories)) return;
     if (begins_at_lower_point(identified_.parameters))
-      say("no sample has an empty memory: the ascending reference curve is taken as the branch that "
+      add_finding(
+          "no sample has an empty memory: the ascending reference curve is taken as the branch that "
           "rises from the lower convergence point");
     else
-      say("no sample has an empty memory: the ascending reference curve is not measured near {:g} {}",
-          identified_.parameters.input_range().lo, unit());
+      add_finding("no sample has an empty memory: the ascending reference curve is not measured near {:g} {}",
+                  identified_.parameters.input_range().lo, unit());
   }
 
   void report_order() {
@@ -232,28 +249,30 @@ class Findings {
     const std::string judge = shapes.front().held_out ? fmt::format("the error of {}", held_out())
                                                       : "the error (too few cycles to hold one out)";
     if (!chosen.is_spline()) {
-      say("order {} is the lowest one that passes, judged by {}", chosen.order, judge);
+      add_finding("order {} is the lowest one that passes, judged by {}", chosen.order, judge);
       return;
     }
     const auto error = [](const ShapeScore& tried) { return tried.held_out.value_or(tried.rms); };
     double polynomial = std::numeric_limits<double>::infinity();
     for (const ShapeScore& tried : shapes)
       if (!tried.shape.is_spline()) polynomial = std::min(polynomial, error(tried));
-    say("the curves are splines of {} pieces: the best polynomial has an error of {:.3g} %, judged by {}",
+    add_finding(
+        "the curves are splines of {} pieces: the best polynomial has an error of {:.3g} %, judged by {}",
         chosen.knots.size() - 1, polynomial * percent_, judge);
   }
 
   void report_k() {
     if (identified_.search.one_k)
-      say("rising and falling branches have the same k: two values do not fit better");
+      add_finding("rising and falling branches have the same k: two values do not fit better");
     const auto report = [&](const char* name, double k, model::Interval range) {
       if (identified_.stopped)
-        say("{} = {:.5g} 1/{}", name, k, unit());
+        add_finding("{} = {:.5g} 1/{}", name, k, unit());
       else if (is_determined(range))
-        say("{} = {:.5g} 1/{}; {:.5g} to {:.5g} fit as well (within 5 % of the error)", name, k, unit(),
-            range.lo, range.hi);
+        add_finding("{} = {:.5g} 1/{}; {:.5g} to {:.5g} fit as well (within 5 % of the error)", name, k,
+                    unit(), range.lo, range.hi);
       else
-        say("{} = {:.5g} 1/{}, but the dataset hardly determines it: {:.3g} to {:.3g} fit as well; "
+        add_finding(
+            "{} = {:.5g} 1/{}, but the dataset hardly determines it: {:.3g} to {:.3g} fit as well; "
             "record minor loops that turn inside the range",
             name, k, unit(), range.lo, range.hi);
     };
@@ -264,7 +283,8 @@ class Findings {
   void report_thresholds() {
     const model::Interval& range = identified_.parameters.input_range();
     if (range.lo == identified_.observed.lo && range.hi == identified_.observed.hi) return;
-    say("thresholds {:.5g} and {:.5g} {} are beyond the measured inputs, {:.5g} to {:.5g}; there the "
+    add_finding(
+        "thresholds {:.5g} and {:.5g} {} are beyond the measured inputs, {:.5g} to {:.5g}; there the "
         "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller must reach the upper threshold, "
         "which erases the memory of the actuator; --thresholds observed sets both to the measured inputs",
         range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi,

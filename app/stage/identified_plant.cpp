@@ -239,10 +239,10 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
 
 /// Returns the standard error of an unknown when all others are free, even if they were fixed.
 double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unknown) {
-  constexpr double apart = 0.1;  // any value: only the slopes at the point matter
+  constexpr double half_width = 0.1;  // any value: only the slopes at the point matter
   Found all = found;
-  all.box.min() = found.at.array() - apart;
-  all.box.max() = found.at.array() + apart;
+  all.box.min() = found.at.array() - half_width;
+  all.box.max() = found.at.array() + half_width;
   const double error = chain.confidence(all).standard_error[unknown];
   return std::isfinite(error) ? std::min(error, 1.0) : 1.0;
 }

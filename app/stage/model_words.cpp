@@ -33,10 +33,10 @@ CLI::Validator order_or_auto() {
 
 }  // namespace
 
-void ModelWords::apply_to(identification::IdentifyOptions& asked) const {
-  if (order != "auto") asked.shape = identification::CurveShape::polynomial(*parsed_number<int>(order));
-  asked.curves = *parse_word<identification::CurveChoice>(curves);
-  if (creep != "auto") asked.creep_per_decade = creep == "none" ? 0.0 : *parsed_number<double>(creep);
+void ModelWords::apply_to(identification::IdentifyOptions& options) const {
+  if (order != "auto") options.shape = identification::CurveShape::polynomial(*parsed_number<int>(order));
+  options.curves = *parse_word<identification::CurveChoice>(curves);
+  if (creep != "auto") options.creep_per_decade = creep == "none" ? 0.0 : *parsed_number<double>(creep);
 }
 
 void add_model_options(CLI::App& command, ModelWords& words) {

@@ -17,7 +17,7 @@ struct ModelWords {
   std::string curves = "auto";  ///< auto, polynomial or spline
   std::string creep = "auto";   ///< auto, none, or a share of the output per decade of time
 
-  void apply_to(identification::IdentifyOptions& asked) const;
+  void apply_to(identification::IdentifyOptions& options) const;
 };
 
 /// `words` must outlive the command.

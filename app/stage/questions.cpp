@@ -58,7 +58,7 @@ std::optional<std::string> objection(const Questions::Check<T>& check, const T& 
 
 template <class T>
 void require(const Question& question, const Questions::Check<T>& check, const T& stated) {
-  if (const auto wrong = objection(check, stated)) throw Error(question.option, *wrong);
+  if (const auto problem = objection(check, stated)) throw Error(question.option, *problem);
 }
 
 }  // namespace
@@ -89,9 +89,9 @@ void Questions::accept(const std::string& line) {
   ++next_;
 }
 
-void Questions::object(const std::string& wrong) {
+void Questions::object(const std::string& problem) {
   accepted_.resize(next_);
-  note("  {}\n", wrong);
+  note("  {}\n", problem);
 }
 
 double Questions::number(const Question& question, const std::optional<double>& stated,
@@ -103,13 +103,13 @@ double Questions::number(const Question& question, const std::optional<double>& 
   if (asks_) ++asked_;
   while (const auto line = answer(question, usual ? fmt::format("{}", *usual) : "")) {
     const std::optional<double> value = line->empty() ? usual : parsed(*line, question.unit);
-    const auto wrong =
+    const auto problem =
         value ? objection(check, *value) : std::optional(refusal_of_number(*line, question.unit));
-    if (!wrong) {
+    if (!problem) {
       accept(*line);
       return *value;
     }
-    object(*wrong);
+    object(*problem);
   }
   if (!usual) missing_.push_back(question.option);
   return usual.value_or(std::numeric_limits<double>::quiet_NaN());
@@ -124,13 +124,13 @@ std::string Questions::text(const Question& question, const std::optional<std::s
   if (asks_) ++asked_;
   while (const auto line = answer(question, usual.value_or(""))) {
     std::string value = line->empty() ? usual.value_or("") : *line;
-    const auto wrong =
+    const auto problem =
         value.empty() ? std::optional<std::string>("an answer is required") : objection(check, value);
-    if (!wrong) {
+    if (!problem) {
       accept(*line);
       return value;
     }
-    object(*wrong);
+    object(*problem);
   }
   if (!usual) missing_.push_back(question.option);
   return usual.value_or("");

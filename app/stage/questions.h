@@ -69,7 +69,7 @@ class Questions {
  private:
   /// Stores the answer to the present question and proceeds to the next one.
   void accept(const std::string& line);
-  void object(const std::string& wrong);
+  void object(const std::string& problem);
   /// Returns the line that was typed; `nullopt` if no question is asked. Throws RunError at the end of the
   /// input.
   std::optional<std::string> answer(const Question& question, const std::string& usual);

@@ -44,7 +44,7 @@ double floor_of(const config::Config& config) {
   return sum;
 }
 
-struct Tried {
+struct RateFloor {
   double rate_Hz;
   double floor;
 };
@@ -56,22 +56,22 @@ std::vector<double> rates_to_try(const config::Config& config) {
   config::Config other = config;
   other.controller.rate_Hz = std::min(farthest * present_Hz, config::rate_max_Hz);
   const double fastest_Hz = config::fastest_rate_Hz(other), present_floor = floor_of(config);
-  std::vector<Tried> tried;
-  std::optional<Tried> fastest;  // fastest rate with a similar floor: the loop itself may improve
+  std::vector<RateFloor> floors;
+  std::optional<RateFloor> fastest;  // fastest rate with a similar floor: the loop itself may improve
   for (const double rate_Hz : every_rate_Hz) {
     if (rate_Hz > fastest_Hz || rate_Hz < present_Hz / farthest || rate_Hz == present_Hz) continue;
     other.controller.rate_Hz = rate_Hz;
     const double floor = floor_of(other);
     if (floor <= worth_it * present_floor)
-      tried.push_back({rate_Hz, floor});
+      floors.push_back({rate_Hz, floor});
     else if (rate_Hz > present_Hz && floor <= present_floor)
       fastest = {rate_Hz, floor};
   }
-  std::ranges::sort(tried, {}, &Tried::floor);
-  tried.resize(std::min(tried.size(), most_rehearsed));
-  if (fastest) tried.push_back(*fastest);
-  std::vector<double> rates_Hz(tried.size());
-  std::ranges::transform(tried, rates_Hz.begin(), &Tried::rate_Hz);
+  std::ranges::sort(floors, {}, &RateFloor::floor);
+  floors.resize(std::min(floors.size(), most_rehearsed));
+  if (fastest) floors.push_back(*fastest);
+  std::vector<double> rates_Hz(floors.size());
+  std::ranges::transform(floors, rates_Hz.begin(), &RateFloor::rate_Hz);
   return rates_Hz;
 }
 
@@ -83,8 +83,8 @@ std::vector<Promise> promises_with_best_feed_forward(config::Config config) {
       axis.control.delays.plant_inverse = plant_inverse;
       controller::plan_feed_forward(axis.control, config.controller.rate_Hz);
     }
-    std::vector<Promise> tried = promises_of(config);
-    if (score(tried) < score(best)) best = std::move(tried);
+    std::vector<Promise> floors = promises_of(config);
+    if (score(floors) < score(best)) best = std::move(floors);
   }
   return best;
 }

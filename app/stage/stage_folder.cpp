@@ -59,13 +59,13 @@ class NewFiles {
  public:
   NewFiles(std::filesystem::path folder, std::vector<std::string> names)
       : folder_(std::move(folder)), names_(std::move(names)) {
-    std::vector<std::string> there;
+    std::vector<std::string> existing;
     for (const std::string& name : names_)
-      if (std::filesystem::exists(folder_ / name)) there.push_back(name);
-    if (!there.empty())
+      if (std::filesystem::exists(folder_ / name)) existing.push_back(name);
+    if (!existing.empty())
       throw Error(folder_, fmt::format("{} already {}, and nothing is overwritten; move {} away first",
-                                       fmt::join(there, ", "), there.size() == 1 ? "exists" : "exist",
-                                       there.size() == 1 ? "it" : "them"));
+                                       fmt::join(existing, ", "), existing.size() == 1 ? "exists" : "exist",
+                                       existing.size() == 1 ? "it" : "them"));
   }
   ~NewFiles() {
     std::error_code ignored;

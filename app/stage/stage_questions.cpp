@@ -122,14 +122,14 @@ class AxisQuestions {
     gate.drive_min =
         number({"--drive-min", "Lowest drive", unit_, "the controller commands no drive below it"},
                stated_.drive_min, least, {}, drive_min_, [&](double value) {
-                 if (auto wrong = if_too_large(value)) return wrong;
+                 if (auto problem = if_too_large(value)) return problem;
                  return unless(!least || value <= *least, "{:g}, but the record goes down to {:g} {}", value,
                                least.value_or(0.0), unit_);
                });
     gate.drive_max = number(
         {"--drive-max", "Highest drive", unit_, "the controller commands no drive above it"},
         stated_.drive_max, most, {}, drive_max_, [&](double value) {
-          if (auto wrong = if_too_large(value)) return wrong;
+          if (auto problem = if_too_large(value)) return problem;
           if (most && value < *most)
             return unless(false, "{:g}, but the record goes up to {:g} {}", value, *most, unit_);
           if (value <= gate.drive_min)
