@@ -42,11 +42,11 @@ Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
 /// Returns notes about the remains of a crash at the end of a part.
 std::vector<std::string> notes_of_end(const std::filesystem::path& part) {
   std::ifstream stream(part, std::ios::binary);
-  constexpr std::streamoff looked_at = config::longest_csv_line;
+  constexpr std::streamoff tail_bytes = config::longest_csv_line;
   stream.seekg(0, std::ios::end);
-  stream.seekg(-std::min<std::streamoff>(looked_at, stream.tellg()), std::ios::end);
-  std::string end(looked_at, '\0');
-  stream.read(end.data(), looked_at);
+  stream.seekg(-std::min<std::streamoff>(tail_bytes, stream.tellg()), std::ios::end);
+  std::string end(tail_bytes, '\0');
+  stream.read(end.data(), tail_bytes);
   end.resize(static_cast<std::size_t>(stream.gcount()));
   const std::size_t last = end.find_last_not_of('\0');
   const bool is_cut = last != std::string::npos && end[last] != '\n';

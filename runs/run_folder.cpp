@@ -48,10 +48,10 @@ std::set<std::filesystem::path> files_named_by(const RunInfo& info,
 
 /// Returns 0 for a symbolic link: its target is outside the folder and remains when the link is removed.
 std::uintmax_t bytes_of(const Path& file) {
-  std::error_code gone;
-  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file, gone))) return 0;
-  const std::uintmax_t size = std::filesystem::file_size(file, gone);
-  return gone ? 0 : size;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file, error))) return 0;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  return error ? 0 : size;
 }
 
 std::uintmax_t bytes_below(const Path& folder) {
@@ -65,7 +65,7 @@ std::uintmax_t bytes_below(const Path& folder) {
 }
 
 /// Returns the runs that may be removed, in the order of removal.
-std::vector<Path> dispensable(const Path& folder, const Path& current) {
+std::vector<Path> removable(const Path& folder, const Path& current) {
   std::vector<Path> runs = runs_in(folder);
   std::erase_if(runs, [&](const Path& run) {
     return run.filename() == current.filename() || is_symlink(run) || exists(run / "keep") ||
@@ -182,7 +182,7 @@ LimitOutcome keep_limit(const Path& folder, const Path& current, std::uintmax_t 
   LimitOutcome outcome{.removed = {}, .bytes = bytes_of_runs(folder)};
   std::error_code ignored;
   if (outcome.bytes <= most_bytes) return outcome;
-  for (const Path& run : dispensable(folder, current)) {
+  for (const Path& run : removable(folder, current)) {
     if (outcome.bytes <= most_bytes) return outcome;
     outcome.bytes -= std::min(outcome.bytes, bytes_below(run));
     std::filesystem::remove_all(run, ignored);

@@ -95,12 +95,12 @@ class Walk {
   double error_now() const { return now_.target - now_.output; }
 
   Phase first_phase() const {
-    const double wanted = limits_.omega * error_now();
+    const double demanded_rate = limits_.omega * error_now();
     const double rising = has_load_ ? limits_.load_rate_per_s * (limits_.load_limit - now_.output) : never;
     const double falling = has_load_ ? limits_.load_rate_per_s * (limits_.load_limit + now_.output) : never;
-    if (wanted > std::min(limits_.slew_per_s, rising))
+    if (demanded_rate > std::min(limits_.slew_per_s, rising))
       return rising < limits_.slew_per_s ? Phase::load_up : Phase::slews_up;
-    if (-wanted > std::min(limits_.slew_per_s, falling))
+    if (-demanded_rate > std::min(limits_.slew_per_s, falling))
       return falling < limits_.slew_per_s ? Phase::load_down : Phase::slews_down;
     return Phase::lag;
   }
@@ -130,8 +130,8 @@ class Walk {
   }
 
   End end_of_phase(double left_s) const {
-    const Curve wanted = scaled(error(), limits_.omega, 0.0);
-    const Curve opposite = scaled(wanted, -1.0, 0.0);
+    const Curve demanded_rate = scaled(error(), limits_.omega, 0.0);
+    const Curve opposite = scaled(demanded_rate, -1.0, 0.0);
     const double slew = limits_.slew_per_s, rho = limits_.load_rate_per_s, limit = limits_.load_limit;
     const auto rising = [&] { return scaled(output(), -rho, rho * limit); };
     const auto falling = [&] { return scaled(output(), rho, rho * limit); };
@@ -143,12 +143,12 @@ class Walk {
     switch (phase_) {
       case Phase::lag:
         ends_where(scaled(opposite, 1.0, slew), Phase::slews_up);
-        ends_where(scaled(wanted, 1.0, slew), Phase::slews_down);
+        ends_where(scaled(demanded_rate, 1.0, slew), Phase::slews_down);
         if (has_load_) ends_where(sum(rising(), opposite), Phase::load_up);
-        if (has_load_) ends_where(sum(falling(), wanted), Phase::load_down);
+        if (has_load_) ends_where(sum(falling(), demanded_rate), Phase::load_down);
         break;
       case Phase::slews_up:
-        ends_where(scaled(wanted, 1.0, -slew), Phase::lag);
+        ends_where(scaled(demanded_rate, 1.0, -slew), Phase::lag);
         if (has_load_) ends_where(scaled(rising(), 1.0, -slew), Phase::load_up);
         break;
       case Phase::slews_down:
@@ -156,7 +156,7 @@ class Walk {
         if (has_load_) ends_where(scaled(falling(), 1.0, -slew), Phase::load_down);
         break;
       case Phase::load_up:
-        ends_where(sum(wanted, minus(rising())), Phase::lag);
+        ends_where(sum(demanded_rate, minus(rising())), Phase::lag);
         break;
       case Phase::load_down:
         ends_where(sum(opposite, minus(falling())), Phase::lag);
@@ -245,11 +245,11 @@ Amplifier::State Amplifier::operator()(const State& state) const {
 /// true within the step: v' and the limits are linear in a monotone error, except for a moving target with
 /// a voltage limit.
 bool Amplifier::is_within(const DriveLimits& limits, const State& state) {
-  const double wanted = limits.omega * (state.target - state.output);
-  if (std::abs(wanted) > limits.slew_per_s) return false;
+  const double demanded_rate = limits.omega * (state.target - state.output);
+  if (std::abs(demanded_rate) > limits.slew_per_s) return false;
   return std::isinf(limits.load_limit) ||
-         (wanted <= limits.load_rate_per_s * (limits.load_limit - state.output) &&
-          -wanted <= limits.load_rate_per_s * (limits.load_limit + state.output));
+         (demanded_rate <= limits.load_rate_per_s * (limits.load_limit - state.output) &&
+          -demanded_rate <= limits.load_rate_per_s * (limits.load_limit + state.output));
 }
 
 }  // namespace hystcan::twin

@@ -105,7 +105,7 @@ std::size_t FaultScheduler::remove(std::optional<Fault> kind, std::string_view a
   std::ranges::copy_if(before, std::back_inserter(active_),
                        [&](const Active& one) { return !matches(one.spec); });
   for (const Active& one : before)
-    if (matches(one.spec)) act(one.spec, false);
+    if (matches(one.spec)) apply(one.spec, false);
   for (std::size_t i = 0; i < axes_.size(); ++i)
     if (disturbances_[i].gain != 1.0 && matches({.kind = Fault::parameter_drift, .axis = axes_[i].wire.name}))
       disturb(i, &Disturbance::gain, 1.0);
@@ -129,7 +129,7 @@ void FaultScheduler::end_what_is_due(can::Time now) {
        over = std::ranges::find_if(active_, is_over)) {
     const FaultSpec spec = over->spec;
     active_.erase(over);
-    act(spec, false);
+    apply(spec, false);
   }
 }
 
@@ -179,11 +179,11 @@ void FaultScheduler::begin(const FaultSpec& spec) {
                      .began = now,
                      .ends = until_removed ? can::Time::max() : now + spec.lasts,
                      .gain_before = disturbances_[axis_of(spec)].gain});
-  act(spec, true);
+  apply(spec, true);
 }
 
 /// Applies the begin or the end of the fault at its site.
-void FaultScheduler::act(const FaultSpec& spec, bool begins) {
+void FaultScheduler::apply(const FaultSpec& spec, bool begins) {
   const std::size_t index = axis_of(spec);
   const FaultTarget& axis = axes_[index];
   FaultyConnection& line = axis.line(spec.node);

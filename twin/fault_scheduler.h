@@ -64,7 +64,7 @@ class FaultScheduler {
   void end_what_is_due(can::Time now);
   void arm();
   void begin(const FaultSpec& spec);
-  void act(const FaultSpec& spec, bool begins);
+  void apply(const FaultSpec& spec, bool begins);
   void drift(const Active& active, can::Time now);
   void disturb(std::size_t axis, double Disturbance::*what, double value);
 

@@ -175,11 +175,11 @@ void Plant::set_target(double drive, Amplifier::Course course) {
 
 void Plant::move_target(double drive, can::Duration time) {
   const double target = target_of(drive);
-  const double way = target - present_.amplifier.target;
-  if (way == 0.0 || time <= can::Duration::zero()) return set_target(drive);
+  const double change = target - present_.amplifier.target;
+  if (change == 0.0 || time <= can::Duration::zero()) return set_target(drive);
   aim({.target = present_.amplifier.target,
        .course = Amplifier::Course::drive,
-       .rate_per_s = way / can::seconds(time)});
+       .rate_per_s = change / can::seconds(time)});
   ramp_ = {.end = present_.time + time, .to = target, .turn = {}};
   const double turn_s =
       present_.amplifier.turns_after_s(Amplifier::limits(config_.amplifier), can::seconds(time));

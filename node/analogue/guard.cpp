@@ -28,7 +28,7 @@ void ignore_signals() {
 /// Requests the highest priority that this user may have; a refusal is not an error. Pages are locked when
 /// they are used: locking all pages would copy those of the node and delay the end of the guard by
 /// milliseconds.
-void hurry() {
+void request_highest_priority() {
   const sched_param priority{.sched_priority = sched_get_priority_max(SCHED_FIFO)};
   sched_setscheduler(0, SCHED_FIFO, &priority);
   mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
@@ -71,7 +71,7 @@ bool Guard::ends(Shared& shared, Duration patience) {
 void Guard::watch(Shared& shared, int socket, const std::function<bool()>& make_safe, Duration patience) {
   prctl(PR_SET_NAME, "hystcan-guard");
   ignore_signals();
-  hurry();
+  request_highest_priority();
   make_safe();  // brings all memory that make_safe needs into RAM
   shared.watched = now().count();
   constexpr char ready = 'r';

@@ -172,21 +172,22 @@ class IioCard final : public Card {
     if (place.subdevice != 0)
       throw ChannelError("subdevice", Error(name_, "an IIO device has no subdevices",
                                             {.remedy = "remove the key subdevice"}));
-    const std::string alone = fmt::format("voltage{}", place.channel);
+    const std::string channel_id = fmt::format("voltage{}", place.channel);
     std::vector<std::string> names;
     for (unsigned i = 0; i < iio_device_get_channels_count(device_); ++i) {
-      iio_channel* const one = iio_device_get_channel(device_, i);
-      if (iio_channel_is_output(one) != is_output || iio_channel_find_attr(one, "raw") == nullptr) continue;
-      names.emplace_back(iio_channel_get_id(one));
+      iio_channel* const candidate = iio_device_get_channel(device_, i);
+      if (iio_channel_is_output(candidate) != is_output || iio_channel_find_attr(candidate, "raw") == nullptr)
+        continue;
+      names.emplace_back(iio_channel_get_id(candidate));
       const bool is_it = place.reference == VoltageReference::differential
-                             ? names.back().starts_with(alone + "-")
-                             : names.back() == alone;
-      if (is_it) return one;
+                             ? names.back().starts_with(channel_id + "-")
+                             : names.back() == channel_id;
+      if (is_it) return candidate;
     }
     throw ChannelError(
         "channel",
         Error(name_,
-              fmt::format("the device has no {} channel {}{}", is_output ? "output" : "input", alone,
+              fmt::format("the device has no {} channel {}{}", is_output ? "output" : "input", channel_id,
                           place.reference == VoltageReference::differential ? "-N" : ""),
               {.remedy = names.empty()
                              ? fmt::format("set device to a chip with {}s", is_output ? "output" : "input")
@@ -248,9 +249,9 @@ class IioCard final : public Card {
                 {.remedy = "set range to the voltage range of the channel (example: \"0..10 V\")"}));
     if (!raw) return present;
     std::vector<std::string> names;
-    for (const IioScale& one : scales(channel, present)) {
-      std::string range = range_name(one, *raw);
-      if (place.range.empty() || range == place.range) return one;
+    for (const IioScale& candidate : scales(channel, present)) {
+      std::string range = range_name(candidate, *raw);
+      if (place.range.empty() || range == place.range) return candidate;
       if (std::ranges::find(names, range) == names.end()) names.push_back(std::move(range));
     }
     throw ChannelError("range",
