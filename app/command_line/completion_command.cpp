@@ -61,7 +61,7 @@ constexpr std::string_view bash_function = R"sh(_hystcan() {
   taken=${_hystcan_values["$path $previous"]-${_hystcan_values["${path% *} $previous"]-}}
   case $taken in
     @file) COMPREPLY=() ;;  # bash completes names of files
-    @interface) mapfile -t COMPREPLY < <(compgen -W "$(ls /sys/class/net)" -- "$current") ;;
+    @interface) mapfile -t COMPREPLY < <(compgen -W "$(ls /sys/class/net 2>/dev/null)" -- "$current") ;;
     ?*) mapfile -t COMPREPLY < <(compgen -W "$taken" -- "$current") ;;
     *)
       word=${_hystcan_commands[$path]}
@@ -81,7 +81,7 @@ constexpr std::string_view zsh_function = R"sh(_hystcan() {
   taken=${_hystcan_values[$level $previous]-$_hystcan_values[${level% *} $previous]}
   case $taken in
     @file) _files ;;
-    @interface) compadd -- ${(f)"$(ls /sys/class/net)"} ;;
+    @interface) compadd -- ${(f)"$(ls /sys/class/net 2>/dev/null)"} ;;
     ?*) compadd -- ${=taken} ;;
     *)
       if [[ $current == -* ]]; then compadd -- ${=_hystcan_options[$level]}

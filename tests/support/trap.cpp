@@ -143,6 +143,7 @@ void free(void* memory) {
 namespace hystcan::support {
 
 std::string trap_this_thread() {
+  is_trapped = true;
   struct sigaction action {};
   action.sa_sigaction = on_trapped_call;
   action.sa_flags = SA_SIGINFO;
@@ -152,7 +153,6 @@ std::string trap_this_thread() {
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
       prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)
     return std::string("this kernel takes no seccomp filter: ") + std::strerror(errno);
-  is_trapped = true;
   return {};
 }
 

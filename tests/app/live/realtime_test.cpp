@@ -9,11 +9,13 @@
 namespace hystcan::app::realtime_test {
 namespace {
 
+extern "C" char end;  // the end of the program's own data, where the heap begins
+
 /// Returns true if the address is in the heap that grows by brk(), the heap of the first thread of a process.
 bool another_thread_allocates_in_the_first_heap() {
   const void* memory = nullptr;
   std::thread([&] { memory = std::malloc(100); }).join();
-  return memory < sbrk(0);
+  return memory > &end && memory < sbrk(0);
 }
 
 /// The heap belongs to the whole process: each case has its own process.
