@@ -57,7 +57,7 @@ class FrameCheck : Checked {
     names.reserve(config.database.messages.size());
     for (const can::Message& message : config.database.messages) names.push_back(message.name);
     fail("message", "no message " + map_.message,
-         fmt::format("one for axis {}; the most similar name is {}", axis_.wire.name,
+         fmt::format("one for axis {}; the most similar names: {}", axis_.wire.name,
                      closest(map_.message, names)));
   }
 
@@ -73,9 +73,8 @@ class FrameCheck : Checked {
       std::vector<std::string> names;
       names.reserve(message_->signals.size());
       for (const can::Signal& other : message_->signals) names.push_back(other.name);
-      fail(
-          key, fmt::format("message {} has no signal {}", message_->name, name),
-          fmt::format("one for axis {}; the most similar name is {}", axis_.wire.name, closest(name, names)));
+      fail(key, fmt::format("message {} has no signal {}", message_->name, name),
+           fmt::format("one for axis {}; the most similar names: {}", axis_.wire.name, closest(name, names)));
     }
     if (can::bytes_needed(*signal) > message_->length)
       fail(key,

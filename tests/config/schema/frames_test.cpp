@@ -48,12 +48,12 @@ INSTANTIATE_TEST_SUITE_P(
     Frames, InvalidFrames,
     testing::Values(
         BadFrames{"NoSuchMessage", file, "\"AmpSet\"", "\"AmpSte\"", "message      = ",
-                  "no message AmpSte in lab_amplifier.dbc, expected one for axis x; the most similar name is "
+                  "no message AmpSte in lab_amplifier.dbc, expected one for axis x; the most similar names: "
                   "AmpSet"},
         BadFrames{
             "NoSuchSignal", file, "setpoint     = \"Volt\"", "setpoint     = \"volts\"", "setpoint     = ",
-            "message AmpSet has no signal volts in lab_amplifier.dbc, expected one for axis x; the nearest "
-            "it has: Volt"},
+            "message AmpSet has no signal volts in lab_amplifier.dbc, expected one for axis x; the most "
+            "similar names: Volt"},
         BadFrames{"NoSuchCounter", file, "\"Cnt\"", "\"Count\"", "counter      = ", "has no signal Count"},
         BadFrames{"UnknownRole", file, "enable       = ", "enabel       = ", "enabel", "unknown key enabel"},
         BadFrames{"NoSetpoint", file, "setpoint     = \"Volt\" ", "", "[axis.frames.command]",
