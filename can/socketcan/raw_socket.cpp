@@ -29,13 +29,17 @@ bool set_option(int socket, int level, int option, const Value& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-/// Returns filters for both identifier types, data and remote; the message's checker rejects wrong frames.
+/// Returns filters for both identifier types; the message's checker rejects wrong frames. The kernel finds the
+/// filter of exactly one data identifier by a table. It compares every frame on the bus with each other filter,
+/// so one filter passes all remote frames.
 std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
+  constexpr canid_t kinds = CAN_EFF_FLAG | CAN_RTR_FLAG;
   std::vector<can_filter> result;
   for (const Filter& filter : filters) {
-    if (filter.id <= CAN_SFF_MASK) result.push_back({filter.id, CAN_SFF_MASK | CAN_EFF_FLAG});
-    result.push_back({filter.id | CAN_EFF_FLAG, CAN_EFF_MASK | CAN_EFF_FLAG});
+    if (filter.id <= CAN_SFF_MASK) result.push_back({filter.id, CAN_SFF_MASK | kinds});
+    result.push_back({filter.id | CAN_EFF_FLAG, CAN_EFF_MASK | kinds});
   }
+  if (!filters.empty()) result.push_back({CAN_RTR_FLAG, CAN_RTR_FLAG});
   return result;
 }
 

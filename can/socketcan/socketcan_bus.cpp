@@ -1,5 +1,6 @@
 #include "can/socketcan/socketcan_bus.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <boost/asio/basic_waitable_timer.hpp>
@@ -129,6 +130,10 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
       return;
     }
     counters_.receive_lost = lost_before_ + batch_.lost();
+    // The kernel passes every remote frame (raw_socket.cpp).
+    if (frame.kind == FrameKind::remote &&
+        std::ranges::find(filters_, frame.id, &Filter::id) == filters_.end())
+      return;
     if (frame.kind == FrameKind::error) {
       take_error(interpret(frame));
       return;

@@ -8,7 +8,8 @@ using SocketCanReceive = OnVcan;
 
 TEST_F(SocketCanReceive, DeliversOnlyTheIdentifiersOfItsFilters) {
   const auto bus = open("vcan0", {{0x181}, {0x182}});
-  for (const char* frame : {"180#00", "181#01", "183#02", "581#03", "00000183#04", "00010181#05", "182#06"}) {
+  for (const char* frame :
+       {"180#00", "181#01", "183#02", "581#03", "00000183#04", "00010181#05", "183#R8", "182#06"}) {
     ASSERT_TRUE(shell(std::string("cansend vcan0 ") + frame)) << frame;
   }
   run_until([&] { return heard.size() >= 2; });
