@@ -224,6 +224,8 @@ void Controller::begin_cycle(can::Time now) {
   ++counters_.cycles;
   for (const auto& commands : frames_.commands) commands->begin_cycle();
   if (command_timer_) command_timer_->expire_at(now + config_.command_deadline);
+  for (const auto& wired : axes_)
+    wired->axis.prepare(clock_.time_s() - can::seconds(clock_.waited()), can::seconds(clock_.period()));
 }
 
 void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
@@ -315,6 +317,7 @@ void Controller::end_waiting() {
 }
 
 /// Sends the commands of the axes that share a frame. Before that, steps each axis whose sample is missing.
+/// The rest of the cycle's work follows the command.
 void Controller::answer(CommandFrame& commands) {
   for (const std::size_t i : commands.axes()) {
     if (axes_[i]->amplifier.is_commanded()) continue;
@@ -326,6 +329,7 @@ void Controller::answer(CommandFrame& commands) {
   for (const std::size_t i : commands.axes()) {
     axes_[i]->phases.command_sent = scheduler_.now() - clock_.cycle().sync_sent;
     record(*axes_[i]);
+    axes_[i]->axis.finish();
   }
 }
 
@@ -336,7 +340,7 @@ void Controller::step(WiredAxis& wired, const can::SensorSample* sample, can::Ti
   wired.phases = {.period = cycle.sync_period, .lateness = cycle.lateness};
   if (sample != nullptr) wired.phases.sample_heard = heard - cycle.sync_sent;
   const can::Time begun = scheduler_.now();
-  const AxisCommand command = wired.axis.step(input);
+  const AxisCommand command = wired.axis.decide(input);
   wired.phases.execution = scheduler_.now() - begun;
   if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle.sync_counter);
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
@@ -354,8 +358,9 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
                   .position_um = std::nullopt,
                   .tracking_since_s = together_.tracking_since_s(),
                   .health = {}};
-  wired.sensor.take_health(scheduler_.now(), input);
-  wired.amplifier.take_health(scheduler_.now(), bus_->state(), input);
+  const can::Time now = scheduler_.now();
+  wired.sensor.take_health(now, input);
+  wired.amplifier.take_health(now, bus_->state(), input);
   if (sample != nullptr) {
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;

@@ -1,7 +1,7 @@
 // The controller as a node on the bus: sends SYNC, receives samples and sends commands. It has one Axis for
 // each axis of the stage.
 //
-//   SYNC(n) -> SensorSample(n) -> Axis::step -> AmpCommand(n)
+//   SYNC(n) -> SensorSample(n) -> Axis::decide -> AmpCommand(n)
 //
 // The controller answers a sample immediately. If a sample has not arrived by the next SYNC, the controller
 // steps the axis without it and counts the sample as missing. A command frame of several axes is sent when

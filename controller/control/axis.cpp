@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace hystcan::controller {
 namespace {
@@ -83,6 +84,7 @@ std::optional<Refusal> Axis::resume() {
 
 std::optional<Refusal> Axis::retune(AxisTuning& tuning) {
   if (!closed_loop_) return Refusal::open_loop;
+  finish();
   const Gate::Config& gate = tuning.config.gate;
   if (controller::is_in_use(state_) && (drive_ < gate.drive_min || drive_ > gate.drive_max))
     return Refusal::drive_out_of_range;
@@ -118,6 +120,25 @@ std::optional<Trajectory::Point> Axis::reference_at(double time_s) const {
 }
 
 AxisCommand Axis::step(const AxisInput& input) {
+  const AxisCommand command = decide(input);
+  finish();
+  return command;
+}
+
+void Axis::prepare(double reference_time_s, double cycle_s) {
+  if (closed_loop_ && state_ == AxisState::tracking)
+    closed_loop_->prepare(reference_time_s - tracking_since_s_, cycle_s);
+}
+
+void Axis::finish() {
+  if (std::exchange(finished_, true)) return;
+  if (const auto drive = std::exchange(uncommitted_drive_, std::nullopt))
+    closed_loop_->commit(*drive, report_.limits);
+  if (controller::is_in_use(state_)) course_.follow(drive_);
+}
+
+AxisCommand Axis::decide(const AxisInput& input) {
+  finished_ = false;
   now_s_ = input.reference_time_s();
   if (input.position_um) report_.position_um = *input.position_um;
   report_.limits = limit::none;
@@ -125,7 +146,7 @@ AxisCommand Axis::step(const AxisInput& input) {
   report_.watchdog_tripped_after_s.reset();
   report_.sample_missing = !input.position_um.has_value();
   report_.arrival = Arrival::not_judged;
-  const AxisCommand command = controller::is_in_use(state_) ? supervise(input) : decide(input);
+  const AxisCommand command = controller::is_in_use(state_) ? supervise(input) : act(input);
   waited_s_ = input.waited_s;
   report_.state = state_;
   report_.cause = fault().cause;
@@ -147,7 +168,7 @@ AxisCommand Axis::supervise(const AxisInput& input) {
   }
   const AxisInput examined = examine(input);
   report_.sample_missing = !examined.position_um.has_value();
-  const AxisCommand command = decide(examined);
+  const AxisCommand command = act(examined);
   if (state_ == AxisState::faulted) return command;
   const Cause cause = supervisor_.watch(command, report_.limits, input.dt_s);
   if (cause == Cause::none) return command;
@@ -157,7 +178,7 @@ AxisCommand Axis::supervise(const AxisInput& input) {
 
 /// Returns the input without a sample that may not be used. Trips the axis if a check finds a cause.
 AxisInput Axis::examine(const AxisInput& input) {
-  course_.step(drive_, input.dt_s, input.cycle_s);
+  course_.elapse(input.dt_s, input.cycle_s);
   const Supervisor::Verdict verdict = supervisor_.judge(input, course_.moved_um(at_last_sample_));
   if (verdict.position_um) at_last_sample_ = course_.mark();
   AxisInput examined = input;
@@ -175,7 +196,7 @@ AxisInput Axis::examine(const AxisInput& input) {
   return examined;
 }
 
-AxisCommand Axis::decide(const AxisInput& input) {
+AxisCommand Axis::act(const AxisInput& input) {
   if (stopping_ && state_ != AxisState::faulted) return park(input);
   switch (state_) {
     case AxisState::waiting:
@@ -247,7 +268,7 @@ AxisCommand Axis::track(const AxisInput& input) {
   const Gate::Passed passed = Gate::step(config_.gate, drive_, *requested, input.dt_s);
   report_.limits |= passed.limits;
   drive_ = passed.drive;
-  if (closed_loop_) closed_loop_->commit(drive_, report_.limits);
+  if (closed_loop_) uncommitted_drive_ = drive_;
   return {.drive = drive_, .enable = true};
 }
 

@@ -79,8 +79,14 @@ class Axis {
   /// reference.
   std::optional<Trajectory::Point> reference_at(double time_s) const;
 
-  /// Called exactly once per cycle.
+  /// Called exactly once per cycle: decide() and finish().
   AxisCommand step(const AxisInput& input);
+  /// Evaluates the reference for the next decide(), whose reference time this is. Optional.
+  void prepare(double reference_time_s, double cycle_s);
+  /// Decides the command of this cycle. finish() must follow before the next cycle.
+  AxisCommand decide(const AxisInput& input);
+  /// Does the work of this cycle that its command does not need: the command can be sent before it.
+  void finish();
 
   AxisState state() const { return state_; }
   /// True if a sample and a command are expected in every cycle.
@@ -92,7 +98,7 @@ class Axis {
  private:
   AxisCommand supervise(const AxisInput& input);
   AxisInput examine(const AxisInput& input);
-  AxisCommand decide(const AxisInput& input);
+  AxisCommand act(const AxisInput& input);
   AxisCommand start_up(const AxisInput& input);
   AxisCommand hold_ready(const AxisInput& input);
   AxisCommand track(const AxisInput& input);
@@ -111,11 +117,13 @@ class Axis {
   Oscillation oscillation_;
   AxisReport report_;
   double drive_ = 0.0;
+  std::optional<double> uncommitted_drive_;  ///< drive of the closed loop, until finish()
   double tracking_since_s_ = 0.0;
   model::Interval reach_;  ///< allowed positions of a live setpoint
   double now_s_ = 0.0;     ///< reference time of the last step
   double waited_s_ = 0.0;  ///< total time that the references had waited at the last step
   AxisState state_ = AxisState::offline;
+  bool finished_ = true;  ///< finish() was called after the last decide()
   bool stopping_ = false;
   bool memory_known_ = false;  ///< the model's memory agrees with the actuator's; false after a fault
 };

@@ -27,12 +27,13 @@ void Course::restart(double drive) {
   under_way_.past.fill(now);
 }
 
-void Course::step(double drive, double dt_s, double cycle_s) {
+void Course::follow(double drive) {
+  for (std::size_t i = 0; i < memories_.size(); ++i) mark_[i] = model_.advance(memories_[i], drive).value;
+}
+
+void Course::elapse(double dt_s, double cycle_s) {
   if (cycle_s != cycle_s_) plan(cycle_s);
-  Positions now{};
-  for (std::size_t i = 0; i < memories_.size(); ++i)
-    now[i] = mark_[i] = model_.advance(memories_[i], drive).value;
-  const Positions late = delayed(now, dt_s);
+  const Positions late = delayed({mark_[0], mark_[1]}, dt_s);
   const double share = dt_s / (dt_s + lag_s_);
   for (std::size_t i = 0; i < late.size(); ++i) mark_[2 + i] += (late[i] - mark_[2 + i]) * share;
 }

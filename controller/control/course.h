@@ -26,8 +26,14 @@ class Course {
 
   /// Restarts at rest at this drive, with an unknown memory.
   void restart(double drive);
-  /// Called once in each cycle of a driven axis, with the drive that was commanded last.
-  void step(double drive, double dt_s, double cycle_s);
+  /// Moves a and b to the drive that was commanded last.
+  void follow(double drive);
+  /// Called once in each cycle of a driven axis, after follow().
+  void elapse(double dt_s, double cycle_s);
+  void step(double drive, double dt_s, double cycle_s) {
+    follow(drive);
+    elapse(dt_s, cycle_s);
+  }
 
   double position_um() const { return mark_.front(); }
   const Mark& mark() const { return mark_; }

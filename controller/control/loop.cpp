@@ -26,6 +26,7 @@ void ClosedLoop::apply(const AxisConfig& config) {
 void ClosedLoop::retune(const AxisConfig& config, std::optional<Trajectory>& reference,
                         std::optional<Learning>& learning, double t_s) {
   const auto [since_s, for_s] = used(t_s);
+  prepared_.reset();
   apply(config);
   if (learning && learning_) learning->continue_from(*learning_);
   if (learning)
@@ -43,12 +44,14 @@ void ClosedLoop::retune(const AxisConfig& config, std::optional<Trajectory>& ref
 void ClosedLoop::go_to(double t_s, double goal_um) {
   const auto [since_s, for_s] = used(t_s);
   trajectory_.go_to(since_s, goal_um, for_s);
+  prepared_.reset();
   in_position_ = {};
 }
 
 void ClosedLoop::resume(double t_s) {
   const auto [since_s, for_s] = used(t_s);
   trajectory_.resume(since_s, for_s);
+  prepared_.reset();
   in_position_ = {};
 }
 
@@ -71,29 +74,35 @@ void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool g
   following_error_.restart();
   in_position_ = {};
   trajectory_.join(t_s, law_.restart(position_um), goes_on);
+  prepared_.reset();
+}
+
+void ClosedLoop::prepare(double t_s, double cycle_s) {
+  if (prepared_ && prepared_->t_s == t_s) return;
+  const Trajectory::Point point = trajectory_.at(t_s - delays_.sensor_s());
+  prepared_ = {.t_s = t_s,
+               .point = point,
+               .expected_um = expected_um(t_s, cycle_s, point),
+               .previewed_um = previewed_um(t_s, cycle_s)};
 }
 
 std::optional<double> ClosedLoop::propose(const AxisInput& input, double t_s, bool waited,
                                           AxisReport& report) {
-  const Trajectory::Point& point = report.point = trajectory_.at(t_s - delays_.sensor_s());
+  prepare(t_s, input.cycle_s);
+  const Prepared prepared = *std::exchange(prepared_, std::nullopt);
+  const Trajectory::Point& point = report.point = prepared.point;
   report.reference_um = point.value_um;
   if (input.position_um && !following_error_.step(point.value_um, *input.position_um, input.dt_s))
     return std::nullopt;
   if (judged_by_)
     report.arrival = InPosition::step(*judged_by_, in_position_, point, input.position_um, input.dt_s);
-  // The value with which PI compares the sample.
-  const double expected_um =
-      plant_inverse_ ? plant_inverse_->expected(t_s + preview_s(input.cycle_s), input.cycle_s,
-                                                [&](double at_s) { return trajectory_.value_um(at_s); })
-                     : point.value_um;
   Learning::Correction learnt;
   if (learning_) {
-    learnt = learn(input, t_s, expected_um, waited, point);
+    learnt = learn(input, t_s, prepared.expected_um, waited, point);
     report.learning = learning_->report();
   }
-  report.previewed_um =
-      previewed_um(t_s, input.cycle_s) + learnt.ahead_um - input.coupled_um + coupled_at_first_um_;
-  const ControlLaw::Demand demand = law_.propose({.reference_um = expected_um + learnt.now_um,
+  report.previewed_um = prepared.previewed_um + learnt.ahead_um - input.coupled_um + coupled_at_first_um_;
+  const ControlLaw::Demand demand = law_.propose({.reference_um = prepared.expected_um + learnt.now_um,
                                                   .previewed_um = report.previewed_um,
                                                   .position_um = input.position_um,
                                                   .dt_s = input.dt_s,
@@ -135,6 +144,12 @@ ClosedLoop::Used ClosedLoop::used(double t_s) const {
   const double cycles = plant_inverse_ ? feed_forward_reach : delays_.second_order ? 1.0 : 0.0;
   const double ahead_s = moments_for_s_ == 0.0 ? 0.0 : moments_.mean_s + cycles * moments_for_s_;
   return {.since_s = t_s - sample_s, .for_s = sample_s + ahead_s};
+}
+
+double ClosedLoop::expected_um(double t_s, double cycle_s, const Trajectory::Point& point) {
+  if (!plant_inverse_) return point.value_um;
+  return plant_inverse_->expected(t_s + preview_s(cycle_s), cycle_s,
+                                  [&](double at_s) { return trajectory_.value_um(at_s); });
 }
 
 double ClosedLoop::previewed_um(double t_s, double cycle_s) {

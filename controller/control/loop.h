@@ -8,6 +8,7 @@
 //   follow()                          takes each drive that is applied before tracking
 //   elapse()                          time passes: in every cycle, before its drive is decided
 //   begin()                           tracking begins, together with the other axes or after them
+//   prepare()                         optional, when the time of the next propose() is known
 //   propose() -> gate -> commit()     in every cycle
 #pragma once
 
@@ -33,6 +34,8 @@ class ClosedLoop {
   void elapse(double dt_s) { law_.elapse(dt_s); }
   /// `goes_on`: the loop continues after a pause, with the same time base.
   void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
+  /// Evaluates the reference for propose() at this time, which then takes less time.
+  void prepare(double t_s, double cycle_s);
   /// Returns the requested drive, before the gate, and fills the values of the loop into `report`. Returns
   /// `nullopt` if the stage has lost its reference. `t_s`: time since the axes began to track. `waited`: the
   /// drive was held for longer than dt_s, because SYNCs were omitted.
@@ -68,6 +71,7 @@ class ClosedLoop {
   Used used(double t_s) const;
   Learning::Correction learn(const AxisInput& input, double t_s, double expected_um, bool waited,
                              const Trajectory::Point& point);
+  double expected_um(double t_s, double cycle_s, const Trajectory::Point& point);
   double previewed_um(double t_s, double cycle_s);
 
   Delays delays_;
@@ -76,6 +80,14 @@ class ClosedLoop {
   std::optional<InPosition::Config> judged_by_;
   ControlLaw law_;
   Trajectory trajectory_;
+  /// The values of the reference for one propose().
+  struct Prepared {
+    double t_s = 0.0;
+    Trajectory::Point point;
+    double expected_um = 0.0;  ///< the value with which PI compares the sample
+    double previewed_um = 0.0;
+  };
+  std::optional<Prepared> prepared_;
   InPosition::State in_position_;
   FollowingError following_error_;
   std::optional<Learning> learning_;
