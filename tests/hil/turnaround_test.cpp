@@ -124,10 +124,11 @@ TEST(Icount, TheTurnaroundIsMeasuredBesideABareEcho) {
   hil::print_turnarounds("echo", echo);
   hil::print_turnarounds("controller", controller);
   const double ratio = quantile(controller, 0.999) / quantile(echo, 0.999);
-  std::printf("turnaround p99.9: controller / bare echo = %.2f, budget 1.5: %s\n", ratio,
-              ratio <= 1.5 ? "met" : "MISSED");
+  constexpr double budget = 1.4;
+  std::printf("turnaround p99.9: controller / bare echo = %.2f, budget %.1f: %s\n", ratio, budget,
+              ratio <= budget ? "met" : "MISSED");
   const double median_ratio = quantile(controller, 0.5) / quantile(echo, 0.5);
-  EXPECT_LT(median_ratio, 1.85) << "the budget is missed (docs/latency.md), and must not be missed by more";
+  EXPECT_LT(median_ratio, 1.7) << "the budget is missed (docs/latency.md), and must not be missed by more";
 }
 
 /// Returns, in us and ascending, how late the controller sent each SYNC while axis x tracked, from its CSV.
