@@ -138,6 +138,7 @@ void Axis::finish() {
 }
 
 AxisCommand Axis::decide(const AxisInput& input) {
+  finish();
   finished_ = false;
   now_s_ = input.reference_time_s();
   if (input.position_um) report_.position_um = *input.position_um;

@@ -83,7 +83,7 @@ class Axis {
   AxisCommand step(const AxisInput& input);
   /// Evaluates the reference for the next decide(), whose reference time this is. Optional.
   void prepare(double reference_time_s, double cycle_s);
-  /// Decides the command of this cycle. finish() must follow before the next cycle.
+  /// Decides the command of this cycle. finish() should follow when the command is sent.
   AxisCommand decide(const AxisInput& input);
   /// Does the work of this cycle that its command does not need: the command can be sent before it.
   void finish();

@@ -44,14 +44,12 @@ void ClosedLoop::retune(const AxisConfig& config, std::optional<Trajectory>& ref
 void ClosedLoop::go_to(double t_s, double goal_um) {
   const auto [since_s, for_s] = used(t_s);
   trajectory_.go_to(since_s, goal_um, for_s);
-  prepared_.reset();
   in_position_ = {};
 }
 
 void ClosedLoop::resume(double t_s) {
   const auto [since_s, for_s] = used(t_s);
   trajectory_.resume(since_s, for_s);
-  prepared_.reset();
   in_position_ = {};
 }
 
@@ -140,6 +138,7 @@ double ClosedLoop::preview_s(double cycle_s) {
 }
 
 ClosedLoop::Used ClosedLoop::used(double t_s) const {
+  if (prepared_) t_s = prepared_->t_s;
   const double sample_s = delays_.sensor_s();
   const double cycles = plant_inverse_ ? feed_forward_reach : delays_.second_order ? 1.0 : 0.0;
   const double ahead_s = moments_for_s_ == 0.0 ? 0.0 : moments_.mean_s + cycles * moments_for_s_;

@@ -64,7 +64,8 @@ class ClosedLoop {
 
  private:
   void apply(const AxisConfig& config);
-  /// The part of the reference that the last cycle's sample and preview have used: it must not change.
+  /// The part of the reference that the last cycle's sample and preview have used, or prepare(): it must not
+  /// change.
   struct Used {
     double since_s = 0.0, for_s = 0.0;
   };

@@ -93,7 +93,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadFrames{"StateNotANumber", file, "state_ready   = [16]", "state_ready   = [\"on\"]", "state_ready",
                   "state_ready is of type string"},
         BadFrames{"UnitOfAnotherQuantity", "lab_amplifier.dbc", "\"nm\"", "\"mA\"",
-                  "position  =", "signal Pos of SensPos is in \"mA\""},
+                  "position  =", "signal Pos of SensPos has the unit \"mA\""},
         BadFrames{"IdentifierOfCanOpen", "lab_amplifier.dbc", "BO_ 2565804033 AmpSet", "BO_ 1537 AmpSet",
                   "message      = ", "which the SDO request to node 1 uses"},
         BadFrames{"DriveBeyondTheSignal", file, "drive_max_V        = 100.0", "drive_max_V        = 115.0",

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <vector>
 
+#include "controller/analysis/feed_forward_design.h"
 #include "tests/controller/control/ideal_stage.h"
 #include "tests/support/piezo.h"
 
@@ -87,6 +90,32 @@ TEST(AxisLiveSetpoint, IsReachedFromThePresentReferenceWithinTheLimits) {
   ASSERT_EQ(stage.axis.go_to(20.0), std::nullopt);
   EXPECT_LE(largest_step_um(stage, 120), 100.0 * cycle_s * (1 + 1e-9));
   EXPECT_EQ(stage.axis.report().reference_um, 20.0);
+}
+
+/// Returns the drives of some cycles while the axis follows a triangle. The live setpoint of one cycle arrives
+/// between its SYNC and its sample, or after its sample.
+std::vector<double> drives_with_a_live_setpoint(bool plant_inverse, bool before_the_sample) {
+  AxisConfig config = limited();
+  config.setpoint = {{.shape = Triangle{.low_um = 10.0, .high_um = 20.0, .frequency_Hz = 5.0, .cycles = 10.0},
+                      .transition_s = 0.05}};
+  config.delays.plant_inverse = plant_inverse;
+  plan_feed_forward(config, 1.0 / cycle_s);
+  IdealStage stage = tracking_stage(config);
+  stage.axis.prepare(stage.next_input().reference_time_s(), cycle_s);
+  std::optional<Refusal> refusal;
+  if (before_the_sample) refusal = stage.axis.go_to(18.0);
+  std::vector<double> drives{stage.cycle().drive};
+  if (!before_the_sample) refusal = stage.axis.go_to(18.0);
+  EXPECT_EQ(refusal, std::nullopt);
+  for (int i = 0; i < 100; ++i) drives.push_back(stage.cycle().drive);
+  EXPECT_EQ(stage.axis.state(), AxisState::tracking);
+  return drives;
+}
+
+TEST(AxisLiveSetpoint, BeforeTheSampleOfACycleActsAsOneAfterIt) {
+  for (const bool plant_inverse : {false, true})
+    EXPECT_EQ(drives_with_a_live_setpoint(plant_inverse, true),
+              drives_with_a_live_setpoint(plant_inverse, false));
 }
 
 TEST(AxisLiveSetpoint, IsLeftForTheConfiguredReferenceWithinTheLimits) {

@@ -63,7 +63,7 @@ TEST(PlantInverse, FollowsARampWithoutAnError) {
 TEST(PlantInverse, LooksUpTwoValuesInACycle) {
   const LoopConfig loop = stage(false);
   PlantInverse inverse(design_plant_inverse(loop));
-  int looked_up = 0;
+  std::size_t looked_up = 0;
   const auto reference = [&](double t_s) {
     ++looked_up;
     return t_s;
@@ -90,7 +90,7 @@ TEST(PlantInverse, LooksUpAllValuesAgainAfterMissedCycles) {
 TEST(PlantInverse, LooksUpAtMostTwoWindowsAfterALateSync) {
   const PlantInverse::Config config = design_plant_inverse(stage(false));
   PlantInverse late(config), even(config);
-  int looked_up = 0;
+  std::size_t looked_up = 0;
   const auto reference = [&](double t_s) {
     ++looked_up;
     return std::sin(40.0 * t_s);
@@ -102,7 +102,7 @@ TEST(PlantInverse, LooksUpAtMostTwoWindowsAfterALateSync) {
     late.feed_forward(at_s, cycle_s, reference);
     const double found = late.expected(at_s, cycle_s, reference);
     if (n < 150) continue;
-    EXPECT_LE(looked_up, 2 * 9) << n;
+    EXPECT_LE(looked_up, 2 * std::tuple_size_v<FeedForwardWeights>) << n;
     const double way_um = 40.0 * 0.45 * cycle_s;  // during its lateness
     EXPECT_NEAR(found, expected, n == 150 ? 2.0 * way_um : 1.5 * way_um) << n;
   }
@@ -138,7 +138,7 @@ TEST(PlantInverse, BeginsAtTheRestOfTheReferenceInFewLookUps) {
     const double expected = long_ago.expected(n * cycle_s, cycle_s, ramp);
     looked_up = 0;
     EXPECT_NEAR(at_rest.expected(n * cycle_s, cycle_s, ramp), expected, 1e-12) << n;
-    EXPECT_LE(looked_up, 20) << n;
+    EXPECT_LE(looked_up, 30) << n;
   }
 }
 
