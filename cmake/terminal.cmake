@@ -6,8 +6,8 @@ endif()
 set(terminal ${PROJECT_BINARY_DIR}/terminal)
 set(made ${terminal}/hystcan.bash ${terminal}/_hystcan)
 set(commands COMMAND ${CMAKE_COMMAND} -E make_directory ${terminal}
-  COMMAND hystcan completion bash > ${terminal}/hystcan.bash
-  COMMAND hystcan completion zsh > ${terminal}/_hystcan)
+  COMMAND $<TARGET_FILE:hystcan> completion bash > ${terminal}/hystcan.bash
+  COMMAND $<TARGET_FILE:hystcan> completion zsh > ${terminal}/_hystcan)
 if(HELP2MAN)
   list(APPEND made ${terminal}/hystcan.1)
   find_program(LOWDOWN lowdown)
