@@ -233,8 +233,10 @@ void print_lines(const std::string& of, const std::vector<std::string>& lines) {
   flush_output();  // the next lines may take seconds
 }
 
-Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
-                         const AxisRecords& records) {
+Identified identify_axis(const std::filesystem::path& folder, const std::string& axis, AxisRecords records,
+                         const model::Interval& range) {
+  for (identification::Dataset& loop : records.loops)
+    for (double& drive : loop.input) drive = std::clamp(drive, range.lo, range.hi);
   Identified found = identified_loops(records);
   throw_if_signalled();
   const std::vector<std::string> finding_texts = findings(records.loops, found);

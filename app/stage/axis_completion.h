@@ -46,11 +46,12 @@ std::string plant_name(const std::string& axis);
 
 void print_lines(const std::string& of, const std::vector<std::string>& lines);
 
-/// Identifies the model of an axis from its loops; the ends of the loops set its thresholds. Writes model,
-/// plant and report into `folder`. Prints lines for the engineer. Throws Error if the records do not
-/// determine a model, RunError at a signal.
+/// Identifies the model of an axis from its loops; the ends of the loops set its thresholds. Drives beyond
+/// `range`, the noise of a measured drive, are moved to its ends. Writes model, plant and report into
+/// `folder`. Prints lines for the engineer. Throws Error if the records do not determine a model, RunError at
+/// a signal.
 identification::Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
-                                         const AxisRecords& records);
+                                         AxisRecords records, const model::Interval& range);
 
 /// Identifies the plant from the step record of an axis; `nullopt` without a step record. Throws Error.
 std::optional<IdentifiedPlant> shown_plant(const AxisRecords& records, const controller::Delays& stated);

@@ -238,7 +238,8 @@ void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
 /// Writes the measured model, plant and noise of an axis.
 void write_measured_models(const std::filesystem::path& folder, AxisFacts& axis, const AxisRecords& records) {
   const std::string& name = axis.config.wire.name;
-  const identification::Identified found = identify_axis(folder, name, records);
+  const identification::Identified found = identify_axis(
+      folder, name, records, {axis.config.control.gate.drive_min, axis.config.control.gate.drive_max});
   axis.config.control_model = model_name(name);
   axis.config.twin_model = plant_name(name);
   axis.config.twin.sensor.noise_um_rms = std::max(found.datasets.front().noise, 1e-6 * axis.travel_um.span());
@@ -404,7 +405,8 @@ void continue_stage(const std::filesystem::path& folder, const ModelWords& model
   NewFiles made(folder, names);
   for (std::size_t i = 0; i < records.size(); ++i) {
     config::AxisConfig& axis = first.config.axes[i];
-    const identification::Identified found = identify_axis(folder, axis.wire.name, records[i]);
+    const identification::Identified found = identify_axis(
+        folder, axis.wire.name, records[i], {axis.control.gate.drive_min, axis.control.gate.drive_max});
     axis.control_model = model_name(axis.wire.name);
     axis.twin_model = plant_name(axis.wire.name);
     fit_limits(axis, records[i]);

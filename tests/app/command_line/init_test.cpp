@@ -11,6 +11,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <regex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -179,6 +180,19 @@ TEST_F(Init, PrintsMeasuredBesideStatedValues) {
   const config::Config stage = config::load(shipped / "stage/stage.toml");
   EXPECT_EQ(stage.axes[0].control.delays.sensor_delay, std::chrono::microseconds(50));
   EXPECT_EQ(stage.axes[0].twin.sensor.delay, std::chrono::microseconds(50));
+}
+
+/// A measured drive is noisy: at its highest setpoint a channel shows a little more.
+TEST_F(Init, AcceptsARecordWithNoiseBeyondTheDriveRange) {
+  excite("piezo.toml", "loops.csv");
+  write("noisy.csv", std::regex_replace(read("loops.csv"), std::regex(",100,"), ",100.02,"));
+  ASSERT_EQ(init({path("stage"), "--record", path("noisy.csv"), "--drive-max", "100", "--resonance", "500",
+                  "--yes"}),
+            done)
+      << err;
+  const config::Config stage = config::load(shipped / "stage/stage.toml");
+  EXPECT_EQ(stage.axes[0].control.gate.drive_max, 100.0);
+  EXPECT_EQ(stage.axes[0].control.law.model.input_range().hi, 100.0);
 }
 
 TEST_F(Init, PrintsTheExcitationsIfThereIsNoRecord) {
