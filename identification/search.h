@@ -1,8 +1,8 @@
-// Searches for the parameters in which the output is not linear. The k of both directions are always
-// searched. Initial memory, delay, creep, gains of datasets and thresholds beyond the observed inputs are
-// added one by one if this lowers the error, also for held-out samples. The order of the curves is the lowest
-// one with a held-out error near the smallest. Splines replace polynomials if their held-out errors are
-// clearly smaller.
+// Searches for the parameters in which the output is not linear. k_ascending and k_descending are always
+// searched. Initial memory, delay, creep, one gain per dataset and thresholds beyond the observed inputs are
+// added one by one if this lowers the error, also for held-out samples. Of all orders of the curves, the
+// lowest one is chosen whose held-out error is close to the smallest held-out error. Splines replace
+// polynomials if their held-out errors are clearly smaller.
 #pragma once
 
 #include <array>

@@ -109,7 +109,7 @@ class Gatherer {
     const auto value = [&](std::size_t column) {
       return column < columns.size() ? columns[column][i] : nothing;
     };
-    // A transition to a segment is not a step of the segment: the levels restart at the start of the segment.
+    // The transition to a segment and the first row of the segment are not steps of a staircase.
     const bool is_between =
         value(shape_time_) == 0.0 || std::exchange(in_segment_, value(segment_)) != value(segment_);
     add(row, value(missing_) == 1.0, is_between);

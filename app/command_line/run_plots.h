@@ -1,4 +1,4 @@
-// The plots of recorded runs, drawn from CSV files that remain in the same folder.
+// The plots of recorded runs. The CSV files with the plotted data are kept beside the plots.
 #pragma once
 
 #include <filesystem>

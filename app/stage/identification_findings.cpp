@@ -235,11 +235,13 @@ class Findings {
     if (shows_ascending_curve(identified_.memories)) return;
     if (begins_at_lower_point(identified_.parameters))
       add_finding(
-          "no sample has an empty memory: the ascending reference curve is taken as the branch that "
-          "rises from the lower convergence point");
+          "no row shows a first rise with an empty memory: the ascending reference curve is taken as the branch "
+          "that rises from the lower convergence point");
     else
-      add_finding("no sample has an empty memory: the ascending reference curve is not measured near {:g} {}",
-                  identified_.parameters.input_range().lo, unit());
+      add_finding(
+          "no row shows a first rise with an empty memory: the ascending reference curve is not measured "
+          "near {:g} {}",
+          identified_.parameters.input_range().lo, unit());
   }
 
   void report_order() {

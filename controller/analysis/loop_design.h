@@ -15,7 +15,7 @@
 // never zero, so the loop is as stable as with ki = 0. The phase counts: a resonance may exceed |L| = 1 if
 // its phase allows that at every corner.
 //
-// The cautious rule ignores the phase at and beyond -180 degrees, so that no delay makes the loop unstable:
+// The cautious rule allows no resonance above |L| = 1 because of its phase:
 //
 //   |L| <= 1 / gain_margin     where the phase of L, unwrapped from -90 degrees, is at -180 or beyond
 //   |L| <= 1                   where the phase is at -180 + phase_margin or beyond

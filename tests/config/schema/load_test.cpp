@@ -129,8 +129,9 @@ INSTANTIATE_TEST_SUITE_P(
                  "missing key kind, expected in [axis[0].control.setpoint[0]]"},
         BadInput{"MisspeltKindOfASetpoint", "piezo.toml", "kind         = \"triangle\"",
                  "kindd = \"triangle\"", "unknown key kindd (did you mean kind?)"},
-        BadInput{"ModeWithoutDamping", "piezo.toml", "damping_ratio          = 0.05", "damping_ratio = 0.0",
-                 "no kp or ki_per_s above 0 is stable for the plant in [axis.control.delays], whose damping_ratio is 0"},
+        BadInput{
+            "ModeWithoutDamping", "piezo.toml", "damping_ratio          = 0.05", "damping_ratio = 0.0",
+            "no kp or ki_per_s above 0 is stable for the plant in [axis.control.delays], whose damping_ratio is 0"},
         BadInput{"UnknownSetpoint", "piezo.toml", "\"triangle\"", "\"zigzag\"", "kind is \"zigzag\""},
         BadInput{"UnitOfAnotherDrive", "piezo.toml", "drive_max_V        = 100.0", "drive_max_A = 100.0",
                  "unknown key drive_max_A"},
