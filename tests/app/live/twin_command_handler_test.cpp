@@ -127,7 +127,8 @@ TEST_F(TwinCommandHandlerTest, RefusesAnInvalidCommandAndChangesNothing) {
                  "expected sensor or amplifier");
   expect_refused({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}, {"value", 99}}, "expected 1 to 16");
   expect_refused({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}, {"value", "many"}}, "expected a number");
-  expect_refused({{"do", "inject"}, {"kind", "duplicate"}, {"axis", "x"}, {"value", 1}}, "a value is not allowed");
+  expect_refused({{"do", "inject"}, {"kind", "duplicate"}, {"axis", "x"}, {"value", 1}},
+                 "a value is not allowed");
   expect_refused({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}, {"duration_s", -1}},
                  "expected more than 0");
   expect_refused({{"do", "inject"}, {"kind", "late"}, {"axis", "x"}, {"duration_s", 1e300}}, "up to 1e+06");
