@@ -29,9 +29,9 @@ bool set_option(int socket, int level, int option, const Value& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-/// Returns filters for both identifier types; the message's checker rejects wrong frames. The kernel finds the
-/// filter of exactly one data identifier by a table. It compares every frame on the bus with each other filter,
-/// so one filter passes all remote frames.
+/// Returns filters for both identifier types; the message's checker rejects wrong frames. The kernel finds a
+/// filter of exactly one data identifier by a table. It compares every frame on the bus with each of the
+/// other filters, so one filter passes all remote frames.
 std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
   constexpr canid_t kinds = CAN_EFF_FLAG | CAN_RTR_FLAG;
   std::vector<can_filter> result;

@@ -92,8 +92,8 @@ TEST(AxisLiveSetpoint, IsReachedFromThePresentReferenceWithinTheLimits) {
   EXPECT_EQ(stage.axis.report().reference_um, 20.0);
 }
 
-/// Returns the drives of some cycles while the axis follows a triangle. The live setpoint of one cycle arrives
-/// between its SYNC and its sample, or after its sample.
+/// Returns the drives of some cycles while the axis follows a triangle. A live setpoint arrives in the first
+/// cycle, between its SYNC and its sample or after its sample.
 std::vector<double> drives_with_a_live_setpoint(bool plant_inverse, bool before_the_sample) {
   AxisConfig config = limited();
   config.setpoint = {{.shape = Triangle{.low_um = 10.0, .high_um = 20.0, .frequency_Hz = 5.0, .cycles = 10.0},
