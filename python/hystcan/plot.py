@@ -14,9 +14,8 @@ import sys
 import textwrap
 
 try:
-    import matplotlib  # type: ignore[import]
+    import matplotlib.figure  # type: ignore[import]
     import numpy
-    from matplotlib.figure import Figure  # type: ignore[import]
 except ImportError:
     sys.exit("the Python module matplotlib is missing; install python3-matplotlib")
 
@@ -312,7 +311,7 @@ def save(figure, path):
 def draw(folder, kind, data, to, size_mm, **facts):
     """Draw one picture in each of its formats."""
     with matplotlib.rc_context(LOOK):
-        figure = Figure(figsize=[mm / 25.4 for mm in size_mm], layout="constrained")
+        figure = matplotlib.figure.Figure(figsize=[mm / 25.4 for mm in size_mm], layout="constrained")
         make = next(function for function in KINDS if function.__name__ == kind)
         make(figure, *(Table(folder / name) for name in data), **facts)
         figure.draw_without_rendering()

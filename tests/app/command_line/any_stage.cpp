@@ -17,7 +17,11 @@ namespace {
 
 /// Prints all digits with a decimal point, as TOML requires for floats: a curve rounded to 1e-6 may cross the
 /// other one.
-std::string number(double value) { return fmt::format("{:#}", value); }
+std::string number(double value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";
+  return text;
+}
 
 constexpr double lowest_V = -20.0, range_V = 140.0, stroke_um = 100.0;
 
