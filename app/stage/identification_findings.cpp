@@ -117,8 +117,8 @@ class Findings {
             of_dataset(i), identified_.offsets[i], datasets_.front().output_unit);
       if (identified_.gains[i] != 1.0)
         add_finding(
-            "{}its output moves {:.4g} times as far as in dataset 1 (amplifier, sensor); the model has "
-            "the gain of dataset 1 (--common-gain: one gain for all)",
+            "{}its output moves {:.4g} times as far as in dataset 1: the gain of amplifier or sensor differs; the "
+            "model has the gain of dataset 1 (--common-gain fits one gain to all datasets)",
             of_dataset(i), identified_.gains[i]);
       if (identified_.drifts[i] != 0.0)
         add_finding("{}its zero drifts by {:+.3g} {} from start to end", of_dataset(i), identified_.drifts[i],

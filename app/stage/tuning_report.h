@@ -58,8 +58,8 @@ struct TuningReport {
   bool only_cautious = false;
   std::vector<Candidate> candidates;  ///< the first one is the present setting
   std::size_t best = 0;
-  double unshared_s = 0.0;           ///< measured delay whose division between amplifier and sensor is not
-                                     ///< stated; 0 if the configuration states the sensor's delay
+  double unshared_s = 0.0;           ///< measured delay of amplifier and sensor together; 0 if the
+                                     ///< configuration states the sensor's delay
   std::optional<Promise> promise{};  ///< promise of the proposed loop; empty: not requested
   std::optional<RateOffer> offer{};  ///< a better rate, with a cautious loop
 

@@ -241,7 +241,7 @@ void visit_supervision(V& v, controller::AxisConfig& c) {
 
 template <class V>
 void visit(V& v, controller::InPosition::Config& c) {
-  v.required("tolerance_um", c.tolerance_um, positive, {"maximum error of a stage in position"});
+  v.required("tolerance_um", c.tolerance_um, positive, {"largest error at which the stage is in position"});
   v.required("window_ms", c.window, not_negative,
              {"time for which the error must stay within the tolerance"});
   v.required("timeout_ms", c.timeout, positive,

@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
         InvalidKey{"UnknownAxis", FAULT("late", "axis = \"z\""), "axis is \"z\""},
         InvalidKey{"NoAxis", FAULT("late", ""), "missing key axis"},
         InvalidKey{"WrongNode", FAULT("out_of_range", "axis = \"x\"\nnode = \"amplifier\""),
-                   "affects the sensor"},
+                   "is a fault of the sensor"},
         InvalidKey{"NodeOfAStage", FAULT("load_step", "axis = \"x\"\nnode = \"sensor\""), "unknown key node"},
         InvalidKey{"ValueOutOfRange", FAULT("late", "axis = \"x\"\nvalue = 17"), "value is 17"},
         InvalidKey{"ValueOfAKindWithoutOne", FAULT("wrong_crc", "axis = \"x\"\nvalue = 1"),
