@@ -100,8 +100,7 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
   const bool covers = moved.lo <= known.lo + slack && moved.hi >= known.hi - slack;
   return fmt::format(
       "the inputs range from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: {}everything "
-      "that "
-      "the datasets do not determine is copied from {}{}",
+      "that the datasets do not determine is copied from {}{}",
       moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
       covers ? "" : "everything beyond the inputs and ",
       file.string() + (old.creep ? "" : ", which has no creep"),

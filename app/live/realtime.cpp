@@ -86,8 +86,7 @@ std::optional<RunError> keep_to_cpus(const std::vector<std::int64_t>& cpus) {
       fmt::format("cpus [{}] were refused: {}", list, words_of(error)),
       {.remedy =
            "set cpus to processors that are online (/sys/devices/system/cpu/online) and in the process's "
-           "cpuset "
-           "(AllowedCPUs= in a systemd unit)"});
+           "cpuset (AllowedCPUs= in a systemd unit)"});
 }
 
 std::optional<RunError> find_memory_lock_refusal() {

@@ -103,8 +103,7 @@ class AnalogueCheck : Checked {
       if (device.kind == node::CardKind::simulated && !is_line(purpose) && card != identity_of(device_))
         fail(place.device,
              "device is \"{}\", expected the device of the axis, or a real card: a simulated card has "
-             "channels "
-             "only for axes whose own device it is",
+             "channels only for axes whose own device it is",
              place.device);
       if (device.kind == node::CardKind::iio && is_line(purpose))
         fail(member,

@@ -147,8 +147,7 @@ std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rat
     const controller::LearningDesign& design = *designs[i];
     std::string line = fmt::format(
         "setpoint[{}] is learnt up to {:.3g} Hz if the resonance is within {:g} %: the error falls to a "
-        "tenth "
-        "within {:.0f} periods (slowest at {:.3g} Hz)",
+        "tenth within {:.0f} periods (slowest at {:.3g} Hz)",
         i, design.highest_Hz, design.resonance_percent, std::ceil(design.slowest_periods), design.slowest_Hz);
     if (design.periods > 1)
       line += fmt::format("; {} periods together, {} cycles", design.periods, design.plan.phases);

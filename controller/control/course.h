@@ -30,10 +30,6 @@ class Course {
   void follow(double drive);
   /// Called once in each cycle of a driven axis, after follow().
   void elapse(double dt_s, double cycle_s);
-  void step(double drive, double dt_s, double cycle_s) {
-    follow(drive);
-    elapse(dt_s, cycle_s);
-  }
 
   double position_um() const { return mark_.front(); }
   const Mark& mark() const { return mark_; }

@@ -16,6 +16,12 @@ namespace {
 
 constexpr double cycle_s = 1e-3, half_volt = 0.5, um_per_volt = 0.3;
 
+/// One cycle of a driven axis: the drive was commanded last.
+void pass_cycle(Course& course, double drive, double dt_s, double of_s) {
+  course.follow(drive);
+  course.elapse(dt_s, of_s);
+}
+
 /// Only the ramp itself: no allowance for noise, the ramp's corners or the stage at rest.
 RampCheck::Config strict() {
   return {.drive_range = 100.0, .mode_rad_per_s = 1e9, .decay_s = 1e9, .doubt = 0.3};
@@ -75,7 +81,7 @@ class Ramp {
   /// Returns the rise of the model's delayed position in the next cycle, relative to the mark.
   double delayed_um(double volt) const {
     Course next = course_;
-    next.step(drive_ + volt, cycle_s, cycle_s);
+    pass_cycle(next, drive_ + volt, cycle_s, cycle_s);
     return next.mark()[2] - mark_[2];
   }
   double marked_um() const { return marked_um_; }
@@ -89,7 +95,7 @@ class Ramp {
   }
   bool step(double volt) {
     drive_ += volt;
-    course_.step(drive_, cycle_s, cycle_s);
+    pass_cycle(course_, drive_, cycle_s, cycle_s);
     return check_.step(course_, drive_, input_);
   }
 
@@ -107,7 +113,7 @@ TEST(CourseTest, DoesNotMoveIfTheDriveRests) {
   for (const double drive : {20.0, 50.0}) {
     course.restart(drive);
     const Course::Mark begin = course.mark();
-    for (int i = 0; i < 10; ++i) course.step(drive, cycle_s, cycle_s);
+    for (int i = 0; i < 10; ++i) pass_cycle(course, drive, cycle_s, cycle_s);
     EXPECT_EQ(course.moved_um(begin).lo, 0.0);
     EXPECT_EQ(course.moved_um(begin).hi, 0.0);
   }
@@ -117,7 +123,7 @@ TEST(CourseTest, HasNoMemoryAfterARestart) {
   Course course(support::piezo_model(), {}), fresh = course;
   fresh.restart(50.0);
   course.restart(50.0);
-  for (const double drive : {100.0, 60.0}) course.step(drive, cycle_s, cycle_s);
+  for (const double drive : {100.0, 60.0}) pass_cycle(course, drive, cycle_s, cycle_s);
   course.restart(50.0);
   EXPECT_EQ(course.mark(), fresh.mark());
   EXPECT_GT(fresh.mark()[0] - fresh.mark()[1], 1.0) << "from above and from below";
@@ -127,7 +133,7 @@ TEST(CourseTest, HasNoMemoryAfterARestart) {
 TEST(CourseTest, HasADelayedPositionThatLagsByTheDelaysAndTwoCycles) {
   Course course = straight(delays(1e-9));
   course.restart(0.0);
-  course.step(10.0, cycle_s, cycle_s);
+  pass_cycle(course, 10.0, cycle_s, cycle_s);
   EXPECT_NEAR(course.moved_um({}).lo, 3.0 / 3.5, 1e-5);
   EXPECT_NEAR(course.moved_um({}).hi, 3.0, 1e-9);
 }
@@ -139,7 +145,8 @@ TEST(CourseTest, HasAPureDelayAndThenALag) {
     Course course = straight(late);
     course.restart(0.0);
     int cycles = 0;
-    while (course.moved_um({}).lo == 0.0 && cycles < 1000) course.step(10.0, cycle_s, cycle_s), ++cycles;
+    while (course.moved_um({}).lo == 0.0 && cycles < 1000)
+      pass_cycle(course, 10.0, cycle_s, cycle_s), ++cycles;
     EXPECT_NEAR(cycles, delay + 1, delay > 31 ? delay / 31.0 : 0.0);
     EXPECT_NEAR(course.moved_um({}).lo, 3.0 / 3.5, 1e-5);
   }
@@ -154,7 +161,7 @@ TEST(CourseTest, DelaysEachCycleByUpTo31OfThem) {
     course.restart(0.0);
     double highest_um = 0.0;
     for (int cycle = 0; cycle < before + 40; ++cycle) {
-      course.step(cycle == before ? 10.0 : 0.0, cycle_s, cycle_s);
+      pass_cycle(course, cycle == before ? 10.0 : 0.0, cycle_s, cycle_s);
       highest_um = std::max(highest_um, course.mark()[2]);
     }
     EXPECT_NEAR(highest_um, 3.0 / 3.5, 1e-5) << before;
@@ -165,7 +172,7 @@ TEST(CourseTest, CountsHalfACycleAsAWholeOne) {
   for (const double length : {0.499, 0.5}) {
     Course course = straight(delays(1e-9));
     course.restart(0.0);
-    course.step(10.0, length * cycle_s, cycle_s);
+    pass_cycle(course, 10.0, length * cycle_s, cycle_s);
     EXPECT_EQ(course.moved_um({}).lo > 0.0, length == 0.5);
   }
 }
@@ -263,7 +270,7 @@ TEST(RampCheck, AcceptsASlowSensorThatStillRisesAfterTheTurn) {
   double drive = 0.0;
   for (int cycle = 0; cycle < 80; ++cycle) {
     drive += cycle < 50 ? 2.0 : -2.0;
-    course.step(drive, input.dt_s, input.cycle_s);
+    pass_cycle(course, drive, input.dt_s, input.cycle_s);
     *input.position_um += (course.position_um() - *input.position_um) * input.dt_s / (input.dt_s + tau_s);
     ASSERT_TRUE(check.step(course, drive, input)) << drive << " V, cycle " << cycle;
   }
