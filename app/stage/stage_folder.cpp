@@ -183,7 +183,7 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
       fmt::format("\n{0}: complete. Next:\n"
                   "  hystcan check {0}                  # the active values, the bus, the margins\n"
                   "  hystcan demo --config {0}          # open and closed loop, with a picture\n"
-                  "  hystcan {1} {0} & hystcan controller {0}\n",
+                  "  hystcan {1} {0} & hystcan controller {0}  # in real time; needs the CAN interface\n",
                   file, nodes));
   if (std::filesystem::exists(made / fast_config))
     print(fmt::format("  hystcan demo --config {}     # the faster loop, after the cautious one has run\n",
