@@ -14,7 +14,7 @@ void check_interface(const config::Config& config, const std::string& interface)
   can::require_bit_rate(interface, found, config.bus.rates());
   can::require_able_to_carry_fd(interface, found, config::fd_messages(config), config.bus.rates());
   spdlog::info(can::describe(interface, found));
-  for (const std::string& doubt : can::find_doubts(interface, found)) spdlog::warn(doubt);
+  for (const std::string& warning : can::find_warnings(interface, found)) spdlog::warn(warning);
 }
 
 void become_realtime(const config::Config& config) {

@@ -245,16 +245,16 @@ std::string describe(const std::string& name, const Interface& interface) {
                             interface.transmit_queue_frames);
 }
 
-std::vector<std::string> find_doubts(const std::string& name, const Interface& interface) {
-  std::vector<std::string> doubts;
+std::vector<std::string> find_warnings(const std::string& name, const Interface& interface) {
+  std::vector<std::string> warnings;
   if (interface.restart_ms == 0U)
-    doubts.push_back(fmt::format(
+    warnings.push_back(fmt::format(
         "{} has restart-ms 0: bus-off lasts until a user runs ip link set {} type can restart", name, name));
   if (interface.loopback)
-    doubts.push_back(fmt::format("{} is in loopback mode: nothing reaches the wire", name));
+    warnings.push_back(fmt::format("{} is in loopback mode: nothing reaches the wire", name));
   if (interface.one_shot)
-    doubts.push_back(fmt::format("{} is in one-shot mode: a frame that loses arbitration is lost", name));
-  return doubts;
+    warnings.push_back(fmt::format("{} is in one-shot mode: a frame that loses arbitration is lost", name));
+  return warnings;
 }
 
 std::optional<Interface> parse_link_message(Bytes message) {

@@ -65,7 +65,7 @@ std::string describe(const std::string& name, const Interface& interface);
 
 /// Returns warnings about settings with which a node runs, but not as intended, such as no restart after
 /// bus-off.
-std::vector<std::string> find_doubts(const std::string& name, const Interface& interface);
+std::vector<std::string> find_warnings(const std::string& name, const Interface& interface);
 
 // Parses RTM_NEWLINK, the kernel's description of an interface (rtnetlink(7), linux/can/netlink.h).
 

@@ -122,7 +122,7 @@ TEST(LinkMessage, GivesNoControllerSettingsForAVirtualInterface) {
   EXPECT_FALSE(interface->bus_offs);
   EXPECT_FALSE(interface->fd);
   EXPECT_EQ(describe("vcan0", *interface), "vcan0: vcan, no bit rate, qdisc noqueue, 1000 frames");
-  EXPECT_TRUE(find_doubts("vcan0", *interface).empty());
+  EXPECT_TRUE(find_warnings("vcan0", *interface).empty());
   EXPECT_NO_THROW(require_able_to_send("vcan0", *interface));
 }
 
@@ -158,21 +158,21 @@ TEST(InterfaceLine, NamesBitRateModesAndQueue) {
             "4000 kbit/s in the data phase, passive, qdisc pfifo_fast, 10 frames");
 }
 
-TEST(InterfaceDoubts, AreEmptyIfAllIsAsConfigured) { EXPECT_TRUE(find_doubts("can0", sound()).empty()); }
+TEST(InterfaceWarnings, AreEmptyIfAllIsAsConfigured) { EXPECT_TRUE(find_warnings("can0", sound()).empty()); }
 
-TEST(InterfaceDoubts, NameAMissingRestart) {
+TEST(InterfaceWarnings, NameAMissingRestart) {
   Interface interface = sound();
   interface.restart_ms = 0;
-  EXPECT_EQ(find_doubts("can0", interface),
+  EXPECT_EQ(find_warnings("can0", interface),
             (std::vector<std::string>{
                 "can0 has restart-ms 0: bus-off lasts until a user runs ip link set can0 type can restart"}));
 }
 
-TEST(InterfaceDoubts, NameTheModesInWhichFramesAreLost) {
+TEST(InterfaceWarnings, NameTheModesInWhichFramesAreLost) {
   Interface interface = sound();
   interface.loopback = true;
   interface.one_shot = true;
-  EXPECT_EQ(find_doubts("can0", interface).size(), 2U);
+  EXPECT_EQ(find_warnings("can0", interface).size(), 2U);
 }
 
 TEST(InterfaceThatIsUpAgain, IsRefusedIfItHasChangedSinceTheStart) {

@@ -26,7 +26,7 @@ TEST_F(SocketCanController, HasTheSettingsOfIpLink) {
   EXPECT_GT(found->transmit_queue_frames, 0U);
   EXPECT_FALSE(found->queue_discipline.empty());
   EXPECT_TRUE(found->bus_offs.has_value());
-  EXPECT_TRUE(find_doubts("can0", *found).empty());
+  EXPECT_TRUE(find_warnings("can0", *found).empty());
   EXPECT_THROW(require_bit_rate("can0", *found, {.nominal_bit_per_s = 500'000}), RunError);
   std::printf("%s\n", describe("can0", *found).c_str());
 }
