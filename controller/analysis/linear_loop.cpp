@@ -72,9 +72,9 @@ void require_gain(const char* name, double value) {
 }
 
 /// Moves along the frequencies and collects the margins.
-class Walk {
+class FrequencySweep {
  public:
-  Walk(const LinearLoop& loop, const PiGains& pi) : loop_(loop), pi_gains_(pi) {
+  FrequencySweep(const LinearLoop& loop, const PiGains& pi) : loop_(loop), pi_gains_(pi) {
     found_.phase_margin_deg = 180.0;
   }
 
@@ -268,7 +268,7 @@ Responses responses_of(const LinearLoop& loop) {
 Margins margins_of(const LinearLoop& loop, const PiGains& pi) {
   require_gain("ki_per_s", pi.ki_per_s);
   require_gain("kp", pi.kp);
-  return Walk(loop, pi).along(frequencies_for(loop.config()));
+  return FrequencySweep(loop, pi).along(frequencies_for(loop.config()));
 }
 
 Margins worse_of(const Margins& a, const Margins& b) {

@@ -14,7 +14,7 @@ constexpr double decays = 3.0, longest_decay_s = 2.0;
 
 /// A straight line gives only the direction and the order of magnitude of a stage's motion: the flat end of a
 /// loop can be a third as steep as its mean. In open loop the model may be an old one that is being replaced.
-constexpr double doubt_of_a_line = 0.9, doubt_of_a_measured_model = 0.3;
+constexpr double shortfall_of_a_line = 0.9, shortfall_of_a_measured_model = 0.3;
 
 bool is_line(const model::HysteresisParameters& model) {
   constexpr double share = 1e-3;
@@ -64,7 +64,7 @@ RampCheck::Config ramp_check_of(const AxisConfig& config) {
           .ramp_um_per_s = um_per_s,
           .mode_rad_per_s = omega,
           .decay_s = std::min(longest_decay_s, decays / (config.delays.damping_ratio * omega)),
-          .doubt = is_measured ? doubt_of_a_measured_model : doubt_of_a_line};
+          .slope_shortfall = is_measured ? shortfall_of_a_measured_model : shortfall_of_a_line};
 }
 
 model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate) {

@@ -82,12 +82,13 @@ bool RampCheck::is_beyond(const Anchor& anchor, double share, double drive) cons
 
 bool RampCheck::agrees_in_direction(const Course& course) const {
   const double least_um = moved_um(course, turn_).lo;
-  const double bound_um = least_um > 0.0 ? -backwards_share * least_um : least_um / (1.0 - config_.doubt);
+  const double bound_um =
+      least_um > 0.0 ? -backwards_share * least_um : least_um / (1.0 - config_.slope_shortfall);
   return direction_ * (*seen_um_ - turn_.seen_um) >= bound_um - error_um();
 }
 
 bool RampCheck::agrees_in_size(const Course& course) const {
-  const double share = 1.0 - config_.doubt;
+  const double share = 1.0 - config_.slope_shortfall;
   const auto [least_um, most_um] = moved_um(course, *window_);
   const double seen_um = direction_ * (*seen_um_ - window_->seen_um);
   return seen_um >= (least_um > 0.0 ? share * least_um : least_um / share) - error_um() &&

@@ -10,7 +10,7 @@
 //   d, D    the smallest and the largest possible motion of the model; for d < 0, the bound is d / (1 - p).
 //           D >= 0, because the windows restart when the model turns
 //   y       mean of the samples over about two cycles, minus the coupling from the other axes
-//   p       `doubt`
+//   p       `slope_shortfall`
 //   e       sum of 0.3 % of the stroke, the ringing at the corners of the ramp, v / w, and the range of y at
 //           rest before the ramp. This range decays in 200 cycles, or in decay_s. It is at least 2 v' / w, in
 //           case a slow mode has not shown its full range; v, v': speed of the model in the ramp, highest
@@ -31,8 +31,8 @@ class RampCheck {
     double stroke_um = 0.0;
     double ramp_um_per_s = 0.0;
     double mode_rad_per_s = 1.0;
-    double decay_s = 0.0;  ///< time in which the ringing decays
-    double doubt = 0.0;    ///< share by which a stage may be less steep than its model
+    double decay_s = 0.0;          ///< time in which the ringing decays
+    double slope_shortfall = 0.0;  ///< share by which a stage may be less steep than its model
   };
 
   explicit RampCheck(const Config& config) : config_(config) {}

@@ -24,7 +24,7 @@ void pass_cycle(Course& course, double drive, double dt_s, double of_s) {
 
 /// Only the ramp itself: no allowance for noise, the ramp's corners or the stage at rest.
 RampCheck::Config strict() {
-  return {.drive_range = 100.0, .mode_rad_per_s = 1e9, .decay_s = 1e9, .doubt = 0.3};
+  return {.drive_range = 100.0, .mode_rad_per_s = 1e9, .decay_s = 1e9, .slope_shortfall = 0.3};
 }
 
 Delays delays(double lag_s) {
@@ -260,8 +260,11 @@ TEST(RampCheck, AllowsThirtyPercentMoreRiseAfterATurn) {
 TEST(RampCheck, AcceptsASlowSensorThatStillRisesAfterTheTurn) {
   constexpr double tau_s = 0.03;
   Course course(support::piezo_model(), {.sensor_bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * tau_s)});
-  RampCheck check(
-      {.drive_range = 100.0, .stroke_um = 30.0, .ramp_um_per_s = 600.0, .mode_rad_per_s = 3e4, .doubt = 0.3});
+  RampCheck check({.drive_range = 100.0,
+                   .stroke_um = 30.0,
+                   .ramp_um_per_s = 600.0,
+                   .mode_rad_per_s = 3e4,
+                   .slope_shortfall = 0.3});
   course.restart(0.0);
   AxisInput input;
   input.dt_s = input.cycle_s = 1e-3;
