@@ -51,9 +51,9 @@ double falls_below_zero(const Curve& g, double end_s) {
 enum class Phase : std::uint8_t { lag, slews_up, slews_down, load_up, load_down };
 
 /// The course of v, phase by phase.
-class Walk {
+class OutputCourse {
  public:
-  Walk(const Amplifier::State& start, const DriveLimits& limits)
+  OutputCourse(const Amplifier::State& start, const DriveLimits& limits)
       : now_(start), limits_(limits), has_load_(std::isfinite(limits.load_limit)), phase_(first_phase()) {}
 
   double output_after(double left_s) {
@@ -189,12 +189,12 @@ double slew_into_the_load(const Amplifier::Config& config) {
 }  // namespace
 
 double Amplifier::State::output_after(const DriveLimits& limits, double time_s) const {
-  return Walk(*this, limits).output_after(time_s);
+  return OutputCourse(*this, limits).output_after(time_s);
 }
 
 double Amplifier::State::turns_after_s(const DriveLimits& limits, double time_s) const {
   if ((target - output) * rate_per_s >= 0.0) return never;
-  return Walk(*this, limits).turns_after_s(time_s);
+  return OutputCourse(*this, limits).turns_after_s(time_s);
 }
 
 double Amplifier::target_of(const Config& config, double setpoint) {
