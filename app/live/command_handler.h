@@ -27,7 +27,7 @@ class CommandHandler {
   CommandHandler& operator=(const CommandHandler&) = delete;
 
   /// Executes a command from the socket: {"do": "enable", "axis": "x"}.
-  void obey(const nlohmann::json& command, const Answer& answer) {
+  void execute(const nlohmann::json& command, const Answer& answer) {
     try {
       carry_out(take_command(command, server).verb, command, answer);
     } catch (const std::exception& error) {

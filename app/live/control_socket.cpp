@@ -79,7 +79,7 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
       return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
                                         owner_.writer_.lock()->pid_)),
                     false);
-    obey(command);
+    execute(command);
   }
 
   void obey_if_stop(const nlohmann::json& command) {
@@ -88,7 +88,7 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
       return answer(refusal(fmt::format("{} connections wait for an answer, expected stop", most_sessions)),
                     true);
     close_after(time_for_its_answer);
-    obey(command);
+    execute(command);
   }
 
   void close_after(std::chrono::milliseconds time) {
@@ -100,7 +100,7 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
 
   /// Executes a command. Until the answer is ready, only the wait for a disconnect keeps the session alive,
   /// so that a client that is killed while it waits loses the right to write immediately.
-  void obey(const nlohmann::json& command) {
+  void execute(const nlohmann::json& command) {
     obeying_ = true;
     socket_.async_wait(stream_protocol::socket::wait_error,
                        [self = shared_from_this()](const error_code& error) {
@@ -109,7 +109,7 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     const auto send = [waiting = weak_from_this()](const nlohmann::json& result) {
       if (const auto self = waiting.lock()) self->answer(result, self->stop_only_);
     };
-    owner_.handler_.obey(command, {send, this});
+    owner_.handler_.execute(command, {send, this});
   }
 
   bool become_writer() {

@@ -137,13 +137,13 @@ Finding examine_node(const std::filesystem::path& process) {
                 "set priority and lock_memory in [controller.realtime], and restart the node");
 }
 
-Finding examine_future_node(const controller::Realtime& asked) {
-  return judged(
-      "node", asked.priority > 0 && asked.lock_memory,
-      fmt::format("not running; will run with {}, memory {}",
-                  asked.priority > 0 ? fmt::format("FIFO {}", asked.priority) : "no real-time priority",
-                  asked.lock_memory ? "locked" : "not locked"),
-      "set priority and lock_memory in [controller.realtime]");
+Finding examine_future_node(const controller::Realtime& configured) {
+  return judged("node", configured.priority > 0 && configured.lock_memory,
+                fmt::format("not running; will run with {}, memory {}",
+                            configured.priority > 0 ? fmt::format("FIFO {}", configured.priority)
+                                                    : "no real-time priority",
+                            configured.lock_memory ? "locked" : "not locked"),
+                "set priority and lock_memory in [controller.realtime]");
 }
 
 }  // namespace

@@ -40,9 +40,9 @@ Finding examine_clock(const std::filesystem::path& root) {
 
 /// Returns the processors on which the control thread may run: the configured ones, otherwise all that are
 /// online.
-std::set<std::int64_t> cpus_in_use(const std::vector<std::int64_t>& asked,
+std::set<std::int64_t> cpus_in_use(const std::vector<std::int64_t>& configured,
                                    const std::filesystem::path& root) {
-  if (!asked.empty()) return {asked.begin(), asked.end()};
+  if (!configured.empty()) return {configured.begin(), configured.end()};
   return parse_cpu_list(first_line(root / "sys/devices/system/cpu/online"));
 }
 
@@ -50,9 +50,9 @@ std::filesystem::path folder_of(const std::filesystem::path& root, std::int64_t 
   return root / fmt::format("sys/devices/system/cpu/cpu{}", cpu);
 }
 
-Finding examine_governor(const std::vector<std::int64_t>& asked, const std::filesystem::path& root) {
+Finding examine_governor(const std::vector<std::int64_t>& configured, const std::filesystem::path& root) {
   std::set<std::string> governors;
-  for (const std::int64_t cpu : cpus_in_use(asked, root))
+  for (const std::int64_t cpu : cpus_in_use(configured, root))
     if (std::string governor = first_line(folder_of(root, cpu) / "cpufreq/scaling_governor");
         !governor.empty())
       governors.insert(std::move(governor));
@@ -74,10 +74,10 @@ std::optional<std::int64_t> deepest_idle_us(const std::filesystem::path& cpu) {
   return deepest;
 }
 
-Finding examine_idle_states(const std::vector<std::int64_t>& asked, double rate_Hz,
+Finding examine_idle_states(const std::vector<std::int64_t>& configured, double rate_Hz,
                             const std::filesystem::path& root) {
   std::optional<std::int64_t> deepest;
-  for (const std::int64_t cpu : cpus_in_use(asked, root))
+  for (const std::int64_t cpu : cpus_in_use(configured, root))
     deepest = std::max(deepest, deepest_idle_us(folder_of(root, cpu)));
   if (!deepest) return {"C-states", Verdict::good, "not reported"};
   const bool shallow = static_cast<double>(*deepest) <= idle_share * 1e6 / rate_Hz;
@@ -85,27 +85,27 @@ Finding examine_idle_states(const std::vector<std::int64_t>& asked, double rate_
                 "cpupower idle-set --disable-by-latency 10, or boot with processor.max_cstate=1");
 }
 
-Finding examine_cpus(const std::vector<std::int64_t>& asked, const std::filesystem::path& root) {
+Finding examine_cpus(const std::vector<std::int64_t>& configured, const std::filesystem::path& root) {
   const std::string isolated = first_line(root / "sys/devices/system/cpu/isolated");
   const std::string online = first_line(root / "sys/devices/system/cpu/online");
   const std::string shown = isolated.empty() ? "none" : isolated;
-  if (asked.empty())
+  if (configured.empty())
     return judged("processors", isolated.empty(),
                   fmt::format("online {}, isolated {}, cpus not set", online, shown),
                   "set cpus in [controller.realtime] to isolated processors");
   const std::set<std::int64_t> there = parse_cpu_list(online);
   const std::set<std::int64_t> alone = parse_cpu_list(isolated);
   const auto all_in = [&](const std::set<std::int64_t>& set) {
-    return std::ranges::all_of(asked, [&](std::int64_t cpu) { return set.contains(cpu); });
+    return std::ranges::all_of(configured, [&](std::int64_t cpu) { return set.contains(cpu); });
   };
   const std::string figure =
-      fmt::format("cpus [{}], online {}, isolated {}", fmt::join(asked, ", "), online, shown);
+      fmt::format("cpus [{}], online {}, isolated {}", fmt::join(configured, ", "), online, shown);
   if (!all_in(there))
     return {"processors", Verdict::bad, figure,
             "set cpus in [controller.realtime] to processors that are online"};
-  return judged(
-      "processors", all_in(alone), figure,
-      fmt::format("boot with isolcpus={}, so that no other process runs on them", fmt::join(asked, ",")));
+  return judged("processors", all_in(alone), figure,
+                fmt::format("boot with isolcpus={}, so that no other process runs on them",
+                            fmt::join(configured, ",")));
 }
 
 }  // namespace
@@ -134,9 +134,9 @@ std::set<std::int64_t> parse_cpu_list(std::string_view text) {
 
 std::vector<Finding> examine_machine(const controller::CommonConfig& config,
                                      const std::filesystem::path& root) {
-  const std::vector<std::int64_t> asked = config.realtime.value_or(controller::Realtime{}).cpus;
-  return {examine_kernel(root), examine_clock(root), examine_governor(asked, root),
-          examine_idle_states(asked, config.rate_Hz, root), examine_cpus(asked, root)};
+  const std::vector<std::int64_t> configured = config.realtime.value_or(controller::Realtime{}).cpus;
+  return {examine_kernel(root), examine_clock(root), examine_governor(configured, root),
+          examine_idle_states(configured, config.rate_Hz, root), examine_cpus(configured, root)};
 }
 
 }  // namespace hystcan::app
