@@ -253,9 +253,9 @@ class Identification {
     if (options_.creep_per_decade || found.trial.creep_per_decade == 0.0 || !options_.go_on()) return;
     IdentifyOptions none = options_;
     none.creep_per_decade = 0.0;
-    result_.other = search(problem_, finer, none);
-    if (options_.go_on() && found.score() > worth_creep * result_.other->score())
-      std::swap(found, *result_.other);
+    result_.alternative = search(problem_, finer, none);
+    if (options_.go_on() && found.score() > worth_creep * result_.alternative->score())
+      std::swap(found, *result_.alternative);
   }
 
   void fit_all() {
@@ -369,14 +369,14 @@ void measure_span(Identified& identified, const std::vector<Dataset>& datasets,
 }
 
 void judge(Identified& identified, const std::vector<Dataset>& datasets) {
-  identified.misses.clear();
+  identified.errors.clear();
   identified.overall = {};
   double square = 0.0;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    const ErrorNorms misses = ErrorNorms::of(predict(identified, datasets, i), datasets[i].output);
-    identified.misses.push_back(misses);
-    identified.overall.max = std::max(identified.overall.max, misses.max);
-    square += misses.rms * misses.rms * static_cast<double>(datasets[i].size());
+    const ErrorNorms errors = ErrorNorms::of(predict(identified, datasets, i), datasets[i].output);
+    identified.errors.push_back(errors);
+    identified.overall.max = std::max(identified.overall.max, errors.max);
+    square += errors.rms * errors.rms * static_cast<double>(datasets[i].size());
   }
   identified.overall.rms = std::sqrt(square / static_cast<double>(samples_of(datasets)));
 }

@@ -28,7 +28,7 @@ struct Identified {
   Folds folds;
   std::vector<Characterisation> datasets;
   /// Errors for each dataset, with its offset, gain and drift; includes unseen samples.
-  std::vector<ErrorNorms> misses;
+  std::vector<ErrorNorms> errors;
   ErrorNorms overall;
   std::optional<double> held_out_rms;
   /// Span of the outputs of all datasets, with zero and gain of the first dataset, without unseen samples.
@@ -38,7 +38,7 @@ struct Identified {
   /// Good values of the creep per decade (creep_range()); `nullopt`: the creep was given, or there is none.
   std::optional<model::Interval> creep_range;
   /// Result of the search without creep if this model has creep, and with creep if it has none.
-  std::optional<SearchResult> other;
+  std::optional<SearchResult> alternative;
   /// Gains that could explain the datasets instead of creep; `nullopt`: the gains fit worse, or are given.
   std::optional<GainsInstead> gains_instead;
   std::vector<LeftOut> left_out;          ///< each dataset, predicted by the others; empty: there is only one
@@ -57,7 +57,7 @@ struct Identified {
 
 using IdentifyDatasets = std::function<Identified(const std::vector<Dataset>&, const IdentifyOptions&)>;
 
-/// Sets `misses` and `overall` from the predictions.
+/// Sets `errors` and `overall` from the predictions.
 void judge(Identified& identified, const std::vector<Dataset>& datasets);
 /// Sets `output_span`. `unseen`: same as in IdentifyOptions.
 void measure_span(Identified& identified, const std::vector<Dataset>& datasets,

@@ -19,7 +19,7 @@
 #include "app/stage/identification_result.h"
 #include "app/stage/model_words.h"
 #include "app/stage/option_check.h"
-#include "app/stage/record_doubts.h"
+#include "app/stage/record_warnings.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "base/terminal.h"
@@ -184,8 +184,8 @@ int run_identify(const IdentifyArguments& options) {
   refuse_same_rows(options.data, datasets);
   std::vector<std::string> finding_texts;
   for (std::size_t i = 0; i < datasets.size(); ++i)
-    for (const RecordDoubt& doubt : leave_out_suspects(options.data[i], datasets[i]))
-      finding_texts.push_back(doubt.text());
+    for (const RecordWarning& warning : leave_out_suspects(options.data[i], datasets[i]))
+      finding_texts.push_back(warning.text());
   stop_at_a_signal();
   const Identified identified = identify(options, datasets, old);
   std::ranges::move(findings(datasets, identified), std::back_inserter(finding_texts));

@@ -13,7 +13,7 @@
 #include "app/stage/dataset_input.h"
 #include "app/stage/identification_result.h"
 #include "app/stage/option_check.h"
-#include "app/stage/record_doubts.h"
+#include "app/stage/record_warnings.h"
 #include "base/output_file.h"
 #include "base/standard_streams.h"
 #include "base/text.h"
@@ -122,8 +122,8 @@ int run_validate(const ValidateArguments& options) {
   input.model_output_unit = model.parameters().output_unit;
   Dataset dataset = load_datasets({options.data}, input).front();
   std::vector<std::string> finding_texts;
-  for (const RecordDoubt& doubt : leave_out_suspects(options.data, dataset))
-    finding_texts.push_back(doubt.text());
+  for (const RecordWarning& warning : leave_out_suspects(options.data, dataset))
+    finding_texts.push_back(warning.text());
   const Validation outcome = predict(options, model, dataset);
   if (!options.output.empty()) write(options, dataset, outcome);
   report_prediction(options, dataset, outcome, finding_texts);

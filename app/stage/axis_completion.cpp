@@ -292,10 +292,10 @@ const Candidate* faster_of(const TuningReport& report) {
 
 std::vector<Promise> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned,
                                   const std::vector<std::string>& loops) {
-  std::vector<Ground> grounds;
+  std::vector<PromiseBasis> bases;
   for (std::size_t i = 0; i < config.axes.size(); ++i)
-    grounds.push_back(ground_of(config, i, loops[i], doubt_of(tuned[i])));
-  return promises_of(rehearsal_setup(config), grounds);
+    bases.push_back(basis_of(config, i, loops[i], uncertainty_of(tuned[i])));
+  return promises_of(rehearsal_setup(config), bases);
 }
 
 }  // namespace hystcan::app

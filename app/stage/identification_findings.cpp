@@ -91,7 +91,7 @@ class Findings {
           "{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the assumed "
           "initial memory is wrong)",
           of_dataset(i), trend.drift * percent_);
-    if (std::abs(trend.rate) > identified_.misses[i].rms && std::abs(trend.rate) * percent_ > 0.1)
+    if (std::abs(trend.rate) > identified_.errors[i].rms && std::abs(trend.rate) * percent_ > 0.1)
       add_finding(
           "{}the residual depends on the input's speed, {:+.2g} % of span between fastest rise and fastest "
           "fall: measure more slowly for a quasi-static model",
@@ -141,16 +141,16 @@ class Findings {
           100.0 * (response.amplitude_at(0.1) / response.amplitude_at(10.0) - 1.0));
     }
     report_gains_instead();
-    if (!identified_.other || identified_.other->trial.creep_per_decade == 0.0) return;
-    const SearchResult& other = *identified_.other;
+    if (!identified_.alternative || identified_.alternative->trial.creep_per_decade == 0.0) return;
+    const SearchResult& alternative = *identified_.alternative;
     const auto error = [&](const SearchResult& result) {
       return percent_ * result.held_out.value_or(result.rms);
     };
     add_finding(
         "with a creep of {:.2g} % per decade of time and a delay of {:.3g} s instead of {:.3g} s, the "
         "error of {} is {:.3g} % instead of {:.3g} %{}",
-        100.0 * other.trial.creep_per_decade, other.trial.delay_s, identified_.delay_s, held_out(),
-        error(other), error(identified_.search),
+        100.0 * alternative.trial.creep_per_decade, alternative.trial.delay_s, identified_.delay_s,
+        held_out(), error(alternative), error(identified_.search),
         datasets_.size() > 1
             ? std::string()
             : ": a record at a single rate hardly distinguishes creep from a delay and a wider loop; add "

@@ -83,9 +83,9 @@ std::string structures_of(const IdentificationReport& report) {
     row(to_string(step.quantity), step.rms_after, step.held_out_after, false);
   for (const identification::ShapeScore& tried : search.shapes)
     row(tried.shape.text(), tried.rms, tried.held_out, tried.shape.text() == search.shape.text());
-  if (const auto& other = identified.other) {
+  if (const auto& alternative = identified.alternative) {
     row(with_creep(search), search.rms, search.held_out, true);
-    row(with_creep(*other), other->rms, other->held_out, false);
+    row(with_creep(*alternative), alternative->rms, alternative->held_out, false);
   }
   return part + "</table>\n" + left_out_of(report);
 }
@@ -285,8 +285,8 @@ std::string datasets_of(const IdentificationReport& report) {
             number_cell(fmt::format("{}", is.samples)) + number_cell(fmt::format("{:.5g}", is.duration_s)) +
             number_cell(fmt::format("{}", is.cycles)) + number_cell(in_percent(is.noise)) +
             number_cell(is.repeatability ? in_percent(*is.repeatability) : "no repeat") +
-            number_cell(in_percent(identified.misses[i].rms)) +
-            number_cell(in_percent(identified.misses[i].max)) + "</tr>\n";
+            number_cell(in_percent(identified.errors[i].rms)) +
+            number_cell(in_percent(identified.errors[i].max)) + "</tr>\n";
   }
   part += "</table>\n<p class=\"note\">In percent of the output's span. Initial memory: ";
   for (std::size_t i = 0; i < report.datasets.size(); ++i)

@@ -75,8 +75,8 @@ nlohmann::json identification_json(const Identified& identified, const std::vect
          {"minor_fraction", identified.datasets[i].minor_fraction},
          {"noise_percent", identified.datasets[i].noise * percent},
          {"repeatability_percent", optional(identified.datasets[i].repeatability)},
-         {"rms_percent", identified.misses[i].rms * percent},
-         {"max_percent", identified.misses[i].max * percent},
+         {"rms_percent", identified.errors[i].rms * percent},
+         {"max_percent", identified.errors[i].max * percent},
          {"left_out_rms_percent", identified.left_out.empty() || identified.left_out[i].samples == 0.0
                                       ? nlohmann::json()
                                       : nlohmann::json(identified.left_out[i].rms() * percent)},

@@ -157,33 +157,35 @@ std::string two_digits(double value) {
   return fmt::format("{:.{}f}", shown, std::max(0, 1 - static_cast<int>(std::floor(std::log10(shown)))));
 }
 
-bool is_in_doubt(const Doubt& doubt) { return doubt.mode_error > 0.0 || doubt.unshared_s > 0.0; }
+bool is_uncertain(const Uncertainty& uncertainty) {
+  return uncertainty.mode_error > 0.0 || uncertainty.unshared_s > 0.0;
+}
 
 /// Sets the unknown values of the stage to those of sample k.
-void move(twin::AxisConfig& stage, const Doubt& doubt, std::size_t k) {
-  if (doubt.mode_error > 0.0) {
-    stage.plant.mode.natural_frequency_Hz *= 1.0 + doubt.mode_error * deviate(k);
+void move(twin::AxisConfig& stage, const Uncertainty& uncertainty, std::size_t k) {
+  if (uncertainty.mode_error > 0.0) {
+    stage.plant.mode.natural_frequency_Hz *= 1.0 + uncertainty.mode_error * deviate(k);
     stage.plant.mode.damping_ratio *= std::exp(damping_spread * deviate(7 * k + 5));
   }
-  if (!(doubt.unshared_s > 0.0)) return;
+  if (!(uncertainty.unshared_s > 0.0)) return;
   constexpr double without_lag_Hz = 1e5;
-  const double error = std::clamp(doubt.share_error, least_share_error, most_share_error),
-               off = std::abs(doubt.sensor_share + error * deviate(3 * k + 5)),
+  const double error = std::clamp(uncertainty.share_error, least_share_error, most_share_error),
+               off = std::abs(uncertainty.sensor_share + error * deviate(3 * k + 5)),
                share = off > 1.0 ? 2.0 - off : off,  // reflected into 0 to 1
-      lag_s = (1.0 - share) * doubt.unshared_s;
-  stage.sensor.delay = std::chrono::nanoseconds(std::llround(1e9 * share * doubt.unshared_s));
+      lag_s = (1.0 - share) * uncertainty.unshared_s;
+  stage.sensor.delay = std::chrono::nanoseconds(std::llround(1e9 * share * uncertainty.unshared_s));
   stage.plant.amplifier.bandwidth_Hz = std::min(without_lag_Hz, 1.0 / (2.0 * std::numbers::pi * lag_s));
 }
 
 /// Collects the parts of the error of each axis.
 class Promises {
  public:
-  Promises(const rehearsal::Setup& setup, const std::vector<Ground>& grounds)
+  Promises(const rehearsal::Setup& setup, const std::vector<PromiseBasis>& bases)
       : setup_(with_exact_models(setup)),
-        grounds_(grounds),
+        bases_(bases),
         configured_(setup),
         exact_(setup_),
-        parts_(grounds.size()) {
+        parts_(bases.size()) {
     if (!configured_.ended_well()) throw RunError("the rehearsal ended: " + configured_.failure());
   }
 
@@ -202,14 +204,14 @@ class Promises {
   void add_actuator(std::size_t i) {
     const controller::AxisConfig& axis = setup_.controller.axes[i].axis;
     Parts& parts = parts_[i];
-    if (!is_in_doubt(grounds_[i].doubt)) parts.exact.push_back(square(base().true_um(i)));
-    if (!grounds_[i].misfit || axis.learning) {
+    if (!is_uncertain(bases_[i].uncertainty)) parts.exact.push_back(square(base().true_um(i)));
+    if (!bases_[i].misfit || axis.learning) {
       parts.misfit = std::max(0.0, square(configured_.true_um(i)) - square(base().true_um(i)));
       return;
     }
     const Sensitivity sensitivity(axis, 1.0 / setup_.controller.rate_Hz);
     const double speed = base().speed(i);
-    add_misfit(parts, *grounds_[i].misfit, sensitivity, speed, axis.delays.resonance_Hz);
+    add_misfit(parts, *bases_[i].misfit, sensitivity, speed, axis.delays.resonance_Hz);
     if (!axis.law.creep) return;
     const double fundamental_Hz = speed / (2.0 * axis.law.model.input_range().span());
     parts.creep =
@@ -219,13 +221,14 @@ class Promises {
 
   /// Rehearses samples of the modes and of the sensor's shares together.
   void add_samples() {
-    if (std::ranges::none_of(grounds_, [](const Ground& of) { return is_in_doubt(of.doubt); })) return;
+    if (std::ranges::none_of(bases_, [](const PromiseBasis& of) { return is_uncertain(of.uncertainty); }))
+      return;
     for (std::size_t k = 0; k < deviates.size(); ++k) {
       const Run run(changed(
-          setup_, [&](std::size_t i, twin::AxisConfig& stage) { move(stage, grounds_[i].doubt, k); }));
+          setup_, [&](std::size_t i, twin::AxisConfig& stage) { move(stage, bases_[i].uncertainty, k); }));
       if (!run.ended_well()) continue;
       for (std::size_t i = 0; i < parts_.size(); ++i)
-        if (is_in_doubt(grounds_[i].doubt)) parts_[i].exact.push_back(square(run.true_um(i)));
+        if (is_uncertain(bases_[i].uncertainty)) parts_[i].exact.push_back(square(run.true_um(i)));
     }
     for (std::size_t i = 0; i < parts_.size(); ++i)
       if (parts_[i].exact.empty()) parts_[i].exact.push_back(square(base().true_um(i)));
@@ -237,7 +240,7 @@ class Promises {
       return std::sqrt(squares[static_cast<std::size_t>(share * static_cast<double>(squares.size()))]);
     };
     return {.axis = setup_.controller.axes[i].wire.name,
-            .loop = grounds_[i].loop,
+            .loop = bases_[i].loop,
             .rms_um = quantile(0.5),
             .least_um = quantile(0.05),
             .most_um = quantile(0.95),
@@ -246,30 +249,31 @@ class Promises {
   }
 
   rehearsal::Setup setup_;
-  const std::vector<Ground>& grounds_;
+  const std::vector<PromiseBasis>& bases_;
   Run configured_, exact_;
   std::vector<Parts> parts_;
 };
 
 }  // namespace
 
-Ground ground_of(const config::Config& config, std::size_t i, std::string loop, const Doubt& doubt) {
+PromiseBasis basis_of(const config::Config& config, std::size_t i, std::string loop,
+                      const Uncertainty& uncertainty) {
   const std::filesystem::path& model = config.axes[i].control_model;
-  Ground ground{.loop = std::move(loop), .doubt = doubt};
-  if (!model.empty()) ground.misfit = config::load_misfit(config.file.parent_path() / model);
-  return ground;
+  PromiseBasis basis{.loop = std::move(loop), .uncertainty = uncertainty};
+  if (!model.empty()) basis.misfit = config::load_misfit(config.file.parent_path() / model);
+  return basis;
 }
 
-std::vector<Promise> promises_of(const rehearsal::Setup& setup, const std::vector<Ground>& grounds) {
-  return Promises(setup, grounds).all();
+std::vector<Promise> promises_of(const rehearsal::Setup& setup, const std::vector<PromiseBasis>& bases) {
+  return Promises(setup, bases).all();
 }
 
 std::vector<Promise> promises_of(const config::Config& config) {
-  std::vector<Ground> grounds;
+  std::vector<PromiseBasis> bases;
   for (std::size_t i = 0; i < config.axes.size(); ++i)
-    grounds.push_back(ground_of(config, i, std::string(to_string(config.axes[i].control.law.structure))));
+    bases.push_back(basis_of(config, i, std::string(to_string(config.axes[i].control.law.structure))));
   try {
-    return promises_of(rehearsal_setup(config), grounds);
+    return promises_of(rehearsal_setup(config), bases);
   } catch (const RunError&) {
     if (stop_signalled != 0) throw;
     return {};

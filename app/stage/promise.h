@@ -34,7 +34,7 @@
 namespace hystcan::app {
 
 /// The unknown part of the dynamics of an axis.
-struct Doubt {
+struct Uncertainty {
   double unshared_s = 0.0;    ///< delay of which the sensor's share is not stated; 0: none
   double sensor_share = 0.0;  ///< share of this delay, 0 to 1, that is assigned to the sensor
   double share_error = 0.0;   ///< standard error of sensor_share
@@ -42,13 +42,14 @@ struct Doubt {
 };
 
 /// The basis of a promise for an axis, in addition to the rehearsals.
-struct Ground {
+struct PromiseBasis {
   std::string loop;  ///< name of the loop
   std::optional<identification::Misfit> misfit{};
-  Doubt doubt{};
+  Uncertainty uncertainty{};
 };
 /// Returns the basis for axis i, with the misfit from its model file.
-Ground ground_of(const config::Config& config, std::size_t i, std::string loop, const Doubt& doubt = {});
+PromiseBasis basis_of(const config::Config& config, std::size_t i, std::string loop,
+                      const Uncertainty& uncertainty = {});
 
 struct Promise {
   std::string axis, loop;
@@ -64,7 +65,7 @@ struct Promise {
 
 /// Returns one promise for each axis of the setup, in its order. Throws RunError if an axis does not track,
 /// or at a signal.
-std::vector<Promise> promises_of(const rehearsal::Setup& setup, const std::vector<Ground>& grounds);
+std::vector<Promise> promises_of(const rehearsal::Setup& setup, const std::vector<PromiseBasis>& bases);
 
 /// Returns promises for the loops of a configuration, named after their structures. Empty if an axis does not
 /// track.

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <string>
 
-#include "app/stage/record_doubts.h"
+#include "app/stage/record_warnings.h"
 #include "base/error.h"
 #include "base/standard_streams.h"
 #include "model/any_model.h"
@@ -58,11 +58,11 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
 
 /// Judges a record, because the limits of a bench are derived from its records.
 void judge_record(const std::filesystem::path& file, Dataset& dataset, bool accept) {
-  for (const RecordDoubt& doubt : leave_out_suspects(file, dataset)) {
+  for (const RecordWarning& warning : leave_out_suspects(file, dataset)) {
     if (!accept)
-      throw Error(doubt.fact + ", and the record sets the limits of the stage",
+      throw Error(warning.fact + ", and the record sets the limits of the stage",
                   {.remedy = "record it again, or add --accept"});
-    note("hystcan: {}\n", doubt.text());
+    note("hystcan: {}\n", warning.text());
   }
 }
 

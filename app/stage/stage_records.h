@@ -28,8 +28,8 @@ struct AxisRecords {
 };
 
 /// Reads the files. Throws Error with the name of the file if the output is not a length, if two files have
-/// the same rows, or if a record contains data that the stage cannot have caused (record_doubts.h). `accept`:
-/// prints such doubts on standard error instead, and leaves those rows out.
+/// the same rows, or if a record contains data that the stage cannot have caused (record_warnings.h). `accept`:
+/// prints such warnings on standard error instead, and leaves those rows out.
 void load(AxisRecords& records, const DatasetInput& input, bool accept);
 
 /// Throws Error if a record contradicts known facts: another unit, a drive beyond its range, or a stroke that

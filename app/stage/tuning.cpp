@@ -255,7 +255,7 @@ void predict_further(TuningReport& report, const config::Config& config, const t
   if (config.axes[0].control.delays.sensor_s() == 0.0)
     report.unshared_s = report.plant.delays.lag_s() + report.plant.delays.sensor_s();
   report.promise = promises_of(setup_of(report.proposed(), config, twin, report.plant),
-                               {ground_of(config, 0, report.proposed().name, doubt_of(report))})
+                               {basis_of(config, 0, report.proposed().name, uncertainty_of(report))})
                        .front();
   const ConfigAtRate other = [&](double rate_Hz) { return at_rate(report, config, rate_Hz); };
   report.offer = better_rate(other, rates_to_try(other(report.rate_Hz)), {*report.promise});

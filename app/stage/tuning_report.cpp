@@ -233,12 +233,12 @@ std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensit
   return best;
 }
 
-Doubt doubt_of(const TuningReport& report) {
-  Doubt doubt{.unshared_s = report.unshared_s,
-              .share_error = report.plant.share_error,
-              .mode_error = report.plant.mode_error};
-  if (report.unshared_s > 0.0) doubt.sensor_share = report.plant.delays.sensor_s() / report.unshared_s;
-  return doubt;
+Uncertainty uncertainty_of(const TuningReport& report) {
+  Uncertainty uncertainty{.unshared_s = report.unshared_s,
+                          .share_error = report.plant.share_error,
+                          .mode_error = report.plant.mode_error};
+  if (report.unshared_s > 0.0) uncertainty.sensor_share = report.plant.delays.sensor_s() / report.unshared_s;
+  return uncertainty;
 }
 
 std::string describe(const TuningReport& report) {

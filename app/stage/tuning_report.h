@@ -67,8 +67,8 @@ struct TuningReport {
   const Candidate& proposed() const { return candidates[best]; }
 };
 
-/// Returns the doubt that remains after the experiment. A report without an experiment uses the stated mode.
-Doubt doubt_of(const TuningReport& report);
+/// Returns the uncertainty that remains after the experiment. A report without an experiment uses the stated mode.
+Uncertainty uncertainty_of(const TuningReport& report);
 
 std::string describe(const TuningReport& report);
 /// Returns the keys of [axis.control] to replace, each with its present value in a comment.

@@ -185,7 +185,7 @@ TEST_F(PiezoStage, ThreeSessionsAtThreeRatesAreFittedTogether) {
     GTEST_SKIP() << no_dataset();
   const Identified found = identify(datasets, {});
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    const double percent = 100.0 * found.misses[i].rms / found.output_span;
+    const double percent = 100.0 * found.errors[i].rms / found.output_span;
     std::printf("session %zu of three: %.3f %% RMS, zero %+.3f, delay %.3f ms\n", i + 1, percent,
                 found.offsets[i], 1e3 * found.delay_s);
     EXPECT_LE(percent, 0.36);
@@ -326,8 +326,8 @@ TEST_F(Quadrupole, TwoRunsAreFittedTogetherAndPredictTheOthers) {
   const Identified found = identify(fitted, {});
   for (std::size_t i = 0; i < 2; ++i) {
     print_width_error(i == 0 ? "quadrupole run 3, fitted with 4" : "quadrupole run 4, fitted with 3",
-                      found.misses[i].rms, loop_width(datasets[i]), found.parameter_count());
-    EXPECT_LE(found.misses[i].rms, 0.05 * loop_width(datasets[i])) << "run " << i + 3;
+                      found.errors[i].rms, loop_width(datasets[i]), found.parameter_count());
+    EXPECT_LE(found.errors[i].rms, 0.05 * loop_width(datasets[i])) << "run " << i + 3;
   }
   const Hysteresis model(found.parameters);
   for (std::size_t i = 2; i < 4; ++i) {

@@ -47,7 +47,7 @@ TEST(IdentifyFrom, CountsTheOldModelInNoFigure) {
   const Identified found = identify_from({support::piezo_model()}, datasets, {});
   for (const std::size_t size :
        {found.memories.size(), found.offsets.size(), found.gains.size(), found.drifts.size(),
-        found.datasets.size(), found.misses.size(), found.folds.of.size()})
+        found.datasets.size(), found.errors.size(), found.folds.of.size()})
     EXPECT_EQ(size, 2U);
   EXPECT_NEAR(found.overall.rms, noise_um, 0.1 * noise_um);
   EXPECT_LT(found.output_span, 10.0) << "um: that of the small loops";

@@ -63,10 +63,11 @@ config::Config piezo(double resonance_Hz, double rate_Hz = 1000.0) {
   return config;
 }
 
-std::vector<Promise> promised(const config::Config& config, const Doubt& doubt, double misfit_um) {
+std::vector<Promise> promised(const config::Config& config, const Uncertainty& uncertainty,
+                              double misfit_um) {
   const identification::Misfit misfit{.speed = 100.0, .lowest = 0.005, .rms = {misfit_um}};
-  Ground ground{.loop = "integral", .misfit = misfit, .doubt = doubt};
-  return promises_of(rehearsal_setup(config), {ground});
+  PromiseBasis basis{.loop = "integral", .misfit = misfit, .uncertainty = uncertainty};
+  return promises_of(rehearsal_setup(config), {basis});
 }
 
 TEST(PromiseOfALoop, GrowsWithTheResidualOfTheModel) {
@@ -88,8 +89,8 @@ TEST(PromiseOfALoop, IsWiderIfTheOriginOfADelayIsUnknown) {
 TEST(PromiseOfALoop, HardlyDependsOnAnUnknownShareOfTheDelay) {
   const config::Config config = piezo(500.0);
   const auto most_um = [&](double sensor_share) {
-    const Doubt doubt{.unshared_s = 5e-4, .sensor_share = sensor_share, .share_error = 1.0};
-    return promised(config, doubt, 0.01).front().most_um;
+    const Uncertainty uncertainty{.unshared_s = 5e-4, .sensor_share = sensor_share, .share_error = 1.0};
+    return promised(config, uncertainty, 0.01).front().most_um;
   };
   EXPECT_NEAR(most_um(0.95) / most_um(0.05), 1.0, 0.2);
 }

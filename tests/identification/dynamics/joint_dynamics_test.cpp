@@ -95,7 +95,7 @@ TEST(IdentifyDynamics, KeepsTheZeroOfEachDataset) {
 TEST(IdentifyDynamics, PredictsItsDatasetWithTheReportedError) {
   const std::vector<Dataset> datasets{fast_record(60.0, 60, 6)};
   const Identified found = identify_dynamics(datasets, of_order_3());
-  EXPECT_EQ(ErrorNorms::of(predict(found, datasets, 0), datasets[0].output).rms, found.misses[0].rms);
+  EXPECT_EQ(ErrorNorms::of(predict(found, datasets, 0), datasets[0].output).rms, found.errors[0].rms);
 }
 
 TEST(IdentifyDynamics, UsesAKnownDelay) {

@@ -10,17 +10,17 @@
 
 namespace hystcan::app {
 
-struct RecordDoubt {
+struct RecordWarning {
   std::string fact;  ///< includes the file, value, row and time, or the number of rows
   std::string consequence;
 
   std::string text() const { return fact + "; " + consequence; }
 };
 
-/// Removes drop-outs and glitches from the dataset. Returns a doubt about them, and one for each end of the
+/// Removes drop-outs and glitches from the dataset. Returns a warning about them, and one for each end of the
 /// sensor's range. Row numbers count from the first row between --from and --to.
-std::vector<RecordDoubt> leave_out_suspects(const std::filesystem::path& file,
-                                            identification::Dataset& dataset);
+std::vector<RecordWarning> leave_out_suspects(const std::filesystem::path& file,
+                                              identification::Dataset& dataset);
 
 /// Throws Error if the rows of a dataset equal those of another one, or a part of them.
 void refuse_same_rows(const std::filesystem::path& file, const identification::Dataset& dataset,

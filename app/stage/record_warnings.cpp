@@ -1,4 +1,4 @@
-#include "app/stage/record_doubts.h"
+#include "app/stage/record_warnings.h"
 
 #include <fmt/format.h>
 
@@ -42,18 +42,18 @@ std::string text_of_end(const SensorEnd& end, const Dataset& dataset) {
 
 }  // namespace
 
-std::vector<RecordDoubt> leave_out_suspects(const std::filesystem::path& file, Dataset& dataset) {
-  std::vector<RecordDoubt> doubts;
+std::vector<RecordWarning> leave_out_suspects(const std::filesystem::path& file, Dataset& dataset) {
+  std::vector<RecordWarning> warnings;
   const std::vector<SuspectRow> suspects = identification::suspect_rows(dataset);
   if (!suspects.empty()) {
-    doubts.push_back({fmt::format("{}: {}", file.string(), text_of_rows(suspects, dataset)),
-                      suspects.size() > 1 ? "these rows are left out" : "this row is left out"});
+    warnings.push_back({fmt::format("{}: {}", file.string(), text_of_rows(suspects, dataset)),
+                        suspects.size() > 1 ? "these rows are left out" : "this row is left out"});
     dataset = identification::without_rows(dataset, suspects);
   }
   for (const SensorEnd& end : identification::sensor_ends(dataset))
-    doubts.push_back({fmt::format("{}: {}", file.string(), text_of_end(end, dataset)),
-                      "all rows are used, although this output is not the stage's"});
-  return doubts;
+    warnings.push_back({fmt::format("{}: {}", file.string(), text_of_end(end, dataset)),
+                        "all rows are used, although this output is not the stage's"});
+  return warnings;
 }
 
 void refuse_same_rows(const std::filesystem::path& file, const Dataset& dataset,

@@ -1,5 +1,5 @@
 // Twenty damaged records, made from one clean record, and the message about each.
-#include "app/stage/record_doubts.h"
+#include "app/stage/record_warnings.h"
 
 #include <gtest/gtest.h>
 
@@ -101,14 +101,15 @@ const std::vector<Spoilt>& spoilt_records() {
   return all;
 }
 
-TEST(RecordDoubts, NameOnlyTheDamageOfARecord) {
+TEST(RecordWarnings, NameOnlyTheDamageOfARecord) {
   for (const Spoilt& spoilt : spoilt_records()) {
     SCOPED_TRACE(spoilt.name);
     Dataset record = clean();
     spoilt.spoil(record);
     const std::size_t rows = record.size();
     std::vector<std::string> said;
-    for (const RecordDoubt& doubt : leave_out_suspects("loops.csv", record)) said.push_back(doubt.text());
+    for (const RecordWarning& warning : leave_out_suspects("loops.csv", record))
+      said.push_back(warning.text());
     EXPECT_EQ(rows - record.size(), spoilt.left_out);
     ASSERT_EQ(said.size(), spoilt.said.empty() ? 0 : 1) << (said.empty() ? "" : said.front());
     for (const std::string& part : spoilt.said)
@@ -116,7 +117,7 @@ TEST(RecordDoubts, NameOnlyTheDamageOfARecord) {
   }
 }
 
-TEST(RecordDoubts, RefuseTheSameSessionTwice) {
+TEST(RecordWarnings, RefuseTheSameSessionTwice) {
   EXPECT_NO_THROW(refuse_same_rows({"a.csv"}, {clean()}));
   Dataset other = identification::with_noise(clean(), 3e-4, 2);
   EXPECT_NO_THROW(refuse_same_rows({"a.csv", "b.csv"}, {clean(), other}));
