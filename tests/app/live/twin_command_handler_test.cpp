@@ -33,7 +33,7 @@ class TwinCommandHandlerTest : public testing::Test {
   json ask(const json& command) {
     json received;
     int answers = 0;
-    handler.obey(command, {[&](json answer) {
+    handler.execute(command, {[&](json answer) {
                    received = std::move(answer);
                    ++answers;
                  }});
