@@ -80,7 +80,8 @@ template <class V>
 void visit(V& v, SettingsAnswer& a) {
   v.member("file", a.file, {"", "the configuration file"});
   v.member("settings", a.settings, {"", "the active configuration"});
-  v.member("unsaved", a.unsaved, {"", "the keys with another value in the file (`from`)"});
+  v.member("unsaved", a.unsaved,
+           {"", "each key whose active value differs from its value in the file (`from`)"});
   v.member("undo", a.undo, {"", "number of `set` commands that `undo` can reverse"});
 }
 

@@ -273,7 +273,8 @@ void number_nodes(StageFacts& stage, const InitOptions& stated, Questions& quest
   for (const int node : known)
     known_text = known_text ? *known_text + fmt::format(",{}", node) : fmt::format("{}", node);
   const std::string answer = questions.text(
-      {"--nodes", "Node ids", "", "amplifier and sensor of each axis in turn (CANopen heartbeats and SYNC)"},
+      {"--nodes", "Node ids", "",
+       "node ids of amplifier and sensor, axis by axis (CANopen heartbeats and SYNC)"},
       known_text, usual_text,
       [&](const std::string& text) { return wrong_with(parsed_nodes(text), stage.axes.size()); });
   const std::vector<int> nodes = parsed_nodes(answer);

@@ -153,7 +153,7 @@ std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::
     document.fail_at("memory.creep", "creep is not allowed in the memory of a model without [creep]");
   if (raw.creep.size() != creep.lags())
     document.fail_at("memory.creep",
-                     fmt::format("creep has {} values, expected {}: the lags of the model's [creep]",
+                     fmt::format("creep has {} values, expected {}, one for each lag in the model's [creep]",
                                  raw.creep.size(), creep.lags()));
   return model::HeldCreep::State{
       .creep = raw.creep, .h = h, .time_s = has_time ? std::optional(raw.time_s) : std::nullopt};

@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(
     Of, BadCreeps,
     testing::Values(
         BadCreep{"TooFew", "creep = [1, 2, 3]\n",
-                 "memory.toml:5:9: creep has 3 values, expected 6: the lags of the model's [creep]"},
+                 "memory.toml:5:9: creep has 3 values, expected 6, one for each lag in the model's [creep]"},
         BadCreep{"None", "creep = []\n", "memory.toml:5:9: creep has 0 values, expected 6"},
         BadCreep{"NotFinite", "creep = [1, 2, nan, 4, 5, 6]\n", "memory.toml:5:16: creep is nan"},
         BadCreep{"TimeNotFinite", "creep = [1, 2, 3, 4, 5, 6]\ntime_s = inf\n",
