@@ -15,7 +15,8 @@ constexpr std::size_t enough_bytes = 1 << 16;
 
 std::error_code last_error() { return {errno, std::generic_category()}; }
 
-/// `done`: number of written bytes, also after an error.
+/// Writes `text` to the file. Sets `done` to the number of bytes that were written, also if it returns an
+/// error.
 std::error_code write_all(int descriptor, std::string_view text, std::size_t& done) {
   for (done = 0; done < text.size();) {
     const ssize_t count = ::write(descriptor, text.data() + done, text.size() - done);

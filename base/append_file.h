@@ -1,4 +1,5 @@
-// A file to which a program appends whole lines: they stay in the file however the program ends.
+// An output file to which a program appends whole lines. Lines that reached the file stay there, even if the
+// program is killed.
 #pragma once
 
 #include <cstdint>
@@ -9,35 +10,37 @@
 
 namespace hystcan {
 
-/// An output file that has its final name from the start. If the disk is full, an incompletely written line
-/// is removed again, and later lines are dropped; error() keeps the first error.
+/// An output file that has its final name from the start, unlike OutputFile. If the disk is full, the class
+/// removes the incomplete last line from the file and drops all later lines. error() returns the first error.
 class AppendFile {
  public:
   enum class Existing : std::uint8_t { refuse, replace };
 
-  /// Throws std::system_error with the file name if the file cannot be created; the error is
-  /// std::errc::file_exists if the file exists and `existing` is `refuse`. Writes to a device or a pipe
-  /// without replacing it.
+  /// Opens the file. Throws std::system_error, with the file name, if the file cannot be created. If
+  /// `existing` is `refuse` and the file exists, the error is std::errc::file_exists. A device or a pipe is
+  /// opened for writing and is not replaced.
   AppendFile(std::filesystem::path path, Existing existing);
-  ~AppendFile();  ///< writes the remaining lines, and reports no error
+  ~AppendFile();  ///< writes the lines in memory to the file; ignores errors
   AppendFile(const AppendFile&) = delete;
   AppendFile& operator=(const AppendFile&) = delete;
 
-  /// Adds whole lines with their ends. Keeps them until there is enough to write, or until flush().
+  /// Adds one or more whole lines, each with its line feed. The lines stay in memory until 64 KiB are full,
+  /// or until flush().
   void add(std::string_view lines);
-  /// Passes all lines to the system: they survive the end of this process.
+  /// Writes all lines in memory to the file. Then the lines survive a crash of this process, but not a loss
+  /// of power.
   std::error_code flush();
-  /// Flushes, so that the lines also survive a loss of power.
+  /// Calls flush(), then writes the file to the disk: the lines also survive a loss of power.
   std::error_code sync();
-  /// Flushes and closes.
+  /// Calls flush() and closes the file.
   std::error_code close();
 
   const std::filesystem::path& path() const { return path_; }
   std::uint64_t written_bytes() const { return written_; }
   std::error_code error() const { return error_; }
-  /// "FILE: cannot be written: REASON"; empty if there is no error.
+  /// Returns "FILE: cannot be written: REASON"; returns an empty text if there was no error.
   std::string error_text() const;
-  /// False if the file was removed, or if another file now has its name.
+  /// Returns false if the file was removed or renamed, or if another file now has its name.
   bool is_in_place() const;
 
  private:
@@ -46,8 +49,9 @@ class AppendFile {
   std::filesystem::path path_;
   int descriptor_ = -1;
   bool is_regular_ = true;
-  std::uint64_t written_ = 0;  ///< bytes, whole lines
-  std::string kept_;           ///< lines until there is enough to write; its memory does not grow
+  std::uint64_t written_ = 0;  ///< number of bytes in the file, whole lines only
+  /// Lines that are not yet written; its memory never grows, because it holds at most 64 KiB
+  std::string kept_;
   std::error_code error_;
 };
 

@@ -64,7 +64,7 @@ std::string error_text(const std::exception& error) {
     return fmt::format("{}: {}", file->path1().empty() ? "a file without a name" : file->path1().string(),
                        file->code().message());
   if (const auto* system = as<boost::system::system_error>(error)) return system->code().message();
-  if (const auto* system = as<std::system_error>(error);  // thrown by std::thread
+  if (const auto* system = as<std::system_error>(error);  // std::thread throws this error
       system != nullptr && system->code() == std::errc::resource_unavailable_try_again)
     return "cannot start another thread: raise the limit of processes (ulimit -u)";
   if (as<std::bad_alloc>(error) != nullptr || as<std::length_error>(error) != nullptr)

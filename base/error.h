@@ -14,8 +14,8 @@
 
 namespace hystcan {
 
-/// Place of an error: a file, with line and column (counted from 1) if they are known; or an option, a key,
-/// or a step of the work.
+/// The place of an error. `name` is a file, an option, a key, or a step of the work. For a file, `line` and
+/// `column` count from 1; 0 means that they are not known.
 struct Place {
   Place() = default;
   template <std::convertible_to<std::filesystem::path> Name>
@@ -26,7 +26,7 @@ struct Place {
   std::size_t line = 0, column = 0;
 };
 
-/// The correct value, and what the user can do.
+/// Two optional parts of an error message: the value that would be correct, and what the user can do.
 struct Advice {
   std::string expected{}, remedy{};
 };
@@ -35,17 +35,17 @@ Advice expect(fmt::format_string<Values...> format, Values&&... values) {
   return {.expected = fmt::format(format, std::forward<Values>(values)...)};
 }
 
-/// Returns the message of the project's own exceptions. For exceptions of a library, returns a plain sentence
-/// instead of its message.
+/// Returns the text of an exception for the user. For an exception of this project, the text is its message.
+/// For an exception of a library, the text is a plain sentence instead of the library's message.
 std::string error_text(const std::exception& error);
 inline std::string error_text(std::string_view text) { return std::string(text); }
 
-/// what() is `FILE:LINE:COLUMN: what, expected EXPECTED; REMEDY` without empty parts, and with a space for
-/// each control character.
+/// An error with its place and advice. what() returns `FILE:LINE:COLUMN: what, expected EXPECTED; REMEDY`.
+/// Empty parts are left out, and each control character is replaced by a space.
 class PlacedError : public std::runtime_error {
  public:
   explicit PlacedError(std::string what, Advice advice = {}, Place place = {});
-  template <class What>  // a text, or an error that was thrown without a place
+  template <class What>  // `what`: a text, or an exception without a place
   PlacedError(Place place, const What& what, Advice advice = {})
       : PlacedError(error_text(what), std::move(advice), std::move(place)) {}
 
@@ -54,7 +54,7 @@ class PlacedError : public std::runtime_error {
   /// Returns what() without the remedy.
   std::string finding() const;
 
-  /// If the place is in the folder `from`, renames it to the same file in `to`.
+  /// If the place of the error is a file in the folder `from`, replaces this folder by `to` in the file name.
   void rename_folder(const std::string& from, const std::string& to);
   void add_sentence(const std::string& sentence);
 
@@ -76,7 +76,8 @@ struct RunError : PlacedError {
   using PlacedError::PlacedError;
 };
 
-/// Runs `body`, which does not handle files: its std::invalid_argument becomes an Error at `place`.
+/// Runs `body`. If `body` throws std::invalid_argument, throws an Error with the same text at `place`. `body`
+/// must not read or write files.
 template <class Body>
 auto at_place(const Place& place, const Body& body) {
   try {
@@ -86,8 +87,8 @@ auto at_place(const Place& place, const Body& body) {
   }
 }
 
-/// Users depend on these values. 0: done; 1: failed while running; 2: invalid usage, configuration, model or
-/// data.
+/// The exit status of the program. Scripts of users depend on these values. 0: the command succeeded. 1: it
+/// failed while it ran. 2: its arguments, configuration, model or data are not valid.
 enum ExitStatus : int { done = 0, failed = 1, bad_input = 2 };
 
 }  // namespace hystcan

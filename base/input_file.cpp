@@ -31,7 +31,8 @@ class DescriptorBuffer : public std::streambuf {
  public:
   explicit DescriptorBuffer(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
 
-  /// Waits until a process has opened the FIFO for writing. Without a writer, a read ends immediately.
+  /// Waits until a process has opened the FIFO for writing. Without this wait, the first read would report
+  /// the end of the file at once.
   void await_writer(const Input& input, std::chrono::milliseconds timeout) {
     using WaitClock = std::chrono::steady_clock;
     constexpr int pause_ms = 10;
@@ -39,7 +40,8 @@ class DescriptorBuffer : public std::streambuf {
     while (true) {
       const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
       if (received > 0) return take(received);
-      if (received < 0 && errno == EAGAIN) return;  // the writer has not written yet
+      // a writer has opened the FIFO, but has written nothing yet
+      if (received < 0 && errno == EAGAIN) return;
       if (received < 0 && errno != EINTR) input.refuse();
       if (WaitClock::now() > deadline) input.refuse("it is a pipe without a writer");
       ::poll(nullptr, 0, pause_ms);
@@ -50,7 +52,8 @@ class DescriptorBuffer : public std::streambuf {
   int_type underflow() override {
     if (gptr() != egptr()) return traits_type::to_int_type(*gptr());
     pollfd input{.fd = descriptor_.get(), .events = POLLIN, .revents = 0};
-    if (::poll(&input, 1, -1) < 0) fail();  // a signal ends poll(), although it may restart read()
+    // a signal interrupts poll(), even if the system restarts an interrupted read()
+    if (::poll(&input, 1, -1) < 0) fail();
     const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
     if (received < 0) fail();
     if (received == 0) return traits_type::eof();
@@ -92,7 +95,7 @@ std::string read_regular_file(const std::filesystem::path& file, std::size_t lar
   const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (descriptor.get() < 0) input.refuse();
   std::string text;
-  // Room for one byte more than expected, to detect a longer file.
+  // One byte more than the file may have, so that a file that is too long is detected.
   text.reserve(std::min(size_of_regular(descriptor.get(), input), largest) + 1);
   while (true) {
     const std::size_t before = text.size();

@@ -1,4 +1,4 @@
-// Files that a command reads, and a class that owns a file descriptor.
+// Functions that read the input files of a command, and a class that owns a file descriptor.
 #pragma once
 
 #include <unistd.h>
@@ -13,10 +13,10 @@
 
 namespace hystcan {
 
-/// An open file descriptor that closes with its scope.
+/// Owns an open file descriptor. The destructor closes the descriptor.
 class Descriptor {
  public:
-  /// `number`: the descriptor; negative: none is open.
+  /// `number`: the file descriptor. If it is negative, the object owns no descriptor.
   explicit Descriptor(int number) : number_(number) {}
   ~Descriptor() {
     if (number_ >= 0) ::close(number_);
@@ -31,18 +31,19 @@ class Descriptor {
   int number_;
 };
 
-/// Returns the content of a regular file. Never waits for another process: a pipe or a terminal would wait
-/// for its other end, and a device never ends. Throws Error, with `expected`, if the file cannot be opened,
-/// is not a regular file, or has more than `largest` bytes.
+/// Returns the content of a regular file. Refuses a pipe, a terminal and a device, because reading them could
+/// wait forever. Throws Error, with `expected` as the advice, if the file cannot be opened, is not a regular
+/// file, or has more than `largest` bytes.
 std::string read_regular_file(const std::filesystem::path& file, std::size_t largest,
                               const char* expected = "");
 
-/// How long opening a FIFO waits for a process that opens it for writing.
+/// Maximum time that open_input() waits until another process opens a FIFO for writing.
 inline constexpr std::chrono::seconds fifo_open_timeout{3};
 
-/// Opens a file that is read once from its beginning. It may be a pipe (/dev/stdin, a FIFO). Throws Error,
-/// with `expected`, if the file cannot be opened, is a directory, or is a FIFO that no program opens for
-/// writing. A signal that interrupts a wait for data makes the stream bad().
+/// Opens a file for one reading from beginning to end; the file may be a pipe (/dev/stdin, a FIFO). Throws
+/// Error, with `expected` as the advice, if the file cannot be opened, is a directory, or is a FIFO that no
+/// program opens for writing within `timeout`. If a signal interrupts a wait for data, the stream becomes
+/// bad().
 std::unique_ptr<std::istream> open_input(const std::filesystem::path& file, const char* expected,
                                          std::chrono::milliseconds timeout = fifo_open_timeout);
 

@@ -18,9 +18,9 @@
 namespace hystcan {
 namespace {
 
-/// How long the end of the program waits for a reader that does not read.
+/// Maximum time that the end of the program waits for a reader of the log that does not read.
 constexpr auto reader_timeout = std::chrono::milliseconds(500);
-/// How often the thread checks if the program ends.
+/// Period in which the thread checks if the program ends while it waits for the reader of the log.
 constexpr auto write_slice = std::chrono::milliseconds(50);
 
 std::string_view colour_of(spdlog::level::level_enum level) {
@@ -51,17 +51,19 @@ class LogSink::Queue {
     changed_.notify_all();
   }
 
-  /// Writes the line from the logging thread, if the system cannot start a thread for the queue.
+  /// Writes the line in the thread that logs it. Used only if the system cannot start the thread of the
+  /// queue.
   void write_at_once(std::string_view line) const { write_within(descriptor_, line, write_slice); }
 
-  /// Returns when all lines are written, or when nothing was written for `reader_timeout`.
+  /// Waits until all lines are written. Stops waiting if no line was written for `reader_timeout`.
   void wait_until_written() {
     std::unique_lock lock(mutex_);
     for (std::size_t before = written_; !is_empty(); before = written_)
       if (!changed_.wait_for(lock, reader_timeout, [&] { return is_empty() || written_ != before; })) return;
   }
 
-  /// Returns true if the thread has ended.
+  /// Requests the end of the thread and waits for it. Returns false if the thread has not ended within
+  /// `reader_timeout`.
   bool end() {
     std::unique_lock lock(mutex_);
     ending_ = true;
@@ -83,10 +85,12 @@ class LogSink::Queue {
  private:
   bool is_empty() const { return lines_.empty() && dropped_ == 0; }
 
-  /// Writes one line, which stays in the queue until it is written. If the stream is closed, drops the line.
+  /// Writes the first line of the queue; the line stays in the queue until it is written completely. Drops
+  /// the line if the stream is closed.
   void write_one(std::unique_lock<std::mutex>& lock) {
     if (lines_.empty()) lines_.push_back(note_of(std::exchange(dropped_, 0)));
-    std::string_view rest = lines_.front();  // a deque does not move its elements
+    // stays valid without the lock, because a deque does not move its elements
+    std::string_view rest = lines_.front();
     Written result = Written::timed_out;
     while (result == Written::timed_out && !ending_) {
       lock.unlock();
@@ -103,7 +107,7 @@ class LogSink::Queue {
   std::condition_variable changed_;
   std::deque<std::string> lines_;
   int descriptor_;
-  std::size_t dropped_ = 0;  ///< lines dropped after the last line of the queue
+  std::size_t dropped_ = 0;  ///< number of lines that were dropped since the last line was queued
   std::size_t written_ = 0;
   bool ending_ = false;
   bool ended_ = false;
@@ -118,7 +122,7 @@ LogSink::~LogSink() {
   if (queue_->end())
     thread_.join();
   else
-    thread_.detach();  // it is blocked in write()
+    thread_.detach();  // the thread is blocked in write() and cannot be joined
 }
 
 bool LogSink::has_thread() {

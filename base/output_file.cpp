@@ -17,7 +17,7 @@ namespace hystcan {
 
 namespace {
 
-/// Returns zero or the errno.
+/// Writes the folder's entries to the disk with fsync(). Returns 0, or the errno of the failed call.
 int sync_folder(const std::filesystem::path& folder) {
   const Descriptor descriptor(
       ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -44,8 +44,8 @@ OutputFile::OutputFile(const std::filesystem::path& path, Kind kind) : kind_(kin
   open_beside();
 }
 
-// Opens the temporary file. Copies the permissions of the file that it replaces, or sets those of a new file,
-// because mkstemp grants access only to the owner.
+// Opens the temporary file beside the output file. Sets its permissions to those of the file that will be
+// replaced, or to those of a new file. This is necessary because mkstemp() grants access only to the owner.
 void OutputFile::open_beside() {
   struct stat replaced {};
   const bool is_there = ::lstat(path_.c_str(), &replaced) == 0 && S_ISREG(replaced.st_mode);
@@ -133,7 +133,7 @@ void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::
 void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite) {
   std::error_code ignored;
   const std::string& name = output.native();
-  // A path like /dev/stdout can be a regular file that the shell has opened, so its existence is no error.
+  // A path like /dev/stdout can be a regular file that the shell has opened. Its existence is not an error.
   const bool is_a_stream = name.starts_with("/dev/") || name.starts_with("/proc/");
   if (!may_overwrite && !is_a_stream && std::filesystem::is_regular_file(output, ignored))
     throw Error(output, "exists already", expect("another name, or --overwrite"));

@@ -1,4 +1,4 @@
-// An output file that is either complete or absent.
+// An output file that is either complete or absent: an interrupted program leaves no incomplete file.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,18 @@
 
 namespace hystcan {
 
-/// Writes the text to a temporary file in the same folder; commit() moves it to the path. Without commit()
-/// the temporary file is removed. A replaced file keeps its permissions; a file that no user may write is not
-/// replaced. A link is followed. If the path is a device or a pipe, the text is written to it directly.
-/// Throws RunError if the file cannot be written, Error if the path is empty.
+/// Writes the text to a temporary file in the folder of the output file. commit() renames the temporary file
+/// to the output file. Without commit(), the destructor removes the temporary file.
+///
+/// The new file has the permissions of the file that it replaces. A file that nobody may write is not
+/// replaced. If the path is a link, the target of the link is replaced. If the path is a device or a pipe,
+/// the text is written to it directly. Throws RunError if the file cannot be written, Error if the path is
+/// empty.
 class OutputFile {
  public:
-  /// `durable`: commit() returns when the file is on the disk, so that it is complete or absent after a loss
-  /// of power too. A link is replaced, not followed, so that another user's file is never written.
+  /// `durable`: commit() waits until the file is on the disk. Then the file is complete or absent even after
+  /// a loss of power. A `durable` file replaces a link itself, not its target, so that a link cannot lead to
+  /// another user's file.
   enum class Kind : std::uint8_t { plain, durable };
 
   explicit OutputFile(const std::filesystem::path& path, Kind kind = Kind::plain);
@@ -26,8 +30,8 @@ class OutputFile {
   void write(std::string_view text);
   void commit();
 
-  /// Returns the path of the temporary file, for a library that writes to a file by its name. Throws Error
-  /// for a device or a pipe.
+  /// Returns the path of the temporary file, for libraries that open a file by its name. Throws Error if the
+  /// output is a device or a pipe.
   const std::filesystem::path& written() const;
 
  private:
@@ -38,30 +42,32 @@ class OutputFile {
 
   Kind kind_;
   std::filesystem::path path_;
-  /// Temporary file; empty if path_ is written directly, and after commit().
+  /// Path of the temporary file. Empty if path_ is written directly, and after commit().
   std::filesystem::path written_;
   std::FILE* file_ = nullptr;
 };
 
-/// Writes a file with this text, complete or absent.
+/// Writes a file with this text, using OutputFile: the file is complete or absent.
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-/// Throws the same errors as create_folder(), but creates nothing. For a check before long work.
+/// Throws the errors of create_folder(), but does not create the folder. Called before long work, so that the
+/// work is not lost.
 void refuse_as_folder(const std::filesystem::path& folder);
-/// Creates the folder and its parents. Throws Error if the name is empty or if a file has this name, RunError
-/// if the folder cannot be created.
+/// Creates the folder and its parents. Throws Error if the name is empty or belongs to a file. Throws
+/// RunError if the folder cannot be created.
 void create_folder(const std::filesystem::path& folder);
 
-/// Throws Error if the output file is also an input file: it would be lost while it is read.
+/// Throws Error if `output` and `input` are the same file, because writing would destroy the input.
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input);
 
-/// Makes the same check for an input that may be a folder: also throws if the output is one of its files.
+/// Does the check of refuse_to_overwrite() for an input that may be a folder: throws Error if `output` is in
+/// this folder.
 void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::filesystem::path& input);
 
-/// Throws Error if a regular file of this name exists, unless it may be overwritten.
+/// Throws Error if `output` exists as a regular file and `may_overwrite` is false.
 void refuse_to_replace(const std::filesystem::path& output, bool may_overwrite);
 
-/// Throws Error if two outputs are the same file.
+/// Throws Error if the two output files of a command are the same file.
 void refuse_to_share(const std::filesystem::path& one, const std::filesystem::path& other);
 
 }  // namespace hystcan

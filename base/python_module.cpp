@@ -25,7 +25,8 @@ std::string interpreter() {
   return own == nullptr || *own == '\0' ? "/usr/bin/python3" : own;
 }
 
-/// Debian installs into PREFIX/lib/python3/dist-packages; /usr/local has python3.11 instead of python3.
+/// Returns the file in the Python package that is installed below `prefix`; empty if there is none. Debian
+/// uses the folder lib/python3/dist-packages; in /usr/local its name is lib/python3.11/dist-packages.
 fs::path installed_file(const fs::path& prefix, std::string_view name) {
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(prefix / "lib", none)) {
@@ -60,7 +61,7 @@ fs::path python_file(std::string_view name) {
   std::error_code none;
   const fs::path program = fs::read_symlink("/proc/self/exe", none).parent_path();
   if (auto installed = installed_file(program.parent_path(), name); !installed.empty()) return installed;
-  constexpr int levels = 5;  // the deepest folder of a program is BUILD/PRESET/tests/FOLDER
+  constexpr int levels = 5;  // tests are at the deepest level, in BUILD/PRESET/tests/FOLDER
   fs::path above = program;
   for (int i = 0; i < levels; ++i, above = above.parent_path())
     if (auto of_the_tree = above / "python/hystcan" / name; fs::exists(of_the_tree, none)) return of_the_tree;
@@ -137,7 +138,8 @@ std::string PythonModule::last_message() const {
   std::string_view text(block.data(), static_cast<std::size_t>(std::max<ssize_t>(0, size)));
   while (text.ends_with('\n')) text.remove_suffix(1);
   text.remove_prefix(text.rfind('\n') + 1);
-  // A failed write may have ended Python within a library, or there was no room for its message.
+  // An empty text has two possible causes: a library ended Python because a write failed, or the disk had no
+  // room for the message.
   return text.empty() ? "Python ended without a message: Input/output error; is the disk full?"
                       : std::string(text);
 }

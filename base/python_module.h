@@ -1,4 +1,5 @@
-// Runs a file of python/hystcan as a child process, so that this program can use Python libraries.
+// Runs a Python file of this project (python/hystcan) as a child process, so that this program can use Python
+// libraries.
 #pragma once
 
 #include <sys/types.h>
@@ -12,27 +13,30 @@
 
 namespace hystcan {
 
-/// Returns the path of hystcan/NAME in the Python package, installed or in the source tree; empty if there is
-/// none.
+/// Returns the path of the file hystcan/NAME in the installed Python package or in the source tree. Returns
+/// an empty path if the file is missing.
 std::filesystem::path python_file(std::string_view name);
 
-/// Runs hystcan/NAME.py by /usr/bin/python3, or by the interpreter in HYSTCAN_PYTHON. write() sends bytes to
-/// its standard input, read() receives bytes from its standard output, and finish() returns the last line of
-/// its standard error. Ctrl-C in the terminal does not reach the child: it has its own process group, and
-/// ends when its input ends.
+/// Runs hystcan/NAME.py as a child process. The interpreter is /usr/bin/python3, or the one in the
+/// environment variable HYSTCAN_PYTHON. write() sends bytes to the standard input of the child, and read()
+/// receives bytes from its standard output. finish() returns the last line of its standard error. Ctrl-C in
+/// the terminal does not reach the child, because the child has its own process group. The child ends when
+/// its input ends.
 class PythonModule {
  public:
-  /// `package`: the Debian package that a message names if Python is missing.
+  /// `package`: the Debian package to install if Python is missing. The error message names this package.
   PythonModule(std::string_view name, std::vector<std::string> arguments, std::string_view package);
   ~PythonModule() { finish(); }
   PythonModule(const PythonModule&) = delete;
   PythonModule& operator=(const PythonModule&) = delete;
 
-  /// Return false if the child has ended or never started; finish() then returns the reason.
+  /// Send bytes to the child and receive bytes from it. Return false if the child has ended or could not be
+  /// started; finish() then returns the reason.
   bool write(std::string_view bytes);
   bool read(std::span<char> bytes);
 
-  /// Ends the input and waits for the child. Returns the reason in one line if it failed.
+  /// Closes the input of the child and waits until the child ends. If the child failed, returns the reason in
+  /// one line.
   std::optional<std::string> finish();
 
  private:
@@ -41,8 +45,8 @@ class PythonModule {
 
   std::string_view package_;
   pid_t child_ = -1;
-  int stream_ = -1;    ///< socket that is the child's standard input and output
-  int messages_ = -1;  ///< file in memory that is the child's standard error
+  int stream_ = -1;    ///< socket that is connected to the child's standard input and output
+  int messages_ = -1;  ///< file in memory that receives the child's standard error
   std::optional<std::string> failure_;
 };
 

@@ -30,7 +30,8 @@ void discard_output() {
 void prepare_standard_streams() {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  // open() uses the lowest free number. Standard output is opened read-only, so that a write to it fails.
+  // open() uses the lowest free number, which is the number of the closed stream. /dev/null becomes standard
+  // output read-only, so that a write to it fails.
   for (const auto& [stream, mode] :
        {std::pair(STDIN_FILENO, O_RDONLY), {STDOUT_FILENO, O_RDONLY}, {STDERR_FILENO, O_WRONLY}})
     if (::fcntl(stream, F_GETFD) < 0 && errno == EBADF) static_cast<void>(::open("/dev/null", mode));
@@ -53,7 +54,8 @@ std::string printable(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);
     const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : '\0');
-    if (byte == 0xC2 && next >= 0x80 && next < 0xA0) {  // U+0080 to U+009F in UTF-8
+    // U+0080 to U+009F in UTF-8: control characters of two bytes
+    if (byte == 0xC2 && next >= 0x80 && next < 0xA0) {
       result += fmt::format("\\x{:02x}", next);
       ++i;
     } else if ((byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7F) {
@@ -92,7 +94,7 @@ Written write_within(int descriptor, std::string_view& text, std::chrono::millis
     if (ready == 0) return Written::timed_out;
     if (ready < 0 && errno != EINTR) return Written::failed;
     if (ready < 0) continue;
-    // A ready pipe accepts PIPE_BUF bytes without waiting.
+    // poll() guarantees that a ready pipe accepts PIPE_BUF bytes without waiting.
     const ssize_t written = ::write(descriptor, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
     if (written < 0 && errno != EINTR && errno != EAGAIN) return Written::failed;
     text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));

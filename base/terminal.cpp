@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t longest_bar = 30;
 constexpr std::size_t shortest_bar = 5;
 
-/// True for a terminal that can return to the start of a line and erase the line.
+/// Returns true if standard error is a terminal that can return to the start of a line and erase the line.
 bool can_show_a_bar() {
   const char* kind = std::getenv("TERM");
   return isatty(STDERR_FILENO) == 1 && (kind == nullptr || std::string_view(kind) != "dumb");
@@ -70,7 +70,8 @@ void Progress::draw(std::uint64_t done, std::uint64_t rows) {
   const std::string counted = rows < 1'000'000
                                   ? fmt::format("{} {}", rows, unit_)
                                   : fmt::format("{:.3g} million {}", static_cast<double>(rows) * 1e-6, unit_);
-  const std::size_t columns = columns_of_terminal();  // the window may have changed
+  // read for each drawing, because the user may have changed the size of the window
+  const std::size_t columns = columns_of_terminal();
   if (total_ == 0) {
     const std::string line = fmt::format("{}: {}, {:.0f} s", what_, counted, elapsed_s);
     return show(line.substr(0, columns - 1));

@@ -1,4 +1,4 @@
-// Terminal output that is redrawn in place: a progress bar, and the alternate screen.
+// Output that a terminal redraws at the same place: a progress bar, and a full screen.
 #pragma once
 
 #include <termios.h>
@@ -12,21 +12,24 @@
 
 namespace hystcan {
 
-/// Returns one line of fewer than `columns` characters, without its end: `what [=====     ] rest`. `share`: 0
-/// to 1. On a narrow terminal the line has no bar; on a very narrow one it is the beginning of the text.
+/// Returns a progress bar as one line of text, `what [=====     ] rest`, shorter than `columns` characters.
+/// `share` is the filled part of the bar, 0 to 1. If the terminal is narrow, the line has no bar; if it is
+/// very narrow, the text is cut off.
 std::string progress_line(std::string_view what, double share, std::string_view rest, std::size_t columns);
 
-/// A progress bar, shown only on a terminal that can erase it (TERM is not "dumb"). It fits the width of the
-/// terminal.
+/// A progress bar on standard error, as wide as the terminal. It is shown only if standard error is a
+/// terminal that can erase a line (TERM is not "dumb").
 class Progress {
  public:
-  /// `total`: final value of `done`; 0 if it is unknown.
+  /// `total`: value of `done` at the end of the work; 0 if it is unknown, then the bar shows only counts and
+  /// time.
   Progress(const std::string& what, std::uint64_t total, std::string unit = "rows");
-  ~Progress();  ///< erases the bar
+  ~Progress();  ///< erases the bar from the terminal
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Reads the clock and draws at most ten times a second.
+  /// Redraws the bar, at most ten times a second. `done` is compared with the total; `rows` is the count that
+  /// is shown.
   void update(std::uint64_t done) { update(done, done); }
   void update(std::uint64_t done, std::uint64_t rows) {
     if (shown_) draw(done, rows);
@@ -44,10 +47,11 @@ class Progress {
   Clock::time_point start_, last_;
 };
 
-/// Returns the first `columns` characters of a UTF-8 line.
+/// Returns the beginning of a UTF-8 line, at most `columns` characters.
 std::string_view cut(std::string_view line, std::size_t columns);
 
-/// The alternate screen, redrawn in place. Reads single keys. The destructor restores the terminal.
+/// Shows a full screen of text on the terminal's alternate screen, and reads single keys. The destructor
+/// restores the former screen.
 class Screen {
  public:
   Screen();
@@ -55,9 +59,10 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// Shows the lines; cuts them off at the right and at the bottom if they do not fit.
+  /// Replaces the content of the screen by these lines. Cuts off lines that are too long, and lines below the
+  /// last row.
   void show(const std::vector<std::string>& lines) const;
-  /// True after the user has typed q.
+  /// Returns true if the user has typed q.
   bool quit() const;
 
  private:

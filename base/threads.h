@@ -1,4 +1,4 @@
-// Helpers for threads other than the control thread.
+// Helpers for threads that run beside the control thread.
 #pragma once
 
 #include <pthread.h>
@@ -12,15 +12,15 @@
 
 namespace hystcan {
 
-/// Lowers the priority of the calling thread: it runs only if the control thread does not need the processor,
-/// whatever priority the process had at its start.
+/// Lowers the priority of the calling thread, so that it does not delay the control thread. Works for every
+/// priority that the process had at its start.
 inline void yield_to_the_control_thread() {
   const sched_param ordinary{.sched_priority = 0};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
 }
 
-/// Blocks all signals for the calling thread, and for threads that it starts.
+/// Blocks all signals in the calling thread, and in threads that it starts, until the object is destroyed.
 class BlockedSignals {
  public:
   BlockedSignals() {
@@ -36,7 +36,8 @@ class BlockedSignals {
   sigset_t before_{};
 };
 
-/// Starts a thread that receives no signals. Throws std::system_error if the system cannot start a thread.
+/// Starts a thread in which all signals are blocked. Throws std::system_error if the system cannot start a
+/// thread.
 template <class Work>
 std::thread thread_without_signals(Work work) {
   const BlockedSignals blocked;

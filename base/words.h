@@ -1,6 +1,8 @@
-// The words of an enum: the names of its values in the configuration, the files and the reports.
+// Converts the values of an enum to words and back. The words are used in the configuration, in files and in
+// reports.
 //
-// An enum with words lists them once, next to its definition and in the order of its values:
+// An enum with words has a function words() beside its definition. The function lists the words in the order
+// of the enum's values:
 //
 //   enum class Colour { red, dark_red };
 //   constexpr auto words(Colour) { return std::to_array<std::string_view>({"red", "dark-red"}); }
@@ -25,7 +27,7 @@ constexpr std::string_view word_of(Enum value) {
   return words(value)[static_cast<std::size_t>(value)];
 }
 
-/// Returns every value, in order.
+/// Returns all values of the enum, in the order of their definition.
 template <HasWords Enum>
 constexpr auto every() {
   std::array<Enum, std::tuple_size_v<std::remove_cvref_t<decltype(words(Enum{}))>>> values{};
@@ -33,7 +35,7 @@ constexpr auto every() {
   return values;
 }
 
-/// Returns the value with this word; `nullopt` if there is none.
+/// Returns the enum value that has this word; returns `nullopt` if the word is unknown.
 template <HasWords Enum>
 std::optional<Enum> parse_word(std::string_view word) {
   for (const Enum value : every<Enum>())
