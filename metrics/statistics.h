@@ -1,4 +1,4 @@
-// Statistics of a series of values in constant memory.
+// Statistics of a series of values. They are updated value by value, so that the memory does not grow.
 #pragma once
 
 #include <cstddef>
@@ -17,20 +17,20 @@ struct ErrorStatistics {
   double rms_um() const;
 };
 
-/// Counts values in classes; each class has the values up to and including its upper edge. The last class has
-/// no edge and counts the rest.
+/// Counts how many values are in each class. A class contains the values above the previous upper edge, up to
+/// and including its own upper edge. One more class, the last, counts all values above the highest edge.
 class Histogram {
  public:
   explicit Histogram(std::vector<double> upper_edges)
       : upper_edges_(std::move(upper_edges)), counts_(upper_edges_.size() + 1) {}
-  /// Creates classes of equal width.
+  /// Creates `classes` classes of equal width, starting at 0. One more class counts all larger values.
   static Histogram of_width(double width, std::size_t classes);
 
-  /// Ignores values that are not finite.
+  /// Counts the value in its class. Ignores a value that is not finite.
   void add(double value);
 
   const std::vector<double>& upper_edges() const { return upper_edges_; }
-  /// Returns the count of each class; the last one is that of the class without an edge.
+  /// Returns the number of values in each class. The last number counts the values above the highest edge.
   const std::vector<std::uint64_t>& counts() const { return counts_; }
   std::uint64_t samples() const { return samples_; }
   double sum() const { return sum_; }

@@ -7,16 +7,16 @@
 namespace hystcan::metrics {
 namespace {
 
-constexpr std::size_t least_rest = 10;  // minimum rest, in cycles of a record
+constexpr std::size_t least_rest = 10;  // a reference that is constant for fewer cycles is moving
 
-/// A move of the reference in a record.
+/// A move of the reference from one resting level to the next one, in a record.
 struct Move {
   double from_um = 0.0;
-  std::size_t left = 0;            ///< first cycle away from the previous level
-  std::size_t begin = 0, end = 0;  ///< range of cycles at the new level
+  std::size_t left = 0;            ///< first cycle after the rest at the previous level
+  std::size_t begin = 0, end = 0;  ///< first cycle at the new level, and one past the last
 };
 
-/// Calls `visit` with each move from one resting level to the next.
+/// Finds all moves of the reference from one resting level to the next one. Calls `visit` with each move.
 template <class Visit>
 void for_each_move(std::span<const double> reference_um, Visit visit) {
   double level_um = std::numeric_limits<double>::quiet_NaN();
@@ -141,7 +141,7 @@ void HoldNoise::add(double reference_um, double position_um, double band_um, boo
     mean_um_ = sum_of_squares_ = 0.0;
     return;
   }
-  ++samples_;  // Welford's recursion
+  ++samples_;  // Welford's recursion for mean and sum of squares
   const double before_um = position_um - mean_um_;
   mean_um_ += before_um / static_cast<double>(samples_);
   sum_of_squares_ += before_um * (position_um - mean_um_);

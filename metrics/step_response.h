@@ -1,18 +1,19 @@
-// How the position y of a stage arrives at the levels of a reference r, and the noise of y there. The results
-// of a run, `plot` and the page show these figures for a step. e = r - y is the error of one cycle.
+// Figures of a step: how the position y of a stage arrives at a new level of the reference r, and how noisy y
+// is there. The results of a run, the command `plot` and the page show these figures. The error of one cycle
+// is e = r - y.
 //
-//   step            the move of the reference from one resting level a to the next one b. Its time t is 0 in
-//                   the cycle in which the reference stops at b (after a jump: in the cycle of the jump); the
-//                   step ends when the reference leaves b
+//   step            the move of the reference from a resting level a to the next level b. Its time t is 0 in
+//                   the cycle in which the reference stops at b (after a jump: in the cycle of the jump). The
+//                   step ends when the reference leaves b.
 //   band            tolerance_um of [axis.control.in_position]; without that table 1 % of |b - a|
 //   settling time   t after which |e| stays inside the band; a step that ends outside has not settled
 //   rise time       from the first y at 10 % of the way from a to b to the first y at 90 %
 //   overshoot       max((y - b) sign(b - a), 0) / |b - a|
 //
-// HoldNoise is the RMS of y around its mean at each level, over all levels. A level counts from the cycle in
-// which e is inside the band, and restarts if e leaves the band. A level of which less than a tenth remains
-// does not count: otherwise a noise as large as the band would be represented by its quietest part. If the
-// band is 0, everything counts.
+// HoldNoise is the RMS of y around its mean while the reference rests, over all levels. At each level,
+// HoldNoise uses the cycles since e entered the band; it discards them if e leaves the band. A level does not
+// count if fewer than a tenth of its cycles are used. Without this rule, a noise as large as the band would
+// be represented by its quietest part. If the band is 0, every cycle is used.
 #pragma once
 
 #include <cstddef>
@@ -23,64 +24,70 @@ namespace hystcan::metrics {
 
 struct Step {
   double from_um = 0.0, to_um = 0.0, band_um = 0.0;
-  double begin_s = 0.0, last_s = 0.0;  ///< times of the first and the last cycle
+  double begin_s = 0.0, last_s = 0.0;  ///< times of the first and the last cycle of the step
   std::size_t cycles = 0;
-  std::optional<double> settled_s{};  ///< time since which y is inside the band; nullopt: outside
-  /// Times at which the position reached 10 % and 90 % of the way.
+  /// Time at which the position entered the band for the last time; `nullopt` if the position is outside the
+  /// band.
+  std::optional<double> settled_s{};
+  /// Times at which the position first reached 10 % and 90 % of the way; `nullopt` if it has not reached
+  /// them.
   std::optional<double> at_tenth_s{}, at_nine_tenths_s{};
   double overshoot_um = 0.0;
 
   void add(double time_s, double position_um);
   std::optional<double> settling_s() const;
   std::optional<double> rise_s() const;
-  /// Overshoot as a fraction of the step.
+  /// Returns the overshoot as a fraction of the height of the step.
   double overshoot() const;
 };
 
-/// Processes one sample per cycle, in constant memory.
+/// Finds the steps of the reference during a run and combines their figures. Gets one sample per cycle; its
+/// memory does not grow.
 class StepResponse {
  public:
   struct Result {
     std::size_t steps = 0;
     std::size_t not_settled = 0;
-    double settling_s = 0.0;  ///< longest settling time of the settled steps
-    double overshoot = 0.0;   ///< the largest, as a fraction of its step
+    double settling_s = 0.0;  ///< longest settling time of all steps that settled
+    double overshoot = 0.0;   ///< largest overshoot, as a fraction of its step
   };
 
-  /// `tolerance_um`: 0 if not configured.
+  /// `tolerance_um`: half width of the band around the new level; 0: the band is 1 % of the step.
   explicit StepResponse(double tolerance_um) : tolerance_um_(tolerance_um) {}
 
-  /// Adds a cycle. `time_s` may have any origin; `at_rest`: the reference does not move.
+  /// Adds the sample of one cycle. `time_s` may start at any value. `at_rest`: the reference does not move in
+  /// this cycle.
   void add(double time_s, double reference_um, double position_um, bool at_rest);
-  /// Ends the step, because the reference leaves its path, as in a transition. The move to the next level is
-  /// not a step.
+  /// Ends the present step, because a transition moves the reference away from its path. The next move to a
+  /// level does not count as a step.
   void leave();
 
-  /// Includes the present step, up to now.
+  /// Returns the figures of all steps; the present step counts as if it ended now.
   Result result() const;
-  /// The move to the present level; nullopt if there was none.
+  /// Returns the step to the present level; `nullopt` if the reference has not made a step to this level.
   const std::optional<Step>& present() const { return step_; }
 
  private:
   static void count(const Step& step, Result& result);
 
   double tolerance_um_;
-  std::optional<double> level_um_;  ///< last level at which the reference rested
+  std::optional<double> level_um_;  ///< last level at which the reference rested; `nullopt` if there was none
   std::optional<Step> step_;
   Result finished_;
 };
 
-/// The cycles of a record. The reference rests if it is constant for ten cycles, or from the first cycle on.
-/// A reference of NaN ends the step like leave(), as in a transition. A position that is NaN is ignored.
+/// The cycles of a record, one element per cycle. The reference rests while it is constant for ten cycles or
+/// more; at the beginning of the record, it also rests if it is constant for fewer cycles. A reference of NaN
+/// (in a transition) ends the step like StepResponse::leave(). A position of NaN is ignored.
 struct Cycles {
   std::span<const double> time_s, reference_um, position_um;
 };
 
-/// Returns the response to the step in which the reference leaves its level in `cycle`, or is moving then;
-/// nullopt if there is none.
+/// Returns the response to the step that contains `cycle`: the reference leaves its old level, moves, or
+/// reaches its new level in this cycle. Returns `nullopt` if there is no such step.
 std::optional<Step> step_at(const Cycles& cycles, std::size_t cycle, double tolerance_um);
-/// Returns the response to the largest step, the first of several equal ones. Sets `begin` to the cycle in
-/// which the reference stops.
+/// Returns the response to the step with the largest move of the reference, the first one of several equal
+/// moves. Sets `begin` to the cycle in which the reference stops. Returns `nullopt` if there is no step.
 std::optional<Step> largest_step(const Cycles& cycles, double tolerance_um, std::size_t& begin);
 
 class HoldNoise {
@@ -94,10 +101,11 @@ class HoldNoise {
   bool counts() const { return 10 * samples_ >= at_rest_; }
 
   double level_um_ = 0.0;
-  double mean_um_ = 0.0, sum_of_squares_ = 0.0;  ///< at the present level, around its mean
-  double pooled_ = 0.0;                          ///< sum of squares at the earlier levels
+  /// Mean position, and squares around it, at the present level
+  double mean_um_ = 0.0, sum_of_squares_ = 0.0;
+  double pooled_ = 0.0;  ///< sum of squares at all earlier levels that count
   std::size_t samples_ = 0, pooled_samples_ = 0;
-  std::size_t at_rest_ = 0;  ///< cycles at the present level
+  std::size_t at_rest_ = 0;  ///< number of cycles in which the reference has rested at the present level
 };
 
 }  // namespace hystcan::metrics
