@@ -1,5 +1,5 @@
-// Columns in HDF5 files (https://www.hdfgroup.org), written by h5py in its own process
-// (python/hystcan/hdf5.py).
+// Writes tables of columns to an HDF5 file (https://www.hdfgroup.org). The library h5py writes the file, in a
+// Python process that runs python/hystcan/hdf5.py.
 #pragma once
 
 #include <cstddef>
@@ -16,40 +16,44 @@
 
 namespace hystcan::storage {
 
-/// A file that can't be written: "FILE: PROBLEM".
+/// Thrown if the file cannot be written. The message is "FILE: PROBLEM".
 struct Hdf5Error : PlacedError {
   using PlacedError::PlacedError;
 };
 
 inline constexpr std::string_view hdf5_package = "python3-h5py";
 
-/// A one-dimensional dataset: float64, or bytes if its values have words.
+/// A column of a table, stored as a one-dimensional HDF5 dataset. The values are float64; if `words` is not
+/// empty, they are bytes.
 struct Column {
   std::string name;
-  std::string unit;                ///< attribute `unit`; empty if none
-  std::vector<std::string> words;  ///< an enumeration of the values 0, 1, ...; empty: numbers
+  std::string unit;                ///< stored as the attribute `unit`; empty if the column has no unit
+  std::vector<std::string> words;  ///< names of the values 0, 1, ... of an enumeration; empty for numbers
 };
 
-/// Writes a file, replacing an existing one. Each call throws Hdf5Error if the file can't be written; an
-/// error may be reported by a later call, at the latest by close().
+/// Writes an HDF5 file and replaces an existing file. Each function throws Hdf5Error if the file cannot be
+/// written. Some errors appear late: a later call throws them, at the latest close().
 class Hdf5Writer {
  public:
-  /// Rows per stored and compressed block; append() is fastest with blocks of this size.
+  /// Number of rows that are stored and compressed together. append() is fastest if its columns have this
+  /// length.
   static constexpr std::size_t chunk_rows = 65'536;
 
   explicit Hdf5Writer(std::filesystem::path file);
 
-  /// Adds a group with empty columns; the group "/" is the root of the file. Returns the table's number for
-  /// append(). `is_deflated`: compresses without loss (HDF5 filters shuffle and deflate).
+  /// Adds an HDF5 group with empty columns to the file; "/" is the root group. Returns the number of the
+  /// table, which append() needs. `is_deflated`: compresses the columns without loss (HDF5 filters shuffle
+  /// and deflate).
   std::size_t add_table(const std::string& group, const std::vector<Column>& columns, bool is_deflated);
-  /// Appends columns in the order of the table, all of the same length.
+  /// Appends rows to a table. `columns` has the order of the columns in add_table(); all its columns have the
+  /// same length.
   void append(std::size_t table, std::span<const std::vector<double>> columns);
-  /// Sets attributes of an existing group or dataset.
+  /// Sets an attribute, `name`, of the existing group or dataset `object`.
   void set(const std::string& object, const std::string& name, const std::string& text);
   void set(const std::string& object, const std::string& name, double value);
-  /// Adds a text as a dataset.
+  /// Adds a dataset at `path` that contains a text.
   void add_text(const std::string& path, const std::string& text);
-  /// Writes everything. Without this call the file is incomplete.
+  /// Writes all remaining data and closes the file. Without this call, the file is incomplete.
   void close();
 
  private:
