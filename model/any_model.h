@@ -1,7 +1,8 @@
-// A model of any kind, selected at run time by a model file or by the twin's configuration.
+// A hysteresis model of any kind. A model file or the configuration of the twin selects the kind at run time.
 //
-// Parameters are plain values that can be copied and compared. The constructor of a model checks them once.
-// Code that computes with a model visits the variant outside time-critical loops.
+// The parameters of a model are plain values that can be copied and compared. The constructor of a model
+// checks its parameters once. Time-critical code does not use the variant: std::visit is called before the
+// loop.
 #pragma once
 
 #include <optional>
@@ -16,27 +17,30 @@
 
 namespace hystcan::model {
 
-/// Parameters of a LinearMapping: the curves and the symmetry. `k_ascending` and `k_descending` are ignored.
+/// Parameters of the model LinearMapping: the two reference curves and the symmetry. The inherited members
+/// `k_ascending` and `k_descending` are ignored.
 struct LinearMappingParameters : HysteresisParameters {};
 
-/// The average model is a HysteresisParameters whose two curves coincide.
+/// The parameters of every kind of model. There is no type for the average model: it is a
+/// HysteresisParameters with two equal curves.
 using AnyParameters = std::variant<HysteresisParameters, LinearMappingParameters, PrandtlIshlinskiiParameters,
                                    PreisachParameters>;
 using AnyModel = std::variant<Hysteresis, LinearMapping, PrandtlIshlinskii, Preisach>;
 
-/// Constructs the model. Throws std::invalid_argument if the parameters are not valid.
+/// Constructs the model of these parameters. Throws std::invalid_argument if they are not valid.
 AnyModel model_of(const AnyParameters& parameters);
 
 const std::string& input_unit(const AnyParameters& parameters);
 const std::string& output_unit(const AnyParameters& parameters);
-/// Input range between the two thresholds, in input units.
+/// Returns the range of the input between the two thresholds, in input units.
 const Interval& input_range(const AnyParameters& parameters);
 
-/// Length of one unit in um for nm, um (also with a Greek mu), mm and m; `nullopt` for other units.
+/// Returns how many um one `unit` is. Known units are nm, um (also with a Greek mu), mm and m; returns
+/// `nullopt` for others.
 std::optional<double> length_um(std::string_view unit);
 
-/// Returns the same model with its output converted to um, the unit of an axis position. Returns the model
-/// unchanged if its output is not a length.
+/// Returns the same model with its output in um, the unit of an axis position. If the output unit is not a
+/// length, returns the model unchanged.
 AnyParameters in_um(AnyParameters parameters);
 
 }  // namespace hystcan::model

@@ -26,7 +26,7 @@ void check(const Creep::Operators& operators, double dt_s) {
   if (!std::isfinite(dt_s) || dt_s <= 0) refuse("dt_s = ", dt_s, ", expected a positive number");
 }
 
-// The distance by which the input exceeds the dead zone.
+// Returns the part of `distance` that is outside the dead zone, which extends from -threshold to threshold.
 double beyond_dead_zone(double distance, double threshold) {
   return std::max(distance - threshold, std::min(distance + threshold, 0.0));
 }
@@ -53,7 +53,7 @@ double Creep::output(const State& state) const {
 }
 
 Creep::Operators logarithmic_creep(double per_decade, double from_s, double to_s) {
-  constexpr double spacing = 0.5;  // decades
+  constexpr double spacing = 0.5;  // distance between two time constants, in decades
   if (!std::isfinite(per_decade)) refuse("creep per_decade = ", per_decade, ", expected a finite number");
   if (!std::isfinite(from_s) || from_s <= 0)
     refuse("creep from_s = ", from_s, ", expected a positive number");

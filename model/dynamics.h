@@ -1,10 +1,15 @@
-// The dynamics of a stage: a second-order mode and a pure delay behind the hysteresis.
+// The dynamics of a stage: the position x follows the output h of the hysteresis through a second-order mode
+// and a pure delay.
 //
-//   h_n  = H[v_n]                                      quasi-static output at row n, of any hysteresis model
 //   x'' + 2 zeta omega x' + omega^2 x = omega^2 h(t - d),    h(t) = h_n for n T <= t < (n + 1) T
 //
-// A delay at the input and a delay at the output have the same effect, because the hysteresis does not depend
-// on the rate. The stage starts at rest.
+//   h_n           output of the hysteresis in row n
+//   T             time between two rows
+//   omega, zeta   natural angular frequency and damping ratio of the mode
+//   d             delay
+//
+// A delay of the input has the same effect as a delay of the output, because the hysteresis does not depend
+// on the rate. At the beginning the stage is at rest.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,25 +22,29 @@ namespace hystcan::model {
 
 struct Dynamics {
   SecondOrder::Config mode;
-  double delay_s = 0.0;  ///< d >= 0
+  double delay_s = 0.0;  ///< delay of the stage; 0 or more
 
   bool operator==(const Dynamics&) const = default;
 };
 
-/// The position of a stage, computed row by row at a constant rate.
+/// Computes the position of a stage row by row from the output of its hysteresis. The time between two rows
+/// is constant.
 class DynamicOutput {
  public:
-  /// `first`: quasi-static output of the first row. Throws std::invalid_argument if a parameter is not finite
-  /// or out of range, if cycle_s <= 0, or if the delay exceeds a million cycles.
+  /// `cycle_s`: time between two rows. `first`: output of the hysteresis in the first row, at which the stage
+  /// rests. Throws std::invalid_argument if a parameter is not finite or out of range, if cycle_s <= 0, or if
+  /// the delay exceeds a million cycles.
   DynamicOutput(const Dynamics& dynamics, double cycle_s, double first);
 
-  /// Returns the position x(n T) of row n. `quasi_static`: output h_n of the hysteresis in this row.
+  /// Returns the position at the beginning of the next row. `quasi_static`: output of the hysteresis in that
+  /// row. It acts on later positions.
   double advance(double quasi_static);
 
  private:
   HeldMode mode_;
   Eigen::Vector2d state_;
-  std::vector<double> past_;  // ring of the last m + 2 quasi-static outputs; m: whole cycles of delay
+  // Ring buffer of the last m + 2 outputs of the hysteresis, for a delay of m whole cycles.
+  std::vector<double> past_;
   std::size_t oldest_ = 0;
 };
 

@@ -1,6 +1,6 @@
-// A number with 64 significant bits. Its arithmetic gives the same bits on every processor. On x86-64, `long
-// double` has 64 bits. On arm64 it has 113 bits, and each result is rounded to 64 bits by Veltkamp's
-// splitting. Rounding twice gives a result that differs from x86-64 with a probability of 2^-49.
+// A number with 64 significant bits whose arithmetic gives the same bits on every processor. On x86-64, `long
+// double` has 64 bits. On arm64, `long double` has 113 bits; Veltkamp's splitting rounds each result to 64
+// bits. Such a result is rounded twice, and differs from x86-64 with a probability of 2^-49.
 #pragma once
 
 #include <limits>
@@ -28,7 +28,7 @@ class Extended {
 
   static long double rounded(long double value) {
     if constexpr (own_digits == digits) return value;
-    // The sum has the unit of the lowest bit that is kept.
+    // Veltkamp's splitting: adding value * 2^n and subtracting it again rounds `value` to 64 bits.
     const long double above = value * (static_cast<long double>(1ULL << (own_digits - digits)) + 1.0L);
     return above - (above - value);
   }

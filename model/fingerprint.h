@@ -1,4 +1,5 @@
-// A number that identifies the parameters of a model. It prevents restoring a memory into another model.
+// Computes a number that identifies the parameters of a model. A saved memory contains this number, so that
+// it cannot be restored into a model with other parameters.
 #pragma once
 
 #include <bit>
@@ -8,10 +9,11 @@
 
 namespace hystcan::model {
 
-/// FNV-1a, 64 bit, over the bytes of all added values. The result is the same on every machine and build.
+/// A 64-bit hash (FNV-1a) of the bytes of all added values. The hash is the same on every machine and with
+/// every compiler.
 class Fingerprint {
  public:
-  /// Adds texts, numbers and lists of numbers.
+  /// Adds values to the hash: texts, numbers or lists of numbers, in this order.
   template <class... Values>
   void add(const Values&... values) {
     (add_value(values), ...);

@@ -27,11 +27,11 @@ HeldMode::HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle
   transition_ = transition_of(whole);
   const double cycles = std::floor(delay_s / cycle_s);
   whole_cycles_ = static_cast<int>(cycles);
-  const double late_s = delay_s - cycles * cycle_s;  // phi: the part of the delay within a cycle
+  const double late_s = delay_s - cycles * cycle_s;  // part of the delay that is less than a cycle
   const double rest_s = cycle_s - late_s;
   if (late_s <= 0.0) {
     from_new_ = state_after(whole, {}, 1.0);
-  } else if (rest_s <= 0.0) {  // happens only by rounding
+  } else if (rest_s <= 0.0) {  // possible only by rounding errors
     from_old_ = state_after(whole, {}, 1.0);
   } else {
     const SecondOrder rest(mode, rest_s);

@@ -1,12 +1,21 @@
-// A second-order mode, sampled once per cycle. Its drive is held during a cycle and arrives after a delay.
+// The response of a second-order mode x to a drive u that is constant during each cycle and arrives after a
+// delay. The response is computed once per cycle.
 //
 //   x'' + 2 zeta omega x' + omega^2 x = omega^2 u(t - d),    u(t) = u_n for n T <= t < (n + 1) T
 //
-// With d = m T + phi, 0 <= phi < T, the drive changes once in a cycle, phi after the start of the cycle. Two
-// exact steps (SecondOrder) therefore make one exact cycle, for every phi:
+//   omega, zeta   natural angular frequency and damping ratio of the mode
+//   T             length of a cycle
+//   d             delay, d = m T + phi: m whole cycles and the rest phi, 0 <= phi < T
 //
-//   X[n+1] = A X[n] + b_old u[n-m-1] + b_new u[n-m],      X = (x, x'),  x[n] = x(n T)
-//   G(z)   = (1 0) (z I - A)^-1 (b_old z^-1 + b_new) z^-m                    (1 at rest, z = 1)
+// In each cycle, the delayed drive changes once, at the time phi after the start of the cycle. One exact step
+// (SecondOrder) before the change and one after it therefore make an exact cycle. With the state X = (x, x'):
+//
+//   X[n+1] = A X[n] + b_old u[n-m-1] + b_new u[n-m],      x[n] = x(n T)
+//
+// A, b_old and b_new are the results of the two steps. The transfer function from u to x is 1 at rest (z =
+// 1):
+//
+//   G(z) = (1 0) (z I - A)^-1 (b_old z^-1 + b_new) z^-m
 #pragma once
 
 #include <Eigen/Core>
@@ -18,20 +27,25 @@ namespace hystcan::model {
 
 class HeldMode {
  public:
-  /// A negative delay is an advance. Throws std::invalid_argument if a parameter is not finite or out of
-  /// range, or if cycle_s <= 0.
+  /// A negative delay means that the drive acts before its cycle. Throws std::invalid_argument if a parameter
+  /// is not finite or out of range, if cycle_s <= 0, or if the delay exceeds a million cycles.
   HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle_s);
 
-  int whole_cycles() const { return whole_cycles_; }                 ///< m: whole cycles of the delay
-  const Eigen::Matrix2d& transition() const { return transition_; }  ///< A: effect of state X on the next X
-  const Eigen::Vector2d& from_old() const { return from_old_; }      ///< b_old: effect of u[n-m-1] on X[n+1]
-  const Eigen::Vector2d& from_new() const { return from_new_; }      ///< b_new: effect of u[n-m] on X[n+1]
+  int whole_cycles() const { return whole_cycles_; }  ///< number of whole cycles in the delay (m)
+  /// Effect of the state on the next state (A).
+  const Eigen::Matrix2d& transition() const { return transition_; }
+  /// Effect of the older drive, u[n-m-1], on state n + 1 (b_old).
+  const Eigen::Vector2d& from_old() const { return from_old_; }
+  /// Effect of the newer drive, u[n-m], on state n + 1 (b_new).
+  const Eigen::Vector2d& from_new() const { return from_new_; }
 
-  /// Returns the state after one cycle with the drives u[n-m-1] and u[n-m].
+  /// Returns the state after one cycle. During the cycle, the delayed drive changes from `old_drive` to
+  /// `new_drive`.
   Eigen::Vector2d step(const Eigen::Vector2d& state, double old_drive, double new_drive) const {
     return transition_ * state + from_old_ * old_drive + from_new_ * new_drive;
   }
-  /// Returns the frequency response G(e^{i theta}), theta = 2 pi f T.
+  /// Returns the frequency response from the drive to the position. `theta` is 2 pi times frequency times
+  /// cycle length.
   std::complex<double> response(double theta) const;
 
  private:

@@ -12,20 +12,22 @@
 
 namespace hystcan::model {
 
-/// The identified numbers of a model file. k is in 1/input unit and has either sign.
+/// The identified numbers in a model file. `k_ascending` and `k_descending` are convergence rates in 1/input
+/// unit; each may be negative.
 struct HysteresisParameters {
   std::string input_unit;
   std::string output_unit;
-  ReferenceCurve ascending;   ///< f_0^A
-  ReferenceCurve descending;  ///< f_0^D
+  ReferenceCurve ascending;   ///< f_0^A: output of the outermost rising branch
+  ReferenceCurve descending;  ///< f_0^D: output of the outermost falling branch
   double k_ascending = 0.0;
   double k_descending = 0.0;
   Symmetry symmetry = Symmetry::none;
-  /// Only for a butterfly: maps the magnetisation or polarisation m to the output. `ascending` and
-  /// `descending` are then curves of m.
+  /// Maps the magnetisation or polarisation m of a butterfly to its output. With a map, `ascending` and
+  /// `descending` are curves of m. `nullopt` for a model that is not a butterfly.
   std::optional<OutputMap> output_map{};
-  /// h: a branch converges with the distance |h(v) - h(v_s)|, so that the rate at v is k h'(v). `nullopt`
-  /// means h(v) = v.
+  /// The input map h, an increasing function of the input v. The distance between two inputs is the
+  /// difference of their h(v), so that a branch converges at v with the rate k h'(v). `nullopt` means h(v) =
+  /// v.
   std::optional<CubicSpline> input_map{};
 
   const Interval& input_range() const { return ascending.domain(); }
@@ -35,36 +37,40 @@ struct HysteresisParameters {
   double k(Direction direction) const {
     return direction == Direction::ascending ? k_ascending : k_descending;
   }
-  /// Return h(v), and its derivative h'(v).
+  /// Return the input map at the input v, h(v), and its derivative h'(v).
   double place(double v) const { return input_map ? input_map->value(v) : v; }
   double stretch(double v) const { return input_map ? input_map->slope(v) : 1.0; }
-  /// Return the lower convergence point L_0 and the upper threshold point U_0.
+  /// Return the two ends of the major loop: the lower convergence point L_0 and the upper threshold point
+  /// U_0.
   Point lower_point() const { return {input_range().lo, descending.value(input_range().lo)}; }
   Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }
-  /// Returns the output for this level of a branch.
+  /// Returns the output of the model for a level. The level is the value of a branch: in a butterfly, the
+  /// magnetisation or polarisation; in other models, the output itself.
   double output(double level) const { return output_map ? output_map->value(level) : level; }
-  /// Returns the outputs from output(low) to output(high), without the part before a butterfly's valley.
+  /// Returns the interval of outputs for the levels from `low` to `high`. In a butterfly, the levels before
+  /// the valley of the output do not count.
   Interval outputs(double low, double high) const {
     return output_map ? output_map->beyond_valley({low, high}) : Interval{low, high};
   }
-  /// Returns the outputs from the lower convergence point to the upper threshold point.
+  /// Returns the interval of outputs between the lower convergence point and the upper threshold point.
   Interval output_range() const { return outputs(lower_point().level, upper_point().level); }
 };
 
 /// Adds all parameters except `k_ascending` and `k_descending` to the fingerprint.
 void add_curves(Fingerprint& sum, const HysteresisParameters& parameters);
 
-// Models without memory, for comparison with the full model. In each of them the ascending and the descending
-// reference curve are the same curve. Every branch follows this curve, so that no memory is needed.
+// The following functions return models without memory, for comparison with the full model. Their ascending
+// and descending reference curves are equal, so that every branch follows this one curve.
 
 /// Returns the paper's average model: the mean of the two reference curves, (f_0^A + f_0^D) / 2.
 HysteresisParameters average(const HysteresisParameters& parameters);
 
-/// Returns the straight line from the lower convergence point to the upper threshold point.
+/// Returns a model without hysteresis: the straight line from the lower convergence point to the upper
+/// threshold point.
 HysteresisParameters straight_line(const HysteresisParameters& parameters);
 
-/// Returns the straight line from (input.lo, output.lo) to (input.hi, output.hi), for an actuator of which
-/// only the ranges are known.
+/// Returns a model without hysteresis: the straight line from (input.lo, output.lo) to (input.hi, output.hi).
+/// It is used for an actuator if only its ranges are known.
 HysteresisParameters straight_line(const std::string& input_unit, const std::string& output_unit,
                                    Interval input, Interval output);
 

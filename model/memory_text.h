@@ -1,5 +1,6 @@
-// Writes a memory as a [memory] table (TOML) into a fixed buffer, without allocating. Numbers have enough
-// digits to restore the same bits. The fingerprint (model/fingerprint.h) identifies the model.
+// Writes the memory of a hysteresis model as a [memory] table (TOML) into a fixed buffer, without allocating.
+// Each number has enough digits to restore exactly the same value. The key `model` is the fingerprint of the
+// model (model/fingerprint.h). Example:
 //
 //   [memory]
 //   kind = "recursive-memory"
@@ -21,7 +22,8 @@ namespace hystcan::model {
 
 class MemoryText {
  public:
-  /// Maximum size of one number with its comma. The rest of the table needs less than 400 characters.
+  /// Maximum length of one number with its comma, in characters. All other text of the table needs less than
+  /// 400 characters.
   static constexpr std::size_t number_size = 26;
 
   MemoryText(std::span<char> buffer, std::string_view kind, std::uint64_t fingerprint) : buffer_(buffer) {
@@ -51,7 +53,8 @@ class MemoryText {
     append(std::string_view(digits, static_cast<std::size_t>(end - digits)));
     append("\n");
   }
-  /// Writes a list; `number_of(element)` returns the number to write for an element.
+  /// Writes a line `key = [...]` with one number for each element of `range`. `number_of(element)` returns
+  /// the number.
   template <class Range, class NumberOf>
   void list(std::string_view key, const Range& range, NumberOf number_of) {
     begin(key);
@@ -87,7 +90,8 @@ class MemoryText {
     fits_ = fits_ && error == std::errc();
     const std::string_view text(digits, static_cast<std::size_t>(end - digits));
     append(text);
-    if (text.find_first_of(".en") == std::string_view::npos) append(".0");  // 1 is an integer in TOML
+    // without ".0", TOML would read an integer
+    if (text.find_first_of(".en") == std::string_view::npos) append(".0");
   }
 
   std::span<char> buffer_;

@@ -1,23 +1,25 @@
-// Creep behind a hysteresis: the part of the output that arrives late, logarithmic in time.
+// Creep behind a hysteresis: a part of the output arrives late, logarithmic in time.
 //
-//   h          output of the hysteresis
-//   x          output of the actuator
-//   tau_i      lags of the creep, from from_s on, two in each decade, i = 1 .. n
-//   w          weight, the same for all lags: per_decade / 2
+//   h       output of the hysteresis
+//   x       output of the actuator
+//   n       number of lags
+//   tau_i   time constant of lag i, two in each decade from `from_s` on, i = 1 .. n
+//   y_i     output of lag i
+//   w       weight of each lag, per_decade / 2
 //
 //   x = h + w sum_i (y_i - h),   y_i' = (h - y_i) / tau_i
 //
-// If the output is held long enough, x reaches h: creep is the part of h that has not arrived yet. From rest
-// at zero, a step of h gives
+// If the hysteresis keeps its output h long enough, x reaches h: the creep is the part of h that has not
+// arrived yet. After a step from rest at zero to h,
 //
 //   x(t) = h [1 - w sum_i e^{-t / tau_i}]
 //
-// which increases by 2 w h in each decade of time between the lags. y_i(t) does not depend on h(t), so that
-// the inverse is exact:
+// This response grows by 2 w h in each decade of time between the shortest and the longest lag. The lags y_i
+// do not depend on the present h. The inverse is therefore exact:
 //
 //   h = (x - w sum_i y_i) / (1 - n w)
 //
-// The step is exact for an h that is held during it.
+// A step in time is exact if h is constant during the step.
 #pragma once
 
 #include <optional>
@@ -28,72 +30,82 @@ namespace hystcan::model {
 class OutputCreep {
  public:
   struct Config {
-    double per_decade = 0.0;  ///< creep in each decade of time, as a share of the output: 2 w
-    double from_s = 0.01;     ///< shortest lag
-    double to_s = 3.0;        ///< longest lag, to the nearest half decade
+    double per_decade = 0.0;  ///< part of the output that arrives in each decade of time
+    double from_s = 0.01;     ///< time constant of the shortest lag
+    double to_s = 3.0;        ///< time constant of the longest lag, rounded to half a decade
 
     bool operator==(const Config&) const = default;
   };
-  using State = std::vector<double>;  ///< y_i, output units
+  using State = std::vector<double>;  ///< output of each lag, output units
 
-  /// Constructs an OutputCreep without creep: x = h.
+  /// Constructs an object without creep: the output of the actuator equals the output of the hysteresis.
   OutputCreep() = default;
-  /// Throws std::invalid_argument if a number is not finite, if not 0 < from_s <= to_s, if there are more
-  /// than most_lags lags, or if less than half of the output arrives immediately (n w > 1/2).
+  /// Throws std::invalid_argument if a number is not finite, unless 0 < from_s <= to_s, if there would be
+  /// more than most_lags lags, or if all lags together delay more than half of the output.
   explicit OutputCreep(const Config& config);
   explicit OutputCreep(const std::optional<Config>& config)
       : OutputCreep(config ? OutputCreep(*config) : OutputCreep()) {}
 
-  /// Returns the state after the hysteresis has had the output h for a very long time.
+  /// Returns the state after the hysteresis has had the constant output h for a very long time.
   State settled(double h) const { return State(rates_per_s_.size(), h); }
 
-  // A state must belong to the same Config. None of the following functions allocates.
+  // A state belongs to one Config and must not be used with another. None of the following functions
+  // allocates.
   void settle(State& state, double h) const { state.assign(rates_per_s_.size(), h); }
-  double output(const State& state, double h) const;   ///< returns x, the output of the actuator
-  double inverse(const State& state, double x) const;  ///< returns h, the output of the hysteresis
-  /// Advances the state by dt_s, in which the hysteresis has the output h. An h that is not finite leaves the
-  /// state unchanged.
+  /// Returns the output of the actuator for the output h of the hysteresis.
+  double output(const State& state, double h) const;
+  /// Returns the output of the hysteresis that gives the output x of the actuator.
+  double inverse(const State& state, double x) const;
+  /// Advances the state by dt_s. During this time, the output of the hysteresis is h. If h is not finite, the
+  /// state does not change.
   void advance(State& state, double h, double dt_s) const;
 
   std::size_t lags() const { return rates_per_s_.size(); }
-  double at_once() const { return at_once_; }                              ///< immediate share, 1 - n w
-  double weight() const { return weight_; }                                ///< w of each lag
-  const std::vector<double>& rates_per_s() const { return rates_per_s_; }  ///< 1 / tau_i
-  /// Returns the amplitude of x for a sine of h with amplitude 1.
+  double at_once() const { return at_once_; }  ///< share of the output that arrives immediately
+  double weight() const { return weight_; }    ///< weight of each lag
+  const std::vector<double>& rates_per_s() const { return rates_per_s_; }  ///< 1 / time constant of each lag
+  /// Returns the amplitude of the actuator's output if the output of the hysteresis is a sine with amplitude
+  /// 1.
   double amplitude_at(double frequency_Hz) const;
 
   static constexpr std::size_t most_lags = 32;
 
  private:
-  double late(const State& state) const;  // w sum_i y_i
+  // Returns the part of the output that comes from the lags: the sum of their outputs times their weight.
+  double late(const State& state) const;
 
   double weight_ = 0.0, at_once_ = 1.0;
-  std::vector<double> rates_per_s_;  // 1 / tau_i
+  std::vector<double> rates_per_s_;  // 1 / time constant of each lag
 };
 
-/// Creep behind a hysteresis whose input is held from each row until the next one:
+/// Creep for data that arrive row by row. Row n has the time t_n, the output h_n of the hysteresis and the
+/// output x_n of the actuator. The hysteresis keeps its output until the next row:
 ///
 ///   h(t) = h_n   for t_n <= t < t_{n+1}
-///   x_n  = h_n + w sum_i (y_i(t_n) - h_n)
+///   x_n  = h_n + w sum_i (y_i(t_n) - h_n)        y_i, w: outputs and weight of the lags, see OutputCreep
 ///
-/// inverse() returns h_n for x_n before h_n is known. Times must increase; steps may differ. The first row is
-/// settled unless a state of earlier rows is given.
+/// inverse() finds h_n from x_n before h_n is known. The times of the rows must increase; their distance may
+/// vary. Before the first row, the creep is settled; if a state is given, the creep continues from this
+/// state.
 class HeldCreep {
  public:
   struct State {
     OutputCreep::State creep;
-    double h = 0.0;                  ///< output of the hysteresis in the last row
-    std::optional<double> time_s{};  ///< time of the last row; `nullopt`: `creep` belongs to the next row
+    double h = 0.0;  ///< output of the hysteresis in the last row
+    /// Time of the last row; `nullopt` if the state was saved at the time of the next row.
+    std::optional<double> time_s{};
   };
 
   explicit HeldCreep(OutputCreep creep, std::optional<State> start = {});
 
-  // In each row, call hold_until(), then inverse() if needed, then follow(). None of them allocates after the
-  // first row.
-  /// Holds h until the time of the row, which must be later than the time of the row before.
+  // In each row, call hold_until(), then inverse() if needed, then follow(). After the first row, none of
+  // these functions allocates.
+  /// Advances the creep to the time of this row, with the output of the hysteresis of the previous row.
+  /// `time_s` must be later than in the previous row.
   void hold_until(double time_s);
-  double inverse(double x) const;  ///< returns the h that gives the output x in this row
-  /// Sets h, the output of the hysteresis in this row. Returns x, the output of the actuator.
+  /// Returns the output of the hysteresis that gives the actuator the output x in this row.
+  double inverse(double x) const;
+  /// Sets the output h of the hysteresis in this row. Returns the output of the actuator in this row.
   double follow(double h);
 
   /// Returns the state after the last row; `nullopt` before the first row.

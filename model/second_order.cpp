@@ -21,18 +21,21 @@ Matrix operator*(const Matrix& a, const Matrix& b) {
   return product;
 }
 
-// Responses from rest over tau = omega t < 1, from Taylor series:
+// Responses of the mode from rest after the scaled time tau = omega t < 1, by Taylor series:
+//
 //   h          to an impulse:  h'' + 2 zeta h' + h = 0,  h(0) = 0,  h'(0) = 1
 //   h_slope    h'
 //   s          to a step, the integral of h
 //   r          to a ramp, the integral of s
-// The relative accuracy holds for any length of the step. A closed form in sines would lose the input's share
-// (of order tau^2) in a difference of nearly equal numbers.
+//
+// The relative error is small even for a very short step. A formula with sines would compute the effect of
+// the input, which is of order tau^2, as the difference of nearly equal numbers and lose its digits.
 struct Responses {
   Extended h, h_slope, s, r;
 
   Responses(Extended damping_ratio, Extended tau) {
-    Extended before;  // `before` and `term`: terms j - 1 and j of h's series
+    // `before` and `term` are the terms j - 1 and j of the Taylor series of h.
+    Extended before;
     Extended term = tau;
     for (int j = 1; term.magnitude() + before.magnitude() > 1e-22L * tau; ++j) {
       h += term;
@@ -45,8 +48,8 @@ struct Responses {
   }
 };
 
-// Returns the transition of the augmented state (x, dx/dtau, u, du/dtau) over tau: a short step, squared
-// repeatedly.
+// Returns the matrix that advances the state (x, dx/dtau, u, du/dtau) by the scaled time tau. Computes a
+// short step and squares its matrix until the step has the length tau.
 Matrix transition(double damping_ratio, Extended tau) {
   const Extended rate = tau * (2 + 2 * damping_ratio);
   const int halvings = rate > 0.5L ? std::ilogb(static_cast<double>(rate)) + 2 : 0;

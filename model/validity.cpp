@@ -10,11 +10,12 @@
 namespace hystcan::model {
 namespace {
 
-constexpr std::size_t fine = 200;         // steps of the grid over the input range
-constexpr double lowest_k_span = -300.0;  // e^{-k span} and its inverse stay far from overflow
+constexpr std::size_t fine = 200;  // number of grid steps over the input range in a check
+// limit for k times input range: the exponentials e^{-k span} and e^{k span} stay far from overflow
+constexpr double lowest_k_span = -300.0;
 constexpr double highest_k_span = 1e5;
 
-// Joins words and numbers with six digits, for messages.
+// Joins texts and numbers into a message. Numbers have six digits.
 template <typename... Parts>
 std::string message_of(const Parts&... parts) {
   std::ostringstream text;
@@ -58,8 +59,8 @@ void check_ranges(const HysteresisParameters& p) {
   check_k("k_descending", p.k_descending);
 }
 
-// A curve with a slope of zero at a point still counts as increasing, even if rounding hides the rise around
-// it (a butterfly is flat at the origin). A curve that is flat over a twentieth of the range does not count.
+// Checks that a curve increases. A slope of zero at one point is accepted, because a butterfly is flat at the
+// origin and rounding hides its rise there. A curve that is flat over a twentieth of the range is refused.
 void check_increasing(const ReferenceCurve& curve, const char* name, const Units& units) {
   constexpr std::size_t points = 2000;
   const Interval& range = curve.domain();
@@ -84,7 +85,8 @@ void check_increasing(const ReferenceCurve& curve, const char* name, const Units
   }
 }
 
-// Rounding error of a curve whose values are far from zero.
+// Returns the rounding error of a curve at this level. It matters if the values of the curve are far from
+// zero.
 double rounding_of(double level) { return 8.0 * std::numeric_limits<double>::epsilon() * std::abs(level); }
 
 void check_meeting(const HysteresisParameters& p) {
@@ -119,32 +121,36 @@ void check_output_map(const HysteresisParameters& p) {
     refuse("symmetry is even and the model has an output map, expected only one of the two");
 }
 
-// One direction on a grid. The grid starts at the threshold where the scan starts; outputs rise along the
-// grid.
+// One reference curve on a grid of inputs, with the factors of its branches. The grid begins at the threshold
+// where a scan begins. The outputs in `value` rise along the grid.
 struct Grid {
   std::vector<double> input, value;
-  std::vector<double> slope;       // per unit of h
-  std::vector<double> decay, phi;  // over the step from the previous point to each point
+  std::vector<double> slope;  // slope of the curve, output units per unit of the input map h
+  // Factors e^{-k s} and phi(s) for the step of length s from the previous grid point.
+  std::vector<double> decay, phi;
 };
 
-// The factors of a branch some steps after its start. Each step multiplies them, so that no branch needs its
-// own exponential.
+// The factors e^{-k d} and phi(d) of a branch at the distance d from its start. They are updated step by
+// step, so that no branch needs its own exponentials.
 struct Along {
   double decay = 1.0, phi = 0.0;
 
   void pass(const Grid& grid, std::size_t step) {
-    phi += decay * grid.phi[step];  // phi(d + s) = phi(d) + e^{-k d} phi(s)
+    // with d the distance so far and s the step: phi(d + s) = phi(d) + e^{-k d} phi(s)
+    phi += decay * grid.phi[step];
     decay *= grid.decay[step];
   }
 };
 
-// Seen from U_0 with both axes reversed, a falling branch rises, so one scan covers both thresholds.
+// Returns the grid of the reference curve of one direction. `seen` is descending for the scan from the upper
+// threshold: then both axes are reversed, so that falling branches rise. Thus one scan serves both
+// thresholds.
 Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen, std::size_t steps) {
   Grid grid;
   const ReferenceCurve& curve = p.curve(direction);
   const Interval& range = curve.domain();
   const double k = p.k(direction);
-  // phi(d) = d to rounding.
+  // phi(d) equals d to rounding
   const bool straight = std::abs(k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;
   grid.input = grid_of(range, curve.knots(), steps);
   if (seen == Direction::descending) std::ranges::reverse(grid.input);
@@ -160,8 +166,9 @@ Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen,
   return grid;
 }
 
-// Scans the slopes of the branch from the start of the grid (rising), of the branches that fall from that
-// branch, and of the branches that rise again.
+// Scans the slopes of three kinds of branches: the branch from one threshold, the branches in the opposite
+// direction that leave it, and the branches that turn back from those. Inside the scan, the branch from the
+// threshold always rises.
 class Scan {
  public:
   Scan(const HysteresisParameters& p, Direction rising_way, std::size_t steps)
@@ -175,13 +182,15 @@ class Scan {
                  span;
   }
 
-  /// Calls `found` with decreasing branches until it returns true: the branch from the threshold, the falling
-  /// branch from each grid point, and, of the branches that rise again from each grid point, the branch that
-  /// exceeds its limit most.
+  /// Calls `found` with each decreasing branch, until `found` returns true. The candidates are the branch
+  /// from the threshold, the falling branch from each grid point, and the rising branches from each grid
+  /// point. Of the rising branches from one grid point, only the branch that exceeds its limit most is a
+  /// candidate.
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
-    std::vector<Along> rising(steps_ + 1), fallen(steps_ + 1);  // from the threshold
+    // factors at each grid point, for branches that start at the threshold
+    std::vector<Along> rising(steps_ + 1), fallen(steps_ + 1);
     for (std::size_t i = 1; i <= steps_; ++i) {
       (rising[i] = rising[i - 1]).pass(rise_, i);
       (fallen[i] = fallen[i - 1]).pass(fall_, i);
@@ -196,7 +205,8 @@ class Scan {
       if (const auto branch = find_on_branch(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps_; ++l) {
-      Along up, down;  // the branches between the grid points l and u
+      // factors of the rising branch from grid point l to u, and of the falling branch from u to l
+      Along up, down;
       double limit = coefficient_limit(l, up), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;
       for (std::size_t u = l + 1; u <= steps_; ++u) {
@@ -216,12 +226,14 @@ class Scan {
   }
 
  private:
-  // Returns the largest initial coefficient with which a branch still increases at grid point i.
+  // Returns the largest coefficient S at the start of a branch with which the branch still increases at grid
+  // point i.
   double coefficient_limit(std::size_t i, const Along& from_its_start) const {
     return std::max(rise_.slope[i] + tolerance_, 0.0) / from_its_start.decay;
   }
 
-  // Returns the true direction: a branch that rises as seen from this scan's threshold may really fall.
+  // Returns the true direction of a branch. In the scan from the upper threshold, both axes are reversed: a
+  // branch that rises in the scan falls in the model.
   Direction true_direction(bool rising) const { return rising ? way_ : opposite(way_); }
   double input(std::size_t i) const { return rise_.input[i]; }
 
@@ -269,8 +281,8 @@ HysteresisParameters with_both_k_times(HysteresisParameters parameters, double f
   return parameters;
 }
 
-// Returns a valid k between `good` (valid) and `bad`, slightly before the limit, so that k is still valid
-// when written with six digits.
+// Searches for the limit of the valid values between `good` (valid) and `bad`. Returns a valid value close to
+// the limit. It differs enough from the limit to stay valid when written with six digits.
 template <class Make>
 double last_good(Make make, double good, double bad) {
   if (!find_decreasing_branch(make(bad))) return bad;
@@ -282,7 +294,7 @@ double last_good(Make make, double good, double bad) {
   return good - std::copysign(1e-5 * std::abs(good), bad - good);
 }
 
-// Returns the end of the message: the k that would be valid with these curves.
+// Returns the end of the error message: which k would be valid with these curves.
 std::string remedy(const HysteresisParameters& parameters, Direction direction) {
   const double k = parameters.k(direction);
   const std::string in_use = message_of(name_of_k(direction), " = ", k, " 1/", parameters.input_unit);

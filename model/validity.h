@@ -1,20 +1,26 @@
-// The conditions under which parameters make an invertible model.
+// Checks if the parameters of a hysteresis model make a model that has an inverse: all branches must
+// increase.
 //
 // Every branch is
 //
 //   f(v) = f_0(v) + c - S phi(d),    increasing if  sigma S e^{-k d} < f_0'(v) / h'(v)
 //
-// A large k gives a large S at a reversal, so that the branch first moves in the wrong direction (paper, text
-// under Fig. 6).  The limit of k follows from the width of the loop and the slope of the curves: for wide
-// loops, k * width < f_0' approximately.  docs/theory/monotonicity.md contains the proof.
+// (symbols: model/hysteresis.h). At a reversal, a large convergence rate k makes the coefficient S large. The
+// branch then first moves in the wrong direction (paper, text under Fig. 6). The largest valid k depends on
+// the width of the loop and the slope of the reference curves: for wide loops, approximately k * width <
+// slope. docs/theory/monotonicity.md contains the proof.
 //
-// A scan on a grid of 200 steps over the input range checks these branches over their whole length:
-//   - the branches from L_0 and from U_0;
-//   - branches that fall from a point of the branch from L_0, and branches that rise again from these;
-//   - branches that rise from a point of the branch from U_0, and branches that fall again from these.
-// The last two overlap: in 20 000 random third-order models each alone refused the same models. The scan
-// covers neither branches that leave the virgin curve (see hysteresis.h) nor deeper loops. The model checks
-// every reversal at run time.
+// The check scans these branches over their whole length, on a grid of 200 steps over the input range:
+//
+//   - the branches from the lower convergence point L_0 and from the upper threshold point U_0;
+//   - the branches that fall from a point of the branch from L_0, and the branches that rise again from
+//     these;
+//   - the branches that rise from a point of the branch from U_0, and the branches that fall again from
+//     these.
+//
+// The last two groups overlap: in 20 000 random third-order models, each group alone refused the same models.
+// The scan does not include branches that leave the virgin curve (model/hysteresis.h), and it does not
+// include deeper loops. The model therefore also checks every reversal at run time.
 #pragma once
 
 #include <cstddef>
@@ -27,47 +33,62 @@
 
 namespace hystcan::model {
 
-/// Throws std::invalid_argument with the defect, its place and the expected value: intervals that differ; a k
-/// that is not finite or below -300 per input range; an input map that does not increase; a curve that
-/// decreases; curves that cross or do not meet at the upper threshold (to 1e-9 of the output span, rounded).
+/// Checks the reference curves and maps. Throws std::invalid_argument with the defect, its place and the
+/// expected value. Defects are:
+///
+///   - The curves have different intervals or knots.
+///   - A curve decreases, or is flat over a twentieth of the range.
+///   - The curves cross, or do not meet at the upper threshold. The tolerance is 1e-9 of the output span,
+///     plus rounding.
+///   - A convergence rate k is not finite, or below -300 / input range.
+///   - The input map does not increase.
+///   - The output map does not have the range of the curves.
+///   - The symmetry is even, but the interval starts below 0 or there is an output map.
 void check_curves(const HysteresisParameters& parameters);
 
-/// Throws std::invalid_argument if there is an input map that does not increase. check_curves() includes this
-/// check.
+/// Throws std::invalid_argument if the model has an input map that does not increase. check_curves() includes
+/// this check.
 void check_input_map(const HysteresisParameters& parameters);
 
 struct DecreasingBranch {
   Direction direction = Direction::ascending;
-  double start = 0.0;   ///< input at its start
-  double target = 0.0;  ///< input at its target
-  Interval wrong;       ///< inputs where the branch decreases
-  /// Lowest slope in `wrong`, output units per unit of h (model/hysteresis.h).
+  double start = 0.0;   ///< input at the start of the branch
+  double target = 0.0;  ///< input at the target of the branch
+  Interval wrong;       ///< inputs between which the branch decreases
+  /// Lowest slope of the branch, negative. Its unit is output units per unit of the input map
+  /// (model/hysteresis.h).
   double slope = 0.0;
-  double input = 0.0;  ///< input with the lowest slope
+  double input = 0.0;  ///< input at which the slope is lowest
 };
 
-/// Returns the first scanned branch that does not increase. The caller must have checked the curves.
+/// Returns the first branch in the scan that does not increase; `nullopt` if all increase. check_curves()
+/// must have accepted the parameters.
 std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters);
 
-/// Returns the scanned branches that do not increase: only the worst in each tenth of the range and each
-/// direction, about forty at most. `steps` is the size of the grid; the cost grows with its square.
+/// Returns branches that do not increase: for each direction and each tenth of the input range, the steepest
+/// one that starts there. The result has about forty elements at most. `steps` is the number of grid steps;
+/// the time grows with its square.
 std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters,
                                                        std::size_t steps);
 
-/// Thrown if a branch does not increase. what() contains the branch, the interval and the valid k.
+/// Thrown if a branch of the model does not increase. what() contains the branch, the interval in which it
+/// decreases, and the valid values of k.
 class BranchError : public std::invalid_argument {
  public:
   BranchError(Direction of, const std::string& what) : std::invalid_argument(what), direction(of) {}
   Direction direction;
 };
 
-/// Throws BranchError if a scanned branch does not increase.
+/// Scans the branches as described at the top of this file. Throws BranchError if a branch does not increase.
 void check_branches(const HysteresisParameters& parameters);
 
-/// Returns the interval of k for this direction in which every scanned branch increases, with the present k
-/// of the other direction. The search is limited to -300 and 1e5 per input range. The ends are 1e-5 inside
-/// the limits, so that they stay valid when written with six digits. The interval contains the present k or,
-/// if that k is not valid, 0. Returns `nullopt` if 0 is not valid either. Takes a tenth of a second at most.
+/// Returns the interval of k for this direction in which every scanned branch increases. The k of the other
+/// direction keeps its value. The interval contains the present k; if the present k is not valid, it contains
+/// 0. Returns `nullopt` if 0 is not valid either.
+///
+/// The search is limited to -300 and 1e5 per input range. The ends of the interval are a hundred-thousandth
+/// of their value inside the limits of validity, so that they stay valid when written with six digits. Takes
+/// a tenth of a second at most.
 std::optional<Interval> allowed_k(const HysteresisParameters& parameters, Direction direction);
 
 }  // namespace hystcan::model
